@@ -1,0 +1,1 @@
+//! Reads and writes records, models and arms.

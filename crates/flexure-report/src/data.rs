@@ -1,0 +1,230 @@
+//! What the page shows, as plain values: whoever makes a page fills these in.
+
+use serde::Serialize;
+
+/// Everything on the page.
+#[derive(Debug, Clone, Serialize)]
+pub struct Page {
+    /// The heading, for example "Elbow joint of the space arm".
+    pub title: String,
+    /// One sentence below it: what was identified from what.
+    pub subtitle: String,
+    /// The verdict on fresh data: the words in which the page answers "does this model hold?".
+    pub verdict: Verdict,
+    /// The headline numbers, in order.
+    pub facts: Vec<Fact>,
+    /// The record that was used, decimated by the page where it is long.
+    pub record: Vec<Signal>,
+    /// Sample times of `record`, s, or sample numbers if there is no sample time.
+    pub time: Axis,
+    /// Samples of `record` from this index on were not used for the fit.
+    pub fresh_from: usize,
+    /// The estimated nonlinearity.
+    pub nonlinearity: Nonlinearity,
+    /// The linear part.
+    pub linear: LinearPart,
+    /// Measured against predicted on the fresh part.
+    pub prediction: Prediction,
+    /// Residual tests on the fresh part.
+    pub residuals: Residuals,
+    /// What was chosen from data and why.
+    pub choices: Vec<Choice>,
+    /// Warnings, in words.
+    pub warnings: Vec<String>,
+    /// The moving arm, for arm records.
+    pub arm: Option<ArmMotion>,
+    /// How to make this page again: a command line.
+    pub command: Option<String>,
+}
+
+/// The answer to "does the model hold on fresh data?".
+#[derive(Debug, Clone, Serialize)]
+pub struct Verdict {
+    /// Whether the residual tests found nothing against the model.
+    pub holds: bool,
+    /// The answer in a sentence or two, naming the test that refutes the model if one does.
+    pub words: String,
+}
+
+/// A number with its name.
+#[derive(Debug, Clone, Serialize)]
+pub struct Fact {
+    /// For example "Fit on fresh data".
+    pub name: String,
+    /// For example "97.3 %", ready to print.
+    pub value: String,
+    /// A sentence that explains it, for a tooltip.
+    pub note: String,
+}
+
+/// An axis: evenly spaced values.
+#[derive(Debug, Clone, Serialize)]
+pub struct Axis {
+    /// For example "time".
+    pub name: String,
+    /// For example "s"; empty if there is none.
+    pub unit: String,
+    /// The first value.
+    pub start: f64,
+    /// The distance between values.
+    pub step: f64,
+}
+
+/// A named signal.
+#[derive(Debug, Clone, Serialize)]
+pub struct Signal {
+    /// The column's name.
+    pub name: String,
+    /// The unit, empty if unknown.
+    pub unit: String,
+    /// Its samples.
+    pub values: Vec<f64>,
+}
+
+/// The estimated static nonlinearity with its band.
+#[derive(Debug, Clone, Serialize)]
+pub struct Nonlinearity {
+    /// The input's name and unit.
+    pub x_label: String,
+    /// The output's name and unit.
+    pub y_label: String,
+    /// Abscissas, increasing.
+    pub x: Vec<f64>,
+    /// The estimate.
+    pub y: Vec<f64>,
+    /// The band's lower edge, as long as `x`, or empty.
+    pub lower: Vec<f64>,
+    /// The band's upper edge, as long as `x`, or empty.
+    pub upper: Vec<f64>,
+    /// What the band is, for example "95 % pointwise".
+    pub band_label: String,
+    /// The data's density at `x` (any scale), or empty.
+    pub density: Vec<f64>,
+    /// The true curve for simulated data, or empty.
+    pub truth: Vec<f64>,
+    /// What the truth is and how it was aligned.
+    pub truth_label: String,
+}
+
+/// The linear part.
+#[derive(Debug, Clone, Serialize)]
+pub struct LinearPart {
+    /// Numerator in z^-1.
+    pub b: Vec<f64>,
+    /// Denominator in z^-1.
+    pub a: Vec<f64>,
+    /// Impulse response of the fitted transfer function, one value a sample.
+    pub impulse: Vec<f64>,
+    /// The correlation estimate of the impulse response that it was fitted to, or empty.
+    pub impulse_estimate: Vec<f64>,
+    /// Half width of the limits within which `impulse_estimate` is noise; 0 if unknown.
+    pub impulse_limit: f64,
+    /// Frequencies: Hz, or cycles a sample if there is no sample time.
+    pub frequency: Vec<f64>,
+    /// "Hz" or "cycles/sample".
+    pub frequency_unit: String,
+    /// Magnitude, dB.
+    pub magnitude_db: Vec<f64>,
+    /// Phase, degrees, unwrapped.
+    pub phase_deg: Vec<f64>,
+    /// Poles `[re, im]`.
+    pub poles: Vec<[f64; 2]>,
+    /// Zeros `[re, im]`.
+    pub zeros: Vec<[f64; 2]>,
+}
+
+/// Measured against predicted on the fresh part.
+#[derive(Debug, Clone, Serialize)]
+pub struct Prediction {
+    /// The output's name and unit.
+    pub y_label: String,
+    /// Times of the fresh part.
+    pub time: Axis,
+    /// Measured.
+    pub measured: Vec<f64>,
+    /// Free-run simulation of the model.
+    pub predicted: Vec<f64>,
+    /// 100 (1 - |y - yh| / |y - mean y|).
+    pub fit_percent: f64,
+    /// Root mean square of the error, in the output's unit.
+    pub rms: f64,
+}
+
+/// Residual tests.
+#[derive(Debug, Clone, Serialize)]
+pub struct Residuals {
+    /// Residual autocorrelation at lags 0, 1, ...
+    pub autocorrelation: Vec<f64>,
+    /// Cross-correlation of residual and input; `cross_lags` belong to it.
+    pub cross_correlation: Vec<f64>,
+    /// Lags of `cross_correlation`.
+    pub cross_lags: Vec<f64>,
+    /// Half width of the limits for a single lag.
+    pub limit: f64,
+    /// "99 %", the level of those limits.
+    pub level: String,
+    /// The tests with their verdicts.
+    pub tests: Vec<Test>,
+}
+
+/// A statistical test and its verdict.
+#[derive(Debug, Clone, Serialize)]
+pub struct Test {
+    /// For example "Whiteness (Ljung-Box, 25 lags)".
+    pub name: String,
+    /// The statistic.
+    pub statistic: f64,
+    /// Its critical value.
+    pub limit: f64,
+    /// Its p-value.
+    pub p_value: f64,
+    /// Whether the hypothesis survived.
+    pub passed: bool,
+    /// The verdict in words.
+    pub words: String,
+}
+
+/// Something that was chosen from data.
+#[derive(Debug, Clone, Serialize)]
+pub struct Choice {
+    /// For example "Bandwidth".
+    pub name: String,
+    /// For example "h = 0.083".
+    pub value: String,
+    /// Why: the criterion in words.
+    pub why: String,
+    /// The criterion's curve, if there is one.
+    pub curve: Option<ScoreCurve>,
+}
+
+/// A score over candidates.
+#[derive(Debug, Clone, Serialize)]
+pub struct ScoreCurve {
+    /// The candidates' name.
+    pub x_label: String,
+    /// The score's name.
+    pub y_label: String,
+    /// Whether the candidates are spread logarithmically.
+    pub log_x: bool,
+    /// The candidates, increasing.
+    pub x: Vec<f64>,
+    /// Their scores.
+    pub y: Vec<f64>,
+    /// The chosen candidate.
+    pub chosen: f64,
+}
+
+/// A two-link arm in motion.
+#[derive(Debug, Clone, Serialize)]
+pub struct ArmMotion {
+    /// The links' lengths, m.
+    pub lengths: [f64; 2],
+    /// Sample times.
+    pub time: Axis,
+    /// Link angles, rad; the second is relative to the first link.
+    pub q: [Vec<f64>; 2],
+    /// Motor angles, rad, or empty for a rigid arm.
+    pub qm: [Vec<f64>; 2],
+    /// Torques, N m.
+    pub tau: [Vec<f64>; 2],
+}

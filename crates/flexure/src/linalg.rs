@@ -1,0 +1,108 @@
+//! The only file that names the linear-algebra crate.
+
+/// A complex number.
+pub use nalgebra::Complex;
+use nalgebra::{DMatrix, DVector};
+
+/// The minimum-norm solution of `min |rows x - rhs|` for a row-major matrix of `columns` columns.
+///
+/// Singular values below `1e-12` of the largest count as zero. `None` if the decomposition fails.
+pub fn least_squares(rows: &[f64], columns: usize, rhs: &[f64]) -> Option<Vec<f64>> {
+    let matrix = DMatrix::from_row_slice(rhs.len(), columns, rows);
+    let svd = matrix.try_svd(true, true, f64::EPSILON, 1000)?;
+    let largest = svd.singular_values.max();
+    let solution = svd.solve(&DVector::from_column_slice(rhs), 1e-12 * largest).ok()?;
+    solution
+        .iter()
+        .all(|v| v.is_finite())
+        .then(|| solution.iter().copied().collect())
+}
+
+/// The singular values of a row-major matrix, largest first. `None` if the decomposition fails.
+pub fn singular_values(rows: &[f64], columns: usize) -> Option<Vec<f64>> {
+    let matrix = DMatrix::from_row_slice(rows.len() / columns, columns, rows);
+    let mut values: Vec<f64> = matrix
+        .try_svd(false, false, f64::EPSILON, 1000)?
+        .singular_values
+        .iter()
+        .copied()
+        .collect();
+    values.sort_by(|a, b| b.total_cmp(a));
+    Some(values)
+}
+
+/// The roots of `c[0] z^n + c[1] z^(n-1) + ... + c[n]`; leading zeros are dropped.
+///
+/// Eigenvalues of the companion matrix. Empty for a constant; `None` if a coefficient is not finite
+/// or the eigenvalue iteration fails.
+pub fn roots(c: &[f64]) -> Option<Vec<Complex<f64>>> {
+    if c.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let largest = c.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let Some(first) = c.iter().position(|v| v.abs() > f64::EPSILON * 1e-3 * largest) else {
+        return Some(Vec::new());
+    };
+    let last = c.iter().rposition(|&v| v != 0.0)?;
+    let at_zero = c.len() - 1 - last;
+    let c = &c[first..=last];
+    let n = c.len() - 1;
+    let mut all = vec![Complex::new(0.0, 0.0); at_zero];
+    if n > 0 {
+        let mut companion = DMatrix::zeros(n, n);
+        for j in 0..n {
+            companion[(0, j)] = -c[j + 1] / c[0];
+        }
+        for i in 1..n {
+            companion[(i, i - 1)] = 1.0;
+        }
+        nalgebra::linalg::balancing::balance_parlett_reinsch(&mut companion);
+        let schur = nalgebra::linalg::Schur::try_new(companion, f64::EPSILON, 10_000)?;
+        all.extend(schur.complex_eigenvalues().iter().copied());
+    }
+    Some(all)
+}
+
+/// The monic real polynomial with these roots (conjugate pairs complete), highest power first.
+pub fn polynomial(roots: &[Complex<f64>]) -> Vec<f64> {
+    let mut c = vec![Complex::new(1.0, 0.0)];
+    for root in roots {
+        c.push(Complex::new(0.0, 0.0));
+        for i in (1..c.len()).rev() {
+            let previous = c[i - 1];
+            c[i] -= root * previous;
+        }
+    }
+    c.iter().map(|v| v.re).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_and_polynomial_are_inverse() {
+        // (z - 0.5)(z^2 - 1.8 z + 0.95)
+        let c = [1.0, -2.3, 1.85, -0.475];
+        let back = polynomial(&roots(&c).unwrap());
+        for (a, b) in c.iter().zip(&back) {
+            assert!((a - b).abs() < 1e-12, "{back:?}");
+        }
+    }
+
+    #[test]
+    fn roots_at_zero_and_leading_zeros() {
+        let r = roots(&[0.0, 2.0, -1.0, 0.0]).unwrap();
+        assert_eq!(r.len(), 2);
+        assert!(r.iter().any(|z| z.norm() == 0.0) && r.iter().any(|z| (z.re - 0.5).abs() < 1e-15));
+        assert!(roots(&[3.0]).unwrap().is_empty());
+        assert!(roots(&[f64::NAN, 1.0]).is_none());
+    }
+
+    #[test]
+    fn least_squares_of_a_line() {
+        let rows = [1.0, 0.0, 1.0, 1.0, 1.0, 2.0];
+        let x = least_squares(&rows, 2, &[1.0, 3.0, 5.0]).unwrap();
+        assert!((x[0] - 1.0).abs() < 1e-14 && (x[1] - 2.0).abs() < 1e-14);
+    }
+}

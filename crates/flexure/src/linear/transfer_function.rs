@@ -1,0 +1,227 @@
+//! A rational transfer function in z^-1:
+//! $G(z) = \frac{b_0 + b_1 z^{-1} + \dots}{1 + a_1 z^{-1} + \dots}$.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::linalg::{self, Complex};
+
+/// Longest impulse response that [`TransferFunction::settling`] looks at, in samples.
+const LONGEST_SETTLING: usize = 100_000;
+
+/// A stable or unstable rational transfer function, `a[0] = 1`.
+///
+/// A delay of s samples is s leading zeros in `b`, so `y = filter(b, a, u)` in the usual sense.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Coefficients")]
+pub struct TransferFunction {
+    b: Vec<f64>,
+    a: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+struct Coefficients {
+    b: Vec<f64>,
+    a: Vec<f64>,
+}
+
+impl TryFrom<Coefficients> for TransferFunction {
+    type Error = Error;
+    fn try_from(c: Coefficients) -> Result<Self> {
+        Self::new(c.b, c.a)
+    }
+}
+
+impl TransferFunction {
+    /// Builds `G = b / a`; both are divided by `a[0]`.
+    ///
+    /// # Errors
+    /// [`Error::TooShort`] if `b` or `a` is empty, [`Error::NonFinite`], and
+    /// [`Error::InvalidParameter`] if `a[0]` is zero.
+    pub fn new(mut b: Vec<f64>, mut a: Vec<f64>) -> Result<Self> {
+        for (column, c) in [("b", &b), ("a", &a)] {
+            if c.is_empty() {
+                return Err(Error::TooShort {
+                    what: "a transfer function's polynomial",
+                    need: 1,
+                    got: 0,
+                });
+            }
+            if let Some(sample) = c.iter().position(|v| !v.is_finite()) {
+                return Err(Error::NonFinite {
+                    column: column.to_owned(),
+                    sample,
+                    value: c[sample],
+                });
+            }
+        }
+        let first = a[0];
+        if first == 0.0 {
+            return Err(Error::InvalidParameter {
+                name: "a[0]".to_owned(),
+                value: first,
+                requirement: "non-zero",
+            });
+        }
+        b.iter_mut().chain(&mut a).for_each(|v| *v /= first);
+        Ok(TransferFunction { b, a })
+    }
+
+    /// The numerator's coefficients of 1, z^-1, z^-2, ...
+    pub fn b(&self) -> &[f64] {
+        &self.b
+    }
+
+    /// The denominator's coefficients of 1, z^-1, z^-2, ...; the first is 1.
+    pub fn a(&self) -> &[f64] {
+        &self.a
+    }
+
+    /// The response to `input` from rest.
+    pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
+        let mut state = vec![0.0; self.a.len().max(self.b.len())];
+        self.run(input, &mut state)
+    }
+
+    /// The response to `input` from the steady state that belongs to the input's mean.
+    ///
+    /// A system without a steady state (a pole at 1) starts at rest.
+    pub fn simulate_from_mean(&self, input: &[f64]) -> Vec<f64> {
+        let gain = self.static_gain();
+        if input.is_empty() || !gain.is_finite() {
+            return self.simulate(input);
+        }
+        let mean = input.iter().sum::<f64>() / input.len() as f64;
+        let centred: Vec<f64> = input.iter().map(|u| u - mean).collect();
+        let mut output = self.simulate(&centred);
+        output.iter_mut().for_each(|y| *y += gain * mean);
+        output
+    }
+
+    /// Transposed direct form II; `state` carries over between calls.
+    fn run(&self, input: &[f64], state: &mut [f64]) -> Vec<f64> {
+        let order = state.len() - 1;
+        let padded = |c: &[f64]| -> Vec<f64> { (0..=order).map(|i| c.get(i).copied().unwrap_or(0.0)).collect() };
+        let (b, a) = (padded(&self.b), padded(&self.a));
+        input
+            .iter()
+            .map(|&u| {
+                let y = b[0] * u + state[0];
+                for i in 0..order {
+                    state[i] = state[i + 1] + b[i + 1] * u - a[i + 1] * y;
+                }
+                y
+            })
+            .collect()
+    }
+
+    /// The first `n` values of the impulse response.
+    pub fn impulse_response(&self, n: usize) -> Vec<f64> {
+        let mut input = vec![0.0; n];
+        if let Some(first) = input.first_mut() {
+            *first = 1.0;
+        }
+        self.simulate(&input)
+    }
+
+    /// G at the normalised frequency `omega` in rad a sample.
+    pub fn frequency_response(&self, omega: f64) -> Complex<f64> {
+        let step = Complex::from_polar(1.0, -omega);
+        let evaluate = |c: &[f64]| c.iter().rev().fold(Complex::new(0.0, 0.0), |sum, &v| sum * step + v);
+        evaluate(&self.b) / evaluate(&self.a)
+    }
+
+    /// The static gain G(1); infinite or NaN if there is a pole at 1.
+    pub fn static_gain(&self) -> f64 {
+        self.b.iter().sum::<f64>() / self.a.iter().sum::<f64>()
+    }
+
+    /// The poles in the z-plane; `None` if they cannot be computed.
+    pub fn poles(&self) -> Option<Vec<Complex<f64>>> {
+        linalg::roots(&self.a)
+    }
+
+    /// The zeros in the z-plane; `None` if they cannot be computed.
+    pub fn zeros(&self) -> Option<Vec<Complex<f64>>> {
+        linalg::roots(&self.b)
+    }
+
+    /// Whether all poles lie strictly inside the unit circle.
+    pub fn is_stable(&self) -> bool {
+        self.poles().is_some_and(|p| p.iter().all(|z| z.norm() < 1.0))
+    }
+
+    /// The number of samples after which the impulse response's remaining absolute sum is below
+    /// `share` of the whole; at most 100,000.
+    pub fn settling(&self, share: f64) -> usize {
+        let mut length = 64.max(4 * (self.a.len() + self.b.len()));
+        loop {
+            let k = self.impulse_response(length);
+            let total: f64 = k.iter().map(|v| v.abs()).sum();
+            let mut tail = 0.0;
+            let cut = k.iter().rposition(|v| {
+                tail += v.abs();
+                tail > share * total
+            });
+            match cut {
+                // Settled well within what was looked at.
+                Some(i) if 2 * i < length => return i + 1,
+                None => return 0,
+                _ if length >= LONGEST_SETTLING || !total.is_finite() => return LONGEST_SETTLING,
+                _ => length = (4 * length).min(LONGEST_SETTLING),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn second_order() -> TransferFunction {
+        TransferFunction::new(vec![1.0, 0.4, 0.1], vec![1.0, -1.2, 0.52]).unwrap()
+    }
+
+    #[test]
+    fn impulse_response_obeys_the_difference_equation() {
+        let k = second_order().impulse_response(40);
+        for n in 0..40 {
+            let past = |j: usize| if n >= j { k[n - j] } else { 0.0 };
+            let b = [1.0, 0.4, 0.1].get(n).copied().unwrap_or(0.0);
+            assert!((k[n] - 1.2 * past(1) + 0.52 * past(2) - b).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn static_gain_is_the_sum_of_the_impulse_response_and_the_response_at_zero() {
+        let g = second_order();
+        let sum: f64 = g.impulse_response(400).iter().sum();
+        assert!((g.static_gain() - sum).abs() < 1e-12);
+        assert!((g.frequency_response(0.0).re - sum).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_constant_input_is_in_steady_state_from_the_start() {
+        let g = second_order();
+        for y in g.simulate_from_mean(&[2.0; 20]) {
+            assert!((y - 2.0 * g.static_gain()).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn settling_of_one_pole() {
+        let g = TransferFunction::new(vec![1.0], vec![1.0, -0.9]).unwrap();
+        // The tail from n on is 0.9^n of the whole.
+        let n = g.settling(0.01);
+        assert!(
+            0.9_f64.powi(n as i32) <= 0.01 && 0.9_f64.powi(n as i32 - 1) > 0.01,
+            "{n}"
+        );
+    }
+
+    #[test]
+    fn poles_decide_stability() {
+        assert!(second_order().is_stable());
+        assert!(!TransferFunction::new(vec![1.0], vec![1.0, -2.0]).unwrap().is_stable());
+    }
+}
