@@ -15,6 +15,7 @@ pub mod linear;
 pub mod model;
 pub mod nonlinearity;
 pub mod record;
+pub mod selection;
 
 pub(crate) mod linalg;
 

@@ -1,0 +1,135 @@
+//! Gaussian sums by a fast Gauss transform in one dimension.
+//!
+//! The line is cut into boxes one bandwidth wide. With g(z) = exp(-z^2/2), a source at c + u h and a
+//! point at d + s h, |u|, |s| <= 1/2, and tau = (d - c)/h,
+//! $$ g(\tau + s - u) = \sum_{k,l} \frac{g^{(k+l)}(\tau)}{k!\,l!} s^l (-u)^k , $$
+//! so a box of sources is its moments sum (-u)^k / k!, and a box of points a polynomial in s. As
+//! |g^(m)(tau)| / m! is below 1.1 / sqrt(m!), terms beyond m = 32 do not count in double precision.
+//! Pairs of boxes with few points are summed directly.
+
+use super::{Kernel, Sorted, Sums};
+
+/// Terms kept: k + l < TERMS.
+const TERMS: usize = 33;
+/// Bandwidths beyond which a point does not count beside nearer ones: exp(-8.6^2 / 2) = 9e-17.
+/// (Where there are none nearer, the caller sums directly.)
+const REACH: f64 = 8.6;
+/// Boxes on either side that are within reach: those beyond 8.6 + 1 bandwidths do not count.
+const NEIGHBOURS: i64 = 10;
+/// With fewer pairs of points than this, the direct sum over two boxes is cheaper.
+const DIRECT_PAIRS: usize = 100;
+
+type Series = [f64; TERMS];
+
+/// Sources of one box.
+struct Sources {
+    cell: i64,
+    first: usize,
+    end: usize,
+    weight: Series,
+    moment: Series,
+}
+
+/// Calls `visit(j, sums)` for each of the increasing points `at`.
+pub fn transform(data: &Sorted, h: f64, at: &[f64], mut visit: impl FnMut(usize, Sums)) {
+    let reach = REACH * h;
+    let origin = data.x[0];
+    let cell_of = |x: f64| ((x - origin) / h).floor().clamp(-1e15, 1e15) as i64;
+    // From the centre of a box, in bandwidths; relative to the origin first, as that loses no digits.
+    let offset_in = |cell: i64, x: f64| (x - origin) / h - (cell as f64 + 0.5);
+
+    let boxes = collect(data, cell_of, offset_in);
+    let (mut start, mut lo, mut hi) = (0, 0, 0);
+    let mut nearest = 0;
+    while start < at.len() {
+        let cell = cell_of(at[start]);
+        let end = start + at[start..].partition_point(|&q| cell_of(q) <= cell);
+        while nearest < boxes.len() && boxes[nearest].cell < cell - NEIGHBOURS {
+            nearest += 1;
+        }
+        let near = boxes[nearest..].iter().take_while(|b| b.cell <= cell + NEIGHBOURS);
+        let (mut weight, mut moment) = ([0.0; TERMS], [0.0; TERMS]);
+        let mut direct = Vec::new();
+        for sources in near {
+            if (sources.end - sources.first) * (end - start) < DIRECT_PAIRS {
+                direct.push(sources.first..sources.end);
+            } else {
+                translate(sources, (cell - sources.cell) as f64, &mut weight, &mut moment);
+            }
+        }
+        for (j, &q) in at.iter().enumerate().take(end).skip(start) {
+            while hi < data.len() && data.x[hi] - q <= reach {
+                hi += 1;
+            }
+            while lo < hi && q - data.x[lo] > reach {
+                lo += 1;
+            }
+            let s = offset_in(cell, q);
+            let mut sums = Sums {
+                weight: horner(&weight, s),
+                moment: horner(&moment, s),
+                count: hi - lo,
+            };
+            for range in &direct {
+                let part = data.sums_over(range.clone(), Kernel::Gaussian, h, q, None);
+                sums.weight += part.weight;
+                sums.moment += part.moment;
+            }
+            visit(j, sums);
+        }
+        start = end;
+    }
+}
+
+/// The non-empty boxes in order with their moments sum (-u)^k / k! and sum y (-u)^k / k!.
+fn collect(data: &Sorted, cell_of: impl Fn(f64) -> i64, offset_in: impl Fn(i64, f64) -> f64) -> Vec<Sources> {
+    let mut boxes: Vec<Sources> = Vec::new();
+    for i in 0..data.len() {
+        let cell = cell_of(data.x[i]);
+        if boxes.last().is_none_or(|b| b.cell != cell) {
+            boxes.push(Sources {
+                cell,
+                first: i,
+                end: i,
+                weight: [0.0; TERMS],
+                moment: [0.0; TERMS],
+            });
+        }
+        let Some(sources) = boxes.last_mut() else { continue };
+        sources.end = i + 1;
+        let u = offset_in(cell, data.x[i]);
+        let mut term = 1.0;
+        for k in 0..TERMS {
+            sources.weight[k] += term;
+            sources.moment[k] += data.y[i] * term;
+            term *= -u / (k + 1) as f64;
+        }
+    }
+    boxes
+}
+
+/// Adds a box of sources, `tau` bandwidths below, to a box of points' polynomial in s.
+fn translate(sources: &Sources, tau: f64, weight: &mut Series, moment: &mut Series) {
+    // g^(m)(tau) = (-1)^m He_m(tau) g(tau), He_{m+1} = tau He_m - m He_{m-1}.
+    let mut derivative = [0.0; TERMS];
+    derivative[0] = (-0.5 * tau * tau).exp();
+    derivative[1] = -tau * derivative[0];
+    for m in 1..TERMS - 1 {
+        derivative[m + 1] = -tau * derivative[m] - m as f64 * derivative[m - 1];
+    }
+    let mut factorial = 1.0;
+    for l in 0..TERMS {
+        let (mut w, mut v) = (0.0, 0.0);
+        for k in 0..TERMS - l {
+            w += derivative[k + l] * sources.weight[k];
+            v += derivative[k + l] * sources.moment[k];
+        }
+        weight[l] += w / factorial;
+        moment[l] += v / factorial;
+        factorial *= (l + 1) as f64;
+    }
+}
+
+fn horner(c: &Series, s: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, &v| sum * s + v)
+}

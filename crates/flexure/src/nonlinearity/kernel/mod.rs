@@ -1,0 +1,123 @@
+//! Kernel regression in one dimension, the estimate of Nadaraya and Watson (paper, (13) and (21)):
+//! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} . $$
+//!
+//! The data are sorted once; after that every point costs O(1) whatever the bandwidth, for the
+//! kernels of bounded support by sliding moment sums ([`window`]) and for the Gaussian by a fast
+//! Gauss transform ([`gaussian`]). Both agree with direct summation to about 1e-12.
+//!
+//! References: Nadaraya (1964); Watson (1964); Seifert, Brockmann, Engel, Gasser (1994), fast
+//! algorithms; Greengard and Strain (1991), the Gauss transform.
+
+mod gaussian;
+mod regression;
+mod sorted;
+mod window;
+
+pub use regression::{KernelFit, KernelRegression};
+pub(crate) use regression::{check_points, leave_one_out};
+pub(crate) use sorted::Sorted;
+
+use serde::{Deserialize, Serialize};
+
+/// The weight function K. The bandwidth h is the half width of the support for the kernels of bounded
+/// support, and the standard deviation for the Gaussian.
+///
+/// K is scaled to K(0) = 1: the estimate does not depend on the scale.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kernel {
+    /// 1 on [-1, 1].
+    Uniform,
+    /// 1 - |u| on [-1, 1].
+    Triangular,
+    /// 1 - u^2 on [-1, 1].
+    #[default]
+    Epanechnikov,
+    /// (1 - u^2)^2 on [-1, 1].
+    Biweight,
+    /// (1 - u^2)^3 on [-1, 1].
+    Triweight,
+    /// exp(-u^2 / 2).
+    Gaussian,
+}
+
+impl Kernel {
+    /// All kernels.
+    pub const ALL: [Kernel; 6] = [
+        Kernel::Uniform,
+        Kernel::Triangular,
+        Kernel::Epanechnikov,
+        Kernel::Biweight,
+        Kernel::Triweight,
+        Kernel::Gaussian,
+    ];
+
+    /// The name in lower case, as it is written in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kernel::Uniform => "uniform",
+            Kernel::Triangular => "triangular",
+            Kernel::Epanechnikov => "epanechnikov",
+            Kernel::Biweight => "biweight",
+            Kernel::Triweight => "triweight",
+            Kernel::Gaussian => "gaussian",
+        }
+    }
+
+    /// K(u).
+    pub fn weight(self, u: f64) -> f64 {
+        let inside = |k: f64| if u.abs() <= 1.0 { k } else { 0.0 };
+        let parabola = (1.0 - u) * (1.0 + u);
+        match self {
+            Kernel::Uniform => inside(1.0),
+            Kernel::Triangular => inside(1.0 - u.abs()),
+            Kernel::Epanechnikov => inside(parabola),
+            Kernel::Biweight => inside(parabola * parabola),
+            Kernel::Triweight => inside(parabola * parabola * parabola),
+            Kernel::Gaussian => (-0.5 * u * u).exp(),
+        }
+    }
+
+    /// |u| beyond which a point is out of reach: K(u) is zero, or (Gaussian) about to underflow.
+    pub(crate) fn reach(self) -> f64 {
+        match self {
+            Kernel::Gaussian => 38.0,
+            _ => 1.0,
+        }
+    }
+}
+
+/// The weights' sum and the weighted sum of the centred ordinates at one point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Sums {
+    /// sum_i K((x - X_i)/h)
+    pub weight: f64,
+    /// sum_i K((x - X_i)/h) (Y_i - mean Y)
+    pub moment: f64,
+    /// The number of points that were added up.
+    pub count: usize,
+}
+
+/// Below this share of the largest possible sum a fast sum is replaced by the direct one: there the
+/// weights are so small that the moments' rounding would show.
+const DIRECT_BELOW: f64 = 1e-3;
+
+/// Calls `visit(j, sums)` for each of the increasing points `at`.
+pub(crate) fn for_each_sum(data: &Sorted, kernel: Kernel, h: f64, at: &[f64], mut visit: impl FnMut(usize, Sums)) {
+    let checked = |j: usize, sums: Sums| {
+        let sums = if sums.weight < DIRECT_BELOW * sums.count as f64 {
+            data.direct_sums(kernel, h, at[j], None)
+        } else {
+            sums
+        };
+        visit(j, sums);
+    };
+    match kernel {
+        Kernel::Uniform => window::whole::<1>(data, h, at, |_| [1.0], checked),
+        Kernel::Triangular => window::halves(data, h, at, checked),
+        Kernel::Epanechnikov => window::whole::<3>(data, h, at, window::parabola, checked),
+        Kernel::Biweight => window::whole::<5>(data, h, at, window::parabola_squared, checked),
+        Kernel::Triweight => window::whole::<7>(data, h, at, window::parabola_cubed, checked),
+        Kernel::Gaussian => gaussian::transform(data, h, at, checked),
+    }
+}

@@ -1,0 +1,5 @@
+//! Choosing an estimator's parameters from data (paper, section IX).
+
+mod bandwidth;
+
+pub use bandwidth::{BandwidthSearch, Score};
