@@ -16,6 +16,7 @@ pub mod model;
 pub mod nonlinearity;
 pub mod record;
 pub mod selection;
+pub mod validation;
 
 pub(crate) mod linalg;
 

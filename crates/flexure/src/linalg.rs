@@ -18,6 +18,16 @@ pub fn least_squares(rows: &[f64], columns: usize, rhs: &[f64]) -> Option<Vec<f6
         .then(|| solution.iter().copied().collect())
 }
 
+/// The solution of `A x = rhs` for a symmetric positive definite row-major matrix; `None` if it is not.
+pub fn solve_positive_definite(rows: &[f64], rhs: &[f64]) -> Option<Vec<f64>> {
+    let matrix = DMatrix::from_row_slice(rhs.len(), rhs.len(), rows);
+    let solution = matrix.cholesky()?.solve(&DVector::from_column_slice(rhs));
+    solution
+        .iter()
+        .all(|v| v.is_finite())
+        .then(|| solution.iter().copied().collect())
+}
+
 /// The singular values of a row-major matrix, largest first. `None` if the decomposition fails.
 pub fn singular_values(rows: &[f64], columns: usize) -> Option<Vec<f64>> {
     let matrix = DMatrix::from_row_slice(rows.len() / columns, columns, rows);

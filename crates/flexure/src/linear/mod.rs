@@ -1,5 +1,8 @@
 //! Linear, time-invariant, discrete-time systems.
 
+pub(crate) mod correlation;
+pub(crate) mod from_impulse_response;
+pub(crate) mod levenberg_marquardt;
 mod transfer_function;
 
 pub use transfer_function::TransferFunction;

@@ -1,0 +1,179 @@
+//! A rational transfer function from an impulse response, which correlation has estimated.
+//!
+//! The denominator solves the Yule-Walker equations $\sum_{i=0}^{l} a_i k_{j-i} = 0$, j > l, in least
+//! squares; the numerator follows as $b_j = \sum_i a_i k_{j-i}$ (Krzyzak & Sasiadek, section VII).
+//! The equations weigh the noise in k badly, so both are then refined until the squared distance between
+//! the model's impulse response and k is smallest.
+
+use super::TransferFunction;
+use super::levenberg_marquardt::{Linearisation, minimise};
+use crate::linalg::{self, Complex};
+
+/// Poles are kept within this radius: slower decay cannot be told from none in a finite record.
+const LARGEST_RADIUS: f64 = 0.9999;
+/// Steps of the refinement.
+const ITERATIONS: usize = 50;
+
+/// The transfer function of order `order` whose impulse response is nearest to `k`.
+///
+/// Always stable. `None` if `k` is too short (it takes at least `2 order + 1` values) or not finite.
+pub(crate) fn from_impulse_response(k: &[f64], order: usize) -> Option<TransferFunction> {
+    let raw = yule_walker(k, order)?;
+    let refined = refine(k, order, &raw);
+    refined.or(Some(raw))
+}
+
+/// The Yule-Walker solution as it stands, unstable poles reflected into the unit circle.
+pub(crate) fn yule_walker(k: &[f64], order: usize) -> Option<TransferFunction> {
+    if k.len() < 2 * order + 1 || k.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let mut a = vec![1.0];
+    if order > 0 {
+        let equations = order + 1..k.len();
+        let rows: Vec<f64> = equations
+            .clone()
+            .flat_map(|j| (1..=order).map(move |i| k[j - i]))
+            .collect();
+        let rhs: Vec<f64> = equations.map(|j| -k[j]).collect();
+        a.extend(linalg::least_squares(&rows, order, &rhs)?);
+    }
+    let a = stabilised(&a)?;
+    let b = numerator(&a, k, order);
+    TransferFunction::new(b, a).ok()
+}
+
+/// b_j = sum_i a_i k_{j-i}.
+fn numerator(a: &[f64], k: &[f64], order: usize) -> Vec<f64> {
+    (0..=order)
+        .map(|j| (0..=j.min(a.len() - 1)).map(|i| a[i] * k[j - i]).sum())
+        .collect()
+}
+
+/// The denominator with every pole outside the unit circle replaced by its mirror image inside.
+fn stabilised(a: &[f64]) -> Option<Vec<f64>> {
+    let poles = linalg::roots(a)?;
+    if poles.iter().all(|p| p.norm() <= LARGEST_RADIUS) {
+        return Some(a.to_vec());
+    }
+    let inside: Vec<Complex<f64>> = poles
+        .into_iter()
+        .map(|p| {
+            let radius = p.norm();
+            let mirrored = if radius > 1.0 { 1.0 / radius } else { radius };
+            p * (mirrored.min(LARGEST_RADIUS) / radius.max(f64::MIN_POSITIVE))
+        })
+        .collect();
+    Some(linalg::polynomial(&inside))
+}
+
+/// Least squares on the impulse response itself, over the numerator and the denominator.
+fn refine(k: &[f64], order: usize, start: &TransferFunction) -> Option<TransferFunction> {
+    let split = |p: &[f64]| -> Option<TransferFunction> {
+        let a = std::iter::once(1.0).chain(p[order + 1..].iter().copied()).collect();
+        TransferFunction::new(p[..=order].to_vec(), a).ok()
+    };
+    let evaluate = |p: &[f64]| {
+        let model = split(p)?;
+        let admissible = model.poles()?.iter().all(|z| z.norm() <= LARGEST_RADIUS);
+        if !admissible {
+            return None;
+        }
+        let response = model.impulse_response(k.len());
+        // dh/db_i is 1/A delayed by i, dh/da_i is -B/A^2 delayed by i.
+        let poles_only = TransferFunction::new(vec![1.0], model.a().to_vec()).ok()?;
+        let by_numerator = poles_only.impulse_response(k.len());
+        let by_denominator = poles_only.simulate(&response);
+        let delayed = |v: &[f64], i: usize, sign: f64| -> Vec<f64> {
+            std::iter::repeat_n(0.0, i.min(v.len()))
+                .chain(v.iter().map(|x| sign * x))
+                .take(v.len())
+                .collect()
+        };
+        let jacobian = (0..=order)
+            .map(|i| delayed(&by_numerator, i, 1.0))
+            .chain((1..=order).map(|i| delayed(&by_denominator, i, -1.0)))
+            .collect();
+        Some(Linearisation {
+            residuals: response.iter().zip(k).map(|(h, k)| h - k).collect(),
+            jacobian,
+        })
+    };
+    let parameters = start.b().iter().chain(&start.a()[1..]).copied().collect();
+    let (parameters, _) = minimise(parameters, ITERATIONS, evaluate)?;
+    split(&parameters)
+}
+
+/// The singular values of the Hankel matrix of k_1, k_2, ...: for a system of order l without noise,
+/// l of them differ from zero. At most `size` are computed.
+pub(crate) fn hankel_singular_values(k: &[f64], size: usize) -> Option<Vec<f64>> {
+    let size = size.min(k.len() / 2);
+    if size == 0 {
+        return Some(Vec::new());
+    }
+    let rows: Vec<f64> = (0..size).flat_map(|i| (0..size).map(move |j| k[1 + i + j])).collect();
+    linalg::singular_values(&rows, size)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    fn system() -> TransferFunction {
+        TransferFunction::new(vec![0.05, 0.08, 0.02], vec![1.0, -1.8, 0.95]).unwrap()
+    }
+
+    #[test]
+    fn an_exact_impulse_response_gives_the_system_back() {
+        let truth = system();
+        let k = truth.impulse_response(100);
+        for estimate in [yule_walker(&k, 2).unwrap(), from_impulse_response(&k, 2).unwrap()] {
+            for (got, want) in estimate
+                .a()
+                .iter()
+                .chain(estimate.b())
+                .zip(truth.a().iter().chain(truth.b()))
+            {
+                assert!((got - want).abs() < 1e-9, "{estimate:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn refinement_beats_the_equations_under_noise() {
+        let truth = system();
+        let k = truth.impulse_response(150);
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(11);
+        let distance = |g: &TransferFunction| -> f64 {
+            g.impulse_response(150)
+                .iter()
+                .zip(&k)
+                .map(|(a, b)| (a - b) * (a - b))
+                .sum()
+        };
+        let (mut raw, mut refined) = (0.0, 0.0);
+        for _ in 0..20 {
+            let noisy: Vec<f64> = k.iter().map(|v| v + rng.random_range(-0.05..0.05)).collect();
+            raw += distance(&yule_walker(&noisy, 2).unwrap());
+            refined += distance(&from_impulse_response(&noisy, 2).unwrap());
+        }
+        // Five parameters of noise with variance 0.05^2/3 each, 20 times, is 0.083.
+        assert!(refined < 0.2 && refined < 0.5 * raw, "{refined} {raw}");
+    }
+
+    #[test]
+    fn always_stable() {
+        let growing: Vec<f64> = (0..40).map(|i| 1.1_f64.powi(i)).collect();
+        assert!(from_impulse_response(&growing, 1).unwrap().is_stable());
+        assert!(from_impulse_response(&[1.0; 30], 1).unwrap().is_stable());
+        assert!(from_impulse_response(&[0.0; 30], 2).unwrap().is_stable());
+    }
+
+    #[test]
+    fn hankel_rank_is_the_order() {
+        let s = hankel_singular_values(&system().impulse_response(200), 10).unwrap();
+        assert!(s[1] > 0.1 && s[2] < 1e-9 * s[0], "{s:?}");
+    }
+}

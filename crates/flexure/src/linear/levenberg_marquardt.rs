@@ -1,0 +1,113 @@
+//! Nonlinear least squares for a few parameters (Marquardt 1963, with the gain-ratio damping of
+//! Nielsen 1999).
+
+use crate::linalg;
+
+/// Stop when a step lowers the sum of squares by less than this share.
+const TOLERANCE: f64 = 1e-12;
+
+/// Residuals and their derivatives: `jacobian[p]` is the column of parameter p.
+pub(crate) struct Linearisation {
+    pub residuals: Vec<f64>,
+    pub jacobian: Vec<Vec<f64>>,
+}
+
+/// Minimises the sum of squares of the residuals from `start`.
+///
+/// `evaluate` returns `None` where the parameters are not admissible (an unstable system, say); such a
+/// step is shortened. Returns the parameters and their sum of squares; `None` if `start` is not admissible.
+pub(crate) fn minimise(
+    start: Vec<f64>,
+    iterations: usize,
+    evaluate: impl Fn(&[f64]) -> Option<Linearisation>,
+) -> Option<(Vec<f64>, f64)> {
+    let squares = |l: &Linearisation| l.residuals.iter().map(|r| r * r).sum::<f64>();
+    let mut parameters = start;
+    let mut point = evaluate(&parameters)?;
+    let mut cost = squares(&point);
+    let (mut damping, mut growth) = (1e-3, 2.0);
+    for _ in 0..iterations {
+        let Some((step, predicted)) = damped_step(&point, damping) else {
+            break;
+        };
+        let candidate: Vec<f64> = parameters.iter().zip(&step).map(|(p, s)| p + s).collect();
+        let trial = evaluate(&candidate)
+            .map(|l| (squares(&l), l))
+            .filter(|(c, _)| *c < cost);
+        if let Some((lower, linearisation)) = trial {
+            let gain = (cost - lower) / predicted.max(f64::MIN_POSITIVE);
+            damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
+            growth = 2.0;
+            let converged = cost - lower <= TOLERANCE * cost;
+            (parameters, point, cost) = (candidate, linearisation, lower);
+            if converged {
+                break;
+            }
+        } else {
+            damping *= growth;
+            growth *= 2.0;
+            if !(damping < 1e16) {
+                break;
+            }
+        }
+    }
+    Some((parameters, cost))
+}
+
+/// The step that solves (J'J + damping diag(J'J)) step = -J'r, and the fall it promises.
+fn damped_step(point: &Linearisation, damping: f64) -> Option<(Vec<f64>, f64)> {
+    let n = point.jacobian.len();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let mut normal = vec![0.0; n * n];
+    let mut descent = vec![0.0; n];
+    for i in 0..n {
+        descent[i] = -dot(&point.jacobian[i], &point.residuals);
+        for j in 0..=i {
+            let entry = dot(&point.jacobian[i], &point.jacobian[j]);
+            normal[i * n + j] = entry;
+            normal[j * n + i] = entry;
+        }
+    }
+    let diagonal: Vec<f64> = (0..n).map(|i| normal[i * n + i].max(f64::MIN_POSITIVE)).collect();
+    for i in 0..n {
+        normal[i * n + i] += damping * diagonal[i];
+    }
+    let step = linalg::solve_positive_definite(&normal, &descent)?;
+    let predicted = (0..n)
+        .map(|i| step[i] * (descent[i] + damping * diagonal[i] * step[i]))
+        .sum();
+    Some((step, predicted))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_the_minimum_of_rosenbrock_s_valley() {
+        let evaluate = |p: &[f64]| {
+            Some(Linearisation {
+                residuals: vec![10.0 * (p[1] - p[0] * p[0]), 1.0 - p[0]],
+                jacobian: vec![vec![-20.0 * p[0], -1.0], vec![10.0, 0.0]],
+            })
+        };
+        let (p, cost) = minimise(vec![-1.2, 1.0], 200, evaluate).unwrap();
+        assert!(
+            (p[0] - 1.0).abs() < 1e-8 && (p[1] - 1.0).abs() < 1e-8 && cost < 1e-16,
+            "{p:?} {cost}"
+        );
+    }
+
+    #[test]
+    fn stays_where_the_parameters_are_admissible() {
+        // The minimum of (p - 3)^2 with p < 2 refused.
+        let evaluate = |p: &[f64]| {
+            (p[0] < 2.0).then(|| Linearisation {
+                residuals: vec![p[0] - 3.0],
+                jacobian: vec![vec![1.0]],
+            })
+        };
+        let (p, _) = minimise(vec![0.0], 100, evaluate).unwrap();
+        assert!(p[0] < 2.0 && p[0] > 1.9, "{p:?}");
+    }
+}

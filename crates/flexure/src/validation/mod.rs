@@ -1,0 +1,11 @@
+//! Does a model hold on data that were not used for its fit?
+//!
+//! [`FitMeasures`] says how near the prediction is, [`ResidualTests`] whether what it leaves behind
+//! still carries something that the input explains.
+
+mod measures;
+mod residuals;
+
+pub use measures::FitMeasures;
+pub(crate) use residuals::whiteness;
+pub use residuals::{Correlations, ResidualTest, ResidualTests, TestKind};

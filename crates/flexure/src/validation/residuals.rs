@@ -1,0 +1,337 @@
+//! Tests of the residuals e = y - yh of a model on fresh data.
+//!
+//! - Whiteness (Ljung & Box 1978): $Q = n(n+2) \sum_{k=1}^{M} r_k^2/(n-k)$ is chi-squared with M degrees
+//!   of freedom when e is white. A model of the system without one of the noise may well fail it.
+//! - Independence of the input (Ljung 1999, section 16.6): with r the cross-covariances of v and w at lags
+//!   0 to M, $\zeta = n\, r^T P^{-1} r$, $P_{ij} = \sum_k R_v(k) R_w(k + i - j)$, is chi-squared with M + 1
+//!   degrees of freedom when v and w are independent, whatever the colour of either.
+//! - Missed nonlinearity (Billings & Voon 1986): the same for the pairs e and u^2, e^2 and u^2, less
+//!   their means, which see what the linear test is blind to.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+
+use crate::error::{Error, Result};
+use crate::linalg;
+use crate::linear::correlation::{cross_covariance, mean, variance};
+
+/// The level of every test: the probability that it rejects a true model.
+pub const LEVEL: f64 = 0.01;
+/// Lags of the tests, fewer on short records.
+const LAGS: usize = 25;
+/// The fewest samples that the asymptotic distributions are used for.
+const FEWEST: usize = 40;
+
+/// What a test asks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TestKind {
+    /// Is the residual white?
+    Whiteness,
+    /// Is the residual independent of the input's past?
+    InputIndependence,
+    /// Is the residual independent of the squared input's past?
+    SquaredInputIndependence,
+    /// Is the squared residual independent of the squared input's past?
+    SquaredIndependence,
+}
+
+impl TestKind {
+    /// A short name with the reference.
+    pub fn name(self) -> &'static str {
+        match self {
+            TestKind::Whiteness => "residual whiteness (Ljung-Box)",
+            TestKind::InputIndependence => "residual independent of input",
+            TestKind::SquaredInputIndependence => "residual independent of squared input",
+            TestKind::SquaredIndependence => "squared residual independent of squared input (Billings-Voon)",
+        }
+    }
+
+    /// Whether a failure refutes the model of the system (and not only the assumption of white noise).
+    pub fn refutes(self) -> bool {
+        self != TestKind::Whiteness
+    }
+}
+
+/// A test's outcome.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResidualTest {
+    /// What was asked.
+    pub kind: TestKind,
+    /// Chi-squared under the hypothesis.
+    pub statistic: f64,
+    /// Its degrees of freedom.
+    pub degrees: usize,
+    /// The statistic above which the hypothesis is rejected at the level of 1 %.
+    pub limit: f64,
+    /// The probability of a statistic at least as large under the hypothesis.
+    pub p_value: f64,
+}
+
+impl ResidualTest {
+    fn new(kind: TestKind, statistic: f64, degrees: usize) -> Self {
+        // Degrees of freedom are at least 1, for which the distribution always exists.
+        let (limit, p_value) = match ChiSquared::new(degrees as f64) {
+            Ok(chi) => (chi.inverse_cdf(1.0 - LEVEL), chi.sf(statistic)),
+            Err(_) => (f64::NAN, f64::NAN),
+        };
+        ResidualTest {
+            kind,
+            statistic,
+            degrees,
+            limit,
+            p_value,
+        }
+    }
+
+    /// Whether the hypothesis survived.
+    pub fn passed(&self) -> bool {
+        self.statistic <= self.limit
+    }
+}
+
+/// Normalised correlations for a plot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Correlations {
+    /// Residual autocorrelation at lags 0 to M.
+    pub residual: Vec<f64>,
+    /// Correlation of e_{n+k} with u_n at lags k = -M to M.
+    pub with_input: Vec<f64>,
+    /// Half width of the interval that holds a single correlation of white signals with 99 %.
+    pub limit: f64,
+}
+
+/// All tests of a residual.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResidualTests {
+    /// The tests, whiteness first.
+    pub tests: Vec<ResidualTest>,
+    /// For a plot.
+    pub correlations: Correlations,
+}
+
+impl ResidualTests {
+    /// Tests the residual `e` of a model driven by `u`.
+    ///
+    /// A residual that is exactly constant passes: there is nothing left to explain.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`]; [`Error::TooShort`] with fewer than 40 samples.
+    pub fn new(e: &[f64], u: &[f64]) -> Result<Self> {
+        if e.len() != u.len() {
+            return Err(Error::LengthMismatch {
+                name: "the residual".to_owned(),
+                got: e.len(),
+                expected: u.len(),
+            });
+        }
+        let n = e.len();
+        if n < FEWEST {
+            return Err(Error::TooShort {
+                what: "a residual test",
+                need: FEWEST,
+                got: n,
+            });
+        }
+        let lags = LAGS.min(n / 5);
+        let squared = |v: &[f64]| -> Vec<f64> {
+            let centre = mean(v);
+            v.iter().map(|x| (x - centre).powi(2)).collect()
+        };
+        let (e2, u2) = (squared(e), squared(u));
+        let tests = vec![
+            whiteness(e, lags),
+            independence(TestKind::InputIndependence, e, u, lags),
+            independence(TestKind::SquaredInputIndependence, e, &u2, lags),
+            independence(TestKind::SquaredIndependence, &e2, &u2, lags),
+        ];
+        Ok(ResidualTests {
+            tests,
+            correlations: correlations(e, u, lags),
+        })
+    }
+
+    /// The first test that refutes the model of the system, if any.
+    pub fn refutation(&self) -> Option<&ResidualTest> {
+        self.tests.iter().find(|t| t.kind.refutes() && !t.passed())
+    }
+}
+
+/// The Ljung-Box test of `v` with `lags` lags.
+pub(crate) fn whiteness(v: &[f64], lags: usize) -> ResidualTest {
+    let n = v.len() as f64;
+    let r = cross_covariance(v, v, lags);
+    let statistic = if r[0] > 0.0 {
+        let terms = r
+            .iter()
+            .enumerate()
+            .skip(1)
+            .map(|(k, c)| (c / r[0]).powi(2) / (n - k as f64));
+        n * (n + 2.0) * terms.sum::<f64>()
+    } else {
+        0.0
+    };
+    ResidualTest::new(TestKind::Whiteness, statistic, lags)
+}
+
+/// The test that the past of `w` says nothing about `v`.
+fn independence(kind: TestKind, v: &[f64], w: &[f64], lags: usize) -> ResidualTest {
+    let n = v.len();
+    let scale = (variance(v) * variance(w)).sqrt();
+    if !(scale > 0.0) {
+        return ResidualTest::new(kind, 0.0, lags + 1);
+    }
+    let r: Vec<f64> = cross_covariance(w, v, lags).iter().map(|c| c / scale).collect();
+    // The products' sum is cut where sample covariances are mostly noise; a triangular window keeps P
+    // positive definite.
+    let reach = ((n as f64).sqrt() as usize).clamp(lags, 20 * lags).min(n - 1 - lags);
+    let rv = cross_covariance(v, v, reach);
+    let rw = cross_covariance(w, w, reach + lags);
+    let taper = |k: usize| 1.0 - k as f64 / (reach + 1) as f64;
+    let entry = |difference: usize| -> f64 {
+        let both_sides = |k: i64| -> f64 {
+            let shifted = (k + difference as i64).unsigned_abs() as usize;
+            rv[k.unsigned_abs() as usize] * taper(k.unsigned_abs() as usize) * rw[shifted]
+        };
+        (-(reach as i64)..=reach as i64).map(both_sides).sum::<f64>() / (scale * scale)
+    };
+    let column: Vec<f64> = (0..=lags).map(entry).collect();
+    let size = lags + 1;
+    let matrix: Vec<f64> = (0..size * size)
+        .map(|k| column[(k / size).abs_diff(k % size)])
+        .collect();
+    let statistic = match linalg::solve_positive_definite(&matrix, &r) {
+        Some(solution) => n as f64 * solution.iter().zip(&r).map(|(a, b)| a * b).sum::<f64>(),
+        // A nearly singular P (a very narrow band): fall back on the sum of squares for white signals.
+        None => n as f64 * r.iter().map(|c| c * c).sum::<f64>() / column[0].max(f64::MIN_POSITIVE),
+    };
+    ResidualTest::new(kind, statistic, size)
+}
+
+fn correlations(e: &[f64], u: &[f64], lags: usize) -> Correlations {
+    let normalised = |c: Vec<f64>, scale: f64| -> Vec<f64> {
+        c.into_iter()
+            .map(|c| if scale > 0.0 { c / scale } else { 0.0 })
+            .collect()
+    };
+    let both = (variance(e) * variance(u)).sqrt();
+    let after = cross_covariance(u, e, lags);
+    let before = cross_covariance(e, u, lags);
+    let with_input = before.into_iter().skip(1).rev().chain(after).collect();
+    let quantile = Normal::standard().inverse_cdf(1.0 - LEVEL / 2.0);
+    Correlations {
+        residual: normalised(cross_covariance(e, e, lags), variance(e)),
+        with_input: normalised(with_input, both),
+        limit: quantile / (e.len() as f64).sqrt(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::linear::TransferFunction;
+
+    fn white(seed: u64, n: usize) -> Vec<f64> {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+        (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
+    }
+
+    fn coloured(seed: u64, n: usize, pole: f64) -> Vec<f64> {
+        let filter = TransferFunction::new(vec![1.0], vec![1.0, -pole]).unwrap();
+        filter.simulate(&white(seed, n + 200)).split_off(200)
+    }
+
+    /// How often `kind` rejects over many independent pairs (e, u).
+    fn rejections(kind: TestKind, runs: u64, pair: impl Fn(u64) -> (Vec<f64>, Vec<f64>)) -> f64 {
+        let rejected = (0..runs).filter(|&seed| {
+            let (e, u) = pair(seed);
+            let tests = ResidualTests::new(&e, &u).unwrap();
+            tests.tests.iter().any(|t| t.kind == kind && !t.passed())
+        });
+        rejected.count() as f64 / runs as f64
+    }
+
+    /// Three standard deviations of a share of 1 % over `runs`.
+    fn tolerance(runs: u64) -> f64 {
+        3.0 * (LEVEL * (1.0 - LEVEL) / runs as f64).sqrt()
+    }
+
+    #[test]
+    fn a_true_model_is_rejected_at_the_stated_level() {
+        let runs = 2000;
+        let pair = |n| move |seed| (white(2 * seed, n), white(2 * seed + 1, n));
+        for kind in [TestKind::InputIndependence, TestKind::SquaredInputIndependence] {
+            let share = rejections(kind, runs, pair(1000));
+            assert!((share - LEVEL).abs() < tolerance(runs), "{kind:?}: {share}");
+        }
+        // The tail of Ljung and Box's statistic approaches its limit slowly: 1.7 % at n = 1000.
+        let share = rejections(TestKind::Whiteness, runs, pair(8000));
+        assert!((share - LEVEL).abs() < tolerance(runs), "whiteness: {share}");
+    }
+
+    #[test]
+    fn colour_of_both_signals_does_not_change_the_level_of_the_independence_test() {
+        let runs = 2000;
+        let share = rejections(TestKind::InputIndependence, runs, |seed| {
+            (coloured(2 * seed, 2000, 0.8), coloured(2 * seed + 1, 2000, 0.7))
+        });
+        assert!((share - LEVEL).abs() < 2.0 * tolerance(runs), "{share}");
+    }
+
+    #[test]
+    fn dependence_is_found() {
+        let linear = |seed| {
+            let u = white(2 * seed, 1000);
+            let e = white(2 * seed + 1, 1000)
+                .iter()
+                .enumerate()
+                .map(|(i, e)| e + 0.25 * u[i.max(3) - 3])
+                .collect();
+            (e, u)
+        };
+        assert!(rejections(TestKind::InputIndependence, 50, linear) > 0.95);
+        let even = |seed| {
+            let u = white(2 * seed, 1000);
+            let e = white(2 * seed + 1, 1000)
+                .iter()
+                .zip(&u)
+                .map(|(e, u)| e + 0.2 * u * u)
+                .collect();
+            (e, u)
+        };
+        assert!(rejections(TestKind::SquaredInputIndependence, 50, even) > 0.95);
+        let spread = |seed| {
+            let u = white(2 * seed, 1000);
+            let e = white(2 * seed + 1, 1000)
+                .iter()
+                .zip(&u)
+                .map(|(e, u)| e * (1.0 + 0.5 * u * u))
+                .collect();
+            (e, u)
+        };
+        assert!(rejections(TestKind::SquaredIndependence, 50, spread) > 0.95);
+        assert!(
+            rejections(TestKind::Whiteness, 50, |seed| (
+                coloured(seed, 1000, 0.3),
+                white(seed, 1000)
+            )) > 0.95
+        );
+    }
+
+    #[test]
+    fn nothing_left_is_nothing_against_the_model() {
+        let tests = ResidualTests::new(&[0.0; 100], &white(1, 100)).unwrap();
+        assert!(tests.refutation().is_none() && tests.tests.iter().all(ResidualTest::passed));
+    }
+
+    #[test]
+    fn chi_squared_limits_are_those_of_tables() {
+        // R: qchisq(0.99, 25) = 44.3141, pchisq(30, 25, lower = FALSE) = 0.2243
+        let test = ResidualTest::new(TestKind::Whiteness, 30.0, 25);
+        assert!(
+            (test.limit - 44.3141).abs() < 1e-3 && (test.p_value - 0.2243).abs() < 1e-4,
+            "{test:?}"
+        );
+    }
+}
