@@ -11,11 +11,13 @@
 //! | [`error`] | everything that can go wrong, with the facts in the fields |
 
 pub mod error;
+pub mod identify;
 pub mod linear;
 pub mod model;
 pub mod nonlinearity;
 pub mod record;
 pub mod selection;
+pub mod systems;
 pub mod validation;
 
 pub(crate) mod linalg;

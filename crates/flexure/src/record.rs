@@ -29,6 +29,14 @@ impl Record {
         Ok(record)
     }
 
+    /// A record of columns that are known to differ in name and agree in length.
+    pub(crate) fn from_equal<const N: usize>(columns: [(&str, Vec<f64>); N]) -> Self {
+        Record {
+            names: columns.iter().map(|c| c.0.to_owned()).collect(),
+            columns: columns.into_iter().map(|c| c.1).collect(),
+        }
+    }
+
     /// Adds a column at the end.
     ///
     /// # Errors

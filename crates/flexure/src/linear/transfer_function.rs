@@ -67,6 +67,14 @@ impl TransferFunction {
         Ok(TransferFunction { b, a })
     }
 
+    /// `b / (1 + a[0] z^-1 + a[1] z^-2 + ...)` from finite literals.
+    pub(crate) fn monic(b: Vec<f64>, a: Vec<f64>) -> Self {
+        TransferFunction {
+            b,
+            a: std::iter::once(1.0).chain(a).collect(),
+        }
+    }
+
     /// The numerator's coefficients of 1, z^-1, z^-2, ...
     pub fn b(&self) -> &[f64] {
         &self.b

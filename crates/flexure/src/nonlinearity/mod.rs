@@ -2,6 +2,8 @@
 
 mod curve;
 pub(crate) mod kernel;
+mod tabulate;
 
 pub use curve::{Curve, Outside};
 pub use kernel::{Kernel, KernelFit, KernelRegression};
+pub(crate) use tabulate::tabulate;

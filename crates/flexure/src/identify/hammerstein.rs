@@ -1,0 +1,422 @@
+//! The Hammerstein system, identified by the paper's algorithm as it stands (sections VI and VII):
+//! $$ W_n = \varphi(X_n) + \xi_n, \qquad Y_n = \sum_{j \ge 0} k_j W_{n-s-j} . $$
+//!
+//! For a white input X, $E(Y_{n+j} | X_n = x) = k_{j-s} \varphi(x) + \text{const}$, so the kernel regression of
+//! output on input recovers phi up to scale and offset without knowing the linear part (16), and
+//! $\mathrm{cov}(Y_{n+j}, \psi(X_n)) = k_{j-s}\,\mathrm{cov}(\varphi(X), \psi(X))$ is the impulse response up to scale.
+//!
+//! In order: delay, nonlinearity (21), impulse response by correlation, order and rational linear part,
+//! calibration, verdict on fresh data. Consistent under Theorem 2 (Krzyzak 1990), but it pays for the
+//! linear memory as if it were noise.
+
+use super::calibration::{Calibrated, Calibration};
+use super::dependence::Dependence;
+use super::outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
+use crate::error::{Error, Result};
+use crate::linear::TransferFunction;
+use crate::linear::correlation::{cross_covariance, mean, variance};
+use crate::linear::from_impulse_response::{from_impulse_response, hankel_singular_values};
+use crate::model::Block;
+use crate::nonlinearity::kernel::Sorted;
+use crate::nonlinearity::{Curve, Kernel, KernelFit, KernelRegression, Outside, tabulate};
+use crate::record::Record;
+use crate::selection::BandwidthSearch;
+use crate::validation::whiteness;
+
+/// The fewest samples that are worth a fit.
+pub const FEWEST: usize = 100;
+/// The largest order tried when it is chosen from data.
+pub const LARGEST_ORDER: usize = 8;
+/// Most lags of the impulse response.
+const MOST_LAGS: usize = 1000;
+/// The normal quantile of a two-sided 95 % band.
+const BAND_QUANTILE: f64 = 1.959_963_984_540_054;
+/// The normal quantile of two-sided 99 % limits.
+const LIMIT_QUANTILE: f64 = 2.575_829_303_548_901;
+/// Autocorrelations of the input below this distort the result less than noise does.
+const NEGLIGIBLE_COLOUR: f64 = 0.05;
+/// Below this squared correlation of X and m(X) the output is correlated with m(X) in place of X.
+const WEAK_CORRELATION: f64 = 0.25;
+
+/// Which lag the output is regressed at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RegressionLag {
+    /// The lag of the strongest dependence: every lag gives phi up to scale and offset, this one with
+    /// the least noise.
+    #[default]
+    Strongest,
+    /// The delay itself, as in the paper.
+    Delay,
+    /// A given lag.
+    At(usize),
+}
+
+/// The paper's algorithm.
+///
+/// | parameter | purpose | valid range | default |
+/// |---|---|---|---|
+/// | `kernel` | weight function of (21) | | Epanechnikov |
+/// | `bandwidth` | h of (21) | positive | leave-one-out cross-validation |
+/// | `order` | order l of the linear part | 0 to 50 | Schwarz's criterion, 0 to 8 |
+/// | `delay` | delay s in samples | below a quarter of the record | first significant dependence |
+/// | `regression_lag` | lag of the regression | below a quarter of the record | the strongest dependence |
+/// | `calibration` | convention for scale and offset | | unit static gain |
+/// | `fresh_share` | share at the record's end kept for the verdict | 0.05 to 0.9 | 0.25 |
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlainHammerstein {
+    /// The weight function.
+    pub kernel: Kernel,
+    /// The bandwidth, in the input's unit.
+    pub bandwidth: Option<f64>,
+    /// The order of the linear part.
+    pub order: Option<usize>,
+    /// The delay in samples.
+    pub delay: Option<usize>,
+    /// The lag of the regression.
+    pub regression_lag: RegressionLag,
+    /// The convention for scale and offset.
+    pub calibration: Calibration,
+    /// The share of the record that the verdict is made on.
+    pub fresh_share: f64,
+}
+
+impl Default for PlainHammerstein {
+    fn default() -> Self {
+        PlainHammerstein {
+            kernel: Kernel::default(),
+            bandwidth: None,
+            order: None,
+            delay: None,
+            regression_lag: RegressionLag::default(),
+            calibration: Calibration::default(),
+            fresh_share: 0.25,
+        }
+    }
+}
+
+/// The regression's result: the estimate m_n and its values at the samples.
+pub(super) struct Regression {
+    pub(super) fit: KernelFit,
+    search: Option<BandwidthSearch>,
+    /// m_n(X_n) less its mean.
+    centred: Vec<f64>,
+    pub(super) mean: f64,
+}
+
+/// The correlation's result, from lag 0.
+struct ImpulseEstimate {
+    k: Vec<f64>,
+    limit: f64,
+    psi: Psi,
+}
+
+impl PlainHammerstein {
+    /// Identifies the system from `input` to `output`.
+    ///
+    /// # Errors
+    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::TooShort`] (fewer than
+    /// 100 samples for the fit), [`Error::InvalidParameter`] for a parameter outside its range.
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
+        let (u, y) = (record.finite(input)?, record.finite(output)?);
+        let fitted = self.check(u.len())?;
+        if fitted < FEWEST {
+            return Err(Error::TooShort {
+                what: "a Hammerstein fit (besides the fresh part)",
+                need: FEWEST,
+                got: fitted,
+            });
+        }
+        let (fit_u, fit_y) = (&u[..fitted], &y[..fitted]);
+        for (column, all, part) in [(input, u, fit_u), (output, y, fit_y)] {
+            let largest = all.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            if !(variance(part).sqrt() > 1e-12 * largest) {
+                return Err(Error::Constant {
+                    column: column.to_owned(),
+                    value: part[0],
+                });
+            }
+        }
+        self.run(u, y, fitted)
+    }
+
+    /// Checks the parameters; the number of samples to fit.
+    fn check(&self, samples: usize) -> Result<usize> {
+        let parameter = |name: &str, value: f64, valid: bool, requirement: &'static str| {
+            if valid {
+                Ok(())
+            } else {
+                Err(Error::InvalidParameter {
+                    name: name.to_owned(),
+                    value,
+                    requirement,
+                })
+            }
+        };
+        parameter(
+            "the fresh share",
+            self.fresh_share,
+            (0.05..=0.9).contains(&self.fresh_share),
+            "between 0.05 and 0.9",
+        )?;
+        let fitted = samples - (self.fresh_share * samples as f64).round() as usize;
+        let quarter = (fitted / 4).max(1);
+        let below_quarter = "below a quarter of the number of samples that are fitted";
+        if let Some(l) = self.order {
+            parameter("the order", l as f64, l <= 50, "at most 50")?;
+        }
+        if let Some(s) = self.delay {
+            parameter("the delay", s as f64, s < quarter, below_quarter)?;
+        }
+        if let RegressionLag::At(j) = self.regression_lag {
+            parameter("the regression lag", j as f64, j < quarter, below_quarter)?;
+        }
+        self.calibration.check()?;
+        Ok(fitted)
+    }
+
+    fn run(&self, u: &[f64], y: &[f64], fitted: usize) -> Result<Identification> {
+        let (fit_u, fit_y) = (&u[..fitted], &y[..fitted]);
+        let mut warnings = Vec::new();
+        warn_of_colour(fit_u, &mut warnings);
+
+        // Delay and lag of the regression, from the cross-covariances.
+        let given = match self.regression_lag {
+            RegressionLag::At(j) => j.max(self.delay.unwrap_or(0)),
+            _ => self.delay.unwrap_or(0),
+        };
+        let lags = MOST_LAGS.min(fitted / 5) + given;
+        let dependence = Dependence::new(fit_u, fit_y, lags);
+        let first = dependence.first();
+        if first.is_none() {
+            warnings.push(Warning::NoDependence { lags });
+        }
+        let strongest = dependence.strongest();
+        let delay = self.delay.unwrap_or_else(|| first.unwrap_or(strongest));
+        let lag = match self.regression_lag {
+            RegressionLag::Strongest => strongest.max(delay),
+            RegressionLag::Delay => delay,
+            RegressionLag::At(j) => j,
+        };
+
+        // m_n, by (21).
+        let regression = self.regress(fit_u, fit_y, lag)?;
+        if let Some(search) = regression.search.as_ref().filter(|s| s.at_edge) {
+            warnings.push(Warning::BandwidthAtEdge {
+                bandwidth: search.bandwidth,
+            });
+        }
+
+        // The impulse response by correlation, and its rational form.
+        let estimate = correlate(fit_u, fit_y, &regression, lags);
+        let memory = memory(&estimate, delay, self.order.unwrap_or(LARGEST_ORDER), lags);
+        if memory == lags {
+            warnings.push(Warning::NotSettled { lags });
+        }
+        let (linear, order) = self.linear_part(&estimate.k[delay..=memory], &regression, fit_y, delay)?;
+
+        // Scale and offset by convention, then the verdict.
+        let calibrated = self
+            .calibration
+            .apply(&regression, &linear, mean(fit_y), &mut warnings)?;
+        let Calibrated { gain, mean: level, .. } = calibrated;
+        let (curve, errors) = tabulate(&regression.fit, Outside::Nearest)?;
+        let curve = curve.affine(gain, level - gain * regression.mean);
+        let band = errors.iter().map(|e| BAND_QUANTILE * gain.abs() * e).collect();
+        let linear = delayed(&linear, 1.0 / gain, delay)?;
+        let mut blocks = vec![Block::Static(curve.clone()), Block::Linear(linear.clone())];
+        if calibrated.output_offset != 0.0 {
+            let offset = calibrated.output_offset;
+            blocks.push(Block::Static(Curve::new(
+                vec![0.0, 1.0],
+                vec![offset, 1.0 + offset],
+                Outside::Linear,
+            )?));
+        }
+        let model = Block::Series(blocks);
+        let predicted = model.simulate(u);
+        let verdict = Verdict::new(&u[fitted..], &y[fitted..], &predicted[fitted..])?;
+        warn_of_range(&curve, &u[fitted..], &mut warnings);
+        if verdict.measures.fit_percent <= 0.0 {
+            warnings.push(Warning::Useless {
+                fit_percent: verdict.measures.fit_percent,
+            });
+        }
+        Ok(Identification {
+            model,
+            nonlinearity: curve,
+            band,
+            output_offset: calibrated.output_offset,
+            linear,
+            delay,
+            regression_lag: lag,
+            kernel: self.kernel,
+            bandwidth: regression.fit.method().bandwidth,
+            bandwidth_search: regression.search,
+            order,
+            impulse_estimate: estimate.k[..=memory].iter().map(|k| k / gain).collect(),
+            impulse_limit: estimate.limit / gain.abs(),
+            psi: estimate.psi,
+            fitted,
+            predicted,
+            verdict,
+            warnings,
+        })
+    }
+
+    /// Regresses Y_{n+lag} on X_n.
+    fn regress(&self, u: &[f64], y: &[f64], lag: usize) -> Result<Regression> {
+        let data = Sorted::new(&u[..u.len() - lag], &y[lag..]);
+        let search = self
+            .bandwidth
+            .is_none()
+            .then(|| BandwidthSearch::over(self.kernel, &data));
+        let bandwidth = self
+            .bandwidth
+            .or(search.as_ref().map(|s| s.bandwidth))
+            .unwrap_or(f64::NAN);
+        let fit = KernelRegression {
+            kernel: self.kernel,
+            bandwidth,
+        }
+        .fit_sorted(data)?;
+        // The last samples of the input have no partner, and may lie out of reach of all others.
+        let overall = fit.data().mean;
+        let mut centred: Vec<f64> = fit
+            .predict(u)
+            .into_iter()
+            .map(|m| if m.is_nan() { overall } else { m })
+            .collect();
+        let mean = mean(&centred);
+        centred.iter_mut().for_each(|m| *m -= mean);
+        Ok(Regression {
+            fit,
+            search,
+            centred,
+            mean,
+        })
+    }
+
+    /// Order and transfer function (without the delay) for the impulse response `k` from the delay on.
+    fn linear_part(
+        &self,
+        k: &[f64],
+        regression: &Regression,
+        y: &[f64],
+        delay: usize,
+    ) -> Result<(TransferFunction, ChosenOrder)> {
+        let largest = LARGEST_ORDER.min((k.len().saturating_sub(1)) / 2);
+        let orders = match self.order {
+            Some(l) => l..=l,
+            None => 0..=largest,
+        };
+        let n = y.len() as f64;
+        let centre = mean(y);
+        let mut best: Option<(TransferFunction, OrderScore)> = None;
+        let mut scores = Vec::new();
+        for order in orders {
+            let Some(model) = from_impulse_response(k, order) else {
+                continue;
+            };
+            let response = model.simulate(&regression.centred);
+            let silent = std::iter::repeat_n(0.0, delay);
+            let squares: f64 = y
+                .iter()
+                .zip(silent.chain(response))
+                .map(|(y, p)| (y - centre - p).powi(2))
+                .sum();
+            let bic = n * (squares / n).max(f64::MIN_POSITIVE).ln() + (2 * order + 1) as f64 * n.ln();
+            let score = OrderScore { order, bic };
+            scores.push(score);
+            if bic.is_finite() && best.as_ref().is_none_or(|b| bic < b.1.bic) {
+                best = Some((model, score));
+            }
+        }
+        let Some((model, score)) = best else {
+            return Err(Error::TooShort {
+                what: "a linear part of the given order",
+                need: 5 * (2 * self.order.unwrap_or(0) + 1 + delay),
+                got: y.len(),
+            });
+        };
+        let hankel_singular_values = hankel_singular_values(k, 20).unwrap_or_default();
+        let order = ChosenOrder {
+            order: score.order,
+            hankel_singular_values,
+            scores,
+        };
+        Ok((model, order))
+    }
+}
+
+/// cov(Y_{n+j}, psi(X_n)) over cov(m_n(X_n), psi(X_n)), j = 0, ..., `lags`: the impulse response, in the
+/// scale in which its coefficient at the regression's lag is 1.
+fn correlate(u: &[f64], y: &[f64], regression: &Regression, lags: usize) -> ImpulseEstimate {
+    let m = &regression.centred;
+    let centre = mean(u);
+    let joint = m.iter().zip(u).map(|(m, u)| m * (u - centre)).sum::<f64>() / u.len() as f64;
+    let power = variance(m);
+    let (psi, signal, scale) = if joint * joint < WEAK_CORRELATION * power * variance(u) {
+        (Psi::Nonlinearity, m.as_slice(), power)
+    } else {
+        (Psi::Input, u, joint)
+    };
+    // A nonlinearity estimated as constant leaves nothing to scale by.
+    let scale = if scale != 0.0 { scale } else { 1.0 };
+    ImpulseEstimate {
+        k: cross_covariance(signal, y, lags).iter().map(|c| c / scale).collect(),
+        limit: LIMIT_QUANTILE * (variance(signal) * variance(y) / y.len() as f64).sqrt() / scale.abs(),
+        psi,
+    }
+}
+
+/// The last lag that the linear part is fitted to: past the last significant coefficient by half as
+/// much again, and long enough for the order.
+fn memory(estimate: &ImpulseEstimate, delay: usize, order: usize, lags: usize) -> usize {
+    // Among all lags, chance exceeds this rarely.
+    let clear = 1.7 * estimate.limit;
+    let last = estimate
+        .k
+        .iter()
+        .rposition(|k| k.abs() > clear)
+        .unwrap_or(delay)
+        .max(delay);
+    (last + (last - delay) / 2).max(delay + 4 * order + 4).min(lags)
+}
+
+/// The transfer function times a gain, after a delay.
+fn delayed(linear: &TransferFunction, gain: f64, delay: usize) -> Result<TransferFunction> {
+    let numerator = linear.b().iter().map(|b| gain * b);
+    TransferFunction::new(
+        std::iter::repeat_n(0.0, delay).chain(numerator).collect(),
+        linear.a().to_vec(),
+    )
+}
+
+/// Warns where the input is so far from white that the correlation estimate suffers.
+fn warn_of_colour(u: &[f64], warnings: &mut Vec<Warning>) {
+    let lags = 25.min(u.len() / 5);
+    let r = cross_covariance(u, u, lags);
+    let (lag, largest) = (1..=lags)
+        .map(|j| (j, r[j] / r[0]))
+        .fold((0, 0.0_f64), |a, b| if b.1.abs() > a.1.abs() { b } else { a });
+    if !whiteness(u, lags).passed() && largest.abs() > NEGLIGIBLE_COLOUR {
+        warnings.push(Warning::InputNotWhite { largest, lag });
+    }
+}
+
+fn warn_of_range(curve: &Curve, fresh: &[f64], warnings: &mut Vec<Warning>) {
+    let outside = fresh.iter().filter(|&&u| !curve.covers(u)).count();
+    let percent = 100.0 * outside as f64 / fresh.len() as f64;
+    if percent > 1.0 {
+        let x = curve.x();
+        warnings.push(Warning::OutsideRange {
+            percent,
+            low: x[0],
+            high: x[x.len() - 1],
+        });
+    }
+}
+
+#[cfg(test)]
+#[path = "hammerstein_tests.rs"]
+mod tests;

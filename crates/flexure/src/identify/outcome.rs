@@ -1,0 +1,211 @@
+//! What an identification returns: the model, what was chosen and why, and whether it holds.
+
+use crate::linear::TransferFunction;
+use crate::model::Block;
+use crate::nonlinearity::{Curve, Kernel};
+use crate::selection::BandwidthSearch;
+use crate::validation::{FitMeasures, ResidualTest, ResidualTests};
+
+/// The function of the input that the output was correlated with for the linear part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Psi {
+    /// The input itself.
+    Input,
+    /// The estimated nonlinearity, where the correlation of the input with it (nearly) vanishes.
+    Nonlinearity,
+}
+
+/// An order that was tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrderScore {
+    /// The order l.
+    pub order: usize,
+    /// Schwarz's criterion of the free-run error on the fit's samples; smaller is better.
+    pub bic: f64,
+}
+
+/// The order and how it was chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChosenOrder {
+    /// The order l of the linear part.
+    pub order: usize,
+    /// Singular values of the Hankel matrix of the estimated impulse response, largest first.
+    pub hankel_singular_values: Vec<f64>,
+    /// The orders that were tried; one only if it was given.
+    pub scores: Vec<OrderScore>,
+}
+
+/// Something that the user should know before trusting the model.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The input's samples depend on one another.
+    #[error(
+        "the input is not white (its largest autocorrelation is {largest:.2} at lag {lag}): the correlation estimate of the linear part is distorted by it"
+    )]
+    InputNotWhite {
+        /// The largest autocorrelation in absolute value.
+        largest: f64,
+        /// Its lag.
+        lag: usize,
+    },
+    /// The output does not seem to depend on the input.
+    #[error(
+        "the output shows no significant dependence on the input at lags 0 to {lags}: the model is not to be trusted"
+    )]
+    NoDependence {
+        /// The last lag that was looked at.
+        lags: usize,
+    },
+    /// The cross-validation score is best at the end of its range.
+    #[error(
+        "the cross-validation score is smallest at the edge of the bandwidths tried ({bandwidth}): the nonlinearity is constant, or rougher than the data resolve"
+    )]
+    BandwidthAtEdge {
+        /// The bandwidth.
+        bandwidth: f64,
+    },
+    /// The linear part was still far from settled at the last lag that the record allows.
+    #[error("the impulse response has not settled after {lags} samples: the record is short for so slow a system")]
+    NotSettled {
+        /// The last lag that was used.
+        lags: usize,
+    },
+    /// The static gain nearly vanishes, so that the linear part could not be scaled to a unit one.
+    #[error(
+        "the linear part's static gain nearly vanishes: its first coefficient is 1 instead, and the output's mean is kept as an offset"
+    )]
+    NoStaticGain,
+    /// The fresh part's input leaves the range in which the nonlinearity was estimated.
+    #[error(
+        "{percent:.1} % of the fresh part's input lies outside the range [{low}, {high}] of the fit, where the curve is held at its end value"
+    )]
+    OutsideRange {
+        /// Share of the fresh samples.
+        percent: f64,
+        /// Smallest input of the fit.
+        low: f64,
+        /// Largest input of the fit.
+        high: f64,
+    },
+    /// The model predicts no better than the output's mean.
+    #[error(
+        "the free-run error on fresh data exceeds the output's own spread (fit {fit_percent:.1} %): the model explains nothing"
+    )]
+    Useless {
+        /// The fit on fresh data.
+        fit_percent: f64,
+    },
+}
+
+/// The answer to "does the model hold?", on data that were not used for the fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// How near the free-run prediction is.
+    pub measures: FitMeasures,
+    /// Tests of what it leaves behind; `None` if the fresh part is too short for them.
+    pub residuals: Option<ResidualTests>,
+}
+
+impl Verdict {
+    /// Judges a free-run prediction of `y` under the input `u`.
+    ///
+    /// # Errors
+    /// Those of [`FitMeasures::new`].
+    pub fn new(u: &[f64], y: &[f64], predicted: &[f64]) -> crate::Result<Self> {
+        let measures = FitMeasures::new(y, predicted)?;
+        let residual: Vec<f64> = y.iter().zip(predicted).map(|(y, p)| y - p).collect();
+        Ok(Verdict {
+            measures,
+            residuals: ResidualTests::new(&residual, u).ok(),
+        })
+    }
+
+    /// The test that refutes the model of the system, if one does.
+    pub fn refutation(&self) -> Option<&ResidualTest> {
+        self.residuals.as_ref().and_then(ResidualTests::refutation)
+    }
+
+    /// Whether the model holds: it explains something, and no test refutes it.
+    pub fn holds(&self) -> bool {
+        self.measures.fit_percent > 0.0 && self.residuals.is_some() && self.refutation().is_none()
+    }
+
+    /// The answer in words.
+    pub fn words(&self) -> String {
+        let fit = self.measures.fit_percent;
+        let explains = format!(
+            "On fresh data the free-run fit is {fit:.1} % (it explains {:.1} % of the output's variance).",
+            100.0 * self.measures.r_squared.max(0.0)
+        );
+        let Some(tests) = &self.residuals else {
+            return format!(
+                "{explains} The fresh part is too short for residual tests: whether the model holds is not known."
+            );
+        };
+        if fit <= 0.0 {
+            return format!(
+                "The model does not hold: on fresh data it predicts no better than the output's mean (fit {fit:.1} %)."
+            );
+        }
+        let white = tests.tests.iter().all(|t| t.kind.refutes() || t.passed());
+        match tests.refutation() {
+            Some(test) => format!(
+                "{explains} The model does not hold exactly: the test '{}' rejects it at 1 % (statistic {:.1}, limit {:.1}), \
+                 so the error still carries something that the input explains.",
+                test.kind.name(),
+                test.statistic,
+                test.limit
+            ),
+            None if white => {
+                format!("{explains} The model holds: no residual test finds anything that it leaves unexplained.")
+            }
+            None => format!(
+                "{explains} The model holds: its error is independent of the input. It is not white, \
+                 so the noise is coloured or enters before the linear part."
+            ),
+        }
+    }
+}
+
+/// An identified model with all that was chosen on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identification {
+    /// The model, ready to simulate.
+    pub model: Block,
+    /// The static nonlinearity, normalised.
+    pub nonlinearity: Curve,
+    /// Half width of the pointwise 95 % band at the curve's points: 1.96 standard errors, without the
+    /// smoothing bias.
+    pub band: Vec<f64>,
+    /// The linear part, normalised; the delay is leading zeros of its numerator.
+    pub linear: TransferFunction,
+    /// Added to the linear part's output.
+    pub output_offset: f64,
+    /// The delay s in samples.
+    pub delay: usize,
+    /// The lag j of the regression of Y_{n+j} on X_n.
+    pub regression_lag: usize,
+    /// The kernel of the regression.
+    pub kernel: Kernel,
+    /// The bandwidth of the regression, in the input's unit.
+    pub bandwidth: f64,
+    /// The cross-validation curve; `None` if the bandwidth was given.
+    pub bandwidth_search: Option<BandwidthSearch>,
+    /// The order of the linear part.
+    pub order: ChosenOrder,
+    /// The estimated impulse response from lag 0, in the scale of [`Identification::linear`].
+    pub impulse_estimate: Vec<f64>,
+    /// Within this of zero an estimated impulse response coefficient is noise with 99 %.
+    pub impulse_limit: f64,
+    /// What the output was correlated with.
+    pub psi: Psi,
+    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
+    pub fitted: usize,
+    /// The free-run output over the whole record.
+    pub predicted: Vec<f64>,
+    /// The verdict on the samples from `fitted` on.
+    pub verdict: Verdict,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}

@@ -1,0 +1,124 @@
+//! An estimate as a tabulated curve, fine where the data are dense.
+
+use super::{Curve, KernelFit, Outside};
+use crate::error::Result;
+
+/// Evenly spaced points over the data's range, and as many at the data's quantiles.
+const POINTS: usize = 301;
+
+/// The estimate as a curve over the data's range, and its pointwise standard errors at the curve's points.
+///
+/// Half of the points are evenly spaced, half lie at quantiles of the data; data of few distinct
+/// abscissas are tabulated at those. Where no data are within reach there is no point, and the curve is
+/// straight across.
+///
+/// # Errors
+/// Those of [`Curve::new`].
+pub fn tabulate(fit: &KernelFit, outside: Outside) -> Result<(Curve, Vec<f64>)> {
+    let at = abscissas(&fit.data().x);
+    let errors = fit.standard_errors(&at);
+    let mut points = (Vec::new(), Vec::new(), Vec::new());
+    for ((x, y), e) in at.iter().zip(fit.predict(&at)).zip(errors) {
+        if y.is_finite() {
+            points.0.push(*x);
+            points.1.push(y);
+            points.2.push(if e.is_finite() { e } else { 0.0 });
+        }
+    }
+    Ok((Curve::new(points.0, points.1, outside)?, points.2))
+}
+
+fn abscissas(sorted: &[f64]) -> Vec<f64> {
+    let n = sorted.len();
+    let mut distinct = Vec::new();
+    for &x in sorted {
+        if distinct.last() != Some(&x) {
+            distinct.push(x);
+        }
+        if distinct.len() > POINTS {
+            break;
+        }
+    }
+    if distinct.len() <= POINTS {
+        return distinct;
+    }
+    let (low, high) = (sorted[0], sorted[n - 1]);
+    let last = POINTS - 1;
+    let even = (0..=last).map(|i| low + (high - low) * (i as f64 / last as f64));
+    let quantiles = (0..=last).map(|i| sorted[i * (n - 1) / last]);
+    let mut at: Vec<f64> = even
+        .chain(quantiles)
+        .chain([high])
+        .filter(|x| (low..=high).contains(x))
+        .collect();
+    at.sort_unstable_by(f64::total_cmp);
+    // Points closer than this add nothing to the curve.
+    let closest = 1e-4 * (high - low) / POINTS as f64;
+    let mut kept = vec![low];
+    for x in at {
+        if x - kept[kept.len() - 1] > closest {
+            kept.push(x);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Kernel, KernelRegression};
+    use super::*;
+
+    #[test]
+    fn few_levels_are_tabulated_at_the_levels() {
+        let x: Vec<f64> = (0..500).map(|i| (i % 5) as f64).collect();
+        let y: Vec<f64> = x.iter().map(|x| x * x).collect();
+        let method = KernelRegression {
+            kernel: Kernel::Epanechnikov,
+            bandwidth: 0.5,
+        };
+        let (curve, errors) = tabulate(&method.fit(&x, &y).unwrap(), Outside::Nan).unwrap();
+        assert_eq!(curve.x(), [0.0, 1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(curve.y(), [0.0, 1.0, 4.0, 9.0, 16.0]);
+        assert!(errors.iter().all(|e| *e == 0.0));
+    }
+
+    #[test]
+    fn the_curve_is_the_estimate_to_the_accuracy_of_the_table() {
+        let x: Vec<f64> = (0..2000)
+            .map(|i| ((i * 7919) % 2000) as f64 / 1000.0 - 1.0)
+            .map(|t| t * t * t)
+            .collect();
+        let y: Vec<f64> = x.iter().map(|x| (3.0 * x).sin()).collect();
+        let fit = KernelRegression {
+            kernel: Kernel::Biweight,
+            bandwidth: 0.2,
+        }
+        .fit(&x, &y)
+        .unwrap();
+        let (curve, _) = tabulate(&fit, Outside::Nan).unwrap();
+        for q in [-0.999, -0.4, -0.01, 0.0, 0.3, 0.99] {
+            assert!((curve.value(q) - fit.value(q)).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn gaps_are_bridged() {
+        let x: Vec<f64> = (0..800)
+            .map(|i| {
+                if i < 400 {
+                    i as f64 * 1e-3
+                } else {
+                    100.0 + i as f64 * 1e-3
+                }
+            })
+            .collect();
+        let fit = KernelRegression {
+            kernel: Kernel::Epanechnikov,
+            bandwidth: 0.05,
+        }
+        .fit(&x, &x)
+        .unwrap();
+        let (curve, _) = tabulate(&fit, Outside::Nan).unwrap();
+        assert!((curve.value(50.0) - 50.0).abs() < 1.0);
+    }
+}
