@@ -1,1 +1,3 @@
 //! Reads and writes records, models and arms.
+
+pub mod arm;
