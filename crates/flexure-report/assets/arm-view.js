@@ -1,6 +1,6 @@
 /* The arm as a picture: two links, joints, motor needles and the trail of the tip, on a canvas with equal scales. */
 
-const TRAIL_PART = 0.12; // of the motion
+const TRAIL_PART = 0.12; // of the motion; the rest of the tip's path is drawn faintly
 
 class ArmView {
   constructor(canvas, arm) {
@@ -108,14 +108,19 @@ class ArmView {
   }
 
   drawTrail(ctx, at, position) {
+    ctx.strokeStyle = colour("--error");
+    ctx.lineWidth = 1;
+    ctx.globalAlpha = 0.3;
+    ctx.beginPath();
+    for (const tip of this.tips) ctx.lineTo(...at(tip));
+    ctx.stroke();
     const last = Math.floor(position);
     const length = Math.max(40, Math.round(this.tips.length * TRAIL_PART));
     const first = Math.max(0, last - length);
     const chunk = Math.max(1, Math.floor(length / 48));
-    ctx.strokeStyle = colour("--error");
-    ctx.lineWidth = 2;
+    ctx.lineWidth = 2.5;
     for (let i = first; i < last; i += chunk) {
-      ctx.globalAlpha = 0.75 * ((i - first + chunk) / length);
+      ctx.globalAlpha = 0.85 * ((i - first + chunk) / length);
       ctx.beginPath();
       for (let j = i; j <= Math.min(i + chunk, last); j++) ctx.lineTo(...at(this.tips[j]));
       ctx.stroke();

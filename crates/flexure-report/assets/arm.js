@@ -2,6 +2,7 @@
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 const WATCHABLE = 30; // seconds that a motion should at most take at the speed it starts with
+const PLOTS_HEIGHT = 480; // of all the plots beside the picture together, without their legend and time axis
 const FIRST_SIGHT = 0.35; // where the picture stands before anything is played, as a part of the motion
 
 class Player {
@@ -80,14 +81,14 @@ class Player {
     const { q, qm, tau } = this.arm;
     const degrees = (rad) => `${((rad * 180) / Math.PI).toFixed(1)}°`;
     const lines = [0, 1].flatMap((k) => [
-      [["Shoulder", "Elbow"][k], (i) => degrees(between(q[k], i)), true],
+      [["shoulder", "elbow"][k], (i) => degrees(between(q[k], i)), true],
       ["deflection", (i) => `${(1000 * (between(qm[k], i) - between(q[k], i))).toFixed(1)} mrad`, qm[k].length],
       ["torque", (i) => `${readable(tau[k][Math.floor(i)] ?? NaN, 3)} N m`, tau[k].length],
     ]);
     return lines.filter(([, , there]) => there).map(([name, value]) => {
       const row = document.createElement("span");
       const number = document.createElement("b");
-      row.append(`${name} `, number);
+      row.append(name, number);
       byId("arm-readout").append(row);
       return (i) => {
         number.textContent = value(i).replace("-", "−");
@@ -112,7 +113,7 @@ function plotArm(arm, seek) {
     box.className = "plot";
     box.setAttribute("role", "img");
     box.setAttribute("aria-label", `${label} of the joints over time`);
-    box.dataset.height = (last ? 200 : 160) - (i ? LEGEND_HEIGHT : 0);
+    box.dataset.height = Math.round(PLOTS_HEIGHT / panels.length) + (last ? 34 : 0) + (i ? 0 : LEGEND_HEIGHT);
     byId("arm-plots").append(box);
     const u = chart(box, {
       at,

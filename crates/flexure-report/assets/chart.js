@@ -4,13 +4,14 @@ const charts = [];
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "Noto Sans", Arial, sans-serif';
 const AXIS_WIDTH = 74; // the same in all plots, so that plots below one another line up
 const LEGEND_HEIGHT = 26;
+const WHOLE_STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000]; // for ticks at whole numbers
 
 /** A series: `colour` names a style sheet colour; `area` fills below, `unlisted` keeps it out of the legend. */
 function line(label, colourName, { width = 2, dash, area, unlisted, points = false, scale, hidden } = {}) {
   return {
     label,
     colourName,
-    scale,
+    scale: scale ?? "y",
     dash,
     width: hidden ? 0 : width,
     class: [area && "area", unlisted && "unlisted"].filter(Boolean).join(" ") || undefined,
@@ -42,10 +43,15 @@ function axis(scale, label, { log, ticks = true, step } = {}) {
     stroke: () => colour("--muted"),
     grid: { stroke: () => colour("--grid"), width: 1 },
     ticks: { show: ticks || vertical, stroke: () => colour("--line"), width: 1, size: 5 },
-    space: vertical ? 32 : 62,
-    incrs: step,
+    space: vertical ? (u, i, low, high, room) => (room < 150 ? 20 : 28) : 62,
+    ...(step && { incrs: step }),
     values: !vertical && !ticks ? (u, splits) => splits.map(() => "") : log ? logLabels : tickLabels,
   };
+}
+
+/** Tall plots give way on paper. */
+function fullHeight(height) {
+  return Math.round(isPrinting() ? height * (height > 250 ? 0.74 : 0.88) : height);
 }
 
 /**
@@ -53,15 +59,15 @@ function axis(scale, label, { log, ticks = true, step } = {}) {
  * abscissas, which are `at`; `draw` and `below` are hooks above and below the curves; `group` ties plots to one another.
  */
 function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, group, legend = true, bare = false }) {
-  const height = () => Number(host.dataset.height) - (legend ? LEGEND_HEIGHT : 0);
+  const height = () => fullHeight(Number(host.dataset.height)) - (legend ? LEGEND_HEIGHT : 0);
   const marker = (property) => (u, i) => (u.series[i].areaName ? property(u.series[i]) : "transparent");
   const options = {
     width: Math.max(host.clientWidth, 80),
     height: height(),
-    padding: bare ? [4, 12, 0, 0] : [10, 12, 0, 0],
+    padding: [bare ? 4 : 10, 18, 0, 0],
     scales: {
-      x: { time: false, distr: x.log ? 3 : 1, range: x.range },
-      y: { distr: y.log ? 3 : 1, range: y.range },
+      x: { time: false, distr: x.log ? 3 : 1, ...(x.range && { range: x.range }) },
+      y: { distr: y.log ? 3 : 1, ...(y.range && { range: y.range }) },
       ...scales,
     },
     axes: [axis("x", x.label, x), { ...axis("y", y.label, y), show: true }],
@@ -92,7 +98,7 @@ function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, 
   const u = new uPlot(options, [at, ...data], host);
   const resize = () => {
     const width = host.clientWidth;
-    if (width > 0 && width !== u.width) u.setSize({ width, height: height() });
+    if (width > 0 && (width !== u.width || height() !== u.height)) u.setSize({ width, height: height() });
   };
   new ResizeObserver(resize).observe(host);
   onAppearance(() => {
@@ -107,7 +113,7 @@ function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, 
 /** A strip without numbers at its side. */
 function bareAxes(options) {
   options.axes[1] = { ...options.axes[1], label: undefined, size: AXIS_WIDTH, values: (u, splits) => splits.map(() => ""), grid: { show: false }, ticks: { show: false } };
-  options.axes[0] = { ...options.axes[0], label: undefined, size: 22, ticks: { show: false } };
+  options.axes[0] = { ...options.axes[0], size: 22, ticks: { show: false } };
 }
 
 /** Tells the document, and the plots of the same group, what part of the abscissa is shown. */
@@ -142,6 +148,7 @@ function drawStems(u, index, colourName, limit = Infinity) {
   ctx.beginPath();
   ctx.rect(u.bbox.left - 4 * ratio, u.bbox.top, u.bbox.width + 8 * ratio, u.bbox.height);
   ctx.clip();
+  ctx.setLineDash([]);
   ctx.lineWidth = Math.min(2, Math.max(1, room / 3)) * ratio;
   u.data[0].forEach((x, i) => {
     const v = u.data[index][i];

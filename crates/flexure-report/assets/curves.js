@@ -49,7 +49,7 @@ function plotCorrelation(id, lags, values, residuals, name) {
   const largest = Math.max(...values.map((v) => Math.abs(v ?? 0)), limited ? 1.6 * residuals.limit : 0) * 1.1 || 1;
   chart(host, {
     at: lags,
-    x: { label: "lag (samples)", range: () => widened(extent(lags), 0.02) },
+    x: { label: "lag (samples)", range: () => widened(extent(lags), 0.02), step: WHOLE_STEPS },
     y: { label: "correlation", range: [-largest, largest] },
     series: [...limits.series, drawn(name, "--model")],
     data: [...limits.data, values],
@@ -72,7 +72,12 @@ function plotScore(score, index) {
   const nearest = score.x.reduce((best, x, i) => (Math.abs(x - score.chosen) < Math.abs(score.x[best] - score.chosen) ? i : best), 0);
   chart(byId(`plot-score-${index}`), {
     at: score.x,
-    x: { label: score.x_label, log: score.log_x, range: score.log_x ? undefined : () => widened(extent(score.x), 0.03) },
+    x: {
+      label: score.x_label,
+      log: score.log_x,
+      range: score.log_x ? (u, a, b) => [a / 1.12, b * 1.12] : (u, a, b) => widened([a, b], 0.03),
+      step: score.x.every(Number.isInteger) ? WHOLE_STEPS : undefined,
+    },
     y: { label: score.y_label, log, range: log ? undefined : () => widened([low, high], 0.12) },
     series: [line(score.y_label, "--model", { points: score.x.length <= 60 })],
     data: [score.y],

@@ -18,7 +18,7 @@ function plotImpulse(linear) {
   }
   chart(host, {
     at: lags,
-    x: { label: "lag (samples)", range: () => widened([0, Math.max(count - 1, 1)], 0.02) },
+    x: { label: "lag (samples)", range: () => widened([0, Math.max(count - 1, 1)], 0.02), step: WHOLE_STEPS },
     y: { label: "impulse response", range: () => widened(extent(...data, [0])) },
     series,
     data,

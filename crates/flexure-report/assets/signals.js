@@ -1,31 +1,32 @@
 /* Signals over time: measured against predicted, and the record. */
 
-const READABLE_POINTS = 600; // more are a blot at first sight, so a longer fresh part opens zoomed
+const READABLE = 0.55; // points a pixel: more are a blot at first sight, so a longer fresh part opens zoomed
 
 function plotPrediction(p) {
   const at = gridValues(p.time);
   const group = gridGroup("prediction", p.time);
   const x = { label: p.time.label };
   const common = { at, group };
-  const measured = line("measured", "--measured", { width: 3 });
+  const measured = line("measured", "--measured", { width: 3.4 });
   chart(byId("plot-prediction"), {
     ...common,
-    x,
+    x: { ...x, ticks: false },
     y: { label: p.y_label },
-    series: [measured, line("predicted", "--model", { width: 1.7 })],
+    series: [measured, line("predicted", "--model", { width: 1.5 })],
     data: [p.measured, p.predicted],
   });
   chart(byId("plot-error"), {
     ...common,
     x,
-    y: { label: "error" },
+    y: { label: `error${p.y_label.match(/ \([^()]*\)$/)?.[0] ?? ""}` },
     series: [line("error: measured − predicted", "--error", { width: 1.3 })],
     data: [p.error],
     below: (u) => drawLevel(u, "y", 0, "--limit"),
   });
   plotOverview(byId("plot-overview"), at, p, group);
   group.buttons(byId("tools-prediction"));
-  if (at.length > 2 * READABLE_POINTS) group.show(at[0], at[READABLE_POINTS]);
+  const points = Math.round(READABLE * byId("plot-prediction").clientWidth);
+  if (at.length > 2 * points) group.show(at[0], at[points]);
 }
 
 /** The strip that always shows everything, with the group's window marked on it. */

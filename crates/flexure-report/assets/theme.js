@@ -17,6 +17,8 @@ function onAppearance(listener) {
   appearanceListeners.push(listener);
 }
 
+const isPrinting = () => root.classList.contains("printing");
+
 function applyAppearance({ printing = false } = {}) {
   const dark = !printing && (wanted ? wanted === "dark" : systemDark.matches);
   root.classList.toggle("dark", dark);

@@ -8,19 +8,34 @@ pub(crate) fn page(page: &Page) -> Result<()> {
     if let Some(first) = page.record.first() {
         axis("time", &page.time)?;
         for (k, signal) in page.record.iter().enumerate() {
-            same(format!("record[{k}].values"), signal.values.len(), first.values.len(), "sample of record[0]")?;
+            same(
+                format!("record[{k}].values"),
+                signal.values.len(),
+                first.values.len(),
+                "sample of record[0]",
+            )?;
         }
     }
     nonlinearity(&page.nonlinearity)?;
     linear(&page.linear)?;
     let prediction = &page.prediction;
-    same("prediction.predicted".into(), prediction.predicted.len(), prediction.measured.len(), "measured sample")?;
+    same(
+        "prediction.predicted".into(),
+        prediction.predicted.len(),
+        prediction.measured.len(),
+        "measured sample",
+    )?;
     if !prediction.measured.is_empty() {
         axis("prediction.time", &prediction.time)?;
     }
     let residuals = &page.residuals;
     increasing("residuals.cross_lags".into(), &residuals.cross_lags)?;
-    same("residuals.cross_correlation".into(), residuals.cross_correlation.len(), residuals.cross_lags.len(), "lag")?;
+    same(
+        "residuals.cross_correlation".into(),
+        residuals.cross_correlation.len(),
+        residuals.cross_lags.len(),
+        "lag",
+    )?;
     for (k, choice) in page.choices.iter().enumerate() {
         if let Some(curve) = &choice.curve {
             score(&format!("choices[{k}].curve"), curve)?;
@@ -34,22 +49,40 @@ fn nonlinearity(n: &Nonlinearity) -> Result<()> {
     increasing("nonlinearity.x".into(), &n.x)?;
     same("nonlinearity.y".into(), n.y.len(), need, "abscissa")?;
     optional("nonlinearity.lower", n.lower.len(), need, "abscissa")?;
-    same("nonlinearity.upper".into(), n.upper.len(), n.lower.len(), "value of nonlinearity.lower")?;
+    same(
+        "nonlinearity.upper".into(),
+        n.upper.len(),
+        n.lower.len(),
+        "value of nonlinearity.lower",
+    )?;
     optional("nonlinearity.density", n.density.len(), need, "abscissa")?;
     optional("nonlinearity.truth", n.truth.len(), need, "abscissa")
 }
 
 fn linear(l: &LinearPart) -> Result<()> {
     increasing("linear.frequency".into(), &l.frequency)?;
-    same("linear.magnitude_db".into(), l.magnitude_db.len(), l.frequency.len(), "frequency")?;
-    same("linear.phase_deg".into(), l.phase_deg.len(), l.frequency.len(), "frequency")
+    same(
+        "linear.magnitude_db".into(),
+        l.magnitude_db.len(),
+        l.frequency.len(),
+        "frequency",
+    )?;
+    same(
+        "linear.phase_deg".into(),
+        l.phase_deg.len(),
+        l.frequency.len(),
+        "frequency",
+    )
 }
 
 fn score(part: &str, curve: &ScoreCurve) -> Result<()> {
     increasing(format!("{part}.x"), &curve.x)?;
     same(format!("{part}.y"), curve.y.len(), curve.x.len(), "candidate")?;
     match curve.x.first() {
-        Some(&value) if curve.log_x && !(value > 0.0) => Err(Error::NotPositive { part: format!("{part}.x"), value }),
+        Some(&value) if curve.log_x && !(value > 0.0) => Err(Error::NotPositive {
+            part: format!("{part}.x"),
+            value,
+        }),
         _ => Ok(()),
     }
 }
@@ -71,12 +104,20 @@ fn arm(arm: &ArmMotion) -> Result<()> {
 }
 
 fn same(part: String, got: usize, need: usize, each: &'static str) -> Result<()> {
-    if got == need { Ok(()) } else { Err(Error::Length { part, got, need, each }) }
+    if got == need {
+        Ok(())
+    } else {
+        Err(Error::Length { part, got, need, each })
+    }
 }
 
 /// As [`same`], but the list may be left empty.
 fn optional(part: &str, got: usize, need: usize, each: &'static str) -> Result<()> {
-    if got == 0 { Ok(()) } else { same(part.into(), got, need, each) }
+    if got == 0 {
+        Ok(())
+    } else {
+        same(part.into(), got, need, each)
+    }
 }
 
 fn axis(part: &str, axis: &Axis) -> Result<()> {
@@ -84,7 +125,11 @@ fn axis(part: &str, axis: &Axis) -> Result<()> {
     if start.is_finite() && step > 0.0 && step.is_finite() {
         Ok(())
     } else {
-        Err(Error::Axis { part: part.into(), start, step })
+        Err(Error::Axis {
+            part: part.into(),
+            start,
+            step,
+        })
     }
 }
 

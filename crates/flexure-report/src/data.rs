@@ -1,7 +1,7 @@
 //! What the page shows, as plain values: whoever makes a page fills these in.
 //!
 //! An empty list or `None` leaves its part off the page. A value that is not finite is drawn as a gap. Names with units
-//! are written as they shall stand at an axis, for example "torque (N m)".
+//! are written as they shall stand at an axis, the unit in parentheses at the end, for example "torque (N m)".
 
 use serde::Serialize;
 

@@ -20,7 +20,10 @@ pub(crate) fn bucket(n: usize, limit: usize) -> usize {
 /// `bucket` is 1. Samples that are not finite are passed over.
 pub(crate) fn min_max(samples: &[f64], bucket: usize) -> Decimated {
     if bucket <= 1 {
-        return Decimated { stride: 1.0, values: samples.iter().map(|&v| round(v)).collect() };
+        return Decimated {
+            stride: 1.0,
+            values: samples.iter().map(|&v| round(v)).collect(),
+        };
     }
     let mut values = Vec::with_capacity(2 * samples.len().div_ceil(bucket));
     for chunk in samples.chunks(bucket) {
@@ -33,10 +36,17 @@ pub(crate) fn min_max(samples: &[f64], bucket: usize) -> Decimated {
                 high = (i, v);
             }
         }
-        let (first, second) = if low.0 <= high.0 { (low.1, high.1) } else { (high.1, low.1) };
+        let (first, second) = if low.0 <= high.0 {
+            (low.1, high.1)
+        } else {
+            (high.1, low.1)
+        };
         values.extend([round(first), round(second)]);
     }
-    Decimated { stride: bucket as f64 / 2.0, values }
+    Decimated {
+        stride: bucket as f64 / 2.0,
+        values,
+    }
 }
 
 /// Every k-th value with the smallest k that leaves at most `limit`, rounded.
@@ -64,7 +74,13 @@ mod tests {
     fn short_signals_are_kept_sample_by_sample() {
         let samples: Vec<f64> = (0..100).map(f64::from).collect();
         let kept = min_max(&samples, bucket(100, 100));
-        assert_eq!(kept, Decimated { stride: 1.0, values: samples });
+        assert_eq!(
+            kept,
+            Decimated {
+                stride: 1.0,
+                values: samples
+            }
+        );
     }
 
     #[test]
@@ -80,7 +96,10 @@ mod tests {
         assert_eq!(at(7.0) + 1, at(-5.0), "the spike up came first");
         for (spike, sample) in [(7.0, 31_415.0), (-5.0, 31_416.0), (9.0, 99_999.0)] {
             let time = at(spike) as f64 * kept.stride;
-            assert!((time - sample).abs() < size as f64, "{spike} at {time}, was at {sample}");
+            assert!(
+                (time - sample).abs() < size as f64,
+                "{spike} at {time}, was at {sample}"
+            );
         }
     }
 
@@ -91,7 +110,11 @@ mod tests {
             for limit in [2, 10, 100, 1_000] {
                 let size = bucket(n, limit);
                 let kept = min_max(&samples, size);
-                assert!(kept.values.len() <= limit, "{n} samples, limit {limit}: {} points", kept.values.len());
+                assert!(
+                    kept.values.len() <= limit,
+                    "{n} samples, limit {limit}: {} points",
+                    kept.values.len()
+                );
                 if size == 1 {
                     continue;
                 }
@@ -106,7 +129,16 @@ mod tests {
 
     #[test]
     fn missing_samples_do_not_hide_the_others() {
-        let samples = [f64::NAN, 1.0, f64::INFINITY, -2.0, f64::NAN, f64::NAN, f64::NAN, f64::NEG_INFINITY];
+        let samples = [
+            f64::NAN,
+            1.0,
+            f64::INFINITY,
+            -2.0,
+            f64::NAN,
+            f64::NAN,
+            f64::NAN,
+            f64::NEG_INFINITY,
+        ];
         let kept = min_max(&samples, 4);
         assert_eq!(kept.values[..2], [1.0, -2.0]);
         assert!(kept.values[2].is_nan() && kept.values[3].is_nan());

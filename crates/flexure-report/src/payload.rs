@@ -69,7 +69,11 @@ pub(crate) fn payload(page: &Page) -> Payload<'_> {
         linear: linear(&page.linear),
         prediction: (!page.prediction.measured.is_empty()).then(|| prediction(&page.prediction)),
         residuals: residuals(&page.residuals),
-        scores: page.choices.iter().map(|choice| choice.curve.as_ref().filter(|c| c.x.len() > 1).map(score)).collect(),
+        scores: page
+            .choices
+            .iter()
+            .map(|choice| choice.curve.as_ref().filter(|c| c.x.len() > 1).map(score))
+            .collect(),
         record: record(page),
         arm: page.arm.as_ref().filter(|arm| arm.q[0].len() > 1).map(arm),
     }
@@ -77,11 +81,21 @@ pub(crate) fn payload(page: &Page) -> Payload<'_> {
 
 /// A name with its unit in parentheses, as axes carry it.
 pub(crate) fn label(name: &str, unit: &str) -> String {
-    if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") }
+    if unit.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{name} ({unit})")
+    }
 }
 
 fn grid(axis: &Axis, bucket: usize, stride: f64, count: usize) -> Grid {
-    Grid { label: label(&axis.name, &axis.unit), start: axis.start, step: axis.step * stride, count, bucket }
+    Grid {
+        label: label(&axis.name, &axis.unit),
+        start: axis.start,
+        step: axis.step * stride,
+        count,
+        bucket,
+    }
 }
 
 fn nonlinearity(n: &Nonlinearity) -> Nonlinearity {

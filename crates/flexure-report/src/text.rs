@@ -18,7 +18,7 @@ pub(crate) struct Text<'a> {
     choices: Vec<ChoiceText<'a>>,
     nonlinearity: Option<NonlinearityText<'a>>,
     linear: LinearText,
-    prediction: Option<PredictionText>,
+    prediction: Option<PredictionText<'a>>,
     residuals: ResidualText,
     record: Option<RecordText>,
     arm: Option<ArmText>,
@@ -63,10 +63,11 @@ struct LinearText {
 }
 
 #[derive(Serialize)]
-struct PredictionText {
+struct PredictionText<'a> {
     fit: String,
     rms: String,
-    samples: usize,
+    unit: Option<&'a str>,
+    samples: String,
     bucket: usize,
 }
 
@@ -79,9 +80,9 @@ struct ResidualText {
 
 #[derive(Serialize)]
 struct RecordText {
-    samples: usize,
+    samples: String,
     signals: usize,
-    fresh: Option<usize>,
+    fresh: Option<String>,
     bucket: usize,
 }
 
@@ -90,13 +91,16 @@ struct ArmText {
     motors: bool,
     torques: bool,
     cut: bool,
-    samples: usize,
+    samples: String,
 }
 
 /// The page's words; `payload` says which plots there will be.
 pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
     let residuals = &page.residuals;
-    let (auto, cross) = (residuals.autocorrelation.len() > 1, !residuals.cross_correlation.is_empty());
+    let (auto, cross) = (
+        residuals.autocorrelation.len() > 1,
+        !residuals.cross_correlation.is_empty(),
+    );
     Text {
         title: &page.title,
         subtitle: &page.subtitle,
@@ -104,22 +108,32 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
         facts: &page.facts,
         warnings: &page.warnings,
         tests: residuals.tests.iter().map(row).collect(),
-        choices: page.choices.iter().zip(&payload.scores).map(|(choice, s)| chosen(choice, s.is_some())).collect(),
+        choices: page
+            .choices
+            .iter()
+            .zip(&payload.scores)
+            .map(|(choice, s)| chosen(choice, s.is_some()))
+            .collect(),
         nonlinearity: payload.nonlinearity.as_ref().map(|_| nonlinearity(page)),
         linear: linear(page),
         prediction: payload.prediction.as_ref().map(|plot| PredictionText {
             fit: number(page.prediction.fit_percent, 4),
             rms: number(page.prediction.rms, 4),
-            samples: page.prediction.measured.len(),
+            unit: unit(&page.prediction.y_label),
+            samples: count(page.prediction.measured.len()),
             bucket: plot.time.bucket,
         }),
-        residuals: ResidualText { any: auto || cross || !residuals.tests.is_empty(), auto, cross },
+        residuals: ResidualText {
+            any: auto || cross || !residuals.tests.is_empty(),
+            auto,
+            cross,
+        },
         record: payload.record.as_ref().map(|plot| {
             let samples = page.record[0].values.len();
             RecordText {
-                samples,
+                samples: count(samples),
                 signals: page.record.len(),
-                fresh: (page.fresh_from > 0 && page.fresh_from < samples).then_some(page.fresh_from),
+                fresh: (page.fresh_from > 0 && page.fresh_from < samples).then(|| count(page.fresh_from)),
                 bucket: plot.time.bucket,
             }
         }),
@@ -127,7 +141,7 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             motors: arm.qm.iter().any(|q| !q.is_empty()),
             torques: arm.tau.iter().any(|t| !t.is_empty()),
             cut: arm.q[0].len() > limits::ARM_SAMPLES,
-            samples: arm.q[0].len(),
+            samples: count(arm.q[0].len()),
         }),
         command: page.command.as_deref(),
         version: env!("CARGO_PKG_VERSION"),
@@ -146,7 +160,12 @@ fn row(test: &Test) -> TestRow<'_> {
 }
 
 fn chosen(choice: &Choice, curve: bool) -> ChoiceText<'_> {
-    ChoiceText { name: &choice.name, value: &choice.value, why: &choice.why, curve }
+    ChoiceText {
+        name: &choice.name,
+        value: &choice.value,
+        why: &choice.why,
+        curve,
+    }
 }
 
 fn nonlinearity(page: &Page) -> NonlinearityText<'_> {
@@ -160,7 +179,10 @@ fn nonlinearity(page: &Page) -> NonlinearityText<'_> {
 
 fn linear(page: &Page) -> LinearText {
     let l = &page.linear;
-    let (impulse, bode) = (l.impulse.len() + l.impulse_estimate.len() > 0, l.frequency.iter().any(|&f| f > 0.0));
+    let (impulse, bode) = (
+        l.impulse.len() + l.impulse_estimate.len() > 0,
+        l.frequency.iter().any(|&f| f > 0.0),
+    );
     let roots = l.poles.len() + l.zeros.len() > 0;
     let equation = (!l.b.is_empty() && !l.a.is_empty()).then(|| [polynomial(&l.b), polynomial(&l.a)]);
     LinearText {
@@ -174,10 +196,16 @@ fn linear(page: &Page) -> LinearText {
     }
 }
 
-/// `c0 + c1 z^-1 + ...` with typographic signs and exponents.
+/// The unit in parentheses at the end of an axis's label.
+fn unit(label: &str) -> Option<&str> {
+    let (_, unit) = label.strip_suffix(')')?.rsplit_once(" (")?;
+    (!unit.is_empty()).then_some(unit)
+}
+
+/// `c0 + c1 z^-1 + ...` with typographic signs and exponents, without the terms that are 0.
 fn polynomial(c: &[f64]) -> String {
     let mut words = String::new();
-    for (k, &v) in c.iter().enumerate() {
+    for (k, &v) in c.iter().enumerate().filter(|(_, v)| **v != 0.0) {
         let size = number(v.abs(), 5);
         match (words.is_empty(), v < 0.0) {
             (true, true) => words.push('−'),
@@ -191,7 +219,7 @@ fn polynomial(c: &[f64]) -> String {
             words.extend(k.to_string().chars().map(superscript));
         }
     }
-    words
+    if words.is_empty() { "0".into() } else { words }
 }
 
 fn superscript(digit: char) -> char {
@@ -211,10 +239,28 @@ fn number(v: f64, digits: usize) -> String {
     } else {
         let scientific = format!("{rounded:e}");
         let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
-        let exponent: String = exponent.chars().map(|c| if c == '-' { '⁻' } else { superscript(c) }).collect();
+        let exponent: String = exponent
+            .chars()
+            .map(|c| if c == '-' { '⁻' } else { superscript(c) })
+            .collect();
         format!("{mantissa}·10{exponent}")
     };
     words.replace('-', "−")
+}
+
+/// A count for reading: thousands apart from 10 000 on.
+fn count(n: usize) -> String {
+    let digits = n.to_string();
+    if digits.len() < 5 {
+        return digits;
+    }
+    let groups: Vec<&str> = digits
+        .as_bytes()
+        .rchunks(3)
+        .rev()
+        .filter_map(|g| std::str::from_utf8(g).ok())
+        .collect();
+    groups.join("\u{202f}")
 }
 
 /// A p-value for reading: three decimals, and no pretence of more below.
@@ -243,6 +289,23 @@ mod tests {
     }
 
     #[test]
+    fn units_stand_in_parentheses_at_the_end() {
+        assert_eq!(unit("elbow rate (rad/s)"), Some("rad/s"));
+        assert_eq!(unit("q (left) (rad)"), Some("rad"));
+        for label in ["y", "y ()", "f(x)", "(m) y"] {
+            assert_eq!(unit(label), None, "{label}");
+        }
+    }
+
+    #[test]
+    fn counts_are_grouped_by_thousands() {
+        assert_eq!(count(0), "0");
+        assert_eq!(count(9_999), "9999");
+        assert_eq!(count(10_000), "10\u{202f}000");
+        assert_eq!(count(1_234_567), "1\u{202f}234\u{202f}567");
+    }
+
+    #[test]
     fn p_values_do_not_pretend() {
         assert_eq!(p_value(0.0), "< 0.001");
         assert_eq!(p_value(0.123_4), "0.123");
@@ -253,6 +316,8 @@ mod tests {
     fn polynomials_carry_signs_and_exponents() {
         assert_eq!(polynomial(&[1.0, -1.5, 0.25]), "1 − 1.5\u{202f}z⁻¹ + 0.25\u{202f}z⁻²");
         assert_eq!(polynomial(&[-2.0]), "−2");
+        assert_eq!(polynomial(&[0.0, 0.0, -3.0]), "−3\u{202f}z⁻²");
+        assert_eq!(polynomial(&[0.0]), "0");
         assert!(polynomial(&[1.0; 13]).ends_with("z⁻¹²"));
     }
 }

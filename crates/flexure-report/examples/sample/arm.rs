@@ -20,7 +20,10 @@ pub fn motion(n: usize, h: f64) -> ArmMotion {
     let mut columns: [Vec<f64>; 6] = Default::default();
     for i in 0..n {
         let tau = torque(i as f64 * h, &state);
-        for (column, v) in columns.iter_mut().zip([state[0], state[1], state[2], state[3], tau[0], tau[1]]) {
+        for (column, v) in columns
+            .iter_mut()
+            .zip([state[0], state[1], state[2], state[3], tau[0], tau[1]])
+        {
             column.push(v);
         }
         for _ in 0..SUBSTEPS {
@@ -30,7 +33,12 @@ pub fn motion(n: usize, h: f64) -> ArmMotion {
     let [q1, q2, qm1, qm2, tau1, tau2] = columns;
     ArmMotion {
         lengths: LENGTHS,
-        time: Axis { name: "time".into(), unit: "s".into(), start: 0.0, step: h },
+        time: Axis {
+            name: "time".into(),
+            unit: "s".into(),
+            start: 0.0,
+            step: h,
+        },
         q: [q1, q2],
         qm: [qm1, qm2],
         tau: [tau1, tau2],
@@ -52,7 +60,10 @@ fn derivative(s: &State, tau: &[f64; 2]) -> State {
     let m12 = MASS * (c * c + l * c * q2.cos()) + INERTIA;
     let m22 = MASS * c * c + INERTIA;
     let h = MASS * l * c * q2.sin();
-    let joint = [STIFFNESS * (m1 - q1) + DAMPING * (r1 - w1), STIFFNESS * (m2 - q2) + DAMPING * (r2 - w2)];
+    let joint = [
+        STIFFNESS * (m1 - q1) + DAMPING * (r1 - w1),
+        STIFFNESS * (m2 - q2) + DAMPING * (r2 - w2),
+    ];
     let f1 = joint[0] + h * (w2 * w1 + (w1 + w2) * w2);
     let f2 = joint[1] - h * w1 * w1;
     let determinant = m11 * m22 - m12 * m12;

@@ -18,10 +18,12 @@ fn main() -> ExitCode {
         _ => return usage(),
     };
     let Some(path) = path else { return usage() };
-    let written = flexure_report::render(&page).map_err(|e| e.to_string()).and_then(|html| {
-        std::fs::write(&path, &html).map_err(|e| format!("{path}: {e}"))?;
-        Ok(html.len())
-    });
+    let written = flexure_report::render(&page)
+        .map_err(|e| e.to_string())
+        .and_then(|html| {
+            std::fs::write(&path, &html).map_err(|e| format!("{path}: {e}"))?;
+            Ok(html.len())
+        });
     match written {
         Ok(bytes) => {
             println!("{path}: {:.2} MB", bytes as f64 / 1e6);
