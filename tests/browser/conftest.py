@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.support.ui import WebDriverWait
 
 
 def pages():
@@ -77,13 +78,13 @@ class Report:
         )
 
     def wait(self, condition, complaint, seconds=15):
-        from selenium.webdriver.support.ui import WebDriverWait
-
-        WebDriverWait(self.driver, seconds, poll_frequency=0.05).until(lambda d: self.js(f"return {condition}"), complaint)
+        waiting = WebDriverWait(self.driver, seconds, poll_frequency=0.05)
+        waiting.until(lambda driver: driver.execute_script(f"return {condition}"), complaint)
 
     def window(self, plot):
         """The part of the abscissa that a plot shows."""
-        return self.js("const d = document.getElementById(arguments[0]).dataset; return [Number(d.xMin), Number(d.xMax)]", plot)
+        read = "const d = document.getElementById(arguments[0]).dataset; return [Number(d.xMin), Number(d.xMax)]"
+        return self.js(read, plot)
 
     def has(self, selector):
         return self.js("return document.querySelector(arguments[0]) !== null", selector)

@@ -79,7 +79,7 @@ fn score(part: &str, curve: &ScoreCurve) -> Result<()> {
     increasing(format!("{part}.x"), &curve.x)?;
     same(format!("{part}.y"), curve.y.len(), curve.x.len(), "candidate")?;
     match curve.x.first() {
-        Some(&value) if curve.log_x && !(value > 0.0) => Err(Error::NotPositive {
+        Some(&value) if curve.log_x && value <= 0.0 => Err(Error::NotPositive {
             part: format!("{part}.x"),
             value,
         }),

@@ -27,15 +27,16 @@ pub(crate) fn min_max(samples: &[f64], bucket: usize) -> Decimated {
     }
     let mut values = Vec::with_capacity(2 * samples.len().div_ceil(bucket));
     for chunk in samples.chunks(bucket) {
-        let (mut low, mut high) = ((0, f64::NAN), (0, f64::NAN));
+        let (mut low, mut high): (Option<(usize, f64)>, Option<(usize, f64)>) = (None, None);
         for (i, &v) in chunk.iter().enumerate().filter(|(_, v)| v.is_finite()) {
-            if !(v >= low.1) {
-                low = (i, v);
+            if low.is_none_or(|(_, least)| v < least) {
+                low = Some((i, v));
             }
-            if !(v <= high.1) {
-                high = (i, v);
+            if high.is_none_or(|(_, most)| v > most) {
+                high = Some((i, v));
             }
         }
+        let (low, high) = (low.unwrap_or((0, f64::NAN)), high.unwrap_or((0, f64::NAN)));
         let (first, second) = if low.0 <= high.0 {
             (low.1, high.1)
         } else {
@@ -147,15 +148,15 @@ mod tests {
     #[test]
     fn rounding_is_short_and_close() {
         assert_eq!(round(0.1 + 0.2).to_string(), "0.3");
-        assert_eq!(round(std::f64::consts::PI), 3.141593);
+        assert_eq!(round(2.0 / 3.0), 0.6666667);
         assert_eq!(round(-1.234_567_89e-12), -1.234568e-12);
-        assert_eq!(round(f64::MAX), f64::INFINITY.min(1.797693e308));
+        assert_eq!(round(f64::MAX), 1.797693e308);
         assert_eq!(round(0.0), 0.0);
         assert!(round(f64::NAN).is_nan());
         assert_eq!(round(f64::INFINITY), f64::INFINITY);
         for k in 1..1_000 {
             let v = 1.0 / f64::from(k);
-            assert!((round(v) - v).abs() <= 0.5e-6 * v * 10.0_f64.powi(0) * 1.000_001, "{v}");
+            assert!((round(v) - v).abs() <= 0.5e-6 * v * 1.000_001, "{v}");
             assert!(round(v).to_string().len() <= 13);
         }
     }

@@ -179,7 +179,7 @@ fn record(page: &Page) -> Option<RecordPlot<'_>> {
     Some(RecordPlot {
         time: grid(&page.time, bucket, stride, count),
         fresh_from: (page.fresh_from > 0 && page.fresh_from < n)
-            .then(|| page.time.start + page.fresh_from as f64 * page.time.step),
+            .then_some(page.time.start + page.fresh_from as f64 * page.time.step),
         signals: page
             .record
             .iter()
