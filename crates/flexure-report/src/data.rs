@@ -56,7 +56,7 @@ pub struct Fact {
     pub name: String,
     /// For example "97.3 %", ready to print.
     pub value: String,
-    /// A sentence that explains it, for a tooltip.
+    /// A few words that explain it, shown below it.
     pub note: String,
 }
 
@@ -158,7 +158,8 @@ pub struct Prediction {
 pub struct Residuals {
     /// Residual autocorrelation, normalised to 1 at lag 0, at lags 0, 1, ...
     pub autocorrelation: Vec<f64>,
-    /// Normalised cross-correlation of residual and input, one value for each of `cross_lags`.
+    /// Normalised cross-correlation of residual and input, one value for each of `cross_lags`; at lag k, the residual is
+    /// taken k samples after the input.
     pub cross_correlation: Vec<f64>,
     /// Lags of `cross_correlation`, in samples, increasing.
     pub cross_lags: Vec<f64>,

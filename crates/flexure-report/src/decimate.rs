@@ -27,7 +27,7 @@ pub(crate) fn min_max(samples: &[f64], bucket: usize) -> Decimated {
     }
     let mut values = Vec::with_capacity(2 * samples.len().div_ceil(bucket));
     for chunk in samples.chunks(bucket) {
-        let (mut low, mut high): (Option<(usize, f64)>, Option<(usize, f64)>) = (None, None);
+        let (mut low, mut high) = (None::<(usize, f64)>, None::<(usize, f64)>);
         for (i, &v) in chunk.iter().enumerate().filter(|(_, v)| v.is_finite()) {
             if low.is_none_or(|(_, least)| v < least) {
                 low = Some((i, v));

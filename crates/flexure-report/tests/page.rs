@@ -4,6 +4,8 @@
 mod arm;
 #[path = "../examples/sample/pages.rs"]
 mod pages;
+#[path = "../examples/sample/system.rs"]
+mod system;
 
 use flexure_report::data::Page;
 use flexure_report::{Error, render};
@@ -232,20 +234,18 @@ fn parts_without_data_leave_no_empty_boxes() {
     for list in [&mut linear.b, &mut linear.a, &mut linear.impulse, &mut linear.frequency] {
         list.clear();
     }
-    (
-        linear.magnitude_db.clear(),
-        linear.phase_deg.clear(),
-        linear.poles.clear(),
-        linear.zeros.clear(),
-    );
-    (page.prediction.measured.clear(), page.prediction.predicted.clear());
-    (page.residuals.autocorrelation.clear(), page.residuals.tests.clear());
-    (
-        page.facts.clear(),
-        page.choices.clear(),
-        page.warnings.clear(),
-        page.record.clear(),
-    );
+    linear.magnitude_db.clear();
+    linear.phase_deg.clear();
+    linear.poles.clear();
+    linear.zeros.clear();
+    page.prediction.measured.clear();
+    page.prediction.predicted.clear();
+    page.residuals.autocorrelation.clear();
+    page.residuals.tests.clear();
+    page.facts.clear();
+    page.choices.clear();
+    page.warnings.clear();
+    page.record.clear();
     let empty = html(&page);
     for id in sections {
         assert!(!empty.contains(&format!(r#"id="{id}""#)), "{id} has nothing to show");

@@ -5,6 +5,7 @@
 
 mod arm;
 mod pages;
+mod system;
 
 use std::process::ExitCode;
 
