@@ -4,8 +4,9 @@ use super::error::ArmError;
 use super::file::ArmFile;
 
 /// The names of the presets with their commented texts.
-pub const PRESETS: [(&str, &str); 3] = [
+pub const PRESETS: [(&str, &str); 4] = [
     ("space-arm", include_str!("../../presets/space-arm.toml")),
+    ("elbow-test", include_str!("../../presets/elbow-test.toml")),
     ("short-stiff", include_str!("../../presets/short-stiff.toml")),
     ("frictionless", include_str!("../../presets/frictionless.toml")),
 ];
