@@ -132,7 +132,7 @@ impl Kind {
         let logical = column.logical_type_ref();
         let converted = column.converted_type();
         let unsigned = match (logical, converted) {
-            (Some(LogicalType::Integer { is_signed, .. }), _) => !is_signed,
+            (Some(LogicalType::Integer(integer)), _) => !integer.is_signed,
             (
                 None,
                 ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64,
