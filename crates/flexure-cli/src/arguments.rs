@@ -35,12 +35,18 @@ pub fn auto_count(text: &str) -> Result<Auto<usize>, String> {
     if text == "auto" {
         return Ok(Auto::Auto);
     }
-    text.parse().map(Auto::Given).map_err(|_| "expected 'auto' or a whole number from 0".to_owned())
+    text.parse()
+        .map(Auto::Given)
+        .map_err(|_| "expected 'auto' or a whole number from 0".to_owned())
 }
 
 /// `auto` or a positive number.
 pub fn auto_positive(text: &str) -> Result<Auto<f64>, String> {
-    if text == "auto" { Ok(Auto::Auto) } else { positive(text).map(Auto::Given) }
+    if text == "auto" {
+        Ok(Auto::Auto)
+    } else {
+        positive(text).map(Auto::Given)
+    }
 }
 
 /// A positive, finite number.

@@ -1,5 +1,6 @@
 //! `flexure demo`: simulate the space arm, identify its elbow, show it.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
@@ -40,7 +41,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     std::fs::create_dir_all(out).with_context(|| format!("{}: the folder cannot be made", out.display()))?;
     let text = preset_text(PRESET)?;
     let arm = ArmFile::from_toml_str(text, &format!("preset {PRESET}"))?;
-    let paths: Vec<PathBuf> = ["arm.toml", "record.csv", "model.json", "report.html"].iter().map(|name| out.join(name)).collect();
+    let paths: Vec<PathBuf> = ["arm.toml", "record.csv", "model.json", "report.html"]
+        .iter()
+        .map(|name| out.join(name))
+        .collect();
     write_atomically(&paths[0], |file| file.write_all(text.as_bytes()))?;
     write_record(&paths[1], &simulate(&arm, Path::new(""))?)?;
 
@@ -52,9 +56,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sample_time: Some(arm.run.sample_time),
     };
     let result = identify(&record, &context, &PlainHammerstein::default())?;
-    write_files(&record, &context, &result, Some(&paths[2]), Some(&paths[3]), |file, context, result| {
-        page::page(file, context, result, decoration(&arm, result, out))
-    })?;
+    write_files(
+        &record,
+        &context,
+        &result,
+        Some(&paths[2]),
+        Some(&paths[3]),
+        |file, context, result| page::page(file, context, result, decoration(&arm, result, out)),
+    )?;
     if arguments.json {
         let mut object = identification_json(&result, &context);
         object["files"] = json!(paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>());
@@ -70,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn decoration(arm: &ArmFile, result: &Identification, out: &Path) -> Decoration {
-    let friction = arm.arm.joints[JOINT].friction;
+    let friction = arm.arm.joints[JOINT].friction.unwrap_or_default();
     let [a, b] = alignment(result, &friction);
     Decoration {
         title: Some("The elbow of a space arm: from torque to velocity".to_owned()),

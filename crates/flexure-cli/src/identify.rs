@@ -1,5 +1,6 @@
 //! `flexure identify`: a model from a record.
 
+use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
@@ -19,7 +20,9 @@ use crate::progress::spinning;
 /// A record is CSV with a header, whitespace-separated columns without one (named c0, c1, ...), Parquet, or
 /// MAT v5. Nothing has to be typed in but the two columns.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  flexure identify record.csv --input u --output y -o model.json --report report.html")]
+#[command(
+    after_help = "Example:\n  flexure identify record.csv --input u --output y -o model.json --report report.html"
+)]
 pub struct Arguments {
     /// The record.
     record: PathBuf,
@@ -97,7 +100,10 @@ fn regression_lag(text: &str) -> Result<RegressionLag, String> {
     match text {
         "strongest" => Ok(RegressionLag::Strongest),
         "delay" => Ok(RegressionLag::Delay),
-        _ => text.parse().map(RegressionLag::At).map_err(|_| "expected 'strongest', 'delay' or a whole number from 0".to_owned()),
+        _ => text
+            .parse()
+            .map(RegressionLag::At)
+            .map_err(|_| "expected 'strongest', 'delay' or a whole number from 0".to_owned()),
     }
 }
 
@@ -135,9 +141,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let result = identify(&file, &context, &arguments.method())?;
     let command = std::env::args().collect::<Vec<_>>().join(" ");
-    write_files(&file, &context, &result, arguments.model.as_ref(), arguments.report.as_ref(), |file, context, result| {
-        page::page(file, context, result, Decoration { command: Some(command), ..Decoration::default() })
-    })?;
+    write_files(
+        &file,
+        &context,
+        &result,
+        arguments.model.as_ref(),
+        arguments.report.as_ref(),
+        |file, context, result| {
+            page::page(
+                file,
+                context,
+                result,
+                Decoration {
+                    command: Some(command),
+                    ..Decoration::default()
+                },
+            )
+        },
+    )?;
     if arguments.json {
         println!("{}", identification_json(&result, &context));
     } else {
@@ -153,7 +174,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 pub fn identify(file: &RecordFile, context: &Context, method: &PlainHammerstein) -> Result<Identification> {
     file.finite(context.input)?;
     file.finite(context.output)?;
-    spinning("identifying", || method.identify(&file.record, context.input, context.output)).map_err(|error| file.locate(error).into())
+    spinning("identifying", || {
+        method.identify(&file.record, context.input, context.output)
+    })
+    .map_err(|error| file.locate(error).into())
 }
 
 /// Writes the model and the page, where asked for.

@@ -24,7 +24,10 @@ pub fn identification_json(result: &Identification, context: &Context) -> Value 
     let edge = |sign: f64| -> Vec<f64> { curve.y().iter().zip(&result.band).map(|(y, b)| y + sign * b).collect() };
     let linear = &result.linear;
     let complex = |list: Option<Vec<_>>| -> Vec<[f64; 2]> {
-        list.unwrap_or_default().iter().map(|z: &flexure::linear::Complex<f64>| [z.re, z.im]).collect()
+        list.unwrap_or_default()
+            .iter()
+            .map(|z: &flexure::linear::Complex<f64>| [z.re, z.im])
+            .collect()
     };
     json!({
         "structure": "hammerstein",
@@ -91,7 +94,17 @@ pub fn model_file(result: &Identification, context: &Context) -> ModelFile {
     let mut details = identification_json(result, context);
     if let Value::Object(fields) = &mut details {
         // What the model itself says already.
-        for field in ["structure", "method", "input", "output", "sample_time", "order", "delay", "nonlinearity", "linear"] {
+        for field in [
+            "structure",
+            "method",
+            "input",
+            "output",
+            "sample_time",
+            "order",
+            "delay",
+            "nonlinearity",
+            "linear",
+        ] {
             fields.remove(field);
         }
     }
@@ -112,13 +125,35 @@ pub fn model_file(result: &Identification, context: &Context) -> ModelFile {
 
 /// A short account for a terminal.
 pub fn summary(result: &Identification, context: &Context) -> String {
-    let Identification { verdict, linear, nonlinearity, .. } = result;
+    let Identification {
+        verdict,
+        linear,
+        nonlinearity,
+        ..
+    } = result;
     let x = nonlinearity.x();
     let mut lines = vec![
-        format!("Hammerstein model from '{}' to '{}', method plain", context.input, context.output),
-        format!("  fit on fresh data   {:.2} %  (RMS error {:.4e}, {} samples)", verdict.measures.fit_percent, verdict.measures.rms, verdict.measures.samples),
-        format!("  nonlinearity        kernel regression on [{:.4}, {:.4}], {} kernel, bandwidth {:.4}", x[0], x[x.len() - 1], result.kernel.name(), result.bandwidth),
-        format!("  linear part         order {}, delay {}, static gain {:.4}", result.order.order, result.delay, linear.static_gain()),
+        format!(
+            "Hammerstein model from '{}' to '{}', method plain",
+            context.input, context.output
+        ),
+        format!(
+            "  fit on fresh data   {:.2} %  (RMS error {:.4e}, {} samples)",
+            verdict.measures.fit_percent, verdict.measures.rms, verdict.measures.samples
+        ),
+        format!(
+            "  nonlinearity        kernel regression on [{:.4}, {:.4}], {} kernel, bandwidth {:.4}",
+            x[0],
+            x[x.len() - 1],
+            result.kernel.name(),
+            result.bandwidth
+        ),
+        format!(
+            "  linear part         order {}, delay {}, static gain {:.4}",
+            result.order.order,
+            result.delay,
+            linear.static_gain()
+        ),
         format!("    b = {}", coefficients(linear.b())),
         format!("    a = {}", coefficients(linear.a())),
         format!("  {}", verdict.words()),

@@ -3,7 +3,8 @@
 use flexure::identify::{Identification, Psi};
 use flexure_io::RecordFile;
 use flexure_report::data::{
-    ArmMotion, Axis, Choice, Fact, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve, Signal, Test, Verdict,
+    ArmMotion, Axis, Choice, Fact, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve, Signal, Test,
+    Verdict,
 };
 
 use anyhow::Result;
@@ -34,7 +35,11 @@ pub struct Decoration {
 pub fn page(file: &RecordFile, context: &Context, result: &Identification, decoration: Decoration) -> Result<Page> {
     let record = &file.record;
     let (u, y) = (record.finite(context.input)?, record.finite(context.output)?);
-    let name = file.path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = file
+        .path
+        .file_name()
+        .map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default();
     let time = time_axis(context.sample_time, 0);
     let signal = |column: &str, values: &[f64]| Signal {
         name: column.to_owned(),
@@ -42,7 +47,9 @@ pub fn page(file: &RecordFile, context: &Context, result: &Identification, decor
         values: values.to_vec(),
     };
     Ok(Page {
-        title: decoration.title.unwrap_or_else(|| format!("From {} to {}", context.input, context.output)),
+        title: decoration
+            .title
+            .unwrap_or_else(|| format!("From {} to {}", context.input, context.output)),
         subtitle: format!(
             "A Hammerstein model (a static nonlinearity, then linear dynamics) identified from {} samples of {name}; judged on the {} that follow.",
             result.fitted,
@@ -117,16 +124,45 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
         unit => format!(" {unit}"),
     };
     vec![
-        fact("Fit on fresh data", format!("{:.1} %", measures.fit_percent), "100 (1 - |y - ŷ| / |y - mean y|) of the free-run simulation"),
-        fact("RMS error", format!("{:.3e}{unit}", measures.rms), "root mean square of measured less simulated output"),
-        fact("Order", result.order.order.to_string(), "order of the linear part, by Schwarz's criterion or as given"),
-        fact("Delay", format!("{} samples", result.delay), "the first lag at which the output depends on the input"),
-        fact("Bandwidth", format!("{:.3e}", result.bandwidth), "half width of the kernel's window, in the input's unit"),
-        fact("Samples", format!("{} + {}", result.fitted, measures.samples), "used for the fit, and kept for the verdict"),
+        fact(
+            "Fit on fresh data",
+            format!("{:.1} %", measures.fit_percent),
+            "100 (1 - |y - ŷ| / |y - mean y|) of the free-run simulation",
+        ),
+        fact(
+            "RMS error",
+            format!("{:.3e}{unit}", measures.rms),
+            "root mean square of measured less simulated output",
+        ),
+        fact(
+            "Order",
+            result.order.order.to_string(),
+            "order of the linear part, by Schwarz's criterion or as given",
+        ),
+        fact(
+            "Delay",
+            format!("{} samples", result.delay),
+            "the first lag at which the output depends on the input",
+        ),
+        fact(
+            "Bandwidth",
+            format!("{:.3e}", result.bandwidth),
+            "half width of the kernel's window, in the input's unit",
+        ),
+        fact(
+            "Samples",
+            format!("{} + {}", result.fitted, measures.samples),
+            "used for the fit, and kept for the verdict",
+        ),
     ]
 }
 
-fn nonlinearity(u: &[f64], context: &Context, result: &Identification, truth: Option<(Box<dyn Fn(f64) -> f64>, String)>) -> Nonlinearity {
+fn nonlinearity(
+    u: &[f64],
+    context: &Context,
+    result: &Identification,
+    truth: Option<(Box<dyn Fn(f64) -> f64>, String)>,
+) -> Nonlinearity {
     let curve = &result.nonlinearity;
     let x = curve.x().to_vec();
     let edge = |sign: f64| -> Vec<f64> { curve.y().iter().zip(&result.band).map(|(y, b)| y + sign * b).collect() };

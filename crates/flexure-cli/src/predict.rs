@@ -48,12 +48,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     columns.push(("y", y));
     write_record(&arguments.out, &Record::new(columns)?)?;
     if arguments.json {
-        println!("{}", json!({ "samples": input.len(), "samples_outside_range": outside, "out": arguments.out.display().to_string() }));
+        println!(
+            "{}",
+            json!({ "samples": input.len(), "samples_outside_range": outside, "out": arguments.out.display().to_string() })
+        );
         return Ok(());
     }
     println!("wrote {} ({} samples)", arguments.out.display(), input.len());
     if outside > 0 {
-        println!("warning: {outside} input samples lie outside the range in which the nonlinearity was identified; there it is held at its end value");
+        println!(
+            "warning: {outside} input samples lie outside the range in which the nonlinearity was identified; there it is held at its end value"
+        );
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! `flexure simulate`: an arm file, or a preset, to a record.
 
+use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -26,7 +27,12 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", value_parser = known_preset)]
     preset: Option<String>,
     /// Write the record here: .csv or .parquet.
-    #[arg(short = 'o', long = "out", value_name = "RECORD", required_unless_present = "write_arm")]
+    #[arg(
+        short = 'o',
+        long = "out",
+        value_name = "RECORD",
+        required_unless_present = "write_arm"
+    )]
     out: Option<PathBuf>,
     /// Write the arm file here, with its comments, to be edited.
     #[arg(long, value_name = "ARM.toml")]
@@ -37,7 +43,9 @@ pub struct Arguments {
 }
 
 fn known_preset(name: &str) -> Result<String, String> {
-    preset_text(name).map(|_| name.to_owned()).map_err(|error| error.to_string())
+    preset_text(name)
+        .map(|_| name.to_owned())
+        .map_err(|error| error.to_string())
 }
 
 /// Runs the command.

@@ -46,10 +46,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let settling = model.settling.unwrap_or_else(|| model.block.settling(outcome::SETTLED));
     let skip = arguments.skip.unwrap_or_else(|| settling.min(u.len() / 10));
     if skip >= u.len() {
-        bail!("{}: --skip {skip} leaves nothing of {} samples to compare", file.path.display(), u.len());
+        bail!(
+            "{}: --skip {skip} leaves nothing of {} samples to compare",
+            file.path.display(),
+            u.len()
+        );
     }
     let predicted = model.block.simulate(u);
-    let verdict = Verdict::new(&u[skip..], &y[skip..], &predicted[skip..]).map_err(|error| named(error, &arguments.output))?;
+    let verdict =
+        Verdict::new(&u[skip..], &y[skip..], &predicted[skip..]).map_err(|error| named(error, &arguments.output))?;
     let outside = outcome::outside(&model.block, u);
     if arguments.json {
         let object = json!({
@@ -82,7 +87,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     println!("{}", verdict.words());
     if outside > 0 {
-        println!("warning: {outside} input samples lie outside the range in which the nonlinearity was identified; there it is held at its end value");
+        println!(
+            "warning: {outside} input samples lie outside the range in which the nonlinearity was identified; there it is held at its end value"
+        );
     }
     Ok(())
 }
@@ -90,7 +97,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 /// The same error with the output's column in place of "the measurement".
 fn named(error: flexure::Error, output: &str) -> flexure::Error {
     match error {
-        flexure::Error::Constant { value, .. } => flexure::Error::Constant { column: output.to_owned(), value },
+        flexure::Error::Constant { value, .. } => flexure::Error::Constant {
+            column: output.to_owned(),
+            value,
+        },
         other => other,
     }
 }
