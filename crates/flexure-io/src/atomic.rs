@@ -59,10 +59,17 @@ fn into_place(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Resul
     };
     let mut hidden = std::ffi::OsString::from(".");
     hidden.push(name);
-    hidden.push(format!(".{}-{}.tmp", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed)));
+    hidden.push(format!(
+        ".{}-{}.tmp",
+        std::process::id(),
+        COUNTER.fetch_add(1, Ordering::Relaxed)
+    ));
     let temporary_path = target.with_file_name(hidden);
     let file = OpenOptions::new().write(true).create_new(true).open(&temporary_path)?;
-    let mut temporary = Temporary { path: temporary_path, keep: false };
+    let mut temporary = Temporary {
+        path: temporary_path,
+        keep: false,
+    };
     let mut out = BufWriter::new(file);
     write(&mut out)?;
     let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;

@@ -139,7 +139,9 @@ pub enum LineProblem {
         expected: usize,
     },
     /// A field is text where a number should be.
-    #[error("column '{column}' holds '{text}' at sample {sample}, which is not a number (numbers look like -1.5e-3, with a decimal point)")]
+    #[error(
+        "column '{column}' holds '{text}' at sample {sample}, which is not a number (numbers look like -1.5e-3, with a decimal point)"
+    )]
     NotANumber {
         /// The column's name.
         column: String,
@@ -149,7 +151,9 @@ pub enum LineProblem {
         text: String,
     },
     /// The header has a number where a name should be.
-    #[error("the header holds the number {text} where a column's name should be; add a first line with the columns' names")]
+    #[error(
+        "the header holds the number {text} where a column's name should be; add a first line with the columns' names"
+    )]
     NumericHeader {
         /// The number.
         text: String,
@@ -171,10 +175,14 @@ pub enum LineProblem {
         second: usize,
     },
     /// The header has commas as well as semicolons.
-    #[error("the header has both commas and semicolons, so what separates the columns is unclear; use one of them, or quote the names")]
+    #[error(
+        "the header has both commas and semicolons, so what separates the columns is unclear; use one of them, or quote the names"
+    )]
     MixedSeparators,
     /// Words with spaces between them and no separator.
-    #[error("the columns are separated by spaces, and such a file must have no header (its columns are named c0, c1, ...); put # before this line, or separate the columns by commas")]
+    #[error(
+        "the columns are separated by spaces, and such a file must have no header (its columns are named c0, c1, ...); put # before this line, or separate the columns by commas"
+    )]
     SpacedHeader,
     /// A quotation mark is never closed.
     #[error("a quotation mark is not closed on this line, or text follows where it is closed")]
@@ -192,11 +200,17 @@ pub enum LineProblem {
 
 impl Error {
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {
-        Error::Read { path: path.to_owned(), source }
+        Error::Read {
+            path: path.to_owned(),
+            source,
+        }
     }
 
     pub(crate) fn write(path: &Path, source: io::Error) -> Self {
-        Error::Write { path: path.to_owned(), source }
+        Error::Write {
+            path: path.to_owned(),
+            source,
+        }
     }
 }
 

@@ -55,15 +55,24 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
     let mut record = Record::default();
     let mut constants = Vec::new();
     let mut others = Vec::new();
-    let mut cursor = Cursor { bytes: &bytes[HEADER..], big_endian };
+    let mut cursor = Cursor {
+        bytes: &bytes[HEADER..],
+        big_endian,
+    };
     while !cursor.bytes.is_empty() {
         let offset = bytes.len() - cursor.bytes.len();
         let variable = top_level(&mut cursor).map_err(|fault| match fault {
             Fault::Truncated => Error::Truncated {
                 path: path.to_owned(),
-                detail: format!("it ends after {} bytes, within the variable that begins at byte {offset}", bytes.len()),
+                detail: format!(
+                    "it ends after {} bytes, within the variable that begins at byte {offset}",
+                    bytes.len()
+                ),
             },
-            Fault::Corrupt(what) => damaged(path, format!("{what} in the variable at byte {offset}; save it again with -v7")),
+            Fault::Corrupt(what) => damaged(
+                path,
+                format!("{what} in the variable at byte {offset}; save it again with -v7"),
+            ),
         })?;
         // A variable without a name is MATLAB's workspace of function handles.
         let Some(Variable { name, content }) = variable.filter(|v| !v.name.is_empty()) else {
@@ -82,7 +91,11 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
     if record.names().is_empty() {
         let mut found: Vec<String> = others.iter().map(|o| format!("'{}' is {}", o.name, o.what)).collect();
         found.extend(constants.iter().map(|(name, _)| format!("'{name}' is a scalar")));
-        let found = if found.is_empty() { "it holds no variable".to_owned() } else { found.join("; ") };
+        let found = if found.is_empty() {
+            "it holds no variable".to_owned()
+        } else {
+            found.join("; ")
+        };
         return Err(damaged(path, format!("it holds no vector of real numbers: {found}")));
     }
     others.extend(constants.iter().map(|(name, value)| Other {
@@ -100,7 +113,11 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
 }
 
 fn damaged(path: &Path, detail: String) -> Error {
-    Error::Content { path: path.to_owned(), format: "MAT v5", detail }
+    Error::Content {
+        path: path.to_owned(),
+        format: "MAT v5",
+        detail,
+    }
 }
 
 /// Whether the file is big-endian; refuses other versions.
@@ -108,13 +125,19 @@ fn byte_order(path: &Path, bytes: &[u8]) -> Result<bool> {
     if bytes.len() < HEADER {
         return Err(Error::Truncated {
             path: path.to_owned(),
-            detail: format!("it ends after {} of the {HEADER} bytes of a MAT file's header", bytes.len()),
+            detail: format!(
+                "it ends after {} of the {HEADER} bytes of a MAT file's header",
+                bytes.len()
+            ),
         });
     }
     match &bytes[124..128] {
         [0x00, 0x01, b'I', b'M'] => Ok(false),
         [0x01, 0x00, b'M', b'I'] => Ok(true),
-        _ => Err(damaged(path, "its header is not that of MAT v5; save it with -v7".to_owned())),
+        _ => Err(damaged(
+            path,
+            "its header is not that of MAT v5; save it with -v7".to_owned(),
+        )),
     }
 }
 
@@ -141,7 +164,11 @@ impl<'a> Cursor<'a> {
     }
 
     fn u32_of(&self, bytes: [u8; 4]) -> u32 {
-        if self.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) }
+        if self.big_endian {
+            u32::from_be_bytes(bytes)
+        } else {
+            u32::from_le_bytes(bytes)
+        }
     }
 
     /// The next element's type and data, its padding to 8 bytes skipped.
@@ -151,7 +178,9 @@ impl<'a> Cursor<'a> {
             // The small format: length and type share a word, the data the next four bytes.
             let length = (tag >> 16) as usize;
             let data = self.take(4)?;
-            let data = data.get(..length).ok_or(Fault::Corrupt("a small element longer than 4 bytes"))?;
+            let data = data
+                .get(..length)
+                .ok_or(Fault::Corrupt("a small element longer than 4 bytes"))?;
             return Ok((tag & 0xffff, data));
         }
         let length = self.u32()? as usize;
@@ -169,10 +198,20 @@ fn top_level(cursor: &mut Cursor<'_>) -> Parsed<Option<Variable>> {
     let length = cursor.u32()? as usize;
     let data = cursor.take(length)?;
     match kind {
-        MI_MATRIX => matrix(Cursor { bytes: data, big_endian }).map(Some).map_err(within),
+        MI_MATRIX => matrix(Cursor {
+            bytes: data,
+            big_endian,
+        })
+        .map(Some)
+        .map_err(within),
         MI_COMPRESSED => {
             let inflated = inflate(data, cursor)?;
-            matrix(Cursor { bytes: &inflated, big_endian }).map(Some).map_err(within)
+            matrix(Cursor {
+                bytes: &inflated,
+                big_endian,
+            })
+            .map(Some)
+            .map_err(within)
         }
         _ => Err(Fault::Corrupt("an element that is no array")),
     }
@@ -199,7 +238,11 @@ fn inflate(data: &[u8], order: &Cursor<'_>) -> Parsed<Vec<u8>> {
     let length = order.u32_of([l0, l1, l2, l3]) as usize;
     let mut inflated = Vec::new();
     // The length is not trusted: one byte more than it would show that it is too small.
-    decoder.by_ref().take(length as u64 + 1).read_to_end(&mut inflated).map_err(|_| DAMAGED)?;
+    decoder
+        .by_ref()
+        .take(length as u64 + 1)
+        .read_to_end(&mut inflated)
+        .map_err(|_| DAMAGED)?;
     if inflated.len() != length {
         return Err(DAMAGED);
     }
@@ -217,14 +260,19 @@ fn matrix(mut cursor: Cursor<'_>) -> Parsed<Variable> {
     if class == 17 {
         // Opaque objects have no dimensions.
         let name = name(&mut cursor)?;
-        return Ok(Variable { name, content: Content::Other("an object of a class of MATLAB's".to_owned()) });
+        return Ok(Variable {
+            name,
+            content: Content::Other("an object of a class of MATLAB's".to_owned()),
+        });
     }
     let (kind, bytes) = cursor.element()?;
     if kind != MI_INT32 || bytes.len() < 8 || !bytes.len().is_multiple_of(4) {
         return Err(Fault::Corrupt("dimensions of a wrong kind"));
     }
-    let dimensions: Vec<usize> =
-        bytes.chunks_exact(4).map(|c| cursor.u32_of([c[0], c[1], c[2], c[3]]) as usize).collect();
+    let dimensions: Vec<usize> = bytes
+        .chunks_exact(4)
+        .map(|c| cursor.u32_of([c[0], c[1], c[2], c[3]]) as usize)
+        .collect();
     let count = dimensions
         .iter()
         .try_fold(1_usize, |product, &d| product.checked_mul(d))
@@ -246,7 +294,10 @@ fn matrix(mut cursor: Cursor<'_>) -> Parsed<Variable> {
         _ => return Err(Fault::Corrupt("an array of an unknown class")),
     };
     if let Some(what) = other {
-        return Ok(Variable { name, content: Content::Other(what) });
+        return Ok(Variable {
+            name,
+            content: Content::Other(what),
+        });
     }
     let (kind, data) = cursor.element()?;
     let content = match numbers(kind, data, count, cursor.big_endian)? {
@@ -275,7 +326,11 @@ fn numbers(kind: u32, data: &[u8], count: usize, big_endian: bool) -> Parsed<Opt
                 return Err(Fault::Corrupt("a number of values that does not match the dimensions"));
             }
             let number = |b: &[u8; size_of::<$type>()]| {
-                if big_endian { <$type>::from_be_bytes(*b) } else { <$type>::from_le_bytes(*b) }
+                if big_endian {
+                    <$type>::from_be_bytes(*b)
+                } else {
+                    <$type>::from_le_bytes(*b)
+                }
             };
             values.iter().map(|b| $convert(number(b))).collect()
         }};

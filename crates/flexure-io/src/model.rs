@@ -90,7 +90,10 @@ pub fn read_model(path: impl AsRef<Path>) -> Result<ModelFile> {
     let path = path.as_ref();
     let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
     let json = |error: serde_json::Error| json_error(path, &error);
-    let wrong = |problem| Error::Model { path: path.to_owned(), problem };
+    let wrong = |problem| Error::Model {
+        path: path.to_owned(),
+        problem,
+    };
     let head: Head = serde_json::from_slice(&bytes).map_err(json)?;
     if head.format != FORMAT {
         return Err(wrong(format!(
@@ -119,9 +122,16 @@ pub fn read_model(path: impl AsRef<Path>) -> Result<ModelFile> {
 pub fn write_model(path: impl AsRef<Path>, model: &ModelFile) -> Result<()> {
     let path = path.as_ref();
     if let Some(problem) = model.problem() {
-        return Err(Error::Model { path: path.to_owned(), problem });
+        return Err(Error::Model {
+            path: path.to_owned(),
+            problem,
+        });
     }
-    let on_disk = OnDisk { format: FORMAT, version: VERSION, model };
+    let on_disk = OnDisk {
+        format: FORMAT,
+        version: VERSION,
+        model,
+    };
     write_atomically(path, |out| {
         serde_json::to_writer_pretty(&mut *out, &on_disk).map_err(io::Error::from)?;
         out.write_all(b"\n")
@@ -131,6 +141,13 @@ pub fn write_model(path: impl AsRef<Path>, model: &ModelFile) -> Result<()> {
 fn json_error(path: &Path, error: &serde_json::Error) -> Error {
     let (line, column) = (error.line(), error.column());
     let text = error.to_string();
-    let problem = text.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&text);
-    Error::Json { path: path.to_owned(), line, column, problem: problem.to_owned() }
+    let problem = text
+        .strip_suffix(&format!(" at line {line} column {column}"))
+        .unwrap_or(&text);
+    Error::Json {
+        path: path.to_owned(),
+        line,
+        column,
+        problem: problem.to_owned(),
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::panic;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -28,6 +29,17 @@ const ROW_GROUP: usize = 1 << 20;
 /// Reads the Parquet record `file`.
 pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
     check_ends(path, &mut file)?;
+    // The parquet crate (60.1) asserts some of what a damaged footer may violate.
+    panic::catch_unwind(|| read_checked(path, file)).unwrap_or_else(|_| {
+        Err(damaged(
+            path,
+            "its metadata contradict themselves; save it again".to_owned(),
+        ))
+    })
+}
+
+/// Reads a file that begins and ends as it should.
+fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
     let content = |error| content(path, error);
     let reader = SerializedFileReader::new(file).map_err(content)?;
     let rows = usize::try_from(reader.metadata().file_metadata().num_rows()).unwrap_or(0);
@@ -37,16 +49,32 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
     for (i, column) in schema.columns().iter().enumerate() {
         match Kind::of(column) {
             Ok(kind) => signals.push((i, kind, Vec::new())),
-            Err(what) => others.push(Other { name: column.path().parts()[0].clone(), what }),
+            Err(what) => others.push(Other {
+                name: column.path().parts()[0].clone(),
+                what,
+            }),
         }
     }
     let name = |i: usize| schema.column(i).name().to_owned();
     if rows == 0 {
         let names = signals.iter().map(|(i, ..)| name(*i)).collect();
-        return Err(Error::NoSamples { path: path.to_owned(), names });
+        return Err(Error::NoSamples {
+            path: path.to_owned(),
+            names,
+        });
     }
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(content)?;
+        let ranges = group.metadata().columns().iter();
+        if ranges
+            .map(|c| (c.data_page_offset(), c.dictionary_page_offset(), c.compressed_size()))
+            .any(|(data, dictionary, size)| data < 0 || dictionary.is_some_and(|d| d < 0) || size < 0)
+        {
+            return Err(damaged(
+                path,
+                "a column lies outside of the file; save it again".to_owned(),
+            ));
+        }
         let mut exact = Vec::with_capacity(signals.len());
         for (i, kind, samples) in &mut signals {
             exact.push(append(&*group, *i, *kind, samples).map_err(content)?);
@@ -59,14 +87,21 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
         }
     }
     if let Some((i, _, samples)) = signals.iter().find(|(.., samples)| samples.len() != rows) {
-        let detail = format!("column '{}' has {} of {rows} samples; save it again", name(*i), samples.len());
+        let detail = format!(
+            "column '{}' has {} of {rows} samples; save it again",
+            name(*i),
+            samples.len()
+        );
         return Err(damaged(path, detail));
     }
     let columns = signals.into_iter().map(|(i, _, samples)| (name(i), samples));
     let record = Record::new(columns).map_err(|error| damaged(path, error.to_string()))?;
     if record.names().is_empty() {
         let names: Vec<_> = others.iter().map(|o| format!("'{}' is {}", o.name, o.what)).collect();
-        return Err(damaged(path, format!("it has no column of numbers: {}", names.join("; "))));
+        return Err(damaged(
+            path,
+            format!("it has no column of numbers: {}", names.join("; ")),
+        ));
     }
     Ok(RecordFile {
         record,
@@ -84,7 +119,9 @@ fn check_ends(path: &Path, file: &mut File) -> Result<()> {
     let length = file.metadata().map_err(|e| Error::read(path, e))?.len();
     if length >= 12 {
         for (end, from) in ends.iter_mut().zip([SeekFrom::Start(0), SeekFrom::End(-4)]) {
-            file.seek(from).and_then(|_| file.read_exact(end)).map_err(|e| Error::read(path, e))?;
+            file.seek(from)
+                .and_then(|_| file.read_exact(end))
+                .map_err(|e| Error::read(path, e))?;
         }
     }
     match ends {
@@ -96,18 +133,31 @@ fn check_ends(path: &Path, file: &mut File) -> Result<()> {
             path: path.to_owned(),
             detail: format!("it ends after {length} bytes without Parquet's footer"),
         }),
-        _ => Err(damaged(path, "it does not begin with PAR1; give it the extension of its true format".to_owned())),
+        _ => Err(damaged(
+            path,
+            "it does not begin with PAR1; give it the extension of its true format".to_owned(),
+        )),
     }
 }
 
 fn damaged(path: &Path, detail: String) -> Error {
-    Error::Content { path: path.to_owned(), format: "Parquet", detail }
+    Error::Content {
+        path: path.to_owned(),
+        format: "Parquet",
+        detail,
+    }
 }
 
 fn content(path: &Path, error: ParquetError) -> Error {
     match error {
-        ParquetError::EOF(detail) => Error::Truncated { path: path.to_owned(), detail },
-        other => damaged(path, format!("{other}; save it again, uncompressed or with Snappy or Zstandard")),
+        ParquetError::EOF(detail) => Error::Truncated {
+            path: path.to_owned(),
+            detail,
+        },
+        other => damaged(
+            path,
+            format!("{other}; save it again, uncompressed or with Snappy or Zstandard"),
+        ),
     }
 }
 
@@ -205,7 +255,11 @@ fn drain<T: DataType>(
         levels.resize(rows.max(levels.len()), 1);
         let mut present = values.iter();
         for level in &levels {
-            let value = if *level == 0 { Some(f64::NAN) } else { present.next().and_then(&convert) };
+            let value = if *level == 0 {
+                Some(f64::NAN)
+            } else {
+                present.next().and_then(&convert)
+            };
             match value {
                 Some(value) => samples.push(value),
                 None => return Ok(false),
@@ -236,7 +290,9 @@ pub(crate) fn write<W: Write + Send>(out: &mut W, record: &Record) -> io::Result
             let Some(mut column) = group.next_column()? else {
                 return Err(io::Error::other("the row group has too few columns"));
             };
-            column.typed::<DoubleType>().write_batch(&samples[start..end], None, None)?;
+            column
+                .typed::<DoubleType>()
+                .write_batch(&samples[start..end], None, None)?;
             column.close()?;
         }
         group.close()?;

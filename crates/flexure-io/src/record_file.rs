@@ -104,7 +104,11 @@ impl RecordFile {
 
     /// The line of the file that `sample` comes from, from 1; `None` for binary formats.
     pub fn line(&self, sample: usize) -> Option<u64> {
-        if sample < self.record.len() { self.lines.get(sample) } else { None }
+        if sample < self.record.len() {
+            self.lines.get(sample)
+        } else {
+            None
+        }
     }
 
     /// Says in which file, and where known on which line, `error` lies.
@@ -159,7 +163,10 @@ pub fn read_record(path: impl AsRef<Path>) -> Result<RecordFile> {
         return Err(fail(std::io::ErrorKind::IsADirectory.into()));
     }
     let mut start = Vec::new();
-    file.by_ref().take(SIGNATURE_LENGTH).read_to_end(&mut start).map_err(fail)?;
+    file.by_ref()
+        .take(SIGNATURE_LENGTH)
+        .read_to_end(&mut start)
+        .map_err(fail)?;
     if start.is_empty() {
         return Err(Error::Empty { path: path.to_owned() });
     }

@@ -30,7 +30,13 @@ struct LineReader<'a> {
 
 impl<'a> LineReader<'a> {
     fn new(path: &'a Path, file: File) -> Self {
-        LineReader { path, input: BufReader::with_capacity(BUFFER, file), buffer: Vec::new(), line: 0, blank: None }
+        LineReader {
+            path,
+            input: BufReader::with_capacity(BUFFER, file),
+            buffer: Vec::new(),
+            line: 0,
+            blank: None,
+        }
     }
 
     /// Reads the next line that is neither blank nor a comment into `buffer`; false at the end.
@@ -38,7 +44,10 @@ impl<'a> LineReader<'a> {
         self.blank = None;
         loop {
             self.buffer.clear();
-            let count = self.input.read_until(b'\n', &mut self.buffer).map_err(|e| Error::read(self.path, e))?;
+            let count = self
+                .input
+                .read_until(b'\n', &mut self.buffer)
+                .map_err(|e| Error::read(self.path, e))?;
             if count == 0 {
                 return Ok(false);
             }
@@ -63,7 +72,11 @@ impl<'a> LineReader<'a> {
     }
 
     fn error(&self, problem: LineProblem) -> Error {
-        Error::Line { path: self.path.to_owned(), line: self.line, problem }
+        Error::Line {
+            path: self.path.to_owned(),
+            line: self.line,
+            problem,
+        }
     }
 }
 
@@ -75,20 +88,29 @@ pub(crate) fn read(path: &Path, file: File, delimited: bool) -> Result<RecordFil
     }
     let layout = Layout::of(&lines.buffer, delimited).map_err(|problem| lines.error(problem))?;
     if layout.has_header() && !lines.advance()? {
-        return Err(Error::NoSamples { path: path.to_owned(), names: layout.names });
+        return Err(Error::NoSamples {
+            path: path.to_owned(),
+            names: layout.names,
+        });
     }
     let mut columns = vec![Vec::new(); layout.names.len()];
     let mut origin = Lines::default();
     let mut sample = 0;
     loop {
         origin.note(sample, lines.line);
-        layout.parse(&lines.buffer, sample, &mut columns).map_err(|problem| lines.error(problem))?;
+        layout
+            .parse(&lines.buffer, sample, &mut columns)
+            .map_err(|problem| lines.error(problem))?;
         sample += 1;
         if !lines.advance()? {
             break;
         }
         if let Some(line) = lines.blank {
-            return Err(Error::Line { path: path.to_owned(), line, problem: LineProblem::Blank });
+            return Err(Error::Line {
+                path: path.to_owned(),
+                line,
+                problem: LineProblem::Blank,
+            });
         }
     }
     let record = Record::new(layout.names.into_iter().zip(columns)).map_err(|source| Error::Data {
@@ -99,7 +121,9 @@ pub(crate) fn read(path: &Path, file: File, delimited: bool) -> Result<RecordFil
     Ok(RecordFile {
         record,
         path: path.to_owned(),
-        format: layout.separator.map_or(Format::Whitespace, |s| Format::Delimited { separator: char::from(s) }),
+        format: layout.separator.map_or(Format::Whitespace, |s| Format::Delimited {
+            separator: char::from(s),
+        }),
         constants: Vec::new(),
         others: Vec::new(),
         lines: origin,
@@ -139,7 +163,10 @@ impl Layout {
                 b','
             }
         };
-        Ok(Layout { names: header(line, separator)?, separator: Some(separator) })
+        Ok(Layout {
+            names: header(line, separator)?,
+            separator: Some(separator),
+        })
     }
 
     fn has_header(&self) -> bool {
@@ -171,7 +198,11 @@ impl Layout {
                 return Err(LineProblem::Ragged { found: i, expected });
             };
             let field = field.trim_ascii();
-            let value = if field.is_empty() { Some(f64::NAN) } else { number(field) };
+            let value = if field.is_empty() {
+                Some(f64::NAN)
+            } else {
+                number(field)
+            };
             let Some(value) = value else {
                 return Err(LineProblem::NotANumber {
                     column: self.names[i].clone(),
@@ -183,7 +214,10 @@ impl Layout {
         }
         match fields.count() {
             0 => Ok(()),
-            more => Err(LineProblem::Ragged { found: expected + more, expected }),
+            more => Err(LineProblem::Ragged {
+                found: expected + more,
+                expected,
+            }),
         }
     }
 }
@@ -202,11 +236,17 @@ fn header(line: &[u8], separator: u8) -> std::result::Result<Vec<String>, LinePr
             return Err(LineProblem::UnnamedColumn { column: i + 1 });
         }
         if !field.quoted && looks_numeric(&field.text) {
-            return Err(LineProblem::NumericHeader { text: shorten(&field.text) });
+            return Err(LineProblem::NumericHeader {
+                text: shorten(&field.text),
+            });
         }
         let name = String::from_utf8(field.text.into_owned()).map_err(|_| LineProblem::NotUtf8)?;
         if let Some(first) = names.iter().position(|n| *n == name) {
-            return Err(LineProblem::DuplicateName { name, first: first + 1, second: i + 1 });
+            return Err(LineProblem::DuplicateName {
+                name,
+                first: first + 1,
+                second: i + 1,
+            });
         }
         names.push(name);
     }

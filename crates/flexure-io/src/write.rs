@@ -26,7 +26,10 @@ pub fn write_record(path: impl AsRef<Path>, record: &Record) -> Result<()> {
         _ => return Err(Error::UnknownExtension { path: path.to_owned() }),
     };
     if let Some(problem) = unwritable(record) {
-        return Err(Error::Unwritable { path: path.to_owned(), problem });
+        return Err(Error::Unwritable {
+            path: path.to_owned(),
+            problem,
+        });
     }
     write_atomically(path, |out| write(out, record))
 }
@@ -35,8 +38,13 @@ fn unwritable(record: &Record) -> Option<String> {
     if record.is_empty() {
         return Some("the record has no samples".to_owned());
     }
-    let bad = record.names().iter().find(|n| n.trim().is_empty() || n.contains(['\n', '\r']))?;
-    Some(format!("the column name {bad:?} is empty or contains a line break; rename it"))
+    let bad = record
+        .names()
+        .iter()
+        .find(|n| n.trim().is_empty() || n.contains(['\n', '\r']))?;
+    Some(format!(
+        "the column name {bad:?} is empty or contains a line break; rename it"
+    ))
 }
 
 fn csv<W: Write>(out: &mut W, record: &Record) -> io::Result<()> {
