@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::panic;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -28,6 +29,17 @@ const ROW_GROUP: usize = 1 << 20;
 /// Reads the Parquet record `file`.
 pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
     check_ends(path, &mut file)?;
+    // The parquet crate (60.1) asserts some of what a damaged footer may violate.
+    panic::catch_unwind(|| read_checked(path, file)).unwrap_or_else(|_| {
+        Err(damaged(
+            path,
+            "its metadata contradict themselves; save it again".to_owned(),
+        ))
+    })
+}
+
+/// Reads a file that begins and ends as it should.
+fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
     let content = |error| content(path, error);
     let reader = SerializedFileReader::new(file).map_err(content)?;
     let rows = usize::try_from(reader.metadata().file_metadata().num_rows()).unwrap_or(0);
@@ -53,6 +65,16 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
     }
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(content)?;
+        let ranges = group.metadata().columns().iter();
+        if ranges
+            .map(|c| (c.data_page_offset(), c.dictionary_page_offset(), c.compressed_size()))
+            .any(|(data, dictionary, size)| data < 0 || dictionary.is_some_and(|d| d < 0) || size < 0)
+        {
+            return Err(damaged(
+                path,
+                "a column lies outside of the file; save it again".to_owned(),
+            ));
+        }
         let mut exact = Vec::with_capacity(signals.len());
         for (i, kind, samples) in &mut signals {
             exact.push(append(&*group, *i, *kind, samples).map_err(content)?);

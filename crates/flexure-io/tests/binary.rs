@@ -43,7 +43,7 @@ fn mat_vectors_scalars_and_all_the_rest() {
                 "a vector of integers beyond 2^53, which cannot be represented exactly",
             ),
             ("gain", "a single number, 35.15; a signal is a vector"),
-            ("label", "text (1)"),
+            ("label", "text (1x5)"),
             ("setup", "a structure (1x1); save its fields as variables"),
             ("pair", "a matrix (6x2); save each signal as a vector of its own"),
             ("phasor", "complex (6x1); save its real and imaginary parts apart"),
@@ -224,7 +224,7 @@ fn flipped_bits_never_panic() {
         "signals_zstd.parquet",
     ] {
         let whole = std::fs::read(fixture(name)).unwrap();
-        let refused = flip_every_byte(&dir.join(name), &whole, 1);
+        let refused = flip_every_byte(&dir.join(name), &whole, if name.ends_with(".mat") { 1 } else { 7 });
         assert!(refused > 0, "{name}");
     }
 }

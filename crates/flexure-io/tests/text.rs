@@ -72,7 +72,7 @@ fn samples_know_their_lines_past_comments() {
 
 #[test]
 fn unusable_samples_are_located() {
-    let file = read("nonfinite", "a.csv", "t,u,v\n0,1,1\n1,,inf\n3,3,3\n").unwrap();
+    let file = read("nonfinite", "a.csv", "t,u,v\n0,1,1\n1,,inf\n2,3,3\n4,4,4\n").unwrap();
     let dir = directory("nonfinite");
     let text = |e| message(&e, &dir);
     assert_eq!(
@@ -87,7 +87,7 @@ fn unusable_samples_are_located() {
         text(file.column("y").unwrap_err()),
         "a.csv: no column 'y'; the columns are: t, u, v"
     );
-    assert!(text(file.sample_time("t").unwrap_err()).starts_with("a.csv, line 4: the sample times are not uniform"));
+    assert!(text(file.sample_time("t").unwrap_err()).starts_with("a.csv, line 5: the sample times are not uniform"));
     let constant = flexure::Error::Constant {
         column: "u".to_owned(),
         value: 1.0,
