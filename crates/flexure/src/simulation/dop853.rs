@@ -387,11 +387,11 @@ mod tests {
         ControlFlow::Continue(())
     }
 
-    /// `x' = -x + sin 3t`-like pair with a known solution that depends on time explicitly.
+    /// A smooth nonlinear pair that depends on time explicitly.
     fn pair(t: f64, x: &[f64; 2]) -> [f64; 2] {
         [
             x[1] + (3.0 * t).cos(),
-            -x[0] * (1.0 + 0.5 * (2.0 * t).sin()) - x[1] * x[1],
+            -x[0] * (1.0 + 0.5 * (2.0 * t).sin()) - x[1].sin(),
         ]
     }
 
