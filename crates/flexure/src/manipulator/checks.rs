@@ -170,7 +170,8 @@ mod tests {
 
     #[test]
     fn every_value_is_checked_by_name_with_its_unit() {
-        let cases: [(&str, fn(&mut ArmParameters)); 12] = [
+        type Change = fn(&mut ArmParameters);
+        let cases: [(&str, Change); 12] = [
             ("mass of link 2 is -1 kg, but must be positive", |p| {
                 p.links[1].mass = -1.0
             }),
