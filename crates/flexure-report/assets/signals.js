@@ -38,7 +38,7 @@ function plotOverview(host, at, p, group) {
     series: [line("measured", "--measured", { width: 1 })],
     data: [p.measured],
     legend: false,
-    bare: true,
+    bare: group,
   });
   const mark = () => {
     const [left, right] = group.window.map((t) => Math.min(Math.max(u.valToPos(t, "x"), 0), u.over.clientWidth));
