@@ -7,7 +7,7 @@ function plotPrediction(p) {
   const group = gridGroup("prediction", p.time);
   const x = { label: p.time.label };
   const common = { at, group };
-  const measured = line("measured", "--measured", { width: 3.4 });
+  const measured = line("measured", "--measured", { width: 4 });
   chart(byId("plot-prediction"), {
     ...common,
     x: { ...x, ticks: false },
