@@ -2,7 +2,8 @@
 
 const charts = [];
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "Noto Sans", Arial, sans-serif';
-const AXIS_WIDTH = 74; // the same in all plots, so that plots below one another line up
+const AXIS_WIDTH = 54; // of ordinary tick labels, the same in all plots, so that plots below one another line up
+const LABEL_WIDTH = 20; // of the words beside them
 const LEGEND_HEIGHT = 26;
 const WHOLE_STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000]; // for ticks at whole numbers
 
@@ -19,7 +20,7 @@ function line(label, colourName, { width = 2, dash, area, unlisted, points = fal
     fill: area && !hidden ? () => colour(area) : undefined,
     areaName: area,
     points: points ? { show: true, size: 6, fill: () => colour(colourName), stroke: () => colour(colourName) } : { show: false },
-    value: (u, v) => readable(v),
+    value: (u, v) => readable(v, 5),
   };
 }
 
@@ -28,25 +29,35 @@ function drawn(label, colourName, options) {
   return { ...line(label, colourName, options), paths: () => null };
 }
 
-function axis(scale, label, { log, ticks = true, step } = {}) {
+function axis(scale, label, { log, ticks = true, step } = {}, group) {
   const vertical = scale !== "x";
   return {
     scale,
     label: ticks || vertical ? label : undefined,
     labelFont: FONT,
     font: FONT,
-    labelSize: 20,
+    labelSize: LABEL_WIDTH,
     labelGap: vertical ? 2 : 0,
-    size: vertical ? AXIS_WIDTH - 20 : ticks ? 30 : 8,
+    size: vertical ? (u, labels, i) => sideWidth(u, labels ?? [], u.axes[i], group) : ticks ? 30 : 8,
     gap: 5,
     side: vertical ? 3 : 2,
     stroke: () => colour("--muted"),
     grid: { stroke: () => colour("--grid"), width: 1 },
     ticks: { show: ticks || vertical, stroke: () => colour("--line"), width: 1, size: 5 },
-    space: vertical ? (u, i, low, high, room) => (room < 150 ? 20 : 28) : 62,
+    space: vertical ? (u, i, low, high, room) => (room < 150 ? 20 : 28) : step ? 36 : 62,
     ...(step && { incrs: step }),
     values: !vertical && !ticks ? (u, splits) => splits.map(() => "") : log ? logLabels : tickLabels,
   };
+}
+
+/** Room for the longest tick label; plots of a group all take what the widest of them needs. */
+function sideWidth(u, labels, side, group) {
+  u.ctx.save();
+  u.ctx.font = FONT;
+  const longest = Math.max(0, ...labels.map((words) => u.ctx.measureText(words).width));
+  u.ctx.restore();
+  const need = Math.max(AXIS_WIDTH, Math.ceil(longest + side.ticks.size + side.gap + 4));
+  return group ? group.widen(need, u) : need;
 }
 
 /** Tall plots give way on paper. */
@@ -56,9 +67,10 @@ function fullHeight(height) {
 
 /**
  * Makes the plot in `host`. `x` and `y` are `{ label, log, range, ticks, step }`; `series` and `data` leave out the
- * abscissas, which are `at`; `draw` and `below` are hooks above and below the curves; `group` ties plots to one another.
+ * abscissas, which are `at`; `draw` and `below` are hooks above and below the curves; `group` ties plots to one another;
+ * `bare` makes a strip without numbers beside the plots of a group.
  */
-function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, group, legend = true, bare = false }) {
+function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, group, legend = true, bare }) {
   const height = () => fullHeight(Number(host.dataset.height)) - (legend ? LEGEND_HEIGHT : 0);
   const marker = (property) => (u, i) => (u.series[i].areaName ? property(u.series[i]) : "transparent");
   const options = {
@@ -70,7 +82,7 @@ function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, 
       y: { distr: y.log ? 3 : 1, ...(y.range && { range: y.range }) },
       ...scales,
     },
-    axes: [axis("x", x.label, x), { ...axis("y", y.label, y), show: true }],
+    axes: [axis("x", x.label, x), axis("y", y.label, y, group)],
     series: [{ label: x.label, value: (u, v) => readable(v, 6) }, ...series],
     bands,
     legend: {
@@ -94,7 +106,7 @@ function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, 
       setScale: [(u, key) => key === "x" && showWindow(host, u, group)],
     },
   };
-  if (bare) bareAxes(options);
+  if (bare) bareAxes(options, bare);
   const u = new uPlot(options, [at, ...data], host);
   const resize = () => {
     const width = host.clientWidth;
@@ -110,9 +122,9 @@ function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, 
   return u;
 }
 
-/** A strip without numbers at its side. */
-function bareAxes(options) {
-  options.axes[1] = { ...options.axes[1], label: undefined, size: AXIS_WIDTH, values: (u, splits) => splits.map(() => ""), grid: { show: false }, ticks: { show: false } };
+/** A strip without numbers at its side, as wide as the plots of `group`. */
+function bareAxes(options, group) {
+  options.axes[1] = { ...options.axes[1], label: undefined, size: (u) => group.widen(AXIS_WIDTH, u) + LABEL_WIDTH, values: (u, splits) => splits.map(() => ""), grid: { show: false }, ticks: { show: false } };
   options.axes[0] = { ...options.axes[0], size: 22, ticks: { show: false } };
 }
 

@@ -19,9 +19,9 @@ function short(exponential) {
 /** Labels of evenly spaced ticks with as many decimals as their distance needs. */
 function tickLabels(u, splits, axis, space, step) {
   const largest = Math.max(...splits.map((v) => Math.abs(v ?? 0)));
-  if (largest >= 1e5 || (largest > 0 && largest < 1e-3)) {
+  if (largest >= 1e7 || (largest > 0 && largest < 1e-3)) {
     const digits = Math.max(0, Math.ceil(Math.log10(largest / step) - 1e-9));
-    return splits.map((v) => (v == null ? "" : v === 0 ? "0" : short(v.toExponential(Math.min(digits, 6))).replaceAll("-", "−")));
+    return splits.map((v) => (v == null ? "" : v === 0 ? "0" : v.toExponential(Math.min(digits, 8)).replace("e+", "e").replaceAll("-", "−")));
   }
   const decimals = Math.min(8, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9), decimalsOf(step)));
   return splits.map((v) => (v == null ? "" : v.toFixed(decimals).replace(/^-(0(\.0*)?)$/, "$1").replace("-", "−")));

@@ -9,6 +9,18 @@ class Group {
     this.plots = [];
     this.listeners = [];
     this.window = full;
+    this.side = 0;
+    this.beside = new Set();
+  }
+
+  /** The width of the labels beside all these plots, after plot `u` has asked for `need` px. */
+  widen(need, u) {
+    this.beside.add(u);
+    if (need > this.side) {
+      this.side = need;
+      queueMicrotask(() => this.beside.forEach((other) => other !== u && other.status && other.redraw(false, true)));
+    }
+    return this.side;
   }
 
   add(u) {

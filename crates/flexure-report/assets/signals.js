@@ -7,7 +7,7 @@ function plotPrediction(p) {
   const group = gridGroup("prediction", p.time);
   const x = { label: p.time.label };
   const common = { at, group };
-  const measured = line("measured", "--measured", { width: 3.4 });
+  const measured = line("measured", "--measured", { width: 4 });
   chart(byId("plot-prediction"), {
     ...common,
     x: { ...x, ticks: false },
@@ -38,7 +38,7 @@ function plotOverview(host, at, p, group) {
     series: [line("measured", "--measured", { width: 1 })],
     data: [p.measured],
     legend: false,
-    bare: true,
+    bare: group,
   });
   const mark = () => {
     const [left, right] = group.window.map((t) => Math.min(Math.max(u.valToPos(t, "x"), 0), u.over.clientWidth));

@@ -26,6 +26,7 @@ pub fn full() -> Page {
     let error: Vec<f64> = y[fresh..].iter().zip(&predicted[fresh..]).map(|(a, b)| a - b).collect();
     let limit = 2.576 / (error.len() as f64).sqrt();
     let linear = linear_part(uf, yf);
+    let cross = (-20..=40).map(|lag| correlation(&error, &u[fresh..], lag)).collect();
     let arm = super::arm::motion(3_000, SAMPLE_TIME);
     Page {
         title: "Elbow joint of the space arm".into(),
@@ -61,9 +62,7 @@ pub fn full() -> Page {
         prediction,
         residuals: Residuals {
             autocorrelation: (0..=40).map(|lag| correlation(&error, &error, lag)).collect(),
-            cross_correlation: (-20..=40)
-                .map(|lag| correlation(&error, &other_input(fresh, n), lag))
-                .collect(),
+            cross_correlation: cross,
             cross_lags: (-20..=40).map(f64::from).collect(),
             limit,
             level: "99 %".into(),

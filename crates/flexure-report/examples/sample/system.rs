@@ -37,13 +37,6 @@ fn gaussian(deviation: f64) -> Normal<f64> {
     Normal::new(0.0, deviation).expect("a positive deviation")
 }
 
-/// Another white signal, standing for the input that the residual is compared with.
-pub fn other_input(from: usize, to: usize) -> Vec<f64> {
-    let mut rng = Pcg64::seed_from_u64(7);
-    let input = gaussian(1.0);
-    (from..to).map(|_| input.sample(&mut rng)).collect()
-}
-
 pub fn filter(w: &[f64]) -> Vec<f64> {
     let mut y: Vec<f64> = Vec::with_capacity(w.len());
     for i in 0..w.len() {
