@@ -4,21 +4,27 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
+use flexure::Record;
 use flexure::identify::{Identification, PlainHammerstein};
-use flexure::manipulator::Friction;
+use flexure::manipulator::{Arm, Drive, Friction, SimulationOptions};
 use flexure_io::arm::{ArmFile, preset_text};
-use flexure_io::{read_record, write_atomically, write_record};
+use flexure_io::{RecordFile, read_record, write_atomically, write_record};
+use flexure_report::data::ArmMotion;
 use serde_json::json;
 
 use crate::identify::{identify, write_files};
 use crate::outcome::{Context, identification_json, summary};
-use crate::page::{self, Decoration};
+use crate::page::{self, Decoration, Truth};
 use crate::simulate::simulate;
 
 /// The preset that is simulated.
 const PRESET: &str = "elbow-test";
 /// The elbow.
 const JOINT: usize = 1;
+/// Samples of the record that the page shows the arm moving through.
+const SHOWN_SAMPLES: usize = 10;
+/// Time between two pictures of the moving arm, s.
+const FRAME: f64 = 0.05;
 
 /// Simulate the space arm, identify its elbow joint, and show it on one page.
 ///
@@ -62,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         &result,
         Some(&paths[2]),
         Some(&paths[3]),
-        |file, context, result| page::page(file, context, result, decoration(&arm, result, out)),
+        |file, context, result| page::page(file, context, result, decoration(&arm, file, result, out)?),
     )?;
     if arguments.json {
         let mut object = identification_json(&result, &context);
@@ -78,18 +84,51 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-fn decoration(arm: &ArmFile, result: &Identification, out: &Path) -> Decoration {
+fn decoration(arm: &ArmFile, record: &RecordFile, result: &Identification, out: &Path) -> Result<Decoration> {
     let friction = arm.arm.joints[JOINT].friction.unwrap_or_default();
     let [a, b] = alignment(result, &friction);
-    Decoration {
+    Ok(Decoration {
         title: Some("The elbow of a space arm: from torque to velocity".to_owned()),
         command: Some(format!("flexure demo --out {}", out.display())),
-        truth: Some((
-            Box::new(move |tau| a * steady_velocity(&friction, tau) + b),
-            "steady velocity under the simulated friction (12), scaled and shifted onto the estimate".to_owned(),
-        )),
-        lengths: Some(arm.arm.links.map(|link| link.length)),
-    }
+        truth: Some(Truth {
+            phi: Box::new(move |tau| a * steady_velocity(&friction, tau) + b),
+            label: "steady velocity under the simulated friction (12), scaled and shifted onto the estimate".to_owned(),
+        }),
+        remark: Some(
+            "That is as it should be: friction acts on the velocity, which is feedback, and a static nonlinearity before a \
+             linear part can only come near it."
+                .to_owned(),
+        )
+        .filter(|_| !result.verdict.holds()),
+        arm: motion(arm, &record.record)?,
+    })
+}
+
+/// The beginning of the motion, simulated again with close samples, as the eye cannot follow an arm every 20 s.
+fn motion(arm: &ArmFile, record: &Record) -> Result<Option<ArmMotion>> {
+    let steps = (arm.run.sample_time / FRAME).round() as usize;
+    let held = |column: &str| -> flexure::Result<Vec<f64>> {
+        let torque = &record.finite(column)?[..SHOWN_SAMPLES];
+        Ok(torque
+            .iter()
+            .flat_map(|&tau| std::iter::repeat_n(tau, steps))
+            .chain([0.0])
+            .collect())
+    };
+    let (tau1, tau2) = (held("tau1")?, held("tau2")?);
+    let mut options = SimulationOptions::new(SHOWN_SAMPLES as f64 * arm.run.sample_time, FRAME)?;
+    options.initial = arm.initial;
+    let shown = flexure::manipulator::simulate(&Arm::new(arm.arm)?, &Drive::Held([&tau1, &tau2]), &options)?;
+    let caption = format!(
+        "The first {} s of the record, simulated again every {FRAME} s, seen from above the plane of motion.",
+        options.sampling.instant(options.sampling.rows() - 1)
+    );
+    Ok(page::arm_motion(
+        &shown,
+        arm.arm.links.map(|link| link.length),
+        Some(FRAME),
+        caption,
+    ))
 }
 
 /// The scale and offset, which the data cannot tell, that lay the truth best onto the estimate.

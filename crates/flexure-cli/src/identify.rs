@@ -8,11 +8,13 @@ use clap::ValueEnum;
 use flexure::identify::{Calibration, Identification, PlainHammerstein, RegressionLag};
 use flexure::nonlinearity::Kernel;
 use flexure_io::{RecordFile, read_record, write_atomically, write_model};
+use flexure_report::data::ArmMotion;
 
 use crate::arguments::{self, Auto};
 use crate::outcome::{Context, identification_json, model_file, summary};
 use crate::page::{self, Decoration};
 use crate::progress::spinning;
+use crate::simulate::read_arm;
 
 /// Identify a block-oriented model from an input-output record.
 ///
@@ -68,6 +70,9 @@ pub struct Arguments {
     /// Write the model here.
     #[arg(short = 'o', long = "model", value_name = "MODEL.json")]
     model: Option<PathBuf>,
+    /// The arm's file, whose link lengths the page draws a record with the columns q1 and q2 with.
+    #[arg(long, value_name = "ARM.toml", requires = "report")]
+    arm: Option<PathBuf>,
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
@@ -131,6 +136,21 @@ impl Arguments {
     }
 }
 
+impl Arguments {
+    /// The arm in motion, for a record that has its angles.
+    fn moving_arm(&self, file: &RecordFile, context: &Context) -> Result<Option<ArmMotion>> {
+        let (lengths, known) = match &self.arm {
+            Some(path) => (read_arm(path)?.arm.links.map(|link| link.length), ""),
+            None => (
+                [1.0; 2],
+                " The links' lengths are not known (--arm tells them): they are drawn equal.",
+            ),
+        };
+        let caption = format!("The record's angles, seen from above the plane of motion.{known}");
+        Ok(page::arm_motion(&file.record, lengths, context.sample_time, caption))
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let file = spinning("reading", || read_record(&arguments.record))?;
@@ -140,6 +160,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         sample_time: arguments::sample_time(&file, arguments.sample_time)?,
     };
     let result = identify(&file, &context, &arguments.method())?;
+    let arm = arguments.moving_arm(&file, &context)?;
     let command = std::env::args().collect::<Vec<_>>().join(" ");
     write_files(
         &file,

@@ -138,21 +138,23 @@ pub fn summary(result: &Identification, context: &Context) -> String {
             context.input, context.output
         ),
         format!(
-            "  fit on fresh data   {:.2} %  (RMS error {:.4e}, {} samples)",
-            verdict.measures.fit_percent, verdict.measures.rms, verdict.measures.samples
+            "  fit on fresh data   {:.2} %  (RMS error {}, {} samples)",
+            verdict.measures.fit_percent,
+            number(verdict.measures.rms),
+            verdict.measures.samples
         ),
         format!(
-            "  nonlinearity        kernel regression on [{:.4}, {:.4}], {} kernel, bandwidth {:.4}",
-            x[0],
-            x[x.len() - 1],
+            "  nonlinearity        kernel regression on [{}, {}], {} kernel, bandwidth {}",
+            number(x[0]),
+            number(x[x.len() - 1]),
             result.kernel.name(),
-            result.bandwidth
+            number(result.bandwidth)
         ),
         format!(
-            "  linear part         order {}, delay {}, static gain {:.4}",
+            "  linear part         order {}, delay {}, static gain {}",
             result.order.order,
             result.delay,
-            linear.static_gain()
+            number(linear.static_gain())
         ),
         format!("    b = {}", coefficients(linear.b())),
         format!("    a = {}", coefficients(linear.a())),
@@ -163,7 +165,7 @@ pub fn summary(result: &Identification, context: &Context) -> String {
 }
 
 fn coefficients(c: &[f64]) -> String {
-    let list: Vec<String> = c.iter().map(|v| format!("{v:.5}")).collect();
+    let list: Vec<String> = c.iter().map(|&v| number(v)).collect();
     format!("[{}]", list.join(", "))
 }
 
@@ -173,5 +175,31 @@ pub fn outside(block: &Block, input: &[f64]) -> usize {
         Block::Static(curve) => input.iter().filter(|&&u| !curve.covers(u)).count(),
         Block::Series(blocks) => blocks.first().map_or(0, |b| outside(b, input)),
         Block::Linear(_) | Block::Parallel(_) => 0,
+    }
+}
+
+/// A number to four digits, without an exponent where it is of everyday size.
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-3..1e5).contains(&size) {
+        let decimals = if size == 0.0 {
+            0
+        } else {
+            (3 - size.log10().floor() as i32).max(0) as usize
+        };
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn numbers_are_short() {
+        let shown = [0.0, 0.17391, 2.15, 1234.6, -99999.0, 1e-4, 2.5e7].map(number);
+        assert_eq!(shown, ["0", "0.1739", "2.150", "1235", "-99999", "1.000e-4", "2.500e7"]);
     }
 }

@@ -1,5 +1,6 @@
 //! An identification as the page that shows it.
 
+use flexure::Record;
 use flexure::identify::{Identification, Psi};
 use flexure_io::RecordFile;
 use flexure_report::data::{
@@ -9,7 +10,7 @@ use flexure_report::data::{
 
 use anyhow::Result;
 
-use crate::outcome::Context;
+use crate::outcome::{Context, number};
 
 /// Frequencies of the Bode plot.
 const FREQUENCIES: usize = 400;
@@ -25,10 +26,20 @@ pub struct Decoration {
     pub title: Option<String>,
     /// The command line that makes the page again.
     pub command: Option<String>,
-    /// The true nonlinearity of simulated data, and what it is.
-    pub truth: Option<(Box<dyn Fn(f64) -> f64>, String)>,
-    /// The links' lengths, m, for the moving arm.
-    pub lengths: Option<[f64; 2]>,
+    /// The true nonlinearity of simulated data.
+    pub truth: Option<Truth>,
+    /// A sentence that follows the verdict.
+    pub remark: Option<String>,
+    /// The moving arm.
+    pub arm: Option<ArmMotion>,
+}
+
+/// The true nonlinearity, and what it is.
+pub struct Truth {
+    /// phi.
+    pub phi: Box<dyn Fn(f64) -> f64>,
+    /// What it is, and how it was laid onto the estimate.
+    pub label: String,
 }
 
 /// Fills in the page.
@@ -56,8 +67,13 @@ pub fn page(file: &RecordFile, context: &Context, result: &Identification, decor
             u.len() - result.fitted
         ),
         verdict: Verdict {
+            headline: result.verdict.headline().to_owned(),
             holds: result.verdict.holds(),
-            words: result.verdict.words(),
+            words: [result.verdict.words()]
+                .into_iter()
+                .chain(decoration.remark)
+                .collect::<Vec<_>>()
+                .join(" "),
         },
         facts: facts(context, result),
         record: vec![signal(context.input, u), signal(context.output, y)],
@@ -75,7 +91,7 @@ pub fn page(file: &RecordFile, context: &Context, result: &Identification, decor
         residuals: residuals(result),
         choices: choices(context, result),
         warnings: result.warnings.iter().map(ToString::to_string).collect(),
-        arm: decoration.lengths.and_then(|lengths| arm(file, lengths, time.clone())),
+        arm: decoration.arm,
         time,
         command: decoration.command,
     })
@@ -123,6 +139,10 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
         "" => String::new(),
         unit => format!(" {unit}"),
     };
+    let samples = match result.delay {
+        1 => "1 sample".to_owned(),
+        delay => format!("{delay} samples"),
+    };
     vec![
         fact(
             "Fit on fresh data",
@@ -131,7 +151,7 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
         ),
         fact(
             "RMS error",
-            format!("{:.3e}{unit}", measures.rms),
+            format!("{}{unit}", number(measures.rms)),
             "root mean square of measured less simulated output",
         ),
         fact(
@@ -141,33 +161,31 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
         ),
         fact(
             "Delay",
-            format!("{} samples", result.delay),
+            samples,
             "the first lag at which the output depends on the input",
         ),
         fact(
             "Bandwidth",
-            format!("{:.3e}", result.bandwidth),
+            number(result.bandwidth),
             "half width of the kernel's window, in the input's unit",
         ),
         fact(
             "Samples",
-            format!("{} + {}", result.fitted, measures.samples),
-            "used for the fit, and kept for the verdict",
+            (result.fitted + measures.samples).to_string(),
+            &format!(
+                "{} for the fit, {} kept for the verdict",
+                result.fitted, measures.samples
+            ),
         ),
     ]
 }
 
-fn nonlinearity(
-    u: &[f64],
-    context: &Context,
-    result: &Identification,
-    truth: Option<(Box<dyn Fn(f64) -> f64>, String)>,
-) -> Nonlinearity {
+fn nonlinearity(u: &[f64], context: &Context, result: &Identification, truth: Option<Truth>) -> Nonlinearity {
     let curve = &result.nonlinearity;
     let x = curve.x().to_vec();
     let edge = |sign: f64| -> Vec<f64> { curve.y().iter().zip(&result.band).map(|(y, b)| y + sign * b).collect() };
     let (truth, truth_label) = match truth {
-        Some((phi, label)) => (x.iter().map(|&x| phi(x)).collect(), label),
+        Some(truth) => (x.iter().map(|&x| (truth.phi)(x)).collect(), truth.label),
         None => (Vec::new(), String::new()),
     };
     Nonlinearity {
@@ -176,7 +194,7 @@ fn nonlinearity(
         y: curve.y().to_vec(),
         lower: edge(-1.0),
         upper: edge(1.0),
-        band_label: "95 % pointwise band (variance alone, without the smoothing bias)".to_owned(),
+        band_label: "95 % pointwise, variance only".to_owned(),
         density: density(&u[..result.fitted], &x),
         truth,
         truth_label,
@@ -294,7 +312,7 @@ fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
     vec![
         choice(
             "Bandwidth",
-            format!("h = {:.4} ({} kernel)", result.bandwidth, result.kernel.name()),
+            format!("h = {} ({} kernel)", number(result.bandwidth), result.kernel.name()),
             given_or(scores.is_some(), "smallest exact leave-one-out cross-validation error"),
             scores,
         ),
@@ -327,15 +345,16 @@ fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
     ]
 }
 
-/// The arm's motion, if the record has its angles.
-fn arm(file: &RecordFile, lengths: [f64; 2], time: Axis) -> Option<ArmMotion> {
+/// The arm's motion, if the record has its angles `q1` and `q2`.
+pub fn arm_motion(record: &Record, lengths: [f64; 2], sample_time: Option<f64>, caption: String) -> Option<ArmMotion> {
     let pair = |a: &str, b: &str| -> Option<[Vec<f64>; 2]> {
-        Some([file.finite(a).ok()?.to_vec(), file.finite(b).ok()?.to_vec()])
+        Some([record.finite(a).ok()?.to_vec(), record.finite(b).ok()?.to_vec()])
     };
     let empty = || [Vec::new(), Vec::new()];
     Some(ArmMotion {
+        caption,
         lengths,
-        time,
+        time: time_axis(sample_time, 0),
         q: pair("q1", "q2")?,
         qm: pair("qm1", "qm2").unwrap_or_else(empty),
         tau: pair("tau1", "tau2").unwrap_or_else(empty),

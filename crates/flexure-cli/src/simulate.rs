@@ -51,10 +51,11 @@ fn known_preset(name: &str) -> Result<String, String> {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (text, source, folder) = match (&arguments.arm, &arguments.preset) {
-        (Some(path), _) => {
-            let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-            (text, path.display().to_string(), path.parent().unwrap_or(Path::new("")))
-        }
+        (Some(path), _) => (
+            read_text(path)?,
+            path.display().to_string(),
+            path.parent().unwrap_or(Path::new("")),
+        ),
         (None, name) => {
             let name = name.as_deref().unwrap_or_default();
             (preset_text(name)?.to_owned(), format!("preset {name}"), Path::new(""))
@@ -89,6 +90,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         println!("wrote {} ({rows} samples of {})", path.display(), names.join(", "));
     }
     Ok(())
+}
+
+fn read_text(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))
+}
+
+/// Reads an arm file.
+pub fn read_arm(path: &Path) -> Result<ArmFile> {
+    Ok(ArmFile::from_toml_str(&read_text(path)?, &path.display().to_string())?)
 }
 
 /// Simulates under a progress bar; a record that the excitation names is looked for beside the arm file.

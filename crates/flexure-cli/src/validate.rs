@@ -8,7 +8,7 @@ use flexure_io::{read_model, read_record};
 use serde_json::json;
 
 use crate::arguments;
-use crate::outcome::{self, tests_json};
+use crate::outcome::{self, number, tests_json};
 use crate::progress::spinning;
 
 /// Judge a model on a record that was not used for its fit.
@@ -72,8 +72,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Ok(());
     }
     println!(
-        "fit {:.2} %, RMS error {:.4e}, {} samples compared, the first {skip} skipped",
-        verdict.measures.fit_percent, verdict.measures.rms, verdict.measures.samples
+        "fit {:.2} %, RMS error {}, {} samples compared, the first {skip} skipped",
+        verdict.measures.fit_percent,
+        number(verdict.measures.rms),
+        verdict.measures.samples
     );
     for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
         println!(

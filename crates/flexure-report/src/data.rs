@@ -43,6 +43,8 @@ pub struct Page {
 /// The answer to "does the model hold on fresh data?".
 #[derive(Debug, Clone, Serialize)]
 pub struct Verdict {
+    /// The answer in a few words, for example "The model holds on fresh data".
+    pub headline: String,
     /// Whether the residual tests found nothing against the model.
     pub holds: bool,
     /// The answer in a sentence or two, naming the test that refutes the model if one does.
@@ -221,6 +223,8 @@ pub struct ScoreCurve {
 /// A two-link arm in motion.
 #[derive(Debug, Clone, Serialize)]
 pub struct ArmMotion {
+    /// One sentence: which motion this is.
+    pub caption: String,
     /// The links' lengths, m.
     pub lengths: [f64; 2],
     /// Sample times.

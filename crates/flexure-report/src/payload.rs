@@ -195,6 +195,7 @@ fn record(page: &Page) -> Option<RecordPlot<'_>> {
 fn arm(arm: &ArmMotion) -> ArmMotion {
     let cut = |pair: &[Vec<f64>; 2]| [head(&pair[0], limits::ARM_SAMPLES), head(&pair[1], limits::ARM_SAMPLES)];
     ArmMotion {
+        caption: arm.caption.clone(),
         lengths: arm.lengths,
         time: arm.time.clone(),
         q: cut(&arm.q),

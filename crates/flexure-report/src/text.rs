@@ -88,6 +88,7 @@ struct RecordText {
 
 #[derive(Serialize)]
 struct ArmText {
+    caption: String,
     motors: bool,
     torques: bool,
     cut: bool,
@@ -138,6 +139,7 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             }
         }),
         arm: payload.arm.as_ref().zip(page.arm.as_ref()).map(|(_, arm)| ArmText {
+            caption: arm.caption.clone(),
             motors: arm.qm.iter().any(|q| !q.is_empty()),
             torques: arm.tau.iter().any(|t| !t.is_empty()),
             cut: arm.q[0].len() > limits::ARM_SAMPLES,

@@ -32,6 +32,7 @@ pub fn motion(n: usize, h: f64) -> ArmMotion {
     }
     let [q1, q2, qm1, qm2, tau1, tau2] = columns;
     ArmMotion {
+        caption: "The record’s angles, seen from above the plane of motion.".into(),
         lengths: LENGTHS,
         time: Axis {
             name: "time".into(),

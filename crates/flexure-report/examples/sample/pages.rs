@@ -34,6 +34,7 @@ pub fn full() -> Page {
                    simulated record and checked on the next 20\u{a0}s."
             .into(),
         verdict: Verdict {
+            headline: "The model holds on fresh data".into(),
             holds: true,
             words: "On 2000 fresh samples the model predicts the elbow’s rate in free run with a fit of ".to_owned()
                 + &format!("{:.1} %", prediction.fit_percent)
@@ -141,6 +142,7 @@ pub fn bare() -> Page {
     page.title = "Robot arm record".into();
     page.subtitle = "Reaction torque to acceleration of a flexible robot arm, without a sample time.".into();
     page.verdict = Verdict {
+        headline: "The model does not hold on fresh data".into(),
         holds: false,
         words: "The whiteness test refutes it: the residual predicts itself (p < 0.001). A static nonlinearity before \
                 linear dynamics is not enough for this record."

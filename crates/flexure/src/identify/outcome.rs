@@ -131,6 +131,18 @@ impl Verdict {
         self.measures.fit_percent > 0.0 && self.residuals.is_some() && self.refutation().is_none()
     }
 
+    /// The answer in a few words.
+    pub fn headline(&self) -> &'static str {
+        match (self.holds(), &self.residuals) {
+            (true, _) => "The model holds on fresh data",
+            (false, None) => "Too few fresh data to judge the model",
+            (false, Some(_)) if self.measures.r_squared >= 0.5 => {
+                "The model explains most of the fresh data, but does not hold exactly"
+            }
+            (false, Some(_)) => "The model does not hold on fresh data",
+        }
+    }
+
     /// The answer in words.
     pub fn words(&self) -> String {
         let fit = self.measures.fit_percent;
