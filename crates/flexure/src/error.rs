@@ -83,4 +83,12 @@ pub enum Error {
         /// The valid range in words, for example "positive and finite".
         requirement: &'static str,
     },
+    /// The caller stopped a long computation.
+    #[error("cancelled after {done} of {total} steps")]
+    Cancelled {
+        /// Steps done.
+        done: usize,
+        /// Steps in all.
+        total: usize,
+    },
 }

@@ -8,6 +8,7 @@
 //! | [`record`] | named, sampled signals |
 //! | [`model`] | static nonlinearities and linear systems in series and in parallel |
 //! | [`linear`] | transfer functions |
+//! | [`study`] | convergence rates by Monte Carlo, beside the theorems' |
 //! | [`error`] | everything that can go wrong, with the facts in the fields |
 
 pub mod error;
@@ -17,6 +18,7 @@ pub mod model;
 pub mod nonlinearity;
 pub mod record;
 pub mod selection;
+pub mod study;
 pub mod systems;
 pub mod validation;
 
