@@ -91,4 +91,20 @@ pub enum Error {
         /// Steps in all.
         total: usize,
     },
+    /// A signal that must vary does not in a part of the record.
+    #[error(
+        "column '{column}' is constant ({value}) at samples {first} to {last}, which are {purpose}; cut them off, or change the fresh share"
+    )]
+    ConstantPart {
+        /// The column's name.
+        column: String,
+        /// Its value there.
+        value: f64,
+        /// The part's first sample.
+        first: usize,
+        /// The part's last sample.
+        last: usize,
+        /// What the part is needed for.
+        purpose: &'static str,
+    },
 }
