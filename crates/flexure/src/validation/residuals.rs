@@ -21,6 +21,8 @@ use crate::linear::correlation::{cross_covariance, mean, variance};
 pub const LEVEL: f64 = 0.01;
 /// Lags of the tests, fewer on short records.
 const LAGS: usize = 25;
+/// Lags of the tests against the prediction, which has the input's past in it already.
+const PREDICTION_LAGS: usize = 5;
 /// The fewest samples that the asymptotic distributions are used for.
 const FEWEST: usize = 40;
 
@@ -171,13 +173,16 @@ impl ResidualTests {
                 expected: e.len(),
             });
         }
-        let lags = LAGS.min(e.len() / 5);
         for (kind, power) in [
             (TestKind::SquaredPredictionIndependence, 2),
             (TestKind::CubedPredictionIndependence, 3),
         ] {
-            all.tests
-                .push(independence(kind, e, &power_beyond_linear(predicted, power), lags));
+            all.tests.push(independence(
+                kind,
+                e,
+                &power_beyond_linear(predicted, power),
+                PREDICTION_LAGS,
+            ));
         }
         Ok(all)
     }
@@ -226,7 +231,7 @@ fn independence(kind: TestKind, v: &[f64], w: &[f64], lags: usize) -> ResidualTe
     let r: Vec<f64> = cross_covariance(w, v, lags).iter().map(|c| c / scale).collect();
     // The products' sum is cut where sample covariances are mostly noise; a triangular window keeps P
     // positive definite.
-    let reach = ((n as f64).sqrt() as usize).clamp(lags, 20 * lags).min(n - 1 - lags);
+    let reach = ((n as f64).sqrt() as usize).clamp(lags, 20 * LAGS).min(n - 1 - lags);
     let rv = cross_covariance(v, v, reach);
     let rw = cross_covariance(w, w, reach + lags);
     let taper = |k: usize| 1.0 - k as f64 / (reach + 1) as f64;

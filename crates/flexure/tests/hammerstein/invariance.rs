@@ -18,9 +18,11 @@ fn source() -> Record {
 
 /// Everything that an identification says, against that of the changed record.
 fn compare(one: &Identification, other: &Identification, [c, d]: [f64; 2], [e, f]: [f64; 2]) {
+    // A mirrored input is tabulated at other quantiles.
+    let tolerance = if c < 0.0 { 1e-4 } else { 1e-5 };
     let close = |a: f64, b: f64, scale: f64, what: &str| {
         assert!(
-            (a - b).abs() <= 1e-5 * scale.abs(),
+            (a - b).abs() <= tolerance * scale.abs(),
             "{what}: {a} {b} at u {c} {d} y {e} {f}"
         );
     };

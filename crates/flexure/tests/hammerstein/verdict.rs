@@ -25,14 +25,14 @@ fn a_hammerstein_system_whose_noise_hides_the_estimate_s_error_is_accepted() {
     assert!(accepted >= 36, "{accepted} of 40");
 }
 
-/// y'' = -0.3 y' - y - 4 y^3 + u in steps of 0.1: a nonlinear spring in the loop.
+/// y'' = -y' - y - 4 y^3 + u in steps of 0.1: a nonlinear spring in the loop.
 fn duffing(n: usize, seed: u64) -> Record {
     let u = uniform(seed, n, 8.0);
     let (mut y, mut v, step) = (0.0_f64, 0.0_f64, 0.1);
     let output: Vec<f64> = u
         .iter()
         .map(|u| {
-            v += step * (u - 0.3 * v - y - 4.0 * y.powi(3));
+            v += step * (u - v - y - 4.0 * y.powi(3));
             y += step * v;
             y
         })
