@@ -83,12 +83,12 @@ pub enum Error {
         /// The valid range in words, for example "positive and finite".
         requirement: &'static str,
     },
-    /// The caller stopped a long computation.
-    #[error("cancelled after {done} of {total} steps")]
-    Cancelled {
-        /// Steps done.
+    /// A study was stopped from outside.
+    #[error("stopped after {done} of {total} samples, as asked")]
+    Stopped {
+        /// The samples simulated so far.
         done: usize,
-        /// Steps in all.
+        /// Those of the whole study.
         total: usize,
     },
     /// A signal that must vary does not in a part of the record.

@@ -112,7 +112,7 @@ impl RateStudy {
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] and [`Error::TooShort`] for a study outside the valid ranges,
-    /// [`Error::Cancelled`] if `progress` stopped it.
+    /// [`Error::Stopped`] if `progress` stopped it.
     pub fn run(&self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<RateTable> {
         Checkpoint::new(self.clone()).run(progress)
     }
@@ -249,7 +249,7 @@ impl Checkpoint {
                 let batch = (20_000_000 / n).clamp(1, study.runs);
                 for first in (0..study.runs).step_by(batch) {
                     if progress(spent, total).is_break() {
-                        return Err(Error::Cancelled { done: spent, total });
+                        return Err(Error::Stopped { done: spent, total });
                     }
                     let runs = first..study.runs.min(first + batch);
                     spent += n * runs.len();

@@ -128,7 +128,7 @@ fn the_table_depends_neither_on_threads_nor_on_interruptions() {
                 table = Some(t);
                 break;
             }
-            Err(e) => assert!(matches!(e, Error::Cancelled { total: 16_000, .. }), "{e}"),
+            Err(e) => assert!(matches!(e, Error::Stopped { total: 16_000, .. }), "{e}"),
         }
     }
     assert_eq!(table, Some(one));
@@ -146,7 +146,7 @@ fn another_seed_gives_other_errors() {
 #[test]
 fn a_stop_at_once_says_so() {
     let error = small().run(&mut |_, _| ControlFlow::Break(())).unwrap_err();
-    assert_eq!(error.to_string(), "cancelled after 0 of 16000 steps");
+    assert_eq!(error.to_string(), "stopped after 0 of 16000 samples, as asked");
 }
 
 #[test]
