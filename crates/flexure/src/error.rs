@@ -133,6 +133,30 @@ pub enum Error {
         /// The simulated time reached, s.
         time: f64,
     },
+    /// A study was stopped from outside.
+    #[error("stopped after {done} of {total} samples, as asked")]
+    Stopped {
+        /// The samples simulated so far.
+        done: usize,
+        /// Those of the whole study.
+        total: usize,
+    },
+    /// A signal that must vary does not in a part of the record.
+    #[error(
+        "column '{column}' is constant ({value}) at samples {first} to {last}, which are {purpose}; cut them off, or change the fresh share"
+    )]
+    ConstantPart {
+        /// The column's name.
+        column: String,
+        /// Its value there.
+        value: f64,
+        /// The part's first sample.
+        first: usize,
+        /// The part's last sample.
+        last: usize,
+        /// What the part is needed for.
+        purpose: &'static str,
+    },
 }
 
 /// Why an integration could not be carried on.

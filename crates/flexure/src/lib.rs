@@ -34,6 +34,7 @@
 //! | [`identify`] | from a record to a model, with a verdict |
 //! | [`validation`] | fit measures and residual tests |
 //! | [`systems`] | known systems with their exact truth |
+//! | [`study`] | convergence rates by Monte Carlo, beside the theorems' |
 //! | [`error`] | everything that can go wrong, with the facts in the fields |
 
 pub mod error;
@@ -46,6 +47,7 @@ pub mod record;
 pub mod selection;
 pub mod signal;
 pub mod simulation;
+pub mod study;
 pub mod systems;
 pub mod validation;
 

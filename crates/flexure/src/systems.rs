@@ -3,13 +3,15 @@
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
 
 use crate::linear::TransferFunction;
 use crate::linear::correlation::variance;
 use crate::record::Record;
 
 /// The static nonlinearities that block-oriented identification is judged on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum KnownNonlinearity {
     /// 0 on [-0.5, 0.7], slope 1 beyond.
     DeadZone,
@@ -38,6 +40,19 @@ impl KnownNonlinearity {
         KnownNonlinearity::SoftWindup,
         KnownNonlinearity::Friction,
     ];
+
+    /// The name in lower case.
+    pub fn name(self) -> &'static str {
+        match self {
+            KnownNonlinearity::DeadZone => "dead zone",
+            KnownNonlinearity::HardLimiter => "hard limiter",
+            KnownNonlinearity::Quantizer => "quantizer",
+            KnownNonlinearity::Cubic => "cubic",
+            KnownNonlinearity::Parabola => "x^2 + 0.2 x",
+            KnownNonlinearity::SoftWindup => "soft wind-up",
+            KnownNonlinearity::Friction => "friction",
+        }
+    }
 
     /// phi(x).
     pub fn value(self, x: f64) -> f64 {

@@ -9,6 +9,8 @@
 //! calibration, verdict on fresh data. Consistent under Theorem 2 (Krzyzak 1990), but it pays for the
 //! linear memory as if it were noise.
 
+use std::ops::Range;
+
 use super::calibration::{Calibrated, Calibration};
 use super::dependence::Dependence;
 use super::outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
@@ -37,6 +39,11 @@ const LIMIT_QUANTILE: f64 = 2.575_829_303_548_901;
 const NEGLIGIBLE_COLOUR: f64 = 0.05;
 /// Below this squared correlation of X and m(X) the output is correlated with m(X) in place of X.
 const WEAK_CORRELATION: f64 = 0.25;
+
+/// More than this share of the impulse response beyond the last lag: it has not settled.
+const UNSETTLED: f64 = 0.05;
+/// A purpose of a part of the record, in [`Error::ConstantPart`].
+const FOR_THE_FIT: &str = "used for the fit";
 
 /// Which lag the output is regressed at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -114,7 +121,8 @@ impl PlainHammerstein {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::TooShort`] (fewer than
+    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::ConstantPart`] (the input
+    /// over the samples of the fit, the output over those or over the fresh ones), [`Error::TooShort`] (fewer than
     /// 100 samples for the fit), [`Error::InvalidParameter`] for a parameter outside its range.
     pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
         let (u, y) = (record.finite(input)?, record.finite(output)?);
@@ -126,16 +134,9 @@ impl PlainHammerstein {
                 got: fitted,
             });
         }
-        let (fit_u, fit_y) = (&u[..fitted], &y[..fitted]);
-        for (column, all, part) in [(input, u, fit_u), (output, y, fit_y)] {
-            let largest = all.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            if !(variance(part).sqrt() > 1e-12 * largest) {
-                return Err(Error::Constant {
-                    column: column.to_owned(),
-                    value: part[0],
-                });
-            }
-        }
+        must_vary(input, u, 0..fitted, FOR_THE_FIT)?;
+        must_vary(output, y, 0..fitted, FOR_THE_FIT)?;
+        must_vary(output, y, fitted..y.len(), "kept for the verdict")?;
         self.run(u, y, fitted)
     }
 
@@ -208,11 +209,13 @@ impl PlainHammerstein {
 
         // The impulse response by correlation, and its rational form.
         let estimate = correlate(fit_u, fit_y, &regression, lags);
-        let memory = memory(&estimate, delay, self.order.unwrap_or(LARGEST_ORDER), lags);
-        if memory == lags {
+        let settled = settling_lag(&estimate, delay);
+        let order = self.order.unwrap_or(LARGEST_ORDER);
+        let memory = settled.max(delay + 4 * order + 4).min(lags);
+        let (linear, order) = self.linear_part(&estimate.k[delay..=memory], &regression, fit_y, delay)?;
+        if settled > lags || delay + linear.settling(UNSETTLED) > lags {
             warnings.push(Warning::NotSettled { lags });
         }
-        let (linear, order) = self.linear_part(&estimate.k[delay..=memory], &regression, fit_y, delay)?;
 
         // Scale and offset by convention, then the verdict.
         let calibrated = self
@@ -369,9 +372,9 @@ fn correlate(u: &[f64], y: &[f64], regression: &Regression, lags: usize) -> Impu
     }
 }
 
-/// The last lag that the linear part is fitted to: past the last significant coefficient by half as
-/// much again, and long enough for the order.
-fn memory(estimate: &ImpulseEstimate, delay: usize, order: usize, lags: usize) -> usize {
+/// The lag by which the impulse response has settled: past the last significant coefficient by half as
+/// much again.
+fn settling_lag(estimate: &ImpulseEstimate, delay: usize) -> usize {
     // Among all lags, chance exceeds this rarely.
     let clear = 1.7 * estimate.limit;
     let last = estimate
@@ -380,7 +383,27 @@ fn memory(estimate: &ImpulseEstimate, delay: usize, order: usize, lags: usize) -
         .rposition(|k| k.abs() > clear)
         .unwrap_or(delay)
         .max(delay);
-    (last + (last - delay) / 2).max(delay + 4 * order + 4).min(lags)
+    last + (last - delay) / 2
+}
+
+/// Refuses a column that does not vary over `part` by more than rounding.
+fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'static str) -> Result<()> {
+    let largest = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let varies = |v: &[f64]| variance(v).sqrt() > 1e-12 * largest;
+    if varies(&samples[part.clone()]) {
+        return Ok(());
+    }
+    let (column, value) = (column.to_owned(), samples[part.start]);
+    if !varies(samples) {
+        return Err(Error::Constant { column, value });
+    }
+    Err(Error::ConstantPart {
+        column,
+        value,
+        first: part.start,
+        last: part.end - 1,
+        purpose,
+    })
 }
 
 /// The transfer function times a gain, after a delay.
@@ -416,7 +439,3 @@ fn warn_of_range(curve: &Curve, fresh: &[f64], warnings: &mut Vec<Warning>) {
         });
     }
 }
-
-#[cfg(test)]
-#[path = "hammerstein_tests.rs"]
-mod tests;

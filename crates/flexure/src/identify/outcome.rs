@@ -66,7 +66,9 @@ pub enum Warning {
         bandwidth: f64,
     },
     /// The linear part was still far from settled at the last lag that the record allows.
-    #[error("the impulse response has not settled after {lags} samples: the record is short for so slow a system")]
+    #[error(
+        "the impulse response has not settled after {lags} samples, the most that this record allows: sample more slowly, or record for longer"
+    )]
     NotSettled {
         /// The last lag that was used.
         lags: usize,
@@ -117,7 +119,7 @@ impl Verdict {
         let residual: Vec<f64> = y.iter().zip(predicted).map(|(y, p)| y - p).collect();
         Ok(Verdict {
             measures,
-            residuals: ResidualTests::new(&residual, u).ok(),
+            residuals: ResidualTests::with_prediction(&residual, u, predicted).ok(),
         })
     }
 

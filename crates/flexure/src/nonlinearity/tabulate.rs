@@ -45,7 +45,9 @@ fn abscissas(sorted: &[f64]) -> Vec<f64> {
     let (low, high) = (sorted[0], sorted[n - 1]);
     let last = POINTS - 1;
     let even = (0..=last).map(|i| low + (high - low) * (i as f64 / last as f64));
-    let quantiles = (0..=last).map(|i| sorted[i * (n - 1) / last]);
+    // Counted from the nearer end, so that mirrored data give the mirrored curve.
+    let rank = |i: usize| i * (n - 1) / last;
+    let quantiles = (0..=last).map(|i| sorted[if 2 * i <= last { rank(i) } else { n - 1 - rank(last - i) }]);
     let mut at: Vec<f64> = even
         .chain(quantiles)
         .chain([high])

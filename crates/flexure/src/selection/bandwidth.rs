@@ -53,20 +53,20 @@ impl BandwidthSearch {
     pub(crate) fn over(kernel: Kernel, data: &Sorted) -> Self {
         let (smallest, largest) = extent(&data.x);
         let ratio = (largest / smallest).ln() / (GRID - 1) as f64;
-        let candidates: Vec<f64> = (0..GRID).map(|i| smallest * (ratio * i as f64).exp()).collect();
-        let score = |h: f64| Score {
-            bandwidth: h,
-            error: leave_one_out(data, kernel, h),
+        // By the logarithm of the ratio to the smallest, so that the unit of x changes nothing.
+        let score = |t: f64| {
+            let bandwidth = smallest * t.exp();
+            Score {
+                bandwidth,
+                error: leave_one_out(data, kernel, bandwidth),
+            }
         };
-        let mut curve: Vec<Score> = candidates.into_par_iter().map(score).collect();
+        let mut curve: Vec<Score> = (0..GRID).into_par_iter().map(|i| score(ratio * i as f64)).collect();
         let best = lowest(&curve);
         let at_edge = best == 0 || best == GRID - 1;
         if !at_edge {
-            curve.extend(golden_section(
-                curve[best - 1].bandwidth.ln(),
-                curve[best + 1].bandwidth.ln(),
-                |t| score(t.exp()),
-            ));
+            let (below, above) = (ratio * (best - 1) as f64, ratio * (best + 1) as f64);
+            curve.extend(golden_section(below, above, score));
             curve.sort_by(|a, b| a.bandwidth.total_cmp(&b.bandwidth));
         }
         BandwidthSearch {

@@ -7,6 +7,9 @@
 //!   degrees of freedom when v and w are independent, whatever the colour of either.
 //! - Missed nonlinearity (Billings & Voon 1986): the same for the pairs e and u^2, e^2 and u^2, less
 //!   their means, which see what the linear test is blind to.
+//! - Missed nonlinearity in or after the dynamics, as in a Wiener or a feedback system: the same for e and the
+//!   prediction's square and cube, less what is linear in the prediction. The prediction gathers the input's
+//!   past over all of the memory, where no single u_{n-k}^2 says much.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
@@ -18,6 +21,8 @@ use crate::linear::correlation::{cross_covariance, mean, variance};
 pub const LEVEL: f64 = 0.01;
 /// Lags of the tests, fewer on short records.
 const LAGS: usize = 25;
+/// Lags of the tests against the prediction, which has the input's past in it already.
+const PREDICTION_LAGS: usize = 5;
 /// The fewest samples that the asymptotic distributions are used for.
 const FEWEST: usize = 40;
 
@@ -32,6 +37,10 @@ pub enum TestKind {
     SquaredInputIndependence,
     /// Is the squared residual independent of the squared input's past?
     SquaredIndependence,
+    /// Is the residual independent of the prediction's square?
+    SquaredPredictionIndependence,
+    /// Is the residual independent of the prediction's cube?
+    CubedPredictionIndependence,
 }
 
 impl TestKind {
@@ -42,6 +51,8 @@ impl TestKind {
             TestKind::InputIndependence => "residual independent of input",
             TestKind::SquaredInputIndependence => "residual independent of squared input",
             TestKind::SquaredIndependence => "squared residual independent of squared input (Billings-Voon)",
+            TestKind::SquaredPredictionIndependence => "residual independent of squared prediction",
+            TestKind::CubedPredictionIndependence => "residual independent of cubed prediction",
         }
     }
 
@@ -149,10 +160,48 @@ impl ResidualTests {
         })
     }
 
+    /// As [`ResidualTests::new`], with the two tests against functions of the prediction besides.
+    ///
+    /// # Errors
+    /// Those of [`ResidualTests::new`]; all three signals have the same length.
+    pub fn with_prediction(e: &[f64], u: &[f64], predicted: &[f64]) -> Result<Self> {
+        let mut all = Self::new(e, u)?;
+        if predicted.len() != e.len() {
+            return Err(Error::LengthMismatch {
+                name: "the prediction".to_owned(),
+                got: predicted.len(),
+                expected: e.len(),
+            });
+        }
+        for (kind, power) in [
+            (TestKind::SquaredPredictionIndependence, 2),
+            (TestKind::CubedPredictionIndependence, 3),
+        ] {
+            all.tests.push(independence(
+                kind,
+                e,
+                &power_beyond_linear(predicted, power),
+                PREDICTION_LAGS,
+            ));
+        }
+        Ok(all)
+    }
+
     /// The first test that refutes the model of the system, if any.
     pub fn refutation(&self) -> Option<&ResidualTest> {
         self.tests.iter().find(|t| t.kind.refutes() && !t.passed())
     }
+}
+
+/// The power of the centred signal, less its regression on the signal.
+fn power_beyond_linear(signal: &[f64], power: i32) -> Vec<f64> {
+    let (centre, spread) = (mean(signal), variance(signal).sqrt());
+    if !(spread > 0.0) {
+        return vec![0.0; signal.len()];
+    }
+    let z: Vec<f64> = signal.iter().map(|v| (v - centre) / spread).collect();
+    let slope = z.iter().map(|z| z.powi(power + 1)).sum::<f64>() / z.len() as f64;
+    z.iter().map(|z| z.powi(power) - slope * z).collect()
 }
 
 /// The Ljung-Box test of `v` with `lags` lags.
@@ -182,7 +231,7 @@ fn independence(kind: TestKind, v: &[f64], w: &[f64], lags: usize) -> ResidualTe
     let r: Vec<f64> = cross_covariance(w, v, lags).iter().map(|c| c / scale).collect();
     // The products' sum is cut where sample covariances are mostly noise; a triangular window keeps P
     // positive definite.
-    let reach = ((n as f64).sqrt() as usize).clamp(lags, 20 * lags).min(n - 1 - lags);
+    let reach = ((n as f64).sqrt() as usize).clamp(lags, 20 * LAGS).min(n - 1 - lags);
     let rv = cross_covariance(v, v, reach);
     let rw = cross_covariance(w, w, reach + lags);
     let taper = |k: usize| 1.0 - k as f64 / (reach + 1) as f64;
@@ -317,6 +366,43 @@ mod tests {
                 white(seed, 1000)
             )) > 0.95
         );
+    }
+
+    #[test]
+    fn a_nonlinearity_after_the_dynamics_is_found_where_the_input_alone_does_not_show_it() {
+        // The prediction is linear with a memory of 50 samples; the output is its saturation.
+        let slow = TransferFunction::new(vec![0.2], vec![1.0, -0.98]).unwrap();
+        let tests = |seed: u64, share: f64| {
+            let u = white(2 * seed, 3000);
+            let p = slow.simulate(&u);
+            let e: Vec<f64> = white(2 * seed + 1, 3000)
+                .iter()
+                .zip(&p)
+                .map(|(e, p)| e - share * p.powi(3))
+                .collect();
+            ResidualTests::with_prediction(&e, &u, &p).unwrap()
+        };
+        let found = (0..40).filter(|&s| {
+            let t = tests(s, 0.15);
+            t.tests
+                .iter()
+                .any(|t| t.kind == TestKind::CubedPredictionIndependence && !t.passed())
+        });
+        assert!(found.count() > 36);
+        // And nothing is found where there is nothing, at the level of 1 % each.
+        for kind in [
+            TestKind::SquaredPredictionIndependence,
+            TestKind::CubedPredictionIndependence,
+        ] {
+            let rejected = (0..1000).filter(|&s| {
+                let u = coloured(2 * s, 1000, 0.8);
+                let e = coloured(2 * s + 1, 1000, 0.5);
+                let all = ResidualTests::with_prediction(&e, &u, &u).unwrap();
+                all.tests.iter().any(|t| t.kind == kind && !t.passed())
+            });
+            let share = rejected.count() as f64 / 1000.0;
+            assert!((share - LEVEL).abs() < 2.0 * tolerance(1000), "{kind:?}: {share}");
+        }
     }
 
     #[test]

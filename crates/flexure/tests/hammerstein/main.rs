@@ -1,0 +1,62 @@
+//! The plain Hammerstein identification through the public interface, on systems whose truth is known.
+
+mod calibration;
+mod errors;
+mod invariance;
+mod oracle;
+mod recovery;
+mod robustness;
+mod verdict;
+
+use flexure::Record;
+use flexure::identify::{Identification, PlainHammerstein};
+use flexure::linear::TransferFunction;
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+/// `n` values, uniform on [-range, range].
+fn uniform(seed: u64, n: usize, range: f64) -> Vec<f64> {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    (0..n).map(|_| rng.random_range(-range..range)).collect()
+}
+
+/// `n` values, normal with standard deviation `sd`.
+fn normal(seed: u64, n: usize, sd: f64) -> Vec<f64> {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    (0..n)
+        .map(|_| {
+            let e: f64 = StandardNormal.sample(&mut rng);
+            sd * e
+        })
+        .collect()
+}
+
+fn filter(b: &[f64], a: &[f64]) -> TransferFunction {
+    TransferFunction::new(b.to_vec(), a.to_vec()).unwrap()
+}
+
+fn record(u: Vec<f64>, y: Vec<f64>) -> Record {
+    Record::new([("u", u), ("y", y)]).unwrap()
+}
+
+/// `phi`, then `linear`, then normal noise of standard deviation `noise`; uniform input on [-2, 2].
+fn hammerstein(phi: impl Fn(f64) -> f64, linear: &TransferFunction, n: usize, noise: f64, seed: u64) -> Record {
+    let u = uniform(seed, n, 2.0);
+    let w: Vec<f64> = u.iter().map(|&u| phi(u)).collect();
+    let e = normal(seed ^ 0xabcd, n, noise);
+    let y = linear.simulate(&w).iter().zip(e).map(|(y, e)| y + e).collect();
+    record(u, y)
+}
+
+fn identify(record: &Record) -> Identification {
+    PlainHammerstein::default().identify(record, "u", "y").unwrap()
+}
+
+/// Asserts |a - b| <= tolerance, elementwise.
+fn assert_close(a: &[f64], b: &[f64], tolerance: f64, what: &str) {
+    assert_eq!(a.len(), b.len(), "{what}");
+    for (i, (a, b)) in a.iter().zip(b).enumerate() {
+        assert!((a - b).abs() <= tolerance, "{what}[{i}]: {a} {b}");
+    }
+}

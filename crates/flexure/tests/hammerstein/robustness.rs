@@ -1,0 +1,121 @@
+//! No record that passes the input checks makes the identification panic, or return what cannot be used.
+
+use flexure::identify::{Calibration, RegressionLag};
+use proptest::prelude::*;
+
+use super::*;
+
+#[derive(Debug, Clone)]
+struct Case {
+    seed: u64,
+    n: usize,
+    system: usize,
+    input: usize,
+    scales: (f64, f64),
+    offsets: (f64, f64),
+    noise: f64,
+    method: PlainHammerstein,
+}
+
+fn case() -> impl Strategy<Value = Case> {
+    let signals = (any::<u64>(), 100..3000usize, 0..7usize, 0..5usize, 0.0..3.0f64);
+    let units = ((-9.0..9.0f64, -9.0..9.0f64), (-50.0..50.0f64, -50.0..50.0f64));
+    let method = (
+        0..3usize,
+        0..3usize,
+        prop::option::of(0..6usize),
+        prop::option::of(0..10usize),
+        0.05..0.9f64,
+    );
+    (signals, units, method).prop_map(
+        |((seed, n, system, input, noise), (e, offsets), (lag, fix, order, delay, share))| {
+            let scales = (10.0_f64.powf(e.0), 10.0_f64.powf(e.1));
+            Case {
+                seed,
+                n,
+                system,
+                input,
+                scales,
+                offsets,
+                noise,
+                method: PlainHammerstein {
+                    regression_lag: [RegressionLag::Strongest, RegressionLag::Delay, RegressionLag::At(7)][lag],
+                    calibration: [
+                        Calibration::UnitStaticGain,
+                        Calibration::UnitFirstCoefficient,
+                        Calibration::TwoPoints {
+                            x: [scales.0 * offsets.0, scales.0 * (offsets.0 + 0.5)],
+                            phi: [0.0, 1.0],
+                        },
+                    ][fix],
+                    order,
+                    delay,
+                    fresh_share: share,
+                    ..Default::default()
+                },
+            }
+        },
+    )
+}
+
+fn simulate(case: &Case) -> Record {
+    let Case { seed, n, .. } = *case;
+    let white = uniform(seed, n, 2.0);
+    let u: Vec<f64> = match case.input {
+        0 => white,
+        1 => white.iter().map(|u| u.signum()).collect(),
+        2 => filter(&[1.0], &[1.0, -0.95]).simulate(&white),
+        // Tails of Cauchy's kind.
+        3 => white.iter().map(|u| (0.78 * u).tan()).collect(),
+        _ => (0..n).map(|i| (0.07 * i as f64).sin()).collect(),
+    };
+    let cube = |u: &f64| u + 0.5 * u.powi(3);
+    let y: Vec<f64> = match case.system {
+        0 => filter(&[1.0, 0.4, 0.1], &[1.0, -1.2, 0.52]).simulate(&u.iter().map(cube).collect::<Vec<_>>()),
+        1 => filter(&[0.05, 0.08], &[1.0, -1.97, 0.99]).simulate(&u.iter().map(|u| u * u).collect::<Vec<_>>()),
+        2 => filter(&[1.0, -1.0], &[1.0]).simulate(&u),
+        // An integrator: no stationary output.
+        3 => filter(&[1.0], &[1.0, -1.0]).simulate(&u),
+        4 => filter(&[0.3], &[1.0, -0.7])
+            .simulate(&u)
+            .iter()
+            .map(|x| x.abs())
+            .collect(),
+        // One impulse.
+        5 => (0..n).map(|i| f64::from(i == n / 3)).collect(),
+        _ => vec![0.0; n],
+    };
+    let e = normal(seed ^ 1, n, case.noise);
+    let map = |v: &[f64], scale: f64, offset: f64| v.iter().map(|v| scale * (v + offset)).collect();
+    let noisy: Vec<f64> = y.iter().zip(e).map(|(y, e)| y + e).collect();
+    record(
+        map(&u, case.scales.0, case.offsets.0),
+        map(&noisy, case.scales.1, case.offsets.1),
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 250, ..ProptestConfig::default() })]
+    #[test]
+    fn identification_returns_a_stable_finite_model_or_says_why_not(case in case()) {
+        let record = simulate(&case);
+        let result = match case.method.identify(&record, "u", "y") {
+            Ok(result) => result,
+            Err(error) => {
+                prop_assert!(error.to_string().len() > 20);
+                return Ok(());
+            }
+        };
+        prop_assert!(result.linear.is_stable(), "{:?}", result.linear);
+        let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
+        prop_assert!(finite(result.linear.b()) && finite(result.linear.a()));
+        prop_assert!(finite(result.nonlinearity.y()) && finite(&result.band) && result.output_offset.is_finite());
+        prop_assert!(finite(&result.predicted) && result.predicted.len() == case.n);
+        prop_assert!(finite(&result.impulse_estimate) && result.impulse_limit.is_finite());
+        prop_assert!(finite(&result.order.hankel_singular_values));
+        prop_assert!(result.bandwidth > 0.0 && result.bandwidth.is_finite());
+        prop_assert!(result.verdict.measures.fit_percent.is_finite());
+        prop_assert!(result.verdict.words().starts_with("On fresh data") || result.verdict.words().starts_with("The model"));
+        prop_assert!(result.warnings.iter().all(|w| !w.to_string().contains("NaN")));
+    }
+}
