@@ -28,6 +28,31 @@ pub fn solve_positive_definite(rows: &[f64], rhs: &[f64]) -> Option<Vec<f64>> {
         .then(|| solution.iter().copied().collect())
 }
 
+/// The symmetric Toeplitz matrix with this first column.
+fn toeplitz(column: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(column.len(), column.len(), |i, j| column[i.abs_diff(j)])
+}
+
+/// The solution of `T x = rhs` for the positive definite Toeplitz matrix with the first column `column`, and
+/// the largest diagonal entry of its inverse; `None` if it is not positive definite.
+pub fn solve_toeplitz(column: &[f64], rhs: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let cholesky = toeplitz(column).cholesky()?;
+    let solution = cholesky.solve(&DVector::from_column_slice(rhs));
+    let largest = cholesky.inverse().diagonal().max();
+    solution
+        .iter()
+        .all(|v| v.is_finite())
+        .then(|| (solution.iter().copied().collect(), largest))
+}
+
+/// The upper triangular U with U'U the positive definite Toeplitz matrix of this first column, row-major;
+/// `None` if it is not positive definite.
+pub fn toeplitz_factor(column: &[f64]) -> Option<Vec<f64>> {
+    let lower = toeplitz(column).cholesky()?.unpack();
+    // Column-major L is row-major L'.
+    Some(lower.as_slice().to_vec())
+}
+
 /// The singular values of a row-major matrix, largest first. `None` if the decomposition fails.
 pub fn singular_values(rows: &[f64], columns: usize) -> Option<Vec<f64>> {
     let matrix = DMatrix::from_row_slice(rows.len() / columns, columns, rows);

@@ -6,24 +6,23 @@
 //! $\mathrm{cov}(Y_{n+j}, \psi(X_n)) = k_{j-s}\,\mathrm{cov}(\varphi(X), \psi(X))$ is the impulse response up to scale.
 //!
 //! In order: delay, nonlinearity (21), impulse response by correlation, order and rational linear part,
-//! calibration, verdict on fresh data. Consistent under Theorem 2 (Krzyzak 1990), but it pays for the
+//! calibration, verdict on fresh data. Where the input is not white, which the paper excludes, the
+//! covariances are deconvolved and the other lags' share is taken out of the regression, a few times over. Consistent under Theorem 2 (Krzyzak 1990), but it pays for the
 //! linear memory as if it were noise.
 
-use std::ops::Range;
-
 use super::calibration::{Calibrated, Calibration};
+use super::checks::{must_vary, warn_of_colour, warn_of_range};
 use super::dependence::Dependence;
-use super::outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
+use super::impulse::{correlate, deconvolve, less_other_lags, linear_part};
+use super::outcome::{Identification, Verdict, Warning};
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
-use crate::linear::correlation::{cross_covariance, mean, variance};
-use crate::linear::from_impulse_response::{from_impulse_response, hankel_singular_values};
+use crate::linear::correlation::mean;
 use crate::model::Block;
 use crate::nonlinearity::kernel::Sorted;
 use crate::nonlinearity::{Curve, Kernel, KernelFit, KernelRegression, Outside, tabulate};
 use crate::record::Record;
 use crate::selection::BandwidthSearch;
-use crate::validation::whiteness;
 
 /// The fewest samples that are worth a fit.
 pub const FEWEST: usize = 100;
@@ -33,12 +32,8 @@ pub const LARGEST_ORDER: usize = 8;
 const MOST_LAGS: usize = 1000;
 /// The normal quantile of a two-sided 95 % band.
 const BAND_QUANTILE: f64 = 1.959_963_984_540_054;
-/// The normal quantile of two-sided 99 % limits.
-const LIMIT_QUANTILE: f64 = 2.575_829_303_548_901;
-/// Autocorrelations of the input below this distort the result less than noise does.
-const NEGLIGIBLE_COLOUR: f64 = 0.05;
-/// Below this squared correlation of X and m(X) the output is correlated with m(X) in place of X.
-const WEAK_CORRELATION: f64 = 0.25;
+/// Most passes that take the other lags out of the regression, where the input is not white.
+const PASSES: usize = 4;
 
 /// More than this share of the impulse response beyond the last lag: it has not settled.
 const UNSETTLED: f64 = 0.05;
@@ -106,15 +101,8 @@ pub(super) struct Regression {
     pub(super) fit: KernelFit,
     search: Option<BandwidthSearch>,
     /// m_n(X_n) less its mean.
-    centred: Vec<f64>,
+    pub(super) centred: Vec<f64>,
     pub(super) mean: f64,
-}
-
-/// The correlation's result, from lag 0.
-struct ImpulseEstimate {
-    k: Vec<f64>,
-    limit: f64,
-    psi: Psi,
 }
 
 impl PlainHammerstein {
@@ -178,7 +166,7 @@ impl PlainHammerstein {
     fn run(&self, u: &[f64], y: &[f64], fitted: usize) -> Result<Identification> {
         let (fit_u, fit_y) = (&u[..fitted], &y[..fitted]);
         let mut warnings = Vec::new();
-        warn_of_colour(fit_u, &mut warnings);
+        let coloured = warn_of_colour(fit_u, &mut warnings);
 
         // Delay and lag of the regression, from the cross-covariances.
         let given = match self.regression_lag {
@@ -192,27 +180,39 @@ impl PlainHammerstein {
             warnings.push(Warning::NoDependence { lags });
         }
         let strongest = dependence.strongest();
-        let delay = self.delay.unwrap_or_else(|| first.unwrap_or(strongest));
-        let lag = match self.regression_lag {
-            RegressionLag::Strongest => strongest.max(delay),
-            RegressionLag::Delay => delay,
-            RegressionLag::At(j) => j,
-        };
+        let mut delay = self.delay.unwrap_or_else(|| first.unwrap_or(strongest));
+        let mut lag = self.lag_of_regression(strongest, delay);
 
-        // m_n, by (21).
-        let regression = self.regress(fit_u, fit_y, lag)?;
+        // m_n, by (21), and the impulse response by correlation.
+        let mut regression = self.regress(fit_u, fit_y, lag)?;
+        let mut estimate = correlate(fit_u, fit_y, &regression, lags);
+        if coloured && let Some(better) = deconvolve(fit_y, &regression.centred, lags) {
+            estimate = better;
+            for _ in 0..PASSES {
+                delay = self.delay.unwrap_or_else(|| estimate.first());
+                let next_lag = self.lag_of_regression(estimate.strongest(), delay);
+                let rest = less_other_lags(fit_y, &regression.centred, &estimate.k, next_lag);
+                let next = self.regress(fit_u, &rest, next_lag)?;
+                match deconvolve(fit_y, &next.centred, lags) {
+                    Some(better) if better.unexplained < estimate.unexplained => {
+                        (regression, estimate, lag) = (next, better, next_lag);
+                    }
+                    _ => break,
+                }
+            }
+            delay = self.delay.unwrap_or_else(|| estimate.first());
+        }
         if let Some(search) = regression.search.as_ref().filter(|s| s.at_edge) {
             warnings.push(Warning::BandwidthAtEdge {
                 bandwidth: search.bandwidth,
             });
         }
 
-        // The impulse response by correlation, and its rational form.
-        let estimate = correlate(fit_u, fit_y, &regression, lags);
-        let settled = settling_lag(&estimate, delay);
+        // Its rational form.
+        let settled = estimate.settling_lag(delay);
         let order = self.order.unwrap_or(LARGEST_ORDER);
-        let memory = settled.max(delay + 4 * order + 4).min(lags);
-        let (linear, order) = self.linear_part(&estimate.k[delay..=memory], &regression, fit_y, delay)?;
+        let memory = settled.max(delay + 4 * order + 4).min(estimate.k.len() - 1);
+        let (linear, order) = linear_part(&estimate, delay, memory, self.order, &regression.centred, fit_y)?;
         if settled > lags || delay + linear.settling(UNSETTLED) > lags {
             warnings.push(Warning::NotSettled { lags });
         }
@@ -266,6 +266,14 @@ impl PlainHammerstein {
         })
     }
 
+    fn lag_of_regression(&self, strongest: usize, delay: usize) -> usize {
+        match self.regression_lag {
+            RegressionLag::Strongest => strongest.max(delay),
+            RegressionLag::Delay => delay,
+            RegressionLag::At(j) => j,
+        }
+    }
+
     /// Regresses Y_{n+lag} on X_n.
     fn regress(&self, u: &[f64], y: &[f64], lag: usize) -> Result<Regression> {
         let data = Sorted::new(&u[..u.len() - lag], &y[lag..]);
@@ -298,112 +306,6 @@ impl PlainHammerstein {
             mean,
         })
     }
-
-    /// Order and transfer function (without the delay) for the impulse response `k` from the delay on.
-    fn linear_part(
-        &self,
-        k: &[f64],
-        regression: &Regression,
-        y: &[f64],
-        delay: usize,
-    ) -> Result<(TransferFunction, ChosenOrder)> {
-        let largest = LARGEST_ORDER.min((k.len().saturating_sub(1)) / 2);
-        let orders = match self.order {
-            Some(l) => l..=l,
-            None => 0..=largest,
-        };
-        let n = y.len() as f64;
-        let centre = mean(y);
-        let mut best: Option<(TransferFunction, OrderScore)> = None;
-        let mut scores = Vec::new();
-        for order in orders {
-            let Some(model) = from_impulse_response(k, order) else {
-                continue;
-            };
-            let response = model.simulate(&regression.centred);
-            let silent = std::iter::repeat_n(0.0, delay);
-            let squares: f64 = y
-                .iter()
-                .zip(silent.chain(response))
-                .map(|(y, p)| (y - centre - p).powi(2))
-                .sum();
-            let bic = n * (squares / n).max(f64::MIN_POSITIVE).ln() + (2 * order + 1) as f64 * n.ln();
-            let score = OrderScore { order, bic };
-            scores.push(score);
-            if bic.is_finite() && best.as_ref().is_none_or(|b| bic < b.1.bic) {
-                best = Some((model, score));
-            }
-        }
-        let Some((model, score)) = best else {
-            return Err(Error::TooShort {
-                what: "a linear part of the given order",
-                need: 5 * (2 * self.order.unwrap_or(0) + 1 + delay),
-                got: y.len(),
-            });
-        };
-        let hankel_singular_values = hankel_singular_values(k, 20).unwrap_or_default();
-        let order = ChosenOrder {
-            order: score.order,
-            hankel_singular_values,
-            scores,
-        };
-        Ok((model, order))
-    }
-}
-
-/// cov(Y_{n+j}, psi(X_n)) over cov(m_n(X_n), psi(X_n)), j = 0, ..., `lags`: the impulse response, in the
-/// scale in which its coefficient at the regression's lag is 1.
-fn correlate(u: &[f64], y: &[f64], regression: &Regression, lags: usize) -> ImpulseEstimate {
-    let m = &regression.centred;
-    let centre = mean(u);
-    let joint = m.iter().zip(u).map(|(m, u)| m * (u - centre)).sum::<f64>() / u.len() as f64;
-    let power = variance(m);
-    let (psi, signal, scale) = if joint * joint < WEAK_CORRELATION * power * variance(u) {
-        (Psi::Nonlinearity, m.as_slice(), power)
-    } else {
-        (Psi::Input, u, joint)
-    };
-    // A nonlinearity estimated as constant leaves nothing to scale by.
-    let scale = if scale != 0.0 { scale } else { 1.0 };
-    ImpulseEstimate {
-        k: cross_covariance(signal, y, lags).iter().map(|c| c / scale).collect(),
-        limit: LIMIT_QUANTILE * (variance(signal) * variance(y) / y.len() as f64).sqrt() / scale.abs(),
-        psi,
-    }
-}
-
-/// The lag by which the impulse response has settled: past the last significant coefficient by half as
-/// much again.
-fn settling_lag(estimate: &ImpulseEstimate, delay: usize) -> usize {
-    // Among all lags, chance exceeds this rarely.
-    let clear = 1.7 * estimate.limit;
-    let last = estimate
-        .k
-        .iter()
-        .rposition(|k| k.abs() > clear)
-        .unwrap_or(delay)
-        .max(delay);
-    last + (last - delay) / 2
-}
-
-/// Refuses a column that does not vary over `part` by more than rounding.
-fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'static str) -> Result<()> {
-    let largest = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let varies = |v: &[f64]| variance(v).sqrt() > 1e-12 * largest;
-    if varies(&samples[part.clone()]) {
-        return Ok(());
-    }
-    let (column, value) = (column.to_owned(), samples[part.start]);
-    if !varies(samples) {
-        return Err(Error::Constant { column, value });
-    }
-    Err(Error::ConstantPart {
-        column,
-        value,
-        first: part.start,
-        last: part.end - 1,
-        purpose,
-    })
 }
 
 /// The transfer function times a gain, after a delay.
@@ -413,29 +315,4 @@ fn delayed(linear: &TransferFunction, gain: f64, delay: usize) -> Result<Transfe
         std::iter::repeat_n(0.0, delay).chain(numerator).collect(),
         linear.a().to_vec(),
     )
-}
-
-/// Warns where the input is so far from white that the correlation estimate suffers.
-fn warn_of_colour(u: &[f64], warnings: &mut Vec<Warning>) {
-    let lags = 25.min(u.len() / 5);
-    let r = cross_covariance(u, u, lags);
-    let (lag, largest) = (1..=lags)
-        .map(|j| (j, r[j] / r[0]))
-        .fold((0, 0.0_f64), |a, b| if b.1.abs() > a.1.abs() { b } else { a });
-    if !whiteness(u, lags).passed() && largest.abs() > NEGLIGIBLE_COLOUR {
-        warnings.push(Warning::InputNotWhite { largest, lag });
-    }
-}
-
-fn warn_of_range(curve: &Curve, fresh: &[f64], warnings: &mut Vec<Warning>) {
-    let outside = fresh.iter().filter(|&&u| !curve.covers(u)).count();
-    let percent = 100.0 * outside as f64 / fresh.len() as f64;
-    if percent > 1.0 {
-        let x = curve.x();
-        warnings.push(Warning::OutsideRange {
-            percent,
-            low: x[0],
-            high: x[x.len() - 1],
-        });
-    }
 }

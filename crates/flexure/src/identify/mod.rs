@@ -1,8 +1,10 @@
 //! From a record to a model, with a verdict.
 
 mod calibration;
+mod checks;
 mod dependence;
 pub mod hammerstein;
+mod impulse;
 mod outcome;
 
 pub use calibration::Calibration;

@@ -16,10 +16,12 @@ const ITERATIONS: usize = 50;
 
 /// The transfer function of order `order` whose impulse response is nearest to `k`.
 ///
+/// Nearest in the Euclidean norm, or in that of U d for the difference d, where `factor` is an upper triangular
+/// row-major U: with U'U the autocovariance of what drives the system, that is the output error.
 /// Always stable. `None` if `k` is too short (it takes at least `2 order + 1` values) or not finite.
-pub(crate) fn from_impulse_response(k: &[f64], order: usize) -> Option<TransferFunction> {
+pub(crate) fn from_impulse_response(k: &[f64], order: usize, factor: Option<&[f64]>) -> Option<TransferFunction> {
     let raw = yule_walker(k, order)?;
-    let refined = refine(k, order, &raw);
+    let refined = refine(k, order, &raw, factor);
     refined.or(Some(raw))
 }
 
@@ -68,7 +70,7 @@ fn stabilised(a: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// Least squares on the impulse response itself, over the numerator and the denominator.
-fn refine(k: &[f64], order: usize, start: &TransferFunction) -> Option<TransferFunction> {
+fn refine(k: &[f64], order: usize, start: &TransferFunction, factor: Option<&[f64]>) -> Option<TransferFunction> {
     let split = |p: &[f64]| -> Option<TransferFunction> {
         let a = std::iter::once(1.0).chain(p[order + 1..].iter().copied()).collect();
         TransferFunction::new(p[..=order].to_vec(), a).ok()
@@ -90,18 +92,28 @@ fn refine(k: &[f64], order: usize, start: &TransferFunction) -> Option<TransferF
                 .take(v.len())
                 .collect()
         };
-        let jacobian = (0..=order)
+        let columns = (0..=order)
             .map(|i| delayed(&by_numerator, i, 1.0))
-            .chain((1..=order).map(|i| delayed(&by_denominator, i, -1.0)))
-            .collect();
+            .chain((1..=order).map(|i| delayed(&by_denominator, i, -1.0)));
+        let weighted = |d: Vec<f64>| match factor {
+            None => d,
+            Some(factor) => times_upper(factor, &d),
+        };
         Some(Linearisation {
-            residuals: response.iter().zip(k).map(|(h, k)| h - k).collect(),
-            jacobian,
+            residuals: weighted(response.iter().zip(k).map(|(h, k)| h - k).collect()),
+            jacobian: columns.map(weighted).collect(),
         })
     };
     let parameters = start.b().iter().chain(&start.a()[1..]).copied().collect();
     let (parameters, _) = minimise(parameters, ITERATIONS, evaluate)?;
     split(&parameters)
+}
+
+/// U d for an upper triangular row-major U.
+fn times_upper(factor: &[f64], d: &[f64]) -> Vec<f64> {
+    let rows = factor.chunks_exact(d.len()).enumerate();
+    rows.map(|(i, row)| row[i..].iter().zip(&d[i..]).map(|(u, d)| u * d).sum())
+        .collect()
 }
 
 /// The singular values of the Hankel matrix of k_1, k_2, ...: for a system of order l without noise,
@@ -129,7 +141,7 @@ mod tests {
     fn an_exact_impulse_response_gives_the_system_back() {
         let truth = system();
         let k = truth.impulse_response(100);
-        for estimate in [yule_walker(&k, 2).unwrap(), from_impulse_response(&k, 2).unwrap()] {
+        for estimate in [yule_walker(&k, 2).unwrap(), from_impulse_response(&k, 2, None).unwrap()] {
             for (got, want) in estimate
                 .a()
                 .iter()
@@ -157,7 +169,7 @@ mod tests {
         for _ in 0..20 {
             let noisy: Vec<f64> = k.iter().map(|v| v + rng.random_range(-0.05..0.05)).collect();
             raw += distance(&yule_walker(&noisy, 2).unwrap());
-            refined += distance(&from_impulse_response(&noisy, 2).unwrap());
+            refined += distance(&from_impulse_response(&noisy, 2, None).unwrap());
         }
         // Five parameters of noise with variance 0.05^2/3 each, 20 times, is 0.083.
         assert!(refined < 0.2 && refined < 0.5 * raw, "{refined} {raw}");
@@ -166,9 +178,9 @@ mod tests {
     #[test]
     fn always_stable() {
         let growing: Vec<f64> = (0..40).map(|i| 1.1_f64.powi(i)).collect();
-        assert!(from_impulse_response(&growing, 1).unwrap().is_stable());
-        assert!(from_impulse_response(&[1.0; 30], 1).unwrap().is_stable());
-        assert!(from_impulse_response(&[0.0; 30], 2).unwrap().is_stable());
+        assert!(from_impulse_response(&growing, 1, None).unwrap().is_stable());
+        assert!(from_impulse_response(&[1.0; 30], 1, None).unwrap().is_stable());
+        assert!(from_impulse_response(&[0.0; 30], 2, None).unwrap().is_stable());
     }
 
     #[test]
