@@ -1,1 +1,26 @@
 //! Reads and writes records, models and arms.
+//!
+//! | to | call |
+//! |---|---|
+//! | read a record (CSV, whitespace-separated columns, Parquet, MAT v5) | [`read_record`] |
+//! | write a record (CSV, Parquet) | [`write_record`] |
+//! | read, write or run an arm | [`arm`] |
+//! | read or write a model | [`read_model`], [`write_model`] |
+//! | write any other file whole or not at all | [`write_atomically`] |
+
+pub mod arm;
+pub mod error;
+pub mod model;
+pub mod record_file;
+
+mod atomic;
+mod mat;
+mod parquet_file;
+mod text;
+mod write;
+
+pub use atomic::write_atomically;
+pub use error::{Error, LineProblem, Result};
+pub use model::{ModelFile, read_model, write_model};
+pub use record_file::{Format, RecordFile, read_record};
+pub use write::write_record;

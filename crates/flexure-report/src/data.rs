@@ -1,4 +1,7 @@
 //! What the page shows, as plain values: whoever makes a page fills these in.
+//!
+//! An empty list or `None` leaves its part off the page. A value that is not finite is drawn as a gap. Names with units
+//! are written as they shall stand at an axis, the unit in parentheses at the end, for example "torque (N m)".
 
 use serde::Serialize;
 
@@ -53,7 +56,7 @@ pub struct Fact {
     pub name: String,
     /// For example "97.3 %", ready to print.
     pub value: String,
-    /// A sentence that explains it, for a tooltip.
+    /// A few words that explain it, shown below it.
     pub note: String,
 }
 
@@ -119,7 +122,7 @@ pub struct LinearPart {
     pub impulse_estimate: Vec<f64>,
     /// Half width of the limits within which `impulse_estimate` is noise; 0 if unknown.
     pub impulse_limit: f64,
-    /// Frequencies: Hz, or cycles a sample if there is no sample time.
+    /// Frequencies, increasing: Hz, or cycles a sample if there is no sample time. One of 0 is not drawn.
     pub frequency: Vec<f64>,
     /// "Hz" or "cycles/sample".
     pub frequency_unit: String,
@@ -153,11 +156,12 @@ pub struct Prediction {
 /// Residual tests.
 #[derive(Debug, Clone, Serialize)]
 pub struct Residuals {
-    /// Residual autocorrelation at lags 0, 1, ...
+    /// Residual autocorrelation, normalised to 1 at lag 0, at lags 0, 1, ...
     pub autocorrelation: Vec<f64>,
-    /// Cross-correlation of residual and input; `cross_lags` belong to it.
+    /// Normalised cross-correlation of residual and input, one value for each of `cross_lags`; at lag k, the residual is
+    /// taken k samples after the input.
     pub cross_correlation: Vec<f64>,
-    /// Lags of `cross_correlation`.
+    /// Lags of `cross_correlation`, in samples, increasing.
     pub cross_lags: Vec<f64>,
     /// Half width of the limits for a single lag.
     pub limit: f64,
@@ -206,7 +210,7 @@ pub struct ScoreCurve {
     pub y_label: String,
     /// Whether the candidates are spread logarithmically.
     pub log_x: bool,
-    /// The candidates, increasing.
+    /// The candidates, increasing; positive if `log_x`.
     pub x: Vec<f64>,
     /// Their scores.
     pub y: Vec<f64>,

@@ -1,3 +1,21 @@
 //! One self-contained offline HTML page that shows an identification.
+//!
+//! [`render`] turns a [`data::Page`] of plain values into one HTML document: style, scripts, plots ([uPlot], embedded)
+//! and data are all inside, nothing is ever fetched, and a content security policy in the page forbids it. The text is
+//! ordinary HTML, readable without scripts; the data ride along as JSON for the plots.
+//!
+//! How large records stay small is described in [`limits`].
+//!
+//! [uPlot]: https://github.com/leeoniya/uPlot
 
+mod check;
 pub mod data;
+mod decimate;
+mod error;
+pub mod limits;
+mod payload;
+mod render;
+mod text;
+
+pub use error::{Error, Result};
+pub use render::render;

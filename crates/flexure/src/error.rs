@@ -83,6 +83,56 @@ pub enum Error {
         /// The valid range in words, for example "positive and finite".
         requirement: &'static str,
     },
+    /// A part of an arm is not physical.
+    #[error("{quantity} of {part} {number} is {value} {unit}, but must be {requirement}")]
+    UnphysicalArm {
+        /// "link" or "joint".
+        part: &'static str,
+        /// Which of the two, 1 (shoulder side) or 2 (elbow side).
+        number: usize,
+        /// The quantity, named as in an arm file.
+        quantity: &'static str,
+        /// The value that was given.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// The valid range in words.
+        requirement: &'static str,
+    },
+    /// An arm's inertia matrix is singular or indefinite in some configuration.
+    #[error(
+        "the {matrix} of the arm is not positive definite at q2 = {q2} rad (its determinant is {determinant}); \
+         check the links' masses, lengths and inertias{hint}"
+    )]
+    SingularInertia {
+        /// Which matrix.
+        matrix: &'static str,
+        /// The elbow's angle, rad.
+        q2: f64,
+        /// The determinant of the 2x2 matrix left when the motors are eliminated.
+        determinant: f64,
+        /// A further thing to check, or nothing.
+        hint: &'static str,
+    },
+    /// Deflections were commanded of an arm without flexible joints.
+    #[error(
+        "a rigid arm has no joint deflections to command; choose the linear or nonlinear model, or drive it by torque"
+    )]
+    RigidDeflection,
+    /// A simulation could not be carried on.
+    #[error("the simulation stopped at t = {time} s: {reason}")]
+    Integration {
+        /// The time reached, s.
+        time: f64,
+        /// Why it could not go on.
+        reason: IntegrationFailure,
+    },
+    /// A computation was stopped from outside.
+    #[error("stopped at t = {time} s, as asked")]
+    Cancelled {
+        /// The simulated time reached, s.
+        time: f64,
+    },
     /// A study was stopped from outside.
     #[error("stopped after {done} of {total} samples, as asked")]
     Stopped {
@@ -107,4 +157,33 @@ pub enum Error {
         /// What the part is needed for.
         purpose: &'static str,
     },
+}
+
+/// Why an integration could not be carried on.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum IntegrationFailure {
+    /// The permitted number of steps is used up.
+    #[error(
+        "{limit} steps were not enough{}; raise max_steps, loosen rtol and atol, or shorten the run",
+        if *.stiff { " (the equations are stiff: a joint is very stiff or its friction very steep)" } else { "" }
+    )]
+    TooManySteps {
+        /// The permitted number.
+        limit: u64,
+        /// Whether the step size was dictated by stability rather than by accuracy.
+        stiff: bool,
+    },
+    /// No step is short enough for the tolerances.
+    #[error(
+        "a step of {step} s is still too long for the tolerances; the motion grows without bound or the input is \
+         not smooth"
+    )]
+    StepTooSmall {
+        /// The step that would have come next, s.
+        step: f64,
+    },
+    /// The state or its derivative has overflowed.
+    #[error("the motion is no longer finite; it grows without bound")]
+    NotFinite,
 }

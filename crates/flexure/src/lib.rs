@@ -1,23 +1,52 @@
 //! Flexure simulates flexible-joint space manipulators and identifies, from input-output
 //! records, the nonlinear blocks inside them.
 //!
+//! The Hammerstein system, a static nonlinearity phi followed by linear dynamics k,
+//! $$ Y_n = \sum_{j \ge 0} k_j\, \varphi(X_{n-j}) + \text{noise}, $$
+//! is identified from its input X and its output Y alone:
+//!
+//! ```
+//! use flexure::identify::PlainHammerstein;
+//! use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
+//!
+//! let [linear, _] = known_linear_parts();
+//! let system = KnownHammerstein::usual(KnownNonlinearity::DeadZone, linear);
+//! let record = system.simulate(20_000, 1); // columns u, y
+//!
+//! let result = PlainHammerstein::default().identify(&record, "u", "y")?;
+//! assert_eq!((result.delay, result.order.order), (0, 2));
+//! assert!(result.verdict.measures.fit_percent > 75.0); // on the last quarter, not used for the fit
+//! # Ok::<(), flexure::Error>(())
+//! ```
+//!
 //! # Map
 //!
 //! | module | what |
 //! |---|---|
 //! | [`record`] | named, sampled signals |
-//! | [`model`] | static nonlinearities and linear systems in series and in parallel |
+//! | [`signal`] | excitation signals |
+//! | [`simulation`] | the integrator, zero-order hold, batches |
+//! | [`manipulator`] | the two-link arm: rigid, and with linear or nonlinear flexible joints |
+//! | [`nonlinearity`] | estimators of a static nonlinearity |
+//! | [`selection`] | their parameters from data |
 //! | [`linear`] | transfer functions |
+//! | [`model`] | static nonlinearities and linear systems in series and in parallel |
+//! | [`identify`] | from a record to a model, with a verdict |
+//! | [`validation`] | fit measures and residual tests |
+//! | [`systems`] | known systems with their exact truth |
 //! | [`study`] | convergence rates by Monte Carlo, beside the theorems' |
 //! | [`error`] | everything that can go wrong, with the facts in the fields |
 
 pub mod error;
 pub mod identify;
 pub mod linear;
+pub mod manipulator;
 pub mod model;
 pub mod nonlinearity;
 pub mod record;
 pub mod selection;
+pub mod signal;
+pub mod simulation;
 pub mod study;
 pub mod systems;
 pub mod validation;

@@ -9,9 +9,8 @@
 //! calibration, verdict on fresh data. Consistent under Theorem 2 (Krzyzak 1990), but it pays for the
 //! linear memory as if it were noise.
 
-use std::ops::Range;
-
 use super::calibration::{Calibrated, Calibration};
+use super::checks::{must_vary, warn_of_colour, warn_of_range};
 use super::dependence::Dependence;
 use super::outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
 use crate::error::{Error, Result};
@@ -23,7 +22,6 @@ use crate::nonlinearity::kernel::Sorted;
 use crate::nonlinearity::{Curve, Kernel, KernelFit, KernelRegression, Outside, tabulate};
 use crate::record::Record;
 use crate::selection::BandwidthSearch;
-use crate::validation::whiteness;
 
 /// The fewest samples that are worth a fit.
 pub const FEWEST: usize = 100;
@@ -35,15 +33,11 @@ const MOST_LAGS: usize = 1000;
 const BAND_QUANTILE: f64 = 1.959_963_984_540_054;
 /// The normal quantile of two-sided 99 % limits.
 const LIMIT_QUANTILE: f64 = 2.575_829_303_548_901;
-/// Autocorrelations of the input below this distort the result less than noise does.
-const NEGLIGIBLE_COLOUR: f64 = 0.05;
 /// Below this squared correlation of X and m(X) the output is correlated with m(X) in place of X.
 const WEAK_CORRELATION: f64 = 0.25;
 
 /// More than this share of the impulse response beyond the last lag: it has not settled.
 const UNSETTLED: f64 = 0.05;
-/// A purpose of a part of the record, in [`Error::ConstantPart`].
-const FOR_THE_FIT: &str = "used for the fit";
 
 /// Which lag the output is regressed at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -134,8 +128,8 @@ impl PlainHammerstein {
                 got: fitted,
             });
         }
-        must_vary(input, u, 0..fitted, FOR_THE_FIT)?;
-        must_vary(output, y, 0..fitted, FOR_THE_FIT)?;
+        must_vary(input, u, 0..fitted, "used for the fit")?;
+        must_vary(output, y, 0..fitted, "used for the fit")?;
         must_vary(output, y, fitted..y.len(), "kept for the verdict")?;
         self.run(u, y, fitted)
     }
@@ -386,26 +380,6 @@ fn settling_lag(estimate: &ImpulseEstimate, delay: usize) -> usize {
     last + (last - delay) / 2
 }
 
-/// Refuses a column that does not vary over `part` by more than rounding.
-fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'static str) -> Result<()> {
-    let largest = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let varies = |v: &[f64]| variance(v).sqrt() > 1e-12 * largest;
-    if varies(&samples[part.clone()]) {
-        return Ok(());
-    }
-    let (column, value) = (column.to_owned(), samples[part.start]);
-    if !varies(samples) {
-        return Err(Error::Constant { column, value });
-    }
-    Err(Error::ConstantPart {
-        column,
-        value,
-        first: part.start,
-        last: part.end - 1,
-        purpose,
-    })
-}
-
 /// The transfer function times a gain, after a delay.
 fn delayed(linear: &TransferFunction, gain: f64, delay: usize) -> Result<TransferFunction> {
     let numerator = linear.b().iter().map(|b| gain * b);
@@ -413,29 +387,4 @@ fn delayed(linear: &TransferFunction, gain: f64, delay: usize) -> Result<Transfe
         std::iter::repeat_n(0.0, delay).chain(numerator).collect(),
         linear.a().to_vec(),
     )
-}
-
-/// Warns where the input is so far from white that the correlation estimate suffers.
-fn warn_of_colour(u: &[f64], warnings: &mut Vec<Warning>) {
-    let lags = 25.min(u.len() / 5);
-    let r = cross_covariance(u, u, lags);
-    let (lag, largest) = (1..=lags)
-        .map(|j| (j, r[j] / r[0]))
-        .fold((0, 0.0_f64), |a, b| if b.1.abs() > a.1.abs() { b } else { a });
-    if !whiteness(u, lags).passed() && largest.abs() > NEGLIGIBLE_COLOUR {
-        warnings.push(Warning::InputNotWhite { largest, lag });
-    }
-}
-
-fn warn_of_range(curve: &Curve, fresh: &[f64], warnings: &mut Vec<Warning>) {
-    let outside = fresh.iter().filter(|&&u| !curve.covers(u)).count();
-    let percent = 100.0 * outside as f64 / fresh.len() as f64;
-    if percent > 1.0 {
-        let x = curve.x();
-        warnings.push(Warning::OutsideRange {
-            percent,
-            low: x[0],
-            high: x[x.len() - 1],
-        });
-    }
 }

@@ -1,6 +1,7 @@
 //! From a record to a model, with a verdict.
 
 mod calibration;
+mod checks;
 mod dependence;
 pub mod hammerstein;
 mod outcome;

@@ -5,4 +5,5 @@ pub(crate) mod from_impulse_response;
 pub(crate) mod levenberg_marquardt;
 mod transfer_function;
 
+pub use crate::linalg::Complex;
 pub use transfer_function::TransferFunction;

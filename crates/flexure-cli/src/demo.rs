@@ -1,0 +1,120 @@
+//! `flexure demo`: simulate the space arm, identify its elbow, show it.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use flexure::identify::{Identification, PlainHammerstein};
+use flexure::manipulator::Friction;
+use flexure_io::arm::{ArmFile, preset_text};
+use flexure_io::{read_record, write_atomically, write_record};
+use serde_json::json;
+
+use crate::identify::{identify, write_files};
+use crate::outcome::{Context, identification_json, summary};
+use crate::page::{self, Decoration};
+use crate::simulate::simulate;
+
+/// The preset that is simulated.
+const PRESET: &str = "elbow-test";
+/// The elbow.
+const JOINT: usize = 1;
+
+/// Simulate the space arm, identify its elbow joint, and show it on one page.
+///
+/// The shoulder is locked and a white torque, held for 20 s a sample, drives the elbow; the friction in the joint then shows as
+/// the dead zone of a Hammerstein model from torque to link velocity. DIR gets arm.toml, record.csv, model.json and report.html.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  flexure demo --out flexure-demo")]
+pub struct Arguments {
+    /// The folder for the results.
+    #[arg(long, value_name = "DIR", default_value = "flexure-demo")]
+    out: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let out = &arguments.out;
+    std::fs::create_dir_all(out).with_context(|| format!("{}: the folder cannot be made", out.display()))?;
+    let text = preset_text(PRESET)?;
+    let arm = ArmFile::from_toml_str(text, &format!("preset {PRESET}"))?;
+    let paths: Vec<PathBuf> = ["arm.toml", "record.csv", "model.json", "report.html"]
+        .iter()
+        .map(|name| out.join(name))
+        .collect();
+    write_atomically(&paths[0], |file| file.write_all(text.as_bytes()))?;
+    write_record(&paths[1], &simulate(&arm, Path::new(""))?)?;
+
+    // From here on, what `flexure identify` does with anybody's record.
+    let record = read_record(&paths[1])?;
+    let context = Context {
+        input: "tau2",
+        output: "dq2",
+        sample_time: Some(arm.run.sample_time),
+    };
+    let result = identify(&record, &context, &PlainHammerstein::default())?;
+    write_files(
+        &record,
+        &context,
+        &result,
+        Some(&paths[2]),
+        Some(&paths[3]),
+        |file, context, result| page::page(file, context, result, decoration(&arm, result, out)),
+    )?;
+    if arguments.json {
+        let mut object = identification_json(&result, &context);
+        object["files"] = json!(paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>());
+        println!("{object}");
+    } else {
+        println!("{}", summary(&result, &context));
+        for path in &paths {
+            println!("wrote {}", path.display());
+        }
+        println!("open {} in a browser", paths[3].display());
+    }
+    Ok(())
+}
+
+fn decoration(arm: &ArmFile, result: &Identification, out: &Path) -> Decoration {
+    let friction = arm.arm.joints[JOINT].friction.unwrap_or_default();
+    let [a, b] = alignment(result, &friction);
+    Decoration {
+        title: Some("The elbow of a space arm: from torque to velocity".to_owned()),
+        command: Some(format!("flexure demo --out {}", out.display())),
+        truth: Some((
+            Box::new(move |tau| a * steady_velocity(&friction, tau) + b),
+            "steady velocity under the simulated friction (12), scaled and shifted onto the estimate".to_owned(),
+        )),
+        lengths: Some(arm.arm.links.map(|link| link.length)),
+    }
+}
+
+/// The scale and offset, which the data cannot tell, that lay the truth best onto the estimate.
+fn alignment(result: &Identification, friction: &Friction) -> [f64; 2] {
+    let (x, y) = (result.nonlinearity.x(), result.nonlinearity.y());
+    let truth: Vec<f64> = x.iter().map(|&tau| steady_velocity(friction, tau)).collect();
+    let n = x.len() as f64;
+    let (mt, my) = (truth.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let spread: f64 = truth.iter().map(|t| (t - mt).powi(2)).sum();
+    let joint: f64 = truth.iter().zip(y).map(|(t, y)| (t - mt) * (y - my)).sum();
+    let a = if spread > 0.0 { joint / spread } else { 0.0 };
+    [a, my - a * mt]
+}
+
+/// The velocity v at which friction (12) takes up the whole torque: f(v) = tau, by bisection.
+fn steady_velocity(friction: &Friction, tau: f64) -> f64 {
+    let viscous = friction.0[5];
+    let (mut low, mut high) = (0.0, tau.abs() / viscous.max(f64::MIN_POSITIVE));
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if friction.torque(middle) < tau.abs() {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    tau.signum() * low
+}

@@ -1,0 +1,200 @@
+//! `flexure identify`: a model from a record.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use clap::ValueEnum;
+use flexure::identify::{Calibration, Identification, PlainHammerstein, RegressionLag};
+use flexure::nonlinearity::Kernel;
+use flexure_io::{RecordFile, read_record, write_atomically, write_model};
+
+use crate::arguments::{self, Auto};
+use crate::outcome::{Context, identification_json, model_file, summary};
+use crate::page::{self, Decoration};
+use crate::progress::spinning;
+
+/// Identify a block-oriented model from an input-output record.
+///
+/// The last quarter of the record is kept from the fit; fit, RMS error and residual tests are those on it.
+/// A record is CSV with a header, whitespace-separated columns without one (named c0, c1, ...), Parquet, or
+/// MAT v5. Nothing has to be typed in but the two columns.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example:\n  flexure identify record.csv --input u --output y -o model.json --report report.html"
+)]
+pub struct Arguments {
+    /// The record.
+    record: PathBuf,
+    /// The input's column.
+    #[arg(long, value_name = "COLUMN")]
+    input: String,
+    /// The output's column.
+    #[arg(long, value_name = "COLUMN")]
+    output: String,
+    /// The structure of the model.
+    #[arg(long, value_enum, default_value = "hammerstein")]
+    structure: Structure,
+    /// The method: plain is the paper's, kernel regression and correlation.
+    #[arg(long, value_enum, default_value = "plain")]
+    method: Method,
+    /// Order of the linear part.
+    #[arg(long, value_name = "auto|N", default_value = "auto", value_parser = arguments::auto_count)]
+    order: Auto<usize>,
+    /// Delay in samples.
+    #[arg(long, value_name = "auto|N", default_value = "auto", value_parser = arguments::auto_count)]
+    delay: Auto<usize>,
+    /// Lag of the regression of output on input: 'strongest' dependence, 'delay' (the paper's), or a number.
+    #[arg(long, value_name = "strongest|delay|N", default_value = "strongest", value_parser = regression_lag)]
+    lag: RegressionLag,
+    /// Bandwidth of the kernel regression, in the input's unit.
+    #[arg(long, value_name = "auto|H", default_value = "auto", value_parser = arguments::auto_positive)]
+    bandwidth: Auto<f64>,
+    /// Kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
+    #[arg(long, value_name = "NAME", default_value = "epanechnikov", value_parser = arguments::kernel)]
+    kernel: Kernel,
+    /// Convention for the scale between the blocks.
+    #[arg(long, value_enum, default_value = "static-gain", conflicts_with = "known")]
+    unit: Unit,
+    /// A point at which the nonlinearity is known, twice: fixes scale and offset in place of --unit.
+    #[arg(long, value_name = "X=PHI", num_args = 2, value_parser = arguments::known_point)]
+    known: Vec<[f64; 2]>,
+    /// Share of the record, at its end, kept from the fit.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25)]
+    fresh: f64,
+    /// Sample time in s; without it that of a column 't', if there is one.
+    #[arg(long, value_name = "S", value_parser = arguments::positive)]
+    sample_time: Option<f64>,
+    /// Write the model here.
+    #[arg(short = 'o', long = "model", value_name = "MODEL.json")]
+    model: Option<PathBuf>,
+    /// Write a page that shows everything here.
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Structure {
+    /// A static nonlinearity, then linear dynamics.
+    Hammerstein,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Method {
+    /// Kernel regression and correlation, as in the paper.
+    Plain,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Unit {
+    /// The linear part's static gain is 1.
+    StaticGain,
+    /// The linear part's first coefficient after the delay is 1.
+    FirstCoefficient,
+}
+
+fn regression_lag(text: &str) -> Result<RegressionLag, String> {
+    match text {
+        "strongest" => Ok(RegressionLag::Strongest),
+        "delay" => Ok(RegressionLag::Delay),
+        _ => text
+            .parse()
+            .map(RegressionLag::At)
+            .map_err(|_| "expected 'strongest', 'delay' or a whole number from 0".to_owned()),
+    }
+}
+
+impl Arguments {
+    fn method(&self) -> PlainHammerstein {
+        let Method::Plain = self.method;
+        let Structure::Hammerstein = self.structure;
+        let calibration = match (self.known.as_slice(), self.unit) {
+            ([p, q], _) => Calibration::TwoPoints {
+                x: [p[0], q[0]],
+                phi: [p[1], q[1]],
+            },
+            (_, Unit::StaticGain) => Calibration::UnitStaticGain,
+            (_, Unit::FirstCoefficient) => Calibration::UnitFirstCoefficient,
+        };
+        PlainHammerstein {
+            kernel: self.kernel,
+            bandwidth: self.bandwidth.given(),
+            order: self.order.given(),
+            delay: self.delay.given(),
+            regression_lag: self.lag,
+            calibration,
+            fresh_share: self.fresh,
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let file = spinning("reading", || read_record(&arguments.record))?;
+    let context = Context {
+        input: &arguments.input,
+        output: &arguments.output,
+        sample_time: arguments::sample_time(&file, arguments.sample_time)?,
+    };
+    let result = identify(&file, &context, &arguments.method())?;
+    let command = std::env::args().collect::<Vec<_>>().join(" ");
+    write_files(
+        &file,
+        &context,
+        &result,
+        arguments.model.as_ref(),
+        arguments.report.as_ref(),
+        |file, context, result| {
+            page::page(
+                file,
+                context,
+                result,
+                Decoration {
+                    command: Some(command),
+                    ..Decoration::default()
+                },
+            )
+        },
+    )?;
+    if arguments.json {
+        println!("{}", identification_json(&result, &context));
+    } else {
+        println!("{}", summary(&result, &context));
+        for path in [&arguments.model, &arguments.report].into_iter().flatten() {
+            println!("wrote {}", path.display());
+        }
+    }
+    Ok(())
+}
+
+/// Identifies, and says in which file and line an error lies.
+pub fn identify(file: &RecordFile, context: &Context, method: &PlainHammerstein) -> Result<Identification> {
+    file.finite(context.input)?;
+    file.finite(context.output)?;
+    spinning("identifying", || {
+        method.identify(&file.record, context.input, context.output)
+    })
+    .map_err(|error| file.locate(error).into())
+}
+
+/// Writes the model and the page, where asked for.
+pub fn write_files(
+    file: &RecordFile,
+    context: &Context,
+    result: &Identification,
+    model: Option<&PathBuf>,
+    report: Option<&PathBuf>,
+    page: impl FnOnce(&RecordFile, &Context, &Identification) -> Result<flexure_report::data::Page>,
+) -> Result<()> {
+    if let Some(path) = model {
+        write_model(path, &model_file(result, context))?;
+    }
+    if let Some(path) = report {
+        let html = flexure_report::render(&page(file, context, result)?).context("the report")?;
+        write_atomically(path, |out| out.write_all(html.as_bytes()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,52 @@
+//! The command line of Flexure: `flexure --help`.
+//!
+//! Exit codes: 0 done, 1 the data or the fit failed, 2 wrong usage.
+
+mod arguments;
+mod demo;
+mod identify;
+mod outcome;
+mod page;
+mod predict;
+mod progress;
+mod simulate;
+mod validate;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(name = "flexure", version, about, long_about = None, arg_required_else_help = true)]
+/// Simulate flexible-joint space manipulators, and identify the nonlinear blocks inside systems from
+/// their input-output records.
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Arguments),
+    Simulate(simulate::Arguments),
+    Identify(identify::Arguments),
+    Predict(predict::Arguments),
+    Validate(validate::Arguments),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
+        Command::Predict(arguments) => predict::run(&arguments),
+        Command::Validate(arguments) => validate::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! An identification and a verdict as JSON, as a model file and in words.
+
+use flexure::Block;
+use flexure::identify::{Identification, Psi, Verdict};
+use flexure_io::ModelFile;
+use serde_json::{Value, json};
+
+/// Share of the impulse response that is left when a system counts as settled.
+pub const SETTLED: f64 = 0.01;
+
+/// What the identification was asked for, beside its result.
+pub struct Context<'a> {
+    /// The input's column.
+    pub input: &'a str,
+    /// The output's column.
+    pub output: &'a str,
+    /// s; `None` if unknown.
+    pub sample_time: Option<f64>,
+}
+
+/// The object that `identify --json` prints.
+pub fn identification_json(result: &Identification, context: &Context) -> Value {
+    let curve = &result.nonlinearity;
+    let edge = |sign: f64| -> Vec<f64> { curve.y().iter().zip(&result.band).map(|(y, b)| y + sign * b).collect() };
+    let linear = &result.linear;
+    let complex = |list: Option<Vec<_>>| -> Vec<[f64; 2]> {
+        list.unwrap_or_default()
+            .iter()
+            .map(|z: &flexure::linear::Complex<f64>| [z.re, z.im])
+            .collect()
+    };
+    json!({
+        "structure": "hammerstein",
+        "method": "plain",
+        "input": context.input,
+        "output": context.output,
+        "sample_time": context.sample_time,
+        "order": result.order.order,
+        "delay": result.delay,
+        "regression_lag": result.regression_lag,
+        "kernel": result.kernel.name(),
+        "bandwidth": result.bandwidth,
+        "fit_percent": result.verdict.measures.fit_percent,
+        "rms": result.verdict.measures.rms,
+        "r_squared": result.verdict.measures.r_squared,
+        "samples_fitted": result.fitted,
+        "samples_fresh": result.verdict.measures.samples,
+        "holds": result.verdict.holds(),
+        "verdict": result.verdict.words(),
+        "residual_tests": tests_json(&result.verdict),
+        "nonlinearity": { "x": curve.x(), "y": curve.y(), "lower": edge(-1.0), "upper": edge(1.0) },
+        "linear": {
+            "b": linear.b(),
+            "a": linear.a(),
+            "poles": complex(linear.poles()),
+            "zeros": complex(linear.zeros()),
+            "static_gain": linear.static_gain(),
+        },
+        "output_offset": result.output_offset,
+        "correlated_with": match result.psi { Psi::Input => "input", Psi::Nonlinearity => "estimated nonlinearity" },
+        "bandwidth_scores": result.bandwidth_search.as_ref().map(|s| json!({
+            "bandwidth": s.curve.iter().map(|c| c.bandwidth).collect::<Vec<_>>(),
+            "error": s.curve.iter().map(|c| c.error).collect::<Vec<_>>(),
+        })),
+        "order_scores": {
+            "order": result.order.scores.iter().map(|s| s.order).collect::<Vec<_>>(),
+            "bic": result.order.scores.iter().map(|s| s.bic).collect::<Vec<_>>(),
+        },
+        "hankel_singular_values": result.order.hankel_singular_values,
+        "warnings": result.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
+}
+
+/// The residual tests of a verdict.
+pub fn tests_json(verdict: &Verdict) -> Value {
+    let tests = verdict.residuals.iter().flat_map(|r| &r.tests);
+    tests
+        .map(|t| {
+            json!({
+                "name": t.kind.name(),
+                "statistic": t.statistic,
+                "degrees_of_freedom": t.degrees,
+                "limit": t.limit,
+                "p_value": t.p_value,
+                "passed": t.passed(),
+                "refutes": t.kind.refutes(),
+            })
+        })
+        .collect()
+}
+
+/// The file from which `predict` and `validate` work.
+pub fn model_file(result: &Identification, context: &Context) -> ModelFile {
+    let mut details = identification_json(result, context);
+    if let Value::Object(fields) = &mut details {
+        // What the model itself says already.
+        for field in [
+            "structure",
+            "method",
+            "input",
+            "output",
+            "sample_time",
+            "order",
+            "delay",
+            "nonlinearity",
+            "linear",
+        ] {
+            fields.remove(field);
+        }
+    }
+    ModelFile {
+        flexure: ModelFile::CURRENT.to_owned(),
+        structure: "hammerstein".to_owned(),
+        method: "plain".to_owned(),
+        input: context.input.to_owned(),
+        output: context.output.to_owned(),
+        sample_time: context.sample_time,
+        delay: result.delay,
+        order: result.order.order,
+        settling: Some(result.model.settling(SETTLED)),
+        block: result.model.clone(),
+        identification: details,
+    }
+}
+
+/// A short account for a terminal.
+pub fn summary(result: &Identification, context: &Context) -> String {
+    let Identification {
+        verdict,
+        linear,
+        nonlinearity,
+        ..
+    } = result;
+    let x = nonlinearity.x();
+    let mut lines = vec![
+        format!(
+            "Hammerstein model from '{}' to '{}', method plain",
+            context.input, context.output
+        ),
+        format!(
+            "  fit on fresh data   {:.2} %  (RMS error {:.4e}, {} samples)",
+            verdict.measures.fit_percent, verdict.measures.rms, verdict.measures.samples
+        ),
+        format!(
+            "  nonlinearity        kernel regression on [{:.4}, {:.4}], {} kernel, bandwidth {:.4}",
+            x[0],
+            x[x.len() - 1],
+            result.kernel.name(),
+            result.bandwidth
+        ),
+        format!(
+            "  linear part         order {}, delay {}, static gain {:.4}",
+            result.order.order,
+            result.delay,
+            linear.static_gain()
+        ),
+        format!("    b = {}", coefficients(linear.b())),
+        format!("    a = {}", coefficients(linear.a())),
+        format!("  {}", verdict.words()),
+    ];
+    lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));
+    lines.join("\n")
+}
+
+fn coefficients(c: &[f64]) -> String {
+    let list: Vec<String> = c.iter().map(|v| format!("{v:.5}")).collect();
+    format!("[{}]", list.join(", "))
+}
+
+/// How many of `input` lie outside the first nonlinearity's abscissas.
+pub fn outside(block: &Block, input: &[f64]) -> usize {
+    match block {
+        Block::Static(curve) => input.iter().filter(|&&u| !curve.covers(u)).count(),
+        Block::Series(blocks) => blocks.first().map_or(0, |b| outside(b, input)),
+        Block::Linear(_) | Block::Parallel(_) => 0,
+    }
+}

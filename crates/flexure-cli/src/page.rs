@@ -1,0 +1,343 @@
+//! An identification as the page that shows it.
+
+use flexure::identify::{Identification, Psi};
+use flexure_io::RecordFile;
+use flexure_report::data::{
+    ArmMotion, Axis, Choice, Fact, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve, Signal, Test,
+    Verdict,
+};
+
+use anyhow::Result;
+
+use crate::outcome::Context;
+
+/// Frequencies of the Bode plot.
+const FREQUENCIES: usize = 400;
+/// Decades below the highest frequency that the Bode plot covers.
+const DECADES: f64 = 3.0;
+/// Values of the impulse response that are shown beyond those estimated.
+const SHORTEST_IMPULSE: usize = 20;
+
+/// What the caller knows beyond the record and the result.
+#[derive(Default)]
+pub struct Decoration {
+    /// The heading.
+    pub title: Option<String>,
+    /// The command line that makes the page again.
+    pub command: Option<String>,
+    /// The true nonlinearity of simulated data, and what it is.
+    pub truth: Option<(Box<dyn Fn(f64) -> f64>, String)>,
+    /// The links' lengths, m, for the moving arm.
+    pub lengths: Option<[f64; 2]>,
+}
+
+/// Fills in the page.
+pub fn page(file: &RecordFile, context: &Context, result: &Identification, decoration: Decoration) -> Result<Page> {
+    let record = &file.record;
+    let (u, y) = (record.finite(context.input)?, record.finite(context.output)?);
+    let name = file
+        .path
+        .file_name()
+        .map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    let time = time_axis(context.sample_time, 0);
+    let signal = |column: &str, values: &[f64]| Signal {
+        name: column.to_owned(),
+        unit: unit_of(column).to_owned(),
+        values: values.to_vec(),
+    };
+    Ok(Page {
+        title: decoration
+            .title
+            .unwrap_or_else(|| format!("From {} to {}", context.input, context.output)),
+        subtitle: format!(
+            "A Hammerstein model (a static nonlinearity, then linear dynamics) identified from {} samples of {name}; judged on the {} that follow.",
+            result.fitted,
+            u.len() - result.fitted
+        ),
+        verdict: Verdict {
+            holds: result.verdict.holds(),
+            words: result.verdict.words(),
+        },
+        facts: facts(context, result),
+        record: vec![signal(context.input, u), signal(context.output, y)],
+        fresh_from: result.fitted,
+        nonlinearity: nonlinearity(u, context, result, decoration.truth),
+        linear: linear(context, result),
+        prediction: Prediction {
+            y_label: labelled(context.output),
+            time: time_axis(context.sample_time, result.fitted),
+            measured: y[result.fitted..].to_vec(),
+            predicted: result.predicted[result.fitted..].to_vec(),
+            fit_percent: result.verdict.measures.fit_percent,
+            rms: result.verdict.measures.rms,
+        },
+        residuals: residuals(result),
+        choices: choices(context, result),
+        warnings: result.warnings.iter().map(ToString::to_string).collect(),
+        arm: decoration.lengths.and_then(|lengths| arm(file, lengths, time.clone())),
+        time,
+        command: decoration.command,
+    })
+}
+
+/// The unit of the columns that Flexure's simulation writes; empty for any other.
+fn unit_of(column: &str) -> &'static str {
+    match column {
+        "t" => "s",
+        "tau1" | "tau2" => "N m",
+        "q1" | "q2" | "qm1" | "qm2" | "d1" | "d2" => "rad",
+        "dq1" | "dq2" | "dqm1" | "dqm2" => "rad/s",
+        _ => "",
+    }
+}
+
+fn labelled(column: &str) -> String {
+    match unit_of(column) {
+        "" => column.to_owned(),
+        unit => format!("{column} ({unit})"),
+    }
+}
+
+fn time_axis(sample_time: Option<f64>, first: usize) -> Axis {
+    let (name, unit, step) = match sample_time {
+        Some(step) => ("time", "s", step),
+        None => ("sample", "", 1.0),
+    };
+    Axis {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        start: first as f64 * step,
+        step,
+    }
+}
+
+fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
+    let fact = |name: &str, value: String, note: &str| Fact {
+        name: name.to_owned(),
+        value,
+        note: note.to_owned(),
+    };
+    let measures = &result.verdict.measures;
+    let unit = match unit_of(context.output) {
+        "" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    vec![
+        fact(
+            "Fit on fresh data",
+            format!("{:.1} %", measures.fit_percent),
+            "100 (1 - |y - ŷ| / |y - mean y|) of the free-run simulation",
+        ),
+        fact(
+            "RMS error",
+            format!("{:.3e}{unit}", measures.rms),
+            "root mean square of measured less simulated output",
+        ),
+        fact(
+            "Order",
+            result.order.order.to_string(),
+            "order of the linear part, by Schwarz's criterion or as given",
+        ),
+        fact(
+            "Delay",
+            format!("{} samples", result.delay),
+            "the first lag at which the output depends on the input",
+        ),
+        fact(
+            "Bandwidth",
+            format!("{:.3e}", result.bandwidth),
+            "half width of the kernel's window, in the input's unit",
+        ),
+        fact(
+            "Samples",
+            format!("{} + {}", result.fitted, measures.samples),
+            "used for the fit, and kept for the verdict",
+        ),
+    ]
+}
+
+fn nonlinearity(
+    u: &[f64],
+    context: &Context,
+    result: &Identification,
+    truth: Option<(Box<dyn Fn(f64) -> f64>, String)>,
+) -> Nonlinearity {
+    let curve = &result.nonlinearity;
+    let x = curve.x().to_vec();
+    let edge = |sign: f64| -> Vec<f64> { curve.y().iter().zip(&result.band).map(|(y, b)| y + sign * b).collect() };
+    let (truth, truth_label) = match truth {
+        Some((phi, label)) => (x.iter().map(|&x| phi(x)).collect(), label),
+        None => (Vec::new(), String::new()),
+    };
+    Nonlinearity {
+        x_label: labelled(context.input),
+        y_label: "nonlinearity's output".to_owned(),
+        y: curve.y().to_vec(),
+        lower: edge(-1.0),
+        upper: edge(1.0),
+        band_label: "95 % pointwise band (variance alone, without the smoothing bias)".to_owned(),
+        density: density(&u[..result.fitted], &x),
+        truth,
+        truth_label,
+        x,
+    }
+}
+
+/// Histogram density of `u` in bins as wide as a fiftieth of the range, at the points `x`.
+fn density(u: &[f64], x: &[f64]) -> Vec<f64> {
+    const BINS: usize = 50;
+    let (low, high) = (x[0], x[x.len() - 1]);
+    let width = (high - low) / BINS as f64;
+    if !(width > 0.0) {
+        return Vec::new();
+    }
+    let bin = |v: f64| (((v - low) / width).max(0.0) as usize).min(BINS - 1);
+    let mut counts = [0.0; BINS];
+    u.iter().for_each(|&v| counts[bin(v)] += 1.0);
+    x.iter().map(|&v| counts[bin(v)] / (u.len() as f64 * width)).collect()
+}
+
+fn linear(context: &Context, result: &Identification) -> LinearPart {
+    let system = &result.linear;
+    let points = |list: Option<Vec<flexure::linear::Complex<f64>>>| -> Vec<[f64; 2]> {
+        list.unwrap_or_default().iter().map(|z| [z.re, z.im]).collect()
+    };
+    let (highest, frequency_unit) = match context.sample_time {
+        Some(step) => (0.5 / step, "Hz"),
+        None => (0.5, "cycles/sample"),
+    };
+    let mut part = LinearPart {
+        b: system.b().to_vec(),
+        a: system.a().to_vec(),
+        impulse: system.impulse_response(result.impulse_estimate.len().max(SHORTEST_IMPULSE)),
+        impulse_estimate: result.impulse_estimate.clone(),
+        impulse_limit: result.impulse_limit,
+        frequency: Vec::new(),
+        frequency_unit: frequency_unit.to_owned(),
+        magnitude_db: Vec::new(),
+        phase_deg: Vec::new(),
+        poles: points(system.poles()),
+        zeros: points(system.zeros()),
+    };
+    let mut turns = 0.0;
+    for i in 0..FREQUENCIES {
+        let share = 10.0_f64.powf(DECADES * (i as f64 / (FREQUENCIES - 1) as f64 - 1.0));
+        let response = system.frequency_response(std::f64::consts::PI * share);
+        let phase = response.arg().to_degrees();
+        if let Some(&last) = part.phase_deg.last() {
+            turns = ((last - phase) / 360.0_f64).round();
+        }
+        part.frequency.push(highest * share);
+        part.magnitude_db.push(20.0 * response.norm().log10());
+        part.phase_deg.push(phase + 360.0 * turns);
+    }
+    part
+}
+
+fn residuals(result: &Identification) -> Residuals {
+    let tests = result.verdict.residuals.as_ref();
+    let with_input = tests.map(|t| t.correlations.with_input.clone()).unwrap_or_default();
+    let middle = (with_input.len() / 2) as f64;
+    Residuals {
+        autocorrelation: tests.map(|t| t.correlations.residual.clone()).unwrap_or_default(),
+        cross_lags: (0..with_input.len()).map(|i| i as f64 - middle).collect(),
+        cross_correlation: with_input,
+        limit: tests.map_or(0.0, |t| t.correlations.limit),
+        level: "99 %".to_owned(),
+        tests: tests.iter().flat_map(|t| &t.tests).map(test).collect(),
+    }
+}
+
+fn test(t: &flexure::validation::ResidualTest) -> Test {
+    let words = match (t.passed(), t.kind.refutes()) {
+        (true, _) => "passed: nothing found",
+        (false, true) => "rejected: the model leaves something that the input explains",
+        (false, false) => "rejected: the noise is coloured, which alone does not refute the model",
+    };
+    let name = t.kind.name();
+    Test {
+        name: name[..1].to_uppercase() + &name[1..],
+        statistic: t.statistic,
+        limit: t.limit,
+        p_value: t.p_value,
+        passed: t.passed(),
+        words: words.to_owned(),
+    }
+}
+
+fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
+    let choice = |name: &str, value: String, why: String, curve| Choice {
+        name: name.to_owned(),
+        value,
+        why,
+        curve,
+    };
+    let scores = result.bandwidth_search.as_ref().map(|s| ScoreCurve {
+        x_label: format!("bandwidth, in the unit of {}", context.input),
+        y_label: "mean squared leave-one-out error".to_owned(),
+        log_x: true,
+        x: s.curve.iter().map(|c| c.bandwidth).collect(),
+        y: s.curve.iter().map(|c| c.error).collect(),
+        chosen: s.bandwidth,
+    });
+    let orders = &result.order.scores;
+    let order_curve = (orders.len() > 1).then(|| ScoreCurve {
+        x_label: "order".to_owned(),
+        y_label: "Schwarz's criterion".to_owned(),
+        log_x: false,
+        x: orders.iter().map(|s| s.order as f64).collect(),
+        y: orders.iter().map(|s| s.bic).collect(),
+        chosen: result.order.order as f64,
+    });
+    let given_or = |chosen: bool, why: &str| if chosen { why.to_owned() } else { "as given".to_owned() };
+    vec![
+        choice(
+            "Bandwidth",
+            format!("h = {:.4} ({} kernel)", result.bandwidth, result.kernel.name()),
+            given_or(scores.is_some(), "smallest exact leave-one-out cross-validation error"),
+            scores,
+        ),
+        choice(
+            "Order",
+            format!("l = {}", result.order.order),
+            given_or(order_curve.is_some(), "smallest Schwarz criterion of the free-run error on the fit's samples"),
+            order_curve,
+        ),
+        choice(
+            "Delay and lag of the regression",
+            format!("delay {}, regression at lag {}", result.delay, result.regression_lag),
+            "the delay is the first lag with a significant dependence of the output on the input; at every lag the regression gives the \
+             same nonlinearity up to scale and offset"
+                .to_owned(),
+            None,
+        ),
+        choice(
+            "Correlation",
+            match result.psi {
+                Psi::Input => format!("with {}", context.input),
+                Psi::Nonlinearity => "with the estimated nonlinearity".to_owned(),
+            },
+            match result.psi {
+                Psi::Input => "the cross-covariance of a white input and the output is the impulse response up to scale".to_owned(),
+                Psi::Nonlinearity => "the input itself is (nearly) uncorrelated with an even nonlinearity".to_owned(),
+            },
+            None,
+        ),
+    ]
+}
+
+/// The arm's motion, if the record has its angles.
+fn arm(file: &RecordFile, lengths: [f64; 2], time: Axis) -> Option<ArmMotion> {
+    let pair = |a: &str, b: &str| -> Option<[Vec<f64>; 2]> {
+        Some([file.finite(a).ok()?.to_vec(), file.finite(b).ok()?.to_vec()])
+    };
+    let empty = || [Vec::new(), Vec::new()];
+    Some(ArmMotion {
+        lengths,
+        time,
+        q: pair("q1", "q2")?,
+        qm: pair("qm1", "qm2").unwrap_or_else(empty),
+        tau: pair("tau1", "tau2").unwrap_or_else(empty),
+    })
+}

@@ -1,0 +1,64 @@
+//! `flexure predict`: the free-run output of a model.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use flexure::Record;
+use flexure_io::{read_model, read_record, write_record};
+use serde_json::json;
+
+use crate::arguments::{self, TIME};
+use crate::outcome;
+use crate::progress::spinning;
+
+/// Simulate a model under a record's input.
+///
+/// Writes the free-run output as column 'y' (after the record's column 't', if it has one), one row a sample of
+/// the record. The model starts in the steady state that belongs to the mean input.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  flexure predict model.json fresh.csv --input u -o predicted.csv")]
+pub struct Arguments {
+    /// The model, from `flexure identify -o`.
+    model: PathBuf,
+    /// The record with the input.
+    record: PathBuf,
+    /// The input's column.
+    #[arg(long, value_name = "COLUMN")]
+    input: String,
+    /// Write the prediction here: .csv or .parquet.
+    #[arg(short = 'o', long = "out", value_name = "OUT.csv")]
+    out: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let model = read_model(&arguments.model)?;
+    let file = spinning("reading", || read_record(&arguments.record))?;
+    arguments::same_sample_time(&file, model.sample_time)?;
+    let input = file.finite(&arguments.input)?;
+    let y = model.block.simulate(input);
+    let outside = outcome::outside(&model.block, input);
+    let mut columns = Vec::new();
+    if let Ok(t) = file.column(TIME) {
+        columns.push((TIME, t.to_vec()));
+    }
+    columns.push(("y", y));
+    write_record(&arguments.out, &Record::new(columns)?)?;
+    if arguments.json {
+        println!(
+            "{}",
+            json!({ "samples": input.len(), "samples_outside_range": outside, "out": arguments.out.display().to_string() })
+        );
+        return Ok(());
+    }
+    println!("wrote {} ({} samples)", arguments.out.display(), input.len());
+    if outside > 0 {
+        println!(
+            "warning: {outside} input samples lie outside the range in which the nonlinearity was identified; there it is held at its end value"
+        );
+    }
+    Ok(())
+}

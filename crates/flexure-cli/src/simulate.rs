@@ -1,0 +1,103 @@
+//! `flexure simulate`: an arm file, or a preset, to a record.
+
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use flexure::Record;
+use flexure_io::arm::{ArmFile, preset_text, run_watched};
+use flexure_io::{read_record, write_atomically, write_record};
+use serde_json::json;
+
+use crate::progress::Progress;
+
+/// Simulate a two-link arm from an arm file or a preset.
+///
+/// The record has the columns t, tau1, tau2, q1, q2, qm1, qm2, dq1, dq2, dqm1, dqm2 (a rigid arm's no qm, dqm), in s, N m, rad
+/// and rad/s, one row a sample instant; the torque of a row is held until the next.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  flexure simulate --preset space-arm -o record.csv\n  \
+                        flexure simulate --preset space-arm --write-arm arm.toml\n  flexure simulate arm.toml -o record.parquet")]
+pub struct Arguments {
+    /// The arm file.
+    #[arg(required_unless_present = "preset", conflicts_with = "preset")]
+    arm: Option<PathBuf>,
+    /// A preset in place of an arm file.
+    #[arg(long, value_name = "NAME", value_parser = known_preset)]
+    preset: Option<String>,
+    /// Write the record here: .csv or .parquet.
+    #[arg(
+        short = 'o',
+        long = "out",
+        value_name = "RECORD",
+        required_unless_present = "write_arm"
+    )]
+    out: Option<PathBuf>,
+    /// Write the arm file here, with its comments, to be edited.
+    #[arg(long, value_name = "ARM.toml")]
+    write_arm: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+fn known_preset(name: &str) -> Result<String, String> {
+    preset_text(name)
+        .map(|_| name.to_owned())
+        .map_err(|error| error.to_string())
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let (text, source, folder) = match (&arguments.arm, &arguments.preset) {
+        (Some(path), _) => {
+            let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            (text, path.display().to_string(), path.parent().unwrap_or(Path::new("")))
+        }
+        (None, name) => {
+            let name = name.as_deref().unwrap_or_default();
+            (preset_text(name)?.to_owned(), format!("preset {name}"), Path::new(""))
+        }
+    };
+    let file = ArmFile::from_toml_str(&text, &source)?;
+    if let Some(path) = &arguments.write_arm {
+        write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+    }
+    let mut samples = None;
+    if let Some(path) = &arguments.out {
+        let record = simulate(&file, folder)?;
+        write_record(path, &record)?;
+        samples = Some((record.len(), record.names().to_vec()));
+    }
+    if arguments.json {
+        let shown = |p: &Option<PathBuf>| p.as_ref().map(|p| p.display().to_string());
+        let object = json!({
+            "samples": samples.as_ref().map(|s| s.0),
+            "columns": samples.as_ref().map(|s| &s.1),
+            "sample_time": file.run.sample_time,
+            "record": shown(&arguments.out),
+            "arm": shown(&arguments.write_arm),
+        });
+        println!("{object}");
+        return Ok(());
+    }
+    if let Some(path) = &arguments.write_arm {
+        println!("wrote {}", path.display());
+    }
+    if let (Some(path), Some((rows, names))) = (&arguments.out, samples) {
+        println!("wrote {} ({rows} samples of {})", path.display(), names.join(", "));
+    }
+    Ok(())
+}
+
+/// Simulates under a progress bar; a record that the excitation names is looked for beside the arm file.
+pub fn simulate(file: &ArmFile, folder: &Path) -> Result<Record> {
+    let progress = Progress::new("simulating", file.run.duration);
+    let load = |name: &str| read_record(folder.join(name)).map(|f| f.record);
+    let record = run_watched(file, load, &mut |t| {
+        progress.at(t);
+        ControlFlow::Continue(())
+    })?;
+    Ok(record)
+}

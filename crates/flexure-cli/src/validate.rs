@@ -1,0 +1,106 @@
+//! `flexure validate`: does a model hold on a record?
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use flexure::identify::Verdict;
+use flexure_io::{read_model, read_record};
+use serde_json::json;
+
+use crate::arguments;
+use crate::outcome::{self, tests_json};
+use crate::progress::spinning;
+
+/// Judge a model on a record that was not used for its fit.
+///
+/// Simulates the model under the record's input and compares with its output: fit in percent, RMS error, and tests
+/// whether the error still depends on the input.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  flexure validate model.json fresh.csv --input u --output y")]
+pub struct Arguments {
+    /// The model, from `flexure identify -o`.
+    model: PathBuf,
+    /// The record.
+    record: PathBuf,
+    /// The input's column.
+    #[arg(long, value_name = "COLUMN")]
+    input: String,
+    /// The measured output's column.
+    #[arg(long, value_name = "COLUMN")]
+    output: String,
+    /// Leave the first N samples out of the comparison; by default the model's settling time, at most a
+    /// tenth of the record, as the state at the start is not known.
+    #[arg(long, value_name = "N")]
+    skip: Option<usize>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let model = read_model(&arguments.model)?;
+    let file = spinning("reading", || read_record(&arguments.record))?;
+    arguments::same_sample_time(&file, model.sample_time)?;
+    let (u, y) = (file.finite(&arguments.input)?, file.finite(&arguments.output)?);
+    let settling = model.settling.unwrap_or_else(|| model.block.settling(outcome::SETTLED));
+    let skip = arguments.skip.unwrap_or_else(|| settling.min(u.len() / 10));
+    if skip >= u.len() {
+        bail!(
+            "{}: --skip {skip} leaves nothing of {} samples to compare",
+            file.path.display(),
+            u.len()
+        );
+    }
+    let predicted = model.block.simulate(u);
+    let verdict =
+        Verdict::new(&u[skip..], &y[skip..], &predicted[skip..]).map_err(|error| named(error, &arguments.output))?;
+    let outside = outcome::outside(&model.block, u);
+    if arguments.json {
+        let object = json!({
+            "fit_percent": verdict.measures.fit_percent,
+            "rms": verdict.measures.rms,
+            "r_squared": verdict.measures.r_squared,
+            "samples": verdict.measures.samples,
+            "skipped": skip,
+            "holds": verdict.holds(),
+            "verdict": verdict.words(),
+            "residual_tests": tests_json(&verdict),
+            "samples_outside_range": outside,
+        });
+        println!("{object}");
+        return Ok(());
+    }
+    println!(
+        "fit {:.2} %, RMS error {:.4e}, {} samples compared, the first {skip} skipped",
+        verdict.measures.fit_percent, verdict.measures.rms, verdict.measures.samples
+    );
+    for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
+        println!(
+            "  {:<62} {} (statistic {:.1}, limit {:.1}, p = {:.2e})",
+            test.kind.name(),
+            if test.passed() { "passed" } else { "FAILED" },
+            test.statistic,
+            test.limit,
+            test.p_value
+        );
+    }
+    println!("{}", verdict.words());
+    if outside > 0 {
+        println!(
+            "warning: {outside} input samples lie outside the range in which the nonlinearity was identified; there it is held at its end value"
+        );
+    }
+    Ok(())
+}
+
+/// The same error with the output's column in place of "the measurement".
+fn named(error: flexure::Error, output: &str) -> flexure::Error {
+    match error {
+        flexure::Error::Constant { value, .. } => flexure::Error::Constant {
+            column: output.to_owned(),
+            value,
+        },
+        other => other,
+    }
+}

@@ -1,0 +1,267 @@
+//! The excitation of an arm file.
+
+use flexure::signal::{self, Chirp, Phases, Sweep};
+use flexure::simulation::Sampling;
+use serde::{Deserialize, Serialize};
+
+/// The signals that can drive an arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Independent samples, uniform or Gaussian.
+    White,
+    /// Harmonics in a band.
+    Multisine,
+    /// A sine of rising frequency.
+    Chirp,
+    /// A maximum-length binary sequence.
+    Prbs,
+    /// Random levels, held.
+    Multilevel,
+    /// Zero, then constant.
+    Step,
+    /// Nothing.
+    Zero,
+    /// The columns of a record.
+    Record,
+}
+
+/// What the signals are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DriveKind {
+    /// Motor torques, N m.
+    #[default]
+    Torque,
+    /// Joint deflections, rad, commanded of ideally stiff servos.
+    Deflection,
+}
+
+/// The distribution of white samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Distribution {
+    /// Uniform; the amplitude is the largest absolute value.
+    #[default]
+    Uniform,
+    /// Gaussian; the amplitude is the standard deviation.
+    Gaussian,
+}
+
+/// The phases of a multisine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PhaseChoice {
+    /// Independent and uniform.
+    #[default]
+    Random,
+    /// Schroeder's, of low crest factor.
+    Schroeder,
+}
+
+/// How a chirp's frequency rises.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SweepChoice {
+    /// By the same number of Hz a second.
+    #[default]
+    Linear,
+    /// By the same factor a second.
+    Logarithmic,
+}
+
+/// One amplitude for every excited joint, or one for each of the two joints.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Amplitude {
+    /// The same for all.
+    Same(f64),
+    /// For joints 1 and 2.
+    Each([f64; 2]),
+}
+
+/// The table `[excitation]`.
+///
+/// | key | kinds | meaning, range, default |
+/// |---|---|---|
+/// | `kind` | | the signal |
+/// | `drive` | all | `"torque"` (N m, default) or `"deflection"` (rad) |
+/// | `joints` | all | the joints that are excited; default: those not locked |
+/// | `seed` | white, multisine, prbs, multilevel | default 1; every joint has its own stream of it |
+/// | `amplitude` | all but zero, record | a number, or one for each joint; required |
+/// | `distribution` | white | `"uniform"` (default) or `"gaussian"` |
+/// | `f_min`, `f_max` | multisine, chirp | Hz; `0 <= f_min < f_max <= 1 / (2 sample_time)`; required |
+/// | `phases` | multisine | `"random"` (default) or `"schroeder"` |
+/// | `sweep` | chirp | `"linear"` (default) or `"logarithmic"` |
+/// | `hold` | prbs, multilevel | samples for which each value is held, at least 1; default 1 |
+/// | `order` | prbs | register length, 2 to 24; default: the least whose period covers the run |
+/// | `levels` | multilevel | number of levels, at least 2; default 5 |
+/// | `start` | step | s; default 0 |
+/// | `file` | record | a record with columns `tau1`, `tau2` (or `d1`, `d2`), one row a sample; required |
+///
+/// All signals are sampled at the run's instants and held in between. Signals without a seed are the
+/// same at both joints but for their amplitude.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs)] // the table above
+pub struct Excitation {
+    pub kind: Kind,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    #[serde(default)]
+    pub drive: DriveKind,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub joints: Option<Vec<usize>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub amplitude: Option<Amplitude>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distribution: Option<Distribution>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub f_min: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub f_max: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phases: Option<PhaseChoice>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<SweepChoice>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hold: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+}
+
+impl Excitation {
+    /// No excitation.
+    pub fn zero() -> Self {
+        Excitation {
+            kind: Kind::Zero,
+            seed: None,
+            drive: DriveKind::Torque,
+            joints: None,
+            amplitude: None,
+            distribution: None,
+            f_min: None,
+            f_max: None,
+            phases: None,
+            sweep: None,
+            hold: None,
+            order: None,
+            levels: None,
+            start: None,
+            file: None,
+        }
+    }
+
+    /// Checks that every key belongs to the kind and that none is missing; `Err` has key and reason.
+    pub(super) fn check_keys(&self, locked: [bool; 2]) -> Result<(), (&'static str, String)> {
+        use Kind::*;
+        let seeded: &[Kind] = &[White, Multisine, Prbs, Multilevel];
+        let sized: &[Kind] = &[White, Multisine, Chirp, Prbs, Multilevel, Step];
+        let band: &[Kind] = &[Multisine, Chirp];
+        // Key, whether it is there, the kinds it belongs to, whether these require it.
+        let keys: [(&str, bool, &[Kind], bool); 12] = [
+            ("seed", self.seed.is_some(), seeded, false),
+            ("amplitude", self.amplitude.is_some(), sized, true),
+            ("distribution", self.distribution.is_some(), &[White], false),
+            ("f_min", self.f_min.is_some(), band, true),
+            ("f_max", self.f_max.is_some(), band, true),
+            ("phases", self.phases.is_some(), &[Multisine], false),
+            ("sweep", self.sweep.is_some(), &[Kind::Chirp], false),
+            ("hold", self.hold.is_some(), &[Prbs, Multilevel], false),
+            ("order", self.order.is_some(), &[Prbs], false),
+            ("levels", self.levels.is_some(), &[Multilevel], false),
+            ("start", self.start.is_some(), &[Step], false),
+            ("file", self.file.is_some(), &[Record], true),
+        ];
+        for (key, present, kinds, required) in keys {
+            let belongs = kinds.contains(&self.kind);
+            if present && !belongs {
+                return Err((
+                    key,
+                    format!("does not belong to kind = \"{}\"; remove it", self.kind_name()),
+                ));
+            }
+            if required && belongs && !present {
+                return Err((key, format!("missing; kind = \"{}\" needs it", self.kind_name())));
+            }
+        }
+        for &joint in self.joints.iter().flatten() {
+            if !(1..=2).contains(&joint) {
+                return Err(("joints", format!("{joint} is no joint; they are 1 and 2")));
+            }
+            if locked[joint - 1] {
+                return Err(("joints", format!("joint {joint} is locked and cannot be excited")));
+            }
+        }
+        if let Some(start) = self.start
+            && !(start >= 0.0 && start.is_finite())
+        {
+            return Err(("start", format!("{start} s, but must be finite and not negative")));
+        }
+        Ok(())
+    }
+
+    /// The kind as it is written in the file.
+    fn kind_name(&self) -> String {
+        format!("{:?}", self.kind).to_lowercase()
+    }
+
+    /// Whether each joint is excited.
+    pub(super) fn excited(&self, locked: [bool; 2]) -> [bool; 2] {
+        match &self.joints {
+            Some(joints) => [joints.contains(&1), joints.contains(&2)],
+            None => locked.map(|l| !l),
+        }
+    }
+
+    /// The samples for joint `index` (0 or 1); all zero for kind `record`.
+    pub(super) fn samples(&self, index: usize, sampling: &Sampling) -> flexure::Result<Vec<f64>> {
+        let n = sampling.rows();
+        let time = sampling.sample_time();
+        // Golden-ratio increments keep the joints' seeds apart whatever the file's seed is.
+        let seed = self
+            .seed
+            .unwrap_or(1)
+            .wrapping_add((index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let amplitude = match self.amplitude {
+            Some(Amplitude::Same(a)) => a,
+            Some(Amplitude::Each(a)) => a[index],
+            None => 0.0,
+        };
+        let (f_min, f_max) = (self.f_min.unwrap_or(0.0), self.f_max.unwrap_or(0.0));
+        let hold = self.hold.unwrap_or(1);
+        match self.kind {
+            Kind::White => match self.distribution.unwrap_or_default() {
+                Distribution::Uniform => signal::white_uniform(n, amplitude, seed),
+                Distribution::Gaussian => signal::white_gaussian(n, amplitude, seed),
+            },
+            Kind::Multisine => {
+                let phases = match self.phases.unwrap_or_default() {
+                    PhaseChoice::Random => Phases::Random { seed },
+                    PhaseChoice::Schroeder => Phases::Schroeder,
+                };
+                signal::multisine(n, time, amplitude, f_min, f_max, phases)
+            }
+            Kind::Chirp => {
+                let sweep = match self.sweep.unwrap_or_default() {
+                    SweepChoice::Linear => Sweep::Linear,
+                    SweepChoice::Logarithmic => Sweep::Logarithmic,
+                };
+                Chirp::new(amplitude, f_min, f_max, sampling.instant(n - 1), sweep)?.samples(n, time)
+            }
+            Kind::Prbs => signal::prbs(n, amplitude, hold, self.order, seed),
+            Kind::Multilevel => signal::multilevel(n, amplitude, self.levels.unwrap_or(5), hold, seed),
+            Kind::Step => {
+                let start = (self.start.unwrap_or(0.0) / time * (1.0 - 1e-12)).ceil() as usize;
+                signal::step(n, amplitude, start)
+            }
+            Kind::Zero | Kind::Record => Ok(signal::zero(n)),
+        }
+    }
+}

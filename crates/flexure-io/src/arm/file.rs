@@ -1,0 +1,451 @@
+//! An arm file as values, its reading, checking, writing and running.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+use flexure::manipulator::{
+    Arm, ArmParameters, Drive, Friction, JointParameters, Link, Model, Parts, SimulationOptions, State, add_noise,
+    simulate_watched,
+};
+use flexure::simulation::{Sampling, Tolerances};
+use flexure::{Error, Record};
+use serde::{Deserialize, Serialize};
+
+use super::error::{ArmError, find_line, line_of};
+use super::excitation::{DriveKind, Excitation, Kind};
+
+/// A checked arm file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmFile {
+    /// The arm.
+    pub arm: ArmParameters,
+    /// The state at time 0.
+    pub initial: State,
+    /// Duration, sample time and accuracy.
+    pub run: Run,
+    /// What drives it.
+    pub excitation: Excitation,
+    /// Measurement noise, if any.
+    pub noise: Option<Noise>,
+}
+
+/// The table `[run]`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Duration, s; positive.
+    pub duration: f64,
+    /// Sample time, s; positive, at most the duration.
+    pub sample_time: f64,
+    /// Relative tolerance of an integration step, 1e-14 to 0.1; default 1e-9.
+    #[serde(default = "default_rtol")]
+    pub rtol: f64,
+    /// Absolute tolerance of an integration step, positive; default 1e-12.
+    #[serde(default = "default_atol")]
+    pub atol: f64,
+    /// The number of integration steps after which the run gives up; default 10 million.
+    #[serde(default = "default_steps")]
+    pub max_steps: u64,
+}
+
+fn default_rtol() -> f64 {
+    Tolerances::default().rtol
+}
+
+fn default_atol() -> f64 {
+    Tolerances::default().atol
+}
+
+fn default_steps() -> u64 {
+    Tolerances::default().max_steps
+}
+
+/// The table `[noise]`: Gaussian measurement noise.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Noise {
+    /// The seed; every column has its own stream of it. Default 1.
+    #[serde(default = "default_seed")]
+    pub seed: u64,
+    /// Standard deviations by column, in the column's unit.
+    pub std: BTreeMap<String, f64>,
+}
+
+fn default_seed() -> u64 {
+    1
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileTable {
+    arm: ArmTable,
+    #[serde(default)]
+    initial: InitialTable,
+    run: Run,
+    excitation: Excitation,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<Noise>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ArmTable {
+    model: Model,
+    friction: Option<bool>,
+    cubic: Option<bool>,
+    windup: Option<bool>,
+    coupling: Option<bool>,
+    rotor_in_link_inertia: Option<bool>,
+    rotors: Option<bool>,
+    link: Vec<Link>,
+    joint: Vec<JointTable>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JointTable {
+    motor_inertia: Option<f64>,
+    stiffness: Option<f64>,
+    cubic: Option<f64>,
+    linear: Option<f64>,
+    windup: Option<f64>,
+    windup_sharpness: Option<f64>,
+    friction: Option<Friction>,
+    #[serde(default)]
+    locked: bool,
+}
+
+#[derive(Serialize, Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+struct InitialTable {
+    q: [f64; 2],
+    qm: [f64; 2],
+    dq: [f64; 2],
+    dqm: [f64; 2],
+}
+
+/// Names a text and its keys in errors.
+struct Source<'a> {
+    text: &'a str,
+    name: &'a str,
+}
+
+impl Source<'_> {
+    fn value(&self, key: impl Into<String>, reason: impl Into<String>) -> ArmError {
+        let key = key.into();
+        ArmError::Value {
+            file: self.name.to_owned(),
+            line: find_line(self.text, &key),
+            key,
+            reason: reason.into(),
+        }
+    }
+
+    /// Puts a key and a line to an error of the library.
+    fn locate(&self, table: &str, error: Error) -> ArmError {
+        match &error {
+            Error::UnphysicalArm {
+                part, number, quantity, ..
+            } => {
+                let key = quantity.split(' ').next().unwrap_or(quantity);
+                self.value(format!("arm.{part}[{number}].{key}"), error.to_string())
+            }
+            Error::SingularInertia { .. } | Error::RigidDeflection => self.value(table, error.to_string()),
+            Error::InvalidParameter { name, .. } => {
+                let key = name
+                    .strip_prefix("the initial ")
+                    .map_or(name.as_str(), |n| n.trim_end_matches(['1', '2']));
+                self.value(format!("{table}.{key}"), error.to_string())
+            }
+            _ => ArmError::Simulation(error),
+        }
+    }
+}
+
+impl ArmFile {
+    /// Reads and checks the text of an arm file; `source_name` names it in errors.
+    ///
+    /// # Errors
+    /// [`ArmError::Format`] and [`ArmError::Value`], with the file, the line, the key and, for a
+    /// value, its unit and range.
+    pub fn from_toml_str(text: &str, source_name: &str) -> Result<Self, ArmError> {
+        let source = Source {
+            text,
+            name: source_name,
+        };
+        let table: FileTable = toml::from_str(text).map_err(|e: toml::de::Error| ArmError::Format {
+            file: source_name.to_owned(),
+            line: e.span().map(|span| line_of(text, span.start)),
+            message: e.message().to_owned(),
+        })?;
+        let arm = arm_parameters(&source, table.arm)?;
+        let InitialTable { q, qm, dq, dqm } = table.initial;
+        let file = ArmFile {
+            arm,
+            initial: State { q, qm, dq, dqm },
+            run: table.run,
+            excitation: table.excitation,
+            noise: table.noise,
+        };
+        file.check(&source)?;
+        Ok(file)
+    }
+
+    /// The text of an arm file that reads back as this one.
+    ///
+    /// # Errors
+    /// [`ArmError::Format`] if a value cannot be written as TOML (a seed beyond 2^63).
+    pub fn to_toml(&self) -> Result<String, ArmError> {
+        let defaults = Parts::of(self.arm.model);
+        let parts = self.arm.parts;
+        let changed = |value: bool, default: bool| (value != default).then_some(value);
+        let State { q, qm, dq, dqm } = self.initial;
+        let given = |value: f64| (value != 0.0).then_some(value);
+        let table = FileTable {
+            arm: ArmTable {
+                model: self.arm.model,
+                friction: changed(parts.friction, defaults.friction),
+                cubic: changed(parts.cubic, defaults.cubic),
+                windup: changed(parts.windup, defaults.windup),
+                coupling: changed(parts.coupling, defaults.coupling),
+                rotor_in_link_inertia: changed(parts.rotor_in_link_inertia, defaults.rotor_in_link_inertia),
+                rotors: changed(parts.rotors, defaults.rotors),
+                link: self.arm.links.to_vec(),
+                joint: self
+                    .arm
+                    .joints
+                    .iter()
+                    .map(|j| JointTable {
+                        motor_inertia: given(j.motor_inertia),
+                        stiffness: given(j.stiffness),
+                        cubic: given(j.cubic),
+                        linear: given(j.linear),
+                        windup: given(j.windup),
+                        windup_sharpness: given(j.windup_sharpness),
+                        friction: j.friction,
+                        locked: j.locked,
+                    })
+                    .collect(),
+            },
+            initial: InitialTable { q, qm, dq, dqm },
+            run: self.run,
+            excitation: self.excitation.clone(),
+            noise: self.noise.clone(),
+        };
+        toml::to_string(&table).map_err(|e| ArmError::Format {
+            file: "arm".to_owned(),
+            line: None,
+            message: e.to_string(),
+        })
+    }
+
+    /// The library's form of `[initial]` and `[run]`.
+    fn options(&self) -> flexure::Result<SimulationOptions> {
+        Ok(SimulationOptions {
+            sampling: Sampling::new(self.run.duration, self.run.sample_time)?,
+            initial: self.initial,
+            tolerances: Tolerances {
+                rtol: self.run.rtol,
+                atol: self.run.atol,
+                max_steps: self.run.max_steps,
+            },
+        })
+    }
+
+    fn locked(&self) -> [bool; 2] {
+        self.arm.joints.map(|j| j.locked)
+    }
+
+    /// Checks everything that can be without simulating.
+    fn check(&self, source: &Source) -> Result<(), ArmError> {
+        let arm = Arm::new(self.arm).map_err(|e| source.locate("arm", e))?;
+        let options = self.options().map_err(|e| source.locate("run", e))?;
+        options.tolerances.check().map_err(|e| source.locate("run", e))?;
+        arm.check_initial(&self.initial)
+            .map_err(|e| source.locate("initial", e))?;
+        self.excitation
+            .check_keys(self.locked())
+            .map_err(|(key, reason)| source.value(format!("excitation.{key}"), reason))?;
+        if self.excitation.drive == DriveKind::Deflection {
+            arm.check_deflection()
+                .map_err(|e| source.locate("excitation.drive", e))?;
+        }
+        for joint in 0..2 {
+            // A few samples show whether the parameters are valid, whatever the duration.
+            let duration = self.run.sample_time * 8.0;
+            let few = Sampling::new(duration.min(self.run.duration), self.run.sample_time);
+            let sampling = if self.excitation.kind == Kind::Multisine {
+                options.sampling
+            } else {
+                few.map_err(|e| source.locate("run", e))?
+            };
+            self.excitation
+                .samples(joint, &sampling)
+                .map_err(|e| source.locate("excitation", e))?;
+        }
+        for (column, &std) in self.noise.iter().flat_map(|n| &n.std) {
+            let flexible = self.arm.model != Model::Rigid;
+            let known = flexure::manipulator::record_columns(self.arm.model);
+            if column == "t" || !known.contains(&column.as_str()) {
+                let what = if flexible { "the arm's" } else { "a rigid arm's" };
+                return Err(source.value(
+                    format!("noise.std.{column}"),
+                    format!("no noise on this column; {what} columns are: {}", known[1..].join(", ")),
+                ));
+            }
+            if !(std >= 0.0 && std.is_finite()) {
+                return Err(source.value(
+                    format!("noise.std.{column}"),
+                    format!("{std}, but a standard deviation must be finite and not negative"),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks which keys are there, and fills in what may be left out.
+fn arm_parameters(source: &Source, table: ArmTable) -> Result<ArmParameters, ArmError> {
+    let model = table.model;
+    let count = |key: &str, n: usize| source.value(key, format!("there are {n}, but an arm has two of [[{key}]]"));
+    let links: [Link; 2] = table
+        .link
+        .try_into()
+        .map_err(|v: Vec<Link>| count("arm.link", v.len()))?;
+    let joints: [JointTable; 2] = table
+        .joint
+        .try_into()
+        .map_err(|v: Vec<JointTable>| count("arm.joint", v.len()))?;
+    let defaults = Parts::of(model);
+    let parts = Parts {
+        friction: table.friction.unwrap_or(defaults.friction),
+        cubic: table.cubic.unwrap_or(defaults.cubic),
+        windup: table.windup.unwrap_or(defaults.windup),
+        coupling: table.coupling.unwrap_or(defaults.coupling),
+        rotor_in_link_inertia: table.rotor_in_link_inertia.unwrap_or(defaults.rotor_in_link_inertia),
+        rotors: table.rotors.unwrap_or(defaults.rotors),
+    };
+    let flexible = model != Model::Rigid;
+    for (i, j) in joints.iter().enumerate() {
+        let rotors = flexible || parts.rotors || parts.rotor_in_link_inertia;
+        for (key, missing, unit) in [
+            ("motor_inertia", rotors && j.motor_inertia.is_none(), "kg m^2"),
+            ("stiffness", model == Model::Linear && j.stiffness.is_none(), "N m/rad"),
+            ("linear", model == Model::Nonlinear && j.linear.is_none(), "N m/rad"),
+        ] {
+            if missing {
+                let reason = format!("missing; this model needs it, positive, in {unit}");
+                return Err(source.value(format!("arm.joint[{}].{key}", i + 1), reason));
+            }
+        }
+    }
+    Ok(ArmParameters {
+        model,
+        links,
+        joints: joints.map(|j| JointParameters {
+            motor_inertia: j.motor_inertia.unwrap_or(0.0),
+            stiffness: j.stiffness.unwrap_or(0.0),
+            cubic: j.cubic.unwrap_or(0.0),
+            linear: j.linear.unwrap_or(0.0),
+            windup: j.windup.unwrap_or(0.0),
+            windup_sharpness: j.windup_sharpness.unwrap_or(0.0),
+            friction: j.friction,
+            locked: j.locked,
+        }),
+        parts,
+    })
+}
+
+/// Simulates an arm file; `load` reads the record that an excitation of kind `record` names.
+///
+/// # Errors
+/// [`ArmError::Record`] if that record cannot be loaded or does not fit, [`ArmError::Simulation`].
+pub fn run<L, E>(file: &ArmFile, load: L) -> Result<Record, ArmError>
+where
+    L: FnOnce(&str) -> Result<Record, E>,
+    E: std::fmt::Display,
+{
+    run_watched(file, load, &mut |_| ControlFlow::Continue(()))
+}
+
+/// Like [`run`], calling `watch` with the simulated time in s now and then; `Break` stops it.
+///
+/// # Errors
+/// Those of [`run`], and [`flexure::Error::Cancelled`].
+pub fn run_watched<L, E>(
+    file: &ArmFile,
+    load: L,
+    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Record, ArmError>
+where
+    L: FnOnce(&str) -> Result<Record, E>,
+    E: std::fmt::Display,
+{
+    let arm = Arm::new(file.arm)?;
+    let options = file.options()?;
+    let excited = file.excitation.excited(file.locked());
+    let mut inputs = [0, 1].map(|_| flexure::signal::zero(options.sampling.rows()));
+    match (&file.excitation.kind, &file.excitation.file) {
+        (Kind::Record, Some(name)) => {
+            let misfit = |reason: String| ArmError::Record {
+                record: name.clone(),
+                reason,
+            };
+            let record = load(name).map_err(|e| misfit(e.to_string()))?;
+            inputs = recorded(&record, file.excitation.drive, excited, &options.sampling).map_err(misfit)?;
+        }
+        _ => {
+            for joint in (0..2).filter(|&j| excited[j]) {
+                inputs[joint] = file.excitation.samples(joint, &options.sampling)?;
+            }
+        }
+    }
+    let columns = [inputs[0].as_slice(), inputs[1].as_slice()];
+    let drive = match file.excitation.drive {
+        DriveKind::Torque => Drive::Held(columns),
+        DriveKind::Deflection => Drive::Deflection(columns),
+    };
+    let record = simulate_watched(&arm, &drive, &options, watch)?;
+    match &file.noise {
+        None => Ok(record),
+        Some(noise) => {
+            let std: Vec<(&str, f64)> = noise.std.iter().map(|(name, s)| (name.as_str(), *s)).collect();
+            Ok(add_noise(&record, noise.seed, &std)?)
+        }
+    }
+}
+
+/// The excitation in a record: a column for each joint that is excited, one row a sample.
+fn recorded(
+    record: &Record,
+    drive: DriveKind,
+    excited: [bool; 2],
+    sampling: &Sampling,
+) -> Result<[Vec<f64>; 2], String> {
+    let rows = sampling.rows();
+    if record.names().iter().any(|n| n == "t") {
+        let step = record.sample_time("t").map_err(|e| e.to_string())?;
+        if (step - sampling.sample_time()).abs() > 1e-3 * sampling.sample_time() {
+            return Err(format!(
+                "its sample time is {step} s, but the run's is {} s; they must agree",
+                sampling.sample_time()
+            ));
+        }
+    }
+    if record.len() < rows {
+        return Err(format!(
+            "it has {} rows, but the run has {rows} instants; shorten the duration",
+            record.len()
+        ));
+    }
+    let names = match drive {
+        DriveKind::Torque => ["tau1", "tau2"],
+        DriveKind::Deflection => ["d1", "d2"],
+    };
+    let mut inputs = [0, 1].map(|_| flexure::signal::zero(rows));
+    for joint in (0..2).filter(|&j| excited[j]) {
+        let samples = record.finite(names[joint]).map_err(|e| e.to_string())?;
+        inputs[joint].copy_from_slice(&samples[..rows]);
+    }
+    Ok(inputs)
+}

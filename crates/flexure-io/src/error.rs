@@ -1,0 +1,240 @@
+//! What can be wrong with a file, said with the file, the place and the remedy.
+//!
+//! File lines and columns are counted from 1, samples from 0.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The result of every fallible function of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// What was wrong with a file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The file cannot be read at all.
+    #[error("cannot read {}: {}", .path.display(), reason(.source))]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The file cannot be written; nothing of it was left behind.
+    #[error("cannot write {}: {}", .path.display(), reason(.source))]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// A record was to be written under a name that tells no format.
+    #[error("cannot write {}: a record's file name must end in .csv or .parquet", .path.display())]
+    UnknownExtension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The record to be written cannot be represented in a file.
+    #[error("cannot write {}: {problem}", .path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with the record.
+        problem: String,
+    },
+    /// The file has no content.
+    #[error("{} is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet or MAT v5", .path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file has columns but no sample.
+    #[error("{} has the columns {} but no samples", .path.display(), .names.join(", "))]
+    NoSamples {
+        /// The file.
+        path: PathBuf,
+        /// The columns' names.
+        names: Vec<String>,
+    },
+    /// A text file cannot be understood at one line.
+    #[error("{}, line {line}: {problem}", .path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// What is wrong there.
+        problem: LineProblem,
+    },
+    /// A binary file ends too early.
+    #[error("{} is truncated: {detail}; copy or save it again", .path.display())]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// Where it ends and what is missing.
+        detail: String,
+    },
+    /// A binary file contradicts its format or uses a part of it that is not supported.
+    #[error("{} cannot be read as {format}: {detail}", .path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// The format's name.
+        format: &'static str,
+        /// What is wrong and what to do.
+        detail: String,
+    },
+    /// A column exists in the file, but cannot serve as a signal.
+    #[error("{}: '{name}' cannot serve as a signal: it is {what}", .path.display())]
+    NotASignal {
+        /// The file.
+        path: PathBuf,
+        /// The column or variable.
+        name: String,
+        /// What it is instead, and what to do.
+        what: String,
+    },
+    /// The file was read, but its samples do not serve the purpose.
+    #[error("{}{}: {}", .path.display(), line_suffix(*.line), missing_samples(.source))]
+    Data {
+        /// The file.
+        path: PathBuf,
+        /// The line of the offending sample, from 1, for text files.
+        line: Option<u64>,
+        /// What is wrong with the samples.
+        source: Box<flexure::Error>,
+    },
+    /// A JSON file cannot be understood.
+    #[error("{}, line {line}, column {column}: {problem}; write the model anew", .path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// The column, from 1 (0: before the first character of the line).
+        column: usize,
+        /// What is wrong there.
+        problem: String,
+    },
+    /// A JSON file is no model, or a model this version does not know.
+    #[error("{}: {problem}", .path.display())]
+    Model {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        problem: String,
+    },
+}
+
+/// What is wrong with one line of a text file.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LineProblem {
+    /// The line has more or fewer fields than there are columns.
+    #[error("{found} fields where there are {expected} columns; every line must have one field a column")]
+    Ragged {
+        /// Fields on this line.
+        found: usize,
+        /// Columns of the file.
+        expected: usize,
+    },
+    /// A field is text where a number should be.
+    #[error(
+        "column '{column}' holds '{text}' at sample {sample}, which is not a number (numbers look like -1.5e-3, with a decimal point)"
+    )]
+    NotANumber {
+        /// The column's name.
+        column: String,
+        /// The sample, from 0.
+        sample: usize,
+        /// The field's text, shortened to 40 characters.
+        text: String,
+    },
+    /// The header has a number where a name should be.
+    #[error(
+        "the header holds the number {text} where a column's name should be; add a first line with the columns' names"
+    )]
+    NumericHeader {
+        /// The number.
+        text: String,
+    },
+    /// A header field is empty.
+    #[error("the header gives no name to column {column}; name every column")]
+    UnnamedColumn {
+        /// The column, from 1.
+        column: usize,
+    },
+    /// Two header fields are the same.
+    #[error("the header names both column {first} and column {second} '{name}'; column names must differ")]
+    DuplicateName {
+        /// The name.
+        name: String,
+        /// The first column of that name, from 1.
+        first: usize,
+        /// The second column of that name, from 1.
+        second: usize,
+    },
+    /// The header has commas as well as semicolons.
+    #[error(
+        "the header has both commas and semicolons, so what separates the columns is unclear; use one of them, or quote the names"
+    )]
+    MixedSeparators,
+    /// Words with spaces between them and no separator.
+    #[error(
+        "the columns are separated by spaces, and such a file must have no header (its columns are named c0, c1, ...); put # before this line, or separate the columns by commas"
+    )]
+    SpacedHeader,
+    /// A quotation mark is never closed.
+    #[error("a quotation mark is not closed on this line, or text follows where it is closed")]
+    UnclosedQuote,
+    /// A blank line has data after it.
+    #[error("this line is blank but data follow it; remove it, or write nan for a missing sample")]
+    Blank,
+    /// The line contains a bare carriage return.
+    #[error("there is a carriage return within the line; end the lines with line feeds")]
+    CarriageReturn,
+    /// The text is not UTF-8.
+    #[error("the text is not UTF-8; save the file as UTF-8")]
+    NotUtf8,
+}
+
+impl Error {
+    pub(crate) fn read(path: &Path, source: io::Error) -> Self {
+        Error::Read {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    pub(crate) fn write(path: &Path, source: io::Error) -> Self {
+        Error::Write {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}
+
+/// The operating system's complaint, in plain words where it is a common one.
+fn reason(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file or directory".to_owned(),
+        io::ErrorKind::IsADirectory => "it is a directory, not a file".to_owned(),
+        io::ErrorKind::NotADirectory => "a part of its path is not a directory".to_owned(),
+        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
+fn line_suffix(line: Option<u64>) -> String {
+    line.map_or_else(String::new, |line| format!(", line {line}"))
+}
+
+/// The library's message; a NaN of a file may also be a sample that is not there.
+fn missing_samples(error: &flexure::Error) -> String {
+    match error {
+        flexure::Error::NonFinite { column, sample, value } if value.is_nan() => {
+            format!("column '{column}' is NaN or missing at sample {sample}; remove or repair that sample")
+        }
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,351 @@
+//! Records as MATLAB's MAT-file of level 5, plain (`-v6`) or compressed (`-v7`).
+//!
+//! Source: MathWorks, "MAT-File Format", chapter 1, level 5. Every length is checked before it is
+//! used: a damaged file is an error, never a panic and never a shorter record.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use flate2::read::ZlibDecoder;
+use flexure::Record;
+
+use crate::error::{Error, Result};
+use crate::parquet_file::exact;
+use crate::record_file::{Format, Lines, Other, RecordFile};
+
+/// The bytes before the first variable: text, version, byte order.
+const HEADER: usize = 128;
+/// Data types of elements.
+const MI_INT32: u32 = 5;
+const MI_UINT32: u32 = 6;
+const MI_MATRIX: u32 = 14;
+const MI_COMPRESSED: u32 = 15;
+/// Flag bit of complex arrays.
+const COMPLEX: u32 = 0x0800;
+
+/// What can go wrong within the bytes of a file.
+enum Fault {
+    /// The bytes end before the element does.
+    Truncated,
+    /// The bytes contradict the format.
+    Corrupt(&'static str),
+}
+
+type Parsed<T> = std::result::Result<T, Fault>;
+
+/// A variable of the file.
+struct Variable {
+    name: String,
+    content: Content,
+}
+
+enum Content {
+    Scalar(f64),
+    Vector(Vec<f64>),
+    /// Not a vector of real numbers: what it is instead.
+    Other(String),
+}
+
+/// Reads the MAT v5 record `file`.
+pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(|e| Error::read(path, e))?;
+    let big_endian = byte_order(path, &bytes)?;
+    let mut record = Record::default();
+    let mut constants = Vec::new();
+    let mut others = Vec::new();
+    let mut cursor = Cursor {
+        bytes: &bytes[HEADER..],
+        big_endian,
+    };
+    while !cursor.bytes.is_empty() {
+        let offset = bytes.len() - cursor.bytes.len();
+        let variable = top_level(&mut cursor).map_err(|fault| match fault {
+            Fault::Truncated => Error::Truncated {
+                path: path.to_owned(),
+                detail: format!(
+                    "it ends after {} bytes, within the variable that begins at byte {offset}",
+                    bytes.len()
+                ),
+            },
+            Fault::Corrupt(what) => damaged(
+                path,
+                format!("{what} in the variable at byte {offset}; save it again with -v7"),
+            ),
+        })?;
+        // A variable without a name is MATLAB's workspace of function handles.
+        let Some(Variable { name, content }) = variable.filter(|v| !v.name.is_empty()) else {
+            continue;
+        };
+        match content {
+            Content::Scalar(value) => constants.push((name, value)),
+            Content::Other(what) => others.push(Other { name, what }),
+            Content::Vector(samples) => record.push(name, samples).map_err(|error| Error::Data {
+                path: path.to_owned(),
+                line: None,
+                source: Box::new(error),
+            })?,
+        }
+    }
+    if record.names().is_empty() {
+        let mut found: Vec<String> = others.iter().map(|o| format!("'{}' is {}", o.name, o.what)).collect();
+        found.extend(constants.iter().map(|(name, _)| format!("'{name}' is a scalar")));
+        let found = if found.is_empty() {
+            "it holds no variable".to_owned()
+        } else {
+            found.join("; ")
+        };
+        return Err(damaged(path, format!("it holds no vector of real numbers: {found}")));
+    }
+    others.extend(constants.iter().map(|(name, value)| Other {
+        name: name.clone(),
+        what: format!("a single number, {value}; a signal is a vector"),
+    }));
+    Ok(RecordFile {
+        record,
+        path: path.to_owned(),
+        format: Format::Mat,
+        constants,
+        others,
+        lines: Lines::default(),
+    })
+}
+
+fn damaged(path: &Path, detail: String) -> Error {
+    Error::Content {
+        path: path.to_owned(),
+        format: "MAT v5",
+        detail,
+    }
+}
+
+/// Whether the file is big-endian; refuses other versions.
+fn byte_order(path: &Path, bytes: &[u8]) -> Result<bool> {
+    if bytes.len() < HEADER {
+        return Err(Error::Truncated {
+            path: path.to_owned(),
+            detail: format!(
+                "it ends after {} of the {HEADER} bytes of a MAT file's header",
+                bytes.len()
+            ),
+        });
+    }
+    match &bytes[124..128] {
+        [0x00, 0x01, b'I', b'M'] => Ok(false),
+        [0x01, 0x00, b'M', b'I'] => Ok(true),
+        _ => Err(damaged(
+            path,
+            "its header is not that of MAT v5; save it with -v7".to_owned(),
+        )),
+    }
+}
+
+/// Bytes still to be read.
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    big_endian: bool,
+}
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, count: usize) -> Parsed<&'a [u8]> {
+        let (taken, rest) = self.bytes.split_at_checked(count).ok_or(Fault::Truncated)?;
+        self.bytes = rest;
+        Ok(taken)
+    }
+
+    fn u32(&mut self) -> Parsed<u32> {
+        let bytes = self.take_array()?;
+        Ok(self.u32_of(bytes))
+    }
+
+    fn take_array<const N: usize>(&mut self) -> Parsed<[u8; N]> {
+        self.take(N)?.try_into().map_err(|_| Fault::Truncated)
+    }
+
+    fn u32_of(&self, bytes: [u8; 4]) -> u32 {
+        if self.big_endian {
+            u32::from_be_bytes(bytes)
+        } else {
+            u32::from_le_bytes(bytes)
+        }
+    }
+
+    /// The next element's type and data, its padding to 8 bytes skipped.
+    fn element(&mut self) -> Parsed<(u32, &'a [u8])> {
+        let tag = self.u32()?;
+        if tag >> 16 != 0 {
+            // The small format: length and type share a word, the data the next four bytes.
+            let length = (tag >> 16) as usize;
+            let data = self.take(4)?;
+            let data = data
+                .get(..length)
+                .ok_or(Fault::Corrupt("a small element longer than 4 bytes"))?;
+            return Ok((tag & 0xffff, data));
+        }
+        let length = self.u32()? as usize;
+        let data = self.take(length)?;
+        let padding = length.next_multiple_of(8) - length;
+        self.bytes = self.bytes.get(padding..).unwrap_or(&[]);
+        Ok((tag, data))
+    }
+}
+
+/// The next variable, if the element is one.
+fn top_level(cursor: &mut Cursor<'_>) -> Parsed<Option<Variable>> {
+    let big_endian = cursor.big_endian;
+    let kind = cursor.u32()?;
+    let length = cursor.u32()? as usize;
+    let data = cursor.take(length)?;
+    match kind {
+        MI_MATRIX => matrix(Cursor {
+            bytes: data,
+            big_endian,
+        })
+        .map(Some)
+        .map_err(within),
+        MI_COMPRESSED => {
+            let inflated = inflate(data, cursor)?;
+            matrix(Cursor {
+                bytes: &inflated,
+                big_endian,
+            })
+            .map(Some)
+            .map_err(within)
+        }
+        _ => Err(Fault::Corrupt("an element that is no array")),
+    }
+}
+
+/// Inside an element whose end is there, an end is a contradiction rather than a truncation.
+fn within(fault: Fault) -> Fault {
+    match fault {
+        Fault::Truncated => Fault::Corrupt("lengths that do not fit together"),
+        corrupt => corrupt,
+    }
+}
+
+/// The content of the one array in a compressed element; the checksum is verified.
+fn inflate(data: &[u8], order: &Cursor<'_>) -> Parsed<Vec<u8>> {
+    const DAMAGED: Fault = Fault::Corrupt("damaged compressed data");
+    let mut decoder = ZlibDecoder::new(data);
+    let mut tag = [0; 8];
+    decoder.read_exact(&mut tag).map_err(|_| DAMAGED)?;
+    let [k0, k1, k2, k3, l0, l1, l2, l3] = tag;
+    if order.u32_of([k0, k1, k2, k3]) != MI_MATRIX {
+        return Err(Fault::Corrupt("a compressed element that is no array"));
+    }
+    let length = order.u32_of([l0, l1, l2, l3]) as usize;
+    let mut inflated = Vec::new();
+    // The length is not trusted: one byte more than it would show that it is too small.
+    decoder
+        .by_ref()
+        .take(length as u64 + 1)
+        .read_to_end(&mut inflated)
+        .map_err(|_| DAMAGED)?;
+    if inflated.len() != length {
+        return Err(DAMAGED);
+    }
+    Ok(inflated)
+}
+
+/// An array: flags, dimensions, name, and for numbers the real and imaginary parts.
+fn matrix(mut cursor: Cursor<'_>) -> Parsed<Variable> {
+    let (kind, flags) = cursor.element()?;
+    let (MI_UINT32, &[f0, f1, f2, f3, ..]) = (kind, flags) else {
+        return Err(Fault::Corrupt("array flags of a wrong kind"));
+    };
+    let flags = cursor.u32_of([f0, f1, f2, f3]);
+    let class = flags & 0xff;
+    if class == 17 {
+        // Opaque objects have no dimensions.
+        let name = name(&mut cursor)?;
+        return Ok(Variable {
+            name,
+            content: Content::Other("an object of a class of MATLAB's".to_owned()),
+        });
+    }
+    let (kind, bytes) = cursor.element()?;
+    if kind != MI_INT32 || bytes.len() < 8 || !bytes.len().is_multiple_of(4) {
+        return Err(Fault::Corrupt("dimensions of a wrong kind"));
+    }
+    let dimensions: Vec<usize> = bytes
+        .chunks_exact(4)
+        .map(|c| cursor.u32_of([c[0], c[1], c[2], c[3]]) as usize)
+        .collect();
+    let count = dimensions
+        .iter()
+        .try_fold(1_usize, |product, &d| product.checked_mul(d))
+        .ok_or(Fault::Corrupt("impossible dimensions"))?;
+    let name = name(&mut cursor)?;
+    let size = dimensions.iter().map(usize::to_string).collect::<Vec<_>>().join("x");
+    let other = match class {
+        1 => Some(format!("a cell array ({size})")),
+        2 => Some(format!("a structure ({size}); save its fields as variables")),
+        3 | 16 => Some("an object or a function".to_owned()),
+        4 => Some(format!("text ({size})")),
+        5 => Some(format!("a sparse matrix ({size}); save its vectors as full variables")),
+        6..=15 if flags & COMPLEX != 0 => Some(format!("complex ({size}); save its real and imaginary parts apart")),
+        6..=15 if count == 0 => Some(format!("empty ({size})")),
+        6..=15 if dimensions.iter().filter(|&&d| d != 1).count() > 1 => {
+            Some(format!("a matrix ({size}); save each signal as a vector of its own"))
+        }
+        6..=15 => None,
+        _ => return Err(Fault::Corrupt("an array of an unknown class")),
+    };
+    if let Some(what) = other {
+        return Ok(Variable {
+            name,
+            content: Content::Other(what),
+        });
+    }
+    let (kind, data) = cursor.element()?;
+    let content = match numbers(kind, data, count, cursor.big_endian)? {
+        None => Content::Other("a vector of integers beyond 2^53, which cannot be represented exactly".to_owned()),
+        Some(values) if count == 1 => Content::Scalar(values[0]),
+        Some(values) => Content::Vector(values),
+    };
+    if !cursor.bytes.is_empty() {
+        return Err(Fault::Corrupt("bytes after the end of an array"));
+    }
+    Ok(Variable { name, content })
+}
+
+fn name(cursor: &mut Cursor<'_>) -> Parsed<String> {
+    let (_, bytes) = cursor.element()?;
+    String::from_utf8(bytes.to_vec()).map_err(|_| Fault::Corrupt("a name that is not text"))
+}
+
+/// `count` numbers stored as type `kind`; `None` if one is an integer that f64 cannot hold.
+fn numbers(kind: u32, data: &[u8], count: usize, big_endian: bool) -> Parsed<Option<Vec<f64>>> {
+    /// Decodes numbers of one type, all of which must be there.
+    macro_rules! decode {
+        ($type:ty, $convert:expr) => {{
+            let (values, rest) = data.as_chunks::<{ size_of::<$type>() }>();
+            if values.len() != count || !rest.is_empty() {
+                return Err(Fault::Corrupt("a number of values that does not match the dimensions"));
+            }
+            let number = |b: &[u8; size_of::<$type>()]| {
+                if big_endian {
+                    <$type>::from_be_bytes(*b)
+                } else {
+                    <$type>::from_le_bytes(*b)
+                }
+            };
+            values.iter().map(|b| $convert(number(b))).collect()
+        }};
+    }
+    Ok(match kind {
+        1 => decode!(i8, |v| Some(f64::from(v))),
+        2 => decode!(u8, |v| Some(f64::from(v))),
+        3 => decode!(i16, |v| Some(f64::from(v))),
+        4 => decode!(u16, |v| Some(f64::from(v))),
+        5 => decode!(i32, |v| Some(f64::from(v))),
+        6 => decode!(u32, |v| Some(f64::from(v))),
+        7 => decode!(f32, |v| Some(f64::from(v))),
+        9 => decode!(f64, Some),
+        12 => decode!(i64, |v| exact(i128::from(v))),
+        13 => decode!(u64, |v| exact(i128::from(v))),
+        _ => return Err(Fault::Corrupt("numbers of an unknown type")),
+    })
+}

@@ -1,0 +1,153 @@
+//! Model files: JSON that carries everything needed to predict.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use flexure::Block;
+use serde::{Deserialize, Serialize};
+
+use crate::atomic::write_atomically;
+use crate::error::{Error, Result};
+
+/// What `format` says in every model file.
+const FORMAT: &str = "flexure-model";
+/// The one version of the format there is so far.
+const VERSION: u64 = 1;
+
+/// An identified model, as kept in a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelFile {
+    /// The version of Flexure that wrote the model; see [`ModelFile::CURRENT`].
+    pub flexure: String,
+    /// The structure's name, for example "hammerstein".
+    pub structure: String,
+    /// The identification method's name, for example "plain".
+    pub method: String,
+    /// The name of the input column.
+    pub input: String,
+    /// The name of the output column.
+    pub output: String,
+    /// The sample time, s; positive. `None` where the record did not tell: one sample is the unit of time.
+    #[serde(default)]
+    pub sample_time: Option<f64>,
+    /// The delay, samples.
+    pub delay: usize,
+    /// The order of the linear part.
+    pub order: usize,
+    /// The model itself.
+    pub block: Block,
+    /// The samples after which a prediction no longer depends on the unknown state at its start.
+    #[serde(default)]
+    pub settling: Option<usize>,
+    /// How the model was found, for readers; nothing that predicting needs.
+    #[serde(default)]
+    pub identification: serde_json::Value,
+}
+
+impl ModelFile {
+    /// This version of Flexure, for [`ModelFile::flexure`].
+    pub const CURRENT: &str = env!("CARGO_PKG_VERSION");
+
+    /// What is wrong with the values that their types do not already exclude.
+    fn problem(&self) -> Option<String> {
+        if let Some(h) = self.sample_time
+            && !(h > 0.0 && h.is_finite())
+        {
+            return Some(format!("sample_time is {h}, but must be positive and finite, or null"));
+        }
+        [("input", &self.input), ("output", &self.output)]
+            .into_iter()
+            .find(|(_, name)| name.is_empty())
+            .map(|(which, _)| format!("{which} is empty, but must be a column's name"))
+    }
+}
+
+/// A model file as it stands in the file.
+#[derive(Serialize)]
+struct OnDisk<'a> {
+    format: &'static str,
+    version: u64,
+    #[serde(flatten)]
+    model: &'a ModelFile,
+}
+
+/// What tells whether the rest can be understood.
+#[derive(Deserialize)]
+struct Head {
+    #[serde(default)]
+    format: serde_json::Value,
+    #[serde(default)]
+    version: serde_json::Value,
+}
+
+/// Reads a model file.
+///
+/// # Errors
+/// [`Error::Read`]; [`Error::Json`] for text that is not JSON, fields that are missing or of the wrong
+/// kind, and numbers that are not finite; [`Error::Model`] for another format, an unknown version and
+/// values out of range.
+pub fn read_model(path: impl AsRef<Path>) -> Result<ModelFile> {
+    let path = path.as_ref();
+    let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+    let json = |error: serde_json::Error| json_error(path, &error);
+    let wrong = |problem| Error::Model {
+        path: path.to_owned(),
+        problem,
+    };
+    let head: Head = serde_json::from_slice(&bytes).map_err(json)?;
+    if head.format != FORMAT {
+        return Err(wrong(format!(
+            "not a model file: its \"format\" is {}, not \"{FORMAT}\"; models are written by `flexure identify -o`",
+            head.format
+        )));
+    }
+    if head.version != VERSION {
+        return Err(wrong(format!(
+            "the model's format version is {}, but Flexure {} reads version {VERSION} only; identify the model again or update Flexure",
+            head.version,
+            ModelFile::CURRENT
+        )));
+    }
+    let model: ModelFile = serde_json::from_slice(&bytes).map_err(json)?;
+    match model.problem() {
+        Some(problem) => Err(wrong(problem)),
+        None => Ok(model),
+    }
+}
+
+/// Writes a model file, whole or not at all; numbers read back as the same `f64`.
+///
+/// # Errors
+/// [`Error::Model`] for values out of range, [`Error::Write`].
+pub fn write_model(path: impl AsRef<Path>, model: &ModelFile) -> Result<()> {
+    let path = path.as_ref();
+    if let Some(problem) = model.problem() {
+        return Err(Error::Model {
+            path: path.to_owned(),
+            problem,
+        });
+    }
+    let on_disk = OnDisk {
+        format: FORMAT,
+        version: VERSION,
+        model,
+    };
+    write_atomically(path, |out| {
+        serde_json::to_writer_pretty(&mut *out, &on_disk).map_err(io::Error::from)?;
+        out.write_all(b"\n")
+    })
+}
+
+fn json_error(path: &Path, error: &serde_json::Error) -> Error {
+    let (line, column) = (error.line(), error.column());
+    let text = error.to_string();
+    let problem = text
+        .strip_suffix(&format!(" at line {line} column {column}"))
+        .unwrap_or(&text);
+    Error::Json {
+        path: path.to_owned(),
+        line,
+        column,
+        problem: problem.to_owned(),
+    }
+}

@@ -1,0 +1,302 @@
+//! Records as Apache Parquet, through the crate's column reader and writer (no Arrow).
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::panic;
+use std::path::Path;
+use std::sync::Arc;
+
+use flexure::Record;
+use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type as Physical};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::{DataType, DoubleType};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::{ColumnDescriptor, Type};
+
+use crate::error::{Error, Result};
+use crate::record_file::{Format, Lines, Other, RecordFile};
+
+/// The four bytes a Parquet file begins and ends with.
+const MAGIC: &[u8] = b"PAR1";
+/// Samples read at a time.
+const BATCH: usize = 1 << 16;
+/// Rows written to one row group.
+const ROW_GROUP: usize = 1 << 20;
+
+/// Reads the Parquet record `file`.
+pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
+    check_ends(path, &mut file)?;
+    // The parquet crate (60.1) asserts some of what a damaged footer may violate.
+    panic::catch_unwind(|| read_checked(path, file)).unwrap_or_else(|_| {
+        Err(damaged(
+            path,
+            "its metadata contradict themselves; save it again".to_owned(),
+        ))
+    })
+}
+
+/// Reads a file that begins and ends as it should.
+fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
+    let content = |error| content(path, error);
+    let reader = SerializedFileReader::new(file).map_err(content)?;
+    let rows = usize::try_from(reader.metadata().file_metadata().num_rows()).unwrap_or(0);
+    let schema = reader.metadata().file_metadata().schema_descr();
+    let mut signals: Vec<(usize, Kind, Vec<f64>)> = Vec::new();
+    let mut others: Vec<Other> = Vec::new();
+    for (i, column) in schema.columns().iter().enumerate() {
+        match Kind::of(column) {
+            Ok(kind) => signals.push((i, kind, Vec::new())),
+            Err(what) => others.push(Other {
+                name: column.path().parts()[0].clone(),
+                what,
+            }),
+        }
+    }
+    let name = |i: usize| schema.column(i).name().to_owned();
+    if rows == 0 {
+        let names = signals.iter().map(|(i, ..)| name(*i)).collect();
+        return Err(Error::NoSamples {
+            path: path.to_owned(),
+            names,
+        });
+    }
+    for group in 0..reader.num_row_groups() {
+        let group = reader.get_row_group(group).map_err(content)?;
+        let ranges = group.metadata().columns().iter();
+        if ranges
+            .map(|c| (c.data_page_offset(), c.dictionary_page_offset(), c.compressed_size()))
+            .any(|(data, dictionary, size)| data < 0 || dictionary.is_some_and(|d| d < 0) || size < 0)
+        {
+            return Err(damaged(
+                path,
+                "a column lies outside of the file; save it again".to_owned(),
+            ));
+        }
+        let mut exact = Vec::with_capacity(signals.len());
+        for (i, kind, samples) in &mut signals {
+            exact.push(append(&*group, *i, *kind, samples).map_err(content)?);
+        }
+        // A column with integers that f64 cannot hold is no signal, but harms no other.
+        for position in (0..exact.len()).rev().filter(|&p| !exact[p]) {
+            let (i, ..) = signals.remove(position);
+            let what = "a column of integers beyond 2^53, which cannot be represented exactly".to_owned();
+            others.push(Other { name: name(i), what });
+        }
+    }
+    if let Some((i, _, samples)) = signals.iter().find(|(.., samples)| samples.len() != rows) {
+        let detail = format!(
+            "column '{}' has {} of {rows} samples; save it again",
+            name(*i),
+            samples.len()
+        );
+        return Err(damaged(path, detail));
+    }
+    let columns = signals.into_iter().map(|(i, _, samples)| (name(i), samples));
+    let record = Record::new(columns).map_err(|error| damaged(path, error.to_string()))?;
+    if record.names().is_empty() {
+        let names: Vec<_> = others.iter().map(|o| format!("'{}' is {}", o.name, o.what)).collect();
+        return Err(damaged(
+            path,
+            format!("it has no column of numbers: {}", names.join("; ")),
+        ));
+    }
+    Ok(RecordFile {
+        record,
+        path: path.to_owned(),
+        format: Format::Parquet,
+        constants: Vec::new(),
+        others,
+        lines: Lines::default(),
+    })
+}
+
+/// Refuses a file that does not begin and end as a Parquet file does.
+fn check_ends(path: &Path, file: &mut File) -> Result<()> {
+    let mut ends = [[0; 4]; 2];
+    let length = file.metadata().map_err(|e| Error::read(path, e))?.len();
+    if length >= 12 {
+        for (end, from) in ends.iter_mut().zip([SeekFrom::Start(0), SeekFrom::End(-4)]) {
+            file.seek(from)
+                .and_then(|_| file.read_exact(end))
+                .map_err(|e| Error::read(path, e))?;
+        }
+    }
+    match ends {
+        [first, last] if first == MAGIC && last == MAGIC => Ok(()),
+        [first, last] if first == *b"PARE" || last == *b"PARE" => {
+            Err(damaged(path, "it is encrypted; save it without encryption".to_owned()))
+        }
+        [first, _] if first == MAGIC || length < 12 => Err(Error::Truncated {
+            path: path.to_owned(),
+            detail: format!("it ends after {length} bytes without Parquet's footer"),
+        }),
+        _ => Err(damaged(
+            path,
+            "it does not begin with PAR1; give it the extension of its true format".to_owned(),
+        )),
+    }
+}
+
+fn damaged(path: &Path, detail: String) -> Error {
+    Error::Content {
+        path: path.to_owned(),
+        format: "Parquet",
+        detail,
+    }
+}
+
+fn content(path: &Path, error: ParquetError) -> Error {
+    match error {
+        ParquetError::EOF(detail) => Error::Truncated {
+            path: path.to_owned(),
+            detail,
+        },
+        other => damaged(
+            path,
+            format!("{other}; save it again, uncompressed or with Snappy or Zstandard"),
+        ),
+    }
+}
+
+/// The kinds of columns that are signals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Bool,
+    Int32,
+    UInt32,
+    Int64,
+    UInt64,
+    Float,
+    Double,
+}
+
+impl Kind {
+    /// The kind of a flat column of plain numbers, or what it is instead.
+    fn of(column: &ColumnDescriptor) -> std::result::Result<Self, String> {
+        if column.path().parts().len() != 1 || column.max_rep_level() != 0 || column.max_def_level() > 1 {
+            return Err("a nested column; save each signal as a column of its own".to_owned());
+        }
+        let logical = column.logical_type_ref();
+        let converted = column.converted_type();
+        let unsigned = match (logical, converted) {
+            (Some(LogicalType::Integer(integer)), _) => !integer.is_signed,
+            (
+                None,
+                ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64,
+            ) => true,
+            (
+                None,
+                ConvertedType::NONE
+                | ConvertedType::INT_8
+                | ConvertedType::INT_16
+                | ConvertedType::INT_32
+                | ConvertedType::INT_64,
+            ) => false,
+            (Some(other), _) => return Err(format!("a column of type {other:?}; save it as floating-point numbers")),
+            (None, other) => return Err(format!("a column of type {other}; save it as floating-point numbers")),
+        };
+        match (column.physical_type(), unsigned) {
+            (Physical::BOOLEAN, _) => Ok(Kind::Bool),
+            (Physical::INT32, false) => Ok(Kind::Int32),
+            (Physical::INT32, true) => Ok(Kind::UInt32),
+            (Physical::INT64, false) => Ok(Kind::Int64),
+            (Physical::INT64, true) => Ok(Kind::UInt64),
+            (Physical::FLOAT, _) => Ok(Kind::Float),
+            (Physical::DOUBLE, _) => Ok(Kind::Double),
+            (other, _) => Err(format!("a column of type {other}; save it as floating-point numbers")),
+        }
+    }
+}
+
+/// Appends column `i` of `group` to `samples`, nulls as NaN; false if an integer is not exact in f64.
+fn append(
+    group: &dyn RowGroupReader,
+    i: usize,
+    kind: Kind,
+    samples: &mut Vec<f64>,
+) -> std::result::Result<bool, ParquetError> {
+    // The bounds on the integers are what a round trip through f64 keeps.
+    match (group.get_column_reader(i)?, kind) {
+        (ColumnReader::BoolColumnReader(r), _) => drain(r, samples, |v| Some(f64::from(u8::from(*v)))),
+        (ColumnReader::Int32ColumnReader(r), Kind::UInt32) => drain(r, samples, |v| Some(f64::from(v.cast_unsigned()))),
+        (ColumnReader::Int32ColumnReader(r), _) => drain(r, samples, |v| Some(f64::from(*v))),
+        (ColumnReader::Int64ColumnReader(r), Kind::UInt64) => drain(r, samples, |v| exact(v.cast_unsigned().into())),
+        (ColumnReader::Int64ColumnReader(r), _) => drain(r, samples, |v| exact((*v).into())),
+        (ColumnReader::FloatColumnReader(r), _) => drain(r, samples, |v| Some(f64::from(*v))),
+        (ColumnReader::DoubleColumnReader(r), _) => drain(r, samples, |v| Some(*v)),
+        _ => Err(ParquetError::General("a column's type changed".to_owned())),
+    }
+}
+
+/// An integer as f64, if none of its digits are lost.
+pub(crate) fn exact(value: i128) -> Option<f64> {
+    let converted = value as f64;
+    (converted as i128 == value).then_some(converted)
+}
+
+fn drain<T: DataType>(
+    mut reader: ColumnReaderImpl<T>,
+    samples: &mut Vec<f64>,
+    convert: impl Fn(&T::T) -> Option<f64>,
+) -> std::result::Result<bool, ParquetError> {
+    let mut values: Vec<T::T> = Vec::new();
+    let mut levels: Vec<i16> = Vec::new();
+    loop {
+        values.clear();
+        levels.clear();
+        let (rows, ..) = reader.read_records(BATCH, Some(&mut levels), None, &mut values)?;
+        if rows == 0 {
+            return Ok(true);
+        }
+        // A required column has no levels: all its values are there.
+        levels.resize(rows.max(levels.len()), 1);
+        let mut present = values.iter();
+        for level in &levels {
+            let value = if *level == 0 {
+                Some(f64::NAN)
+            } else {
+                present.next().and_then(&convert)
+            };
+            match value {
+                Some(value) => samples.push(value),
+                None => return Ok(false),
+            }
+        }
+    }
+}
+
+/// Writes `record` as Parquet: required doubles, Snappy.
+pub(crate) fn write<W: Write + Send>(out: &mut W, record: &Record) -> io::Result<()> {
+    let fields = record.names().iter().map(|name| {
+        let field = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
+        Ok(Arc::new(field.build()?))
+    });
+    let fields = fields.collect::<std::result::Result<Vec<_>, ParquetError>>()?;
+    let schema = Arc::new(Type::group_type_builder("schema").with_fields(fields).build()?);
+    // Measured signals hardly repeat: a dictionary would be built in vain.
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .set_dictionary_enabled(false)
+        .set_created_by(concat!("flexure ", env!("CARGO_PKG_VERSION")).to_owned())
+        .build();
+    let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
+    for start in (0..record.len()).step_by(ROW_GROUP) {
+        let end = record.len().min(start + ROW_GROUP);
+        let mut group = writer.next_row_group()?;
+        for (_, samples) in record.columns() {
+            let Some(mut column) = group.next_column()? else {
+                return Err(io::Error::other("the row group has too few columns"));
+            };
+            column
+                .typed::<DoubleType>()
+                .write_batch(&samples[start..end], None, None)?;
+            column.close()?;
+        }
+        group.close()?;
+    }
+    writer.close()?;
+    Ok(())
+}

@@ -1,0 +1,75 @@
+//! Writes records as CSV or Parquet.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use flexure::Record;
+
+use crate::atomic::write_atomically;
+use crate::error::{Error, Result};
+use crate::parquet_file;
+use crate::text::looks_numeric;
+
+/// Writes `record` to `path`, whole or not at all: CSV if it ends in `.csv`, Parquet if in `.parquet`.
+///
+/// Numbers are the shortest that read back as the same `f64`.
+///
+/// # Errors
+/// [`Error::UnknownExtension`]; [`Error::Unwritable`] if the record has no column or no sample, or
+/// if a name is empty or contains a line break; [`Error::Write`].
+pub fn write_record(path: impl AsRef<Path>, record: &Record) -> Result<()> {
+    let path = path.as_ref();
+    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    let write = match extension.as_deref() {
+        Some("csv") => csv::<io::BufWriter<std::fs::File>>,
+        Some("parquet") => parquet_file::write,
+        _ => return Err(Error::UnknownExtension { path: path.to_owned() }),
+    };
+    if let Some(problem) = unwritable(record) {
+        return Err(Error::Unwritable {
+            path: path.to_owned(),
+            problem,
+        });
+    }
+    write_atomically(path, |out| write(out, record))
+}
+
+fn unwritable(record: &Record) -> Option<String> {
+    if record.is_empty() {
+        return Some("the record has no samples".to_owned());
+    }
+    let bad = record
+        .names()
+        .iter()
+        .find(|n| n.trim().is_empty() || n.contains(['\n', '\r']))?;
+    Some(format!(
+        "the column name {bad:?} is empty or contains a line break; rename it"
+    ))
+}
+
+fn csv<W: Write>(out: &mut W, record: &Record) -> io::Result<()> {
+    for (i, name) in record.names().iter().enumerate() {
+        let separator = if i == 0 { "" } else { "," };
+        if is_plain(name) {
+            write!(out, "{separator}{name}")?;
+        } else {
+            write!(out, "{separator}\"{}\"", name.replace('"', "\"\""))?;
+        }
+    }
+    out.write_all(b"\n")?;
+    let columns: Vec<&[f64]> = record.columns().map(|(_, samples)| samples).collect();
+    for sample in 0..record.len() {
+        for (i, column) in columns.iter().enumerate() {
+            let separator = if i == 0 { "" } else { "," };
+            // Debug is the shortest text that reads back exactly, with an exponent where that is shorter.
+            write!(out, "{separator}{:?}", column[sample])?;
+        }
+        out.write_all(b"\n")?;
+    }
+    Ok(())
+}
+
+/// Whether a name needs no quotation marks to be read back as this name.
+fn is_plain(name: &str) -> bool {
+    name.chars().all(|c| c.is_alphanumeric() || "_-.[]()/".contains(c)) && !looks_numeric(name.as_bytes())
+}

@@ -1,0 +1,231 @@
+//! Text records: what is read, and what every bad one is told.
+
+mod common;
+
+use common::{directory, message};
+use flexure_io::{Format, RecordFile, read_record};
+
+/// Reads `content` from a file called `name`; an error as its message.
+fn read(test: &str, name: &str, content: impl AsRef<[u8]>) -> Result<RecordFile, String> {
+    let dir = directory(test);
+    std::fs::write(dir.join(name), content).unwrap();
+    read_record(dir.join(name)).map_err(|e| message(&e, &dir))
+}
+
+fn error(test: &str, name: &str, content: impl AsRef<[u8]>) -> String {
+    read(test, name, content).unwrap_err()
+}
+
+#[test]
+fn headers_separators_comments_and_line_ends() {
+    let variants: [(&str, &[u8], Format); 5] = [
+        (
+            "a.csv",
+            b"\xef\xbb\xbft,u\r\n0,1.5\r\n1,-2e3\r\n\r\n",
+            Format::Delimited { separator: ',' },
+        ),
+        (
+            "a.txt",
+            b"# made by hand\n\nt;u\n0;1.5\n# pause\n1;-2e3",
+            Format::Delimited { separator: ';' },
+        ),
+        (
+            "a.tsv",
+            b"t\tu\n0\t1.5\n1\t-2e3\n",
+            Format::Delimited { separator: '\t' },
+        ),
+        (
+            "a",
+            b" \"t\" , \"u\"\n 0 , 1.5 \n\"1\",\t-2e3\n\n\n",
+            Format::Delimited { separator: ',' },
+        ),
+        ("a.dat", b"# t u\n  0\t 1.5 \n 1 -2e3\n", Format::Whitespace),
+    ];
+    for (name, content, format) in variants {
+        let file = read("headers", name, content).unwrap();
+        let names = if format == Format::Whitespace {
+            ["c0", "c1"]
+        } else {
+            ["t", "u"]
+        };
+        assert_eq!(file.record.names(), names, "{name}");
+        assert_eq!(file.column(names[0]).unwrap(), [0.0, 1.0], "{name}");
+        assert_eq!(file.column(names[1]).unwrap(), [1.5, -2e3], "{name}");
+        assert_eq!(file.format, format);
+    }
+}
+
+#[test]
+fn quoted_names_keep_separators_and_marks() {
+    let file = read("quoted", "a.csv", "\"a, \"\"b\"\"\",\"1\",nan\n1,2,3\n").unwrap();
+    assert_eq!(file.record.names(), ["a, \"b\"", "1", "nan"]);
+}
+
+#[test]
+fn samples_know_their_lines_past_comments() {
+    let file = read("lines", "a.csv", "#\nu\n1\n2\n# gap\n#\nnan\n4\n").unwrap();
+    assert_eq!(
+        (0..5).map(|s| file.line(s)).collect::<Vec<_>>(),
+        [Some(3), Some(4), Some(7), Some(8), None]
+    );
+}
+
+#[test]
+fn unusable_samples_are_located() {
+    let file = read("nonfinite", "a.csv", "t,u,v\n0,1,1\n1,,inf\n2,3,3\n4,4,4\n").unwrap();
+    let dir = directory("nonfinite");
+    let text = |e| message(&e, &dir);
+    assert_eq!(
+        text(file.finite("u").unwrap_err()),
+        "a.csv, line 3: column 'u' is NaN or missing at sample 1; remove or repair that sample"
+    );
+    assert_eq!(
+        text(file.finite("v").unwrap_err()),
+        "a.csv, line 3: column 'v' is inf at sample 1; remove or repair that sample"
+    );
+    assert_eq!(
+        text(file.column("y").unwrap_err()),
+        "a.csv: no column 'y'; the columns are: t, u, v"
+    );
+    assert!(text(file.sample_time("t").unwrap_err()).starts_with("a.csv, line 5: the sample times are not uniform"));
+    let constant = flexure::Error::Constant {
+        column: "u".to_owned(),
+        value: 1.0,
+    };
+    assert_eq!(
+        text(file.locate(constant)),
+        "a.csv: column 'u' is constant (1); nothing can be identified from it"
+    );
+}
+
+#[test]
+fn bad_lines_are_named() {
+    let cases: [(&str, &[u8], &str); 17] = [
+        (
+            "a.csv",
+            b"u,y\n1,2\n3,x4\n",
+            "a.csv, line 3: column 'y' holds 'x4' at sample 1, which is not a number (numbers look like -1.5e-3, with a decimal point)",
+        ),
+        (
+            "a.csv",
+            b"u;y\n1;2,5\n",
+            "a.csv, line 2: column 'y' holds '2,5' at sample 0, which is not a number (numbers look like -1.5e-3, with a decimal point)",
+        ),
+        (
+            "a.csv",
+            b"u,y\n1,2\n3\n",
+            "a.csv, line 3: 1 fields where there are 2 columns; every line must have one field a column",
+        ),
+        (
+            "a.csv",
+            b"u,y\n1,2,3\n",
+            "a.csv, line 2: 3 fields where there are 2 columns; every line must have one field a column",
+        ),
+        (
+            "a.dat",
+            b"1 2\n3\n",
+            "a.dat, line 2: 1 fields where there are 2 columns; every line must have one field a column",
+        ),
+        (
+            "a.dat",
+            b"1 2\nx 3\n",
+            "a.dat, line 2: column 'c0' holds 'x' at sample 1, which is not a number (numbers look like -1.5e-3, with a decimal point)",
+        ),
+        (
+            "a.csv",
+            b"1,2\n3,4\n",
+            "a.csv, line 1: the header holds the number 1 where a column's name should be; add a first line with the columns' names",
+        ),
+        (
+            "a.csv",
+            b"1 2\n3 4\n",
+            "a.csv, line 1: the header holds the number 1 where a column's name should be; add a first line with the columns' names",
+        ),
+        (
+            "a.csv",
+            b"u,,y\n1,2,3\n",
+            "a.csv, line 1: the header gives no name to column 2; name every column",
+        ),
+        (
+            "a.csv",
+            b"u,y,u\n1,2,3\n",
+            "a.csv, line 1: the header names both column 1 and column 3 'u'; column names must differ",
+        ),
+        (
+            "a.csv",
+            b"u,y;z\n1,2\n",
+            "a.csv, line 1: the header has both commas and semicolons, so what separates the columns is unclear; use one of them, or quote the names",
+        ),
+        (
+            "a.dat",
+            b"t u\n1 2\n",
+            "a.dat, line 1: the columns are separated by spaces, and such a file must have no header (its columns are named c0, c1, ...); put # before this line, or separate the columns by commas",
+        ),
+        (
+            "a.csv",
+            b"u,\"y\n1,2\n",
+            "a.csv, line 1: a quotation mark is not closed on this line, or text follows where it is closed",
+        ),
+        (
+            "a.csv",
+            b"u\n1\n\n2\n",
+            "a.csv, line 3: this line is blank but data follow it; remove it, or write nan for a missing sample",
+        ),
+        (
+            "a.csv",
+            b"u,y\r1,2\r",
+            "a.csv, line 1: there is a carriage return within the line; end the lines with line feeds",
+        ),
+        (
+            "a.csv",
+            b"\xff\xfeu\0,\0y\0\n\x001,2\n",
+            "a.csv, line 1: the text is not UTF-8; save the file as UTF-8",
+        ),
+        ("a.csv", b"u,y\n\n", "a.csv has the columns u, y but no samples"),
+    ];
+    for (name, content, expected) in cases {
+        assert_eq!(error("bad_lines", name, content), expected);
+    }
+}
+
+#[test]
+fn a_bad_field_is_quoted_in_part() {
+    let text = error("long_field", "a.csv", format!("u\n{}\n", "x".repeat(100)));
+    assert!(text.contains(&format!("'{}...'", "x".repeat(40))), "{text}");
+}
+
+#[test]
+fn files_without_content_and_files_that_cannot_be_opened() {
+    let empty = "a.csv is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet or MAT v5";
+    assert_eq!(error("empty", "a.csv", ""), empty);
+    assert_eq!(error("empty", "a.csv", "# nothing\n\n"), empty);
+    let dir = directory("open");
+    std::fs::create_dir(dir.join("d.csv")).unwrap();
+    let text = |name: &str| message(&read_record(dir.join(name)).unwrap_err(), &dir);
+    assert_eq!(text("d.csv"), "cannot read d.csv: it is a directory, not a file");
+    assert_eq!(
+        text("none.csv"),
+        "cannot read none.csv: there is no such file or directory"
+    );
+}
+
+#[test]
+fn arbitrary_bytes_never_panic() {
+    let dir = directory("bytes");
+    let path = dir.join("a");
+    let alphabet = b"01,;\t \"\n\r#.-eE+naif\xff\0xu";
+    let mut state = 1_u64;
+    for _ in 0..3000 {
+        let mut next = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 33) as usize
+        };
+        let content: Vec<u8> = (0..next() % 60).map(|_| alphabet[next() % alphabet.len()]).collect();
+        std::fs::write(&path, content).unwrap();
+        if let Ok(file) = read_record(&path) {
+            assert!(!file.record.is_empty() && file.line(0).is_some());
+        }
+    }
+}

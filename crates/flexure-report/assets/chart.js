@@ -1,0 +1,214 @@
+/* One way to make a plot: uPlot with this page's axes, colours, legend and sizes. */
+
+const charts = [];
+const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "Noto Sans", Arial, sans-serif';
+const AXIS_WIDTH = 54; // of ordinary tick labels, the same in all plots, so that plots below one another line up
+const LABEL_WIDTH = 20; // of the words beside them
+const LEGEND_HEIGHT = 26;
+const WHOLE_STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000]; // for ticks at whole numbers
+
+/** A series: `colour` names a style sheet colour; `area` fills below, `unlisted` keeps it out of the legend. */
+function line(label, colourName, { width = 2, dash, area, unlisted, points = false, scale, hidden } = {}) {
+  return {
+    label,
+    colourName,
+    scale: scale ?? "y",
+    dash,
+    width: hidden ? 0 : width,
+    class: [area && "area", unlisted && "unlisted"].filter(Boolean).join(" ") || undefined,
+    stroke: () => (hidden ? "transparent" : colour(colourName)),
+    fill: area && !hidden ? () => colour(area) : undefined,
+    areaName: area,
+    points: points ? { show: true, size: 6, fill: () => colour(colourName), stroke: () => colour(colourName) } : { show: false },
+    value: (u, v) => readable(v, 5),
+  };
+}
+
+/** A series that a hook draws, not uPlot. */
+function drawn(label, colourName, options) {
+  return { ...line(label, colourName, options), paths: () => null };
+}
+
+function axis(scale, label, { log, ticks = true, step } = {}, group) {
+  const vertical = scale !== "x";
+  return {
+    scale,
+    label: ticks || vertical ? label : undefined,
+    labelFont: FONT,
+    font: FONT,
+    labelSize: LABEL_WIDTH,
+    labelGap: vertical ? 2 : 0,
+    size: vertical ? (u, labels, i) => sideWidth(u, labels ?? [], u.axes[i], group) : ticks ? 30 : 8,
+    gap: 5,
+    side: vertical ? 3 : 2,
+    stroke: () => colour("--muted"),
+    grid: { stroke: () => colour("--grid"), width: 1 },
+    ticks: { show: ticks || vertical, stroke: () => colour("--line"), width: 1, size: 5 },
+    space: vertical ? (u, i, low, high, room) => (room < 150 ? 20 : 28) : step ? 36 : 62,
+    ...(step && { incrs: step }),
+    values: !vertical && !ticks ? (u, splits) => splits.map(() => "") : log ? logLabels : tickLabels,
+  };
+}
+
+/** Room for the longest tick label; plots of a group all take what the widest of them needs. */
+function sideWidth(u, labels, side, group) {
+  u.ctx.save();
+  u.ctx.font = FONT;
+  const longest = Math.max(0, ...labels.map((words) => u.ctx.measureText(words).width));
+  u.ctx.restore();
+  const need = Math.max(AXIS_WIDTH, Math.ceil(longest + side.ticks.size + side.gap + 4));
+  return group ? group.widen(need, u) : need;
+}
+
+/** Tall plots give way on paper. */
+function fullHeight(height) {
+  return Math.round(isPrinting() ? height * (height > 250 ? 0.74 : 0.88) : height);
+}
+
+/**
+ * Makes the plot in `host`. `x` and `y` are `{ label, log, range, ticks, step }`; `series` and `data` leave out the
+ * abscissas, which are `at`; `draw` and `below` are hooks above and below the curves; `group` ties plots to one another;
+ * `bare` makes a strip without numbers beside the plots of a group.
+ */
+function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, group, legend = true, bare }) {
+  const height = () => fullHeight(Number(host.dataset.height)) - (legend ? LEGEND_HEIGHT : 0);
+  const marker = (property) => (u, i) => (u.series[i].areaName ? property(u.series[i]) : "transparent");
+  const options = {
+    width: Math.max(host.clientWidth, 80),
+    height: height(),
+    padding: [bare ? 4 : 10, 18, 0, 0],
+    scales: {
+      x: { time: false, distr: x.log ? 3 : 1, ...(x.range && { range: x.range }) },
+      y: { distr: y.log ? 3 : 1, ...(y.range && { range: y.range }) },
+      ...scales,
+    },
+    axes: [axis("x", x.label, x), axis("y", y.label, y, group)],
+    series: [{ label: x.label, value: (u, v) => readable(v, 6) }, ...series],
+    bands,
+    legend: {
+      show: legend,
+      markers: {
+        width: 2,
+        stroke: (u, i) => `var(${u.series[i].colourName})`,
+        dash: (u, i) => (u.series[i].dash ? "dashed" : "solid"),
+        fill: marker((s) => `var(${s.areaName})`),
+      },
+    },
+    cursor: {
+      y: false,
+      points: { size: 7 },
+      drag: { x: true, y: false, setScale: true, dist: 4 },
+      ...(group && { sync: { key: group.key, setSeries: false } }),
+    },
+    hooks: {
+      drawClear: below ? [below] : [],
+      draw: draw ? [draw] : [],
+      setScale: [(u, key) => key === "x" && showWindow(host, u, group)],
+    },
+  };
+  if (bare) bareAxes(options, bare);
+  const u = new uPlot(options, [at, ...data], host);
+  const resize = () => {
+    const width = host.clientWidth;
+    if (width > 0 && (width !== u.width || height() !== u.height)) u.setSize({ width, height: height() });
+  };
+  new ResizeObserver(resize).observe(host);
+  onAppearance(() => {
+    resize();
+    u.redraw(true, true);
+  });
+  charts.push(u);
+  group?.add(u);
+  return u;
+}
+
+/** A strip without numbers at its side, as wide as the plots of `group`. */
+function bareAxes(options, group) {
+  options.axes[1] = { ...options.axes[1], label: undefined, size: (u) => group.widen(AXIS_WIDTH, u) + LABEL_WIDTH, values: (u, splits) => splits.map(() => ""), grid: { show: false }, ticks: { show: false } };
+  options.axes[0] = { ...options.axes[0], size: 22, ticks: { show: false } };
+}
+
+/** Tells the document, and the plots of the same group, what part of the abscissa is shown. */
+function showWindow(host, u, group) {
+  const { min, max } = u.scales.x;
+  host.dataset.xMin = min;
+  host.dataset.xMax = max;
+  group?.follow(u);
+}
+
+/** Two edges at +-limit with a wash between them, as series, data and band for `chart`, to be drawn first. */
+function noiseLimits(label, limit, count) {
+  return {
+    series: [
+      line(label, "--limit", { width: 1, dash: [5, 4], area: "--wash" }),
+      line("lower limit", "--limit", { width: 1, dash: [5, 4], unlisted: true }),
+    ].map((s) => ({ ...s, fill: undefined })),
+    data: [Array(count).fill(limit), Array(count).fill(-limit)],
+    bands: [{ series: [1, 2], fill: () => colour("--wash") }],
+  };
+}
+
+/** Draws series `index` as stems from 0; those beyond `limit` in another colour and with a square head. */
+function drawStems(u, index, colourName, limit = Infinity) {
+  if (!u.series[index].show) return;
+  const { ctx } = u;
+  const ratio = devicePixelRatio;
+  const zero = u.valToPos(0, "y", true);
+  const { min, max } = u.scales.x;
+  const room = u.bbox.width / ratio / Math.max(1, max - min);
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(u.bbox.left - 4 * ratio, u.bbox.top, u.bbox.width + 8 * ratio, u.bbox.height);
+  ctx.clip();
+  ctx.setLineDash([]);
+  ctx.lineWidth = Math.min(2, Math.max(1, room / 3)) * ratio;
+  u.data[0].forEach((x, i) => {
+    const v = u.data[index][i];
+    if (v == null || x < min || x > max) return;
+    const beyond = Math.abs(v) > limit;
+    const [px, py] = [u.valToPos(x, "x", true), u.valToPos(v, "y", true)];
+    const r = Math.min(3.4, Math.max(1.2, room / 3)) * ratio;
+    ctx.strokeStyle = ctx.fillStyle = colour(beyond ? "--truth" : colourName);
+    ctx.beginPath();
+    ctx.moveTo(px, zero);
+    ctx.lineTo(px, py);
+    ctx.stroke();
+    ctx.beginPath();
+    if (beyond) ctx.rect(px - r, py - r, 2 * r, 2 * r);
+    else ctx.arc(px, py, r, 0, 2 * Math.PI);
+    ctx.fill();
+  });
+  ctx.restore();
+}
+
+/** Draws a straight line across the plot at `value` of `scale`. */
+function drawLevel(u, scale, value, colourName, dash = []) {
+  const { ctx, bbox } = u;
+  const p = u.valToPos(value, scale, true);
+  ctx.save();
+  ctx.strokeStyle = colour(colourName);
+  ctx.lineWidth = 1.2 * devicePixelRatio;
+  ctx.setLineDash(dash.map((d) => d * devicePixelRatio));
+  ctx.beginPath();
+  if (scale === "x") {
+    ctx.moveTo(p, bbox.top);
+    ctx.lineTo(p, bbox.top + bbox.height);
+  } else {
+    ctx.moveTo(bbox.left, p);
+    ctx.lineTo(bbox.left + bbox.width, p);
+  }
+  ctx.stroke();
+  ctx.restore();
+}
+
+/** Writes a short word into a plot, at canvas pixels. */
+function drawWord(u, words, px, py, colourName, align = "left") {
+  const { ctx } = u;
+  ctx.save();
+  ctx.font = FONT.replace("12px", `${12 * devicePixelRatio}px`);
+  ctx.fillStyle = colour(colourName);
+  ctx.textAlign = align;
+  ctx.textBaseline = "top";
+  ctx.fillText(words, px, py);
+  ctx.restore();
+}

@@ -1,0 +1,107 @@
+/* The linear part: impulse response, Bode plots, poles and zeros. */
+
+function plotImpulse(linear) {
+  const host = byId("plot-impulse");
+  if (!host) return;
+  const count = Math.max(linear.impulse.length, linear.impulse_estimate.length);
+  const lags = Array.from({ length: count }, (_, k) => k);
+  const padded = (list) => lags.map((k) => list[k] ?? null);
+  const limited = linear.impulse_estimate.length > 0 && linear.impulse_limit > 0;
+  const limits = limited ? noiseLimits("noise limits", linear.impulse_limit, count) : { series: [], data: [], bands: [] };
+  const series = [...limits.series];
+  const data = [...limits.data];
+  const stems = linear.impulse_estimate.length ? series.push(drawn("estimate", "--measured")) : 0;
+  if (stems) data.push(padded(linear.impulse_estimate));
+  if (linear.impulse.length) {
+    series.push(line("fitted", "--model", { width: 2, points: count <= 120 }));
+    data.push(padded(linear.impulse));
+  }
+  chart(host, {
+    at: lags,
+    x: { label: "lag (samples)", range: () => widened([0, Math.max(count - 1, 1)], 0.02), step: WHOLE_STEPS },
+    y: { label: "impulse response", range: () => widened(extent(...data, [0])) },
+    series,
+    data,
+    bands: limits.bands,
+    below: (u) => {
+      drawLevel(u, "y", 0, "--limit");
+      if (stems) drawStems(u, stems, "--measured");
+    },
+  });
+}
+
+function plotBode(linear) {
+  if (!byId("plot-magnitude")) return;
+  const at = linear.frequency;
+  const x = { label: `frequency (${linear.frequency_unit})`, log: true };
+  const decades = at.length > 1 ? Math.log10(at.at(-1) / at[0]) : 0;
+  if (decades < 1) x.log = false;
+  const group = new Group("bode", [at[0], at.at(-1)], 0);
+  const common = { at, x: { ...x, range: (u, low, high) => [low, high] }, legend: false, group };
+  chart(byId("plot-magnitude"), {
+    ...common,
+    y: { label: "magnitude (dB)", range: () => widened(extent(linear.magnitude_db)) },
+    series: [line("magnitude", "--model")],
+    data: [linear.magnitude_db],
+  });
+  chart(byId("plot-phase"), {
+    ...common,
+    y: { label: "phase (degrees)", range: () => widened(extent(linear.phase_deg)), step: [1, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1800] },
+    series: [line("phase", "--model")],
+    data: [linear.phase_deg],
+  });
+}
+
+/** Poles and zeros around the unit circle, as an SVG with equal scales. */
+function plotRoots(linear) {
+  const host = byId("plot-roots");
+  if (!host) return;
+  const finite = (list) => list.filter((r) => r.every(Number.isFinite));
+  const [poles, zeros] = [finite(linear.poles), finite(linear.zeros)];
+  const farthest = Math.max(1, ...[...poles, ...zeros].map(([re, im]) => Math.max(Math.abs(re), Math.abs(im))));
+  const reach = Math.min(2.5, farthest * 1.18);
+  const [size, left, top] = [300, 44, 26];
+  const px = (re) => left + ((re + reach) / (2 * reach)) * size;
+  const py = (im) => top + ((reach - im) / (2 * reach)) * size;
+  const step = reach > 1.6 ? 1 : 0.5;
+  const parts = [`<svg viewBox="0 0 ${left + size + 12} ${top + size + 40}" role="img" aria-label="Poles and zeros in the z plane">`];
+  for (let v = -Math.floor(reach / step) * step; v <= reach; v += step) {
+    const [x, y, words] = [px(v), py(v), readable(v, 3)];
+    const kind = v === 0 ? "root-axis" : "root-grid";
+    parts.push(`<path class="${kind}" d="M${x} ${top} V${top + size} M${left} ${y} H${left + size}"/>`);
+    parts.push(`<text class="root-text" x="${x}" y="${top + size + 15}" text-anchor="middle">${words}</text>`);
+    parts.push(`<text class="root-text" x="${left - 6}" y="${y + 4}" text-anchor="end">${words}</text>`);
+  }
+  parts.push(`<rect class="root-frame" x="${left}" y="${top}" width="${size}" height="${size}"/>`);
+  parts.push(`<circle class="root-circle" cx="${px(0)}" cy="${py(0)}" r="${size / 2 / reach}"/>`);
+  const mark = ([re, im], body, name) =>
+    parts.push(`<g><title>${name} ${rootWords([re, im])}, |z| = ${readable(Math.hypot(re, im))}</title>${body(px(re), py(im))}</g>`);
+  const inside = (root) => root.every((c) => Math.abs(c) <= reach);
+  for (const zero of zeros.filter(inside)) mark(zero, zeroMark, "zero");
+  for (const pole of poles.filter(inside)) mark(pole, poleMark, "pole");
+  parts.push(`<text class="root-text" x="${left + size / 2}" y="${top + size + 33}" text-anchor="middle">real part</text>`);
+  parts.push(`<text class="root-text" transform="translate(10 ${top + size / 2}) rotate(-90)" text-anchor="middle">imaginary part</text>`);
+  parts.push(`${poleMark(left + 8, 10)}<text class="root-legend" x="${left + 20}" y="14">${poles.length === 1 ? "1 pole" : `${poles.length} poles`}</text>`);
+  parts.push(`${zeroMark(left + 98, 10)}<text class="root-legend" x="${left + 110}" y="14">${zeros.length === 1 ? "1 zero" : `${zeros.length} zeros`}</text></svg>`);
+  host.innerHTML = parts.join("");
+  byId("roots-caption").textContent = rootCaption(poles, zeros, inside);
+}
+
+const poleMark = (x, y) => `<path class="root-pole" d="M${x - 5} ${y - 5} L${x + 5} ${y + 5} M${x - 5} ${y + 5} L${x + 5} ${y - 5}"/>`;
+const zeroMark = (x, y) => `<circle class="root-zero" cx="${x}" cy="${y}" r="5.2"/>`;
+
+function rootWords([re, im]) {
+  if (Math.abs(im) < 1e-12) return readable(re);
+  return `${readable(re)} ${im < 0 ? "−" : "+"} ${readable(Math.abs(im))}i`;
+}
+
+function rootCaption(poles, zeros, inside) {
+  const words = [];
+  if (poles.length) {
+    const largest = Math.max(...poles.map((p) => Math.hypot(...p)));
+    words.push(largest < 1 ? `All poles are inside the unit circle: stable, the slowest with |z| = ${readable(largest)}.` : `Unstable: the largest pole has |z| = ${readable(largest)}.`);
+  }
+  const hidden = [...poles.map((r) => ["pole", r]), ...zeros.map((r) => ["zero", r])].filter(([, r]) => !inside(r));
+  if (hidden.length) words.push(`Outside the picture: ${hidden.map(([name, r]) => `${name} ${rootWords(r)}`).join(", ")}.`);
+  return words.join(" ");
+}

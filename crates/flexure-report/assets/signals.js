@@ -1,0 +1,103 @@
+/* Signals over time: measured against predicted, and the record. */
+
+const READABLE = 0.55; // points a pixel: more are a blot at first sight, so a longer fresh part opens zoomed
+
+function plotPrediction(p) {
+  const at = gridValues(p.time);
+  const group = gridGroup("prediction", p.time);
+  const x = { label: p.time.label };
+  const common = { at, group };
+  const measured = line("measured", "--measured", { width: 4 });
+  chart(byId("plot-prediction"), {
+    ...common,
+    x: { ...x, ticks: false },
+    y: { label: p.y_label },
+    series: [measured, line("predicted", "--model", { width: 1.5 })],
+    data: [p.measured, p.predicted],
+  });
+  chart(byId("plot-error"), {
+    ...common,
+    x,
+    y: { label: `error${p.y_label.match(/ \([^()]*\)$/)?.[0] ?? ""}` },
+    series: [line("error: measured − predicted", "--error", { width: 1.3 })],
+    data: [p.error],
+    below: (u) => drawLevel(u, "y", 0, "--limit"),
+  });
+  plotOverview(byId("plot-overview"), at, p, group);
+  group.buttons(byId("tools-prediction"));
+  const points = Math.round(READABLE * byId("plot-prediction").clientWidth);
+  if (at.length > 2 * points) group.show(at[0], at[points]);
+}
+
+/** The strip that always shows everything, with the group's window marked on it. */
+function plotOverview(host, at, p, group) {
+  const u = chart(host, {
+    at,
+    x: { label: p.time.label },
+    y: { label: "" },
+    series: [line("measured", "--measured", { width: 1 })],
+    data: [p.measured],
+    legend: false,
+    bare: group,
+  });
+  const mark = () => {
+    const [left, right] = group.window.map((t) => Math.min(Math.max(u.valToPos(t, "x"), 0), u.over.clientWidth));
+    u.setSelect({ left, width: Math.max(right - left, 2), top: 0, height: u.over.clientHeight }, false);
+  };
+  u.cursor.drag.setScale = false;
+  (u.hooks.setSelect ??= []).push(() => {
+    const { left, width } = u.select;
+    if (width > 4) group.show(u.posToVal(left, "x"), u.posToVal(left + width, "x"));
+    else mark();
+  });
+  (u.hooks.setSize ??= []).push(mark);
+  (u.hooks.ready ??= []).push(mark);
+  group.onWindow(mark);
+  u.over.addEventListener("dblclick", () => group.reset());
+}
+
+const SIGNAL_COLOURS = ["--first", "--second", "--third", "--fourth"];
+
+function plotRecord(record) {
+  const host = byId("plot-record");
+  const at = gridValues(record.time);
+  const group = gridGroup("record", record.time);
+  const tall = record.signals.length > 5 ? 96 : 132;
+  record.signals.forEach((signal, i) => {
+    const last = i + 1 === record.signals.length;
+    const name = SIGNAL_COLOURS[i % SIGNAL_COLOURS.length];
+    const box = document.createElement("div");
+    box.className = "plot";
+    box.setAttribute("role", "img");
+    box.setAttribute("aria-label", `${signal.name} over ${record.time.label}`);
+    box.dataset.height = tall + (last ? 42 : 0) + LEGEND_HEIGHT;
+    host.append(box);
+    chart(box, {
+      at,
+      group,
+      x: { label: record.time.label, ticks: last },
+      y: { label: signal.label },
+      series: [line(signal.name, name, { width: 1.3 })],
+      data: [signal.values],
+      below: (u) => drawFresh(u, record.fresh_from, i === 0),
+    });
+  });
+  group.buttons(byId("tools-record"));
+}
+
+/** Shades what was not used for the fit. */
+function drawFresh(u, from, worded) {
+  if (from == null) return;
+  const { ctx, bbox } = u;
+  const [left, right] = [bbox.left, bbox.left + bbox.width];
+  const edge = Math.min(Math.max(u.valToPos(from, "x", true), left), right);
+  ctx.save();
+  ctx.fillStyle = colour("--shade");
+  ctx.fillRect(edge, bbox.top, right - edge, bbox.height);
+  ctx.restore();
+  if (edge > left && edge < right) drawLevel(u, "x", from, "--model", [4, 4]);
+  const room = 60 * devicePixelRatio;
+  const gap = 6 * devicePixelRatio;
+  if (worded && right - edge > room) drawWord(u, "fresh", edge + gap, bbox.top + gap / 2, "--model");
+  if (worded && edge - left > room) drawWord(u, "fit", edge - gap, bbox.top + gap / 2, "--muted", "right");
+}

@@ -1,0 +1,145 @@
+//! Whether a page's data fit together, before anything is drawn from them.
+
+use crate::data::{ArmMotion, Axis, LinearPart, Nonlinearity, Page, ScoreCurve};
+use crate::{Error, Result};
+
+/// Checks lengths, axes and abscissas; values may be NaN or infinite, they become gaps.
+pub(crate) fn page(page: &Page) -> Result<()> {
+    if let Some(first) = page.record.first() {
+        axis("time", &page.time)?;
+        for (k, signal) in page.record.iter().enumerate() {
+            same(
+                format!("record[{k}].values"),
+                signal.values.len(),
+                first.values.len(),
+                "sample of record[0]",
+            )?;
+        }
+    }
+    nonlinearity(&page.nonlinearity)?;
+    linear(&page.linear)?;
+    let prediction = &page.prediction;
+    same(
+        "prediction.predicted".into(),
+        prediction.predicted.len(),
+        prediction.measured.len(),
+        "measured sample",
+    )?;
+    if !prediction.measured.is_empty() {
+        axis("prediction.time", &prediction.time)?;
+    }
+    let residuals = &page.residuals;
+    increasing("residuals.cross_lags".into(), &residuals.cross_lags)?;
+    same(
+        "residuals.cross_correlation".into(),
+        residuals.cross_correlation.len(),
+        residuals.cross_lags.len(),
+        "lag",
+    )?;
+    for (k, choice) in page.choices.iter().enumerate() {
+        if let Some(curve) = &choice.curve {
+            score(&format!("choices[{k}].curve"), curve)?;
+        }
+    }
+    page.arm.as_ref().map_or(Ok(()), arm)
+}
+
+fn nonlinearity(n: &Nonlinearity) -> Result<()> {
+    let need = n.x.len();
+    increasing("nonlinearity.x".into(), &n.x)?;
+    same("nonlinearity.y".into(), n.y.len(), need, "abscissa")?;
+    optional("nonlinearity.lower", n.lower.len(), need, "abscissa")?;
+    same(
+        "nonlinearity.upper".into(),
+        n.upper.len(),
+        n.lower.len(),
+        "value of nonlinearity.lower",
+    )?;
+    optional("nonlinearity.density", n.density.len(), need, "abscissa")?;
+    optional("nonlinearity.truth", n.truth.len(), need, "abscissa")
+}
+
+fn linear(l: &LinearPart) -> Result<()> {
+    increasing("linear.frequency".into(), &l.frequency)?;
+    same(
+        "linear.magnitude_db".into(),
+        l.magnitude_db.len(),
+        l.frequency.len(),
+        "frequency",
+    )?;
+    same(
+        "linear.phase_deg".into(),
+        l.phase_deg.len(),
+        l.frequency.len(),
+        "frequency",
+    )
+}
+
+fn score(part: &str, curve: &ScoreCurve) -> Result<()> {
+    increasing(format!("{part}.x"), &curve.x)?;
+    same(format!("{part}.y"), curve.y.len(), curve.x.len(), "candidate")?;
+    match curve.x.first() {
+        Some(&value) if curve.log_x && value <= 0.0 => Err(Error::NotPositive {
+            part: format!("{part}.x"),
+            value,
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn arm(arm: &ArmMotion) -> Result<()> {
+    axis("arm.time", &arm.time)?;
+    for (index, &value) in arm.lengths.iter().enumerate() {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(Error::LinkLength { index, value });
+        }
+    }
+    let need = arm.q[0].len();
+    same("arm.q[1]".into(), arm.q[1].len(), need, "sample of arm.q[0]")?;
+    for k in 0..2 {
+        optional(&format!("arm.qm[{k}]"), arm.qm[k].len(), need, "sample of arm.q[0]")?;
+        optional(&format!("arm.tau[{k}]"), arm.tau[k].len(), need, "sample of arm.q[0]")?;
+    }
+    Ok(())
+}
+
+fn same(part: String, got: usize, need: usize, each: &'static str) -> Result<()> {
+    if got == need {
+        Ok(())
+    } else {
+        Err(Error::Length { part, got, need, each })
+    }
+}
+
+/// As [`same`], but the list may be left empty.
+fn optional(part: &str, got: usize, need: usize, each: &'static str) -> Result<()> {
+    if got == 0 {
+        Ok(())
+    } else {
+        same(part.into(), got, need, each)
+    }
+}
+
+fn axis(part: &str, axis: &Axis) -> Result<()> {
+    let Axis { start, step, .. } = *axis;
+    if start.is_finite() && step > 0.0 && step.is_finite() {
+        Ok(())
+    } else {
+        Err(Error::Axis {
+            part: part.into(),
+            start,
+            step,
+        })
+    }
+}
+
+fn increasing(part: String, x: &[f64]) -> Result<()> {
+    let mut before = f64::NEG_INFINITY;
+    for (index, &value) in x.iter().enumerate() {
+        if !(value > before && value.is_finite()) {
+            return Err(Error::NotIncreasing { part, index, value });
+        }
+        before = value;
+    }
+    Ok(())
+}

@@ -1,0 +1,204 @@
+//! The numbers behind the plots, as the page's scripts read them.
+
+use serde::Serialize;
+
+use crate::data::{ArmMotion, Axis, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve};
+use crate::decimate::{bucket, head, min_max, thin};
+use crate::limits;
+
+/// Everything that is plotted; a part without data is `None` and has no place on the page.
+#[derive(Serialize)]
+pub(crate) struct Payload<'a> {
+    pub nonlinearity: Option<Nonlinearity>,
+    pub linear: LinearPart,
+    pub prediction: Option<PredictionPlot<'a>>,
+    pub residuals: ResidualPlot<'a>,
+    pub scores: Vec<Option<ScoreCurve>>,
+    pub record: Option<RecordPlot<'a>>,
+    pub arm: Option<ArmMotion>,
+}
+
+/// An evenly spaced grid as the plots need it.
+#[derive(Serialize)]
+pub(crate) struct Grid {
+    label: String,
+    start: f64,
+    step: f64,
+    count: usize,
+    /// Samples a bucket; 1 if nothing was left out.
+    pub bucket: usize,
+}
+
+#[derive(Serialize)]
+pub(crate) struct PredictionPlot<'a> {
+    pub time: Grid,
+    y_label: &'a str,
+    measured: Vec<f64>,
+    predicted: Vec<f64>,
+    error: Vec<f64>,
+}
+
+#[derive(Serialize)]
+pub(crate) struct ResidualPlot<'a> {
+    autocorrelation: Vec<f64>,
+    cross_correlation: Vec<f64>,
+    cross_lags: Vec<f64>,
+    limit: f64,
+    level: &'a str,
+}
+
+#[derive(Serialize)]
+pub(crate) struct RecordPlot<'a> {
+    pub time: Grid,
+    /// Time of the first fresh sample, or none if all or none were used.
+    fresh_from: Option<f64>,
+    signals: Vec<SignalPlot<'a>>,
+}
+
+#[derive(Serialize)]
+struct SignalPlot<'a> {
+    name: &'a str,
+    label: String,
+    values: Vec<f64>,
+}
+
+/// Reduces a checked page to what its plots need.
+pub(crate) fn payload(page: &Page) -> Payload<'_> {
+    Payload {
+        nonlinearity: (!page.nonlinearity.x.is_empty()).then(|| nonlinearity(&page.nonlinearity)),
+        linear: linear(&page.linear),
+        prediction: (!page.prediction.measured.is_empty()).then(|| prediction(&page.prediction)),
+        residuals: residuals(&page.residuals),
+        scores: page
+            .choices
+            .iter()
+            .map(|choice| choice.curve.as_ref().filter(|c| c.x.len() > 1).map(score))
+            .collect(),
+        record: record(page),
+        arm: page.arm.as_ref().filter(|arm| arm.q[0].len() > 1).map(arm),
+    }
+}
+
+/// A name with its unit in parentheses, as axes carry it.
+pub(crate) fn label(name: &str, unit: &str) -> String {
+    if unit.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{name} ({unit})")
+    }
+}
+
+fn grid(axis: &Axis, bucket: usize, stride: f64, count: usize) -> Grid {
+    Grid {
+        label: label(&axis.name, &axis.unit),
+        start: axis.start,
+        step: axis.step * stride,
+        count,
+        bucket,
+    }
+}
+
+fn nonlinearity(n: &Nonlinearity) -> Nonlinearity {
+    let thin = |v: &[f64]| thin(v, limits::CURVE_POINTS);
+    Nonlinearity {
+        x: thin(&n.x),
+        y: thin(&n.y),
+        lower: thin(&n.lower),
+        upper: thin(&n.upper),
+        density: thin(&n.density),
+        truth: thin(&n.truth),
+        x_label: n.x_label.clone(),
+        y_label: n.y_label.clone(),
+        band_label: n.band_label.clone(),
+        truth_label: n.truth_label.clone(),
+    }
+}
+
+fn linear(l: &LinearPart) -> LinearPart {
+    // A logarithmic frequency axis has no place for 0.
+    let positive = l.frequency.partition_point(|&f| f <= 0.0);
+    let thin = |v: &[f64]| thin(&v[positive..], limits::CURVE_POINTS);
+    let rounded = |v: &[f64]| head(v, limits::LAGS);
+    LinearPart {
+        b: l.b.clone(),
+        a: l.a.clone(),
+        impulse: rounded(&l.impulse),
+        impulse_estimate: rounded(&l.impulse_estimate),
+        impulse_limit: l.impulse_limit,
+        frequency: thin(&l.frequency),
+        frequency_unit: l.frequency_unit.clone(),
+        magnitude_db: thin(&l.magnitude_db),
+        phase_deg: thin(&l.phase_deg),
+        poles: l.poles.clone(),
+        zeros: l.zeros.clone(),
+    }
+}
+
+fn prediction(p: &Prediction) -> PredictionPlot<'_> {
+    let bucket = bucket(p.measured.len(), limits::PREDICTION_POINTS);
+    let error: Vec<f64> = p.measured.iter().zip(&p.predicted).map(|(y, yh)| y - yh).collect();
+    let measured = min_max(&p.measured, bucket);
+    PredictionPlot {
+        time: grid(&p.time, bucket, measured.stride, measured.values.len()),
+        y_label: &p.y_label,
+        measured: measured.values,
+        predicted: min_max(&p.predicted, bucket).values,
+        error: min_max(&error, bucket).values,
+    }
+}
+
+fn residuals(r: &Residuals) -> ResidualPlot<'_> {
+    ResidualPlot {
+        autocorrelation: head(&r.autocorrelation, limits::LAGS),
+        cross_correlation: head(&r.cross_correlation, limits::LAGS),
+        cross_lags: head(&r.cross_lags, limits::LAGS),
+        limit: r.limit,
+        level: &r.level,
+    }
+}
+
+fn score(curve: &ScoreCurve) -> ScoreCurve {
+    ScoreCurve {
+        x: thin(&curve.x, limits::CURVE_POINTS),
+        y: thin(&curve.y, limits::CURVE_POINTS),
+        x_label: curve.x_label.clone(),
+        y_label: curve.y_label.clone(),
+        ..*curve
+    }
+}
+
+fn record(page: &Page) -> Option<RecordPlot<'_>> {
+    let n = page.record.first()?.values.len();
+    if n == 0 {
+        return None;
+    }
+    let limit = (limits::RECORD_POINTS / page.record.len()).clamp(1_000, limits::SIGNAL_POINTS);
+    let bucket = bucket(n, limit);
+    let stride = if bucket == 1 { 1.0 } else { bucket as f64 / 2.0 };
+    let count = if bucket == 1 { n } else { 2 * n.div_ceil(bucket) };
+    Some(RecordPlot {
+        time: grid(&page.time, bucket, stride, count),
+        fresh_from: (page.fresh_from > 0 && page.fresh_from < n)
+            .then_some(page.time.start + page.fresh_from as f64 * page.time.step),
+        signals: page
+            .record
+            .iter()
+            .map(|signal| SignalPlot {
+                name: &signal.name,
+                label: label(&signal.name, &signal.unit),
+                values: min_max(&signal.values, bucket).values,
+            })
+            .collect(),
+    })
+}
+
+fn arm(arm: &ArmMotion) -> ArmMotion {
+    let cut = |pair: &[Vec<f64>; 2]| [head(&pair[0], limits::ARM_SAMPLES), head(&pair[1], limits::ARM_SAMPLES)];
+    ArmMotion {
+        lengths: arm.lengths,
+        time: arm.time.clone(),
+        q: cut(&arm.q),
+        qm: cut(&arm.qm),
+        tau: cut(&arm.tau),
+    }
+}

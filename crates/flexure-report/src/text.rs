@@ -1,0 +1,323 @@
+//! The words of the page, as its template reads them.
+
+use serde::Serialize;
+
+use crate::data::{Choice, Fact, Page, Test, Verdict};
+use crate::limits;
+use crate::payload::Payload;
+
+/// What the template shows as text, and which parts exist at all.
+#[derive(Serialize)]
+pub(crate) struct Text<'a> {
+    title: &'a str,
+    subtitle: &'a str,
+    verdict: &'a Verdict,
+    facts: &'a [Fact],
+    warnings: &'a [String],
+    tests: Vec<TestRow<'a>>,
+    choices: Vec<ChoiceText<'a>>,
+    nonlinearity: Option<NonlinearityText<'a>>,
+    linear: LinearText,
+    prediction: Option<PredictionText<'a>>,
+    residuals: ResidualText,
+    record: Option<RecordText>,
+    arm: Option<ArmText>,
+    command: Option<&'a str>,
+    version: &'static str,
+}
+
+#[derive(Serialize)]
+struct TestRow<'a> {
+    name: &'a str,
+    statistic: String,
+    limit: String,
+    p_value: String,
+    passed: bool,
+    words: &'a str,
+}
+
+#[derive(Serialize)]
+struct ChoiceText<'a> {
+    name: &'a str,
+    value: &'a str,
+    why: &'a str,
+    curve: bool,
+}
+
+#[derive(Serialize)]
+struct NonlinearityText<'a> {
+    band: Option<&'a str>,
+    density: bool,
+    truth: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct LinearText {
+    any: bool,
+    impulse: bool,
+    estimate: bool,
+    limits: bool,
+    bode: bool,
+    roots: bool,
+    equation: Option<[String; 2]>,
+}
+
+#[derive(Serialize)]
+struct PredictionText<'a> {
+    fit: String,
+    rms: String,
+    unit: Option<&'a str>,
+    samples: String,
+    bucket: usize,
+}
+
+#[derive(Serialize)]
+struct ResidualText {
+    any: bool,
+    auto: bool,
+    cross: bool,
+}
+
+#[derive(Serialize)]
+struct RecordText {
+    samples: String,
+    signals: usize,
+    fresh: Option<String>,
+    bucket: usize,
+}
+
+#[derive(Serialize)]
+struct ArmText {
+    motors: bool,
+    torques: bool,
+    cut: bool,
+    samples: String,
+}
+
+/// The page's words; `payload` says which plots there will be.
+pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
+    let residuals = &page.residuals;
+    let (auto, cross) = (
+        residuals.autocorrelation.len() > 1,
+        !residuals.cross_correlation.is_empty(),
+    );
+    Text {
+        title: &page.title,
+        subtitle: &page.subtitle,
+        verdict: &page.verdict,
+        facts: &page.facts,
+        warnings: &page.warnings,
+        tests: residuals.tests.iter().map(row).collect(),
+        choices: page
+            .choices
+            .iter()
+            .zip(&payload.scores)
+            .map(|(choice, s)| chosen(choice, s.is_some()))
+            .collect(),
+        nonlinearity: payload.nonlinearity.as_ref().map(|_| nonlinearity(page)),
+        linear: linear(page),
+        prediction: payload.prediction.as_ref().map(|plot| PredictionText {
+            fit: number(page.prediction.fit_percent, 4),
+            rms: number(page.prediction.rms, 4),
+            unit: unit(&page.prediction.y_label),
+            samples: count(page.prediction.measured.len()),
+            bucket: plot.time.bucket,
+        }),
+        residuals: ResidualText {
+            any: auto || cross || !residuals.tests.is_empty(),
+            auto,
+            cross,
+        },
+        record: payload.record.as_ref().map(|plot| {
+            let samples = page.record[0].values.len();
+            RecordText {
+                samples: count(samples),
+                signals: page.record.len(),
+                fresh: (page.fresh_from > 0 && page.fresh_from < samples).then(|| count(page.fresh_from)),
+                bucket: plot.time.bucket,
+            }
+        }),
+        arm: payload.arm.as_ref().zip(page.arm.as_ref()).map(|(_, arm)| ArmText {
+            motors: arm.qm.iter().any(|q| !q.is_empty()),
+            torques: arm.tau.iter().any(|t| !t.is_empty()),
+            cut: arm.q[0].len() > limits::ARM_SAMPLES,
+            samples: count(arm.q[0].len()),
+        }),
+        command: page.command.as_deref(),
+        version: env!("CARGO_PKG_VERSION"),
+    }
+}
+
+fn row(test: &Test) -> TestRow<'_> {
+    TestRow {
+        name: &test.name,
+        statistic: number(test.statistic, 4),
+        limit: number(test.limit, 4),
+        p_value: p_value(test.p_value),
+        passed: test.passed,
+        words: &test.words,
+    }
+}
+
+fn chosen(choice: &Choice, curve: bool) -> ChoiceText<'_> {
+    ChoiceText {
+        name: &choice.name,
+        value: &choice.value,
+        why: &choice.why,
+        curve,
+    }
+}
+
+fn nonlinearity(page: &Page) -> NonlinearityText<'_> {
+    let n = &page.nonlinearity;
+    NonlinearityText {
+        band: (!n.lower.is_empty()).then_some(n.band_label.as_str()),
+        density: !n.density.is_empty(),
+        truth: (!n.truth.is_empty()).then_some(n.truth_label.as_str()),
+    }
+}
+
+fn linear(page: &Page) -> LinearText {
+    let l = &page.linear;
+    let (impulse, bode) = (
+        l.impulse.len() + l.impulse_estimate.len() > 0,
+        l.frequency.iter().any(|&f| f > 0.0),
+    );
+    let roots = l.poles.len() + l.zeros.len() > 0;
+    let equation = (!l.b.is_empty() && !l.a.is_empty()).then(|| [polynomial(&l.b), polynomial(&l.a)]);
+    LinearText {
+        any: impulse || bode || roots || equation.is_some(),
+        impulse,
+        estimate: !l.impulse_estimate.is_empty(),
+        limits: !l.impulse_estimate.is_empty() && l.impulse_limit > 0.0,
+        bode,
+        roots,
+        equation,
+    }
+}
+
+/// The unit in parentheses at the end of an axis's label.
+fn unit(label: &str) -> Option<&str> {
+    let (_, unit) = label.strip_suffix(')')?.rsplit_once(" (")?;
+    (!unit.is_empty()).then_some(unit)
+}
+
+/// `c0 + c1 z^-1 + ...` with typographic signs and exponents, without the terms that are 0.
+fn polynomial(c: &[f64]) -> String {
+    let mut words = String::new();
+    for (k, &v) in c.iter().enumerate().filter(|(_, v)| **v != 0.0) {
+        let size = number(v.abs(), 5);
+        match (words.is_empty(), v < 0.0) {
+            (true, true) => words.push('−'),
+            (true, false) => {}
+            (false, true) => words.push_str(" − "),
+            (false, false) => words.push_str(" + "),
+        }
+        words.push_str(&size);
+        if k > 0 {
+            words.push_str("\u{202f}z⁻");
+            words.extend(k.to_string().chars().map(superscript));
+        }
+    }
+    if words.is_empty() { "0".into() } else { words }
+}
+
+fn superscript(digit: char) -> char {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    digit.to_digit(10).map_or(digit, |d| DIGITS[d as usize])
+}
+
+/// A number for reading, with a typographic minus; a dash if it is not finite.
+fn number(v: f64, digits: usize) -> String {
+    if !v.is_finite() {
+        return "–".into();
+    }
+    let rounded: f64 = format!("{v:.*e}", digits.saturating_sub(1)).parse().unwrap_or(v);
+    let size = rounded.abs();
+    let words = if size == 0.0 || (1e-3..1e6).contains(&size) {
+        rounded.to_string()
+    } else {
+        let scientific = format!("{rounded:e}");
+        let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+        let exponent: String = exponent
+            .chars()
+            .map(|c| if c == '-' { '⁻' } else { superscript(c) })
+            .collect();
+        format!("{mantissa}·10{exponent}")
+    };
+    words.replace('-', "−")
+}
+
+/// A count for reading: thousands apart from 10 000 on.
+fn count(n: usize) -> String {
+    let digits = n.to_string();
+    if digits.len() < 5 {
+        return digits;
+    }
+    let groups: Vec<&str> = digits
+        .as_bytes()
+        .rchunks(3)
+        .rev()
+        .filter_map(|g| std::str::from_utf8(g).ok())
+        .collect();
+    groups.join("\u{202f}")
+}
+
+/// A p-value for reading: three decimals, and no pretence of more below.
+fn p_value(p: f64) -> String {
+    match p {
+        p if !p.is_finite() => "–".into(),
+        p if p < 0.001 => "< 0.001".into(),
+        p => format!("{p:.3}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        assert_eq!(number(0.0, 4), "0");
+        assert_eq!(number(97.345_6, 4), "97.35");
+        assert_eq!(number(-0.25, 4), "−0.25");
+        assert_eq!(number(1.23456e-7, 4), "1.235·10⁻⁷");
+        assert_eq!(number(-2e12, 4), "−2·10¹²");
+        assert_eq!(number(999_999.9, 4), "1·10⁶");
+        assert_eq!(number(f64::NAN, 4), "–");
+        assert_eq!(number(f64::NEG_INFINITY, 4), "–");
+    }
+
+    #[test]
+    fn units_stand_in_parentheses_at_the_end() {
+        assert_eq!(unit("elbow rate (rad/s)"), Some("rad/s"));
+        assert_eq!(unit("q (left) (rad)"), Some("rad"));
+        for label in ["y", "y ()", "f(x)", "(m) y"] {
+            assert_eq!(unit(label), None, "{label}");
+        }
+    }
+
+    #[test]
+    fn counts_are_grouped_by_thousands() {
+        assert_eq!(count(0), "0");
+        assert_eq!(count(9_999), "9999");
+        assert_eq!(count(10_000), "10\u{202f}000");
+        assert_eq!(count(1_234_567), "1\u{202f}234\u{202f}567");
+    }
+
+    #[test]
+    fn p_values_do_not_pretend() {
+        assert_eq!(p_value(0.0), "< 0.001");
+        assert_eq!(p_value(0.123_4), "0.123");
+        assert_eq!(p_value(f64::NAN), "–");
+    }
+
+    #[test]
+    fn polynomials_carry_signs_and_exponents() {
+        assert_eq!(polynomial(&[1.0, -1.5, 0.25]), "1 − 1.5\u{202f}z⁻¹ + 0.25\u{202f}z⁻²");
+        assert_eq!(polynomial(&[-2.0]), "−2");
+        assert_eq!(polynomial(&[0.0, 0.0, -3.0]), "−3\u{202f}z⁻²");
+        assert_eq!(polynomial(&[0.0]), "0");
+        assert!(polynomial(&[1.0; 13]).ends_with("z⁻¹²"));
+    }
+}

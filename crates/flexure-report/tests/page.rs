@@ -1,0 +1,313 @@
+//! The page as a whole: safe, self-contained, small, and without empty boxes.
+
+#[path = "../examples/sample/arm.rs"]
+mod arm;
+#[path = "../examples/sample/pages.rs"]
+mod pages;
+#[path = "../examples/sample/system.rs"]
+mod system;
+
+use flexure_report::data::Page;
+use flexure_report::{Error, render};
+use serde_json::Value;
+
+/// The page's embedded data.
+fn data(html: &str) -> Value {
+    let (_, rest) = html
+        .split_once(r#"<script type="application/json" id="page-data">"#)
+        .expect("the data's start");
+    let (json, _) = rest.split_once("</script>").expect("the data's end");
+    serde_json::from_str(json).expect("valid JSON")
+}
+
+/// The page without scripts, styles and data: what a reader sees.
+fn words(html: &str) -> String {
+    let mut words = String::new();
+    let mut rest = html;
+    while let Some(start) = ["<script", "<style"].iter().filter_map(|tag| rest.find(tag)).min() {
+        words.push_str(&rest[..start]);
+        let end = if rest[start..].starts_with("<script") {
+            "</script>"
+        } else {
+            "</style>"
+        };
+        rest = rest[start..].split_once(end).expect("the end tag").1;
+    }
+    words + rest
+}
+
+fn html(page: &Page) -> String {
+    render(page).expect("the page is made")
+}
+
+#[test]
+fn words_cannot_become_markup_or_end_the_data() {
+    let evil = r#"</script><script>alert(1)</script><img src=x onerror="alert(2)"><!-- <script> & ' "#;
+    let clean = html(&pages::full());
+    let mut page = pages::full();
+    let (fact, signal) = (&mut page.facts[0], &mut page.record[0]);
+    let (test, choice) = (&mut page.residuals.tests[0], &mut page.choices[0]);
+    for text in [
+        &mut page.title,
+        &mut page.subtitle,
+        &mut page.verdict.words,
+        &mut fact.name,
+        &mut fact.value,
+        &mut fact.note,
+        &mut signal.name,
+        &mut signal.unit,
+        &mut page.time.name,
+        &mut page.nonlinearity.x_label,
+        &mut page.nonlinearity.band_label,
+        &mut page.nonlinearity.truth_label,
+        &mut page.prediction.y_label,
+        &mut page.residuals.level,
+        &mut test.name,
+        &mut test.words,
+        &mut choice.name,
+        &mut choice.value,
+        &mut choice.why,
+        &mut page.warnings[0],
+    ] {
+        *text = evil.to_owned();
+    }
+    choice.curve.as_mut().expect("a curve").x_label = evil.to_owned();
+    page.command = Some(evil.to_owned());
+    let html = html(&page);
+    for tag in ["<script", "</script", "<img", "<!--"] {
+        assert_eq!(
+            html.matches(tag).count(),
+            clean.matches(tag).count(),
+            "{tag} was smuggled in"
+        );
+    }
+    assert_eq!(
+        data(&html)["record"]["signals"][0]["name"],
+        evil,
+        "the words arrive unharmed"
+    );
+}
+
+#[test]
+fn nothing_is_referred_to_outside_the_page() {
+    for page in [pages::full(), pages::bare()] {
+        let html = html(&page);
+        let licence = "/*! https://github.com/leeoniya/uPlot (v1.6.32) */";
+        assert!(html.contains(licence), "the licence comment stays");
+        let rest = html.replace(licence, "");
+        for reference in [
+            "http://",
+            "https://",
+            "url(",
+            "@import",
+            "fetch(",
+            "XMLHttpRequest",
+            "import(",
+        ] {
+            assert!(!rest.contains(reference), "{reference} in the page");
+        }
+        assert!(rest.contains("default-src 'none'"), "the page forbids requests");
+        for attribute in ["src=", "href="] {
+            for (at, _) in words(&rest).match_indices(attribute) {
+                let value = &words(&rest)[at + attribute.len() + 1..][..6];
+                assert!(
+                    value.starts_with('#') || value.starts_with("data:,"),
+                    "{attribute}{value}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn assets_cannot_end_their_own_element() {
+    let html = html(&pages::full());
+    assert_eq!(html.matches("</script").count(), 2, "the data and the script");
+    assert_eq!(html.matches("</style").count(), 1);
+}
+
+#[test]
+fn values_that_are_not_finite_become_gaps() {
+    let mut page = pages::full();
+    page.record[0].values[3] = f64::NAN;
+    page.nonlinearity.y[0] = f64::INFINITY;
+    page.nonlinearity.lower[1] = f64::NEG_INFINITY;
+    page.prediction.predicted[5] = f64::NAN;
+    page.prediction.fit_percent = f64::NAN;
+    page.residuals.limit = f64::NAN;
+    page.residuals.tests[0].p_value = f64::NAN;
+    page.linear.poles[0][1] = f64::NAN;
+    page.arm.as_mut().expect("an arm").q[0][7] = f64::NAN;
+    let html = html(&page);
+    let data = data(&html);
+    for (pointer, name) in [
+        ("/record/signals/0/values/3", "signal"),
+        ("/nonlinearity/y/0", "estimate"),
+        ("/nonlinearity/lower/1", "band"),
+        ("/prediction/predicted/5", "prediction"),
+        ("/prediction/error/5", "error"),
+        ("/residuals/limit", "limit"),
+        ("/linear/poles/0/1", "pole"),
+        ("/arm/q/0/7", "angle"),
+    ] {
+        assert_eq!(data.pointer(pointer), Some(&Value::Null), "{name}");
+    }
+    assert!(!words(&html).contains("NaN"), "a reader sees a dash");
+}
+
+#[test]
+fn a_million_samples_stay_small_and_keep_their_spikes() {
+    let n = 1_000_000;
+    let mut page = pages::long(n);
+    let mut torque = page.record[0].clone();
+    torque.values[654_321] = 1234.5;
+    torque.values[654_322] = -4321.5;
+    page.record = (0..11).map(|_| torque.clone()).collect();
+    page.prediction.measured[77_777] = 777.25;
+    let html = html(&page);
+    assert!(html.len() < 3_000_000, "{} bytes", html.len());
+    let data = data(&html);
+    let values = |pointer: &str| -> Vec<f64> {
+        let list = data.pointer(pointer).and_then(Value::as_array).expect("a list");
+        list.iter().map(|v| v.as_f64().expect("a number")).collect()
+    };
+    for k in 0..11 {
+        let kept = values(&format!("/record/signals/{k}/values"));
+        assert_eq!(
+            kept.len(),
+            data["record"]["time"]["count"],
+            "one point for each abscissa"
+        );
+        let at = kept.iter().position(|&v| v == 1234.5).expect("the spike up");
+        assert_eq!(kept[at + 1], -4321.5, "the spike down follows");
+        let step = data["record"]["time"]["step"].as_f64().expect("a step");
+        let bucket = data["record"]["time"]["bucket"].as_f64().expect("a bucket") * page.time.step;
+        assert!(
+            (at as f64 * step - 654_321.0 * page.time.step).abs() <= bucket,
+            "at its time"
+        );
+    }
+    assert!(values("/prediction/measured").contains(&777.25));
+    let error = values("/prediction/error").into_iter().fold(0.0, f64::max);
+    assert!(error > 700.0, "the error is decimated from the full one: {error}");
+    assert_eq!(values("/arm/q/0").len(), flexure_report::limits::ARM_SAMPLES);
+}
+
+#[test]
+fn short_records_are_embedded_sample_by_sample() {
+    let page = pages::full();
+    let data = data(&html(&page));
+    let count = data["record"]["time"]["count"].as_u64();
+    assert_eq!(count, Some(page.record[0].values.len() as u64));
+    assert_eq!(data["record"]["fresh_from"].as_f64(), Some(40.0));
+    let kept = data["prediction"]["measured"].as_array().expect("a list");
+    for (kept, &sample) in kept.iter().zip(&page.prediction.measured) {
+        assert!((kept.as_f64().expect("a number") - sample).abs() <= 1e-6 * sample.abs());
+    }
+}
+
+#[test]
+fn parts_without_data_leave_no_empty_boxes() {
+    let full = html(&pages::full());
+    let sections = [
+        "nonlinearity",
+        "linear",
+        "prediction",
+        "residuals",
+        "choices",
+        "record",
+        "arm",
+    ];
+    for id in sections {
+        assert!(
+            full.contains(&format!(r#"<section class="part" id="{id}""#)),
+            "{id} is there"
+        );
+    }
+    let mut page = pages::bare();
+    let bare = words(&html(&page));
+    assert!(!bare.contains("plot-cross") && !bare.contains("plot-score"));
+    for list in [&mut page.nonlinearity.x, &mut page.nonlinearity.y] {
+        list.clear();
+    }
+    let linear = &mut page.linear;
+    for list in [&mut linear.b, &mut linear.a, &mut linear.impulse, &mut linear.frequency] {
+        list.clear();
+    }
+    linear.magnitude_db.clear();
+    linear.phase_deg.clear();
+    linear.poles.clear();
+    linear.zeros.clear();
+    page.prediction.measured.clear();
+    page.prediction.predicted.clear();
+    page.residuals.autocorrelation.clear();
+    page.residuals.tests.clear();
+    page.facts.clear();
+    page.choices.clear();
+    page.warnings.clear();
+    page.record.clear();
+    let empty = html(&page);
+    for id in sections {
+        assert!(!empty.contains(&format!(r#"id="{id}""#)), "{id} has nothing to show");
+        assert!(!empty.contains(&format!(r##"href="#{id}""##)), "nothing leads to {id}");
+    }
+    for class in [
+        r#"class="facts""#,
+        r#"class="warnings""#,
+        "<figure",
+        "<figcaption",
+        "<pre",
+    ] {
+        assert!(!words(&empty).contains(class), "{class} without content");
+    }
+    assert!(words(&empty).contains("does not hold"), "the verdict is always there");
+}
+
+#[test]
+fn verdicts_are_in_words() {
+    let holds = words(&html(&pages::full()));
+    assert!(holds.contains("The model holds on fresh data") && holds.contains("✓ passed"));
+    let fails = words(&html(&pages::bare()));
+    assert!(fails.contains("The model does not hold on fresh data") && fails.contains("✗ failed"));
+    assert!(fails.contains("&lt; 0.001"), "a p-value of 0 is not shown as such");
+}
+
+/// The error that a change of the full page leads to.
+fn fault(change: impl FnOnce(&mut Page)) -> Error {
+    let mut page = pages::full();
+    change(&mut page);
+    render(&page).expect_err("the page is refused")
+}
+
+#[test]
+fn contradictions_are_named() {
+    let cases = [
+        (
+            fault(|p| p.record[1].values.truncate(10)),
+            "record[1].values has 10 values where 6000 are needed: give one for each sample of record[0]",
+        ),
+        (
+            fault(|p| p.nonlinearity.truth.truncate(4)),
+            "nonlinearity.truth has 4 values where 181 are needed: give one for each abscissa",
+        ),
+        (
+            fault(|p| p.nonlinearity.x[2] = -100.0),
+            "nonlinearity.x[2] = -100 is not a finite value above the one before it: sort the abscissas",
+        ),
+        (
+            fault(|p| p.choices[0].curve.as_mut().expect("a curve").x[0] = 0.0),
+            "choices[0].curve.x[0] = 0 has no logarithm: leave out candidates that are not positive, or take a linear axis",
+        ),
+        (
+            fault(|p| p.time.step = f64::NAN),
+            "time starts at 0 and steps by NaN: the start must be finite, the step finite and positive",
+        ),
+        (
+            fault(|p| p.arm.as_mut().expect("an arm").lengths[1] = 0.0),
+            "arm.lengths[1] = 0: a link's length must be finite and positive, in metres",
+        ),
+    ];
+    for (error, message) in cases {
+        assert_eq!(error.to_string(), message);
+    }
+}

@@ -1,0 +1,58 @@
+//! What a record has to fulfil, and what the user is warned of.
+
+use std::ops::Range;
+
+use super::outcome::Warning;
+use crate::error::{Error, Result};
+use crate::linear::correlation::{cross_covariance, variance};
+use crate::nonlinearity::Curve;
+use crate::validation::whiteness;
+
+/// Autocorrelations of the input below this distort the result less than noise does.
+const NEGLIGIBLE_COLOUR: f64 = 0.05;
+
+/// Refuses a column that does not vary over `part` by more than rounding.
+pub(super) fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'static str) -> Result<()> {
+    let largest = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let varies = |v: &[f64]| variance(v).sqrt() > 1e-12 * largest;
+    if varies(&samples[part.clone()]) {
+        return Ok(());
+    }
+    let (column, value) = (column.to_owned(), samples[part.start]);
+    if !varies(samples) {
+        return Err(Error::Constant { column, value });
+    }
+    Err(Error::ConstantPart {
+        column,
+        value,
+        first: part.start,
+        last: part.end - 1,
+        purpose,
+    })
+}
+
+/// Warns where the input is so far from white that the correlation estimate suffers.
+pub(super) fn warn_of_colour(u: &[f64], warnings: &mut Vec<Warning>) {
+    let lags = 25.min(u.len() / 5);
+    let r = cross_covariance(u, u, lags);
+    let (lag, largest) = (1..=lags)
+        .map(|j| (j, r[j] / r[0]))
+        .fold((0, 0.0_f64), |a, b| if b.1.abs() > a.1.abs() { b } else { a });
+    if !whiteness(u, lags).passed() && largest.abs() > NEGLIGIBLE_COLOUR {
+        warnings.push(Warning::InputNotWhite { largest, lag });
+    }
+}
+
+/// Warns where the fresh part's input leaves the curve.
+pub(super) fn warn_of_range(curve: &Curve, fresh: &[f64], warnings: &mut Vec<Warning>) {
+    let outside = fresh.iter().filter(|&&u| !curve.covers(u)).count();
+    let percent = 100.0 * outside as f64 / fresh.len() as f64;
+    if percent > 1.0 {
+        let x = curve.x();
+        warnings.push(Warning::OutsideRange {
+            percent,
+            low: x[0],
+            high: x[x.len() - 1],
+        });
+    }
+}

@@ -1,0 +1,224 @@
+//! An arm as it is written down, and a checked one, ready for its equations of motion.
+
+use serde::{Deserialize, Serialize};
+
+use super::checks;
+use super::joint::{Friction, Stiffness};
+use super::links::{Link, LinkDynamics};
+use crate::error::Result;
+
+/// Which equations of motion an arm follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Model {
+    /// Rigid joints, (4)-(6).
+    Rigid,
+    /// Linear flexible joints (Spong).
+    Linear,
+    /// Nonlinear flexible joints with friction, (7)-(12).
+    Nonlinear,
+}
+
+/// The parts of the equations that can be switched on and off.
+///
+/// The defaults, [`Parts::of`], are each model as the paper states it:
+///
+/// | part | rigid | linear | nonlinear |
+/// |---|---|---|---|
+/// | `friction` (12) | off | off | on |
+/// | `cubic` term of (10) | - | - | on |
+/// | `windup` (11) | - | - | on |
+/// | `coupling` S (9) | off | off | on |
+/// | `rotor_in_link_inertia`: `Jm2` added to `M11` | off | off | off |
+/// | `rotors`: `Jm` (and S) geared rigidly to the links | off | - | - |
+///
+/// Rotor 2 rides on link 1: with `S` and without `rotor_in_link_inertia`, the kinetic energy is not
+/// that of any bodies, but that is the paper's form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Parts {
+    /// Friction (12), where a joint has any.
+    pub friction: bool,
+    /// The cubic stiffness `a1`.
+    pub cubic: bool,
+    /// The soft wind-up (11).
+    pub windup: bool,
+    /// The inertial coupling `S` (9) of rotor 2 and link 1.
+    pub coupling: bool,
+    /// The inertia of rotor 2 in `M11`.
+    pub rotor_in_link_inertia: bool,
+    /// The rotors' inertia in a rigid arm.
+    pub rotors: bool,
+}
+
+impl Parts {
+    /// The parts that belong to a model as the paper states it.
+    pub fn of(model: Model) -> Self {
+        let nonlinear = model == Model::Nonlinear;
+        Parts {
+            friction: nonlinear,
+            cubic: nonlinear,
+            windup: nonlinear,
+            coupling: nonlinear,
+            rotor_in_link_inertia: false,
+            rotors: false,
+        }
+    }
+}
+
+/// A joint as it is written down; what the model does not use is neither read nor checked.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointParameters {
+    /// Inertia `Jm` of the motor's rotor, seen from the link side, kg m^2; positive.
+    pub motor_inertia: f64,
+    /// Stiffness `k` of the linear model, N m/rad; positive.
+    pub stiffness: f64,
+    /// `a1` of the nonlinear model, N m/rad^3; not negative.
+    pub cubic: f64,
+    /// `a2` of the nonlinear model, N m/rad; positive.
+    pub linear: f64,
+    /// `ksw` of the nonlinear model, N m/rad; from 0 to below `a2`, so that the stiffness is
+    /// positive everywhere (its least value, at `d = 0`, is `a2 - ksw`).
+    pub windup: f64,
+    /// `asw` of the nonlinear model, 1/rad^2; positive where `ksw` is not zero.
+    pub windup_sharpness: f64,
+    /// Friction, if any: `g1 .. g6` not negative, `g2 >= g3`.
+    pub friction: Option<Friction>,
+    /// Holds `q` and `qm` of this joint at their initial values.
+    pub locked: bool,
+}
+
+/// An arm as it is written down.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmParameters {
+    /// The equations of motion.
+    pub model: Model,
+    /// Link 1 (from the shoulder to the elbow) and link 2.
+    pub links: [Link; 2],
+    /// The shoulder and the elbow.
+    pub joints: [JointParameters; 2],
+    /// The parts that are switched on.
+    pub parts: Parts,
+}
+
+/// The two-link space manipulator with values commonly quoted for Ulrich & Sasiadek's arm.
+///
+/// They could not be checked against the original papers.
+pub fn space_arm(model: Model) -> ArmParameters {
+    let link = Link {
+        mass: 1.5075,
+        length: 4.5,
+        com: 2.25,
+        inertia: 2.544,
+    };
+    let joint = JointParameters {
+        motor_inertia: 1.0,
+        stiffness: 500.0,
+        cubic: 500.0,
+        linear: 500.0,
+        windup: 10.0,
+        windup_sharpness: 3000.0,
+        friction: Some(Friction([0.5, 150.0, 50.0, 2.0, 100.0, 0.5])),
+        locked: false,
+    };
+    ArmParameters {
+        model,
+        links: [link; 2],
+        joints: [joint; 2],
+        parts: Parts::of(model),
+    }
+}
+
+/// An arm whose parameters have been checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arm {
+    pub(super) parameters: ArmParameters,
+    /// The links' inertia, with rotor 2 in `M11` where that is switched on.
+    pub(super) links: LinkDynamics,
+    /// The rotors' inertia.
+    pub(super) motor: [f64; 2],
+    /// The stiffness in effect: switched-off terms are zero.
+    pub(super) stiffness: [Stiffness; 2],
+    /// The friction in effect; all zero where there is none.
+    pub(super) friction: [Friction; 2],
+    /// Whether a friction or wind-up term needs elementary functions.
+    pub(super) smooth_terms: bool,
+    /// Whether each joint moves.
+    pub(super) free: [bool; 2],
+    /// `S12`: the inertia of rotor 2, or zero without coupling.
+    pub(super) coupling: f64,
+}
+
+impl Arm {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// [`Error::UnphysicalArm`](crate::Error::UnphysicalArm) for a value outside its range,
+    /// [`Error::SingularInertia`](crate::Error::SingularInertia) if the inertia matrix of links and
+    /// rotors together is not positive definite for every `q2`.
+    pub fn new(parameters: ArmParameters) -> Result<Self> {
+        checks::ranges(&parameters)?;
+        let ArmParameters {
+            model, joints, parts, ..
+        } = parameters;
+        let motor = joints.map(|j| j.motor_inertia);
+        let mut links = LinkDynamics::new(&parameters.links);
+        if parts.rotor_in_link_inertia {
+            links.shoulder += motor[1];
+        }
+        let stiffness = joints.map(|j| match model {
+            Model::Rigid => Stiffness::default(),
+            Model::Linear => Stiffness {
+                linear: j.stiffness,
+                ..Stiffness::default()
+            },
+            Model::Nonlinear => Stiffness {
+                cubic: if parts.cubic { j.cubic } else { 0.0 },
+                linear: j.linear,
+                windup: if parts.windup { j.windup } else { 0.0 },
+                windup_sharpness: if parts.windup && j.windup > 0.0 {
+                    j.windup_sharpness
+                } else {
+                    0.0
+                },
+            },
+        });
+        let friction = joints.map(|j| j.friction.filter(|_| parts.friction).unwrap_or_default());
+        let arm = Arm {
+            parameters,
+            links,
+            motor,
+            stiffness,
+            friction,
+            smooth_terms: friction.iter().any(|f| f.0 != [0.0; 6]) || stiffness.iter().any(|s| s.windup != 0.0),
+            free: joints.map(|j| !j.locked),
+            coupling: if parts.coupling { motor[1] } else { 0.0 },
+        };
+        checks::inertia(&arm)?;
+        Ok(arm)
+    }
+
+    /// The parameters the arm was made from.
+    pub fn parameters(&self) -> &ArmParameters {
+        &self.parameters
+    }
+
+    /// The equations of motion it follows.
+    pub fn model(&self) -> Model {
+        self.parameters.model
+    }
+
+    /// The links' constants in effect.
+    pub fn link_dynamics(&self) -> LinkDynamics {
+        self.links
+    }
+
+    /// The stiffness of each joint in effect: terms that are switched off are zero.
+    pub fn stiffness(&self) -> [Stiffness; 2] {
+        self.stiffness
+    }
+
+    /// The friction of each joint in effect: zero where there is none or it is switched off.
+    pub fn friction(&self) -> [Friction; 2] {
+        self.friction
+    }
+}

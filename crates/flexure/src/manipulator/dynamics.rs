@@ -1,0 +1,194 @@
+//! The equations of motion, solved for the accelerations, and the energy.
+//!
+//! The flexible arm's (7)-(8) are one symmetric system for \\((q'', q_m'')\\):
+//!
+//! \\[\begin{bmatrix} M & S \\\\ S^T & J_m \end{bmatrix}
+//!    \begin{bmatrix} q'' \\\\ q_m'' \end{bmatrix} =
+//!    \begin{bmatrix} \kappa(d) - C q' - f(q') \\\\ \tau - \kappa(d) \end{bmatrix}\\]
+//!
+//! It is factorised as \\(L D L^T\\) in the order qm1, qm2, q2, q1: the motors' block is diagonal
+//! and `S` has one element, so that only `M11` and the first right-hand side change when the
+//! motors are eliminated, and two divisions remain.
+
+use super::State;
+use super::arm::{Arm, Model};
+use super::elementary;
+
+/// Solves `m a = r` by elimination of the second unknown.
+#[inline(always)]
+fn solve(m: [[f64; 2]; 2], r: [f64; 2]) -> [f64; 2] {
+    let factor = m[0][1] / m[1][1];
+    let first = (r[0] - factor * r[1]) / (m[0][0] - factor * m[1][0]);
+    [first, (r[1] - m[1][0] * first) / m[1][1]]
+}
+
+impl Arm {
+    /// The time derivative of the state `[q1, q2, qm1, qm2, q1', q2', qm1', qm2']` of a flexible arm
+    /// under the motor torques `tau`. (A rigid arm's motors are taken to be locked to its links.)
+    #[inline]
+    pub fn derivative(&self, x: &[f64; 8], tau: [f64; 2]) -> [f64; 8] {
+        if self.model() == Model::Rigid {
+            let [v1, v2, a1, a2] = self.rigid_derivative(&[x[0], x[1], x[4], x[5]], tau);
+            return [v1, v2, v1, v2, a1, a2, a1, a2];
+        }
+        let dq = [x[4], x[5]];
+        let (elastic, friction) = self.joint_torques([x[2] - x[0], x[3] - x[1]], dq);
+        let (sin, cos) = x[1].sin_cos();
+        let inertial = self.coriolis_torque(sin, dq);
+        let mut r = [
+            elastic[0] - inertial[0] - friction[0],
+            elastic[1] - inertial[1] - friction[1],
+        ];
+        let drive = [tau[0] - elastic[0], tau[1] - elastic[1]];
+        if self.free[1] && self.coupling != 0.0 {
+            r[0] -= drive[1];
+        }
+        let a = self.solve_free(self.mass_terms(cos), r);
+        let mut am = [0.0; 2];
+        if self.free[0] {
+            am[0] = drive[0] / self.motor[0];
+        }
+        if self.free[1] {
+            am[1] = (drive[1] - self.coupling * a[0]) / self.motor[1];
+        }
+        [x[4], x[5], x[6], x[7], a[0], a[1], am[0], am[1]]
+    }
+
+    /// The time derivative of the state `[q1, q2, q1', q2']` of a rigid arm, (4), under `tau`.
+    #[inline]
+    pub fn rigid_derivative(&self, x: &[f64; 4], tau: [f64; 2]) -> [f64; 4] {
+        let dq = [x[2], x[3]];
+        let (_, friction) = self.joint_torques([0.0; 2], dq);
+        let (sin, cos) = x[1].sin_cos();
+        let inertial = self.coriolis_torque(sin, dq);
+        let r = [tau[0] - inertial[0] - friction[0], tau[1] - inertial[1] - friction[1]];
+        let a = self.solve_free(self.mass_terms(cos), r);
+        [x[2], x[3], a[0], a[1]]
+    }
+
+    /// The time derivative of `[q1, q2, q1', q2']` while ideal servos hold the deflections `d`:
+    /// `M q'' + S q'' + C q' + f(q') = kappa(d)`, which is (7) with `qm'' = q''`.
+    #[inline]
+    pub fn deflected_derivative(&self, x: &[f64; 4], d: [f64; 2]) -> [f64; 4] {
+        let dq = [x[2], x[3]];
+        let (elastic, friction) = self.joint_torques(d, dq);
+        let (sin, cos) = x[1].sin_cos();
+        let inertial = self.coriolis_torque(sin, dq);
+        let r = [
+            elastic[0] - inertial[0] - friction[0],
+            elastic[1] - inertial[1] - friction[1],
+        ];
+        let a = self.solve_free(self.deflection_mass(cos), r);
+        [x[2], x[3], a[0], a[1]]
+    }
+
+    /// The motor torques `S^T q'' + Jm q'' + kappa(d)`, (8), that hold the deflections `d` while
+    /// the links accelerate by `a`.
+    pub fn holding_torque(&self, a: [f64; 2], d: [f64; 2]) -> [f64; 2] {
+        let [first, second] = self.stiffness;
+        [
+            self.motor[0] * a[0] + first.torque(d[0]),
+            self.coupling * a[0] + self.motor[1] * a[1] + second.torque(d[1]),
+        ]
+    }
+
+    /// The total energy, J: `1/2 q'^T M q' + q'^T S qm' + 1/2 qm'^T Jm qm' + U(d)`; for a rigid arm
+    /// the kinetic energy of its links (and rotors, where they are switched on).
+    ///
+    /// Constant without friction and torque; friction never lets it grow.
+    pub fn energy(&self, state: &State) -> f64 {
+        let State { q, qm, dq, dqm } = *state;
+        let form = |m: [[f64; 2]; 2], v: [f64; 2]| {
+            m[0][0] * v[0] * v[0] + (m[0][1] + m[1][0]) * v[0] * v[1] + m[1][1] * v[1] * v[1]
+        };
+        if self.model() == Model::Rigid {
+            return 0.5 * form(self.mass_terms(q[1].cos()), dq);
+        }
+        let rotors = self.motor[0] * dqm[0] * dqm[0] + self.motor[1] * dqm[1] * dqm[1];
+        0.5 * form(self.links.inertia(q[1]), dq)
+            + self.coupling * dq[0] * dqm[1]
+            + 0.5 * rotors
+            + self.stiffness[0].potential(qm[0] - q[0])
+            + self.stiffness[1].potential(qm[1] - q[1])
+    }
+
+    /// What multiplies `q''` when the motors are eliminated: `M - S Jm^-1 S^T`, or `M` with the
+    /// rotors geared to it for a rigid arm.
+    #[inline(always)]
+    pub(super) fn mass_terms(&self, cos: f64) -> [[f64; 2]; 2] {
+        let (m11, m12, m22) = self.link_inertia(cos);
+        if self.model() == Model::Rigid {
+            if !self.parameters.parts.rotors {
+                return [[m11, m12], [m12, m22]];
+            }
+            let off = m12 + self.coupling;
+            return [[m11 + self.motor[0], off], [off, m22 + self.motor[1]]];
+        }
+        // S Jm^-1 S^T has the one element S12^2 / Jm2 = S12; a locked rotor 2 is held by its reaction.
+        let eliminated = if self.free[1] { self.coupling } else { 0.0 };
+        [[m11 - eliminated, m12], [m12, m22]]
+    }
+
+    /// `M + S`, not symmetric.
+    #[inline(always)]
+    pub(super) fn deflection_mass(&self, cos: f64) -> [[f64; 2]; 2] {
+        let (m11, m12, m22) = self.link_inertia(cos);
+        [[m11, m12 + self.coupling], [m12, m22]]
+    }
+
+    #[inline(always)]
+    fn link_inertia(&self, cos: f64) -> (f64, f64, f64) {
+        let swing = self.links.coupling * cos;
+        (
+            self.links.shoulder + 2.0 * swing,
+            self.links.elbow + swing,
+            self.links.elbow,
+        )
+    }
+
+    /// `C(q, q') q'`.
+    #[inline(always)]
+    fn coriolis_torque(&self, sin: f64, dq: [f64; 2]) -> [f64; 2] {
+        let factor = self.links.coupling * sin;
+        [-factor * (2.0 * dq[0] + dq[1]) * dq[1], factor * dq[0] * dq[0]]
+    }
+
+    /// The accelerations of the joints that are free; those of locked ones are zero.
+    #[inline(always)]
+    fn solve_free(&self, m: [[f64; 2]; 2], r: [f64; 2]) -> [f64; 2] {
+        match self.free {
+            [true, true] => solve(m, r),
+            [true, false] => [r[0] / m[0][0], 0.0],
+            [false, true] => [0.0, r[1] / m[1][1]],
+            [false, false] => [0.0; 2],
+        }
+    }
+
+    /// The elastic torques at the deflections `d` and the friction torques at the velocities `v`.
+    #[inline(always)]
+    fn joint_torques(&self, d: [f64; 2], v: [f64; 2]) -> ([f64; 2], [f64; 2]) {
+        let [s1, s2] = &self.stiffness;
+        let d2 = [d[0] * d[0], d[1] * d[1]];
+        let mut factor = [s1.cubic * d2[0] + s1.linear, s2.cubic * d2[1] + s2.linear];
+        let mut friction = [0.0; 2];
+        if self.smooth_terms {
+            let [f, g] = [&self.friction[0].0, &self.friction[1].0];
+            let t = elementary::tanh([
+                f[1] * v[0],
+                g[1] * v[1],
+                f[2] * v[0],
+                g[2] * v[1],
+                f[4] * v[0],
+                g[4] * v[1],
+            ]);
+            let e = elementary::exp_nonpositive([-s1.windup_sharpness * d2[0], -s2.windup_sharpness * d2[1]]);
+            factor[0] -= s1.windup * e[0];
+            factor[1] -= s2.windup * e[1];
+            friction = [
+                f[0] * (t[0] - t[2]) + f[3] * t[4] + f[5] * v[0],
+                g[0] * (t[1] - t[3]) + g[3] * t[5] + g[5] * v[1],
+            ];
+        }
+        ([factor[0] * d[0], factor[1] * d[1]], friction)
+    }
+}

@@ -1,0 +1,491 @@
+//! The explicit Runge-Kutta method of Dormand and Prince of order 8 with step-size control.
+//!
+//! One step from \\((t, x)\\) to \\((t + h, x_1)\\) evaluates
+//! \\(k_i = f(t + c_i h,\ x + h \sum_{j<i} a_{ij} k_j)\\), \\(i = 1 \ldots 12\\), and
+//! \\(x_1 = x + h \sum b_i k_i\\). Two embedded estimators, of orders 5 and 3, are combined into the
+//! error of the step, \\(e = h\, e_5^2 / \sqrt{n (e_5^2 + 0.01\, e_3^2)}\\), each component measured
+//! against `atol + rtol * max(|x|, |x_1|)`; a step is accepted when \\(e \le 1\\), and the next one
+//! is \\(0.8\, e^{-1/8}\\) times as long, within factors of 1/3 and 6 (Hairer, Norsett & Wanner,
+//! Solving Ordinary Differential Equations I, section II.10).
+//!
+//! The dimension is fixed at compile time and nothing is allocated. Instants at which a value is
+//! wanted, or at which the input jumps, are landed on exactly; the step size found so far is kept
+//! across them, so that neither costs a new search for it.
+
+use std::ops::ControlFlow;
+
+use super::tableau::*;
+use crate::error::{Error, IntegrationFailure, Result};
+
+/// The accuracy asked of an integration.
+///
+/// | field | default | range |
+/// |---|---|---|
+/// | `rtol` | 1e-9 | 1e-14 to 0.1: the error of a step relative to each component of the state |
+/// | `atol` | 1e-12 | positive: the error of a step that is always allowed, in the state's units |
+/// | `max_steps` | 10 000 000 | at least 1: accepted and rejected steps together |
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerances {
+    /// Relative tolerance of a step.
+    pub rtol: f64,
+    /// Absolute tolerance of a step, in the units of the state.
+    pub atol: f64,
+    /// The number of steps, accepted or not, after which the integration gives up.
+    pub max_steps: u64,
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        Tolerances {
+            rtol: 1e-9,
+            atol: 1e-12,
+            max_steps: 10_000_000,
+        }
+    }
+}
+
+impl Tolerances {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a tolerance outside its range.
+    pub fn check(&self) -> Result<()> {
+        let invalid = |name: &str, value, requirement| Error::InvalidParameter {
+            name: name.to_owned(),
+            value,
+            requirement,
+        };
+        if !(1e-14..=0.1).contains(&self.rtol) {
+            return Err(invalid("rtol", self.rtol, "between 1e-14 and 0.1"));
+        }
+        if !(self.atol > 0.0 && self.atol.is_finite()) {
+            return Err(invalid("atol", self.atol, "positive and finite"));
+        }
+        if self.max_steps == 0 {
+            return Err(invalid("max_steps", 0.0, "at least 1"));
+        }
+        Ok(())
+    }
+}
+
+/// What an integration has cost so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Statistics {
+    /// Accepted steps.
+    pub accepted: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Evaluations of the right-hand side.
+    pub evaluations: u64,
+}
+
+/// Steps between two calls of the watch function.
+const STEPS_PER_CALL: u64 = 1024;
+/// Safety factor (it costs an eighth more steps than the usual 0.9 and more than halves the error),
+/// smallest and largest change of the step size from one step to the next.
+const SAFETY: f64 = 0.8;
+const SHRINK: f64 = 1.0 / 3.0;
+const GROW: f64 = 6.0;
+/// The boundary of the stability region on the negative real axis, and the number of steps on it
+/// after which the equations count as stiff.
+const STABILITY: f64 = 6.1;
+const STIFF_STEPS: u32 = 15;
+
+/// An initial-value problem on its way: the time, the state, and the step size found so far.
+#[derive(Debug, Clone)]
+pub struct Dop853<const N: usize> {
+    tolerances: Tolerances,
+    t: f64,
+    x: [f64; N],
+    /// The derivative at `(t, x)`, if the right-hand side has not changed since.
+    slope: Option<[f64; N]>,
+    /// The step size to try next; none before the first step.
+    step: Option<f64>,
+    statistics: Statistics,
+    /// Successive steps at the boundary of the stability region.
+    stiff_steps: u32,
+}
+
+impl<const N: usize> Dop853<N> {
+    /// Starts at time `t` in the state `x`.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a tolerance outside its range or a state that is not finite.
+    pub fn new(t: f64, x: [f64; N], tolerances: Tolerances) -> Result<Self> {
+        tolerances.check()?;
+        if let Some(i) = x.iter().position(|v| !v.is_finite()) {
+            return Err(Error::InvalidParameter {
+                name: format!("component {i} of the initial state"),
+                value: x[i],
+                requirement: "finite",
+            });
+        }
+        Ok(Dop853 {
+            tolerances,
+            t,
+            x,
+            slope: None,
+            step: None,
+            statistics: Statistics::default(),
+            stiff_steps: 0,
+        })
+    }
+
+    /// The time reached.
+    pub fn t(&self) -> f64 {
+        self.t
+    }
+
+    /// The state at that time.
+    pub fn x(&self) -> &[f64; N] {
+        &self.x
+    }
+
+    /// The cost so far.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// Says that the right-hand side jumps at the present time: the next step starts afresh there.
+    pub fn restart(&mut self) {
+        self.slope = None;
+    }
+
+    /// Integrates `x' = rhs(t, x)` to exactly `t_end`.
+    ///
+    /// `rhs` must be smooth in `(t_now, t_end)`; where it jumps, end one call and begin the next
+    /// after [`Dop853::restart`]. `watch` is called with the time now and then; `Break` stops.
+    ///
+    /// # Errors
+    /// [`Error::Integration`] with the time and the reason; [`Error::Cancelled`].
+    pub fn advance<F>(&mut self, rhs: &F, t_end: f64, watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()>
+    where
+        F: Fn(f64, &[f64; N]) -> [f64; N],
+    {
+        let mut rejected = false;
+        while self.t < t_end {
+            let slope = match self.slope {
+                Some(slope) => slope,
+                None => self.evaluate_slope(rhs)?,
+            };
+            let preferred = match self.step {
+                Some(step) => step,
+                None => self.first_step(rhs, &slope, t_end - self.t),
+            };
+            let (h, last) = fit(preferred, t_end - self.t);
+            self.count_step()?;
+            let trial = step(rhs, self.t, &self.x, &slope, h);
+            self.statistics.evaluations += 11;
+            let error = self.error(&trial, h);
+            if error <= 1.0 {
+                let t_new = if last { t_end } else { self.t + h };
+                let slope_new = rhs(t_new, &trial.x);
+                self.statistics.evaluations += 1;
+                self.statistics.accepted += 1;
+                self.judge_stiffness(&trial, &slope_new, h);
+                (self.t, self.x, self.slope) = (t_new, trial.x, Some(slope_new));
+                if slope_new.iter().any(|v| !v.is_finite()) {
+                    return Err(self.failure(IntegrationFailure::NotFinite));
+                }
+                let limit = if rejected { 1.0 } else { GROW };
+                let next = h * (SAFETY * error.powf(-0.125)).clamp(SHRINK, limit);
+                // A step cut far short to land on `t_end` says little about the best step size.
+                self.step = Some(if h < 0.5 * preferred { preferred } else { next });
+                rejected = false;
+                if self.statistics.accepted.is_multiple_of(STEPS_PER_CALL) && watch(self.t).is_break() {
+                    return Err(Error::Cancelled { time: self.t });
+                }
+            } else {
+                self.statistics.rejected += 1;
+                rejected = true;
+                let factor = if error.is_finite() {
+                    (SAFETY * error.powf(-0.125)).max(SHRINK)
+                } else {
+                    0.1
+                };
+                let smaller = h * factor;
+                if smaller < 16.0 * f64::EPSILON * self.t.abs().max(t_end.abs()) {
+                    return Err(self.failure(IntegrationFailure::StepTooSmall { step: smaller }));
+                }
+                self.step = Some(smaller);
+            }
+        }
+        Ok(())
+    }
+
+    fn failure(&self, reason: IntegrationFailure) -> Error {
+        Error::Integration { time: self.t, reason }
+    }
+
+    /// Refuses a step beyond the permitted number.
+    fn count_step(&self) -> Result<()> {
+        let limit = self.tolerances.max_steps;
+        if self.statistics.accepted + self.statistics.rejected < limit {
+            return Ok(());
+        }
+        let stiff = self.stiff_steps >= STIFF_STEPS;
+        Err(self.failure(IntegrationFailure::TooManySteps { limit, stiff }))
+    }
+
+    /// The derivative at the present time and state.
+    fn evaluate_slope<F: Fn(f64, &[f64; N]) -> [f64; N]>(&mut self, rhs: &F) -> Result<[f64; N]> {
+        let slope = rhs(self.t, &self.x);
+        self.statistics.evaluations += 1;
+        if slope.iter().any(|v| !v.is_finite()) {
+            return Err(self.failure(IntegrationFailure::NotFinite));
+        }
+        self.slope = Some(slope);
+        Ok(slope)
+    }
+
+    /// The size of `v` against the tolerances at the present state, root mean square.
+    fn norm(&self, v: &[f64; N]) -> f64 {
+        let mut sum = 0.0;
+        for (v, x) in v.iter().zip(&self.x) {
+            let scaled = v / (self.tolerances.atol + self.tolerances.rtol * x.abs());
+            sum += scaled * scaled;
+        }
+        (sum / N as f64).sqrt()
+    }
+
+    /// A first step size from the sizes of the first two derivatives (section II.4 of the book).
+    fn first_step<F: Fn(f64, &[f64; N]) -> [f64; N]>(&mut self, rhs: &F, slope: &[f64; N], span: f64) -> f64 {
+        let (d0, d1) = (self.norm(&self.x), self.norm(slope));
+        let euler = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 }.min(span);
+        let ahead = rhs(self.t + euler, &combine(&self.x, euler, [(1.0, slope)]));
+        self.statistics.evaluations += 1;
+        let mut change = ahead;
+        for (c, s) in change.iter_mut().zip(slope) {
+            *c -= s;
+        }
+        let d2 = self.norm(&change) / euler;
+        let largest = d1.max(d2);
+        let second = if largest <= 1e-15 {
+            (1e-3 * euler).max(1e-6)
+        } else {
+            (0.01 / largest).powf(0.125)
+        };
+        // `ahead` may have overflowed; then `second` is not a number and `min` drops it.
+        (100.0 * euler).min(second)
+    }
+
+    /// The error of a step against the tolerances; NaN where the step left the finite numbers.
+    fn error(&self, trial: &Trial<N>, h: f64) -> f64 {
+        let (mut fifth, mut third) = (0.0, 0.0);
+        for i in 0..N {
+            let scale = self.tolerances.atol + self.tolerances.rtol * self.x[i].abs().max(trial.x[i].abs());
+            let (e5, e3) = (trial.error5[i] / scale, trial.error3[i] / scale);
+            fifth += e5 * e5;
+            third += e3 * e3;
+        }
+        let denominator = fifth + 0.01 * third;
+        if denominator == 0.0 {
+            return 0.0;
+        }
+        h * fifth / (N as f64 * denominator).sqrt()
+    }
+
+    /// Counts steps whose size is dictated by stability rather than by accuracy.
+    fn judge_stiffness(&mut self, trial: &Trial<N>, slope_new: &[f64; N], h: f64) {
+        let (mut rise, mut run) = (0.0, 0.0);
+        for (i, slope) in slope_new.iter().enumerate() {
+            rise += (slope - trial.last_slope[i]).powi(2);
+            run += (trial.x[i] - trial.last_x[i]).powi(2);
+        }
+        if run > 0.0 && h * (rise / run).sqrt() > STABILITY {
+            self.stiff_steps = self.stiff_steps.saturating_add(1);
+        } else {
+            self.stiff_steps = self.stiff_steps.saturating_sub(1).min(STIFF_STEPS);
+        }
+    }
+}
+
+/// The step to take when `preferred` is wanted and `remaining` is left, and whether it is the last.
+///
+/// The last two steps are equal, so that none is tiny.
+fn fit(preferred: f64, remaining: f64) -> (f64, bool) {
+    if 1.01 * preferred >= remaining {
+        (remaining, true)
+    } else if 2.0 * preferred > remaining {
+        (0.5 * remaining, false)
+    } else {
+        (preferred, false)
+    }
+}
+
+/// The result of one step.
+struct Trial<const N: usize> {
+    x: [f64; N],
+    error5: [f64; N],
+    error3: [f64; N],
+    /// The last stage's argument and slope, for the judgement of stiffness.
+    last_x: [f64; N],
+    last_slope: [f64; N],
+}
+
+/// `sum of w k` over the pairs `(w, k)`.
+#[inline(always)]
+fn sum<const N: usize, const K: usize>(terms: [(f64, &[f64; N]); K]) -> [f64; N] {
+    let mut total = [0.0; N];
+    for (w, k) in terms {
+        for i in 0..N {
+            total[i] += w * k[i];
+        }
+    }
+    total
+}
+
+/// `x + h * sum of w k` over the pairs `(w, k)`.
+#[inline(always)]
+fn combine<const N: usize, const K: usize>(x: &[f64; N], h: f64, terms: [(f64, &[f64; N]); K]) -> [f64; N] {
+    let mut result = sum(terms);
+    for i in 0..N {
+        result[i] = x[i] + h * result[i];
+    }
+    result
+}
+
+/// One step of size `h` from `(t, x)`, where the derivative is `k1`.
+#[inline]
+#[rustfmt::skip]
+fn step<const N: usize, F>(rhs: &F, t: f64, x: &[f64; N], k1: &[f64; N], h: f64) -> Trial<N>
+where
+    F: Fn(f64, &[f64; N]) -> [f64; N],
+{
+    let k2 = &rhs(t + C2 * h, &combine(x, h, [(A2_1, k1)]));
+    let k3 = &rhs(t + C3 * h, &combine(x, h, [(A3_1, k1), (A3_2, k2)]));
+    let k4 = &rhs(t + C4 * h, &combine(x, h, [(A4_1, k1), (A4_3, k3)]));
+    let k5 = &rhs(t + C5 * h, &combine(x, h, [(A5_1, k1), (A5_3, k3), (A5_4, k4)]));
+    let k6 = &rhs(t + C6 * h, &combine(x, h, [(A6_1, k1), (A6_4, k4), (A6_5, k5)]));
+    let k7 = &rhs(t + C7 * h, &combine(x, h, [(A7_1, k1), (A7_4, k4), (A7_5, k5), (A7_6, k6)]));
+    let k8 = &rhs(t + C8 * h, &combine(x, h, [(A8_1, k1), (A8_4, k4), (A8_5, k5), (A8_6, k6), (A8_7, k7)]));
+    let k9 = &rhs(t + C9 * h, &combine(x, h, [(A9_1, k1), (A9_4, k4), (A9_5, k5), (A9_6, k6), (A9_7, k7), (A9_8, k8)]));
+    let k10 = &rhs(t + C10 * h, &combine(x, h, [(A10_1, k1), (A10_4, k4), (A10_5, k5), (A10_6, k6), (A10_7, k7), (A10_8, k8), (A10_9, k9)]));
+    let k11 = &rhs(t + C11 * h, &combine(x, h, [(A11_1, k1), (A11_4, k4), (A11_5, k5), (A11_6, k6), (A11_7, k7), (A11_8, k8), (A11_9, k9), (A11_10, k10)]));
+    let last_x = combine(x, h, [
+        (A12_1, k1), (A12_4, k4), (A12_5, k5), (A12_6, k6), (A12_7, k7), (A12_8, k8), (A12_9, k9), (A12_10, k10), (A12_11, k11),
+    ]);
+    let k12 = &rhs(t + C12 * h, &last_x);
+    Trial {
+        x: combine(x, h, [(B1, k1), (B6, k6), (B7, k7), (B8, k8), (B9, k9), (B10, k10), (B11, k11), (B12, k12)]),
+        error5: sum([
+            (E5_1, k1), (E5_6, k6), (E5_7, k7), (E5_8, k8), (E5_9, k9), (E5_10, k10), (E5_11, k11), (E5_12, k12),
+        ]),
+        error3: sum([
+            (E3_1, k1), (E3_6, k6), (E3_7, k7), (E3_8, k8), (E3_9, k9), (E3_10, k10), (E3_11, k11), (E3_12, k12),
+        ]),
+        last_x,
+        last_slope: *k12,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn go_on(_: f64) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    /// A smooth nonlinear pair that depends on time explicitly.
+    fn pair(t: f64, x: &[f64; 2]) -> [f64; 2] {
+        [
+            x[1] + (3.0 * t).cos(),
+            -x[0] * (1.0 + 0.5 * (2.0 * t).sin()) - x[1].sin(),
+        ]
+    }
+
+    /// The end of `n` equal steps over 2 s.
+    fn fixed_steps(n: usize) -> [f64; 2] {
+        let h = 2.0 / n as f64;
+        let mut x = [1.0, 0.3];
+        for k in 0..n {
+            let t = k as f64 * h;
+            x = step(&pair, t, &x, &pair(t, &x), h).x;
+        }
+        x
+    }
+
+    #[test]
+    fn the_error_falls_with_the_eighth_power_of_the_step() {
+        let exact = fixed_steps(4000);
+        let points: Vec<(f64, f64)> = [8, 11, 16, 22, 32]
+            .map(|n| {
+                let x = fixed_steps(n);
+                let error = (x[0] - exact[0]).hypot(x[1] - exact[1]);
+                ((2.0 / n as f64).ln(), error.ln())
+            })
+            .to_vec();
+        let n = points.len() as f64;
+        let (mx, my) = points.iter().fold((0.0, 0.0), |m, p| (m.0 + p.0 / n, m.1 + p.1 / n));
+        let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
+            / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>();
+        println!("measured order {slope:.2}");
+        assert!((7.5..9.0).contains(&slope), "{slope}");
+    }
+
+    #[test]
+    fn weights_and_nodes_are_consistent() {
+        // A step on x' = p(t) is exact for polynomials up to degree 7, whatever the stage weights.
+        for degree in 0..=7 {
+            let f = |t: f64, _: &[f64; 1]| [t.powi(degree)];
+            let x = step(&f, 0.0, &[0.0], &f(0.0, &[0.0]), 1.0).x[0];
+            assert!((x - 1.0 / f64::from(degree + 1)).abs() < 1e-14, "degree {degree}: {x}");
+        }
+        // x' = x + t tells wrong nodes from wrong weights: row sums are the nodes.
+        let f = |t: f64, x: &[f64; 1]| [x[0] + t];
+        let x = step(&f, 0.0, &[1.0], &f(0.0, &[1.0]), 0.1).x[0];
+        assert!((x - (2.0 * 0.1_f64.exp() - 1.1)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn tolerances_are_kept_and_the_end_is_hit_exactly() {
+        for rtol in [1e-4, 1e-8, 1e-12] {
+            let tolerances = Tolerances {
+                rtol,
+                atol: rtol,
+                ..Tolerances::default()
+            };
+            let mut solver = Dop853::new(0.0, [1.0, 0.0], tolerances).unwrap();
+            let oscillator = |_: f64, x: &[f64; 2]| [x[1], -x[0]];
+            for k in 1..=100 {
+                solver.advance(&oscillator, 0.2 * f64::from(k), &mut go_on).unwrap();
+                assert_eq!(solver.t(), 0.2 * f64::from(k));
+            }
+            let error = (solver.x()[0] - 20.0_f64.cos()).abs();
+            assert!(error < 20.0 * rtol, "{rtol}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_step_size_survives_samples_and_restarts() {
+        let run = |samples: u32, jump: bool| {
+            let mut solver = Dop853::new(0.0, [1.0, 0.0], Tolerances::default()).unwrap();
+            for k in 1..=samples {
+                let end = 20.0 * f64::from(k) / f64::from(samples);
+                solver
+                    .advance(&|_, x: &[f64; 2]| [x[1], -x[0]], end, &mut go_on)
+                    .unwrap();
+                if jump {
+                    solver.restart();
+                }
+            }
+            solver.statistics()
+        };
+        // With intervals much shorter than a step, one step an interval and nothing rejected.
+        let cost = run(1000, true);
+        assert!(cost.accepted < 1020 && cost.rejected == 0, "{cost:?}");
+        assert!(run(20, false).accepted < 2 * run(1, false).accepted + 20);
+    }
+
+    #[test]
+    fn a_solution_that_escapes_in_finite_time_is_an_error_near_that_time() {
+        let mut solver = Dop853::new(0.0, [1.0], Tolerances::default()).unwrap();
+        match solver.advance(&|_, x: &[f64; 1]| [x[0] * x[0]], 2.0, &mut go_on) {
+            Err(Error::Integration { time, reason }) => {
+                assert!((time - 1.0).abs() < 1e-3, "{time} {reason}");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}

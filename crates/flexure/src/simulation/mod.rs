@@ -1,0 +1,18 @@
+//! A plant in time: the integrator, inputs held between samples, batches over all cores.
+//!
+//! | item | what |
+//! |---|---|
+//! | [`Dop853`] | an initial-value problem, integrated by the Dormand-Prince method of order 8 |
+//! | [`Sampling`] | the uniform instants of a record |
+//! | [`run_held`] | a plant whose input is held from each instant to the next (zero-order hold) |
+//! | [`run_continuous`] | a plant whose input is a continuous function of time |
+//! | [`batch`] | independent jobs over all cores, the results in order |
+
+mod batch;
+mod dop853;
+mod hold;
+mod tableau;
+
+pub use batch::batch;
+pub use dop853::{Dop853, Statistics, Tolerances};
+pub use hold::{Sampling, run_continuous, run_held};
