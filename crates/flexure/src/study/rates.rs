@@ -96,7 +96,7 @@ impl RateStudy {
         }
     }
 
-    /// The same settings up to a million samples: about an hour on two cores.
+    /// The same settings up to a million samples: about a quarter of an hour on two cores.
     pub fn full() -> Self {
         RateStudy {
             lengths: vec![1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000],
