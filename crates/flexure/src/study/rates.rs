@@ -96,7 +96,7 @@ impl RateStudy {
         }
     }
 
-    /// The same settings up to a million samples: about an hour on two cores.
+    /// The same settings up to a million samples: about a quarter of an hour on two cores.
     pub fn full() -> Self {
         RateStudy {
             lengths: vec![1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000],
@@ -111,29 +111,23 @@ impl RateStudy {
     /// The result depends on the study alone, not on the number of threads.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] and [`Error::TooShort`] for a study outside the valid ranges,
+    /// [`Error::InvalidParameter`] for a study outside the valid ranges,
     /// [`Error::Stopped`] if `progress` stopped it.
     pub fn run(&self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<RateTable> {
         Checkpoint::new(self.clone()).run(progress)
     }
 
     fn check(&self) -> Result<()> {
-        for (what, need, got) in [
-            ("the number of settings of a rate study", 1, self.settings.len()),
-            ("the number of lengths of a rate study", 2, self.lengths.len()),
-            ("the number of runs of a rate study", FEWEST_RUNS, self.runs),
+        for (what, need, got, requirement) in [
+            ("settings", 1, self.settings.len(), "at least 1"),
+            ("lengths", 2, self.lengths.len(), "at least 2"),
+            ("runs", FEWEST_RUNS, self.runs, "at least 20"),
         ] {
             if got < need {
                 return Err(Error::InvalidParameter {
-                    name: what.to_owned(),
+                    name: format!("the number of {what} of a rate study"),
                     value: got as f64,
-                    requirement: if need == FEWEST_RUNS {
-                        "at least 20"
-                    } else if need == 2 {
-                        "at least 2"
-                    } else {
-                        "at least 1"
-                    },
+                    requirement,
                 });
             }
         }
