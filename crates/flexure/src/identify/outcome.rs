@@ -41,7 +41,8 @@ pub struct ChosenOrder {
 pub enum Warning {
     /// The input's samples depend on one another.
     #[error(
-        "the input is not white (its largest autocorrelation is {largest:.2} at lag {lag}): the correlation estimate of the linear part is distorted by it"
+        "the input is not white (its largest autocorrelation is {largest:.2} at lag {lag}), which the paper's algorithm \
+         assumes: the covariances were deconvolved and the other lags taken out of the regression, which is less exact"
     )]
     InputNotWhite {
         /// The largest autocorrelation in absolute value.
@@ -100,6 +101,9 @@ pub enum Warning {
     },
 }
 
+/// An error below the rest of the output's variance need not be white.
+const NEARLY_ALL: f64 = 0.9;
+
 /// The answer to "does the model hold?", on data that were not used for the fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
@@ -128,9 +132,23 @@ impl Verdict {
         self.residuals.as_ref().and_then(ResidualTests::refutation)
     }
 
-    /// Whether the model holds: it explains something, and no test refutes it.
+    /// Whether the model holds: it explains something, no test refutes it, and what it leaves is white noise, or
+    /// at most a tenth of the output's variance.
+    ///
+    /// A large error with a colour of its own may be noise or something that the model misses: that no test
+    /// finds the input in it does not tell which.
     pub fn holds(&self) -> bool {
-        self.measures.fit_percent > 0.0 && self.residuals.is_some() && self.refutation().is_none()
+        self.measures.fit_percent > 0.0 && self.residuals.is_some() && self.refutation().is_none() && !self.is_open()
+    }
+
+    /// Whether the error is neither white nor small.
+    fn is_open(&self) -> bool {
+        let white = self
+            .residuals
+            .iter()
+            .flat_map(|r| &r.tests)
+            .all(|t| t.kind.refutes() || t.passed());
+        !white && self.measures.r_squared < NEARLY_ALL
     }
 
     /// The answer in a few words.
@@ -138,6 +156,9 @@ impl Verdict {
         match (self.holds(), &self.residuals) {
             (true, _) => "The model holds on fresh data",
             (false, None) => "Too few fresh data to judge the model",
+            (false, Some(_)) if self.refutation().is_none() && self.measures.fit_percent > 0.0 => {
+                "The fresh data do not refute the model, nor do they support it"
+            }
             (false, Some(_)) if self.measures.r_squared >= 0.5 => {
                 "The model explains most of the fresh data, but does not hold exactly"
             }
@@ -170,6 +191,10 @@ impl Verdict {
                 test.kind.name(),
                 test.statistic,
                 test.limit
+            ),
+            None if self.is_open() => format!(
+                "{explains} No test refutes the model, but its error is large and not white: whether that is coloured \
+                 noise or something that the model misses, these data do not tell."
             ),
             None if white => {
                 format!("{explains} The model holds: no residual test finds anything that it leaves unexplained.")

@@ -16,6 +16,9 @@ const REFINEMENTS: usize = 6;
 /// The smallest bandwidth tried, as a share of the data's extent, whatever the number of points.
 const SMALLEST: f64 = 1e-4;
 
+/// Relative difference of two scores that counts as none.
+const FLAT: f64 = 1e-9;
+
 /// A candidate and its score.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
@@ -63,8 +66,11 @@ impl BandwidthSearch {
         };
         let mut curve: Vec<Score> = (0..GRID).into_par_iter().map(|i| score(ratio * i as f64)).collect();
         let best = lowest(&curve);
-        let at_edge = best == 0 || best == GRID - 1;
-        if !at_edge {
+        let inside = 0 < best && best < GRID - 1;
+        let next = &curve[best.clamp(1, GRID - 2)];
+        // A score that does not depend on the bandwidth (an input of a few levels) has no edge.
+        let at_edge = !inside && next.error - curve[best].error > FLAT * next.error;
+        if inside {
             let (below, above) = (ratio * (best - 1) as f64, ratio * (best + 1) as f64);
             curve.extend(golden_section(below, above, score));
             curve.sort_by(|a, b| a.bandwidth.total_cmp(&b.bandwidth));
