@@ -175,6 +175,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 result,
                 Decoration {
                     command: Some(command),
+                    arm,
                     ..Decoration::default()
                 },
             )
