@@ -46,8 +46,10 @@ mod error;
 mod excitation;
 mod file;
 mod presets;
+mod run;
 
 pub use error::ArmError;
 pub use excitation::{Amplitude, Distribution, DriveKind, Excitation, Kind, PhaseChoice, SweepChoice};
-pub use file::{ArmFile, Noise, Run, run, run_watched};
+pub use file::{ArmFile, Noise, Run};
 pub use presets::{PRESETS, preset, preset_text};
+pub use run::{run, run_watched};

@@ -1,14 +1,12 @@
 //! An arm file as values, its reading, checking, writing and running.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 
+use flexure::Error;
 use flexure::manipulator::{
-    Arm, ArmParameters, Drive, Friction, JointParameters, Link, Model, Parts, SimulationOptions, State, add_noise,
-    simulate_watched,
+    Arm, ArmParameters, Friction, JointParameters, Link, Model, Parts, SimulationOptions, State,
 };
 use flexure::simulation::{Sampling, Tolerances};
-use flexure::{Error, Record};
 use serde::{Deserialize, Serialize};
 
 use super::error::{ArmError, find_line, line_of};
@@ -240,7 +238,7 @@ impl ArmFile {
     }
 
     /// The library's form of `[initial]` and `[run]`.
-    fn options(&self) -> flexure::Result<SimulationOptions> {
+    pub(super) fn options(&self) -> flexure::Result<SimulationOptions> {
         Ok(SimulationOptions {
             sampling: Sampling::new(self.run.duration, self.run.sample_time)?,
             initial: self.initial,
@@ -252,7 +250,7 @@ impl ArmFile {
         })
     }
 
-    fn locked(&self) -> [bool; 2] {
+    pub(super) fn locked(&self) -> [bool; 2] {
         self.arm.joints.map(|j| j.locked)
     }
 
@@ -354,98 +352,4 @@ fn arm_parameters(source: &Source, table: ArmTable) -> Result<ArmParameters, Arm
         }),
         parts,
     })
-}
-
-/// Simulates an arm file; `load` reads the record that an excitation of kind `record` names.
-///
-/// # Errors
-/// [`ArmError::Record`] if that record cannot be loaded or does not fit, [`ArmError::Simulation`].
-pub fn run<L, E>(file: &ArmFile, load: L) -> Result<Record, ArmError>
-where
-    L: FnOnce(&str) -> Result<Record, E>,
-    E: std::fmt::Display,
-{
-    run_watched(file, load, &mut |_| ControlFlow::Continue(()))
-}
-
-/// Like [`run`], calling `watch` with the simulated time in s now and then; `Break` stops it.
-///
-/// # Errors
-/// Those of [`run`], and [`flexure::Error::Cancelled`].
-pub fn run_watched<L, E>(
-    file: &ArmFile,
-    load: L,
-    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<Record, ArmError>
-where
-    L: FnOnce(&str) -> Result<Record, E>,
-    E: std::fmt::Display,
-{
-    let arm = Arm::new(file.arm)?;
-    let options = file.options()?;
-    let excited = file.excitation.excited(file.locked());
-    let mut inputs = [0, 1].map(|_| flexure::signal::zero(options.sampling.rows()));
-    match (&file.excitation.kind, &file.excitation.file) {
-        (Kind::Record, Some(name)) => {
-            let misfit = |reason: String| ArmError::Record {
-                record: name.clone(),
-                reason,
-            };
-            let record = load(name).map_err(|e| misfit(e.to_string()))?;
-            inputs = recorded(&record, file.excitation.drive, excited, &options.sampling).map_err(misfit)?;
-        }
-        _ => {
-            for joint in (0..2).filter(|&j| excited[j]) {
-                inputs[joint] = file.excitation.samples(joint, &options.sampling)?;
-            }
-        }
-    }
-    let columns = [inputs[0].as_slice(), inputs[1].as_slice()];
-    let drive = match file.excitation.drive {
-        DriveKind::Torque => Drive::Held(columns),
-        DriveKind::Deflection => Drive::Deflection(columns),
-    };
-    let record = simulate_watched(&arm, &drive, &options, watch)?;
-    match &file.noise {
-        None => Ok(record),
-        Some(noise) => {
-            let std: Vec<(&str, f64)> = noise.std.iter().map(|(name, s)| (name.as_str(), *s)).collect();
-            Ok(add_noise(&record, noise.seed, &std)?)
-        }
-    }
-}
-
-/// The excitation in a record: a column for each joint that is excited, one row a sample.
-fn recorded(
-    record: &Record,
-    drive: DriveKind,
-    excited: [bool; 2],
-    sampling: &Sampling,
-) -> Result<[Vec<f64>; 2], String> {
-    let rows = sampling.rows();
-    if record.names().iter().any(|n| n == "t") {
-        let step = record.sample_time("t").map_err(|e| e.to_string())?;
-        if (step - sampling.sample_time()).abs() > 1e-3 * sampling.sample_time() {
-            return Err(format!(
-                "its sample time is {step} s, but the run's is {} s; they must agree",
-                sampling.sample_time()
-            ));
-        }
-    }
-    if record.len() < rows {
-        return Err(format!(
-            "it has {} rows, but the run has {rows} instants; shorten the duration",
-            record.len()
-        ));
-    }
-    let names = match drive {
-        DriveKind::Torque => ["tau1", "tau2"],
-        DriveKind::Deflection => ["d1", "d2"],
-    };
-    let mut inputs = [0, 1].map(|_| flexure::signal::zero(rows));
-    for joint in (0..2).filter(|&j| excited[j]) {
-        let samples = record.finite(names[joint]).map_err(|e| e.to_string())?;
-        inputs[joint].copy_from_slice(&samples[..rows]);
-    }
-    Ok(inputs)
 }
