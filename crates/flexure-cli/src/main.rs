@@ -17,7 +17,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 #[derive(Parser)]
-#[command(name = "flexure", version, about, long_about = None, arg_required_else_help = true)]
+#[command(name = "flexure", version, arg_required_else_help = true)]
 /// Simulate flexible-joint space manipulators, and identify the nonlinear blocks inside systems from
 /// their input-output records.
 struct Cli {

@@ -57,7 +57,7 @@ pub fn identification_json(result: &Identification, context: &Context) -> Value 
             "static_gain": linear.static_gain(),
         },
         "output_offset": result.output_offset,
-        "correlated_with": match result.psi { Psi::Input => "input", Psi::Nonlinearity => "estimated nonlinearity" },
+        "correlated_with": match result.psi { Psi::Input => "input", Psi::Nonlinearity => "estimated nonlinearity", Psi::DeconvolvedNonlinearity => "estimated nonlinearity, deconvolved" },
         "bandwidth_scores": result.bandwidth_search.as_ref().map(|s| json!({
             "bandwidth": s.curve.iter().map(|c| c.bandwidth).collect::<Vec<_>>(),
             "error": s.curve.iter().map(|c| c.error).collect::<Vec<_>>(),

@@ -293,7 +293,7 @@ fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
     };
     let scores = result.bandwidth_search.as_ref().map(|s| ScoreCurve {
         x_label: format!("bandwidth, in the unit of {}", context.input),
-        y_label: "mean squared leave-one-out error".to_owned(),
+        y_label: "leave-one-out error".to_owned(),
         log_x: true,
         x: s.curve.iter().map(|c| c.bandwidth).collect(),
         y: s.curve.iter().map(|c| c.error).collect(),
@@ -335,10 +335,14 @@ fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
             match result.psi {
                 Psi::Input => format!("with {}", context.input),
                 Psi::Nonlinearity => "with the estimated nonlinearity".to_owned(),
+                Psi::DeconvolvedNonlinearity => "with the estimated nonlinearity, deconvolved".to_owned(),
             },
             match result.psi {
                 Psi::Input => "the cross-covariance of a white input and the output is the impulse response up to scale".to_owned(),
                 Psi::Nonlinearity => "the input itself is (nearly) uncorrelated with an even nonlinearity".to_owned(),
+                Psi::DeconvolvedNonlinearity => {
+                    "the input is not white, so its own covariance had to be taken out of that with the output".to_owned()
+                }
             },
             None,
         ),

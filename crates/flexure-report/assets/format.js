@@ -33,9 +33,24 @@ function decimalsOf(step) {
   return words.includes("e") || !words.includes(".") ? 0 : words.split(".")[1].length;
 }
 
-/** Labels of ticks on a logarithmic axis. */
+/** Ticks of a logarithmic axis at 1 to 9 times each power of ten, wherever the scale begins. */
+function logSplits(u, side, low, high) {
+  const ticks = [];
+  for (let power = 10 ** Math.floor(Math.log10(low)); power <= high; power *= 10) {
+    for (let digit = 1; digit < 10; digit += 1) {
+      const tick = digit * power;
+      if (tick >= low && tick <= high) ticks.push(tick);
+    }
+  }
+  return ticks;
+}
+
+/** Labels of those ticks: at the powers of ten, and at 2 and 5 between where there are fewer than two powers. */
 function logLabels(u, splits) {
-  return splits.map((v) => (v == null ? "" : readable(v, 3)));
+  const leading = (tick) => Math.round(tick / 10 ** Math.floor(Math.log10(tick) + 1e-9));
+  const powers = splits.filter((tick) => leading(tick) === 1).length;
+  const shown = powers >= 2 ? [1] : splits.length > 6 ? [1, 2, 5] : [1, 2, 3, 4, 5, 6, 7, 8, 9];
+  return splits.map((tick) => (shown.includes(leading(tick)) ? readable(tick, 2) : null));
 }
 
 /** The values of an evenly spaced grid. */

@@ -101,7 +101,7 @@ pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: usize) -> Option<ImpulseEst
     Some(ImpulseEstimate {
         limit: LIMIT_QUANTILE * (unexplained * power * smallest_variance / n as f64).sqrt(),
         k,
-        psi: Psi::Nonlinearity,
+        psi: Psi::DeconvolvedNonlinearity,
         unexplained,
         metric: Some(r),
     })

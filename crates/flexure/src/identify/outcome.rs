@@ -13,6 +13,8 @@ pub enum Psi {
     Input,
     /// The estimated nonlinearity, where the correlation of the input with it (nearly) vanishes.
     Nonlinearity,
+    /// The estimated nonlinearity, its own autocovariance deconvolved, where the input is not white.
+    DeconvolvedNonlinearity,
 }
 
 /// An order that was tried.
