@@ -54,8 +54,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         );
     }
     let predicted = model.block.simulate(u);
-    let verdict =
-        Verdict::new(&u[skip..], &y[skip..], &predicted[skip..]).map_err(|error| file.locate(named(error, &arguments.output)))?;
+    let verdict = Verdict::new(&u[skip..], &y[skip..], &predicted[skip..])
+        .map_err(|error| file.locate(named(error, &arguments.output)))?;
     let outside = outcome::outside(&model.block, u);
     if arguments.json {
         let object = json!({
