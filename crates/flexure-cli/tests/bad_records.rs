@@ -288,3 +288,23 @@ fn damaged_parquet_footers_give_one_clean_line() {
     }
     assert!(refused > 20, "{refused}");
 }
+
+/// A byte at which the Parquet crate panics: the message must be ours alone.
+#[test]
+fn a_panic_within_the_parquet_crate_stays_within() {
+    let folder = folder();
+    let fixture = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../flexure-io/tests/data/signals_none.parquet"
+    );
+    let mut content = std::fs::read(fixture).unwrap();
+    let footer = u32::from_le_bytes(content[content.len() - 8..content.len() - 4].try_into().unwrap()) as usize;
+    let at = content.len() - 8 - footer + 250;
+    content[at] ^= 0xff;
+    folder.write("damaged.parquet", content);
+    all_refuse(
+        &folder,
+        "damaged.parquet",
+        "damaged.parquet cannot be read as Parquet: its metadata contradict themselves; save it again",
+    );
+}

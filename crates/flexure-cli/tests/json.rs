@@ -25,7 +25,7 @@ fn check_tests(object: &Value) {
     }
     assert!(tests.iter().any(|t| t["refutes"] == true));
     let refuted = tests.iter().any(|t| t["refutes"] == true && t["passed"] == false);
-    assert_eq!(object["holds"], !refuted && number(object, "fit_percent") > 0.0);
+    assert_eq!(object["holds"], !refuted && number(object, "r_squared") >= 0.1);
 }
 
 fn check_identification(object: &Value) {

@@ -98,6 +98,9 @@ pub enum Warning {
     },
 }
 
+/// Share of the output's variance that a model must explain before surviving the residual tests speaks for it.
+const TELLING_SHARE: f64 = 0.1;
+
 /// The answer to "does the model hold?", on data that were not used for the fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
@@ -126,9 +129,14 @@ impl Verdict {
         self.residuals.as_ref().and_then(ResidualTests::refutation)
     }
 
-    /// Whether the model holds: it explains something, and no test refutes it.
+    /// Whether the model holds: it explains at least a tenth of the output's variance, and no test refutes it.
+    ///
+    /// A model that explains less leaves the output itself as residual, from which the tests can tell little.
     pub fn holds(&self) -> bool {
-        self.measures.fit_percent > 0.0 && self.residuals.is_some() && self.refutation().is_none()
+        self.measures.fit_percent > 0.0
+            && self.measures.r_squared >= TELLING_SHARE
+            && self.residuals.is_some()
+            && self.refutation().is_none()
     }
 
     /// The answer in words.
@@ -156,6 +164,9 @@ impl Verdict {
                 test.kind.name(),
                 test.statistic,
                 test.limit
+            ),
+            None if self.measures.r_squared < TELLING_SHARE => format!(
+                "{explains} No residual test refutes the model, but it explains so little that this says little for it."
             ),
             None if white => {
                 format!("{explains} The model holds: no residual test finds anything that it leaves unexplained.")
