@@ -8,8 +8,22 @@ use flexure_io::RecordFile;
 
 /// The column of sample instants in records that Flexure writes, and looks for in others.
 pub const TIME: &str = "t";
+/// The largest order of the linear part that may be asked for.
+const LARGEST_ORDER: usize = 50;
 /// Relative difference of two sample times that still counts as none (printed digits).
 const SAME_SAMPLE_TIME: f64 = 1e-3;
+
+/// The options contradict each other: wrong usage, found only after they were read one by one.
+#[derive(Debug)]
+pub struct Usage(pub String);
+
+impl std::fmt::Display for Usage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}\n\nFor more information, try '--help'.", self.0)
+    }
+}
+
+impl std::error::Error for Usage {}
 
 /// `auto` or a value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +69,48 @@ pub fn positive(text: &str) -> Result<f64, String> {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("expected a positive number".to_owned()),
     }
+}
+
+/// A whole number from 0.
+pub fn count(text: &str) -> Result<usize, String> {
+    text.parse().map_err(|_| "expected a whole number from 0".to_owned())
+}
+
+/// The share of a record that is kept from the fit.
+pub fn fresh_share(text: &str) -> Result<f64, String> {
+    match f64::from_str(text) {
+        Ok(share) if (0.05..=0.9).contains(&share) => Ok(share),
+        _ => Err("expected a number from 0.05 to 0.9".to_owned()),
+    }
+}
+
+/// `auto` or an order that the library takes.
+pub fn auto_order(text: &str) -> Result<Auto<usize>, String> {
+    match auto_count(text) {
+        Ok(order) if order.given().is_none_or(|n| n <= LARGEST_ORDER) => Ok(order),
+        _ => Err(format!("expected 'auto' or a whole number from 0 to {LARGEST_ORDER}")),
+    }
+}
+
+/// Refuses two points that do not fix a scale and an offset.
+pub fn distinct_points(points: &[[f64; 2]]) -> Result<(), Usage> {
+    match points {
+        [p, q] if p[0] == q[0] || p[1] == q[1] => Err(Usage(format!(
+            "--known {}={} {}={}: the two points must differ in X and in PHI",
+            p[0], p[1], q[0], q[1]
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses one column as input and output.
+pub fn distinct_columns(input: &str, output: &str) -> Result<(), Usage> {
+    if input == output {
+        return Err(Usage(format!(
+            "--input and --output are both '{input}'; name two different columns"
+        )));
+    }
+    Ok(())
 }
 
 /// A kernel by name.

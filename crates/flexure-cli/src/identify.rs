@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::identify::{Calibration, Identification, PlainHammerstein, RegressionLag};
 use flexure::nonlinearity::Kernel;
-use flexure_io::{RecordFile, read_record, write_atomically, write_model};
+use flexure_io::{RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::ArmMotion;
 
 use crate::arguments::{self, Auto};
@@ -41,16 +41,16 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "plain")]
     method: Method,
     /// Order of the linear part.
-    #[arg(long, value_name = "auto|N", default_value = "auto", value_parser = arguments::auto_count)]
+    #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_order)]
     order: Auto<usize>,
     /// Delay in samples.
-    #[arg(long, value_name = "auto|N", default_value = "auto", value_parser = arguments::auto_count)]
+    #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_count)]
     delay: Auto<usize>,
     /// Lag of the regression of output on input: 'strongest' dependence, 'delay' (the paper's), or a number.
-    #[arg(long, value_name = "strongest|delay|N", default_value = "strongest", value_parser = regression_lag)]
+    #[arg(long, value_name = "strongest|delay|N", default_value = "strongest", allow_hyphen_values = true, value_parser = regression_lag)]
     lag: RegressionLag,
     /// Bandwidth of the kernel regression, in the input's unit.
-    #[arg(long, value_name = "auto|H", default_value = "auto", value_parser = arguments::auto_positive)]
+    #[arg(long, value_name = "auto|H", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_positive)]
     bandwidth: Auto<f64>,
     /// Kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
     #[arg(long, value_name = "NAME", default_value = "epanechnikov", value_parser = arguments::kernel)]
@@ -59,13 +59,13 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "static-gain", conflicts_with = "known")]
     unit: Unit,
     /// A point at which the nonlinearity is known, twice: fixes scale and offset in place of --unit.
-    #[arg(long, value_name = "X=PHI", num_args = 2, value_parser = arguments::known_point)]
+    #[arg(long, value_name = "X=PHI", num_args = 2, allow_hyphen_values = true, value_parser = arguments::known_point)]
     known: Vec<[f64; 2]>,
     /// Share of the record, at its end, kept from the fit.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.25)]
+    #[arg(long, value_name = "SHARE", default_value = "0.25", allow_hyphen_values = true, value_parser = arguments::fresh_share)]
     fresh: f64,
     /// Sample time in s; without it that of a column 't', if there is one.
-    #[arg(long, value_name = "S", value_parser = arguments::positive)]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: Option<f64>,
     /// Write the model here.
     #[arg(short = 'o', long = "model", value_name = "MODEL.json")]
@@ -153,6 +153,11 @@ impl Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments::distinct_columns(&arguments.input, &arguments.output)?;
+    arguments::distinct_points(&arguments.known)?;
+    for path in [&arguments.model, &arguments.report].into_iter().flatten() {
+        check_writable(path)?;
+    }
     let file = spinning("reading", || read_record(&arguments.record))?;
     let context = Context {
         input: &arguments.input,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use flexure::Record;
-use flexure_io::{read_model, read_record, write_record};
+use flexure_io::{check_record_writable, read_model, read_record, write_record};
 use serde_json::json;
 
 use crate::arguments::{self, TIME};
@@ -35,6 +35,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    check_record_writable(&arguments.out)?;
     let model = read_model(&arguments.model)?;
     let file = spinning("reading", || read_record(&arguments.record))?;
     arguments::same_sample_time(&file, model.sample_time)?;

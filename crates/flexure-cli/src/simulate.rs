@@ -4,10 +4,11 @@ use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
+use clap::ArgGroup;
 use flexure::Record;
 use flexure_io::arm::{ArmFile, preset_text, run_watched};
-use flexure_io::{read_record, write_atomically, write_record};
+use flexure_io::{check_record_writable, check_writable, read_record, read_text, write_atomically, write_record};
 use serde_json::json;
 
 use crate::progress::Progress;
@@ -17,11 +18,12 @@ use crate::progress::Progress;
 /// The record has the columns t, tau1, tau2, q1, q2, qm1, qm2, dq1, dq2, dqm1, dqm2 (a rigid arm's no qm, dqm), in s, N m, rad
 /// and rad/s, one row a sample instant; the torque of a row is held until the next.
 #[derive(clap::Args)]
+#[command(group(ArgGroup::new("source").required(true).args(["arm", "preset"])))]
 #[command(after_help = "Examples:\n  flexure simulate --preset space-arm -o record.csv\n  \
                         flexure simulate --preset space-arm --write-arm arm.toml\n  flexure simulate arm.toml -o record.parquet")]
 pub struct Arguments {
     /// The arm file.
-    #[arg(required_unless_present = "preset", conflicts_with = "preset")]
+    #[arg(value_name = "ARM.toml")]
     arm: Option<PathBuf>,
     /// A preset in place of an arm file.
     #[arg(long, value_name = "NAME", value_parser = known_preset)]
@@ -50,6 +52,12 @@ fn known_preset(name: &str) -> Result<String, String> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    if let Some(path) = &arguments.out {
+        check_record_writable(path)?;
+    }
+    if let Some(path) = &arguments.write_arm {
+        check_writable(path)?;
+    }
     let (text, source, folder) = match (&arguments.arm, &arguments.preset) {
         (Some(path), _) => (
             read_text(path)?,
@@ -90,10 +98,6 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         println!("wrote {} ({rows} samples of {})", path.display(), names.join(", "));
     }
     Ok(())
-}
-
-fn read_text(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))
 }
 
 /// Reads an arm file.

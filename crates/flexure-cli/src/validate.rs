@@ -30,7 +30,7 @@ pub struct Arguments {
     output: String,
     /// Leave the first N samples out of the comparison; by default the model's settling time, at most a
     /// tenth of the record, as the state at the start is not known.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
     /// Print one JSON object.
     #[arg(long)]
@@ -39,6 +39,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments::distinct_columns(&arguments.input, &arguments.output)?;
     let model = read_model(&arguments.model)?;
     let file = spinning("reading", || read_record(&arguments.record))?;
     arguments::same_sample_time(&file, model.sample_time)?;
@@ -53,8 +54,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         );
     }
     let predicted = model.block.simulate(u);
-    let verdict =
-        Verdict::new(&u[skip..], &y[skip..], &predicted[skip..]).map_err(|error| named(error, &arguments.output))?;
+    let verdict = Verdict::new(&u[skip..], &y[skip..], &predicted[skip..])
+        .map_err(|error| file.locate(named(error, &arguments.output)))?;
     let outside = outcome::outside(&model.block, u);
     if arguments.json {
         let object = json!({

@@ -41,6 +41,27 @@ pub fn write_atomically(
     into_place(path, write).map_err(|source| Error::write(path, source))
 }
 
+/// Refuses `path` where [`write_atomically`] would, without writing anything.
+///
+/// For use before long work whose result goes to `path`; that the disk is full shows only in the end.
+///
+/// # Errors
+/// [`Error::Write`] if `path` is a directory, is read-only or lies in a directory that does not exist.
+pub fn check_writable(path: impl AsRef<Path>) -> Result<()> {
+    let path = path.as_ref();
+    let fail = |kind: io::ErrorKind| Err(Error::write(path, kind.into()));
+    match fs::metadata(path) {
+        Ok(found) if found.is_dir() => fail(io::ErrorKind::IsADirectory),
+        Ok(found) if found.permissions().readonly() => fail(io::ErrorKind::PermissionDenied),
+        Ok(_) => Ok(()),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::write(path, error)),
+        Err(_) => match path.parent() {
+            Some(folder) if folder.as_os_str().is_empty() || folder.is_dir() => Ok(()),
+            _ => fail(io::ErrorKind::NotFound),
+        },
+    }
+}
+
 fn into_place(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> io::Result<()> {
     let target = match fs::metadata(path) {
         Ok(found) if found.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),

@@ -9,24 +9,27 @@ use std::path::{Path, PathBuf};
 pub type Result<T> = std::result::Result<T, Error>;
 
 /// What was wrong with a file.
+///
+/// Every message is complete: it contains what the cause says, which therefore is a plain field and no
+/// [`std::error::Error::source`], or it would be told twice.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The file cannot be read at all.
-    #[error("cannot read {}: {}", .path.display(), reason(.source))]
+    #[error("cannot read {}: {}", .path.display(), reason(.cause))]
     Read {
         /// The file.
         path: PathBuf,
         /// What the operating system says.
-        source: io::Error,
+        cause: io::Error,
     },
     /// The file cannot be written; nothing of it was left behind.
-    #[error("cannot write {}: {}", .path.display(), reason(.source))]
+    #[error("cannot write {}: {}", .path.display(), reason(.cause))]
     Write {
         /// The file.
         path: PathBuf,
         /// What the operating system says.
-        source: io::Error,
+        cause: io::Error,
     },
     /// A record was to be written under a name that tells no format.
     #[error("cannot write {}: a record's file name must end in .csv or .parquet", .path.display())]
@@ -95,17 +98,17 @@ pub enum Error {
         what: String,
     },
     /// The file was read, but its samples do not serve the purpose.
-    #[error("{}{}: {}", .path.display(), line_suffix(*.line), missing_samples(.source))]
+    #[error("{}{}: {}", .path.display(), line_suffix(*.line), missing_samples(.cause))]
     Data {
         /// The file.
         path: PathBuf,
         /// The line of the offending sample, from 1, for text files.
         line: Option<u64>,
         /// What is wrong with the samples.
-        source: Box<flexure::Error>,
+        cause: Box<flexure::Error>,
     },
     /// A JSON file cannot be understood.
-    #[error("{}, line {line}, column {column}: {problem}; write the model anew", .path.display())]
+    #[error("{}, line {line}, column {column}: {problem}; models are written by `flexure identify -o`", .path.display())]
     Json {
         /// The file.
         path: PathBuf,
@@ -199,17 +202,17 @@ pub enum LineProblem {
 }
 
 impl Error {
-    pub(crate) fn read(path: &Path, source: io::Error) -> Self {
+    pub(crate) fn read(path: &Path, cause: io::Error) -> Self {
         Error::Read {
             path: path.to_owned(),
-            source,
+            cause,
         }
     }
 
-    pub(crate) fn write(path: &Path, source: io::Error) -> Self {
+    pub(crate) fn write(path: &Path, cause: io::Error) -> Self {
         Error::Write {
             path: path.to_owned(),
-            source,
+            cause,
         }
     }
 }
@@ -221,6 +224,7 @@ fn reason(error: &io::Error) -> String {
         io::ErrorKind::IsADirectory => "it is a directory, not a file".to_owned(),
         io::ErrorKind::NotADirectory => "a part of its path is not a directory".to_owned(),
         io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        io::ErrorKind::InvalidData => "it is not text in UTF-8".to_owned(),
         _ => error.to_string(),
     }
 }

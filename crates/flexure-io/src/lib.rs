@@ -5,7 +5,9 @@
 //! | read a record (CSV, whitespace-separated columns, Parquet, MAT v5) | [`read_record`] |
 //! | write a record (CSV, Parquet) | [`write_record`] |
 //! | read, write or run an arm | [`arm`] |
+//! | read a text file, such as an arm's | [`read_text`] |
 //! | read or write a model | [`read_model`], [`write_model`] |
+//! | know before long work that its result can be written | [`check_writable`], [`check_record_writable`] |
 //! | write any other file whole or not at all | [`write_atomically`] |
 
 pub mod arm;
@@ -19,8 +21,9 @@ mod parquet_file;
 mod text;
 mod write;
 
-pub use atomic::write_atomically;
+pub use atomic::{check_writable, write_atomically};
 pub use error::{Error, LineProblem, Result};
 pub use model::{ModelFile, read_model, write_model};
 pub use record_file::{Format, RecordFile, read_record};
-pub use write::write_record;
+pub use text::read_text;
+pub use write::{check_record_writable, write_record};

@@ -84,7 +84,7 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
             Content::Vector(samples) => record.push(name, samples).map_err(|error| Error::Data {
                 path: path.to_owned(),
                 line: None,
-                source: Box::new(error),
+                cause: Box::new(error),
             })?,
         }
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use flexure::Block;
 use serde::{Deserialize, Serialize};
+use serde_json::error::Category;
 
 use crate::atomic::write_atomically;
 use crate::error::{Error, Result};
@@ -55,10 +56,29 @@ impl ModelFile {
         {
             return Some(format!("sample_time is {h}, but must be positive and finite, or null"));
         }
+        if let Some(problem) = block_problem(&self.block) {
+            return Some(problem);
+        }
         [("input", &self.input), ("output", &self.output)]
             .into_iter()
             .find(|(_, name)| name.is_empty())
             .map(|(which, _)| format!("{which} is empty, but must be a column's name"))
+    }
+}
+
+/// What keeps a block from being simulated.
+fn block_problem(block: &Block) -> Option<String> {
+    match block {
+        Block::Static(_) => None,
+        Block::Linear(system) if system.is_stable() => None,
+        Block::Linear(system) => Some(format!(
+            "its linear part with a = {:?} is unstable, so its output would grow without bound; identify the model again",
+            system.a()
+        )),
+        Block::Series(blocks) | Block::Parallel(blocks) if blocks.is_empty() => {
+            Some("it contains no block; identify the model again".to_owned())
+        }
+        Block::Series(blocks) | Block::Parallel(blocks) => blocks.iter().find_map(block_problem),
     }
 }
 
@@ -144,10 +164,15 @@ fn json_error(path: &Path, error: &serde_json::Error) -> Error {
     let problem = text
         .strip_suffix(&format!(" at line {line} column {column}"))
         .unwrap_or(&text);
+    let problem = match error.classify() {
+        Category::Eof => "the file is empty or was cut off".to_owned(),
+        Category::Syntax => format!("the text is not JSON ({problem})"),
+        Category::Data | Category::Io => problem.to_owned(),
+    };
     Error::Json {
         path: path.to_owned(),
         line,
         column,
-        problem: problem.to_owned(),
+        problem,
     }
 }

@@ -1,10 +1,12 @@
 //! Records as Apache Parquet, through the crate's column reader and writer (no Arrow).
 
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::panic;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Once};
+use std::thread;
 
 use flexure::Record;
 use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type as Physical};
@@ -30,12 +32,36 @@ const ROW_GROUP: usize = 1 << 20;
 pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
     check_ends(path, &mut file)?;
     // The parquet crate (60.1) asserts some of what a damaged footer may violate.
-    panic::catch_unwind(|| read_checked(path, file)).unwrap_or_else(|_| {
+    quietly(|| read_checked(path, file)).unwrap_or_else(|_| {
         Err(damaged(
             path,
             "its metadata contradict themselves; save it again".to_owned(),
         ))
     })
+}
+
+thread_local! {
+    /// Whether a panic of this thread is caught and told as an error.
+    static CAUGHT: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Catches a panic of `work` without the panic hook's message: the caller reports it as an error.
+///
+/// The first call puts a filter before the process's panic hook; panics elsewhere pass through it.
+fn quietly<T>(work: impl FnOnce() -> T + panic::UnwindSafe) -> thread::Result<T> {
+    static FILTER: Once = Once::new();
+    FILTER.call_once(|| {
+        let previous = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !CAUGHT.get() {
+                previous(info);
+            }
+        }));
+    });
+    CAUGHT.set(true);
+    let result = panic::catch_unwind(work);
+    CAUGHT.set(false);
+    result
 }
 
 /// Reads a file that begins and ends as it should.

@@ -116,13 +116,15 @@ impl RecordFile {
     /// `error` must come from this file's whole record: its samples count from the record's first.
     pub fn locate(&self, error: flexure::Error) -> Error {
         let sample = match &error {
-            flexure::Error::NonFinite { sample, .. } | flexure::Error::NonUniformTime { sample, .. } => Some(*sample),
+            flexure::Error::NonFinite { sample, .. }
+            | flexure::Error::NonUniformTime { sample, .. }
+            | flexure::Error::TimeNotIncreasing { sample, .. } => Some(*sample),
             _ => None,
         };
         Error::Data {
             path: self.path.clone(),
             line: sample.and_then(|sample| self.line(sample)),
-            source: Box::new(error),
+            cause: Box::new(error),
         }
     }
 

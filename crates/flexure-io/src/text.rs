@@ -113,10 +113,10 @@ pub(crate) fn read(path: &Path, file: File, delimited: bool) -> Result<RecordFil
             });
         }
     }
-    let record = Record::new(layout.names.into_iter().zip(columns)).map_err(|source| Error::Data {
+    let record = Record::new(layout.names.into_iter().zip(columns)).map_err(|error| Error::Data {
         path: path.to_owned(),
         line: None,
-        source: Box::new(source),
+        cause: Box::new(error),
     })?;
     Ok(RecordFile {
         record,
@@ -128,6 +128,15 @@ pub(crate) fn read(path: &Path, file: File, delimited: bool) -> Result<RecordFil
         others: Vec::new(),
         lines: origin,
     })
+}
+
+/// The whole text of a file.
+///
+/// # Errors
+/// [`Error::Read`], also for text that is not UTF-8.
+pub fn read_text(path: impl AsRef<Path>) -> Result<String> {
+    let path = path.as_ref();
+    std::fs::read_to_string(path).map_err(|cause| Error::read(path, cause))
 }
 
 /// How the lines of a file are laid out.

@@ -1,11 +1,12 @@
 //! Writes records as CSV or Parquet.
 
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use flexure::Record;
 
-use crate::atomic::write_atomically;
+use crate::atomic::{check_writable, write_atomically};
 use crate::error::{Error, Result};
 use crate::parquet_file;
 use crate::text::looks_numeric;
@@ -19,12 +20,7 @@ use crate::text::looks_numeric;
 /// if a name is empty or contains a line break; [`Error::Write`].
 pub fn write_record(path: impl AsRef<Path>, record: &Record) -> Result<()> {
     let path = path.as_ref();
-    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    let write = match extension.as_deref() {
-        Some("csv") => csv::<io::BufWriter<std::fs::File>>,
-        Some("parquet") => parquet_file::write,
-        _ => return Err(Error::UnknownExtension { path: path.to_owned() }),
-    };
+    let write = writer(path)?;
     if let Some(problem) = unwritable(record) {
         return Err(Error::Unwritable {
             path: path.to_owned(),
@@ -32,6 +28,27 @@ pub fn write_record(path: impl AsRef<Path>, record: &Record) -> Result<()> {
         });
     }
     write_atomically(path, |out| write(out, record))
+}
+
+/// Refuses `path` where [`write_record`] would whatever the record, without writing anything.
+///
+/// # Errors
+/// [`Error::UnknownExtension`], and those of [`check_writable`].
+pub fn check_record_writable(path: impl AsRef<Path>) -> Result<()> {
+    writer(path.as_ref())?;
+    check_writable(path)
+}
+
+type Writer = fn(&mut BufWriter<File>, &Record) -> io::Result<()>;
+
+/// Who writes the format that the extension of `path` names.
+fn writer(path: &Path) -> Result<Writer> {
+    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    match extension.as_deref() {
+        Some("csv") => Ok(csv),
+        Some("parquet") => Ok(parquet_file::write),
+        _ => Err(Error::UnknownExtension { path: path.to_owned() }),
+    }
 }
 
 fn unwritable(record: &Record) -> Option<String> {

@@ -159,15 +159,15 @@ fn bad_models_are_refused_with_the_place() {
     );
     assert_eq!(
         text("u,y\n".to_owned()),
-        "m.json, line 1, column 1: expected value; write the model anew"
+        "m.json, line 1, column 1: the text is not JSON (expected value); models are written by `flexure identify -o`"
     );
-    assert!(text(good.replace("\"delay\": 1,", "")).contains("missing field `delay`; write the model anew"));
+    assert!(text(good.replace("\"delay\": 1,", "")).contains("missing field `delay`; models"));
     assert_eq!(
         text(good.replace("\"delay\": 1,", "\"delay\": NaN,")),
-        "m.json, line 10, column 12: expected value; write the model anew"
+        "m.json, line 10, column 12: the text is not JSON (expected value); models are written by `flexure identify -o`"
     );
-    assert!(text(good.replace("-0.7", "1e999")).contains(": number out of range; write the model anew"));
-    assert!(text(good.replace("-0.7", "null")).contains(": invalid type: null, expected f64; write the model anew"));
+    assert!(text(good.replace("-0.7", "1e999")).contains("(number out of range); models"));
+    assert!(text(good.replace("-0.7", "null")).contains(": invalid type: null, expected f64; models"));
     assert!(text(good.replace("\"sample_time\": 0.00001953125", "\"sample_time\": -1")).starts_with("m.json"));
     let negative = ModelFile {
         sample_time: Some(-1.0),

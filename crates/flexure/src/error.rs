@@ -157,6 +157,16 @@ pub enum Error {
         /// What the part is needed for.
         purpose: &'static str,
     },
+    /// The time column repeats an instant or goes back.
+    #[error(
+        "the sample times do not increase: the step to sample {sample} is {step} s; put the samples in order of time, one an instant"
+    )]
+    TimeNotIncreasing {
+        /// The sample at the end of the step, from 0.
+        sample: usize,
+        /// The step, s, not positive.
+        step: f64,
+    },
 }
 
 /// Why an integration could not be carried on.

@@ -118,8 +118,8 @@ impl Record {
     /// The result is the mean step; single steps may deviate by 0.1 % of it (printed digits).
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::TooShort`] (fewer than two samples)
-    /// and [`Error::NonUniformTime`].
+    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::TooShort`] (fewer than two samples),
+    /// [`Error::TimeNotIncreasing`] and [`Error::NonUniformTime`].
     pub fn sample_time(&self, time: &str) -> Result<f64> {
         uniform_step(self.finite(time)?)
     }
@@ -153,7 +153,10 @@ fn uniform_step(t: &[f64]) -> Result<f64> {
     let tolerance = UNIFORM_TOLERANCE * median.abs() + rounding;
     for (i, w) in t.windows(2).enumerate() {
         let step = w[1] - w[0];
-        if !(step > 0.0 && (step - median).abs() <= tolerance) {
+        if !(step > 0.0) {
+            return Err(Error::TimeNotIncreasing { sample: i + 1, step });
+        }
+        if !((step - median).abs() <= tolerance) {
             return Err(Error::NonUniformTime {
                 sample: i + 1,
                 step,

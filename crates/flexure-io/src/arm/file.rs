@@ -174,7 +174,7 @@ impl ArmFile {
         let table: FileTable = toml::from_str(text).map_err(|e: toml::de::Error| ArmError::Format {
             file: source_name.to_owned(),
             line: e.span().map(|span| line_of(text, span.start)),
-            message: e.message().to_owned(),
+            message: e.message().replace("expected f64", "expected a number"),
         })?;
         let arm = arm_parameters(&source, table.arm)?;
         let InitialTable { q, qm, dq, dqm } = table.initial;

@@ -1,0 +1,121 @@
+//! `--json`: one object on one line, with what scripts rely on.
+
+mod common;
+
+use common::{Folder, numbers};
+use serde_json::Value;
+
+fn number(object: &Value, key: &str) -> f64 {
+    object[key].as_f64().unwrap_or_else(|| panic!("{key}: {}", object[key]))
+}
+
+fn count(object: &Value, key: &str) -> u64 {
+    object[key].as_u64().unwrap_or_else(|| panic!("{key}: {}", object[key]))
+}
+
+/// The residual tests, of which at least one can refute the model.
+fn check_tests(object: &Value) {
+    let tests = object["residual_tests"].as_array().unwrap();
+    assert!(!tests.is_empty());
+    for test in tests {
+        assert!(test["name"].is_string() && test["refutes"].is_boolean(), "{test}");
+        let passed = number(test, "statistic") <= number(test, "limit");
+        assert_eq!(test["passed"], passed, "{test}");
+        assert!((0.0..=1.0).contains(&number(test, "p_value")), "{test}");
+    }
+    assert!(tests.iter().any(|t| t["refutes"] == true));
+    let refuted = tests.iter().any(|t| t["refutes"] == true && t["passed"] == false);
+    assert_eq!(object["holds"], !refuted && number(object, "r_squared") >= 0.1);
+}
+
+fn check_identification(object: &Value) {
+    assert_eq!(object["structure"], "hammerstein");
+    assert_eq!(object["method"], "plain");
+    let (order, delay) = (count(object, "order") as usize, count(object, "delay") as usize);
+    assert!(number(object, "bandwidth") > 0.0);
+    assert!(number(object, "fit_percent") <= 100.0);
+    assert!(number(object, "rms") > 0.0);
+    let (x, y) = (
+        numbers(&object["nonlinearity"]["x"]),
+        numbers(&object["nonlinearity"]["y"]),
+    );
+    assert_eq!(x.len(), y.len());
+    assert!(x.len() > 10 && x.windows(2).all(|w| w[0] < w[1]));
+    let (b, a) = (numbers(&object["linear"]["b"]), numbers(&object["linear"]["a"]));
+    assert_eq!(a[0], 1.0);
+    assert!(a.len() <= order + 1 && b.len() <= order + delay + 1, "{b:?} {a:?}");
+    assert!(b[..delay].iter().all(|v| *v == 0.0));
+    assert!(object["warnings"].as_array().unwrap().iter().all(Value::is_string));
+    check_tests(object);
+}
+
+#[test]
+fn identify_predict_and_validate() {
+    let folder = Folder::new();
+    folder.known("record.csv", 1200, 1);
+    folder.known("fresh.csv", 500, 2);
+    let object = folder.json("identify record.csv --input u --output y -o model.json --report report.html");
+    check_identification(&object);
+    assert!(number(&object, "fit_percent") > 60.0, "{}", object["verdict"]);
+    assert_eq!(count(&object, "samples_fitted") + count(&object, "samples_fresh"), 1200);
+    assert!(folder.read("report.html").starts_with("<!"));
+
+    let object = folder.json("predict model.json fresh.csv --input u -o predicted.csv");
+    assert_eq!(count(&object, "samples"), 500);
+    assert_eq!(object["out"], "predicted.csv");
+    assert!(count(&object, "samples_outside_range") < 10);
+
+    let object = folder.json("validate model.json fresh.csv --input u --output y --skip 50");
+    assert_eq!((count(&object, "samples"), count(&object, "skipped")), (450, 50));
+    assert!(number(&object, "fit_percent") > 60.0);
+    assert!(number(&object, "rms") > 0.0);
+    check_tests(&object);
+}
+
+#[test]
+fn simulate_says_what_it_wrote() {
+    let folder = Folder::new();
+    let object = folder.json("simulate --preset space-arm -o record.csv --write-arm arm.toml");
+    let columns = [
+        "t", "tau1", "tau2", "q1", "q2", "qm1", "qm2", "dq1", "dq2", "dqm1", "dqm2",
+    ];
+    assert_eq!(object["columns"], serde_json::json!(columns));
+    assert_eq!(object["record"], "record.csv");
+    assert_eq!(object["arm"], "arm.toml");
+    let text = folder.read("record.csv");
+    assert_eq!(text.lines().next(), Some(&*columns.join(",")));
+    assert_eq!(text.lines().count() as u64, 1 + count(&object, "samples"));
+    // The arm file that was written is the preset.
+    folder.done("simulate arm.toml -o again.csv");
+    assert!(text == folder.read("again.csv"));
+    let object = folder.json("simulate arm.toml --write-arm copy.toml");
+    assert_eq!(object["samples"], Value::Null);
+    assert_eq!(object["record"], Value::Null);
+}
+
+#[test]
+fn the_demo_gives_the_same_files_each_time() {
+    let folder = Folder::new();
+    let object = folder.json("demo --out one");
+    check_identification(&object);
+    for (file, name) in
+        object["files"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .zip(["arm.toml", "record.csv", "model.json", "report.html"])
+    {
+        assert_eq!(file, &format!("one/{name}"));
+        assert!(folder.path(&format!("one/{name}")).is_file());
+    }
+    let words = folder.done("demo --out two");
+    assert!(words.contains("wrote two/report.html"), "{words}");
+    for name in ["arm.toml", "record.csv", "model.json"] {
+        assert!(
+            folder.read(&format!("one/{name}")) == folder.read(&format!("two/{name}")),
+            "{name}"
+        );
+    }
+    let left: Vec<String> = folder.content().into_keys().filter(|n| n.contains(".tmp")).collect();
+    assert!(left.is_empty(), "{left:?}");
+}

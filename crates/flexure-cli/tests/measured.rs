@@ -1,0 +1,93 @@
+//! Measured benchmark records, where they are at hand: does Flexure say how far a Hammerstein model holds?
+//!
+//! They are looked for in `$FLEXURE_DATA`, else in `../shared/data` beside the repository.
+
+mod common;
+
+use std::path::PathBuf;
+
+use common::Folder;
+use serde_json::Value;
+
+fn measured(name: &str) -> Option<PathBuf> {
+    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data"));
+    let path = std::env::var_os("FLEXURE_DATA")
+        .map_or_else(beside, PathBuf::from)
+        .join(name);
+    if !path.is_file() {
+        println!("skipped: {} is not there", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+/// Identifies, prints the figures, and checks that the report renders.
+fn identify(name: &str, columns: [&str; 2]) -> Option<Value> {
+    let path = measured(name)?;
+    let folder = Folder::new();
+    std::fs::copy(path, folder.path(name)).unwrap();
+    let [input, output] = columns;
+    let found = folder.json(&format!(
+        "identify {name} --input {input} --output {output} -o model.json --report report.html"
+    ));
+    println!(
+        "{name}: fit {:.2} %, order {}, delay {}, bandwidth {:.4}\n  {}",
+        found["fit_percent"].as_f64().unwrap(),
+        found["order"],
+        found["delay"],
+        found["bandwidth"].as_f64().unwrap(),
+        found["verdict"].as_str().unwrap()
+    );
+    for warning in found["warnings"].as_array().unwrap() {
+        println!("  warning: {}", warning.as_str().unwrap());
+    }
+    let page = folder.read("report.html");
+    assert!(page.starts_with("<!") && page.trim_end().ends_with("</html>"), "{name}");
+    Some(found)
+}
+
+/// The model does not hold, and the verdict says why: it predicts no better than the mean, a named test
+/// rejects it, or it explains too little for the tests to tell.
+fn refuted(found: &Value) {
+    assert_eq!(found["holds"], false);
+    let (fit, share) = (
+        found["fit_percent"].as_f64().unwrap(),
+        found["r_squared"].as_f64().unwrap(),
+    );
+    let verdict = found["verdict"].as_str().unwrap();
+    let tests = found["residual_tests"].as_array().unwrap();
+    let reason = match tests.iter().find(|t| t["refutes"] == true && t["passed"] == false) {
+        _ if fit <= 0.0 => "no better than the output's mean",
+        Some(test) => test["name"].as_str().unwrap(),
+        None => {
+            assert!(share < 0.1, "{share}");
+            "says little for it"
+        }
+    };
+    assert!(verdict.contains(reason), "{verdict} / {reason}");
+}
+
+#[test]
+fn the_dryer() {
+    if let Some(found) = identify("daisy-dryer.dat", ["c0", "c1"]) {
+        refuted(&found);
+    }
+}
+
+#[test]
+fn the_robot_arm() {
+    if let Some(found) = identify("daisy-robot-arm.dat", ["c0", "c1"]) {
+        refuted(&found);
+    }
+}
+
+#[test]
+fn the_wiener_hammerstein_circuit() {
+    let columns = match measured("wiener-hammerstein-2009-estimation.csv") {
+        None => return,
+        Some(path) => flexure_io::read_record(path).unwrap().record.names().to_vec(),
+    };
+    if let Some(found) = identify("wiener-hammerstein-2009-estimation.csv", [&columns[0], &columns[1]]) {
+        refuted(&found);
+    }
+}

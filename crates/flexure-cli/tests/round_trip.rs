@@ -1,0 +1,181 @@
+//! From a record to a model to predictions, against twins written here.
+
+mod common;
+
+use common::{Folder, known, mat, numbers};
+use flexure_io::{read_record, write_record};
+use serde_json::Value;
+
+/// Linear interpolation, held at its end values: NumPy's `interp`.
+fn interpolate(x: &[f64], y: &[f64], at: f64) -> f64 {
+    let last = x.len() - 1;
+    if at <= x[0] {
+        return y[0];
+    }
+    if at >= x[last] {
+        return y[last];
+    }
+    let i = (0..last).rfind(|&i| x[i] <= at).unwrap();
+    y[i] + (y[i + 1] - y[i]) * (at - x[i]) / (x[i + 1] - x[i])
+}
+
+/// The difference equation a(z) y = b(z) w, with w at `before` for ever before its first sample and the
+/// output settled: SciPy's `lfilter` with `zi = lfilter_zi(b, a) * before`.
+fn filter(b: &[f64], a: &[f64], w: &[f64], before: f64) -> Vec<f64> {
+    let settled = before * b.iter().sum::<f64>() / a.iter().sum::<f64>();
+    let mut y: Vec<f64> = Vec::new();
+    for n in 0..w.len() {
+        let input = |i: usize| if n >= i { w[n - i] } else { before };
+        let output = |i: usize| if n >= i { y[n - i] } else { settled };
+        let forward: f64 = b.iter().enumerate().map(|(i, b)| b * input(i)).sum();
+        let back: f64 = a.iter().enumerate().skip(1).map(|(i, a)| a * output(i)).sum();
+        y.push((forward - back) / a[0]);
+    }
+    y
+}
+
+#[test]
+fn predict_is_interpolation_and_filtering_and_validate_agrees() {
+    let folder = Folder::new();
+    folder.known("record.csv", 1200, 1);
+    let fresh = folder.known("fresh.csv", 400, 2);
+    folder.done("identify record.csv --input u --output y --unit first-coefficient -o model.json");
+    folder.done("predict model.json fresh.csv --input u -o predicted.csv");
+    let predicted = read_record(folder.path("predicted.csv")).unwrap();
+    assert_eq!(predicted.record.names(), ["y"]);
+    let y = predicted.record.column("y").unwrap();
+
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    let blocks = &model["block"]["series"];
+    assert_eq!(blocks.as_array().unwrap().len(), 2);
+    let (x, phi) = (numbers(&blocks[0]["static"]["x"]), numbers(&blocks[0]["static"]["y"]));
+    let (b, a) = (numbers(&blocks[1]["linear"]["b"]), numbers(&blocks[1]["linear"]["a"]));
+    let w: Vec<f64> = fresh
+        .column("u")
+        .unwrap()
+        .iter()
+        .map(|&u| interpolate(&x, &phi, u))
+        .collect();
+    let mean = w.iter().sum::<f64>() / w.len() as f64;
+    let twin = filter(&b, &a, &w, mean);
+    assert_eq!(y.len(), twin.len());
+    for (k, (y, twin)) in y.iter().zip(&twin).enumerate() {
+        assert!((y - twin).abs() < 1e-12, "sample {k}: {y} {twin}");
+    }
+
+    for skip in [0, 37] {
+        let object = folder.json(&format!(
+            "validate model.json fresh.csv --input u --output y --skip {skip}"
+        ));
+        let measured = &fresh.column("y").unwrap()[skip..];
+        let mean = measured.iter().sum::<f64>() / measured.len() as f64;
+        let squares = |v: &mut dyn Iterator<Item = f64>| v.map(|e| e * e).sum::<f64>();
+        let error = squares(&mut measured.iter().zip(&y[skip..]).map(|(m, p)| m - p));
+        let spread = squares(&mut measured.iter().map(|m| m - mean));
+        let fit = 100.0 * (1.0 - (error / spread).sqrt());
+        let rms = (error / measured.len() as f64).sqrt();
+        assert!(
+            (object["fit_percent"].as_f64().unwrap() - fit).abs() < 1e-10,
+            "{object}"
+        );
+        assert!((object["rms"].as_f64().unwrap() - rms).abs() < 1e-12, "{object}");
+        assert_eq!(object["samples"], measured.len());
+        assert!(fit > 60.0);
+    }
+}
+
+/// The model's own fit is that of `validate` on the part that was kept fresh, but for the start.
+#[test]
+fn the_fit_that_identify_reports_is_found_again() {
+    let folder = Folder::new();
+    folder.known("record.csv", 1200, 1);
+    let found = folder.json("identify record.csv --input u --output y -o model.json");
+    let fitted = found["samples_fitted"].as_u64().unwrap();
+    let again = folder.json(&format!(
+        "validate model.json record.csv --input u --output y --skip {fitted}"
+    ));
+    for key in ["fit_percent", "rms", "residual_tests", "holds", "verdict"] {
+        assert_eq!(found[key], again[key], "{key}");
+    }
+}
+
+#[test]
+fn a_column_of_times_goes_along() {
+    let folder = Folder::new();
+    folder.write("record.csv", with_times(600));
+    folder.done("identify record.csv --input u --output y -o model.json");
+    folder.done("predict model.json record.csv --input u -o predicted.parquet");
+    let predicted = read_record(folder.path("predicted.parquet")).unwrap();
+    assert_eq!(predicted.record.names(), ["t", "y"]);
+    assert_eq!(predicted.sample_time("t").unwrap(), 0.25);
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    assert_eq!(model["sample_time"], 0.25);
+}
+
+fn with_times(samples: usize) -> String {
+    let record = known(samples, 1);
+    let columns = record.column("u").unwrap().iter().zip(record.column("y").unwrap());
+    let rows = columns
+        .enumerate()
+        .map(|(k, (u, y))| format!("{:?},{u},{y}\n", k as f64 * 0.25));
+    format!("t,u,y\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn every_format_gives_the_same_model() {
+    let folder = Folder::new();
+    let record = folder.known("record.csv", 600, 1);
+    let (u, y) = (record.column("u").unwrap(), record.column("y").unwrap());
+    write_record(folder.path("record.parquet"), &record).unwrap();
+    folder.write("record.mat", mat(&[("u", u), ("y", y)]));
+    let rows: String = u.iter().zip(y).map(|(u, y)| format!("  {u:?}\t{y:?} \r\n")).collect();
+    folder.write("record.dat", rows);
+    let rows: String = u.iter().zip(y).map(|(u, y)| format!("{u:?};{y:?}\n")).collect();
+    folder.write("record.txt", format!("# measured\n\"u\";\"y\"\n{rows}\n"));
+    let expected = folder.json("identify record.csv --input u --output y");
+    for name in ["record.parquet", "record.mat", "record.txt"] {
+        assert_eq!(
+            folder.json(&format!("identify {name} --input u --output y")),
+            expected,
+            "{name}"
+        );
+    }
+    let mut found = folder.json("identify record.dat --input c0 --output c1");
+    found["input"] = "u".into();
+    found["output"] = "y".into();
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let folder = Folder::new();
+    folder.known("record.csv", 600, 1);
+    let run = |threads: &str| {
+        folder.run_with(
+            "identify record.csv --input u --output y --json",
+            &[("RAYON_NUM_THREADS", threads)],
+        )
+    };
+    let (one, two) = (run("1"), run("2"));
+    assert_eq!(one.code, Some(0));
+    assert_eq!(one.stdout, two.stdout);
+}
+
+/// An existing output is replaced whole, and nothing else is left in the folder.
+#[test]
+fn outputs_are_replaced() {
+    let folder = Folder::new();
+    folder.known("record.csv", 600, 1);
+    let command = "identify record.csv --input u --output y -o model.json --report report.html";
+    folder.write("model.json", "old");
+    folder.write("report.html", "old");
+    let printed = folder.done(command);
+    assert!(printed.ends_with("wrote model.json\nwrote report.html\n"), "{printed}");
+    let first = folder.content();
+    assert_eq!(
+        first.keys().collect::<Vec<_>>(),
+        ["model.json", "record.csv", "report.html"]
+    );
+    folder.done(command);
+    assert!(folder.content() == first);
+}

@@ -1,0 +1,227 @@
+//! Help, and wrong usage: exit code 2, one message, nothing written.
+
+mod common;
+
+use common::Folder;
+
+const COMMANDS: [&str; 5] = ["demo", "simulate", "identify", "predict", "validate"];
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    let folder = Folder::new();
+    let all = folder.done("--help");
+    for command in COMMANDS {
+        assert!(all.contains(&format!("\n  {command} ")), "{all}");
+        for flag in ["--help", "-h"] {
+            let help = folder.done(&format!("{command} {flag}"));
+            let example = help.split("Example").nth(1).unwrap_or_else(|| panic!("{help}"));
+            assert!(example.contains(&format!("  flexure {command} ")), "{help}");
+            assert!(help.contains("--json"), "{help}");
+        }
+    }
+    assert_eq!(
+        folder.done("--version"),
+        format!("flexure {}\n", env!("CARGO_PKG_VERSION"))
+    );
+}
+
+#[test]
+fn no_command_prints_the_help() {
+    let folder = Folder::new();
+    let outcome = folder.run("");
+    assert_eq!(outcome.code, Some(2));
+    assert_eq!(outcome.stdout, "");
+    assert!(
+        COMMANDS.iter().all(|c| outcome.stderr.contains(&format!("\n  {c} "))),
+        "{outcome:?}"
+    );
+}
+
+/// What the examples in the help say works.
+#[test]
+fn the_examples_work() {
+    let folder = Folder::new();
+    folder.known("record.csv", 600, 1);
+    folder.known("fresh.csv", 300, 2);
+    for command in ["identify", "predict", "validate"] {
+        let help = folder.done(&format!("{command} --help"));
+        let example = help.split("Example:\n  flexure ").nth(1).unwrap().trim();
+        folder.done(&example.split_whitespace().collect::<Vec<_>>().join(" "));
+    }
+}
+
+#[test]
+fn values_out_of_range() {
+    let folder = Folder::new();
+    folder.known("r.csv", 600, 1);
+    let count = "expected 'auto' or a whole number from 0";
+    for (options, message) in [
+        (
+            "--order x",
+            "'x' for '--order <auto|N>': expected 'auto' or a whole number from 0 to 50",
+        ),
+        (
+            "--order 51",
+            "'51' for '--order <auto|N>': expected 'auto' or a whole number from 0 to 50",
+        ),
+        (
+            "--order -1",
+            "'-1' for '--order <auto|N>': expected 'auto' or a whole number from 0 to 50",
+        ),
+        ("--delay -1", &*format!("'-1' for '--delay <auto|N>': {count}")),
+        ("--delay 1.5", &*format!("'1.5' for '--delay <auto|N>': {count}")),
+        (
+            "--bandwidth 0",
+            "'0' for '--bandwidth <auto|H>': expected a positive number",
+        ),
+        (
+            "--bandwidth -2",
+            "'-2' for '--bandwidth <auto|H>': expected a positive number",
+        ),
+        (
+            "--bandwidth inf",
+            "'inf' for '--bandwidth <auto|H>': expected a positive number",
+        ),
+        (
+            "--kernel cosine",
+            "'cosine' for '--kernel <NAME>': expected one of uniform, triangular, epanechnikov, biweight, triweight, gaussian",
+        ),
+        (
+            "--lag first",
+            "'first' for '--lag <strongest|delay|N>': expected 'strongest', 'delay' or a whole number from 0",
+        ),
+        (
+            "--fresh 1",
+            "'1' for '--fresh <SHARE>': expected a number from 0.05 to 0.9",
+        ),
+        (
+            "--fresh nan",
+            "'nan' for '--fresh <SHARE>': expected a number from 0.05 to 0.9",
+        ),
+        (
+            "--fresh half",
+            "'half' for '--fresh <SHARE>': expected a number from 0.05 to 0.9",
+        ),
+        (
+            "--sample-time 0",
+            "'0' for '--sample-time <S>': expected a positive number",
+        ),
+        (
+            "--known a 1=1",
+            "'a' for '--known <X=PHI> <X=PHI>': expected X=PHI, two numbers, for example 0=0",
+        ),
+        (
+            "--unit metre",
+            "'metre' for '--unit <UNIT>'\n  [possible values: static-gain, first-coefficient]",
+        ),
+        (
+            "--structure wiener",
+            "'wiener' for '--structure <STRUCTURE>'\n  [possible values: hammerstein]",
+        ),
+        (
+            "--method magic",
+            "'magic' for '--method <METHOD>'\n  [possible values: plain]",
+        ),
+    ] {
+        folder.misused(
+            &format!("identify r.csv --input u --output y -o new.json {options}"),
+            &format!("invalid value {message}"),
+        );
+    }
+    folder.misused(
+        "validate m.json r.csv --input u --output y --skip -3",
+        "invalid value '-3' for '--skip <N>': expected a whole number from 0",
+    );
+    folder.misused(
+        "simulate --preset moon -o new.csv",
+        "invalid value 'moon' for '--preset <NAME>': no preset 'moon'; the presets are: space-arm, elbow-test, short-stiff, frictionless",
+    );
+}
+
+#[test]
+fn options_that_contradict_each_other_or_are_missing() {
+    let folder = Folder::new();
+    folder.known("r.csv", 600, 1);
+    let identify = "identify r.csv --input u --output y -o new.json";
+    for (points, shown) in [("0=0 0=1", "0=0 0=1"), ("0=2 1=2.0", "0=2 1=2")] {
+        folder.misused(
+            &format!("{identify} --known {points}"),
+            &format!("--known {shown}: the two points must differ in X and in PHI"),
+        );
+    }
+    for command in ["identify r.csv", "validate m.json r.csv"] {
+        folder.misused(
+            &format!("{command} --input u --output u"),
+            "--input and --output are both 'u'; name two different columns",
+        );
+    }
+    let usage = |command: &str, start: &str| {
+        let before = folder.content();
+        let outcome = folder.run(command);
+        assert_eq!(outcome.code, Some(2), "{command}: {outcome:?}");
+        assert_eq!(outcome.stdout, "", "{command}");
+        assert!(
+            outcome.stderr.starts_with(&format!("error: {start}")),
+            "{command}: {}",
+            outcome.stderr
+        );
+        assert!(folder.content() == before, "{command}");
+    };
+    usage(
+        &format!("{identify} --known 0=0"),
+        "2 values required for '--known <X=PHI> <X=PHI>' but 1 was provided\n",
+    );
+    usage(
+        &format!("{identify} --known 0=0 1=1 --unit static-gain"),
+        "the argument '--known <X=PHI> <X=PHI>' cannot be used with '--unit <UNIT>'\n",
+    );
+    usage(
+        "identify r.csv --input u",
+        "the following required arguments were not provided:\n  --output <COLUMN>\n",
+    );
+    usage(
+        "predict m.json r.csv --input u",
+        "the following required arguments were not provided:\n  --out <OUT.csv>\n",
+    );
+    usage(
+        "simulate -o new.csv",
+        "the following required arguments were not provided:\n  <ARM.toml|--preset <NAME>>\n",
+    );
+    usage(
+        "simulate arm.toml --preset space-arm -o new.csv",
+        "the argument '[ARM.toml]' cannot be used with '--preset <NAME>'\n",
+    );
+    usage(
+        "simulate arm.toml",
+        "the following required arguments were not provided:\n  --out <RECORD>\n",
+    );
+    usage("identfy r.csv", "unrecognized subcommand 'identfy'\n");
+    usage(
+        &format!("{identify} --delays 3"),
+        "unexpected argument '--delays' found\n",
+    );
+}
+
+/// Values that are valid for some records, but not for this one, are a matter of the data.
+#[test]
+fn values_that_this_record_does_not_allow() {
+    let folder = Folder::new();
+    folder.known("r.csv", 600, 1);
+    let identify = "identify r.csv --input u --output y -o new.json";
+    for (options, message) in [
+        (
+            "--delay 112",
+            "the delay is 112, but must be below a quarter of the number of samples that are fitted",
+        ),
+        (
+            "--lag 500",
+            "the regression lag is 500, but must be below a quarter of the number of samples that are fitted",
+        ),
+        (
+            "--known 0=0 9=1",
+            "x2 of the calibration is 9, but must be a point with data within a bandwidth",
+        ),
+    ] {
+        folder.failed(&format!("{identify} {options}"), &format!("r.csv: {message}"));
+    }
+}
