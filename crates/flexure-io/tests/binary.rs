@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::fs::OpenOptions;
+use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
 use common::{directory, fixture, message};
@@ -190,8 +192,10 @@ fn truncation_at_every_byte_is_an_error_that_says_so() {
         } else {
             vec![0]
         };
-        for length in (1..whole.len()).filter(|length| !ends.contains(length)) {
-            std::fs::write(dir.join(name), &whole[..length]).unwrap();
+        std::fs::write(dir.join(name), &whole).unwrap();
+        let file = OpenOptions::new().write(true).open(dir.join(name)).unwrap();
+        for length in (1..whole.len()).rev().filter(|length| !ends.contains(length)) {
+            file.set_len(length as u64).unwrap();
             let error = message(&read_record(dir.join(name)).unwrap_err(), &dir);
             assert!(
                 error.starts_with(&format!("{name} is truncated: it ends after {length} ")),
@@ -203,13 +207,18 @@ fn truncation_at_every_byte_is_an_error_that_says_so() {
 
 fn flip_every_byte(path: &Path, whole: &[u8], step: usize) -> usize {
     let mut refused = 0;
+    std::fs::write(path, whole).unwrap();
+    let mut file = OpenOptions::new().write(true).open(path).unwrap();
+    let mut put = |at: usize, byte: u8| {
+        file.seek(SeekFrom::Start(at as u64)).unwrap();
+        file.write_all(&[byte]).unwrap();
+    };
     for at in (0..whole.len()).step_by(step) {
         for mask in [0x01, 0x80, 0xff] {
-            let mut content = whole.to_vec();
-            content[at] ^= mask;
-            std::fs::write(path, content).unwrap();
+            put(at, whole[at] ^ mask);
             refused += usize::from(read_record(path).is_err());
         }
+        put(at, whole[at]);
     }
     refused
 }
