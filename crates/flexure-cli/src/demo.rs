@@ -3,12 +3,12 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::identify::{Identification, PlainHammerstein};
 use flexure::manipulator::{Arm, Drive, Friction, SimulationOptions};
 use flexure_io::arm::{ArmFile, preset_text};
-use flexure_io::{RecordFile, read_record, write_atomically, write_record};
+use flexure_io::{RecordFile, check_writable, read_record, write_atomically, write_record};
 use flexure_report::data::ArmMotion;
 use serde_json::json;
 
@@ -44,6 +44,9 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let out = &arguments.out;
+    if out.exists() && !out.is_dir() {
+        bail!("{}: is a file; --out takes a folder", out.display());
+    }
     std::fs::create_dir_all(out).with_context(|| format!("{}: the folder cannot be made", out.display()))?;
     let text = preset_text(PRESET)?;
     let arm = ArmFile::from_toml_str(text, &format!("preset {PRESET}"))?;
@@ -51,6 +54,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         .iter()
         .map(|name| out.join(name))
         .collect();
+    for path in &paths {
+        check_writable(path)?;
+    }
     write_atomically(&paths[0], |file| file.write_all(text.as_bytes()))?;
     write_record(&paths[1], &simulate(&arm, Path::new(""))?)?;
 

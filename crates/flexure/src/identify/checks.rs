@@ -8,6 +8,8 @@ use crate::linear::correlation::{cross_covariance, variance};
 use crate::nonlinearity::Curve;
 use crate::validation::whiteness;
 
+/// An input of no more levels than this is said to have few.
+const FEW_LEVELS: usize = 10;
 /// Autocorrelations of the input below this distort the result less than noise does.
 const NEGLIGIBLE_COLOUR: f64 = 0.05;
 
@@ -29,6 +31,20 @@ pub(super) fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpo
         last: part.end - 1,
         purpose,
     })
+}
+
+/// Warns where the input takes too few values for a curve.
+pub(super) fn warn_of_levels(u: &[f64], warnings: &mut Vec<Warning>) {
+    let mut levels: Vec<f64> = Vec::new();
+    for &v in u {
+        if !levels.contains(&v) {
+            levels.push(v);
+        }
+        if levels.len() > FEW_LEVELS {
+            return;
+        }
+    }
+    warnings.push(Warning::FewLevels { levels: levels.len() });
 }
 
 /// Warns where the input is so far from white that the correlation estimate suffers; whether it is.

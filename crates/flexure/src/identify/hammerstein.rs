@@ -11,7 +11,7 @@
 //! linear memory as if it were noise.
 
 use super::calibration::{Calibrated, Calibration};
-use super::checks::{must_vary, warn_of_colour, warn_of_range};
+use super::checks::{must_vary, warn_of_colour, warn_of_levels, warn_of_range};
 use super::dependence::Dependence;
 use super::impulse::{correlate, deconvolve, less_other_lags, linear_part};
 use super::outcome::{Identification, Verdict, Warning};
@@ -166,6 +166,7 @@ impl PlainHammerstein {
     fn run(&self, u: &[f64], y: &[f64], fitted: usize) -> Result<Identification> {
         let (fit_u, fit_y) = (&u[..fitted], &y[..fitted]);
         let mut warnings = Vec::new();
+        warn_of_levels(fit_u, &mut warnings);
         let coloured = warn_of_colour(fit_u, &mut warnings);
 
         // Delay and lag of the regression, from the cross-covariances.

@@ -52,6 +52,15 @@ pub enum Warning {
         /// Its lag.
         lag: usize,
     },
+    /// The input takes few values.
+    #[error(
+        "the input has only {levels} levels: the nonlinearity is known at those and drawn straight between them{}",
+        if *.levels == 2 { "; with two, it cannot be told from a straight line" } else { "" }
+    )]
+    FewLevels {
+        /// The number of distinct values.
+        levels: usize,
+    },
     /// The output does not seem to depend on the input.
     #[error(
         "the output shows no significant dependence on the input at lags 0 to {lags}: the model is not to be trusted"
@@ -105,8 +114,6 @@ pub enum Warning {
 
 /// An error below the rest of the output's variance need not be white.
 const NEARLY_ALL: f64 = 0.9;
-/// Share of the output's variance that a model must explain before surviving the residual tests speaks for it.
-const TELLING_SHARE: f64 = 0.1;
 
 /// The answer to "does the model hold?", on data that were not used for the fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,18 +143,13 @@ impl Verdict {
         self.residuals.as_ref().and_then(ResidualTests::refutation)
     }
 
-    /// Whether the model holds: it explains at least a tenth of the output's variance, no test refutes it, and what
-    /// it leaves is white noise, or at most a tenth of that variance.
+    /// Whether the model holds: it explains something, no test refutes it, and what it leaves is white noise, or at
+    /// most a tenth of the output's variance.
     ///
-    /// A model that explains less leaves the output itself as residual, from which the tests can tell little; and a
-    /// large error with a colour of its own may be noise or something that the model misses: that no test
+    /// A large error with a colour of its own may be noise or something that the model misses: that no test
     /// finds the input in it does not tell which.
     pub fn holds(&self) -> bool {
-        self.measures.fit_percent > 0.0
-            && self.measures.r_squared >= TELLING_SHARE
-            && self.residuals.is_some()
-            && self.refutation().is_none()
-            && !self.is_open()
+        self.measures.fit_percent > 0.0 && self.residuals.is_some() && self.refutation().is_none() && !self.is_open()
     }
 
     /// Whether the error is neither white nor small.
@@ -200,9 +202,6 @@ impl Verdict {
                 test.kind.name(),
                 test.statistic,
                 test.limit
-            ),
-            None if self.measures.r_squared < TELLING_SHARE => format!(
-                "{explains} No residual test refutes the model, but it explains so little that this says little for it."
             ),
             None if self.is_open() => format!(
                 "{explains} No test refutes the model, but its error is large and not white: whether that is coloured \

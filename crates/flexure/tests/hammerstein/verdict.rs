@@ -132,3 +132,17 @@ fn a_short_record_of_a_quick_system_has_settled() {
     assert!(!unsettled(&quick));
     assert!(unsettled(&slow));
 }
+
+#[test]
+fn an_input_of_few_levels_is_named() {
+    let linear = filter(&[1.0], &[1.0, -0.5]);
+    let u: Vec<f64> = uniform(3, 3000, 1.0).iter().map(|u| u.signum()).collect();
+    let y = linear.simulate(&u);
+    let result = identify(&record(u, y));
+    assert!(
+        result.warnings.contains(&Warning::FewLevels { levels: 2 }),
+        "{:?}",
+        result.warnings
+    );
+    assert_eq!(result.nonlinearity.x(), [-1.0, 1.0]);
+}
