@@ -55,6 +55,9 @@ pub struct Arguments {
     /// Kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
     #[arg(long, value_name = "NAME", default_value = "epanechnikov", value_parser = arguments::kernel)]
     kernel: Kernel,
+    /// Treat the input as white, as the paper does, even where it is not.
+    #[arg(long)]
+    ignore_colour: bool,
     /// Convention for the scale between the blocks.
     #[arg(long, value_enum, default_value = "static-gain", conflicts_with = "known")]
     unit: Unit,
@@ -131,6 +134,7 @@ impl Arguments {
             delay: self.delay.given(),
             regression_lag: self.lag,
             calibration,
+            ignore_colour: self.ignore_colour,
             fresh_share: self.fresh,
         }
     }

@@ -167,6 +167,41 @@ pub enum Error {
         /// The step, s, not positive.
         step: f64,
     },
+    /// The values of a signal are so large or so small that their squares overflow or vanish.
+    #[error(
+        "the values of column '{column}' reach {largest:e} in size; choose a unit in which that is between 1e-100 and 1e100"
+    )]
+    Unit {
+        /// The column's name.
+        column: String,
+        /// The largest absolute value.
+        largest: f64,
+    },
+    /// The impulse response is known at fewer lags than a linear part of the given order needs.
+    #[error(
+        "the impulse response can be estimated at {lags} lags from the delay of {delay} on, but the given order needs {need}; \
+         give a lower order or a longer record"
+    )]
+    ResponseTooShort {
+        /// The delay, samples.
+        delay: usize,
+        /// The lags from there on.
+        lags: usize,
+        /// The lags that the order needs.
+        need: usize,
+    },
+}
+
+/// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.
+pub(crate) fn check_size(column: &str, samples: &[f64]) -> Result<f64> {
+    let largest = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    if largest == 0.0 || (1e-100..=1e100).contains(&largest) {
+        return Ok(largest);
+    }
+    Err(Error::Unit {
+        column: column.to_owned(),
+        largest,
+    })
 }
 
 /// Why an integration could not be carried on.

@@ -27,6 +27,9 @@ pub enum Calibration {
     },
 }
 
+/// A static gain of no more than this many standard errors counts as none, too.
+const CLEAR: f64 = 3.0;
+
 /// phi = gain (m_n - mean m_n) + mean; the linear part is divided by the gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Calibrated {
@@ -52,18 +55,20 @@ impl Calibration {
         Ok(())
     }
 
-    /// Scale and offset for the linear part (without delay) that goes with m_n as it was estimated.
+    /// Scale and offset for the linear part (without delay) that goes with m_n as it was estimated;
+    /// `gain_error` is a standard error of its static gain.
     pub(super) fn apply(
         &self,
         regression: &Regression,
         linear: &TransferFunction,
+        gain_error: f64,
         output_mean: f64,
         warnings: &mut Vec<Warning>,
     ) -> Result<Calibrated> {
         let static_gain = linear.static_gain();
         let impulse = linear.impulse_response(linear.settling(1e-3));
         let total: f64 = impulse.iter().map(|k| k.abs()).sum();
-        let has_gain = static_gain.is_finite() && static_gain.abs() > SMALLEST_GAIN * total;
+        let has_gain = static_gain.is_finite() && static_gain.abs() > (SMALLEST_GAIN * total).max(CLEAR * gain_error);
         let first = linear.b()[0];
         let gain = match self {
             Calibration::TwoPoints { x, phi } => return two_points(regression, static_gain, output_mean, x, phi),

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::outcome::Warning;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_size};
 use crate::linear::correlation::{cross_covariance, variance};
 use crate::nonlinearity::Curve;
 use crate::validation::whiteness;
@@ -15,7 +15,7 @@ const NEGLIGIBLE_COLOUR: f64 = 0.05;
 
 /// Refuses a column that does not vary over `part` by more than rounding.
 pub(super) fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'static str) -> Result<()> {
-    let largest = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let largest = check_size(column, samples)?;
     let varies = |v: &[f64]| variance(v).sqrt() > 1e-12 * largest;
     if varies(&samples[part.clone()]) {
         return Ok(());

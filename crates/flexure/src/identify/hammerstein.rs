@@ -6,14 +6,18 @@
 //! $\mathrm{cov}(Y_{n+j}, \psi(X_n)) = k_{j-s}\,\mathrm{cov}(\varphi(X), \psi(X))$ is the impulse response up to scale.
 //!
 //! In order: delay, nonlinearity (21), impulse response by correlation, order and rational linear part,
-//! calibration, verdict on fresh data. Where the input is not white, which the paper excludes, the
-//! covariances are deconvolved and the other lags' share is taken out of the regression, a few times over. Consistent under Theorem 2 (Krzyzak 1990), but it pays for the
-//! linear memory as if it were noise.
+//! calibration, verdict on fresh data. Consistent under Theorem 2 (Krzyzak 1990), but it pays for the
+//! linear memory as if it were noise. The paper regresses at the delay ([`RegressionLag::Delay`]); by default
+//! it is done at the lag of the strongest dependence, which has the least noise.
+//!
+//! The paper and the theorem assume a white input. Where the record's is not, the covariances are deconvolved
+//! (Wiener-Hopf) and the other lags' share is taken out of the regression, a few times over, unless
+//! [`PlainHammerstein::ignore_colour`] is set; the theorem says nothing of that.
 
 use super::calibration::{Calibrated, Calibration};
 use super::checks::{must_vary, warn_of_colour, warn_of_levels, warn_of_range};
 use super::dependence::Dependence;
-use super::impulse::{correlate, deconvolve, less_other_lags, linear_part};
+use super::impulse::{correlate, deconvolve, deconvolved_lags, less_other_lags, linear_part};
 use super::outcome::{Identification, Verdict, Warning};
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
@@ -26,6 +30,8 @@ use crate::selection::BandwidthSearch;
 
 /// The fewest samples that are worth a fit.
 pub const FEWEST: usize = 100;
+/// The largest order that can be asked for.
+pub const MOST_ORDER: usize = 50;
 /// The largest order tried when it is chosen from data.
 pub const LARGEST_ORDER: usize = 8;
 /// Most lags of the impulse response.
@@ -63,6 +69,7 @@ pub enum RegressionLag {
 /// | `delay` | delay s in samples | below a quarter of the record | first significant dependence |
 /// | `regression_lag` | lag of the regression | below a quarter of the record | the strongest dependence |
 /// | `calibration` | convention for scale and offset | | unit static gain |
+/// | `ignore_colour` | treat any input as white, as the paper does | | false |
 /// | `fresh_share` | share at the record's end kept for the verdict | 0.05 to 0.9 | 0.25 |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlainHammerstein {
@@ -78,6 +85,8 @@ pub struct PlainHammerstein {
     pub regression_lag: RegressionLag,
     /// The convention for scale and offset.
     pub calibration: Calibration,
+    /// Whether to treat an input that is not white as if it were.
+    pub ignore_colour: bool,
     /// The share of the record that the verdict is made on.
     pub fresh_share: f64,
 }
@@ -91,6 +100,7 @@ impl Default for PlainHammerstein {
             delay: None,
             regression_lag: RegressionLag::default(),
             calibration: Calibration::default(),
+            ignore_colour: false,
             fresh_share: 0.25,
         }
     }
@@ -124,6 +134,7 @@ impl PlainHammerstein {
         }
         must_vary(input, u, 0..fitted, FOR_THE_FIT)?;
         must_vary(output, y, 0..fitted, FOR_THE_FIT)?;
+        must_vary(input, u, fitted..y.len(), "kept for the verdict")?;
         must_vary(output, y, fitted..y.len(), "kept for the verdict")?;
         self.run(u, y, fitted)
     }
@@ -151,7 +162,7 @@ impl PlainHammerstein {
         let quarter = (fitted / 4).max(1);
         let below_quarter = "below a quarter of the number of samples that are fitted";
         if let Some(l) = self.order {
-            parameter("the order", l as f64, l <= 50, "at most 50")?;
+            parameter("the order", l as f64, l <= MOST_ORDER, "at most 50")?;
         }
         if let Some(s) = self.delay {
             parameter("the delay", s as f64, s < quarter, below_quarter)?;
@@ -187,14 +198,17 @@ impl PlainHammerstein {
         // m_n, by (21), and the impulse response by correlation.
         let mut regression = self.regress(fit_u, fit_y, lag)?;
         let mut estimate = correlate(fit_u, fit_y, &regression, lags);
-        if coloured && let Some(better) = deconvolve(fit_y, &regression.centred, lags) {
+        let order = self.order.unwrap_or(LARGEST_ORDER);
+        let window = deconvolved_lags(self.delay, strongest, order, fitted, lags);
+        let corrected = coloured && !self.ignore_colour;
+        if corrected && let Some(better) = deconvolve(fit_y, &regression.centred, window.clone()) {
             estimate = better;
             for _ in 0..PASSES {
                 delay = self.delay.unwrap_or_else(|| estimate.first());
                 let next_lag = self.lag_of_regression(estimate.strongest(), delay);
                 let rest = less_other_lags(fit_y, &regression.centred, &estimate.k, next_lag);
                 let next = self.regress(fit_u, &rest, next_lag)?;
-                match deconvolve(fit_y, &next.centred, lags) {
+                match deconvolve(fit_y, &next.centred, window.clone()) {
                     Some(better) if better.unexplained < estimate.unexplained => {
                         (regression, estimate, lag) = (next, better, next_lag);
                     }
@@ -211,17 +225,21 @@ impl PlainHammerstein {
 
         // Its rational form.
         let settled = estimate.settling_lag(delay);
-        let order = self.order.unwrap_or(LARGEST_ORDER);
-        let memory = settled.max(delay + 4 * order + 4).min(estimate.k.len() - 1);
+        let last = estimate.k.len() - 1;
+        let memory = settled.max(delay + 4 * order + 4).min(last);
         let (linear, order) = linear_part(&estimate, delay, memory, self.order, &regression.centred, fit_y)?;
-        if settled > lags || delay + linear.settling(UNSETTLED) > lags {
-            warnings.push(Warning::NotSettled { lags });
+        if settled > last || delay + linear.settling(UNSETTLED) > last {
+            warnings.push(Warning::NotSettled { lags: last });
         }
 
         // Scale and offset by convention, then the verdict.
-        let calibrated = self
-            .calibration
-            .apply(&regression, &linear, mean(fit_y), &mut warnings)?;
+        let calibrated = self.calibration.apply(
+            &regression,
+            &linear,
+            estimate.gain_error(2 * order.order + 1),
+            mean(fit_y),
+            &mut warnings,
+        )?;
         let Calibrated { gain, mean: level, .. } = calibrated;
         let (curve, errors) = tabulate(&regression.fit, Outside::Nearest)?;
         let curve = curve.affine(gain, level - gain * regression.mean);

@@ -1,5 +1,7 @@
 //! The impulse response by correlation, and the linear part from it.
 
+use std::ops::Range;
+
 use super::hammerstein::{LARGEST_ORDER, Regression};
 use super::outcome::{ChosenOrder, OrderScore, Psi};
 use crate::error::{Error, Result};
@@ -14,6 +16,8 @@ const LIMIT_QUANTILE: f64 = 2.575_829_303_548_901;
 const CLEAR: f64 = 1.7;
 /// Below this squared correlation of X and m(X) the output is correlated with m(X) in place of X.
 const WEAK_CORRELATION: f64 = 0.25;
+/// Below this share of the output's variance that of m(X) is rounding.
+const CONSTANT: f64 = 1e-20;
 /// Most lags of a deconvolution, whose cost grows with their cube.
 const MOST_DECONVOLVED: usize = 300;
 /// Share of the variance that is added to the autocovariance before it is inverted: frequencies at which
@@ -49,6 +53,11 @@ impl ImpulseEstimate {
             .unwrap_or_else(|| self.strongest())
     }
 
+    /// A standard error of the static gain of a fit with this many parameters.
+    pub fn gain_error(&self, parameters: usize) -> f64 {
+        self.limit / LIMIT_QUANTILE * (parameters as f64).sqrt()
+    }
+
     /// The lag by which the response has settled: past the last clear coefficient by half as much again.
     pub fn settling_lag(&self, delay: usize) -> usize {
         let last = self
@@ -73,29 +82,56 @@ pub(super) fn correlate(u: &[f64], y: &[f64], regression: &Regression, lags: usi
     } else {
         (Psi::Input, u, joint)
     };
-    // A nonlinearity estimated as constant leaves nothing to scale by.
-    let scale = if scale != 0.0 { scale } else { 1.0 };
+    // A nonlinearity estimated as constant, but for rounding, leaves nothing to correlate with.
+    let per_scale = if power > CONSTANT * variance(y) {
+        1.0 / scale
+    } else {
+        0.0
+    };
     ImpulseEstimate {
-        k: cross_covariance(signal, y, lags).iter().map(|c| c / scale).collect(),
-        limit: LIMIT_QUANTILE * (variance(signal) * variance(y) / y.len() as f64).sqrt() / scale.abs(),
+        k: cross_covariance(signal, y, lags)
+            .iter()
+            .map(|c| c * per_scale)
+            .collect(),
+        limit: LIMIT_QUANTILE * (variance(signal) * variance(y) / y.len() as f64).sqrt() * per_scale.abs(),
         psi,
         unexplained: f64::INFINITY,
         metric: None,
     }
 }
 
+/// The lags that a deconvolution solves for: from `delay` on if that is known, else those from 0 on or, where the
+/// strongest dependence lies far, those around it.
+pub(super) fn deconvolved_lags(
+    delay: Option<usize>,
+    strongest: usize,
+    order: usize,
+    samples: usize,
+    last: usize,
+) -> Range<usize> {
+    // Ten samples for each unknown, but never fewer unknowns than the order needs.
+    let count = (samples / 10).max(4 * order + 5).min(MOST_DECONVOLVED);
+    let around = if strongest < count / 2 {
+        0
+    } else {
+        strongest - count / 2
+    };
+    let first = delay.unwrap_or(around);
+    first..(first + count).min(last) + 1
+}
+
 /// The impulse response from `m` = m_n(X_n) to y where X is not white: the solution of the Wiener-Hopf
-/// equations sum_i k_i cov(m_{n+j-i}, m_n) = cov(y_{n+j}, m_n), for as many lags as the record allows.
+/// equations sum_i k_i cov(m_{n+j-i}, m_n) = cov(y_{n+j}, m_n) for i and j in `lags`; zero at those before.
 ///
 /// `None` if m is constant.
-pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: usize) -> Option<ImpulseEstimate> {
+pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<ImpulseEstimate> {
     let n = y.len();
-    let lags = lags.min(MOST_DECONVOLVED).min(n / 10);
-    let mut r = cross_covariance(m, m, lags);
-    let joint = cross_covariance(m, y, lags);
+    let mut r = cross_covariance(m, m, lags.len() - 1);
+    let joint = cross_covariance(m, y, lags.end - 1).split_off(lags.start);
     r[0] *= 1.0 + RIDGE;
-    let (k, smallest_variance) = linalg::solve_toeplitz(&r, &joint)?;
-    let explained: f64 = k.iter().zip(&joint).map(|(k, c)| k * c).sum();
+    let (solution, smallest_variance) = linalg::solve_toeplitz(&r, &joint)?;
+    let explained: f64 = solution.iter().zip(&joint).map(|(k, c)| k * c).sum();
+    let k = std::iter::repeat_n(0.0, lags.start).chain(solution).collect();
     let power = variance(y);
     let unexplained = (1.0 - explained / power).max(0.0);
     Some(ImpulseEstimate {
@@ -109,9 +145,10 @@ pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: usize) -> Option<ImpulseEst
 
 /// y less what the response explains of it at all lags but `lag`: what a regression at that lag is left with.
 pub(super) fn less_other_lags(y: &[f64], m: &[f64], k: &[f64], lag: usize) -> Vec<f64> {
+    let first = k.iter().position(|&k| k != 0.0).unwrap_or(k.len());
     (0..y.len())
         .map(|n| {
-            let past = k.iter().enumerate().take(n + 1);
+            let past = k.iter().enumerate().skip(first).take((n + 1).saturating_sub(first));
             let others: f64 = past.filter(|(j, _)| *j != lag).map(|(j, k)| k * m[n - j]).sum();
             y[n] - others
         })
@@ -160,10 +197,10 @@ pub(super) fn linear_part(
         }
     }
     let Some((model, score)) = best else {
-        return Err(Error::TooShort {
-            what: "a linear part of the given order",
-            need: 5 * (2 * given.unwrap_or(0) + 1 + delay),
-            got: y.len(),
+        return Err(Error::ResponseTooShort {
+            delay,
+            lags: k.len(),
+            need: 2 * given.unwrap_or(0) + 1,
         });
     };
     let hankel_singular_values = hankel_singular_values(k, 20).unwrap_or_default();

@@ -198,7 +198,7 @@ impl Verdict {
         match tests.refutation() {
             Some(test) => format!(
                 "{explains} The model does not hold exactly: the test '{}' rejects it at 1 % (statistic {:.1}, limit {:.1}), \
-                 so the error still carries something that the input explains.",
+                 so the error still carries something that the input explains: another structure, or the estimate's own error.",
                 test.kind.name(),
                 test.statistic,
                 test.limit

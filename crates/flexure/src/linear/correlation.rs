@@ -12,7 +12,7 @@ pub(crate) fn cross_covariance(x: &[f64], y: &[f64], lags: usize) -> Vec<f64> {
         return vec![0.0; lags + 1];
     }
     let (mean_x, mean_y) = (mean(x), mean(y));
-    let block = (4 * (lags + 1)).clamp(1024, 1 << 20).min(n + lags).next_power_of_two();
+    let block = (4 * (lags + 1)).max(1024).min(n + lags).next_power_of_two();
     let step = block - lags;
     let mut planner = RealFftPlanner::<f64>::new();
     let forward = planner.plan_fft_forward(block);

@@ -1,6 +1,6 @@
 //! How near a prediction is to the measurement.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_size};
 use crate::linear::correlation::mean;
 
 /// Fit, RMS error and R^2 of a prediction.
@@ -21,7 +21,7 @@ impl FitMeasures {
     /// Compares a measured and a predicted signal.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`], [`Error::TooShort`] (nothing to compare), [`Error::NonFinite`], and
+    /// [`Error::LengthMismatch`], [`Error::TooShort`] (nothing to compare), [`Error::NonFinite`], [`Error::Unit`], and
     /// [`Error::Constant`] for a constant measurement, against which no fit is defined.
     pub fn new(measured: &[f64], predicted: &[f64]) -> Result<Self> {
         if measured.len() != predicted.len() {
@@ -47,6 +47,8 @@ impl FitMeasures {
                 });
             }
         }
+        check_size("the measurement", measured)?;
+        check_size("the prediction", predicted)?;
         let centre = mean(measured);
         let spread: f64 = measured.iter().map(|y| (y - centre).powi(2)).sum();
         if !(spread > 0.0) {

@@ -103,3 +103,22 @@ fn a_differentiator_has_no_static_gain_to_scale_by() {
     assert!(!points.warnings.contains(&Warning::NoStaticGain));
     assert_close(&points.predicted, &result.predicted, 1e-6, "predicted");
 }
+
+#[test]
+fn a_gain_within_its_error_of_zero_is_not_scaled_by() {
+    let difference = TransferFunction::new(vec![1.0, -1.0], vec![1.0]).unwrap();
+    for seed in 0..12 {
+        let u = uniform(seed, 4000, 2.0);
+        let e = normal(seed + 100, 4000, 0.01);
+        let y = difference.simulate(&u).iter().zip(e).map(|(y, e)| y + e).collect();
+        let result = identify(&record(u, y));
+        assert!(
+            result.warnings.contains(&Warning::NoStaticGain),
+            "seed {seed}: {:?}",
+            result.linear
+        );
+        let b = result.linear.b();
+        assert!(b[0] == 1.0 && (b[1] + 1.0).abs() < 0.1, "seed {seed}: {b:?}");
+        assert!((result.nonlinearity.value(1.5) - 1.5).abs() < 0.3, "seed {seed}");
+    }
+}

@@ -46,3 +46,38 @@ fn a_coloured_input_is_named_and_its_colour_taken_out() {
         assert!(fit > 90.0, "seed {seed}: {fit}");
     }
 }
+
+/// As above with a pole at 0.9 and a delay of 350.
+fn far_record() -> Record {
+    let filter = TransferFunction::new(vec![0.5], vec![1.0, -0.9]).unwrap();
+    let u = filter.simulate(&signal::white_gaussian(6000, 1.0, 5).unwrap());
+    let linear = TransferFunction::new([vec![0.0; 350], vec![1.0, 0.4]].concat(), vec![1.0, -0.7]).unwrap();
+    let y = linear.simulate(&u.iter().map(|u| u.tanh()).collect::<Vec<_>>());
+    let noise = signal::white_gaussian(6000, 0.1, 6).unwrap();
+    Record::new([("u", u), ("y", y.iter().zip(noise).map(|(y, e)| y + e).collect())]).unwrap()
+}
+
+#[test]
+fn a_delay_beyond_the_lags_of_one_deconvolution_is_reached() {
+    for delay in [None, Some(350)] {
+        let method = PlainHammerstein {
+            delay,
+            ..PlainHammerstein::default()
+        };
+        let result = method.identify(&far_record(), "u", "y").unwrap();
+        assert_eq!(result.delay, 350);
+        let fit = result.verdict.measures.fit_percent;
+        assert!(fit > 90.0, "given {delay:?}: {fit}");
+    }
+}
+
+#[test]
+fn colour_can_be_ignored() {
+    let method = PlainHammerstein {
+        ignore_colour: true,
+        ..PlainHammerstein::default()
+    };
+    let record = coloured_record(8000, 1);
+    let fit = |method: PlainHammerstein| method.identify(&record, "u", "y").unwrap().verdict.measures.fit_percent;
+    assert!(fit(method) < 0.5 * fit(PlainHammerstein::default()));
+}

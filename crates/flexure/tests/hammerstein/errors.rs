@@ -139,7 +139,9 @@ fn parameters() {
                 order: Some(50),
                 ..plain
             },
-            "a linear part of the given order needs at least 505 samples, but there are 300".to_owned(),
+            "the impulse response can be estimated at 61 lags from the delay of 0 on, but the given order needs 101; \
+             give a lower order or a longer record"
+                .to_owned(),
         ),
         (
             two_points([1.0, 1.0], [0.0, 1.0]),
@@ -179,5 +181,20 @@ fn the_limits_themselves_are_valid() {
         },
     ] {
         method.identify(&good(400), "u", "y").unwrap();
+    }
+}
+
+#[test]
+fn units_whose_squares_overflow_are_refused() {
+    for scale in [1e200, 1e-200] {
+        let u: Vec<f64> = uniform(1, 1000, 1.0).iter().map(|u| scale * u).collect();
+        let largest = u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let error = PlainHammerstein::default().identify(&record(u, uniform(2, 1000, 1.0)), "u", "y");
+        assert_eq!(
+            error.unwrap_err().to_string(),
+            format!(
+                "the values of column 'u' reach {largest:e} in size; choose a unit in which that is between 1e-100 and 1e100"
+            )
+        );
     }
 }
