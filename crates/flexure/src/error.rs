@@ -157,6 +157,30 @@ pub enum Error {
         /// What the part is needed for.
         purpose: &'static str,
     },
+    /// An estimator is given more or fewer columns than it can take.
+    #[error("{what} takes {expected}, but {got} were given")]
+    ColumnCount {
+        /// What takes them.
+        what: &'static str,
+        /// The number of columns given.
+        got: usize,
+        /// The number it takes, in words, for example "1 column".
+        expected: String,
+    },
+    /// A parameter asks for more than the data can tell.
+    #[error(
+        "{parameter} is {value}, but these data allow at most {most}: {reason}; choose it smaller or take more samples"
+    )]
+    BeyondData {
+        /// The parameter's name.
+        parameter: &'static str,
+        /// The value that was given.
+        value: usize,
+        /// The largest that these data allow.
+        most: usize,
+        /// What limits it.
+        reason: &'static str,
+    },
 }
 
 /// Why an integration could not be carried on.
