@@ -27,7 +27,7 @@ low, high = x.min(), x.max()
 
 
 def show(name, values):
-    print(f"{name}: [" + ", ".join(f"{v:.15e}" for v in np.atleast_1d(values)) + "]")
+    print(f"{name}: [" + ", ".join(repr(float(v)) for v in np.atleast_1d(values)) + "]")
 
 
 def fit(design, target, weights):

@@ -24,6 +24,8 @@ pub(crate) struct Nested {
     functions: Functions,
     first: Lower,
     second: Lower,
+    /// Both by columns.
+    columns: (Vec<f64>, Vec<f64>),
     /// The coefficients of the orthonormalised functions.
     coefficients: Vec<f64>,
     offset: f64,
@@ -40,15 +42,17 @@ impl Nested {
             add_products(&v, points.w[i], total);
         });
         let (first, terms) = Lower::cholesky(gram, most);
+        let first_columns = first.columns(terms);
         let again = sum_over(points, terms * (terms + 1) / 2, |i, total| {
             let mut v = vec![0.0; terms];
             functions.values(points.x[0][i], &mut v);
-            first.solve(&mut v);
+            solve(&first_columns, &mut v);
             add_products(&v, points.w[i], total);
         });
         let (second, terms) = Lower::cholesky(again, terms);
         let mut nested = Nested {
             functions,
+            columns: (first.columns(terms), second.columns(terms)),
             first,
             second,
             coefficients: vec![0.0; terms],
@@ -75,8 +79,8 @@ impl Nested {
 
     fn orthonormal(&self, x: f64, out: &mut [f64]) {
         self.functions.values(x, out);
-        self.first.solve(out);
-        self.second.solve(out);
+        solve(&self.columns.0, out);
+        solve(&self.columns.1, out);
     }
 
     /// The coefficients of the first `terms` functions themselves.
@@ -184,13 +188,9 @@ impl Lower {
         (lower, n)
     }
 
-    /// `v` becomes the solution of L q = v, for the leading part of L of the size of `v`.
-    fn solve(&self, v: &mut [f64]) {
-        for k in 0..v.len() {
-            let row = self.row(k);
-            let dot: f64 = row[..k].iter().zip(&*v).map(|(a, b)| a * b).sum();
-            v[k] = (v[k] - dot) / row[k];
-        }
+    /// The same matrix, its columns one after the other, for [`solve`].
+    fn columns(&self, n: usize) -> Vec<f64> {
+        (0..n).flat_map(|k| (k..n).map(move |i| self.row(i)[k])).collect()
     }
 
     /// `v` becomes the solution of L' q = v, for the leading part of L of the size of `v`.
@@ -203,5 +203,19 @@ impl Lower {
                 *v -= a * top;
             }
         }
+    }
+}
+
+/// `v` becomes the solution of L q = v, with the columns of L: every step works on all the rest at once.
+fn solve(columns: &[f64], v: &mut [f64]) {
+    let mut rest = columns;
+    for k in 0..v.len() {
+        let (column, after) = rest.split_at(v.len() - k);
+        v[k] /= column[0];
+        let top = v[k];
+        for (v, a) in v[k + 1..].iter_mut().zip(&column[1..]) {
+            *v -= a * top;
+        }
+        rest = after;
     }
 }

@@ -68,7 +68,13 @@ fn of_a_spline() {
         };
         let want: f64 = (0..40).map(|i| w[i] * (y[i] - without(i)).powi(2) / total).sum();
         let error = (candidate.leave_one_out - want).abs() / want;
-        println!("{} df {} {error:e}", candidate.parameter, candidate.degrees_of_freedom);
+        // Near interpolation and near a straight line the normal equations are ill conditioned.
+        let bar = if (2.02..39.9).contains(&candidate.degrees_of_freedom) {
+            1e-10
+        } else {
+            1e-8
+        };
+        assert!(error < bar, "{} {error:e}", candidate.parameter);
     }
 }
 
@@ -85,7 +91,6 @@ fn of_the_haar_series() {
         };
         let mut want = 0.0;
         for i in 0..50 {
-            // Next to no weight in place of none keeps the cells where they are.
             let mut others = w.clone();
             others[i] = 0.0;
             let keep = x.iter().enumerate().filter(|(j, _)| *j != i);

@@ -23,9 +23,11 @@ const GRID: usize = 40;
 /// Further penalties on either side of the best, in each of two refinements.
 const FINER: usize = 4;
 /// The largest penalty tried, in the weight of all points, on [0, 1]: a straight line in all but name.
-const LARGEST: f64 = 10.0;
+const LARGEST: f64 = 1.0;
 /// The share that the smallest penalty tried takes off a wave as short as the knots can follow.
-const SMALLEST: f64 = 1e-3;
+const SMALLEST: f64 = 0.03;
+/// Degrees of freedom farther than this outside their range: the leverages have lost their digits.
+const ROUNDING: f64 = 1e-3;
 /// Knots closer than this share of the quartiles' distance are one: roughness grows with the cube of the inverse.
 const CLOSEST: f64 = 1e-6;
 
@@ -93,25 +95,28 @@ impl Estimator for SplineRegression {
                 value: distinct[0],
             });
         }
+        let singular = || Error::BeyondData {
+            parameter: "the number of knots",
+            value: self.knots.min(distinct.len()),
+            most: 2,
+            reason: "with this penalty the normal equations for so many are singular in double precision",
+        };
         let problem = Problem::new(&points, &distinct, self.knots);
         let search = match self.penalty {
             Choice::Fixed(_) => None,
             Choice::FromData(criterion) => {
                 let curve = problem.curve(|c| c.score(criterion));
+                if curve.is_empty() {
+                    return Err(singular());
+                }
                 Some(Search::best(criterion, curve, (true, true), points.size()))
             }
         };
-        let penalty = match (&search, self.penalty) {
-            (Some(search), _) => search.parameter,
-            (None, Choice::Fixed(penalty)) => penalty,
-            (None, Choice::FromData(_)) => unreachable!("a choice from the data has a search"),
+        let penalty = match self.penalty {
+            Choice::Fixed(penalty) => penalty,
+            Choice::FromData(_) => search.as_ref().map_or(0.0, |s| s.parameter),
         };
-        problem.fit(penalty, self.outside, search).ok_or(Error::BeyondData {
-            parameter: "the number of knots",
-            value: self.knots.min(distinct.len()),
-            most: 2,
-            reason: "without enough penalty the data do not determine so many B-splines",
-        })
+        problem.fit(penalty, self.outside, search).ok_or_else(singular)
     }
 }
 
@@ -202,12 +207,11 @@ impl<'a> Problem<'a> {
             .then_some((factor, coefficients))
     }
 
-    /// Both scores and the degrees of freedom for one penalty.
-    fn candidate(&self, penalty: f64) -> Candidate<f64> {
+    /// Both scores and the degrees of freedom for one penalty; `None` where the normal equations are singular to
+    /// working precision.
+    fn candidate(&self, penalty: f64) -> Option<Candidate<f64>> {
         let (n, weight) = (self.points.len(), self.points.total_weight());
-        let Some((factor, c)) = self.solve(penalty) else {
-            return Candidate::new(penalty, n as f64, f64::INFINITY, f64::INFINITY, weight, n);
-        };
+        let (factor, c) = self.solve(penalty)?;
         let inverse = factor.inverse_band();
         let (mut trace, mut left_out, mut residual) = (0.0, 0.0, 0.0);
         for (((at, v), w), y) in self.rows.iter().zip(&self.points.w).zip(&self.residual) {
@@ -227,7 +231,9 @@ impl<'a> Problem<'a> {
                 f64::INFINITY
             };
         }
-        Candidate::new(penalty, trace, left_out, residual, weight, n)
+        // A straight line has two.
+        let sound = trace > 2.0 - ROUNDING && trace < n as f64 + ROUNDING;
+        sound.then(|| Candidate::new(penalty, trace, left_out, residual, weight, n))
     }
 
     /// A logarithmic grid of penalties, from interpolation to a straight line, refined around the best.
@@ -240,9 +246,12 @@ impl<'a> Problem<'a> {
         let mut tried: Vec<(f64, Candidate<f64>)> = (0..GRID)
             .into_par_iter()
             .map(|i| start + step * i as f64)
-            .map(|t| (t, candidate(t)))
+            .filter_map(|t| Some((t, candidate(t)?)))
             .collect();
         for _ in 0..2 {
+            if tried.is_empty() {
+                break;
+            }
             let curve: Vec<_> = tried.iter().map(|t| t.1).collect();
             let centre = tried[lowest(&curve, score)].0;
             step /= (FINER + 1) as f64;
@@ -250,7 +259,7 @@ impl<'a> Problem<'a> {
                 .into_par_iter()
                 .flat_map_iter(|i| [centre - step * i as f64, centre + step * i as f64])
                 .filter(|t| (start..=0.0).contains(t))
-                .map(|t| (t, candidate(t)))
+                .filter_map(|t| Some((t, candidate(t)?)))
                 .collect();
             tried.extend(finer);
             tried.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -262,7 +271,7 @@ impl<'a> Problem<'a> {
         let (_, coefficients) = self.solve(penalty)?;
         Some(SplineFit {
             penalty,
-            degrees_of_freedom: self.candidate(penalty).degrees_of_freedom,
+            degrees_of_freedom: self.candidate(penalty)?.degrees_of_freedom,
             splines: self.splines,
             coefficients,
             line: self.line,
