@@ -190,6 +190,30 @@ pub enum Error {
         /// The lags that the order needs.
         need: usize,
     },
+    /// An estimator is given more or fewer columns than it can take.
+    #[error("{what} takes {expected}, but {got} were given")]
+    ColumnCount {
+        /// What takes them.
+        what: &'static str,
+        /// The number of columns given.
+        got: usize,
+        /// The number it takes, in words, for example "1 column".
+        expected: String,
+    },
+    /// A parameter asks for more than the data can tell.
+    #[error(
+        "{parameter} is {value}, but these data allow at most {most}: {reason}; choose it smaller or take more samples"
+    )]
+    BeyondData {
+        /// The parameter's name.
+        parameter: &'static str,
+        /// The value that was given.
+        value: usize,
+        /// The largest that these data allow.
+        most: usize,
+        /// What limits it.
+        reason: &'static str,
+    },
 }
 
 /// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.

@@ -1,0 +1,252 @@
+//! What all estimators of m(x) = E(Y | X = x) have in common.
+//!
+//! An [`Estimator`] holds parameters, unchecked; [`Estimator::fit`] checks them together with the data and
+//! returns a [`Regression`], which predicts. A new estimator is one file with a struct that implements the
+//! first and a fit that implements the second; [`Points`] checks the data for it.
+
+use std::fmt::Debug;
+
+use super::{KernelFit, Outside};
+use crate::error::{Error, Result};
+use crate::selection::Criterion;
+
+/// A fitted regression: a function of `dimension()` variables.
+pub trait Regression: Debug + Send + Sync {
+    /// The number of columns of x.
+    fn dimension(&self) -> usize;
+
+    /// The estimates at the points whose coordinates are the columns `x`, all of one length.
+    ///
+    /// NaN for a point with a coordinate that is NaN, and where the estimator's policy says that nothing
+    /// is known.
+    ///
+    /// # Errors
+    /// [`Error::ColumnCount`] for a number of columns other than `dimension()`, [`Error::LengthMismatch`].
+    fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>>;
+}
+
+/// A method of estimating a regression, with its parameters.
+pub trait Estimator: Debug + Sized {
+    /// What the method returns.
+    type Fit: Regression + 'static;
+
+    /// Estimates m from the points whose coordinates are the columns `x`, with the ordinates `y`.
+    ///
+    /// A point of weight w counts as w points; a point of weight zero is not there; without weights every
+    /// point counts once. Nothing depends on the order of the points.
+    ///
+    /// # Errors
+    /// [`Error::ColumnCount`], [`Error::LengthMismatch`], [`Error::NonFinite`], [`Error::TooShort`] without
+    /// any point of positive weight, [`Error::InvalidParameter`] for a weight that is negative or not finite
+    /// and for the estimator's own parameters, [`Error::BeyondData`] where these ask for more than the data
+    /// can tell.
+    fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Self::Fit>;
+
+    /// [`Estimator::fit`] for code that chooses the estimator at run time.
+    ///
+    /// # Errors
+    /// Those of [`Estimator::fit`].
+    fn fit_boxed(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Box<dyn Regression>> {
+        Ok(Box::new(self.fit(x, y, weights)?))
+    }
+}
+
+/// A parameter that is given, or chosen from the data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Choice<P> {
+    /// This value.
+    Fixed(P),
+    /// The value with the smallest score.
+    FromData(Criterion),
+}
+
+impl<P> Default for Choice<P> {
+    /// From the data, by leave-one-out.
+    fn default() -> Self {
+        Choice::FromData(Criterion::default())
+    }
+}
+
+impl Regression for KernelFit {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>> {
+        Ok(KernelFit::predict(self, check_queries(x, 1)?[0]))
+    }
+}
+
+/// `dimension` query columns of one length; their points may be anything, NaN included.
+pub(crate) fn check_queries<'a, 'b>(x: &'a [&'b [f64]], dimension: usize) -> Result<&'a [&'b [f64]]> {
+    if x.len() != dimension {
+        return Err(Error::ColumnCount {
+            what: "this regression",
+            got: x.len(),
+            expected: columns(dimension),
+        });
+    }
+    equal_lengths(x)?;
+    Ok(x)
+}
+
+fn columns(count: usize) -> String {
+    format!("{count} column{}", if count == 1 { "" } else { "s" })
+}
+
+fn equal_lengths(x: &[&[f64]]) -> Result<()> {
+    match x.iter().position(|column| column.len() != x[0].len()) {
+        None => Ok(()),
+        Some(i) => Err(Error::LengthMismatch {
+            name: name_of(i, x.len()),
+            got: x[i].len(),
+            expected: x[0].len(),
+        }),
+    }
+}
+
+fn name_of(column: usize, dimension: usize) -> String {
+    if dimension == 1 {
+        "x".to_owned()
+    } else {
+        format!("x[{column}]")
+    }
+}
+
+/// Checked points of positive weight, sorted, so that nothing depends on their order.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Points {
+    /// The coordinates: `x[j][i]` is that of point i along dimension j.
+    pub x: Vec<Vec<f64>>,
+    /// The ordinates.
+    pub y: Vec<f64>,
+    /// The weights, all positive.
+    pub w: Vec<f64>,
+}
+
+impl Points {
+    /// Checks the data of an estimator called `what` that takes at most `most` columns; at least one point.
+    pub fn new(what: &'static str, most: usize, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Points> {
+        if x.is_empty() || x.len() > most {
+            let expected = if most == 1 {
+                columns(1)
+            } else {
+                format!("1 to {}", columns(most))
+            };
+            return Err(Error::ColumnCount {
+                what,
+                got: x.len(),
+                expected,
+            });
+        }
+        equal_lengths(x)?;
+        let n = x[0].len();
+        for (name, values) in [("y", Some(y)), ("weights", weights)] {
+            if let Some(values) = values.filter(|v| v.len() != n) {
+                return Err(Error::LengthMismatch {
+                    name: name.to_owned(),
+                    got: values.len(),
+                    expected: n,
+                });
+            }
+        }
+        let named = x.iter().enumerate().map(|(j, column)| (name_of(j, x.len()), *column));
+        for (column, values) in named.chain([("y".to_owned(), y)]) {
+            if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
+                return Err(Error::NonFinite {
+                    column,
+                    sample,
+                    value: values[sample],
+                });
+            }
+        }
+        if let Some(weights) = weights
+            && let Some(i) = weights.iter().position(|&w| !(w >= 0.0 && w.is_finite()))
+        {
+            return Err(Error::InvalidParameter {
+                name: format!("weights[{i}]"),
+                value: weights[i],
+                requirement: "zero or positive, and finite",
+            });
+        }
+        let weight = |i: usize| weights.map_or(1.0, |w| w[i]);
+        let mut order: Vec<usize> = (0..n).filter(|&i| weight(i) > 0.0).collect();
+        if order.is_empty() {
+            return Err(Error::TooShort { what, need: 1, got: 0 });
+        }
+        order.sort_unstable_by(|&i, &k| {
+            let along = x.iter().map(|column| column[i].total_cmp(&column[k]));
+            along
+                .chain([y[i].total_cmp(&y[k]), weight(i).total_cmp(&weight(k))])
+                .find(|o| o.is_ne())
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
+        let gather = |values: &[f64]| order.iter().map(|&i| values[i]).collect();
+        Ok(Points {
+            x: x.iter().map(|column| gather(column)).collect(),
+            y: gather(y),
+            w: order.iter().map(|&i| weight(i)).collect(),
+        })
+    }
+
+    pub fn len(&self) -> usize {
+        self.y.len()
+    }
+
+    pub fn total_weight(&self) -> f64 {
+        self.w.iter().sum()
+    }
+
+    /// The weighted mean of the ordinates.
+    pub fn mean(&self) -> f64 {
+        // Twice: the second pass removes the rounding of the first where the offset is large.
+        let total = self.total_weight();
+        let about = |c: f64| self.y.iter().zip(&self.w).map(|(y, w)| w * (y - c)).sum::<f64>() / total;
+        let first = about(self.y[0]) + self.y[0];
+        first + about(first)
+    }
+
+    /// The root mean square of the ordinates, by which rounding is told from error.
+    pub fn size(&self) -> f64 {
+        (self.y.iter().map(|y| y * y).sum::<f64>() / self.len() as f64).sqrt()
+    }
+
+    /// The first and the last abscissa along dimension `j`.
+    pub fn range(&self, j: usize) -> (f64, f64) {
+        let fold = |f: fn(f64, f64) -> f64| self.x[j].iter().copied().fold(self.x[j][0], f);
+        (fold(f64::min), fold(f64::max))
+    }
+
+    /// The distinct abscissas of one column, increasing.
+    pub fn distinct(&self) -> Vec<f64> {
+        let mut distinct = self.x[0].clone();
+        distinct.dedup();
+        distinct
+    }
+}
+
+/// Evaluates an estimate in one variable over `range`, and what `outside` says beyond.
+pub(crate) fn evaluate(
+    x: &[f64],
+    range: (f64, f64),
+    outside: Outside,
+    value: impl Fn(f64) -> f64,
+    slope: impl Fn(f64) -> f64,
+) -> Vec<f64> {
+    x.iter()
+        .map(|&x| {
+            let end = x.clamp(range.0, range.1);
+            match outside {
+                _ if x.is_nan() => f64::NAN,
+                _ if x == end => value(x),
+                Outside::Nan => f64::NAN,
+                Outside::Nearest => value(end),
+                Outside::Linear => value(end) + slope(end) * (x - end),
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+#[path = "estimator_tests/mod.rs"]
+mod tests;

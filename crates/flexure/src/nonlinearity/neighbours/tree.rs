@@ -1,0 +1,266 @@
+//! Neighbours in several dimensions: a k-d tree (Bentley 1975).
+
+use rayon::prelude::*;
+
+use super::super::estimator::Points;
+use super::{Neighbourhood, Scores};
+
+/// Points of a leaf.
+const LEAF: usize = 12;
+/// Queries of one parallel piece: fixed, so that the sums do not depend on the number of threads.
+const PIECE: usize = 256;
+
+/// Points in an order in which every subtree is a range, split at its middle.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Tree {
+    /// The standard deviations of the columns (1 for a constant one).
+    pub scales: Vec<f64>,
+    /// The coordinates, point after point. They are not scaled: differences of lattice points stay exact, and
+    /// with them the ties.
+    x: Vec<f64>,
+    /// The dimension along which the range with this middle is split.
+    split: Vec<u8>,
+    /// Weights and centred ordinates.
+    points: Vec<(f64, f64)>,
+    mean: f64,
+}
+
+/// A point and its squared distance.
+#[derive(Debug, Clone, Copy)]
+struct Found {
+    distance: f64,
+    point: usize,
+}
+
+impl Tree {
+    pub fn new(data: &Points) -> Tree {
+        let d = data.x.len();
+        let scales: Vec<f64> = data.x.iter().map(|column| deviation(column, &data.w)).collect();
+        let mut order: Vec<usize> = (0..data.len()).collect();
+        let mut split = vec![0; data.len()];
+        arrange(&data.x, &scales, &mut order, &mut split);
+        let mean = data.mean();
+        Tree {
+            scales,
+            x: order
+                .iter()
+                .flat_map(|&i| (0..d).map(move |j| (j, i)))
+                .map(|(j, i)| data.x[j][i])
+                .collect(),
+            split,
+            points: order.iter().map(|&i| (data.w[i], data.y[i] - mean)).collect(),
+            mean,
+        }
+    }
+
+    fn dimension(&self) -> usize {
+        self.scales.len()
+    }
+
+    fn at(&self, point: usize) -> &[f64] {
+        let d = self.dimension();
+        &self.x[point * d..][..d]
+    }
+
+    /// The nearest points of weight at least `need` together (no more than all), all that are tied with the
+    /// farthest of them included, nearest first.
+    fn nearest(&self, q: &[f64], need: f64) -> Vec<Found> {
+        let mut search = Search {
+            tree: self,
+            q,
+            need,
+            found: Vec::new(),
+            weight: 0.0,
+            farthest: f64::INFINITY,
+            full: 0,
+        };
+        search.visit(0, self.points.len(), 0.0, &mut vec![0.0; q.len()]);
+        search.prune();
+        search.found
+    }
+
+    /// The sums for k neighbours from a sorted list of enough of them.
+    fn neighbourhood(&self, found: &[Found], k: f64) -> Neighbourhood {
+        let mut sums = Neighbourhood::default();
+        for group in found.chunk_by(|a, b| a.distance == b.distance) {
+            sums.near = (sums.near.0 + sums.tied.0, sums.near.1 + sums.tied.1);
+            sums.tied = (0.0, 0.0);
+            for found in group {
+                let (w, y) = self.points[found.point];
+                sums.tied = (sums.tied.0 + w, sums.tied.1 + w * y);
+            }
+            sums.radius = group[0].distance;
+            if sums.near.0 + sums.tied.0 >= k {
+                break;
+            }
+        }
+        sums
+    }
+
+    /// The estimates at the points with the coordinates `columns`, all finite.
+    pub fn means(&self, columns: &[Vec<f64>], k: f64) -> Vec<f64> {
+        (0..columns[0].len())
+            .into_par_iter()
+            .map(|i| {
+                let q: Vec<f64> = columns.iter().map(|c| c[i]).collect();
+                self.mean + self.neighbourhood(&self.nearest(&q, k), k).mean(k)
+            })
+            .collect()
+    }
+
+    /// The score's sums for all these increasing numbers of neighbours: one search a point.
+    pub fn scores(&self, numbers: &[usize]) -> Vec<Scores> {
+        let Some(&most) = numbers.last() else {
+            return Vec::new();
+        };
+        let n = self.points.len();
+        let pieces: Vec<Vec<Scores>> = (0..n.div_ceil(PIECE))
+            .into_par_iter()
+            .map(|piece| {
+                let mut scores = vec![Scores::default(); numbers.len()];
+                for i in piece * PIECE..n.min((piece + 1) * PIECE) {
+                    let (w, y) = self.points[i];
+                    let found = self.nearest(self.at(i), most as f64 + w);
+                    for (scores, &k) in scores.iter_mut().zip(numbers) {
+                        let k = k as f64;
+                        let (with, more) = (self.neighbourhood(&found, k), self.neighbourhood(&found, k + w));
+                        scores.add(k, w, y, with, more);
+                    }
+                }
+                scores
+            })
+            .collect();
+        let mut total = vec![Scores::default(); numbers.len()];
+        for piece in pieces {
+            for (t, p) in total.iter_mut().zip(piece) {
+                t.trace += p.trace;
+                t.left_out += p.left_out;
+                t.residual += p.residual;
+            }
+        }
+        total
+    }
+}
+
+/// The standard deviation of a column; 1 for a constant one.
+fn deviation(column: &[f64], w: &[f64]) -> f64 {
+    if column.iter().all(|x| *x == column[0]) {
+        return 1.0;
+    }
+    // By size, so that columns of the same values have the same deviation to the last digit.
+    let mut sorted: Vec<(f64, f64)> = column.iter().copied().zip(w.iter().copied()).collect();
+    sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let total: f64 = sorted.iter().map(|p| p.1).sum();
+    let mean: f64 = sorted.iter().map(|(x, w)| w / total * x).sum();
+    let square: f64 = sorted.iter().map(|(x, w)| w / total * (x - mean).powi(2)).sum();
+    let deviation = square.sqrt();
+    if deviation > 0.0 && deviation.is_finite() {
+        deviation
+    } else {
+        1.0
+    }
+}
+
+/// Orders the points of a subtree around its middle along the column of the widest extent.
+fn arrange(columns: &[Vec<f64>], scales: &[f64], order: &mut [usize], split: &mut [u8]) {
+    if order.len() <= LEAF {
+        return;
+    }
+    let extent = |j: usize| {
+        let along = order.iter().map(|&i| columns[j][i]);
+        let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        (high - low) / scales[j]
+    };
+    let widest = (0..columns.len())
+        .max_by(|&a, &b| extent(a).total_cmp(&extent(b)))
+        .unwrap_or(0);
+    let middle = order.len() / 2;
+    let column = &columns[widest];
+    order.select_nth_unstable_by(middle, |&i, &j| column[i].total_cmp(&column[j]).then(i.cmp(&j)));
+    split[middle] = widest as u8;
+    let (left, right) = order.split_at_mut(middle);
+    let (split_left, split_right) = split.split_at_mut(middle);
+    rayon::join(
+        || arrange(columns, scales, left, split_left),
+        || arrange(columns, scales, &mut right[1..], &mut split_right[1..]),
+    );
+}
+
+struct Search<'a> {
+    tree: &'a Tree,
+    q: &'a [f64],
+    need: f64,
+    /// Candidates; after pruning sorted and without any that is too far.
+    found: Vec<Found>,
+    /// Their weight.
+    weight: f64,
+    /// Points farther than this are out; infinite until enough are found.
+    farthest: f64,
+    /// The number of candidates from which on pruning pays.
+    full: usize,
+}
+
+impl Search<'_> {
+    /// Searches the range of points from `from` to `to`, whose box is at the squared distance `away`, with the
+    /// distances along every dimension in `offsets`.
+    fn visit(&mut self, from: usize, to: usize, away: f64, offsets: &mut Vec<f64>) {
+        // With a little room: the distance to a box is rounded in another order than that to a point.
+        if away * (1.0 - 1e-12) > self.farthest {
+            return;
+        }
+        if to - from <= LEAF {
+            (from..to).for_each(|point| self.add(point));
+            return;
+        }
+        let middle = from + (to - from) / 2;
+        let dimension = usize::from(self.tree.split[middle]);
+        let side = (self.q[dimension] - self.tree.at(middle)[dimension]) / self.tree.scales[dimension];
+        let (near, far) = if side < 0.0 {
+            ((from, middle), (middle + 1, to))
+        } else {
+            ((middle + 1, to), (from, middle))
+        };
+        self.visit(near.0, near.1, away, offsets);
+        self.add(middle);
+        let before = offsets[dimension];
+        offsets[dimension] = side;
+        let away = offsets.iter().map(|o| o * o).sum();
+        self.visit(far.0, far.1, away, offsets);
+        offsets[dimension] = before;
+    }
+
+    fn add(&mut self, point: usize) {
+        let along = self.tree.at(point).iter().zip(self.q).zip(&self.tree.scales);
+        let distance: f64 = along.map(|((x, q), s)| ((x - q) / s).powi(2)).sum();
+        if distance > self.farthest {
+            return;
+        }
+        self.found.push(Found { distance, point });
+        self.weight += self.tree.points[point].0;
+        if self.weight >= self.need && self.found.len() >= self.full {
+            self.prune();
+            // Its cost is then shared by as many candidates.
+            self.full = 2 * self.found.len() + LEAF;
+        }
+    }
+
+    /// Sorts the candidates and drops those beyond the one at which the weight is reached.
+    fn prune(&mut self) {
+        self.found
+            .sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.point.cmp(&b.point)));
+        let mut weight = 0.0;
+        for i in 0..self.found.len() {
+            weight += self.tree.points[self.found[i].point].0;
+            let last = self
+                .found
+                .get(i + 1)
+                .is_none_or(|next| next.distance > self.found[i].distance);
+            if last && weight >= self.need {
+                self.farthest = self.found[i].distance;
+                self.found.truncate(i + 1);
+                break;
+            }
+        }
+        self.weight = self.found.iter().map(|f| self.tree.points[f.point].0).sum();
+    }
+}

@@ -1,0 +1,107 @@
+//! A parameter by leave-one-out or generalised cross-validation: the score of every candidate.
+
+/// The score that a choice from the data minimises.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Criterion {
+    /// Leave-one-out cross-validation, exact: $\sum_i w_i (Y_i - m_{n,-i}(X_i))^2 / \sum_i w_i$ with the
+    /// estimate $m_{n,-i}$ without point i.
+    #[default]
+    LeaveOneOut,
+    /// Generalised cross-validation (Craven and Wahba 1979):
+    /// $\sum_i w_i (Y_i - m_n(X_i))^2 / \sum_i w_i$ over $(1 - \mathrm{df}/n)^2$.
+    Generalized,
+}
+
+/// A candidate for a parameter, and both its scores.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate<P> {
+    /// The parameter's value.
+    pub parameter: P,
+    /// The trace of the hat matrix, by which the ordinates determine the fitted values.
+    pub degrees_of_freedom: f64,
+    /// The leave-one-out score, in the squared unit of y; infinite where the estimate without some point
+    /// is not determined.
+    pub leave_one_out: f64,
+    /// The generalised cross-validation score, in the squared unit of y; infinite with as many degrees of
+    /// freedom as points.
+    pub generalized: f64,
+}
+
+impl<P> Candidate<P> {
+    /// The score by this criterion.
+    pub fn score(&self, criterion: Criterion) -> f64 {
+        match criterion {
+            Criterion::LeaveOneOut => self.leave_one_out,
+            Criterion::Generalized => self.generalized,
+        }
+    }
+
+    /// A candidate from the weighted sums over all `n` points.
+    pub(crate) fn new(parameter: P, trace: f64, left_out: f64, residual: f64, weight: f64, n: usize) -> Self {
+        let rest = 1.0 - trace / n as f64;
+        let finite = |score: f64| if score.is_finite() { score } else { f64::INFINITY };
+        Candidate {
+            parameter,
+            degrees_of_freedom: trace,
+            leave_one_out: finite(left_out / weight),
+            generalized: if rest > UNDETERMINED {
+                finite(residual / weight / (rest * rest))
+            } else {
+                f64::INFINITY
+            },
+        }
+    }
+}
+
+/// 1 - h below this: the fit without that point is not determined.
+pub(crate) const UNDETERMINED: f64 = 1e-10;
+
+/// Relative difference of two scores that counts as none.
+const FLAT: f64 = 1e-9;
+
+/// Root mean square errors below this share of the ordinates' size are rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// The whole search: its result is part of every fit that used it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Search<P> {
+    /// The value with the smallest score; of equal ones that with the fewest degrees of freedom.
+    pub parameter: P,
+    /// The score that was minimised.
+    pub criterion: Criterion,
+    /// All candidates in order of the parameter.
+    pub curve: Vec<Candidate<P>>,
+    /// Whether the best candidate is the first or the last one tried where more could have been tried, so
+    /// that the minimum may lie beyond.
+    pub at_edge: bool,
+}
+
+impl<P: Copy> Search<P> {
+    /// The best of a curve that is not empty. `open` says whether values below the first and above the last
+    /// would have been possible; `size` is the ordinates' root mean square.
+    pub(crate) fn best(criterion: Criterion, curve: Vec<Candidate<P>>, open: (bool, bool), size: f64) -> Self {
+        let floor = (ROUNDING * size).powi(2);
+        let score = |c: &Candidate<P>| c.score(criterion).max(floor);
+        let best = lowest(&curve, score);
+        let last = curve.len() - 1;
+        let steeper = |i: usize| score(&curve[i]) - score(&curve[best]) > FLAT * score(&curve[i]);
+        let at_edge = last > 0 && (open.0 && best == 0 && steeper(1) || open.1 && best == last && steeper(last - 1));
+        Search {
+            parameter: curve[best].parameter,
+            criterion,
+            curve,
+            at_edge,
+        }
+    }
+}
+
+/// The index of the lowest score; of equal ones that with the fewest degrees of freedom.
+pub(crate) fn lowest<P>(curve: &[Candidate<P>], score: impl Fn(&Candidate<P>) -> f64) -> usize {
+    (0..curve.len())
+        .min_by(|&i, &j| {
+            let (a, b) = (&curve[i], &curve[j]);
+            let by_freedom = a.degrees_of_freedom.total_cmp(&b.degrees_of_freedom);
+            score(a).total_cmp(&score(b)).then(by_freedom)
+        })
+        .unwrap_or(0)
+}
