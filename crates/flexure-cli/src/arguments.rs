@@ -130,9 +130,15 @@ pub fn known_point(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-/// The sample time of a record in s: as given, or from its column `t`; `None` if neither tells.
-pub fn sample_time(file: &RecordFile, given: Option<f64>) -> Result<Option<f64>> {
-    let recorded = match file.record.names().iter().any(|n| n == TIME) {
+/// Whether a record has a column of sample instants: one named `t` that is none of the `signals` in use.
+pub fn has_time(file: &RecordFile, signals: &[&str]) -> bool {
+    !signals.contains(&TIME) && file.record.names().iter().any(|n| n == TIME)
+}
+
+/// The sample time of a record in s: as given, or from its column `t`, unless that is one of the `signals`; `None` if
+/// neither tells.
+pub fn sample_time(file: &RecordFile, given: Option<f64>, signals: &[&str]) -> Result<Option<f64>> {
+    let recorded = match has_time(file, signals) {
         true => Some(file.sample_time(TIME)?),
         false => None,
     };
@@ -147,9 +153,9 @@ pub fn sample_time(file: &RecordFile, given: Option<f64>) -> Result<Option<f64>>
     Ok(given.or(recorded))
 }
 
-/// Refuses a record whose sample time is not the model's.
-pub fn same_sample_time(file: &RecordFile, model: Option<f64>) -> Result<()> {
-    if let (Some(model), Some(recorded)) = (model, sample_time(file, None)?)
+/// Refuses a record whose sample time is not the model's; `signals` are the columns in use.
+pub fn same_sample_time(file: &RecordFile, model: Option<f64>, signals: &[&str]) -> Result<()> {
+    if let (Some(model), Some(recorded)) = (model, sample_time(file, None, signals)?)
         && (model - recorded).abs() > SAME_SAMPLE_TIME * model
     {
         bail!(

@@ -14,6 +14,7 @@ use serde_json::json;
 
 use crate::identify::{identify, write_files};
 use crate::outcome::{Context, identification_json, summary};
+use crate::output::{command_line, print};
 use crate::page::{self, Decoration, Truth};
 use crate::simulate::simulate;
 
@@ -66,8 +67,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         input: "tau2",
         output: "dq2",
         sample_time: Some(arm.run.sample_time),
+        method: PlainHammerstein::default(),
     };
-    let result = identify(&record, &context, &PlainHammerstein::default())?;
+    let result = identify(&record, &context)?;
     write_files(
         &record,
         &context,
@@ -79,15 +81,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json {
         let mut object = identification_json(&result, &context);
         object["files"] = json!(paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>());
-        println!("{object}");
-    } else {
-        println!("{}", summary(&result, &context));
-        for path in &paths {
-            println!("wrote {}", path.display());
-        }
-        println!("open {} in a browser", paths[3].display());
+        return print(&object.to_string());
     }
-    Ok(())
+    let mut lines = vec![summary(&result, &context)];
+    lines.extend(paths.iter().map(|path| format!("wrote {}", path.display())));
+    lines.push(format!("open {} in a browser", paths[3].display()));
+    print(&lines.join("\n"))
 }
 
 fn decoration(arm: &ArmFile, record: &RecordFile, result: &Identification, out: &Path) -> Result<Decoration> {
@@ -95,7 +94,7 @@ fn decoration(arm: &ArmFile, record: &RecordFile, result: &Identification, out: 
     let [a, b] = alignment(result, &friction);
     Ok(Decoration {
         title: Some("The elbow of a space arm: from torque to velocity".to_owned()),
-        command: Some(format!("flexure demo --out {}", out.display())),
+        command: Some(command_line(["demo".into(), "--out".into(), out.into()])),
         truth: Some(Truth {
             phi: Box::new(move |tau| a * steady_velocity(&friction, tau) + b),
             label: "steady velocity under the simulated friction (12), scaled and shifted onto the estimate".to_owned(),

@@ -12,6 +12,7 @@ use flexure_report::data::ArmMotion;
 
 use crate::arguments::{self, Auto};
 use crate::outcome::{Context, identification_json, model_file, summary};
+use crate::output::{command_line, print};
 use crate::page::{self, Decoration};
 use crate::progress::spinning;
 use crate::simulate::read_arm;
@@ -67,7 +68,7 @@ pub struct Arguments {
     /// Share of the record, at its end, kept from the fit.
     #[arg(long, value_name = "SHARE", default_value = "0.25", allow_hyphen_values = true, value_parser = arguments::fresh_share)]
     fresh: f64,
-    /// Sample time in s; without it that of a column 't', if there is one.
+    /// Sample time in s; without it that of a column 't', if there is one that is neither input nor output.
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: Option<f64>,
     /// Write the model here.
@@ -166,11 +167,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let context = Context {
         input: &arguments.input,
         output: &arguments.output,
-        sample_time: arguments::sample_time(&file, arguments.sample_time)?,
+        sample_time: arguments::sample_time(&file, arguments.sample_time, &[&arguments.input, &arguments.output])?,
+        method: arguments.method(),
     };
-    let result = identify(&file, &context, &arguments.method())?;
+    let result = identify(&file, &context)?;
     let arm = arguments.moving_arm(&file, &context)?;
-    let command = std::env::args().collect::<Vec<_>>().join(" ");
+    let command = command_line(std::env::args_os().skip(1));
     write_files(
         &file,
         &context,
@@ -191,27 +193,25 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         },
     )?;
     if arguments.json {
-        println!("{}", identification_json(&result, &context));
-    } else {
-        println!("{}", summary(&result, &context));
-        for path in [&arguments.model, &arguments.report].into_iter().flatten() {
-            println!("wrote {}", path.display());
-        }
+        return print(&identification_json(&result, &context).to_string());
     }
-    Ok(())
+    let written = [&arguments.model, &arguments.report].into_iter().flatten();
+    let mut lines = vec![summary(&result, &context)];
+    lines.extend(written.map(|path| format!("wrote {}", path.display())));
+    print(&lines.join("\n"))
 }
 
 /// Identifies, and says in which file and line an error lies.
-pub fn identify(file: &RecordFile, context: &Context, method: &PlainHammerstein) -> Result<Identification> {
+pub fn identify(file: &RecordFile, context: &Context) -> Result<Identification> {
     file.finite(context.input)?;
     file.finite(context.output)?;
     spinning("identifying", || {
-        method.identify(&file.record, context.input, context.output)
+        context.method.identify(&file.record, context.input, context.output)
     })
     .map_err(|error| file.locate(error).into())
 }
 
-/// Writes the model and the page, where asked for.
+/// Writes the model and the page, where asked for; neither if the page cannot be made.
 pub fn write_files(
     file: &RecordFile,
     context: &Context,
@@ -220,11 +220,17 @@ pub fn write_files(
     report: Option<&PathBuf>,
     page: impl FnOnce(&RecordFile, &Context, &Identification) -> Result<flexure_report::data::Page>,
 ) -> Result<()> {
+    let rendered = match report {
+        Some(path) => {
+            let html = flexure_report::render(&page(file, context, result)?).context("the report")?;
+            Some((path, html))
+        }
+        None => None,
+    };
     if let Some(path) = model {
         write_model(path, &model_file(result, context))?;
     }
-    if let Some(path) = report {
-        let html = flexure_report::render(&page(file, context, result)?).context("the report")?;
+    if let Some((path, html)) = rendered {
         write_atomically(path, |out| out.write_all(html.as_bytes()))?;
     }
     Ok(())

@@ -6,6 +6,7 @@ mod arguments;
 mod demo;
 mod identify;
 mod outcome;
+mod output;
 mod page;
 mod predict;
 mod progress;
@@ -45,7 +46,7 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            output::print_error(&error);
             match error.is::<arguments::Usage>() {
                 true => ExitCode::from(2),
                 false => ExitCode::FAILURE,

@@ -1,8 +1,10 @@
 //! An identification and a verdict as JSON, as a model file and in words.
 
+use anyhow::{Result, bail};
 use flexure::Block;
-use flexure::identify::{Identification, Psi, Verdict};
-use flexure_io::ModelFile;
+use flexure::identify::{Identification, PlainHammerstein, Psi, Verdict};
+use flexure::nonlinearity::Curve;
+use flexure_io::{ModelFile, RecordFile};
 use serde_json::{Value, json};
 
 /// Share of the impulse response that is left when a system counts as settled.
@@ -16,6 +18,8 @@ pub struct Context<'a> {
     pub output: &'a str,
     /// s; `None` if unknown.
     pub sample_time: Option<f64>,
+    /// The method with the choices that were given; the others were made from data.
+    pub method: PlainHammerstein,
 }
 
 /// The object that `identify --json` prints.
@@ -169,12 +173,88 @@ fn coefficients(c: &[f64]) -> String {
     format!("[{}]", list.join(", "))
 }
 
-/// How many of `input` lie outside the first nonlinearity's abscissas.
-pub fn outside(block: &Block, input: &[f64]) -> usize {
+/// The free-run output of a model under a column of a record.
+///
+/// # Errors
+/// Those of [`RecordFile::finite`]; names the first sample for which the model has no finite output.
+pub fn predict(block: &Block, file: &RecordFile, input: &str) -> Result<Vec<f64>> {
+    let u = file.finite(input)?;
+    let y = block.simulate(u);
+    let Some(first) = y.iter().position(|v| !v.is_finite()) else {
+        return Ok(y);
+    };
+    // A linear part starts from its input's mean, so that one unknown value spoils the output from the start.
+    let unknown = entered(block).and_then(|curve| {
+        let sample = u.iter().position(|&u| curve.value(u).is_nan())?;
+        Some((curve.x(), sample))
+    });
+    let (sample, problem) = match unknown {
+        Some((x, sample)) => (
+            sample,
+            format!(
+                "column '{input}' is {} at sample {sample}, but the model's nonlinearity is known only from {} to {}; cut such \
+                 samples off, or identify the model from a record with a wider range",
+                u[sample],
+                x[0],
+                x[x.len() - 1]
+            ),
+        ),
+        None => (
+            first,
+            format!(
+                "the model's output is {} at sample {first}; check that column '{input}' is in the unit in which the model was identified",
+                y[first]
+            ),
+        ),
+    };
+    let line = file.line(sample).map_or(String::new(), |line| format!(", line {line}"));
+    bail!("{}{line}: {problem}", file.path.display());
+}
+
+/// The nonlinearity that the input enters, if it enters one.
+fn entered(block: &Block) -> Option<&Curve> {
     match block {
-        Block::Static(curve) => input.iter().filter(|&&u| !curve.covers(u)).count(),
-        Block::Series(blocks) => blocks.first().map_or(0, |b| outside(b, input)),
-        Block::Linear(_) | Block::Parallel(_) => 0,
+        Block::Static(curve) => Some(curve),
+        Block::Series(blocks) => blocks.first().and_then(entered),
+        Block::Linear(_) | Block::Parallel(_) => None,
+    }
+}
+
+/// What of an input lies outside the abscissas of the nonlinearity that it enters.
+pub struct Outside {
+    /// How many samples.
+    pub samples: usize,
+    /// Whether the nonlinearity has the value of the nearest end at all of them.
+    held: bool,
+}
+
+impl Outside {
+    /// Looks through `input`.
+    pub fn new(block: &Block, input: &[f64]) -> Self {
+        let mut found = Outside { samples: 0, held: true };
+        let Some(curve) = entered(block) else { return found };
+        let (x, last) = (curve.x(), curve.x().len() - 1);
+        for &u in input.iter().filter(|&&u| !curve.covers(u)) {
+            let end = if u < x[0] { 0 } else { last };
+            found.samples += 1;
+            found.held &= curve.value(u) == curve.y()[end];
+        }
+        found
+    }
+
+    /// What the user should know about it.
+    pub fn warning(&self) -> Option<String> {
+        let there = if self.held {
+            "held at its end value"
+        } else {
+            "continued straight"
+        };
+        (self.samples > 0).then(|| {
+            format!(
+                "warning: {} input samples lie outside the range in which the nonlinearity was identified; there it is {there}",
+                self.samples
+            )
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! An identification as the page that shows it.
 
 use flexure::Record;
-use flexure::identify::{Identification, Psi};
+use flexure::identify::{Identification, PlainHammerstein, Psi, RegressionLag};
 use flexure_io::RecordFile;
 use flexure_report::data::{
     ArmMotion, Axis, Choice, Fact, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve, Signal, Test,
@@ -100,7 +100,6 @@ pub fn page(file: &RecordFile, context: &Context, result: &Identification, decor
 /// The unit of the columns that Flexure's simulation writes; empty for any other.
 fn unit_of(column: &str) -> &'static str {
     match column {
-        "t" => "s",
         "tau1" | "tau2" => "N m",
         "q1" | "q2" | "qm1" | "qm2" | "d1" | "d2" => "rad",
         "dq1" | "dq2" | "dqm1" | "dqm2" => "rad/s",
@@ -157,12 +156,18 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
         fact(
             "Order",
             result.order.order.to_string(),
-            "order of the linear part, by Schwarz's criterion or as given",
+            given_or(
+                context.method.order.is_some(),
+                "order of the linear part, by Schwarz's criterion",
+            ),
         ),
         fact(
             "Delay",
             samples,
-            "the first lag at which the output depends on the input",
+            given_or(
+                context.method.delay.is_some(),
+                "the first lag at which the output depends on the input",
+            ),
         ),
         fact(
             "Bandwidth",
@@ -178,6 +183,11 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
             ),
         ),
     ]
+}
+
+/// Why something is as it is, if it was not given.
+fn given_or(given: bool, why: &str) -> &str {
+    if given { "as given" } else { why }
 }
 
 fn nonlinearity(u: &[f64], context: &Context, result: &Identification, truth: Option<Truth>) -> Nonlinearity {
@@ -269,9 +279,9 @@ fn residuals(result: &Identification) -> Residuals {
 
 fn test(t: &flexure::validation::ResidualTest) -> Test {
     let words = match (t.passed(), t.kind.refutes()) {
-        (true, _) => "passed: nothing found",
-        (false, true) => "rejected: the model leaves something that the input explains",
-        (false, false) => "rejected: the noise is coloured, which alone does not refute the model",
+        (true, _) => "nothing found",
+        (false, true) => "the model leaves something that the input explains",
+        (false, false) => "the noise is coloured, which alone does not refute the model",
     };
     let name = t.kind.name();
     Test {
@@ -308,26 +318,32 @@ fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
         y: orders.iter().map(|s| s.bic).collect(),
         chosen: result.order.order as f64,
     });
-    let given_or = |chosen: bool, why: &str| if chosen { why.to_owned() } else { "as given".to_owned() };
+    let method = &context.method;
     vec![
         choice(
             "Bandwidth",
             format!("h = {} ({} kernel)", number(result.bandwidth), result.kernel.name()),
-            given_or(scores.is_some(), "smallest exact leave-one-out cross-validation error"),
+            given_or(
+                method.bandwidth.is_some(),
+                "smallest exact leave-one-out cross-validation error",
+            )
+            .to_owned(),
             scores,
         ),
         choice(
             "Order",
             format!("l = {}", result.order.order),
-            given_or(order_curve.is_some(), "smallest Schwarz criterion of the free-run error on the fit's samples"),
+            given_or(
+                method.order.is_some(),
+                "smallest Schwarz criterion of the free-run error on the fit's samples",
+            )
+            .to_owned(),
             order_curve,
         ),
         choice(
             "Delay and lag of the regression",
             format!("delay {}, regression at lag {}", result.delay, result.regression_lag),
-            "the delay is the first lag with a significant dependence of the output on the input; at every lag the regression gives the \
-             same nonlinearity up to scale and offset"
-                .to_owned(),
+            why_these_lags(method),
             None,
         ),
         choice(
@@ -338,15 +354,36 @@ fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
                 Psi::DeconvolvedNonlinearity => "with the estimated nonlinearity, deconvolved".to_owned(),
             },
             match result.psi {
-                Psi::Input => "the cross-covariance of a white input and the output is the impulse response up to scale".to_owned(),
+                Psi::Input => {
+                    "the cross-covariance of a white input and the output is the impulse response up to scale"
+                        .to_owned()
+                }
                 Psi::Nonlinearity => "the input itself is (nearly) uncorrelated with an even nonlinearity".to_owned(),
                 Psi::DeconvolvedNonlinearity => {
-                    "the input is not white, so its own covariance had to be taken out of that with the output".to_owned()
+                    "the input is not white, so its own covariance had to be taken out of that with the output"
+                        .to_owned()
                 }
             },
             None,
         ),
     ]
+}
+
+/// How the delay and the lag of the regression came about.
+fn why_these_lags(method: &PlainHammerstein) -> String {
+    let delay = given_or(
+        method.delay.is_some(),
+        "the first lag with a significant dependence of the output on the input",
+    );
+    let lag = match method.regression_lag {
+        RegressionLag::Strongest => "that of the strongest dependence",
+        RegressionLag::Delay => "the delay",
+        RegressionLag::At(_) => "as given",
+    };
+    format!(
+        "the delay is {delay}; the lag of the regression is {lag}, and at every lag the regression gives the same nonlinearity up to \
+         scale and offset"
+    )
 }
 
 /// The arm's motion, if the record has its angles `q1` and `q2`.

@@ -8,12 +8,13 @@ use flexure_io::{check_record_writable, read_model, read_record, write_record};
 use serde_json::json;
 
 use crate::arguments::{self, TIME};
-use crate::outcome;
+use crate::outcome::{self, Outside};
+use crate::output::print;
 use crate::progress::spinning;
 
 /// Simulate a model under a record's input.
 ///
-/// Writes the free-run output as column 'y' (after the record's column 't', if it has one), one row a sample of
+/// Writes the free-run output as column 'y' (after the record's column of times 't', if it has one), one row a sample of
 /// the record. The model starts in the steady state that belongs to the mean input.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure predict model.json fresh.csv --input u -o predicted.csv")]
@@ -38,28 +39,26 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     check_record_writable(&arguments.out)?;
     let model = read_model(&arguments.model)?;
     let file = spinning("reading", || read_record(&arguments.record))?;
-    arguments::same_sample_time(&file, model.sample_time)?;
+    let signals = [arguments.input.as_str(), &model.output];
+    arguments::same_sample_time(&file, model.sample_time, &signals)?;
     let input = file.finite(&arguments.input)?;
-    let y = model.block.simulate(input);
-    let outside = outcome::outside(&model.block, input);
+    let y = outcome::predict(&model.block, &file, &arguments.input)?;
+    let outside = Outside::new(&model.block, input);
     let mut columns = Vec::new();
-    if let Ok(t) = file.column(TIME) {
-        columns.push((TIME, t.to_vec()));
+    if arguments::has_time(&file, &signals) {
+        columns.push((TIME, file.column(TIME)?.to_vec()));
     }
     columns.push(("y", y));
     write_record(&arguments.out, &Record::new(columns)?)?;
     if arguments.json {
-        println!(
-            "{}",
-            json!({ "samples": input.len(), "samples_outside_range": outside, "out": arguments.out.display().to_string() })
-        );
-        return Ok(());
+        let object = json!({
+            "samples": input.len(),
+            "samples_outside_range": outside.samples,
+            "out": arguments.out.display().to_string(),
+        });
+        return print(&object.to_string());
     }
-    println!("wrote {} ({} samples)", arguments.out.display(), input.len());
-    if outside > 0 {
-        println!(
-            "warning: {outside} input samples lie outside the range in which the nonlinearity was identified; there it is held at its end value"
-        );
-    }
-    Ok(())
+    let mut lines = vec![format!("wrote {} ({} samples)", arguments.out.display(), input.len())];
+    lines.extend(outside.warning());
+    print(&lines.join("\n"))
 }

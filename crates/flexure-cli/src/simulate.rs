@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::ArgGroup;
 use flexure::Record;
-use flexure_io::arm::{ArmFile, preset_text, run_watched};
+use flexure_io::arm::{ArmError, ArmFile, preset_text, run_watched};
 use flexure_io::{check_record_writable, check_writable, read_record, read_text, write_atomically, write_record};
 use serde_json::json;
 
+use crate::output::print;
 use crate::progress::Progress;
 
 /// Simulate a two-link arm from an arm file or a preset.
@@ -75,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let mut samples = None;
     if let Some(path) = &arguments.out {
-        let record = simulate(&file, folder)?;
+        let record = simulate(&file, folder).map_err(|error| error.located(&text, &source))?;
         write_record(path, &record)?;
         samples = Some((record.len(), record.names().to_vec()));
     }
@@ -88,16 +89,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "record": shown(&arguments.out),
             "arm": shown(&arguments.write_arm),
         });
-        println!("{object}");
-        return Ok(());
+        return print(&object.to_string());
     }
+    let mut lines = Vec::new();
     if let Some(path) = &arguments.write_arm {
-        println!("wrote {}", path.display());
+        lines.push(format!("wrote {}", path.display()));
     }
     if let (Some(path), Some((rows, names))) = (&arguments.out, samples) {
-        println!("wrote {} ({rows} samples of {})", path.display(), names.join(", "));
+        lines.push(format!(
+            "wrote {} ({rows} samples of {})",
+            path.display(),
+            names.join(", ")
+        ));
     }
-    Ok(())
+    print(&lines.join("\n"))
 }
 
 /// Reads an arm file.
@@ -106,12 +111,14 @@ pub fn read_arm(path: &Path) -> Result<ArmFile> {
 }
 
 /// Simulates under a progress bar; a record that the excitation names is looked for beside the arm file.
-pub fn simulate(file: &ArmFile, folder: &Path) -> Result<Record> {
+///
+/// # Errors
+/// Those of [`run_watched`].
+pub fn simulate(file: &ArmFile, folder: &Path) -> Result<Record, ArmError> {
     let progress = Progress::new("simulating", file.run.duration);
     let load = |name: &str| read_record(folder.join(name)).map(|f| f.record);
-    let record = run_watched(file, load, &mut |t| {
+    run_watched(file, load, &mut |t| {
         progress.at(t);
         ControlFlow::Continue(())
-    })?;
-    Ok(record)
+    })
 }

@@ -8,7 +8,8 @@ use flexure_io::{read_model, read_record};
 use serde_json::json;
 
 use crate::arguments;
-use crate::outcome::{self, number, tests_json};
+use crate::outcome::{self, Outside, number, tests_json};
+use crate::output::print;
 use crate::progress::spinning;
 
 /// Judge a model on a record that was not used for its fit.
@@ -42,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments::distinct_columns(&arguments.input, &arguments.output)?;
     let model = read_model(&arguments.model)?;
     let file = spinning("reading", || read_record(&arguments.record))?;
-    arguments::same_sample_time(&file, model.sample_time)?;
+    arguments::same_sample_time(&file, model.sample_time, &[&arguments.input, &arguments.output])?;
     let (u, y) = (file.finite(&arguments.input)?, file.finite(&arguments.output)?);
     let settling = model.settling.unwrap_or_else(|| model.block.settling(outcome::SETTLED));
     let skip = arguments.skip.unwrap_or_else(|| settling.min(u.len() / 10));
@@ -53,10 +54,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             u.len()
         );
     }
-    let predicted = model.block.simulate(u);
+    let predicted = outcome::predict(&model.block, &file, &arguments.input)?;
     let verdict = Verdict::new(&u[skip..], &y[skip..], &predicted[skip..])
         .map_err(|error| file.locate(named(error, &arguments.output)))?;
-    let outside = outcome::outside(&model.block, u);
+    if is_constant(&u[skip..]) {
+        let (column, value) = (arguments.input.clone(), u[skip]);
+        return Err(file.locate(flexure::Error::Constant { column, value }).into());
+    }
+    let outside = Outside::new(&model.block, u);
     if arguments.json {
         let object = json!({
             "fit_percent": verdict.measures.fit_percent,
@@ -67,34 +72,39 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "holds": verdict.holds(),
             "verdict": verdict.words(),
             "residual_tests": tests_json(&verdict),
-            "samples_outside_range": outside,
+            "samples_outside_range": outside.samples,
         });
-        println!("{object}");
-        return Ok(());
+        return print(&object.to_string());
     }
-    println!(
+    let mut lines = vec![format!(
         "fit {:.2} %, RMS error {}, {} samples compared, the first {skip} skipped",
         verdict.measures.fit_percent,
         number(verdict.measures.rms),
         verdict.measures.samples
-    );
+    )];
     for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
-        println!(
+        lines.push(format!(
             "  {:<62} {} (statistic {:.1}, limit {:.1}, p = {:.2e})",
             test.kind.name(),
             if test.passed() { "passed" } else { "FAILED" },
             test.statistic,
             test.limit,
             test.p_value
-        );
+        ));
     }
-    println!("{}", verdict.words());
-    if outside > 0 {
-        println!(
-            "warning: {outside} input samples lie outside the range in which the nonlinearity was identified; there it is held at its end value"
-        );
-    }
-    Ok(())
+    lines.push(verdict.words());
+    lines.extend(outside.warning());
+    print(&lines.join("\n"))
+}
+
+/// Whether samples vary by no more than rounding: then no test can find anything in them.
+fn is_constant(samples: &[f64]) -> bool {
+    let (low, high) = samples
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
+            (low.min(v), high.max(v))
+        });
+    !(high - low > 1e-12 * low.abs().max(high.abs()))
 }
 
 /// The same error with the output's column in place of "the measurement".

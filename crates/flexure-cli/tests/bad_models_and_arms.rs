@@ -81,6 +81,62 @@ fn models_that_cannot_be_used() {
     }
 }
 
+/// What a curve says of inputs beyond its ends decides: a value, a straight line, or that nothing is known.
+#[test]
+fn inputs_beyond_the_curve() {
+    let folder = Folder::new();
+    let model = |name: &str, outside: &str| {
+        let text = format!(
+            r#"{{"format": "flexure-model", "version": 1, "flexure": "0.1.0", "structure": "hammerstein", "method": "plain",
+            "input": "u", "output": "y", "delay": 0, "order": 1, "block": {{"series": [
+            {{"static": {{"x": [-1.0, 0.0, 2.0], "y": [-1.0, 0.0, 3.0], "outside": "{outside}"}}}},
+            {{"linear": {{"b": [0.5], "a": [1.0, -0.5]}}}}]}}}}"#
+        );
+        folder.write(name, text);
+    };
+    for outside in ["nan", "nearest", "linear"] {
+        model(&format!("{outside}.json"), outside);
+    }
+    let rows = |at: f64| -> String {
+        let rows = (0..100).map(|k| {
+            format!(
+                "{},{}\n",
+                if k == 40 { at } else { f64::from(k % 3) - 1.0 },
+                (k * k) % 7
+            )
+        });
+        format!("# measured\nu,y\n{}", rows.collect::<String>())
+    };
+    folder.write("within.csv", rows(2.0));
+    folder.write("beyond.csv", rows(2.5));
+    folder.write("huge.csv", rows(1.5e308));
+    let predict = |model: &str, record: &str| format!("predict {model}.json {record}.csv --input u -o new.csv");
+    let validate = |model: &str, record: &str| format!("validate {model}.json {record}.csv --input u --output y");
+    for command in [predict("nan", "beyond"), validate("nan", "beyond")] {
+        folder.failed(
+            &command,
+            "beyond.csv, line 43: column 'u' is 2.5 at sample 40, but the model's nonlinearity is known only from -1 to 2; \
+             cut such samples off, or identify the model from a record with a wider range",
+        );
+    }
+    for command in [predict("linear", "huge"), validate("linear", "huge")] {
+        let outcome = folder.run(&command);
+        assert_eq!(outcome.code, Some(1), "{outcome:?}");
+        assert!(outcome.stderr.starts_with("error: huge.csv, line "), "{outcome:?}");
+    }
+    let warning =
+        "warning: 1 input samples lie outside the range in which the nonlinearity was identified; there it is";
+    for command in [predict, validate] {
+        for model in ["nan", "nearest", "linear"] {
+            assert!(!folder.done(&command(model, "within")).contains("warning"), "{model}");
+        }
+        for (model, words) in [("nearest", "held at its end value"), ("linear", "continued straight")] {
+            let printed = folder.done(&command(model, "beyond"));
+            assert!(printed.ends_with(&format!("{warning} {words}\n")), "{printed}");
+        }
+    }
+}
+
 const ARM: &str = r#"[arm]
 model = "nonlinear"
 [[arm.link]]
@@ -187,6 +243,36 @@ fn arms_that_cannot_be_simulated() {
     );
 }
 
+/// An excitation record is named by the arm file, so that is where to look.
+#[test]
+fn excitation_records_that_cannot_be_used() {
+    let folder = Folder::new();
+    folder.write(
+        "arm.toml",
+        ARM.replace("kind = \"zero\"", "kind = \"record\"\nfile = \"past.csv\""),
+    );
+    let line = 1 + folder
+        .read("arm.toml")
+        .lines()
+        .position(|l| l.starts_with("file = "))
+        .unwrap();
+    let refused = |reason: &str| {
+        folder.failed(
+            "simulate arm.toml -o new.csv",
+            &format!("arm.toml, line {line}: excitation.file: the excitation record 'past.csv': {reason}"),
+        );
+    };
+    refused("cannot read past.csv: there is no such file or directory");
+    folder.write("past.csv", "tau1,tau2\n1,2\n3,abc\n");
+    refused(
+        "past.csv, line 3: column 'tau2' holds 'abc' at sample 1, which is not a number (numbers look like -1.5e-3, with a decimal point)",
+    );
+    folder.write("past.csv", "tau1,tau2\n1,2\n3,4\n");
+    refused("it has 2 rows, but the run has 101 instants; shorten the duration");
+    folder.write("past.csv", format!("tau1,tau2\n{}", "1,2\n".repeat(101)));
+    folder.done("simulate arm.toml -o new.csv");
+}
+
 #[test]
 fn outputs_that_cannot_be_written() {
     let folder = Folder::new();
@@ -219,4 +305,18 @@ fn outputs_that_cannot_be_written() {
             "cannot write new.txt: a record's file name must end in .csv or .parquet",
         );
     }
+}
+
+/// The page is made before the model is written, so that neither is there alone.
+#[test]
+fn a_page_that_cannot_be_made_leaves_no_model() {
+    let folder = Folder::new();
+    folder.known("good.csv", 600, 1);
+    let longest = 1e308;
+    folder.failed(
+        "identify good.csv --input u --output y --sample-time 1e308 -o new.json --report new.html",
+        &format!(
+            "the report: prediction.time starts at inf and steps by {longest}: the start must be finite, the step finite and positive"
+        ),
+    );
 }

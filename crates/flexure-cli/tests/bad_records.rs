@@ -200,6 +200,20 @@ fn constant_signals_and_too_few_samples() {
         &COMMANDS[0].replace("RECORD", "short.csv"),
         "short.csv: a Hammerstein fit (besides the fresh part) needs at least 100 samples, but there are 3",
     );
+    folder.failed(
+        &COMMANDS[2].replace("RECORD", "still.csv"),
+        "still.csv: column 'u' is constant (1.5); nothing can be identified from it",
+    );
+    // Constant over the samples that are compared.
+    let rows: String = (0..300)
+        .map(|k| format!("{},{}\n", if k < 100 { k } else { 7 }, (k * k) % 17))
+        .collect();
+    folder.write("stops.csv", format!("u,y\n{rows}"));
+    folder.failed(
+        "validate model.json stops.csv --input u --output y --skip 100",
+        "stops.csv: column 'u' is constant (7); nothing can be identified from it",
+    );
+    folder.done("validate model.json stops.csv --input u --output y --skip 99");
     folder.write("one.csv", "t,u,y\n0,1,2\n");
     all_refuse(
         &folder,

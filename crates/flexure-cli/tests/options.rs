@@ -56,6 +56,31 @@ fn what_is_chosen_from_data_can_be_given() {
     }
 }
 
+/// What was given is not said to have been chosen from data.
+#[test]
+fn the_page_tells_given_from_chosen() {
+    let folder = folder();
+    let page = |options: &str| {
+        folder.done(&format!("{IDENTIFY} --report page.html {options}"));
+        folder.read("page.html").replace("&#x27;", "'")
+    };
+    let first = "the delay is the first lag with a significant dependence";
+    let fact = "the first lag at which the output depends on the input";
+    let strongest = "the lag of the regression is that of the strongest dependence";
+    let chosen = page("");
+    assert!(chosen.contains(first) && chosen.contains(fact) && chosen.contains(strongest));
+    assert!(!chosen.contains("as given"));
+    let delay = page("--delay 0");
+    assert!(delay.contains("the delay is as given;") && delay.contains("<dd class=\"note\">as given</dd>"));
+    assert!(!delay.contains(first) && !delay.contains(fact) && delay.contains(strongest));
+    let lag = page("--lag 0");
+    assert!(lag.contains("the lag of the regression is as given,"));
+    assert!(lag.contains(first) && lag.contains(fact) && !lag.contains(strongest));
+    assert!(page("--lag delay").contains("the lag of the regression is the delay,"));
+    let order = page("--order 2 --bandwidth 0.3");
+    assert_eq!(order.matches("as given").count(), 3); // the order's number, and both choices
+}
+
 #[test]
 fn every_kernel() {
     let folder = folder();

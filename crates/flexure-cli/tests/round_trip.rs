@@ -112,6 +112,35 @@ fn a_column_of_times_goes_along() {
     assert_eq!(model["sample_time"], 0.25);
 }
 
+/// A column `t` that is the input or the output is no column of times.
+#[test]
+fn signals_may_be_named_t() {
+    let folder = Folder::new();
+    let record = known(600, 1);
+    let named = |names: [&str; 2]| {
+        let columns = names.into_iter().zip(["u", "y"]);
+        flexure::Record::new(columns.map(|(name, column)| (name, record.column(column).unwrap().to_vec()))).unwrap()
+    };
+    write_record(folder.path("uy.csv"), &named(["u", "y"])).unwrap();
+    let expected = folder.json("identify uy.csv --input u --output y -o uy.json");
+    folder.done("predict uy.json uy.csv --input u -o uy_predicted.csv");
+    for [input, output] in [["t", "y"], ["u", "t"]] {
+        write_record(folder.path("t.csv"), &named([input, output])).unwrap();
+        let columns = format!("--input {input} --output {output}");
+        let mut found = folder.json(&format!("identify t.csv {columns} -o model.json --report page.html"));
+        assert_eq!(found["sample_time"], Value::Null);
+        found["input"] = "u".into();
+        found["output"] = "y".into();
+        assert_eq!(found, expected);
+        assert!(!folder.read("page.html").contains("t (s)"));
+        folder.done(&format!("predict model.json t.csv --input {input} -o predicted.csv"));
+        assert_eq!(folder.read("predicted.csv"), folder.read("uy_predicted.csv"));
+        folder.done(&format!("validate model.json t.csv {columns}"));
+        // Nor has it a sample time that could differ from the option's.
+        folder.done(&format!("identify t.csv {columns} --sample-time 0.5"));
+    }
+}
+
 fn with_times(samples: usize) -> String {
     let record = known(samples, 1);
     let columns = record.column("u").unwrap().iter().zip(record.column("y").unwrap());

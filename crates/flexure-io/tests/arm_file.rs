@@ -86,6 +86,26 @@ fn bad_files_say_file_line_key_unit_and_range() {
         (amplitude, "amplitude = -1", "excitation.amplitude: amplitude is -1"),
         (
             amplitude,
+            "amplitude = [1, 2, 3]",
+            ": invalid length 3, expected a number, or two numbers, one for each joint",
+        ),
+        (
+            amplitude,
+            "amplitude = [1]",
+            ": invalid length 1, expected a number, or two numbers, one for each joint",
+        ),
+        (
+            amplitude,
+            "amplitude = \"loud\"",
+            ": invalid type: string \"loud\", expected a number, or two numbers, one for each joint",
+        ),
+        (
+            amplitude,
+            "amplitude = [1, \"loud\"]",
+            ": invalid type: string \"loud\", expected a number",
+        ),
+        (
+            amplitude,
             "",
             "excitation.amplitude: missing; kind = \"white\" needs it",
         ),
@@ -192,7 +212,19 @@ fn a_record_can_excite_the_arm() {
     assert!(reason(past.slice(0..9)).contains("'past.csv': it has 9 rows, but the run has 1001"));
     let untimed = Record::new([("tau1", vec![0.0; 1001])]).unwrap();
     assert!(reason(untimed).contains("no column 'tau2'"));
-    assert!(matches!(run(&file, no_record), Err(ArmError::Record { .. })));
+    let error = run(&file, no_record).unwrap_err();
+    assert!(matches!(error, ArmError::Record { .. }));
+    // Whoever has the arm file's text can say where it names the record.
+    let text = excited("kind = \"record\"\nfile = \"past.csv\"");
+    let line = 1 + text.lines().position(|l| l.starts_with("file = ")).unwrap();
+    assert_eq!(
+        error.located(&text, "arm.toml").to_string(),
+        format!(
+            "arm.toml, line {line}: excitation.file: the excitation record 'past.csv': past.csv is not to be loaded"
+        )
+    );
+    let other = ArmError::from(flexure::Error::RigidDeflection);
+    assert_eq!(other.clone().located(&text, "arm.toml"), other);
 }
 
 #[test]

@@ -22,6 +22,9 @@ pub const ARM_SAMPLES: usize = 6_000;
 /// Most points of a curve on a grid (nonlinearity, Bode, scores); a longer one keeps every k-th.
 pub const CURVE_POINTS: usize = 4_000;
 
+/// A nonlinearity known at no more points than this, that is at the levels of its input, is drawn with these points.
+pub const FEW_POINTS: usize = 10;
+
 /// Most lags of an impulse response or a correlation; later ones are left out.
 pub const LAGS: usize = 2_000;
 

@@ -9,7 +9,7 @@ use crate::limits;
 /// Everything that is plotted; a part without data is `None` and has no place on the page.
 #[derive(Serialize)]
 pub(crate) struct Payload<'a> {
-    pub nonlinearity: Option<Nonlinearity>,
+    pub nonlinearity: Option<NonlinearityPlot>,
     pub linear: LinearPart,
     pub prediction: Option<PredictionPlot<'a>>,
     pub residuals: ResidualPlot<'a>,
@@ -27,6 +27,14 @@ pub(crate) struct Grid {
     count: usize,
     /// Samples a bucket; 1 if nothing was left out.
     pub bucket: usize,
+}
+
+#[derive(Serialize)]
+pub(crate) struct NonlinearityPlot {
+    #[serde(flatten)]
+    curve: Nonlinearity,
+    /// Whether the estimate's points are drawn beside the line through them.
+    pub points: bool,
 }
 
 #[derive(Serialize)]
@@ -98,19 +106,22 @@ fn grid(axis: &Axis, bucket: usize, stride: f64, count: usize) -> Grid {
     }
 }
 
-fn nonlinearity(n: &Nonlinearity) -> Nonlinearity {
+fn nonlinearity(n: &Nonlinearity) -> NonlinearityPlot {
     let thin = |v: &[f64]| thin(v, limits::CURVE_POINTS);
-    Nonlinearity {
-        x: thin(&n.x),
-        y: thin(&n.y),
-        lower: thin(&n.lower),
-        upper: thin(&n.upper),
-        density: thin(&n.density),
-        truth: thin(&n.truth),
-        x_label: n.x_label.clone(),
-        y_label: n.y_label.clone(),
-        band_label: n.band_label.clone(),
-        truth_label: n.truth_label.clone(),
+    NonlinearityPlot {
+        points: n.x.len() <= limits::FEW_POINTS,
+        curve: Nonlinearity {
+            x: thin(&n.x),
+            y: thin(&n.y),
+            lower: thin(&n.lower),
+            upper: thin(&n.upper),
+            density: thin(&n.density),
+            truth: thin(&n.truth),
+            x_label: n.x_label.clone(),
+            y_label: n.y_label.clone(),
+            band_label: n.band_label.clone(),
+            truth_label: n.truth_label.clone(),
+        },
     }
 }
 

@@ -46,6 +46,7 @@ struct ChoiceText<'a> {
 
 #[derive(Serialize)]
 struct NonlinearityText<'a> {
+    points: bool,
     band: Option<&'a str>,
     density: bool,
     truth: Option<&'a str>,
@@ -115,7 +116,10 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             .zip(&payload.scores)
             .map(|(choice, s)| chosen(choice, s.is_some()))
             .collect(),
-        nonlinearity: payload.nonlinearity.as_ref().map(|_| nonlinearity(page)),
+        nonlinearity: payload
+            .nonlinearity
+            .as_ref()
+            .map(|plot| nonlinearity(page, plot.points)),
         linear: linear(page),
         prediction: payload.prediction.as_ref().map(|plot| PredictionText {
             fit: number(page.prediction.fit_percent, 4),
@@ -170,9 +174,10 @@ fn chosen(choice: &Choice, curve: bool) -> ChoiceText<'_> {
     }
 }
 
-fn nonlinearity(page: &Page) -> NonlinearityText<'_> {
+fn nonlinearity(page: &Page, points: bool) -> NonlinearityText<'_> {
     let n = &page.nonlinearity;
     NonlinearityText {
+        points,
         band: (!n.lower.is_empty()).then_some(n.band_label.as_str()),
         density: !n.density.is_empty(),
         truth: (!n.truth.is_empty()).then_some(n.truth_label.as_str()),

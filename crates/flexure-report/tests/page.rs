@@ -264,6 +264,33 @@ fn parts_without_data_leave_no_empty_boxes() {
 }
 
 #[test]
+fn a_nonlinearity_known_at_few_points_shows_them() {
+    let words_of = |points: usize| {
+        let mut page = pages::full();
+        let n = &mut page.nonlinearity;
+        for list in [
+            &mut n.x,
+            &mut n.y,
+            &mut n.lower,
+            &mut n.upper,
+            &mut n.density,
+            &mut n.truth,
+        ] {
+            list.truncate(points);
+        }
+        let html = html(&page);
+        (data(&html)["nonlinearity"]["points"].clone(), words(&html))
+    };
+    let said = "The estimate at the points where it is known";
+    for few in [1, 2, 10] {
+        let (points, words) = words_of(few);
+        assert!(points == true && words.contains(said), "{few}");
+    }
+    let (points, words) = words_of(11);
+    assert!(points == false && words.contains("The estimated curve") && !words.contains(said));
+}
+
+#[test]
 fn verdicts_are_in_words() {
     let holds = words(&html(&pages::full()));
     assert!(holds.contains("The model holds on fresh data") && holds.contains("✓ passed"));

@@ -72,17 +72,14 @@ impl Folder {
 
     /// Runs `flexure` with further environment variables.
     pub fn run_with(&self, arguments: &str, environment: &[(&str, &str)]) -> Outcome {
-        let output = Command::new(env!("CARGO_BIN_EXE_flexure"))
-            .args(arguments.split_whitespace())
-            .current_dir(self.0.path())
-            .envs(environment.iter().copied())
-            .output()
-            .unwrap();
-        Outcome {
-            code: output.status.code(),
-            stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
-        }
+        outcome(self.command(arguments).envs(environment.iter().copied()))
+    }
+
+    /// `flexure` with the words of `arguments`, to be run in the folder.
+    pub fn command(&self, arguments: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flexure"));
+        command.args(arguments.split_whitespace()).current_dir(self.0.path());
+        command
     }
 
     /// Runs a command that must succeed without a word on the error stream; returns what it printed.
@@ -130,6 +127,16 @@ impl Folder {
             2,
             &format!("{message}\n\nFor more information, try '--help'."),
         );
+    }
+}
+
+/// Runs a command to its end.
+pub fn outcome(command: &mut Command) -> Outcome {
+    let output = command.output().unwrap();
+    Outcome {
+        code: output.status.code(),
+        stdout: String::from_utf8(output.stdout).unwrap(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
     }
 }
 

@@ -49,6 +49,28 @@ pub enum ArmError {
     Simulation(#[from] flexure::Error),
 }
 
+impl ArmError {
+    /// Says where in the arm file the excitation record was named, if it is that record that is wrong.
+    ///
+    /// `text` is the arm file's text, and `source_name` names the file, as in [`ArmFile::from_toml_str`].
+    ///
+    /// [`ArmFile::from_toml_str`]: super::ArmFile::from_toml_str
+    pub fn located(self, text: &str, source_name: &str) -> Self {
+        match self {
+            ArmError::Record { .. } => {
+                let key = "excitation.file";
+                ArmError::Value {
+                    file: source_name.to_owned(),
+                    line: find_line(text, key),
+                    key: key.to_owned(),
+                    reason: self.to_string(),
+                }
+            }
+            other => other,
+        }
+    }
+}
+
 fn at(line: Option<usize>) -> String {
     line.map_or(String::new(), |n| format!(", line {n}"))
 }

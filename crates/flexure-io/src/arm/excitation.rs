@@ -2,6 +2,7 @@
 
 use flexure::signal::{self, Chirp, Phases, Sweep};
 use flexure::simulation::Sampling;
+use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 /// The signals that can drive an arm.
@@ -71,13 +72,49 @@ pub enum SweepChoice {
 }
 
 /// One amplitude for every excited joint, or one for each of the two joints.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Amplitude {
     /// The same for all.
     Same(f64),
     /// For joints 1 and 2.
     Each([f64; 2]),
+}
+
+impl<'de> Deserialize<'de> for Amplitude {
+    /// By hand, as serde only says of an untagged value that it matches nothing.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(AmplitudeVisitor)
+    }
+}
+
+struct AmplitudeVisitor;
+
+impl<'de> Visitor<'de> for AmplitudeVisitor {
+    type Value = Amplitude;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a number, or two numbers, one for each joint")
+    }
+
+    fn visit_f64<E>(self, value: f64) -> Result<Amplitude, E> {
+        Ok(Amplitude::Same(value))
+    }
+
+    fn visit_i64<E>(self, value: i64) -> Result<Amplitude, E> {
+        Ok(Amplitude::Same(value as f64))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Amplitude, A::Error> {
+        let mut values = Vec::new();
+        while let Some(value) = list.next_element()? {
+            values.push(value);
+        }
+        match values[..] {
+            [first, second] => Ok(Amplitude::Each([first, second])),
+            _ => Err(A::Error::invalid_length(values.len(), &self)),
+        }
+    }
 }
 
 /// The table `[excitation]`.

@@ -38,22 +38,23 @@ where
     let arm = Arm::new(file.arm)?;
     let options = file.options()?;
     let excited = file.excitation.excited(file.locked());
-    let mut inputs = [0, 1].map(|_| flexure::signal::zero(options.sampling.rows()));
-    match (&file.excitation.kind, &file.excitation.file) {
+    let inputs = match (&file.excitation.kind, &file.excitation.file) {
         (Kind::Record, Some(name)) => {
             let misfit = |reason: String| ArmError::Record {
                 record: name.clone(),
                 reason,
             };
             let record = load(name).map_err(|e| misfit(e.to_string()))?;
-            inputs = recorded(&record, file.excitation.drive, excited, &options.sampling).map_err(misfit)?;
+            recorded(&record, file.excitation.drive, excited, &options.sampling).map_err(misfit)?
         }
         _ => {
-            for joint in (0..2).filter(|&j| excited[j]) {
-                inputs[joint] = file.excitation.samples(joint, &options.sampling)?;
-            }
+            let samples = |joint: usize| match excited[joint] {
+                true => file.excitation.samples(joint, &options.sampling),
+                false => Ok(flexure::signal::zero(options.sampling.rows())),
+            };
+            [samples(0)?, samples(1)?]
         }
-    }
+    };
     let columns = [inputs[0].as_slice(), inputs[1].as_slice()];
     let drive = match file.excitation.drive {
         DriveKind::Torque => Drive::Held(columns),
@@ -96,10 +97,12 @@ fn recorded(
         DriveKind::Torque => ["tau1", "tau2"],
         DriveKind::Deflection => ["d1", "d2"],
     };
-    let mut inputs = [0, 1].map(|_| flexure::signal::zero(rows));
-    for joint in (0..2).filter(|&j| excited[j]) {
-        let samples = record.finite(names[joint]).map_err(|e| e.to_string())?;
-        inputs[joint].copy_from_slice(&samples[..rows]);
-    }
-    Ok(inputs)
+    let samples = |joint: usize| match excited[joint] {
+        true => record
+            .finite(names[joint])
+            .map(|samples| samples[..rows].to_vec())
+            .map_err(|e| e.to_string()),
+        false => Ok(flexure::signal::zero(rows)),
+    };
+    Ok([samples(0)?, samples(1)?])
 }

@@ -1,0 +1,73 @@
+//! What a command says: its results on the standard output, what went wrong on the error stream.
+
+use std::ffi::OsString;
+use std::io::{self, Write};
+
+use anyhow::Result;
+
+/// Prints the lines of a result.
+///
+/// A reader that has gone (`flexure ... | head -1`) has read all that it wanted, which is no error.
+///
+/// # Errors
+/// [`flexure_io::Error::Write`] where the output cannot be written for any other reason.
+pub fn print(lines: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{lines}").and_then(|()| out.flush()) {
+        Err(cause) if cause.kind() != io::ErrorKind::BrokenPipe => Err(flexure_io::Error::Write {
+            path: "the standard output".into(),
+            cause,
+        }
+        .into()),
+        _ => Ok(()),
+    }
+}
+
+/// Prints an error; there is nobody left to tell where that fails.
+pub fn print_error(error: &anyhow::Error) {
+    let _ = writeln!(io::stderr(), "error: {error:#}");
+}
+
+/// `flexure` with `arguments`, as they can be typed into a shell; what is not Unicode is replaced.
+pub fn command_line(arguments: impl IntoIterator<Item = OsString>) -> String {
+    let mut line = "flexure".to_owned();
+    for argument in arguments {
+        line.push(' ');
+        line.push_str(&quoted(&argument.to_string_lossy()));
+    }
+    line
+}
+
+/// A word as a shell takes it: between quotation marks where it has characters of a meaning of their own.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "_-+=.,:/@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', r"'\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::command_line;
+
+    #[test]
+    fn arguments_are_quoted_where_a_shell_would_change_them() {
+        let line = |words: &[&str]| command_line(words.iter().map(|&w| w.into()));
+        assert_eq!(line(&[]), "flexure");
+        let plain = ["identify", "a/b-1.csv", "--input=u", "--known", "-1.5=1e+3", "größe"];
+        assert_eq!(line(&plain), format!("flexure {}", plain.join(" ")));
+        for (word, quoted) in [
+            ("", "''"),
+            ("my record.csv", "'my record.csv'"),
+            ("$HOME", "'$HOME'"),
+            ("*.csv", "'*.csv'"),
+            ("it's", r"'it'\''s'"),
+            ("a;b", "'a;b'"),
+            ("~", "'~'"),
+            ("a\\b", r"'a\b'"),
+        ] {
+            assert_eq!(line(&[word]), format!("flexure {quoted}"));
+        }
+    }
+}
