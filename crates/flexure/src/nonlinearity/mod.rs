@@ -5,5 +5,5 @@ pub(crate) mod kernel;
 mod tabulate;
 
 pub use curve::{Curve, Outside};
-pub use kernel::{Kernel, KernelFit, KernelRegression};
+pub use kernel::{Degree, Kernel, KernelFit, KernelRegression};
 pub(crate) use tabulate::tabulate;

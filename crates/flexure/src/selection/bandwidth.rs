@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::nonlinearity::kernel::{Kernel, Sorted, check_points, leave_one_out};
+use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, check_points, leave_one_out};
 
 /// Bandwidths of the logarithmic grid.
 const GRID: usize = 20;
@@ -61,7 +61,7 @@ impl BandwidthSearch {
             let bandwidth = smallest * t.exp();
             Score {
                 bandwidth,
-                error: leave_one_out(data, kernel, bandwidth),
+                error: leave_one_out(data, kernel, Degree::Constant, bandwidth),
             }
         };
         let mut curve: Vec<Score> = (0..GRID).into_par_iter().map(|i| score(ratio * i as f64)).collect();
@@ -165,9 +165,16 @@ mod tests {
         let data = Sorted::new(&x, &y);
         let true_error = |h: f64| {
             let mut total = 0.0;
-            crate::nonlinearity::kernel::for_each_sum(&data, Kernel::Epanechnikov, h, &data.x, |i, s| {
-                total += (data.mean + s.moment / s.weight - m(data.x[i])).powi(2);
-            });
+            crate::nonlinearity::kernel::for_each_sum(
+                &data,
+                Kernel::Epanechnikov,
+                Degree::Constant,
+                h,
+                &data.x,
+                |i, s| {
+                    total += (data.mean + s.t[0] / s.s[0] - m(data.x[i])).powi(2);
+                },
+            );
             total
         };
         let best = (1..200)

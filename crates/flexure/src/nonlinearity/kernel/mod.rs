@@ -9,13 +9,19 @@
 //! algorithms; Greengard and Strain (1991), the Gauss transform.
 
 mod gaussian;
+mod piece;
 mod regression;
+mod scatter;
 mod sorted;
+mod sums;
 mod window;
 
 pub use regression::{KernelFit, KernelRegression};
 pub(crate) use regression::{check_points, leave_one_out};
 pub(crate) use sorted::Sorted;
+pub use sums::Degree;
+pub(crate) use sums::Sums;
+use window::first_beyond;
 
 use serde::{Deserialize, Serialize};
 
@@ -87,37 +93,28 @@ impl Kernel {
     }
 }
 
-/// The weights' sum and the weighted sum of the centred ordinates at one point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Sums {
-    /// sum_i K((x - X_i)/h)
-    pub weight: f64,
-    /// sum_i K((x - X_i)/h) (Y_i - mean Y)
-    pub moment: f64,
-    /// The number of points that were added up.
-    pub count: usize,
-}
-
-/// Below this share of the largest possible sum a fast sum is replaced by the direct one: there the
-/// weights are so small that the moments' rounding would show.
-const DIRECT_BELOW: f64 = 1e-3;
-
 /// Calls `visit(j, sums)` for each of the increasing points `at`.
-pub(crate) fn for_each_sum(data: &Sorted, kernel: Kernel, h: f64, at: &[f64], mut visit: impl FnMut(usize, Sums)) {
-    let checked = |j: usize, sums: Sums| {
-        let sums = if sums.weight < DIRECT_BELOW * sums.count as f64 {
-            data.direct_sums(kernel, h, at[j], None)
-        } else {
-            sums
-        };
-        visit(j, sums);
+pub(crate) fn for_each_sum(
+    data: &Sorted,
+    kernel: Kernel,
+    degree: Degree,
+    h: f64,
+    at: &[f64],
+    mut visit: impl FnMut(usize, Sums),
+) {
+    // Many points may have one abscissa.
+    let mut last = (f64::NAN, Sums::NONE);
+    let visit = |j: usize, sums: Sums| {
+        if sums.reliable(degree) {
+            return visit(j, sums);
+        }
+        if last.0 != at[j] {
+            last = (at[j], data.direct_sums(kernel, degree, h, at[j], None));
+        }
+        visit(j, last.1);
     };
     match kernel {
-        Kernel::Uniform => window::whole::<1>(data, h, at, |_| [1.0], checked),
-        Kernel::Triangular => window::halves(data, h, at, checked),
-        Kernel::Epanechnikov => window::whole::<3>(data, h, at, window::parabola, checked),
-        Kernel::Biweight => window::whole::<5>(data, h, at, window::parabola_squared, checked),
-        Kernel::Triweight => window::whole::<7>(data, h, at, window::parabola_cubed, checked),
-        Kernel::Gaussian => gaussian::transform(data, h, at, checked),
+        Kernel::Gaussian => gaussian::transform(data, h, at, visit),
+        _ => piece::perform(&mut piece::AtPoints { data, h, at, visit }, kernel, degree),
     }
 }
