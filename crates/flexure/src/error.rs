@@ -157,6 +157,12 @@ pub enum Error {
         /// What the part is needed for.
         purpose: &'static str,
     },
+    /// Partial sums that do not belong to one computation.
+    #[error("these partial sums cannot be merged: their {what} differ; start all parts with the same ones")]
+    Unmergeable {
+        /// What differs.
+        what: &'static str,
+    },
 }
 
 /// Why an integration could not be carried on.

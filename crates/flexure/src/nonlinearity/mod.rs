@@ -5,5 +5,5 @@ pub(crate) mod kernel;
 mod tabulate;
 
 pub use curve::{Curve, Outside};
-pub use kernel::{Degree, Kernel, KernelFit, KernelRegression};
+pub use kernel::{Degree, Kernel, KernelFit, KernelRegression, RecursiveForm, RecursiveKernel, RecursiveSums};
 pub(crate) use tabulate::tabulate;

@@ -1,23 +1,28 @@
 //! Kernel regression in one dimension, the estimate of Nadaraya and Watson (paper, (13) and (21)):
 //! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} . $$
 //!
+//! and its local linear form (Fan 1993), with weights.
+//!
 //! The data are sorted once; after that every point costs O(1) whatever the bandwidth, for the
-//! kernels of bounded support by sliding moment sums ([`window`]) and for the Gaussian by a fast
-//! Gauss transform ([`gaussian`]). Both agree with direct summation to about 1e-12.
+//! kernels of bounded support by sliding moment sums ([`window`], [`piece`]) and for the Gaussian by a fast
+//! Gauss transform ([`gaussian`]). For few points the sort is left out as well ([`scatter`]). All agree with
+//! direct summation to about 1e-12. Streams have a form of their own ([`recursive`]).
 //!
 //! References: Nadaraya (1964); Watson (1964); Seifert, Brockmann, Engel, Gasser (1994), fast
 //! algorithms; Greengard and Strain (1991), the Gauss transform.
 
 mod gaussian;
 mod piece;
+mod recursive;
 mod regression;
 mod scatter;
 mod sorted;
 mod sums;
 mod window;
 
+pub use recursive::{RecursiveForm, RecursiveKernel, RecursiveSums};
 pub use regression::{KernelFit, KernelRegression};
-pub(crate) use regression::{check_points, leave_one_out};
+pub(crate) use regression::{check_points, check_weights, leave_one_out};
 pub(crate) use sorted::Sorted;
 pub use sums::Degree;
 pub(crate) use sums::Sums;

@@ -54,8 +54,18 @@ pub fn sums<I: Items<N>, const M: usize, const N: usize>(
     if lo >= hi {
         return Sums::NONE;
     }
-    let (Moments(moments), frame) = slider.window(lo, hi);
-    let t = frame.u(q);
+    let view = slider.seek(lo, hi);
+    view.window(lo, hi)
+        .map_or(Sums::NONE, |moments| combined(&moments, view.frame.u(q), coefficients))
+}
+
+/// The sums at the coordinate `t` out of the window's moments.
+#[inline(always)]
+fn combined<const M: usize, const N: usize>(
+    Moments(moments): &Moments<N>,
+    t: f64,
+    coefficients: impl Fn(f64) -> [f64; M],
+) -> Sums {
     let c = coefficients(t);
     let mut sums = Sums {
         mass: [moments[0][0], 0.0],
@@ -88,13 +98,28 @@ pub struct AtPoints<'a, F> {
 impl<F: FnMut(usize, Sums)> Job for AtPoints<'_, F> {
     #[inline(always)]
     fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Fn(f64) -> [f64; M] + Copy) {
-        let (x, h) = (&self.data.x[..], self.h);
+        let (x, h, at) = (&self.data.x[..], self.h, self.at);
+        let begin = |lo, q: f64| first_beyond(x, lo, |x| q - x > h);
+        let end = |hi, q: f64| first_beyond(x, hi, |x| x - q <= h);
         let mut slider = Slider::<_, N>::new(self.data, h);
-        let (mut lo, mut hi) = (0, 0);
-        for (j, &q) in self.at.iter().enumerate() {
-            lo = first_beyond(x, lo, |x| q - x > h);
-            hi = first_beyond(x, hi.max(lo), |x| x - q <= h);
-            (self.visit)(j, sums(&mut slider, (lo, hi), q, coefficients));
+        let (mut lo, mut hi, mut j) = (0, 0, 0);
+        while j < at.len() {
+            lo = begin(lo, at[j]);
+            hi = end(hi.max(lo), at[j]);
+            if lo == hi {
+                (self.visit)(j, Sums::NONE);
+                j += 1;
+                continue;
+            }
+            // As long as nothing but the ends of the window moves.
+            let view = slider.seek(lo, hi);
+            while let Some(moments) = view.window(lo, hi) {
+                (self.visit)(j, combined(&moments, view.frame.u(at[j]), coefficients));
+                j += 1;
+                let Some(&q) = at.get(j) else { break };
+                lo = begin(lo, q);
+                hi = end(hi, q);
+            }
         }
     }
 

@@ -119,10 +119,9 @@ impl<'a, I: Items<N>, const N: usize> Slider<'a, I, N> {
         }
     }
 
-    /// The moments over the items lo..hi, lo < hi, neither of which may be less than before, and the
-    /// coordinate they are in.
+    /// What there is to see from the window lo..hi, lo < hi, neither of which may be less than before.
     #[inline(always)]
-    pub fn window(&mut self, lo: usize, hi: usize) -> (Moments<N>, Frame) {
+    pub fn seek(&mut self, lo: usize, hi: usize) -> View<'_, N> {
         if lo >= self.split {
             self.make_split(lo, hi);
         }
@@ -132,8 +131,13 @@ impl<'a, I: Items<N>, const N: usize> Slider<'a, I, N> {
         while hi >= self.high.end {
             self.fill_above();
         }
-        let (below, above) = (&self.below[lo - self.low.start], &self.above[hi - self.high.start]);
-        (below.plus(above), self.frame)
+        View {
+            frame: self.frame,
+            below: &self.below,
+            low: self.low.start,
+            above: &self.above,
+            high: self.high.start,
+        }
     }
 
     #[inline(never)]
@@ -186,18 +190,41 @@ impl<'a, I: Items<N>, const N: usize> Slider<'a, I, N> {
     }
 }
 
+/// Runs on both sides of a split.
+pub struct View<'a, const N: usize> {
+    pub frame: Frame,
+    below: &'a [Moments<N>],
+    low: usize,
+    above: &'a [Moments<N>],
+    high: usize,
+}
+
+impl<const N: usize> View<'_, N> {
+    /// The moments over the items lo..hi; nothing where that is out of sight.
+    #[inline(always)]
+    pub fn window(&self, lo: usize, hi: usize) -> Option<Moments<N>> {
+        Some(self.below.get(lo - self.low)?.plus(self.above.get(hi - self.high)?))
+    }
+}
+
 /// The first index from `start` on at which `holds` is false; true values come first.
 #[inline(always)]
 pub fn first_beyond(x: &[f64], start: usize, holds: impl Fn(f64) -> bool) -> usize {
-    // Four without a branch that could be mispredicted: mostly that is enough.
-    if let Some(four) = x.get(start..start + 4) {
+    let mut i = start;
+    // Four at a time without a branch that could be mispredicted: mostly one step is enough.
+    for _ in 0..FOURS {
+        let Some(four) = x.get(i..i + 4) else { break };
         let count: usize = four.iter().map(|&v| usize::from(holds(v))).sum();
+        i += count;
         if count < 4 {
-            return start + count;
+            return i;
         }
     }
-    far_beyond(x, start, holds)
+    far_beyond(x, i, holds)
 }
+
+/// Steps of four before the search for a far index begins.
+const FOURS: usize = 4;
 
 /// The same for an index that may be far: doubles its step, then bisects.
 #[inline(never)]
