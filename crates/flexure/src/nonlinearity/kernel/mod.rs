@@ -98,7 +98,8 @@ impl Kernel {
     }
 }
 
-/// Calls `visit(j, sums)` for each of the increasing points `at`.
+/// Calls `visit(j, sums)` for each of the increasing points `at` that has any data in reach.
+#[inline(always)]
 pub(crate) fn for_each_sum(
     data: &Sorted,
     kernel: Kernel,
@@ -109,14 +110,15 @@ pub(crate) fn for_each_sum(
 ) {
     // Many points may have one abscissa.
     let mut last = (f64::NAN, Sums::NONE);
-    let visit = |j: usize, sums: Sums| {
-        if sums.reliable(degree) {
-            return visit(j, sums);
+    // One call, and small, so that it is inlined into the innermost loop.
+    let visit = |j: usize, mut sums: Sums| {
+        if !sums.reliable(degree) {
+            if last.0 != at[j] {
+                last = (at[j], data.direct_sums(kernel, degree, h, at[j], None));
+            }
+            sums = last.1;
         }
-        if last.0 != at[j] {
-            last = (at[j], data.direct_sums(kernel, degree, h, at[j], None));
-        }
-        visit(j, last.1);
+        visit(j, sums);
     };
     match kernel {
         Kernel::Gaussian => gaussian::transform(data, h, at, visit),

@@ -87,7 +87,7 @@ fn combined<const M: usize, const N: usize>(
     sums
 }
 
-/// Visits the sums at each of the increasing points `at`.
+/// Visits the sums at each of the increasing points `at` that has any data in reach.
 pub struct AtPoints<'a, F> {
     pub data: &'a Sorted,
     pub h: f64,
@@ -107,7 +107,6 @@ impl<F: FnMut(usize, Sums)> Job for AtPoints<'_, F> {
             lo = begin(lo, at[j]);
             hi = end(hi.max(lo), at[j]);
             if lo == hi {
-                (self.visit)(j, Sums::NONE);
                 j += 1;
                 continue;
             }

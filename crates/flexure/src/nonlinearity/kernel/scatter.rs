@@ -229,18 +229,21 @@ impl Scatter<'_> {
 
     fn collect<const N: usize>(&self, range: std::ops::Range<usize>, cuts: &Cuts, per_h: f64, cells: &mut [Cell<N>]) {
         let points = self.x[range.clone()].iter().zip(&self.y[range.clone()]);
-        let mut add = |x: f64, w: f64, wy: f64| {
-            let cell = &mut cells[cuts.interval(x)];
-            cell.moments.push((x - cell.middle) * per_h, w, wy);
-        };
         match self.w {
-            None => points.for_each(|(&x, &y)| add(x, 1.0, y - self.mean)),
+            None => points.for_each(|(&x, &y)| add(cells, cuts, per_h, x, [1.0, y - self.mean])),
             Some(w) => points
                 .zip(&w[range])
                 .filter(|(_, w)| **w > 0.0)
-                .for_each(|((&x, &y), &w)| add(x, w, w * (y - self.mean))),
+                .for_each(|((&x, &y), &w)| add(cells, cuts, per_h, x, [w, w * (y - self.mean)])),
         }
     }
+}
+
+/// Adds a point of weight `w` and weighted ordinate `wy` to its cell.
+#[inline(always)]
+fn add<const N: usize>(cells: &mut [Cell<N>], cuts: &Cuts, per_h: f64, x: f64, [w, wy]: [f64; 2]) {
+    let cell = &mut cells[cuts.interval(x)];
+    cell.moments.push((x - cell.middle) * per_h, w, wy);
 }
 
 impl<const N: usize> Items<N> for Line<N> {

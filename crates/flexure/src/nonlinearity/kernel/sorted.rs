@@ -66,6 +66,8 @@ impl Sorted {
     }
 
     /// The sums at `q` over all points in reach, one by one, leaving out the point `skip`.
+    #[cold]
+    #[inline(never)]
     pub fn direct_sums(&self, kernel: Kernel, degree: Degree, h: f64, q: f64, skip: Option<usize>) -> Sums {
         let range = self.within(q, kernel.reach() * h);
         let sums = self.sums_over(range.clone(), kernel, h, (q, q), skip);
