@@ -1,6 +1,5 @@
 //! Kernel regression in one dimension, the estimate of Nadaraya and Watson (paper, (13) and (21)):
-//! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} . $$
-//!
+//! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} , $$
 //! and its local linear form (Fan 1993), with weights.
 //!
 //! The data are sorted once; after that every point costs O(1) whatever the bandwidth, for the
