@@ -214,6 +214,12 @@ pub enum Error {
         /// What limits it.
         reason: &'static str,
     },
+    /// Partial sums that do not belong to one computation.
+    #[error("these partial sums cannot be merged: their {what} differ; start all parts with the same ones")]
+    Unmergeable {
+        /// What differs.
+        what: &'static str,
+    },
 }
 
 /// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.

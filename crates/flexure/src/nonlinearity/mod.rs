@@ -33,7 +33,7 @@ mod tabulate;
 pub use curve::{Curve, Outside};
 pub use estimator::{Choice, Estimator, Regression};
 pub use haar::{HaarFit, HaarRegression};
-pub use kernel::{Kernel, KernelFit, KernelRegression};
+pub use kernel::{Degree, Kernel, KernelFit, KernelRegression, RecursiveForm, RecursiveKernel, RecursiveSums};
 pub use neighbours::{NearestNeighbours, NeighboursFit};
 pub use polynomial::PolynomialRegression;
 pub use series::{Basis, SeriesFit, SeriesRegression};

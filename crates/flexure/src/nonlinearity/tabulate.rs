@@ -19,10 +19,10 @@ pub fn tabulate(fit: &KernelFit, outside: Outside) -> Result<(Curve, Vec<f64>)> 
     let errors = fit.standard_errors(&at);
     let mut points = (Vec::new(), Vec::new(), Vec::new());
     for ((x, y), e) in at.iter().zip(fit.predict(&at)).zip(errors) {
-        if y.is_finite() {
+        if y.is_finite() && e.is_finite() {
             points.0.push(*x);
             points.1.push(y);
-            points.2.push(if e.is_finite() { e } else { 0.0 });
+            points.2.push(e);
         }
     }
     Ok((Curve::new(points.0, points.1, outside)?, points.2))

@@ -7,7 +7,7 @@
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::nonlinearity::kernel::{Kernel, Sorted, check_points, leave_one_out};
+use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, check_points, check_weights, leave_one_out};
 
 /// Bandwidths of the logarithmic grid.
 const GRID: usize = 20;
@@ -49,11 +49,33 @@ impl BandwidthSearch {
     /// [`crate::Error::TooShort`] with fewer than 3 points, [`crate::Error::LengthMismatch`],
     /// [`crate::Error::NonFinite`].
     pub fn leave_one_out(kernel: Kernel, x: &[f64], y: &[f64]) -> Result<Self> {
+        Self::search(kernel, Degree::Constant, x, y, None)
+    }
+
+    /// Searches for `kernel` and the local polynomial of this degree over the points `(x[i], y[i])`, weighted
+    /// as by [`KernelRegression::fit_weighted`](crate::nonlinearity::KernelRegression::fit_weighted): the
+    /// score is then sum_i w_i (Y_i - m_{n,-i}(X_i))^2 / sum_i w_i.
+    ///
+    /// # Errors
+    /// Those of [`leave_one_out`](Self::leave_one_out), [`crate::Error::InvalidParameter`] for a negative
+    /// weight, and [`crate::Error::TooShort`] with fewer than 3 points of positive weight.
+    pub fn search(kernel: Kernel, degree: Degree, x: &[f64], y: &[f64], weights: Option<&[f64]>) -> Result<Self> {
         check_points(x, y, 3)?;
-        Ok(Self::over(kernel, &Sorted::new(x, y)))
+        let data = match weights {
+            None => Sorted::new(x, y),
+            Some(weights) => {
+                check_weights(weights, x.len(), 3)?;
+                Sorted::weighted(x, y, weights)
+            }
+        };
+        Ok(Self::with_degree(kernel, degree, &data))
     }
 
     pub(crate) fn over(kernel: Kernel, data: &Sorted) -> Self {
+        Self::with_degree(kernel, Degree::Constant, data)
+    }
+
+    fn with_degree(kernel: Kernel, degree: Degree, data: &Sorted) -> Self {
         let (smallest, largest) = extent(&data.x);
         let ratio = (largest / smallest).ln() / (GRID - 1) as f64;
         // By the logarithm of the ratio to the smallest, so that the unit of x changes nothing.
@@ -61,7 +83,7 @@ impl BandwidthSearch {
             let bandwidth = smallest * t.exp();
             Score {
                 bandwidth,
-                error: leave_one_out(data, kernel, bandwidth),
+                error: leave_one_out(data, kernel, degree, bandwidth),
             }
         };
         let mut curve: Vec<Score> = (0..GRID).into_par_iter().map(|i| score(ratio * i as f64)).collect();
@@ -165,9 +187,16 @@ mod tests {
         let data = Sorted::new(&x, &y);
         let true_error = |h: f64| {
             let mut total = 0.0;
-            crate::nonlinearity::kernel::for_each_sum(&data, Kernel::Epanechnikov, h, &data.x, |i, s| {
-                total += (data.mean + s.moment / s.weight - m(data.x[i])).powi(2);
-            });
+            crate::nonlinearity::kernel::for_each_sum(
+                &data,
+                Kernel::Epanechnikov,
+                Degree::Constant,
+                h,
+                &data.x,
+                |i, s| {
+                    total += (data.mean + s.t[0] / s.s[0] - m(data.x[i])).powi(2);
+                },
+            );
             total
         };
         let best = (1..200)
@@ -194,6 +223,44 @@ mod tests {
         assert_eq!(one, search(&x, &y, 3));
         let reversed = |v: &[f64]| v.iter().rev().copied().collect::<Vec<_>>();
         assert_eq!(one.bandwidth, search(&reversed(&x), &reversed(&y), 1).bandwidth);
+    }
+
+    #[test]
+    fn a_straight_line_calls_for_the_widest_local_line_but_not_for_the_widest_mean() {
+        let (x, y) = noisy(11, 2000, |x| x);
+        let search = |degree| BandwidthSearch::search(Kernel::Epanechnikov, degree, &x, &y, None).unwrap();
+        let (line, mean) = (search(Degree::Linear), search(Degree::Constant));
+        assert!(line.bandwidth > 1.0 && mean.bandwidth < 0.5);
+        assert!(line.curve.last().unwrap().error < mean.curve.last().unwrap().error / 10.0);
+    }
+
+    #[test]
+    fn weights_choose_the_points_that_count() {
+        let (x, y) = noisy(13, 1000, |x| (5.0 * x).sin());
+        // Another 500 of weight zero, which follow another law.
+        let (mut more_x, mut more_y) = noisy(17, 500, |_| 30.0);
+        more_x.extend(&x);
+        more_y.extend(&y);
+        let w: Vec<f64> = (0..1500).map(|i| if i < 500 { 0.0 } else { 2.5 }).collect();
+        let search =
+            |x: &[f64], y: &[f64], w| BandwidthSearch::search(Kernel::Triangular, Degree::Constant, x, y, w).unwrap();
+        let (one, other) = (search(&x, &y, None), search(&more_x, &more_y, Some(&w)));
+        for (a, b) in one.curve.iter().zip(&other.curve) {
+            assert!((a.error - b.error).abs() < 1e-9 * a.error, "{a:?} {b:?}");
+        }
+        let refused = BandwidthSearch::search(
+            Kernel::Uniform,
+            Degree::Linear,
+            &x[..3],
+            &y[..3],
+            Some(&[1.0, 0.0, 1.0]),
+        );
+        assert!(
+            refused
+                .unwrap_err()
+                .to_string()
+                .contains("at least 3 samples, but there are 2")
+        );
     }
 
     #[test]

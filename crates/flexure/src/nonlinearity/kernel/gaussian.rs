@@ -11,10 +11,8 @@ use super::{Kernel, Sorted, Sums};
 
 /// Terms kept: k + l < TERMS.
 const TERMS: usize = 33;
-/// Bandwidths beyond which a point does not count beside nearer ones: exp(-8.6^2 / 2) = 9e-17.
-/// (Where there are none nearer, the caller sums directly.)
-const REACH: f64 = 8.6;
-/// Boxes on either side that are within reach: those beyond 8.6 + 1 bandwidths do not count.
+/// Boxes on either side that are within reach: beyond 9 bandwidths a point does not count beside nearer
+/// ones, exp(-9^2 / 2) = 3e-18. (Where there are none nearer, the caller sums directly.)
 const NEIGHBOURS: i64 = 10;
 /// With fewer pairs of points than this, the direct sum over two boxes is cheaper.
 const DIRECT_PAIRS: usize = 100;
@@ -32,15 +30,13 @@ struct Sources {
 
 /// Calls `visit(j, sums)` for each of the increasing points `at`.
 pub fn transform(data: &Sorted, h: f64, at: &[f64], mut visit: impl FnMut(usize, Sums)) {
-    let reach = REACH * h;
     let origin = data.x[0];
     let cell_of = |x: f64| ((x - origin) / h).floor().clamp(-1e15, 1e15) as i64;
     // From the centre of a box, in bandwidths; relative to the origin first, as that loses no digits.
     let offset_in = |cell: i64, x: f64| (x - origin) / h - (cell as f64 + 0.5);
 
     let boxes = collect(data, cell_of, offset_in);
-    let (mut start, mut lo, mut hi) = (0, 0, 0);
-    let mut nearest = 0;
+    let (mut start, mut nearest) = (0, 0);
     while start < at.len() {
         let cell = cell_of(at[start]);
         let end = start + at[start..].partition_point(|&q| cell_of(q) <= cell);
@@ -50,7 +46,9 @@ pub fn transform(data: &Sorted, h: f64, at: &[f64], mut visit: impl FnMut(usize,
         let near = boxes[nearest..].iter().take_while(|b| b.cell <= cell + NEIGHBOURS);
         let (mut weight, mut moment) = ([0.0; TERMS], [0.0; TERMS]);
         let mut direct = Vec::new();
+        let mut mass = 0.0;
         for sources in near {
+            mass += sources.weight[0];
             if (sources.end - sources.first) * (end - start) < DIRECT_PAIRS {
                 direct.push(sources.first..sources.end);
             } else {
@@ -58,22 +56,21 @@ pub fn transform(data: &Sorted, h: f64, at: &[f64], mut visit: impl FnMut(usize,
             }
         }
         for (j, &q) in at.iter().enumerate().take(end).skip(start) {
-            while hi < data.len() && data.x[hi] - q <= reach {
-                hi += 1;
-            }
-            while lo < hi && q - data.x[lo] > reach {
-                lo += 1;
-            }
             let s = offset_in(cell, q);
+            // With v = (X - q)/h: g' = v g and g'' = (v^2 - 1) g in s.
+            let ([s0, s1, s2], [t0, t1, _]) = (derivatives(&weight, s), derivatives(&moment, s));
             let mut sums = Sums {
-                weight: horner(&weight, s),
-                moment: horner(&moment, s),
-                count: hi - lo,
+                mass: [mass, mass],
+                s: [s0, s1, s2 + s0],
+                t: [t0, t1],
+                at: 0.0,
             };
             for range in &direct {
-                let part = data.sums_over(range.clone(), Kernel::Gaussian, h, q, None);
-                sums.weight += part.weight;
-                sums.moment += part.moment;
+                let part = data.sums_over(range.clone(), Kernel::Gaussian, h, (q, q), None);
+                sums = Sums {
+                    mass: sums.mass,
+                    ..sums + part
+                };
             }
             visit(j, sums);
         }
@@ -98,7 +95,7 @@ fn collect(data: &Sorted, cell_of: impl Fn(f64) -> i64, offset_in: impl Fn(i64, 
         let Some(sources) = boxes.last_mut() else { continue };
         sources.end = i + 1;
         let u = offset_in(cell, data.x[i]);
-        let mut term = 1.0;
+        let mut term = data.weight(i);
         for k in 0..TERMS {
             sources.weight[k] += term;
             sources.moment[k] += data.y[i] * term;
@@ -130,6 +127,11 @@ fn translate(sources: &Sources, tau: f64, weight: &mut Series, moment: &mut Seri
     }
 }
 
-fn horner(c: &Series, s: f64) -> f64 {
-    c.iter().rev().fold(0.0, |sum, &v| sum * s + v)
+/// The polynomial and its first two derivatives.
+fn derivatives(c: &Series, s: f64) -> [f64; 3] {
+    let [value, first, half_second] = c
+        .iter()
+        .rev()
+        .fold([0.0; 3], |[p, d, e], &v| [p * s + v, d * s + p, e * s + d]);
+    [value, first, 2.0 * half_second]
 }

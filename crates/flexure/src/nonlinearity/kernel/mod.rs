@@ -1,21 +1,31 @@
 //! Kernel regression in one dimension, the estimate of Nadaraya and Watson (paper, (13) and (21)):
-//! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} . $$
+//! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} , $$
+//! and its local linear form (Fan 1993), with weights.
 //!
 //! The data are sorted once; after that every point costs O(1) whatever the bandwidth, for the
-//! kernels of bounded support by sliding moment sums ([`window`]) and for the Gaussian by a fast
-//! Gauss transform ([`gaussian`]). Both agree with direct summation to about 1e-12.
+//! kernels of bounded support by sliding moment sums ([`window`], [`piece`]) and for the Gaussian by a fast
+//! Gauss transform ([`gaussian`]). For few points the sort is left out as well ([`scatter`]). All agree with
+//! direct summation to about 1e-12. Streams have a form of their own ([`recursive`]).
 //!
 //! References: Nadaraya (1964); Watson (1964); Seifert, Brockmann, Engel, Gasser (1994), fast
 //! algorithms; Greengard and Strain (1991), the Gauss transform.
 
 mod gaussian;
+mod piece;
+mod recursive;
 mod regression;
+mod scatter;
 mod sorted;
+mod sums;
 mod window;
 
+pub use recursive::{RecursiveForm, RecursiveKernel, RecursiveSums};
 pub use regression::{KernelFit, KernelRegression};
-pub(crate) use regression::{check_points, leave_one_out};
+pub(crate) use regression::{check_points, check_weights, leave_one_out};
 pub(crate) use sorted::Sorted;
+pub use sums::Degree;
+pub(crate) use sums::Sums;
+use window::first_beyond;
 
 use serde::{Deserialize, Serialize};
 
@@ -87,37 +97,30 @@ impl Kernel {
     }
 }
 
-/// The weights' sum and the weighted sum of the centred ordinates at one point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Sums {
-    /// sum_i K((x - X_i)/h)
-    pub weight: f64,
-    /// sum_i K((x - X_i)/h) (Y_i - mean Y)
-    pub moment: f64,
-    /// The number of points that were added up.
-    pub count: usize,
-}
-
-/// Below this share of the largest possible sum a fast sum is replaced by the direct one: there the
-/// weights are so small that the moments' rounding would show.
-const DIRECT_BELOW: f64 = 1e-3;
-
-/// Calls `visit(j, sums)` for each of the increasing points `at`.
-pub(crate) fn for_each_sum(data: &Sorted, kernel: Kernel, h: f64, at: &[f64], mut visit: impl FnMut(usize, Sums)) {
-    let checked = |j: usize, sums: Sums| {
-        let sums = if sums.weight < DIRECT_BELOW * sums.count as f64 {
-            data.direct_sums(kernel, h, at[j], None)
-        } else {
-            sums
-        };
+/// Calls `visit(j, sums)` for each of the increasing points `at` that has any data in reach.
+#[inline(always)]
+pub(crate) fn for_each_sum(
+    data: &Sorted,
+    kernel: Kernel,
+    degree: Degree,
+    h: f64,
+    at: &[f64],
+    mut visit: impl FnMut(usize, Sums),
+) {
+    // Many points may have one abscissa.
+    let mut last = (f64::NAN, Sums::NONE);
+    // One call, and small, so that it is inlined into the innermost loop.
+    let visit = |j: usize, mut sums: Sums| {
+        if !sums.reliable(degree) {
+            if last.0 != at[j] {
+                last = (at[j], data.direct_sums(kernel, degree, h, at[j], None));
+            }
+            sums = last.1;
+        }
         visit(j, sums);
     };
     match kernel {
-        Kernel::Uniform => window::whole::<1>(data, h, at, |_| [1.0], checked),
-        Kernel::Triangular => window::halves(data, h, at, checked),
-        Kernel::Epanechnikov => window::whole::<3>(data, h, at, window::parabola, checked),
-        Kernel::Biweight => window::whole::<5>(data, h, at, window::parabola_squared, checked),
-        Kernel::Triweight => window::whole::<7>(data, h, at, window::parabola_cubed, checked),
-        Kernel::Gaussian => gaussian::transform(data, h, at, checked),
+        Kernel::Gaussian => gaussian::transform(data, h, at, visit),
+        _ => piece::perform(&mut piece::AtPoints { data, h, at, visit }, kernel, degree),
     }
 }

@@ -1,6 +1,7 @@
 //! Fitting and evaluating the kernel estimate (13), and its exact leave-one-out score.
 
-use super::{Kernel, Sorted, Sums, for_each_sum};
+use super::scatter::{self, Scatter};
+use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::error::{Error, Result};
 
 /// The kernel regression estimate (13) with a given bandwidth.
@@ -38,7 +39,81 @@ impl KernelRegression {
         self.fit_sorted(Sorted::new(x, y))
     }
 
+    /// [`fit`](Self::fit) with weights of the observations, as of least squares: an observation of weight 2
+    /// counts as two, one of weight 0 as none.
+    ///
+    /// # Errors
+    /// Those of `fit`, [`Error::InvalidParameter`] for a negative weight, and [`Error::TooShort`] without any
+    /// point of positive weight.
+    pub fn fit_weighted(self, x: &[f64], y: &[f64], weights: &[f64]) -> Result<KernelFit> {
+        check_points(x, y, 1)?;
+        check_weights(weights, x.len(), 1)?;
+        self.fit_sorted(Sorted::weighted(x, y, weights))
+    }
+
+    /// The estimates at a few points `at`, in any order, from data that need not be sorted: the fast way to
+    /// a curve for one bandwidth, in one pass over the data and little memory.
+    ///
+    /// It is [`fit`](Self::fit), [`with_degree`](KernelFit::with_degree) and
+    /// [`predict`](KernelFit::predict) in one, and does just these for the Gaussian and where the points are
+    /// more than a tenth as many as the data. NaN where no data are within reach, and for NaN.
+    ///
+    /// # Errors
+    /// Those of [`fit_weighted`](Self::fit_weighted).
+    pub fn evaluate(
+        self,
+        degree: Degree,
+        x: &[f64],
+        y: &[f64],
+        weights: Option<&[f64]>,
+        at: &[f64],
+    ) -> Result<Vec<f64>> {
+        self.check()?;
+        check_points(x, y, 1)?;
+        if let Some(weights) = weights {
+            check_weights(weights, x.len(), 1)?;
+        }
+        let few = at.len() <= x.len() / 10 && at.iter().any(|q| q.is_finite());
+        if !few || self.kernel == Kernel::Gaussian {
+            let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
+            return Ok(self.fit_sorted(data)?.with_degree(degree).predict(at));
+        }
+        let data = Scatter {
+            x,
+            y,
+            w: weights,
+            mean: scatter::mean(y, weights),
+        };
+        let mut estimates = vec![f64::NAN; at.len()];
+        let (order, at) = increasing(at);
+        let mut doubtful = Vec::new();
+        scatter::for_each(&data, (self.kernel, degree), self.bandwidth, &at, |j, sums| {
+            if sums.reliable(degree) {
+                estimates[order[j]] = sums.fit(degree).map_or(f64::NAN, |fit| data.mean + fit.value);
+            } else if sums.mass[0] > 0.0 {
+                doubtful.push(j);
+            }
+        });
+        if !doubtful.is_empty() {
+            let at: Vec<f64> = doubtful.iter().map(|&j| at[j]).collect();
+            let near = self.fit_sorted(data.near(&at, self.bandwidth))?.with_degree(degree);
+            for (j, estimate) in doubtful.into_iter().zip(near.predict(&at)) {
+                estimates[order[j]] = estimate;
+            }
+        }
+        Ok(estimates)
+    }
+
     pub(crate) fn fit_sorted(self, data: Sorted) -> Result<KernelFit> {
+        self.check()?;
+        Ok(KernelFit {
+            method: self,
+            degree: Degree::Constant,
+            data,
+        })
+    }
+
+    fn check(self) -> Result<()> {
         if !(self.bandwidth > 0.0 && self.bandwidth.is_finite()) {
             return Err(Error::InvalidParameter {
                 name: "the bandwidth".to_owned(),
@@ -46,8 +121,43 @@ impl KernelRegression {
                 requirement: "positive and finite",
             });
         }
-        Ok(KernelFit { method: self, data })
+        Ok(())
     }
+}
+
+/// The finite ones of the points `at` in increasing order, after their indices.
+fn increasing(at: &[f64]) -> (Vec<usize>, Vec<f64>) {
+    let mut order: Vec<usize> = (0..at.len()).filter(|&i| at[i].is_finite()).collect();
+    order.sort_unstable_by(|&i, &j| at[i].total_cmp(&at[j]));
+    let at = order.iter().map(|&i| at[i]).collect();
+    (order, at)
+}
+
+/// Weights for `points` points: finite, not negative, at least `need` of them positive.
+pub(crate) fn check_weights(weights: &[f64], points: usize, need: usize) -> Result<()> {
+    if weights.len() != points {
+        return Err(Error::LengthMismatch {
+            name: "weights".to_owned(),
+            got: weights.len(),
+            expected: points,
+        });
+    }
+    if let Some(sample) = weights.iter().position(|w| !(*w >= 0.0 && w.is_finite())) {
+        return Err(Error::InvalidParameter {
+            name: format!("the weight of sample {sample}"),
+            value: weights[sample],
+            requirement: "zero or positive, and finite",
+        });
+    }
+    let positive = weights.iter().filter(|w| **w > 0.0).count();
+    if positive < need {
+        return Err(Error::TooShort {
+            what: "a kernel regression (counting samples of positive weight)",
+            need,
+            got: positive,
+        });
+    }
+    Ok(())
 }
 
 /// Finite points, at least `need` of them.
@@ -67,6 +177,10 @@ pub(crate) fn check_points(x: &[f64], y: &[f64], need: usize) -> Result<()> {
         });
     }
     for (column, values) in [("x", x), ("y", y)] {
+        // Without an early end the test is vectorised.
+        if values.iter().fold(true, |finite, v| finite & v.is_finite()) {
+            continue;
+        }
         if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
             return Err(Error::NonFinite {
                 column: column.to_owned(),
@@ -82,10 +196,27 @@ pub(crate) fn check_points(x: &[f64], y: &[f64], need: usize) -> Result<()> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct KernelFit {
     method: KernelRegression,
+    degree: Degree,
     data: Sorted,
 }
 
 impl KernelFit {
+    /// The same data with a polynomial of another degree fitted around every point: a constant unless this
+    /// is called.
+    ///
+    /// The local line (Fan 1993) falls back to the local constant where the points in reach do not determine a
+    /// line: where their abscissas' standard deviation, weighted by the kernel, is below 1e-9 bandwidths.
+    #[must_use]
+    pub fn with_degree(mut self, degree: Degree) -> Self {
+        self.degree = degree;
+        self
+    }
+
+    /// The degree of the polynomial that is fitted around every point.
+    pub fn degree(&self) -> Degree {
+        self.degree
+    }
+
     /// The kernel and the bandwidth.
     pub fn method(&self) -> KernelRegression {
         self.method
@@ -102,12 +233,10 @@ impl KernelFit {
 
     /// The estimates at `x`, in any order: NaN where no data are within reach, and for NaN.
     pub fn predict(&self, x: &[f64]) -> Vec<f64> {
-        let mut order: Vec<usize> = (0..x.len()).filter(|&i| x[i].is_finite()).collect();
-        order.sort_unstable_by(|&i, &j| x[i].total_cmp(&x[j]));
-        let at: Vec<f64> = order.iter().map(|&i| x[i]).collect();
+        let (order, at) = increasing(x);
         let mut estimates = vec![f64::NAN; x.len()];
         self.for_each(&at, |j, sums| {
-            estimates[order[j]] = self.data.mean + sums.moment / sums.weight;
+            estimates[order[j]] = sums.fit(self.degree).map_or(f64::NAN, |fit| self.data.mean + fit.value);
         });
         estimates
     }
@@ -117,53 +246,68 @@ impl KernelFit {
     /// variance alone, not the smoothing bias. NaN where no data are within reach.
     pub fn standard_errors(&self, at: &[f64]) -> Vec<f64> {
         let KernelRegression { kernel, bandwidth: h } = self.method;
-        let mut squares = vec![0.0; self.data.len()];
+        let mut squares = vec![None; self.data.len()];
         self.for_each(&self.data.x, |i, sums| {
             // A point's own share in its fit makes its residual too small; divide that out.
-            let rest = (sums.weight - 1.0).max(f64::MIN_POSITIVE) / sums.weight;
-            let residual = (self.data.y[i] - sums.moment / sums.weight) / rest;
-            squares[i] = if residual.is_finite() { residual * residual } else { 0.0 };
+            let residual = sums.residual_without(self.degree, self.data.y[i], self.data.weight(i));
+            squares[i] = residual.map(|r| r * r);
         });
+        // A point alone in its window says nothing of the noise: take the mean of the others' there.
+        let known: Vec<f64> = squares.iter().copied().flatten().filter(|s| s.is_finite()).collect();
+        let typical = known.iter().sum::<f64>() / known.len().max(1) as f64;
+        let squares: Vec<f64> = squares.into_iter().map(|s| s.unwrap_or(typical)).collect();
         at.iter()
             .map(|&q| {
-                let (mut weight, mut variance) = (0.0, 0.0);
-                for i in self.data.within(q, kernel.reach() * h) {
-                    let k = kernel.weight((q - self.data.x[i]) / h);
-                    weight += k;
-                    variance += k * k * squares[i];
-                }
-                variance.sqrt() / weight
+                let sums = self.data.direct_sums(kernel, self.degree, h, q, None);
+                let range = self.data.within(q, kernel.reach() * h);
+                let variance: f64 = range
+                    .map(|i| {
+                        let x = self.data.x[i];
+                        let k = self.data.weight(i) * kernel.weight((q - x) / h);
+                        (k * sums.share(self.degree, (x - q) / h)).powi(2) * squares[i]
+                    })
+                    .sum();
+                if sums.s[0] > 0.0 { variance.sqrt() } else { f64::NAN }
             })
             .collect()
     }
 
     fn for_each(&self, at: &[f64], visit: impl FnMut(usize, Sums)) {
-        for_each_sum(&self.data, self.method.kernel, self.method.bandwidth, at, visit);
+        for_each_sum(
+            &self.data,
+            self.method.kernel,
+            self.degree,
+            self.method.bandwidth,
+            at,
+            visit,
+        );
     }
 }
 
-/// The exact leave-one-out score (1/n) sum_i (Y_i - m_{n,-i}(X_i))^2 for one bandwidth.
+/// The centred estimate at point `i` from the others, by direct summation.
+#[cold]
+#[inline(never)]
+fn direct_without(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, i: usize) -> f64 {
+    let others = data.direct_sums(kernel, degree, h, data.x[i], Some(i));
+    others
+        .fit(degree)
+        .map_or_else(|| data.nearest(data.x[i], Some(i)), |fit| fit.value)
+}
+
+/// The exact leave-one-out score sum_i w_i (Y_i - m_{n,-i}(X_i))^2 / sum_i w_i for one bandwidth.
 ///
 /// A point without any other in reach is predicted by its nearest neighbours.
-pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, h: f64) -> f64 {
-    let mut total = 0.0;
-    for_each_sum(data, kernel, h, &data.x, |i, sums| {
-        let y = data.y[i];
-        // K(0) = 1 is the point's own weight: y - m_{-i} = (y sum K - sum K y) / (sum K - 1).
-        let rest = sums.weight - 1.0;
-        let residual = if rest > super::DIRECT_BELOW * sums.count as f64 {
-            (y * sums.weight - sums.moment) / rest
-        } else {
-            let others = data.direct_sums(kernel, h, data.x[i], Some(i));
-            if others.weight > 0.0 {
-                y - others.moment / others.weight
-            } else {
-                y - data.nearest(data.x[i], Some(i))
-            }
-        };
-        total += residual * residual;
+pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, h: f64) -> f64 {
+    let (mut error, mut total) = (0.0, 0.0);
+    for_each_sum(data, kernel, degree, h, &data.x, |i, sums| {
+        let (y, w) = (data.y[i], data.weight(i));
+        let residual = sums
+            .residual_without(degree, y, w)
+            .unwrap_or_else(|| y - direct_without(data, kernel, degree, h, i));
+        error += w * residual * residual;
+        total += w;
     });
-    total / data.len() as f64
+    error / total
 }
 
 #[cfg(test)]

@@ -2,26 +2,50 @@
 
 use std::ops::Range;
 
-use super::{Kernel, Sums};
+use rayon::prelude::*;
 
-/// Points sorted by abscissa, then ordinate, so that nothing depends on their order in the record.
+use super::window::{Frame, Items, Moments};
+use super::{Degree, Kernel, Sums};
+
+/// Points sorted by abscissa, then ordinate, then weight, so that nothing depends on their order in the
+/// record.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sorted {
     pub x: Vec<f64>,
     /// The ordinates less their mean: sums of them then lose no digits to a large offset.
     pub y: Vec<f64>,
+    /// Positive weights; none stands for ones.
+    w: Option<Vec<f64>>,
     pub mean: f64,
 }
 
 impl Sorted {
     /// Sorts finite points.
     pub fn new(x: &[f64], y: &[f64]) -> Self {
-        let mut points: Vec<(u64, f64)> = x.iter().zip(y).map(|(&x, &y)| (to_ordered(x), y)).collect();
-        points.sort_unstable_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
-        let mean = points.iter().map(|p| p.1).sum::<f64>() / points.len() as f64;
+        let mut points: Vec<(u64, [f64; 1])> = x.iter().zip(y).map(|(&x, &y)| (to_ordered(x), [y])).collect();
+        sort(&mut points);
+        let mean = points.iter().map(|p| p.1[0]).sum::<f64>() / points.len() as f64;
         Sorted {
             x: points.iter().map(|p| from_ordered(p.0)).collect(),
-            y: points.iter().map(|p| p.1 - mean).collect(),
+            y: points.iter().map(|p| p.1[0] - mean).collect(),
+            w: None,
+            mean,
+        }
+    }
+
+    /// Sorts finite points with weights that are not negative; those of weight zero are left out.
+    pub fn weighted(x: &[f64], y: &[f64], w: &[f64]) -> Self {
+        let mut points: Vec<(u64, [f64; 2])> = (x.iter().zip(y).zip(w))
+            .filter(|(_, w)| **w > 0.0)
+            .map(|((&x, &y), &w)| (to_ordered(x), [y, w]))
+            .collect();
+        sort(&mut points);
+        let total: f64 = points.iter().map(|p| p.1[1]).sum();
+        let mean = points.iter().map(|p| p.1[0] * p.1[1]).sum::<f64>() / total;
+        Sorted {
+            x: points.iter().map(|p| from_ordered(p.0)).collect(),
+            y: points.iter().map(|p| p.1[0] - mean).collect(),
+            w: Some(points.iter().map(|p| p.1[1]).collect()),
             mean,
         }
     }
@@ -30,29 +54,57 @@ impl Sorted {
         self.x.len()
     }
 
+    /// The weight of point `i`.
+    #[inline(always)]
+    pub fn weight(&self, i: usize) -> f64 {
+        self.w.as_ref().map_or(1.0, |w| w[i])
+    }
+
     /// The points within `reach` of `q`, by the same comparison as the sliding windows make.
     pub fn within(&self, q: f64, reach: f64) -> Range<usize> {
         self.x.partition_point(|&x| q - x > reach)..self.x.partition_point(|&x| x - q <= reach)
     }
 
     /// The sums at `q` over all points in reach, one by one, leaving out the point `skip`.
-    pub fn direct_sums(&self, kernel: Kernel, h: f64, q: f64, skip: Option<usize>) -> Sums {
+    #[cold]
+    #[inline(never)]
+    pub fn direct_sums(&self, kernel: Kernel, degree: Degree, h: f64, q: f64, skip: Option<usize>) -> Sums {
         let range = self.within(q, kernel.reach() * h);
-        self.sums_over(range, kernel, h, q, skip)
+        let sums = self.sums_over(range.clone(), kernel, h, (q, q), skip);
+        if degree == Degree::Constant || !(sums.s[0] > 0.0) {
+            return sums;
+        }
+        // About the points' own centre, so that the spread of a far and narrow group loses no digits.
+        let anchor = (q + h * sums.s[1] / sums.s[0]).clamp(self.x[range.start], self.x[range.end - 1]);
+        self.sums_over(range, kernel, h, (q, anchor), skip)
     }
 
-    /// The sums at `q` over the points `range`.
-    pub fn sums_over(&self, range: Range<usize>, kernel: Kernel, h: f64, q: f64, skip: Option<usize>) -> Sums {
-        let count = range.len();
-        let (mut weight, mut moment) = (0.0, 0.0);
-        for i in range {
-            if Some(i) != skip {
-                let k = kernel.weight((q - self.x[i]) / h);
-                weight += k;
-                moment += k * self.y[i];
-            }
+    /// The sums at `q` over the points `range`, in the coordinate about `anchor`.
+    pub fn sums_over(
+        &self,
+        range: Range<usize>,
+        kernel: Kernel,
+        h: f64,
+        (q, anchor): (f64, f64),
+        skip: Option<usize>,
+    ) -> Sums {
+        let mut sums = Sums {
+            at: (q - anchor) / h,
+            ..Sums::NONE
+        };
+        for i in range.filter(|&i| Some(i) != skip) {
+            let u = (self.x[i] - anchor) / h;
+            let w = self.weight(i);
+            let k = w * kernel.weight((q - self.x[i]) / h);
+            sums.mass[0] += w;
+            sums.mass[1] += w * u * u;
+            sums.s[0] += k;
+            sums.s[1] += k * u;
+            sums.s[2] += k * u * u;
+            sums.t[0] += k * self.y[i];
+            sums.t[1] += k * u * self.y[i];
         }
-        Sums { weight, moment, count }
+        sums
     }
 
     /// The mean of the centred ordinates of the points nearest to `q` (all those at the same distance),
@@ -60,14 +112,14 @@ impl Sorted {
     pub fn nearest(&self, q: f64, skip: Option<usize>) -> f64 {
         let mut left = self.x.partition_point(|&x| x < q);
         let mut right = left;
-        let (mut sum, mut count, mut distance) = (0.0, 0.0, f64::INFINITY);
+        let (mut sum, mut total, mut distance) = (0.0, 0.0, f64::INFINITY);
         loop {
             let below = left.checked_sub(1).map_or(f64::INFINITY, |i| q - self.x[i]);
             let above = self.x.get(right).map_or(f64::INFINITY, |x| x - q);
             let i = if below < above { left.wrapping_sub(1) } else { right };
             let d = below.min(above);
             if d > distance || d == f64::INFINITY {
-                return if count > 0.0 { sum / count } else { 0.0 };
+                return if total > 0.0 { sum / total } else { 0.0 };
             }
             if below < above {
                 left -= 1;
@@ -76,20 +128,45 @@ impl Sorted {
             }
             if Some(i) != skip {
                 distance = d;
-                sum += self.y[i];
-                count += 1.0;
+                sum += self.weight(i) * self.y[i];
+                total += self.weight(i);
             }
         }
     }
 }
 
+impl<const N: usize> Items<N> for Sorted {
+    fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    #[inline(always)]
+    fn anchor(&self, i: usize) -> f64 {
+        self.x[i]
+    }
+
+    #[inline(always)]
+    fn add(&self, i: usize, frame: Frame, sum: &mut Moments<N>) {
+        let w = self.weight(i);
+        sum.push(frame.u(self.x[i]), w, w * self.y[i]);
+    }
+}
+
+/// Sorts by key, then payload. Equal elements cannot be told apart: the number of threads does not matter.
+fn sort<const N: usize>(points: &mut [(u64, [f64; N])]) {
+    points.par_sort_unstable_by_key(|p| p.0);
+    for ties in points.chunk_by_mut(|p, q| p.0 == q.0).filter(|ties| ties.len() > 1) {
+        ties.sort_unstable_by_key(|p| p.1.map(to_ordered));
+    }
+}
+
 /// Maps finite floats to integers of the same order (and -0 to 0).
-fn to_ordered(x: f64) -> u64 {
+pub(super) fn to_ordered(x: f64) -> u64 {
     let bits = (x + 0.0).to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
 }
 
-fn from_ordered(key: u64) -> f64 {
+pub(super) fn from_ordered(key: u64) -> f64 {
     f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
 }
 

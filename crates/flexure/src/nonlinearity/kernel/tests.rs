@@ -6,22 +6,43 @@ use rand_distr::{Cauchy, Distribution, StandardNormal};
 
 use super::*;
 
-/// The brute-force twin of (13).
-fn direct(x: &[f64], y: &[f64], kernel: Kernel, h: f64, q: f64, skip: Option<usize>) -> f64 {
+/// The brute-force twin of (13) and of the local line: weighted least squares, centred before squaring.
+fn direct_fit(data: [&[f64]; 3], kernel: Kernel, degree: Degree, h: f64, q: f64, skip: Option<usize>) -> f64 {
+    let [x, y, w] = data;
     let mean = y.iter().sum::<f64>() / y.len() as f64;
-    let (mut s, mut t) = (0.0, 0.0);
-    for i in 0..x.len() {
-        if Some(i) != skip {
-            let k = if (q - x[i]).abs() <= kernel.reach() * h {
-                kernel.weight((q - x[i]) / h)
+    let k: Vec<f64> = (0..x.len())
+        .map(|i| {
+            let inside = (q - x[i]).abs() <= kernel.reach() * h && Some(i) != skip;
+            if inside {
+                w[i] * kernel.weight((q - x[i]) / h)
             } else {
                 0.0
-            };
-            s += k;
-            t += k * (y[i] - mean);
-        }
+            }
+        })
+        .collect();
+    let sum = |f: &dyn Fn(usize) -> f64| (0..x.len()).filter(|&i| k[i] > 0.0).map(|i| k[i] * f(i)).sum::<f64>();
+    let s = sum(&|_| 1.0);
+    let (cx, cy) = (sum(&|i| x[i] - q) / s, sum(&|i| y[i] - mean) / s);
+    let spread = sum(&|i| (x[i] - q - cx).powi(2));
+    if degree == Degree::Constant || !(spread > 1e-18 * h * h * s) {
+        return mean + cy;
     }
-    mean + t / s
+    mean + cy - cx * sum(&|i| (x[i] - q - cx) * (y[i] - mean - cy)) / spread
+}
+
+fn direct(x: &[f64], y: &[f64], kernel: Kernel, h: f64, q: f64, skip: Option<usize>) -> f64 {
+    direct_fit([x, y, &vec![1.0; x.len()]], kernel, Degree::Constant, h, q, skip)
+}
+
+/// Weights of very different size, a fifth of them zero.
+fn weights(n: usize) -> Vec<f64> {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(55);
+    (0..n)
+        .map(|_| match rng.random_range(0..5) {
+            0 => 0.0,
+            k => 10f64.powi(k - 2) * rng.random_range(0.5..2.0),
+        })
+        .collect()
 }
 
 /// Abscissas that broke plain prefix sums elsewhere.
@@ -81,32 +102,153 @@ fn estimates_agree_with_direct_summation() {
 }
 
 #[test]
+fn every_fast_path_agrees_with_least_squares_at_the_point() {
+    for (name, x) in hard_abscissas(3, 1200) {
+        let y = response(&x, 1e3);
+        let mut sorted = x.clone();
+        sorted.sort_by(f64::total_cmp);
+        for (degree, w) in [Degree::Constant, Degree::Linear]
+            .into_iter()
+            .flat_map(|d| [(d, None), (d, Some(weights(x.len())))])
+        {
+            let ones = vec![1.0; x.len()];
+            let data = [&x[..], &y, w.as_ref().unwrap_or(&ones)];
+            for kernel in Kernel::ALL {
+                for h in [0.03, 0.4, 3.0] {
+                    let method = KernelRegression { kernel, bandwidth: h };
+                    let at: Vec<f64> = (0..60)
+                        .map(|i| sorted[(i * 7) % 60 * 20] + 0.3 * h * ((i % 3) as f64 - 1.0))
+                        .chain([f64::NAN, 1e9])
+                        .collect();
+                    let fit = match &w {
+                        None => method.fit(&x, &y),
+                        Some(w) => method.fit_weighted(&x, &y, w),
+                    };
+                    let sorted_way = fit.unwrap().with_degree(degree).predict(&at);
+                    let one_pass = method.evaluate(degree, &x, &y, w.as_deref(), &at).unwrap();
+                    for ((q, a), b) in at.iter().zip(sorted_way).zip(one_pass) {
+                        let want = direct_fit(data, kernel, degree, h, *q, None);
+                        let what = format!(
+                            "{name} {kernel:?} {degree:?} {} h={h} q={q}: {a} {b} {want}",
+                            w.is_some()
+                        );
+                        assert_eq!((a.is_nan(), b.is_nan()), (want.is_nan(), want.is_nan()), "{what}");
+                        if !want.is_nan() {
+                            let error = (a - want).abs().max((b - want).abs()) / want.abs().max(1.0);
+                            assert!(error < 1e-11, "{what} ({error:e})");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn one_pass_over_many_points_is_the_same_on_any_number_of_threads() {
+    let (_, x) = hard_abscissas(4, 200_000).swap_remove(0);
+    let y = response(&x, 0.0);
+    let at: Vec<f64> = (0..300).map(|i| -2.1 + 0.014 * f64::from(i)).collect();
+    for kernel in [Kernel::Triangular, Kernel::Epanechnikov] {
+        let method = KernelRegression {
+            kernel,
+            bandwidth: 0.05,
+        };
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| method.evaluate(Degree::Linear, &x, &y, None, &at).unwrap())
+        };
+        let one = run(1);
+        let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&one), bits(&run(3)));
+        let other = method.fit(&x, &y).unwrap().with_degree(Degree::Linear).predict(&at);
+        for (a, b) in one.iter().zip(other) {
+            assert!((a - b).abs() < 1e-11 || (a.is_nan() && b.is_nan()), "{a} {b}");
+        }
+    }
+}
+
+#[test]
 fn leave_one_out_agrees_with_leaving_each_point_out() {
     for (name, x) in hard_abscissas(2, 400) {
         let y = response(&x, 3.0);
-        let data = Sorted::new(&x, &y);
-        for kernel in Kernel::ALL {
-            for h in [0.05, 0.5, 4.0] {
-                let want: f64 = (0..x.len())
-                    .map(|i| {
-                        let other = direct(&x, &y, kernel, h, x[i], Some(i));
+        for (degree, w) in [Degree::Constant, Degree::Linear]
+            .into_iter()
+            .flat_map(|d| [(d, vec![1.0; x.len()]), (d, weights(x.len()))])
+        {
+            let data = Sorted::weighted(&x, &y, &w);
+            for kernel in Kernel::ALL {
+                for h in [0.05, 0.5, 4.0] {
+                    let squares = (0..x.len()).filter(|&i| w[i] > 0.0).map(|i| {
+                        let other = direct_fit([&x, &y, &w], kernel, degree, h, x[i], Some(i));
                         let other = if other.is_nan() {
                             data.mean + data.nearest(x[i], data_index(&data, x[i]))
                         } else {
                             other
                         };
-                        (y[i] - other).powi(2)
-                    })
-                    .sum::<f64>()
-                    / x.len() as f64;
-                let got = leave_one_out(&data, kernel, h);
-                assert!(
-                    (got - want).abs() < 1e-10 * want,
-                    "{name} {kernel:?} h={h}: {got} {want}"
-                );
+                        w[i] * (y[i] - other).powi(2)
+                    });
+                    let want = squares.sum::<f64>() / w.iter().sum::<f64>();
+                    let got = leave_one_out(&data, kernel, degree, h);
+                    // The line through two neighbours in the window's edge may shoot far off.
+                    assert!(
+                        (got - want).abs() < 1e-9 * want,
+                        "{name} {kernel:?} {degree:?} h={h}: {got} {want}"
+                    );
+                }
             }
         }
     }
+}
+
+#[test]
+fn a_local_line_follows_a_line_up_to_the_boundary() {
+    let x: Vec<f64> = (0..100).map(|i| (f64::from(i) / 99.0).powi(2)).collect();
+    let y: Vec<f64> = x.iter().map(|x| 3.0 - 2.0 * x).collect();
+    for kernel in Kernel::ALL {
+        let fit = KernelRegression { kernel, bandwidth: 0.3 }
+            .fit(&x, &y)
+            .unwrap()
+            .with_degree(Degree::Linear);
+        for q in [0.0, 0.4, 1.0, 1.1] {
+            assert!((fit.value(q) - (3.0 - 2.0 * q)).abs() < 1e-12, "{kernel:?} {q}");
+        }
+    }
+}
+
+#[test]
+fn a_weight_of_two_is_an_observation_twice() {
+    let (_, x) = hard_abscissas(6, 80).swap_remove(0);
+    let y = response(&x, 0.0);
+    let twice = |v: &[f64]| v.iter().chain(&v[..30]).copied().collect::<Vec<_>>();
+    let w: Vec<f64> = (0..80).map(|i| if i < 30 { 2.0 } else { 1.0 }).collect();
+    for kernel in Kernel::ALL {
+        let method = KernelRegression { kernel, bandwidth: 0.5 };
+        let a = method.fit_weighted(&x, &y, &w).unwrap().predict(&x);
+        let b = method.fit(&twice(&x), &twice(&y)).unwrap().predict(&x);
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+}
+
+#[test]
+fn bad_weights_are_refused() {
+    let method = KernelRegression {
+        kernel: Kernel::Epanechnikov,
+        bandwidth: 1.0,
+    };
+    let message = |w: &[f64]| {
+        method
+            .fit_weighted(&[0.0, 1.0], &[0.0, 1.0], w)
+            .unwrap_err()
+            .to_string()
+    };
+    assert_eq!(
+        message(&[1.0, -2.0]),
+        "the weight of sample 1 is -2, but must be zero or positive, and finite"
+    );
+    assert!(message(&[1.0, f64::NAN]).contains("the weight of sample 1 is NaN"));
+    assert!(message(&[1.0]).contains("'weights' has 1 samples where 2 were expected"));
+    assert!(message(&[0.0, 0.0]).contains("needs at least 1 samples, but there are 0"));
 }
 
 /// The index of an isolated point (its abscissa occurs once).
@@ -166,6 +308,26 @@ fn standard_errors_are_those_of_a_mean_for_one_wide_window() {
     let s = (y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1) as f64).sqrt();
     let error = fit.standard_errors(&[0.5])[0];
     assert!((error / (s / (n as f64).sqrt()) - 1.0).abs() < 1e-3, "{error}");
+}
+
+#[test]
+fn a_point_alone_is_as_uncertain_as_the_others() {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(8);
+    let mut x: Vec<f64> = (0..2000).map(|_| rng.random_range(0.0..1.0)).collect();
+    x.push(50.0);
+    let y: Vec<f64> = x
+        .iter()
+        .map(|_| {
+            let e: f64 = StandardNormal.sample(&mut rng);
+            3.0 * e
+        })
+        .collect();
+    let fit = KernelRegression {
+        kernel: Kernel::Epanechnikov,
+        bandwidth: 0.2,
+    };
+    let errors = fit.fit(&x, &y).unwrap().standard_errors(&[0.5, 50.0]);
+    assert!(errors[0] < 0.3 && (errors[1] - 3.0).abs() < 0.3, "{errors:?}");
 }
 
 proptest! {

@@ -1,0 +1,293 @@
+//! The estimate at few points from unsorted data, in one pass.
+//!
+//! The line is cut wherever a window begins or ends. Between two neighbouring cuts all points count
+//! for the same windows, so that their moments, about the middle of the interval, are all that is needed
+//! of them; a window then slides over intervals as it would over sorted points.
+
+use rayon::prelude::*;
+
+use super::piece::{self, Job, falling, rising, sums};
+use super::sorted::{from_ordered, to_ordered};
+use super::window::{Frame, Items, Moments, Slider};
+use super::{Sorted, Sums, first_beyond};
+
+/// Data are taken in at most this many parts, each of at least so many points: the parts do not depend on
+/// the number of threads, nor does therefore the result.
+const PARTS: usize = 16;
+const PART: usize = 1 << 15;
+/// Entries of the table that finds an interval, for each cut.
+const TABLE: usize = 8;
+
+/// Unsorted points.
+pub struct Scatter<'a> {
+    pub x: &'a [f64],
+    pub y: &'a [f64],
+    pub w: Option<&'a [f64]>,
+    /// What the ordinates are counted from.
+    pub mean: f64,
+}
+
+/// Visits the sums at each of the increasing points `at`.
+pub struct AtFew<'a, F> {
+    pub data: &'a Scatter<'a>,
+    pub h: f64,
+    pub at: &'a [f64],
+    pub visit: F,
+}
+
+impl<F: FnMut(usize, Sums)> Job for AtFew<'_, F> {
+    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Fn(f64) -> [f64; M] + Copy) {
+        let cuts = Cuts::new(self.at, self.h, false);
+        let line = Line::<N>::new(self.data, &cuts, self.h);
+        let mut slider = Slider::new(&line, self.h);
+        for (j, (&q, [lo, _, hi])) in self.at.iter().zip(&cuts.windows).enumerate() {
+            (self.visit)(j, sums(&mut slider, (*lo, *hi), q, coefficients));
+        }
+    }
+
+    fn halves<const N: usize>(&mut self) {
+        let cuts = Cuts::new(self.at, self.h, true);
+        let line = Line::<N>::new(self.data, &cuts, self.h);
+        let (mut below, mut above) = (Slider::new(&line, self.h), Slider::new(&line, self.h));
+        for (j, (&q, [lo, middle, hi])) in self.at.iter().zip(&cuts.windows).enumerate() {
+            let left = sums(&mut below, (*lo, *middle), q, rising);
+            let right = sums(&mut above, (*middle, *hi), q, falling);
+            let both = if left.mass[0] > 0.0 { left + right } else { right };
+            (self.visit)(j, both);
+        }
+    }
+}
+
+/// The cuts in order. Interval i is the half-open one that ends at cut i; one more follows the last.
+struct Cuts {
+    cuts: Vec<f64>,
+    /// For every point the intervals lo..middle up to it and middle..hi beyond it.
+    windows: Vec<[usize; 3]>,
+    /// The number of cuts in the table's entries before each.
+    before: Vec<u32>,
+    lowest: f64,
+    scale: f64,
+}
+
+impl Cuts {
+    fn new(at: &[f64], h: f64, halve: bool) -> Self {
+        // The same comparisons as for sorted points, to the last bit.
+        let edges: Vec<[f64; 3]> = at
+            .iter()
+            .map(|&q| {
+                let begin = first_float(q - h, |x| !(q - x > h));
+                let end = first_float(q + h, |x| x - q > h);
+                [begin, if halve { q.next_up() } else { begin }, end]
+            })
+            .collect();
+        let mut cuts: Vec<f64> = edges.iter().flatten().copied().collect();
+        cuts.sort_unstable_by(f64::total_cmp);
+        cuts.dedup();
+        let mut rank = [0; 3];
+        let windows = edges
+            .iter()
+            .map(|edge| {
+                for k in 0..3 {
+                    rank[k] = first_beyond(&cuts, rank[k], |cut| cut < edge[k]);
+                }
+                rank.map(|r| r + 1)
+            })
+            .collect();
+        let (lowest, highest) = (cuts[0], cuts[cuts.len() - 1]);
+        let entries = TABLE * cuts.len();
+        let mut found = Cuts {
+            windows,
+            before: vec![0; entries + 1],
+            lowest,
+            scale: entries as f64 / (highest - lowest),
+            cuts,
+        };
+        for i in 0..found.cuts.len() {
+            let entry = found.entry(found.cuts[i]);
+            found.before[entry + 1] += 1;
+        }
+        for i in 0..entries {
+            found.before[i + 1] += found.before[i];
+        }
+        // A cut beyond all: the search below need not look where the list ends.
+        found.cuts.push(f64::INFINITY);
+        found
+    }
+
+    /// Increases with x, whatever is rounded and wherever x is.
+    #[inline(always)]
+    fn entry(&self, x: f64) -> usize {
+        (((x - self.lowest) * self.scale) as usize).min(self.before.len() - 2)
+    }
+
+    /// The interval that holds the finite `x`: the number of cuts up to it.
+    #[inline(always)]
+    fn interval(&self, x: f64) -> usize {
+        let entry = self.entry(x);
+        let first = self.before[entry] as usize;
+        let i = first + usize::from(self.cuts[first] <= x);
+        if i > first && self.cuts[i] <= x {
+            let end = self.before[entry + 1] as usize;
+            return i + self.cuts[i..end].partition_point(|&cut| cut <= x);
+        }
+        i
+    }
+
+    /// The middle of interval `i`; the ends of the first and the last are never looked at.
+    fn middle(&self, i: usize) -> f64 {
+        let low = self.cuts[i.saturating_sub(1)];
+        let high = self.cuts[i.min(self.cuts.len() - 2)];
+        low + 0.5 * (high - low)
+    }
+}
+
+/// The lowest float for which `holds`, which is false below some float and true from there on.
+fn first_float(guess: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let (least, most) = (to_ordered(f64::NEG_INFINITY), to_ordered(f64::INFINITY));
+    let guess = to_ordered(guess);
+    let holds = |key: u64| holds(from_ordered(key));
+    // Keys false <= below < above <= true: mostly the guess or one of its neighbours.
+    let (mut below, mut above, mut step) = (guess, guess, 1);
+    while above < most && !holds(above) {
+        below = above;
+        above = above.saturating_add(step).min(most);
+        step *= 2;
+    }
+    while below > least && holds(below) {
+        above = below;
+        below = below.saturating_sub(step).max(least);
+        step *= 2;
+    }
+    while above - below > 1 {
+        let middle = below + (above - below) / 2;
+        if holds(middle) {
+            above = middle;
+        } else {
+            below = middle;
+        }
+    }
+    from_ordered(above)
+}
+
+/// The moments of an interval about its middle.
+#[derive(Clone, Copy)]
+struct Cell<const N: usize> {
+    middle: f64,
+    moments: Moments<N>,
+}
+
+/// All intervals, from below the first cut to above the last.
+struct Line<const N: usize> {
+    per_h: f64,
+    cells: Vec<Cell<N>>,
+}
+
+impl<const N: usize> Line<N> {
+    fn new(data: &Scatter, cuts: &Cuts, h: f64) -> Self {
+        let per_h = 1.0 / h;
+        let empty: Vec<Cell<N>> = (0..cuts.cuts.len())
+            .map(|i| Cell {
+                middle: cuts.middle(i),
+                moments: Moments::ZERO,
+            })
+            .collect();
+        let part = PART.max(data.x.len().div_ceil(PARTS));
+        let mut parts: Vec<Vec<Cell<N>>> = (0..data.x.len().div_ceil(part))
+            .into_par_iter()
+            .map(|k| {
+                let mut cells = empty.clone();
+                let end = data.x.len().min((k + 1) * part);
+                data.collect(k * part..end, cuts, per_h, &mut cells);
+                cells
+            })
+            .collect();
+        let mut cells = parts.swap_remove(0);
+        // The last has taken the first one's place: still one fixed order.
+        for other in &parts {
+            for (cell, other) in cells.iter_mut().zip(other) {
+                cell.moments = cell.moments.plus(&other.moments);
+            }
+        }
+        Line { per_h, cells }
+    }
+}
+
+impl Scatter<'_> {
+    /// The points within `h` of any of the increasing points `at`, and the data's mean.
+    pub fn near(&self, at: &[f64], h: f64) -> Sorted {
+        let near = |x: f64| {
+            let next = at.partition_point(|&q| x - q > h);
+            at.get(next).is_some_and(|&q| !(q - x > h))
+        };
+        let kept: Vec<usize> = (0..self.x.len()).filter(|&i| near(self.x[i])).collect();
+        let of = |v: &[f64]| -> Vec<f64> { kept.iter().map(|&i| v[i]).collect() };
+        match self.w {
+            None => Sorted::new(&of(self.x), &of(self.y)),
+            Some(w) => Sorted::weighted(&of(self.x), &of(self.y), &of(w)),
+        }
+    }
+
+    fn collect<const N: usize>(&self, range: std::ops::Range<usize>, cuts: &Cuts, per_h: f64, cells: &mut [Cell<N>]) {
+        let points = self.x[range.clone()].iter().zip(&self.y[range.clone()]);
+        match self.w {
+            None => points.for_each(|(&x, &y)| add(cells, cuts, per_h, x, [1.0, y - self.mean])),
+            Some(w) => points
+                .zip(&w[range])
+                .filter(|(_, w)| **w > 0.0)
+                .for_each(|((&x, &y), &w)| add(cells, cuts, per_h, x, [w, w * (y - self.mean)])),
+        }
+    }
+}
+
+/// Adds a point of weight `w` and weighted ordinate `wy` to its cell.
+#[inline(always)]
+fn add<const N: usize>(cells: &mut [Cell<N>], cuts: &Cuts, per_h: f64, x: f64, [w, wy]: [f64; 2]) {
+    let cell = &mut cells[cuts.interval(x)];
+    cell.moments.push((x - cell.middle) * per_h, w, wy);
+}
+
+impl<const N: usize> Items<N> for Line<N> {
+    fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    fn anchor(&self, i: usize) -> f64 {
+        self.cells[i].middle
+    }
+
+    fn add(&self, i: usize, frame: Frame, sum: &mut Moments<N>) {
+        let cell = &self.cells[i];
+        if cell.moments.0[0][0] > 0.0 {
+            let d = (cell.middle - frame.anchor) * self.per_h;
+            *sum = sum.plus(&cell.moments.shifted(d));
+        }
+    }
+}
+
+/// The mean of the ordinates in parts that do not depend on the number of threads.
+pub fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
+    let sums: Vec<(f64, f64)> = y
+        .par_chunks(PART)
+        .enumerate()
+        .map(|(k, y)| match w {
+            None => (y.iter().sum(), y.len() as f64),
+            Some(w) => {
+                let w = &w[k * PART..][..y.len()];
+                (y.iter().zip(w).map(|(y, w)| w * y).sum(), w.iter().sum())
+            }
+        })
+        .collect();
+    let (moment, weight) = sums.iter().fold((0.0, 0.0), |(a, b), (m, w)| (a + m, b + w));
+    moment / weight
+}
+
+/// Visits the sums at the increasing points `at`, `h` wide, for a kernel of bounded support.
+pub fn for_each(
+    data: &Scatter,
+    (kernel, degree): (super::Kernel, super::Degree),
+    h: f64,
+    at: &[f64],
+    visit: impl FnMut(usize, Sums),
+) {
+    piece::perform(&mut AtFew { data, h, at, visit }, kernel, degree);
+}
