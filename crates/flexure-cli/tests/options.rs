@@ -70,6 +70,10 @@ fn the_page_tells_given_from_chosen() {
     let chosen = page("");
     assert!(chosen.contains(first) && chosen.contains(fact) && chosen.contains(strongest));
     assert!(!chosen.contains("as given"));
+    assert!(
+        chosen.contains("✓ passed</span> nothing found"),
+        "a verdict is said once"
+    );
     let delay = page("--delay 0");
     assert!(delay.contains("the delay is as given;") && delay.contains("<dd class=\"note\">as given</dd>"));
     assert!(!delay.contains(first) && !delay.contains(fact) && delay.contains(strongest));

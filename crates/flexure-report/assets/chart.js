@@ -7,7 +7,7 @@ const LABEL_WIDTH = 20; // of the words beside them
 const LEGEND_HEIGHT = 26;
 const WHOLE_STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000]; // for ticks at whole numbers
 
-/** A series: `colour` names a style sheet colour; `area` fills below, `unlisted` keeps it out of the legend. */
+/** A series: `colour` names a style sheet colour; `area` fills below, `unlisted` keeps it out of the legend; `points` is true or their size. */
 function line(label, colourName, { width = 2, dash, area, unlisted, points = false, scale, hidden } = {}) {
   return {
     label,
@@ -19,7 +19,7 @@ function line(label, colourName, { width = 2, dash, area, unlisted, points = fal
     stroke: () => (hidden ? "transparent" : colour(colourName)),
     fill: area && !hidden ? () => colour(area) : undefined,
     areaName: area,
-    points: points ? { show: true, size: 6, fill: () => colour(colourName), stroke: () => colour(colourName) } : { show: false },
+    points: points ? { show: true, size: points === true ? 6 : points, fill: () => colour(colourName), stroke: () => colour(colourName) } : { show: false },
     value: (u, v) => readable(v, 5),
   };
 }

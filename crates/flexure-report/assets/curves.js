@@ -18,7 +18,7 @@ function plotNonlinearity(n) {
     bands.push({ series: [series.length - 1, series.length], fill: () => colour("--soft") });
   }
   if (n.truth.length) add(line("truth", "--truth", { width: 2, dash: [8, 5] }), n.truth);
-  add(line("estimate", "--model", { width: n.points ? 1.3 : 2.6, points: n.points }), n.y);
+  add(line("estimate", "--model", { width: n.points ? 1.3 : 2.6, points: n.points && 10 }), n.y);
   chart(host, {
     at: n.x,
     x: { label: n.x_label },

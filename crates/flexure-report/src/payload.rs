@@ -108,14 +108,16 @@ fn grid(axis: &Axis, bucket: usize, stride: f64, count: usize) -> Grid {
 
 fn nonlinearity(n: &Nonlinearity) -> NonlinearityPlot {
     let thin = |v: &[f64]| thin(v, limits::CURVE_POINTS);
+    let points = n.x.len() <= limits::FEW_POINTS;
     NonlinearityPlot {
-        points: n.x.len() <= limits::FEW_POINTS,
+        points,
         curve: Nonlinearity {
             x: thin(&n.x),
             y: thin(&n.y),
             lower: thin(&n.lower),
             upper: thin(&n.upper),
-            density: thin(&n.density),
+            // Between levels there are no data, which a curve through the density at the levels would hide.
+            density: if points { Vec::new() } else { thin(&n.density) },
             truth: thin(&n.truth),
             x_label: n.x_label.clone(),
             y_label: n.y_label.clone(),

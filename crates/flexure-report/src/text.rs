@@ -179,7 +179,7 @@ fn nonlinearity(page: &Page, points: bool) -> NonlinearityText<'_> {
     NonlinearityText {
         points,
         band: (!n.lower.is_empty()).then_some(n.band_label.as_str()),
-        density: !n.density.is_empty(),
+        density: !points && !n.density.is_empty(),
         truth: (!n.truth.is_empty()).then_some(n.truth_label.as_str()),
     }
 }

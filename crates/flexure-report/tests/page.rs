@@ -279,7 +279,11 @@ fn a_nonlinearity_known_at_few_points_shows_them() {
             list.truncate(points);
         }
         let html = html(&page);
-        (data(&html)["nonlinearity"]["points"].clone(), words(&html))
+        let plot = &data(&html)["nonlinearity"];
+        let dense = !plot["density"].as_array().expect("a list").is_empty();
+        assert_eq!(words(&html).contains("over the density"), dense);
+        assert_eq!(plot["points"], !dense, "there are no data between few levels");
+        (plot["points"].clone(), words(&html))
     };
     let said = "The estimate at the points where it is known";
     for few in [1, 2, 10] {
