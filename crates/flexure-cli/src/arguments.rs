@@ -3,13 +3,12 @@
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
+use flexure::identify::hammerstein::MOST_ORDER;
 use flexure::nonlinearity::Kernel;
 use flexure_io::RecordFile;
 
 /// The column of sample instants in records that Flexure writes, and looks for in others.
 pub const TIME: &str = "t";
-/// The largest order of the linear part that may be asked for.
-const LARGEST_ORDER: usize = 50;
 /// Relative difference of two sample times that still counts as none (printed digits).
 const SAME_SAMPLE_TIME: f64 = 1e-3;
 
@@ -87,8 +86,8 @@ pub fn fresh_share(text: &str) -> Result<f64, String> {
 /// `auto` or an order that the library takes.
 pub fn auto_order(text: &str) -> Result<Auto<usize>, String> {
     match auto_count(text) {
-        Ok(order) if order.given().is_none_or(|n| n <= LARGEST_ORDER) => Ok(order),
-        _ => Err(format!("expected 'auto' or a whole number from 0 to {LARGEST_ORDER}")),
+        Ok(order) if order.given().is_none_or(|n| n <= MOST_ORDER) => Ok(order),
+        _ => Err(format!("expected 'auto' or a whole number from 0 to {MOST_ORDER}")),
     }
 }
 

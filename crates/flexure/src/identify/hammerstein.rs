@@ -244,7 +244,7 @@ impl PlainHammerstein {
         let (curve, errors) = tabulate(&regression.fit, Outside::Nearest)?;
         let curve = curve.affine(gain, level - gain * regression.mean);
         let band = errors.iter().map(|e| BAND_QUANTILE * gain.abs() * e).collect();
-        let linear = delayed(&linear, 1.0 / gain, delay)?;
+        let linear = delayed(&linear, gain, delay)?;
         let mut blocks = vec![Block::Static(curve.clone()), Block::Linear(linear.clone())];
         if calibrated.output_offset != 0.0 {
             let offset = calibrated.output_offset;
@@ -327,9 +327,9 @@ impl PlainHammerstein {
     }
 }
 
-/// The transfer function times a gain, after a delay.
+/// The transfer function divided by a gain, after a delay.
 fn delayed(linear: &TransferFunction, gain: f64, delay: usize) -> Result<TransferFunction> {
-    let numerator = linear.b().iter().map(|b| gain * b);
+    let numerator = linear.b().iter().map(|b| b / gain);
     TransferFunction::new(
         std::iter::repeat_n(0.0, delay).chain(numerator).collect(),
         linear.a().to_vec(),

@@ -111,11 +111,7 @@ pub(super) fn deconvolved_lags(
 ) -> Range<usize> {
     // Ten samples for each unknown, but never fewer unknowns than the order needs.
     let count = (samples / 10).max(4 * order + 5).min(MOST_DECONVOLVED);
-    let around = if strongest < count / 2 {
-        0
-    } else {
-        strongest - count / 2
-    };
+    let around = strongest.saturating_sub(count / 2);
     let first = delay.unwrap_or(around);
     first..(first + count).min(last) + 1
 }

@@ -87,7 +87,7 @@ pub fn simulate_watched(
         initial,
         tolerances,
     } = options;
-    let mut rows = Rows::new(sampling.rows());
+    let mut rows = Rows::default();
     let flexible = arm.model() != Model::Rigid;
     let links = [initial.q[0], initial.q[1], initial.dq[0], initial.dq[1]];
     match drive {
@@ -239,14 +239,11 @@ fn check_samples(names: [&str; 2], samples: &[&[f64]; 2], rows: usize) -> Result
 }
 
 /// The record's columns but the time, as they grow.
+#[derive(Default)]
 struct Rows([Vec<f64>; 10]);
 
 impl Rows {
     const NAMES: [&'static str; 10] = ["tau1", "tau2", "q1", "q2", "qm1", "qm2", "dq1", "dq2", "dqm1", "dqm2"];
-
-    fn new(rows: usize) -> Self {
-        Rows(std::array::from_fn(|_| Vec::with_capacity(rows)))
-    }
 
     fn push(&mut self, tau: [f64; 2], state: State) {
         for (column, value) in self.0.iter_mut().zip(tau.into_iter().chain(state.to_array())) {
