@@ -6,7 +6,7 @@
 
 use std::fmt::Debug;
 
-use super::{KernelFit, Outside};
+use super::{KernelFit, KernelRegression, Outside};
 use crate::error::{Error, Result};
 use crate::selection::Criterion;
 
@@ -74,6 +74,15 @@ impl Regression for KernelFit {
 
     fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>> {
         Ok(KernelFit::predict(self, check_queries(x, 1)?[0]))
+    }
+}
+
+impl Estimator for KernelRegression {
+    type Fit = KernelFit;
+
+    fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<KernelFit> {
+        let points = Points::new("a kernel regression", 1, x, y, weights)?;
+        self.fit_weighted(&points.x[0], &points.y, &points.w)
     }
 }
 

@@ -327,3 +327,27 @@ proptest! {
 
 mod oracle;
 mod refits;
+
+#[test]
+fn kernels_come_through_the_common_interface() {
+    use crate::nonlinearity::{Kernel, KernelRegression};
+    let method = KernelRegression {
+        kernel: Kernel::Biweight,
+        bandwidth: 0.4,
+    };
+    let x = [0.0, 0.1, 0.3, 0.9, 1.0];
+    let y = [1.0, 2.0, 0.0, 5.0, 4.0];
+    let fit = Estimator::fit(method, &[&x], &y, Some(&[1.0, 0.0, 2.0, 1.0, 1.0])).unwrap();
+    let kept = method
+        .fit(&[0.0, 0.3, 0.3, 0.9, 1.0], &[1.0, 0.0, 0.0, 5.0, 4.0])
+        .unwrap();
+    for q in [0.05, 0.2, 0.75, 3.0] {
+        let (got, want) = (Regression::predict(&fit, &[&[q]]).unwrap()[0], kept.value(q));
+        assert!(
+            got == want || (got - want).abs() < 1e-14 || (got.is_nan() && want.is_nan()),
+            "{q}: {got} {want}"
+        );
+    }
+    let two = Estimator::fit(method, &[&x, &x], &y, None).unwrap_err().to_string();
+    assert_eq!(two, "a kernel regression takes 1 column, but 2 were given");
+}
