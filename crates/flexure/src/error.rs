@@ -220,6 +220,12 @@ pub enum Error {
         /// What differs.
         what: &'static str,
     },
+    /// An estimator that cannot weigh its points was given weights.
+    #[error("{what} takes no weights; leave them out, or choose another estimator")]
+    NoWeights {
+        /// The estimator.
+        what: &'static str,
+    },
 }
 
 /// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.

@@ -17,7 +17,10 @@
 //! | [`HaarRegression`] | 1 | levels | 0 to 20 | leave-one-out | Greblicki and Pawlak (2008) |
 //! | [`PolynomialRegression`] | 1 | degree | 0 to 64 | leave-one-out | Forsythe (1957) |
 //! | [`SplineRegression`] | 1 | penalty | zero or positive | leave-one-out | O'Sullivan (1986) |
+//!
+//! [`NamedEstimator`] fits any of them by its [`EstimatorName`].
 
+mod by_name;
 mod curve;
 mod estimator;
 mod functions;
@@ -30,6 +33,7 @@ mod series;
 mod spline;
 mod tabulate;
 
+pub use by_name::{EstimatorName, NamedEstimator, NamedFit, Scores, Tuning};
 pub use curve::{Curve, Outside};
 pub use estimator::{Choice, Estimator, Regression};
 pub use haar::{HaarFit, HaarRegression};
