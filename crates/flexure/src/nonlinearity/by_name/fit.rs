@@ -178,9 +178,8 @@ fn searched<P: Copy + PartialEq>(
     search: Option<&Search<P>>,
     shown: impl Fn(P) -> f64,
 ) -> NamedFit {
-    let chosen = |s: &Search<P>| -> Option<Candidate<P>> {
-        s.curve.iter().find(|c| c.parameter == s.parameter).copied()
-    };
+    let chosen =
+        |s: &Search<P>| -> Option<Candidate<P>> { s.curve.iter().find(|c| c.parameter == s.parameter).copied() };
     NamedFit {
         name: method.name,
         regression,

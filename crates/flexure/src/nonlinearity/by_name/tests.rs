@@ -29,9 +29,16 @@ fn every_name_is_found_again_and_finds_the_truth() {
     for name in EstimatorName::ALL {
         assert_eq!(EstimatorName::parse(name.name()), Some(name));
         let fit = named(name, Tuning::default()).fit(&[&x], &y, None).unwrap();
-        assert_eq!((fit.name, fit.regression.dimension(), fit.parameter.len()), (name, 1, 1));
+        assert_eq!(
+            (fit.name, fit.regression.dimension(), fit.parameter.len()),
+            (name, 1, 1)
+        );
         let estimates = fit.regression.predict(&[&at]).unwrap();
-        let squares: f64 = at.iter().zip(estimates).map(|(x, m)| (m - (2.0 * x).sin()).powi(2)).sum();
+        let squares: f64 = at
+            .iter()
+            .zip(estimates)
+            .map(|(x, m)| (m - (2.0 * x).sin()).powi(2))
+            .sum();
         let error = (squares / at.len() as f64).sqrt();
         // Step functions and early windows cost more than smooth estimates.
         let rough = matches!(name, EstimatorName::Haar | EstimatorName::Recursive);
@@ -53,9 +60,17 @@ fn every_name_is_found_again_and_finds_the_truth() {
 fn a_name_gives_what_the_estimator_itself_gives() {
     let (x, y) = wave(300);
     let w: Vec<f64> = (0..300).map(|i| (i % 3) as f64).collect();
-    let search = BandwidthSearch::search(Kernel::Epanechnikov, crate::nonlinearity::Degree::Constant, &x, &y, Some(&w));
+    let search = BandwidthSearch::search(
+        Kernel::Epanechnikov,
+        crate::nonlinearity::Degree::Constant,
+        &x,
+        &y,
+        Some(&w),
+    );
     let bandwidth = search.unwrap().bandwidth;
-    let fit = named(EstimatorName::Kernel, Tuning::default()).fit(&[&x], &y, Some(&w)).unwrap();
+    let fit = named(EstimatorName::Kernel, Tuning::default())
+        .fit(&[&x], &y, Some(&w))
+        .unwrap();
     assert_eq!(fit.parameter, [bandwidth]);
     let kernel = Kernel::Epanechnikov;
     let own = KernelRegression { kernel, bandwidth }.fit_weighted(&x, &y, &w).unwrap();
@@ -65,7 +80,9 @@ fn a_name_gives_what_the_estimator_itself_gives() {
         ..SeriesRegression::default()
     };
     let own = legendre.fit(&[&x], &y, None).unwrap();
-    let fit = named(EstimatorName::Legendre, Tuning::default()).fit(&[&x], &y, None).unwrap();
+    let fit = named(EstimatorName::Legendre, Tuning::default())
+        .fit(&[&x], &y, None)
+        .unwrap();
     assert_eq!(fit.parameter, [own.terms() as f64]);
     assert_eq!(
         fit.regression.predict(&[&x]).unwrap(),
@@ -122,6 +139,12 @@ fn the_recursive_estimate_follows_the_order_of_the_points_alone_in_its_early_win
     let one = method.fit(&[&x], &y, None).unwrap();
     let other = method.fit(&[&reversed(&x)], &reversed(&y), None).unwrap();
     let at = [-1.0, 0.0, 0.7];
-    let (one, other) = (one.regression.predict(&[&at]).unwrap(), other.regression.predict(&[&at]).unwrap());
-    assert!(one.iter().zip(&other).all(|(a, b)| a != b && (a - b).abs() < 0.1), "{one:?} {other:?}");
+    let (one, other) = (
+        one.regression.predict(&[&at]).unwrap(),
+        other.regression.predict(&[&at]).unwrap(),
+    );
+    assert!(
+        one.iter().zip(&other).all(|(a, b)| a != b && (a - b).abs() < 0.1),
+        "{one:?} {other:?}"
+    );
 }
