@@ -10,6 +10,7 @@ mod output;
 mod page;
 mod predict;
 mod progress;
+mod regress;
 mod simulate;
 mod validate;
 
@@ -32,6 +33,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Identify(identify::Arguments),
     Predict(predict::Arguments),
+    Regress(Box<regress::Arguments>),
     Validate(validate::Arguments),
 }
 
@@ -41,6 +43,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
+        Command::Regress(arguments) => regress::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
     };
     match result {

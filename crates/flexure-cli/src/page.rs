@@ -107,7 +107,8 @@ fn unit_of(column: &str) -> &'static str {
     }
 }
 
-fn labelled(column: &str) -> String {
+/// A column's name with its unit, where that is known.
+pub fn labelled(column: &str) -> String {
     match unit_of(column) {
         "" => column.to_owned(),
         unit => format!("{column} ({unit})"),
@@ -186,7 +187,7 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
 }
 
 /// Why something is as it is, if it was not given.
-fn given_or(given: bool, why: &str) -> &str {
+pub fn given_or(given: bool, why: &str) -> &str {
     if given { "as given" } else { why }
 }
 

@@ -1,0 +1,279 @@
+//! A regression as the page that shows it.
+
+use anyhow::Result;
+use flexure_report::data::{
+    Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, ScoreCurve, Slice, Surface,
+};
+
+use super::data::Data;
+use super::estimate::{Estimate, Evaluated};
+use super::words::{capitalised, list, percent};
+use crate::outcome::number;
+use crate::page::{given_or, labelled};
+
+/// Points of the curve.
+const CURVE: usize = 301;
+/// Points of the surface along each column.
+const SURFACE: usize = 61;
+/// Points of a slice.
+const SLICE: usize = 121;
+/// Places of the residuals' running mean and spread.
+const RUNNING: usize = 41;
+
+/// Fills in the page.
+pub fn page(estimate: &Estimate, data: &Data, warnings: &[String], command: String) -> Result<RegressionPage> {
+    let y_label = labelled(&data.y_name);
+    let one = data.x.len() == 1;
+    let curve = match one {
+        true => curve(estimate, estimate.evaluate(vec![data.along(0, CURVE)])?, 0, data),
+        false => empty(),
+    };
+    let surface = match data.x.len() {
+        2 => Some(surface(estimate, data)?),
+        _ => None,
+    };
+    let mut shown = Vec::new();
+    if !one {
+        for column in 0..data.x.len() {
+            shown.push(slice(estimate, data, column)?);
+        }
+    }
+    let measured = |column: &[f64]| -> Vec<f64> { estimate.rows.iter().map(|&i| column[i]).collect() };
+    Ok(RegressionPage {
+        title: format!("{} against {}", data.y_name, data.names.join(", ")),
+        subtitle: format!(
+            "The mean of {} at given {}, estimated from {} rows of {}: {}.",
+            data.y_name,
+            data.names.join(", "),
+            estimate.rows.len(),
+            data.file,
+            estimate.fit.name.title()
+        ),
+        facts: facts(estimate),
+        warnings: warnings.to_vec(),
+        curve,
+        points: match one {
+            true => Scatter {
+                x: measured(data.x[0]),
+                y: measured(data.y),
+            },
+            false => Scatter::default(),
+        },
+        surface,
+        slices: shown,
+        residuals: residuals(estimate, data, &y_label),
+        choices: vec![choice(estimate, data)],
+        command: Some(command),
+    })
+}
+
+fn facts(estimate: &Estimate) -> Vec<Fact> {
+    let fit = &estimate.fit;
+    let fact = |name: &str, value: String, note: String| Fact {
+        name: name.to_owned(),
+        value,
+        note,
+    };
+    let why = fit.scores.as_ref().map_or("", |s| s.criterion);
+    let mut facts = vec![
+        fact(
+            "R squared",
+            format!("{:.3}", estimate.validation.r_squared),
+            format!("share of the variance that is predicted, by {}", estimate.validation.by),
+        ),
+        fact(
+            "Prediction error",
+            number(estimate.validation.rms),
+            format!("root mean square, by {}", estimate.validation.by),
+        ),
+        fact(
+            "Residuals",
+            number(estimate.residual_sd),
+            "their standard deviation".to_owned(),
+        ),
+        fact(
+            &capitalised(fit.name.parameter()),
+            list(&fit.parameter),
+            given_or(estimate.given(), &format!("smallest {why}")).to_owned(),
+        ),
+    ];
+    if let Some(kind) = &estimate.band {
+        facts.push(fact("Band", format!("{} %", percent(estimate.level)), kind.clone()));
+    }
+    facts.push(fact(
+        "Rows",
+        estimate.rows.len().to_string(),
+        "of positive weight".to_owned(),
+    ));
+    facts
+}
+
+/// An estimate along column `along` as the page draws it.
+fn curve(estimate: &Estimate, at: Evaluated, along: usize, data: &Data) -> Nonlinearity {
+    let band = estimate.band.as_ref();
+    let edge = |values: Vec<f64>| if band.is_some() { values } else { Vec::new() };
+    Nonlinearity {
+        x_label: labelled(&data.names[along]),
+        y_label: labelled(&data.y_name),
+        x: at.x[along].clone(),
+        y: at.y,
+        lower: edge(at.lower),
+        upper: edge(at.upper),
+        band_label: band.map_or(String::new(), |kind| format!("{} % {kind}", percent(estimate.level))),
+        density: Vec::new(),
+        truth: Vec::new(),
+        truth_label: String::new(),
+    }
+}
+
+fn empty() -> Nonlinearity {
+    Nonlinearity {
+        x_label: String::new(),
+        y_label: String::new(),
+        x: Vec::new(),
+        y: Vec::new(),
+        lower: Vec::new(),
+        upper: Vec::new(),
+        band_label: String::new(),
+        density: Vec::new(),
+        truth: Vec::new(),
+        truth_label: String::new(),
+    }
+}
+
+fn surface(estimate: &Estimate, data: &Data) -> Result<Surface> {
+    let (x, y) = (data.along(0, SURFACE), data.along(1, SURFACE));
+    let across: Vec<f64> = y.iter().flat_map(|_| x.iter().copied()).collect();
+    let up: Vec<f64> = y.iter().flat_map(|&v| std::iter::repeat_n(v, SURFACE)).collect();
+    let of = |column: usize| -> Vec<f64> { estimate.rows.iter().map(|&i| data.x[column][i]).collect() };
+    Ok(Surface {
+        x_label: labelled(&data.names[0]),
+        y_label: labelled(&data.names[1]),
+        z_label: labelled(&data.y_name),
+        z: estimate.fit.regression.predict(&[&across, &up])?,
+        x,
+        y,
+        points: Scatter { x: of(0), y: of(1) },
+    })
+}
+
+/// The estimate along one column while the others stay at their medians.
+fn slice(estimate: &Estimate, data: &Data, along: usize) -> Result<Slice> {
+    let medians: Vec<f64> = (0..data.x.len()).map(|j| median(&estimate.rows, data.x[j])).collect();
+    let at = (0..data.x.len()).map(|j| match j == along {
+        true => data.along(j, SLICE),
+        false => vec![medians[j]; SLICE],
+    });
+    let evaluated = estimate.evaluate(at.collect())?;
+    let others = (0..data.x.len()).filter(|&j| j != along);
+    let words: Vec<String> = others
+        .map(|j| format!("{} = {}", data.names[j], number(medians[j])))
+        .collect();
+    Ok(Slice {
+        at: words.join(", "),
+        curve: curve(estimate, evaluated, along, data),
+    })
+}
+
+fn median(rows: &[usize], column: &[f64]) -> f64 {
+    let mut values: Vec<f64> = rows.iter().map(|&i| column[i]).collect();
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+fn residuals(estimate: &Estimate, data: &Data, y_label: &str) -> RegressionResiduals {
+    // Over x where there is one, else over the estimate.
+    let (x_label, x): (String, Vec<f64>) = match data.x.as_slice() {
+        [x] => (labelled(&data.names[0]), estimate.rows.iter().map(|&i| x[i]).collect()),
+        _ => (format!("estimate of {y_label}"), estimate.fitted.clone()),
+    };
+    let (running_x, running_mean, running_spread) = running(&x, &estimate.residuals);
+    RegressionResiduals {
+        x_label,
+        y_label: format!("residual of {y_label}"),
+        points: Scatter {
+            x,
+            y: estimate.residuals.clone(),
+        },
+        running_x,
+        running_mean,
+        running_spread,
+    }
+}
+
+/// The mean and the standard deviation of the values among neighbouring abscissas: places, means, spreads.
+fn running(x: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    let pairs = x.iter().copied().zip(values.iter().copied());
+    let mut points: Vec<(f64, f64)> = pairs.filter(|(x, v)| x.is_finite() && v.is_finite()).collect();
+    points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let (mut at, mut means, mut spreads) = (Vec::new(), Vec::new(), Vec::new());
+    let n = points.len();
+    let half = (n / 20).max(5);
+    if n < 2 * half {
+        return (at, means, spreads);
+    }
+    for k in 0..RUNNING {
+        let centre = k * (n - 1) / (RUNNING - 1);
+        let near = &points[centre.saturating_sub(half)..(centre + half).min(n)];
+        let count = near.len() as f64;
+        let place = near.iter().map(|p| p.0).sum::<f64>() / count;
+        if at.last().is_some_and(|last| place <= *last) {
+            continue;
+        }
+        let mean = near.iter().map(|p| p.1).sum::<f64>() / count;
+        at.push(place);
+        means.push(mean);
+        spreads.push((near.iter().map(|p| (p.1 - mean).powi(2)).sum::<f64>() / count).sqrt());
+    }
+    (at, means, spreads)
+}
+
+fn choice(estimate: &Estimate, data: &Data) -> Choice {
+    let fit = &estimate.fit;
+    let name = capitalised(fit.name.parameter());
+    let kernel = match fit.name.has_bandwidth() {
+        true => format!(" ({} kernel)", estimate.method.kernel.name()),
+        false => String::new(),
+    };
+    let curve = fit.scores.as_ref().map(|scores| {
+        let unit = match fit.name.has_bandwidth() {
+            true => format!(", in the unit of {}", data.names[0]),
+            false => String::new(),
+        };
+        // A parameter of zero has no place on a logarithmic axis.
+        let log_x = !fit.name.counts() || fit.name.parameter() == "neighbours";
+        let kept = || {
+            scores
+                .parameter
+                .iter()
+                .zip(&scores.score)
+                .filter(|(p, _)| !log_x || **p > 0.0)
+        };
+        ScoreCurve {
+            x_label: format!("{}{unit}", fit.name.parameter()),
+            y_label: scores.criterion.to_owned(),
+            log_x,
+            x: kept().map(|(p, _)| *p).collect(),
+            y: kept().map(|(_, s)| *s).collect(),
+            chosen: fit.parameter[0],
+        }
+    });
+    let why = match &fit.scores {
+        Some(scores) => format!(
+            "smallest {}, of {} values tried",
+            scores.criterion,
+            scores.parameter.len()
+        ),
+        None => given_or(
+            estimate.given(),
+            "from the bandwidth that leave-one-out finds for the estimate that is not recursive",
+        )
+        .to_owned(),
+    };
+    Choice {
+        name,
+        value: format!("{}{kernel}", list(&fit.parameter)),
+        why,
+        curve,
+    }
+}
