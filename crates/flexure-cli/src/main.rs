@@ -12,6 +12,7 @@ mod predict;
 mod progress;
 mod regress;
 mod simulate;
+mod tuning;
 mod validate;
 
 use std::process::ExitCode;

@@ -1,7 +1,7 @@
 /* Points: one by one where they are few, as the darkness of cells where they are many. */
 
 /** A legend entry for points that `drawCloud` draws. */
-const pointsSeries = (label, colourName = "--measured") => drawn(label, colourName, { width: 4 });
+const pointsSeries = (label, colourName = "--measured") => drawn(label, colourName, { dots: true });
 
 /** Draws a cloud of points below or above the curves; not while series `index` is switched off. */
 function drawCloud(u, cloud, index, colourName = "--measured") {

@@ -4,7 +4,8 @@ use flexure::nonlinearity::{EstimatorName, NamedEstimator, Tuning};
 use flexure::selection::Criterion;
 
 use super::{Arguments, Outside, Select};
-use crate::arguments::{Auto, Usage};
+use crate::arguments::Usage;
+use crate::tuning;
 
 /// The columns of the result besides those of x.
 const RESULT: [&str; 3] = ["y", "lower", "upper"];
@@ -13,11 +14,7 @@ const RESULT: [&str; 3] = ["y", "lower", "upper"];
 pub fn method(arguments: &Arguments) -> Result<NamedEstimator, Usage> {
     columns(arguments)?;
     let name = arguments.estimator;
-    if arguments.kernel.is_some() && !name.has_bandwidth() {
-        return Err(Usage(format!(
-            "--kernel is for estimators with a kernel, and --estimator {name} has none; leave it out"
-        )));
-    }
+    tuning::check_kernel("--estimator", name, arguments.kernel)?;
     if arguments.weights.is_some() && !name.takes_weights() {
         return Err(Usage(format!(
             "--weights: --estimator {name} takes no weights; leave them out, or choose another estimator"
@@ -25,7 +22,7 @@ pub fn method(arguments: &Arguments) -> Result<NamedEstimator, Usage> {
     }
     Ok(NamedEstimator {
         name,
-        tuning: tuning(arguments)?,
+        tuning: chosen(arguments)?,
         kernel: arguments.kernel.unwrap_or_default(),
         outside: match arguments.outside {
             Outside::Nan => flexure::nonlinearity::Outside::Nan,
@@ -87,32 +84,18 @@ fn columns(arguments: &Arguments) -> Result<(), Usage> {
 }
 
 /// The tuning parameter: a bandwidth by one option, all others by another.
-fn tuning(arguments: &Arguments) -> Result<Tuning, Usage> {
-    let name = arguments.estimator;
-    let parameter = name.parameter();
-    let chosen = || {
-        Tuning::FromData(match arguments.select {
-            Select::Loo => Criterion::LeaveOneOut,
-            Select::Gcv => Criterion::Generalized,
-        })
-    };
-    match (&arguments.bandwidth, &arguments.parameter) {
-        (Auto::Given(_), _) if !name.has_bandwidth() => Err(Usage(format!(
-            "--bandwidth: --estimator {name} has no bandwidth; its parameter is {parameter}, given by --parameter"
-        ))),
-        (_, Auto::Given(_)) if name.has_bandwidth() => Err(Usage(format!(
-            "--parameter: the parameter of --estimator {name} is its {parameter}, given by --bandwidth"
-        ))),
-        (Auto::Given(h), _) if h.len() != 1 && h.len() != arguments.x.len() => Err(Usage(format!(
+fn chosen(arguments: &Arguments) -> Result<Tuning, Usage> {
+    let (bandwidth, parameter) = (arguments.bandwidth.clone(), arguments.parameter);
+    match tuning::given("--estimator", arguments.estimator, bandwidth, parameter)? {
+        Some(values) if values.len() != 1 && values.len() != arguments.x.len() => Err(Usage(format!(
             "--bandwidth gives {} values for {} columns of x; give one for all, or one a column",
-            h.len(),
+            values.len(),
             arguments.x.len()
         ))),
-        (Auto::Given(h), _) => Ok(Tuning::Fixed(h.clone())),
-        (_, Auto::Given(p)) if name.counts() && p.fract() != 0.0 => Err(Usage(format!(
-            "--parameter {p}: the parameter of --estimator {name} is its {parameter}, a whole number"
-        ))),
-        (_, Auto::Given(p)) => Ok(Tuning::Fixed(vec![*p])),
-        (Auto::Auto, Auto::Auto) => Ok(chosen()),
+        Some(values) => Ok(Tuning::Fixed(values)),
+        None => Ok(Tuning::FromData(match arguments.select {
+            Select::Loo => Criterion::LeaveOneOut,
+            Select::Gcv => Criterion::Generalized,
+        })),
     }
 }

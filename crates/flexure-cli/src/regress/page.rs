@@ -2,14 +2,15 @@
 
 use anyhow::Result;
 use flexure_report::data::{
-    Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, ScoreCurve, Slice, Surface,
+    Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, Slice, Surface,
 };
 
 use super::data::Data;
 use super::estimate::{Estimate, Evaluated};
-use super::words::{capitalised, list, percent};
+use super::words::percent;
 use crate::outcome::number;
 use crate::page::{given_or, labelled};
+use crate::tuning::{capitalised, kernel_words, list, score_curve};
 
 /// Points of the curve.
 const CURVE: usize = 301;
@@ -167,7 +168,7 @@ fn slice(estimate: &Estimate, data: &Data, along: usize) -> Result<Slice> {
     let evaluated = estimate.evaluate(at.collect())?;
     let others = (0..data.x.len()).filter(|&j| j != along);
     let words: Vec<String> = others
-        .map(|j| format!("{} = {}", data.names[j], number(medians[j])))
+        .map(|j| format!("{} = {}", data.names[j], number(medians[j]).replace('-', "−")))
         .collect();
     Ok(Slice {
         at: words.join(", "),
@@ -231,33 +232,9 @@ fn running(x: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
 fn choice(estimate: &Estimate, data: &Data) -> Choice {
     let fit = &estimate.fit;
     let name = capitalised(fit.name.parameter());
-    let kernel = match fit.name.has_bandwidth() {
-        true => format!(" ({} kernel)", estimate.method.kernel.name()),
-        false => String::new(),
-    };
-    let curve = fit.scores.as_ref().map(|scores| {
-        let unit = match fit.name.has_bandwidth() {
-            true => format!(", in the unit of {}", data.names[0]),
-            false => String::new(),
-        };
-        // A parameter of zero has no place on a logarithmic axis.
-        let log_x = !fit.name.counts() || fit.name.parameter() == "neighbours";
-        let kept = || {
-            scores
-                .parameter
-                .iter()
-                .zip(&scores.score)
-                .filter(|(p, _)| !log_x || **p > 0.0)
-        };
-        ScoreCurve {
-            x_label: format!("{}{unit}", fit.name.parameter()),
-            y_label: scores.criterion.to_owned(),
-            log_x,
-            x: kept().map(|(p, _)| *p).collect(),
-            y: kept().map(|(_, s)| *s).collect(),
-            chosen: fit.parameter[0],
-        }
-    });
+    let kernel = kernel_words(fit.name, estimate.method.kernel, " (", ")");
+    let scores = fit.scores.as_ref();
+    let curve = scores.map(|s| score_curve(fit.name, s, fit.parameter[0], &data.names[0]));
     let why = match &fit.scores {
         Some(scores) => format!(
             "smallest {}, of {} values tried",

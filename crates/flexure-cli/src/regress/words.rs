@@ -1,12 +1,12 @@
 //! A regression in words and as JSON.
 
-use flexure::nonlinearity::Scores;
 use serde_json::{Value, json};
 
 use super::data::Data;
 use super::estimate::{Estimate, Evaluated};
 use super::{Arguments, Outside};
 use crate::outcome::number;
+use crate::tuning::{capitalised, kernel_words, list, scores_json};
 
 /// Fewer rows tell nothing of the residuals' dependence.
 const FEWEST_FOR_DEPENDENCE: usize = 50;
@@ -113,7 +113,7 @@ pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[Str
         "parameter": fit.name.parameter(),
         "value": fit.parameter,
         "chosen_by": fit.scores.as_ref().map(|s| s.criterion),
-        "scores": fit.scores.as_ref().map(scores),
+        "scores": fit.scores.as_ref().map(scores_json),
         "band": estimate.band.as_ref().map(|kind| json!({ "level": estimate.level, "kind": kind })),
         "residual_sd": estimate.residual_sd,
         "r_squared": estimate.validation.r_squared,
@@ -127,18 +127,11 @@ pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[Str
     })
 }
 
-fn scores(scores: &Scores) -> Value {
-    json!({ "parameter": scores.parameter, "score": scores.score, "at_edge": scores.at_edge })
-}
-
 /// A short account for a terminal.
 pub fn summary(estimate: &Estimate, data: &Data, warnings: &[String]) -> String {
     let fit = &estimate.fit;
     let validation = &estimate.validation;
-    let kernel = match fit.name.has_bandwidth() {
-        true => format!(", {} kernel", estimate.method.kernel.name()),
-        false => String::new(),
-    };
+    let kernel = kernel_words(fit.name, estimate.method.kernel, ", ", "");
     let why = fit.scores.as_ref().map_or("as given", |s| s.criterion);
     let mut lines = vec![
         format!(
@@ -167,28 +160,8 @@ pub fn summary(estimate: &Estimate, data: &Data, warnings: &[String]) -> String 
     lines.join("\n")
 }
 
-/// Values for reading.
-pub fn list(values: &[f64]) -> String {
-    let shown = |v: f64| {
-        if v.fract() == 0.0 && v.abs() < 1e6 {
-            format!("{v}")
-        } else {
-            number(v)
-        }
-    };
-    values.iter().map(|&v| shown(v)).collect::<Vec<_>>().join(", ")
-}
-
 /// A level in percent.
 pub fn percent(level: f64) -> String {
     let rounded = (level * 1e4).round() / 1e2;
     rounded.to_string()
-}
-
-/// With a capital letter at the start.
-pub fn capitalised(words: &str) -> String {
-    let mut letters = words.chars();
-    letters
-        .next()
-        .map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }

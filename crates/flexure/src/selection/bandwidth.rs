@@ -71,11 +71,8 @@ impl BandwidthSearch {
         Ok(Self::with_degree(kernel, degree, &data))
     }
 
-    pub(crate) fn over(kernel: Kernel, data: &Sorted) -> Self {
-        Self::with_degree(kernel, Degree::Constant, data)
-    }
-
-    fn with_degree(kernel: Kernel, degree: Degree, data: &Sorted) -> Self {
+    /// [`search`](Self::search) over data that are sorted already.
+    pub(crate) fn with_degree(kernel: Kernel, degree: Degree, data: &Sorted) -> Self {
         let (smallest, largest) = extent(&data.x);
         let ratio = (largest / smallest).ln() / (GRID - 1) as f64;
         // By the logarithm of the ratio to the smallest, so that the unit of x changes nothing.

@@ -4,7 +4,7 @@ use super::recursive::RecursiveFit;
 use super::{EstimatorName, NamedEstimator, NamedFit, Scores, Tuning};
 use crate::error::{Error, Result};
 use crate::nonlinearity::estimator::{Choice, Estimator, Points};
-use crate::nonlinearity::kernel::{Degree, Sorted, leave_one_out};
+use crate::nonlinearity::kernel::{Degree, Sorted, check_points, check_weights, leave_one_out};
 use crate::nonlinearity::{
     Basis, HaarRegression, KernelRegression, NearestNeighbours, PolynomialRegression, SeriesRegression,
     SplineRegression,
@@ -66,28 +66,46 @@ fn count(method: &NamedEstimator) -> Result<Choice<usize>> {
 }
 
 fn kernel(method: &NamedEstimator, degree: Degree, (x, y, weights): Data) -> Result<NamedFit> {
-    let points = Points::new("a kernel regression", 1, x, y, weights)?;
-    let (x, y) = (&points.x[0], &points.y);
-    let weights = weights.map(|_| points.w.as_slice());
-    let (bandwidth, scores) = match number(method)? {
-        Choice::Fixed(bandwidth) => (bandwidth, None),
-        Choice::FromData(_) => {
-            let search = BandwidthSearch::search(method.kernel, degree, x, y, weights)?;
-            (search.bandwidth, Some(search))
+    let [x] = x else {
+        return Err(Error::ColumnCount {
+            what: "a kernel regression",
+            got: x.len(),
+            expected: "1 column".to_owned(),
+        });
+    };
+    let choice = number(method)?;
+    let need = if let Choice::Fixed(_) = choice { 1 } else { 3 };
+    check_points(x, y, need)?;
+    let data = match weights {
+        None => Sorted::new(x, y),
+        Some(weights) => {
+            check_weights(weights, x.len(), need)?;
+            Sorted::weighted(x, y, weights)
         }
     };
-    let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
+    let search = match choice {
+        Choice::Fixed(_) => None,
+        Choice::FromData(_) => Some(BandwidthSearch::with_degree(method.kernel, degree, &data)),
+    };
+    let bandwidth = match (choice, &search) {
+        (Choice::Fixed(bandwidth), _) => bandwidth,
+        (_, search) => search.as_ref().map_or(f64::NAN, |s| s.bandwidth),
+    };
     let estimator = KernelRegression {
         kernel: method.kernel,
         bandwidth,
     };
     let fit = estimator.fit_sorted(data)?.with_degree(degree);
+    let left_out = match &search {
+        Some(s) => s.curve.iter().find(|c| c.bandwidth == bandwidth).map(|c| c.error),
+        None => Some(leave_one_out(fit.data(), method.kernel, degree, bandwidth)),
+    };
     Ok(NamedFit {
         name: method.name,
-        left_out: Some(leave_one_out(fit.data(), method.kernel, degree, bandwidth)),
+        left_out,
         regression: Box::new(fit),
         parameter: vec![bandwidth],
-        scores: scores.map(|search| Scores {
+        scores: search.map(|search| Scores {
             criterion: words(Criterion::LeaveOneOut),
             parameter: search.curve.iter().map(|c| c.bandwidth).collect(),
             score: search.curve.iter().map(|c| c.error).collect(),
