@@ -1,9 +1,7 @@
 //! A regression as the page that shows it.
 
 use anyhow::Result;
-use flexure_report::data::{
-    Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, Slice, Surface,
-};
+use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
 
 use super::data::Data;
 use super::estimate::{Estimate, Evaluated};
