@@ -226,6 +226,19 @@ pub enum Error {
         /// The estimator.
         what: &'static str,
     },
+    /// A rule cannot choose an estimator's parameter.
+    #[error(
+        "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; choose it by another rule, or give it",
+        if *.columns == 1 { "" } else { "s" }
+    )]
+    RuleUnsuited {
+        /// The rule's name.
+        rule: &'static str,
+        /// What the estimator is.
+        estimator: &'static str,
+        /// The number of columns of x.
+        columns: usize,
+    },
 }
 
 /// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.

@@ -33,7 +33,7 @@ mod series;
 mod spline;
 mod tabulate;
 
-pub use by_name::{EstimatorName, NamedEstimator, NamedFit, Scores, Tuning};
+pub use by_name::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning};
 pub use curve::{Curve, Outside};
 pub use estimator::{Choice, Estimator, Regression};
 pub use haar::{HaarFit, HaarRegression};

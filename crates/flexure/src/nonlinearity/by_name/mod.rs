@@ -4,14 +4,17 @@
 //! any of them and tells, in one form for all, what was chosen from the data and by which score.
 
 mod fit;
+mod kernels;
 mod recursive;
+mod rule;
 
 use std::fmt;
 
 use super::estimator::Regression;
 use super::{Kernel, Outside};
 use crate::error::Result;
-use crate::selection::Criterion;
+
+pub use rule::Rule;
 
 /// The most columns of the estimators that take several.
 const MOST_COLUMNS: usize = 6;
@@ -25,6 +28,8 @@ pub enum EstimatorName {
     /// The kernel estimate, a line fitted around every point (Fan 1993).
     #[default]
     LocalLinear,
+    /// The local line with a bandwidth, and a side, of its own at every point (Lepski 1990).
+    LocalBandwidth,
     /// The mean over the nearest neighbours (Stone 1977).
     Neighbours,
     /// The Fourier series, by least squares.
@@ -41,15 +46,18 @@ pub enum EstimatorName {
     Polynomial,
     /// The penalised cubic spline.
     Spline,
+    /// A neural network with one hidden layer.
+    Network,
     /// The recursive kernel estimate (Wolverton and Wagner 1969): the order of the points counts.
     Recursive,
 }
 
 impl EstimatorName {
     /// All estimators.
-    pub const ALL: [EstimatorName; 11] = [
+    pub const ALL: [EstimatorName; 13] = [
         EstimatorName::Kernel,
         EstimatorName::LocalLinear,
+        EstimatorName::LocalBandwidth,
         EstimatorName::Neighbours,
         EstimatorName::Fourier,
         EstimatorName::Cosine,
@@ -58,6 +66,7 @@ impl EstimatorName {
         EstimatorName::Haar,
         EstimatorName::Polynomial,
         EstimatorName::Spline,
+        EstimatorName::Network,
         EstimatorName::Recursive,
     ];
 
@@ -66,6 +75,7 @@ impl EstimatorName {
         match self {
             EstimatorName::Kernel => "kernel",
             EstimatorName::LocalLinear => "local-linear",
+            EstimatorName::LocalBandwidth => "local-bandwidth",
             EstimatorName::Neighbours => "knn",
             EstimatorName::Fourier => "fourier",
             EstimatorName::Cosine => "cosine",
@@ -74,6 +84,7 @@ impl EstimatorName {
             EstimatorName::Haar => "haar",
             EstimatorName::Polynomial => "polynomial",
             EstimatorName::Spline => "spline",
+            EstimatorName::Network => "network",
             EstimatorName::Recursive => "recursive",
         }
     }
@@ -88,6 +99,7 @@ impl EstimatorName {
         match self {
             EstimatorName::Kernel => "kernel regression",
             EstimatorName::LocalLinear => "local linear regression",
+            EstimatorName::LocalBandwidth => "local linear regression with local bandwidths",
             EstimatorName::Neighbours => "nearest-neighbour regression",
             EstimatorName::Fourier => "Fourier series",
             EstimatorName::Cosine => "cosine series",
@@ -96,6 +108,7 @@ impl EstimatorName {
             EstimatorName::Haar => "Haar series",
             EstimatorName::Polynomial => "polynomial",
             EstimatorName::Spline => "penalised cubic spline",
+            EstimatorName::Network => "neural network",
             EstimatorName::Recursive => "recursive kernel regression",
         }
     }
@@ -104,6 +117,7 @@ impl EstimatorName {
     pub fn parameter(self) -> &'static str {
         match self {
             EstimatorName::Kernel | EstimatorName::LocalLinear => "bandwidth",
+            EstimatorName::LocalBandwidth => "global bandwidth",
             EstimatorName::Recursive => "first bandwidth",
             EstimatorName::Neighbours => "neighbours",
             EstimatorName::Fourier | EstimatorName::Cosine | EstimatorName::Legendre | EstimatorName::Hermite => {
@@ -112,7 +126,13 @@ impl EstimatorName {
             EstimatorName::Haar => "levels",
             EstimatorName::Polynomial => "degree",
             EstimatorName::Spline => "penalty",
+            EstimatorName::Network => "units",
         }
+    }
+
+    /// Whether the parameter can be given; the local bandwidths are always chosen from the data.
+    pub fn takes_parameter(self) -> bool {
+        self != EstimatorName::LocalBandwidth
     }
 
     /// Whether the parameter is a whole number.
@@ -124,7 +144,10 @@ impl EstimatorName {
     pub fn has_bandwidth(self) -> bool {
         matches!(
             self,
-            EstimatorName::Kernel | EstimatorName::LocalLinear | EstimatorName::Recursive
+            EstimatorName::Kernel
+                | EstimatorName::LocalLinear
+                | EstimatorName::LocalBandwidth
+                | EstimatorName::Recursive
         )
     }
 
@@ -136,7 +159,10 @@ impl EstimatorName {
     /// The most columns of x that it takes.
     pub fn most_columns(self) -> usize {
         match self {
-            EstimatorName::Neighbours => MOST_COLUMNS,
+            EstimatorName::Kernel
+            | EstimatorName::LocalLinear
+            | EstimatorName::Neighbours
+            | EstimatorName::Network => MOST_COLUMNS,
             _ => 1,
         }
     }
@@ -154,13 +180,13 @@ pub enum Tuning {
     /// This value; a bandwidth may be given for every column.
     Fixed(Vec<f64>),
     /// The value with the smallest score.
-    FromData(Criterion),
+    FromData(Rule),
 }
 
 impl Default for Tuning {
     /// From the data, by leave-one-out.
     fn default() -> Self {
-        Tuning::FromData(Criterion::default())
+        Tuning::FromData(Rule::default())
     }
 }
 
@@ -172,6 +198,7 @@ impl Default for Tuning {
 /// | `tuning` | its parameter, see [`EstimatorName::parameter`] | that of the estimator | by leave-one-out |
 /// | `kernel` | the weight function, where it has one | | Epanechnikov |
 /// | `outside` | the estimate beyond the data's range | | NaN |
+/// | `seed` | of estimators and rules that draw random numbers | | 1 |
 ///
 /// ```
 /// use flexure::nonlinearity::{EstimatorName, NamedEstimator};
@@ -184,7 +211,7 @@ impl Default for Tuning {
 /// }
 /// # Ok::<(), flexure::Error>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct NamedEstimator {
     /// The estimator.
     pub name: EstimatorName,
@@ -194,6 +221,20 @@ pub struct NamedEstimator {
     pub kernel: Kernel,
     /// The estimate beyond the data's range.
     pub outside: Outside,
+    /// The seed of estimators and rules that draw random numbers.
+    pub seed: u64,
+}
+
+impl Default for NamedEstimator {
+    fn default() -> Self {
+        NamedEstimator {
+            name: EstimatorName::default(),
+            tuning: Tuning::default(),
+            kernel: Kernel::default(),
+            outside: Outside::default(),
+            seed: 1,
+        }
+    }
 }
 
 /// What [`NamedEstimator::fit`] returns.
@@ -216,7 +257,7 @@ pub struct NamedFit {
 pub struct Scores {
     /// The score in words, for example "leave-one-out error".
     pub criterion: &'static str,
-    /// The values, increasing.
+    /// The values, increasing; of several bandwidths their geometric mean.
     pub parameter: Vec<f64>,
     /// Their scores, in the squared unit of y; smaller is better, infinite where the fit is not determined.
     pub score: Vec<f64>,
@@ -230,9 +271,20 @@ impl NamedEstimator {
     /// # Errors
     /// Those of the estimator's own [`Estimator::fit`](super::Estimator::fit),
     /// [`Error::InvalidParameter`](crate::Error::InvalidParameter) for a parameter that should be a whole number and
-    /// is not, and [`Error::NoWeights`](crate::Error::NoWeights).
+    /// is not, [`Error::NoWeights`](crate::Error::NoWeights), and [`Error::RuleUnsuited`](crate::Error::RuleUnsuited).
     pub fn fit(&self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NamedFit> {
         fit::fit(self, x, y, weights)
+    }
+
+    /// The same estimator with the parameter fixed to that of a fit, for refits to parts of the data; one whose
+    /// parameter cannot be given stays as it is.
+    #[must_use]
+    pub fn fixed(&self, fit: &NamedFit) -> NamedEstimator {
+        let tuning = match self.name.takes_parameter() {
+            true => Tuning::Fixed(fit.parameter.clone()),
+            false => self.tuning.clone(),
+        };
+        NamedEstimator { tuning, ..self.clone() }
     }
 }
 

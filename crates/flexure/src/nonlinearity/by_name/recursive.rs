@@ -2,9 +2,10 @@
 
 use super::super::estimator::{Points, Regression, check_queries};
 use super::super::{Curve, Kernel, Outside, RecursiveForm, RecursiveKernel};
-use crate::error::{Error, Result};
+use super::{NamedEstimator, Rule};
+use crate::error::Result;
 use crate::nonlinearity::kernel::Degree;
-use crate::selection::BandwidthSearch;
+use crate::selection::choose_bandwidth;
 
 /// The exponent of the bandwidths c (i + 1)^-gamma: that of the best rate for a smooth m.
 const EXPONENT: f64 = 0.2;
@@ -43,19 +44,12 @@ impl RecursiveFit {
     }
 
     /// The first bandwidth c at which the mean square of all the bandwidths c (i + 1)^-gamma, which the bias is
-    /// proportional to, is the square of that which leave-one-out finds for the estimate that is not recursive.
-    pub fn bandwidth(kernel: Kernel, x: &[f64], y: &[f64]) -> Result<f64> {
-        let search = BandwidthSearch::search(kernel, Degree::Constant, x, y, None)?;
+    /// proportional to, is the square of that which `rule` finds for the estimate that is not recursive.
+    pub fn bandwidth(rule: Rule, method: &NamedEstimator, x: &[f64], y: &[f64]) -> Result<f64> {
+        let rule = rule.for_bandwidth();
+        let choice = choose_bandwidth(rule, method.kernel, Degree::Constant, x, y, None)?;
         let squares: f64 = (1..=x.len()).map(|i| (i as f64).powf(-2.0 * EXPONENT)).sum();
-        let c = search.bandwidth / (squares / x.len() as f64).sqrt();
-        if c > 0.0 && c.is_finite() {
-            return Ok(c);
-        }
-        Err(Error::InvalidParameter {
-            name: "the first bandwidth".to_owned(),
-            value: c,
-            requirement: "positive and finite",
-        })
+        Ok(choice.bandwidth() / (squares / x.len() as f64).sqrt())
     }
 }
 
