@@ -31,6 +31,7 @@ mod spline;
 mod tabulate;
 
 pub use curve::{Curve, Outside};
+pub(crate) use estimator::Points;
 pub use estimator::{Choice, Estimator, Regression};
 pub use haar::{HaarFit, HaarRegression};
 pub use kernel::{Degree, Kernel, KernelFit, KernelRegression, RecursiveForm, RecursiveKernel, RecursiveSums};
