@@ -9,6 +9,7 @@
 //! | estimator | columns | parameter | valid range | default | reference |
 //! |---|---|---|---|---|---|
 //! | [`KernelRegression`] | 1 | bandwidth | positive | see [`crate::selection`] | Nadaraya (1964), Watson (1964) |
+//! | [`LocalKernel`] | 1 | bandwidth and side, at every x | | Lepski's rule | Goldenshluger and Nemirovski (1997) |
 //! | [`NearestNeighbours`] | 1 to 6 | neighbours k | 1 to the total weight | leave-one-out | Stone (1977) |
 //! | [`SeriesRegression`], [`Basis::Fourier`] | 1 | terms | 1 to 256 | leave-one-out | Greblicki and Pawlak (2008) |
 //! | [`SeriesRegression`], [`Basis::Cosine`] | 1 | terms | 1 to 256 | leave-one-out | Eubank (1999) |
@@ -24,6 +25,7 @@ mod functions;
 mod haar;
 pub(crate) mod kernel;
 mod least_squares;
+mod local;
 mod neighbours;
 mod polynomial;
 mod series;
@@ -35,6 +37,7 @@ pub(crate) use estimator::Points;
 pub use estimator::{Choice, Estimator, Regression};
 pub use haar::{HaarFit, HaarRegression};
 pub use kernel::{Degree, Kernel, KernelFit, KernelRegression, RecursiveForm, RecursiveKernel, RecursiveSums};
+pub use local::{LocalKernel, LocalKernelFit, LocalWindow, Side};
 pub use neighbours::{NearestNeighbours, NeighboursFit};
 pub use polynomial::PolynomialRegression;
 pub use series::{Basis, SeriesFit, SeriesRegression};

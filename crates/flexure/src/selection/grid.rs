@@ -77,7 +77,7 @@ impl Grid {
 }
 
 /// Twice the length that holds the middle four fifths of the data, but not more than all; 1 for a constant.
-pub(super) fn bulk(sorted: &[f64]) -> f64 {
+pub(crate) fn bulk(sorted: &[f64]) -> f64 {
     let last = sorted.len() - 1;
     let tenth = sorted.len() / 10;
     let range = sorted[last] - sorted[0];
