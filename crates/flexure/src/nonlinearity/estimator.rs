@@ -99,7 +99,7 @@ pub(crate) fn check_queries<'a, 'b>(x: &'a [&'b [f64]], dimension: usize) -> Res
     Ok(x)
 }
 
-fn columns(count: usize) -> String {
+pub(super) fn columns(count: usize) -> String {
     format!("{count} column{}", if count == 1 { "" } else { "s" })
 }
 
