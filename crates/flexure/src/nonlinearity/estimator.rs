@@ -198,6 +198,13 @@ impl Points {
         })
     }
 
+    /// All columns with their names in messages.
+    pub fn named_columns(&self) -> impl Iterator<Item = (String, &[f64])> {
+        let x = self.x.iter().enumerate();
+        let x = x.map(|(j, column)| (name_of(j, self.x.len()), column.as_slice()));
+        x.chain([("y".to_owned(), self.y.as_slice())])
+    }
+
     pub fn len(&self) -> usize {
         self.y.len()
     }
