@@ -238,6 +238,13 @@ impl Points {
         Ok(Checked::new(what, most, x, y, weights)?.sorted())
     }
 
+    /// All columns with their names in messages.
+    pub fn named_columns(&self) -> impl Iterator<Item = (String, &[f64])> {
+        let x = self.x.iter().enumerate();
+        let x = x.map(|(j, column)| (name_of(j, self.x.len()), column.as_slice()));
+        x.chain([("y".to_owned(), self.y.as_slice())])
+    }
+
     pub fn len(&self) -> usize {
         self.y.len()
     }

@@ -19,7 +19,9 @@
 //! | [`HaarRegression`] | 1 | levels | 0 to 20 | leave-one-out | Greblicki and Pawlak (2008) |
 //! | [`PolynomialRegression`] | 1 | degree | 0 to 64 | leave-one-out | Forsythe (1957) |
 //! | [`SplineRegression`] | 1 | penalty | zero or positive | leave-one-out | O'Sullivan (1986) |
+//! | [`NetworkRegression`] | 1 to 6 | units | 1 to 64 | leave-one-out, linearised | MacKay (1992) |
 
+mod blocks;
 mod curve;
 mod estimator;
 mod functions;
@@ -28,6 +30,7 @@ pub(crate) mod kernel;
 mod least_squares;
 mod local;
 mod neighbours;
+mod network;
 mod polynomial;
 mod series;
 mod spline;
@@ -43,6 +46,7 @@ pub use kernel::{
 };
 pub use local::{LocalKernel, LocalKernelFit, LocalWindow, Side};
 pub use neighbours::{NearestNeighbours, NeighboursFit};
+pub use network::{Decay, NetworkFit, NetworkRegression};
 pub use polynomial::PolynomialRegression;
 pub use series::{Basis, SeriesFit, SeriesRegression};
 pub use spline::{SplineFit, SplineRegression};
