@@ -11,17 +11,20 @@
 //! algorithms; Greengard and Strain (1991), the Gauss transform.
 
 mod gaussian;
+mod leave_one_out;
 mod piece;
 mod recursive;
 mod regression;
 mod scatter;
 mod sorted;
 mod sums;
+mod sweep;
 mod window;
 
 pub use recursive::{RecursiveForm, RecursiveKernel, RecursiveSums};
 pub use regression::{KernelFit, KernelRegression};
-pub(crate) use regression::{check_points, check_weights, leave_one_out};
+pub(crate) use leave_one_out::leave_one_out;
+pub(crate) use regression::{check_points, check_weights};
 pub(crate) use sorted::Sorted;
 pub use sums::Degree;
 pub(crate) use sums::Sums;

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::piece::{self, Job, falling, rising, sums};
+use super::piece::{self, Coefficients, Job, falling, rising, sums};
 use super::sorted::{from_ordered, to_ordered};
 use super::window::{Frame, Items, Moments, Slider};
 use super::{Sorted, Sums, first_beyond};
@@ -36,7 +36,7 @@ pub struct AtFew<'a, F> {
 }
 
 impl<F: FnMut(usize, Sums)> Job for AtFew<'_, F> {
-    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Fn(f64) -> [f64; M] + Copy) {
+    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>) {
         let cuts = Cuts::new(self.at, self.h, false);
         let line = Line::<N>::new(self.data, &cuts, self.h);
         let mut slider = Slider::new(&line, self.h);

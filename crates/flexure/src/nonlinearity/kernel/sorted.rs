@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::window::{Frame, Items, Moments};
 use super::{Degree, Kernel, Sums};
 
 /// Points sorted by abscissa, then ordinate, then weight, so that nothing depends on their order in the
@@ -58,6 +57,26 @@ impl Sorted {
     #[inline(always)]
     pub fn weight(&self, i: usize) -> f64 {
         self.w.as_ref().map_or(1.0, |w| w[i])
+    }
+
+    /// Calls `each` with abscissa, weight and weighted ordinate of the points `range`, in order.
+    #[inline(always)]
+    pub fn for_each(&self, range: Range<usize>, mut each: impl FnMut(f64, f64, f64)) {
+        let points = self.x[range.clone()].iter().zip(&self.y[range.clone()]);
+        match &self.w {
+            None => points.for_each(|(&x, &y)| each(x, 1.0, y)),
+            Some(w) => points.zip(&w[range]).for_each(|((&x, &y), &w)| each(x, w, w * y)),
+        }
+    }
+
+    /// [`for_each`](Self::for_each) from the last to the first.
+    #[inline(always)]
+    pub fn for_each_reversed(&self, range: Range<usize>, mut each: impl FnMut(f64, f64, f64)) {
+        let points = self.x[range.clone()].iter().zip(&self.y[range.clone()]);
+        match &self.w {
+            None => points.rev().for_each(|(&x, &y)| each(x, 1.0, y)),
+            Some(w) => points.zip(&w[range]).rev().for_each(|((&x, &y), &w)| each(x, w, w * y)),
+        }
     }
 
     /// The points within `reach` of `q`, by the same comparison as the sliding windows make.
@@ -132,23 +151,6 @@ impl Sorted {
                 total += self.weight(i);
             }
         }
-    }
-}
-
-impl<const N: usize> Items<N> for Sorted {
-    fn len(&self) -> usize {
-        self.x.len()
-    }
-
-    #[inline(always)]
-    fn anchor(&self, i: usize) -> f64 {
-        self.x[i]
-    }
-
-    #[inline(always)]
-    fn add(&self, i: usize, frame: Frame, sum: &mut Moments<N>) {
-        let w = self.weight(i);
-        sum.push(frame.u(self.x[i]), w, w * self.y[i]);
     }
 }
 
