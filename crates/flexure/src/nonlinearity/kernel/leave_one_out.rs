@@ -74,7 +74,9 @@ impl Job for Scores<'_> {
         self.sum(|h, range| {
             let mut errors = Errors::new(data, kernel, degree, h);
             let at = (&data.x[..], range);
-            piece::whole(data, &grains, h, at, coefficients, |i, sums| errors.add(degree, i, sums));
+            piece::whole(data, &grains, h, at, coefficients, |i, sums| {
+                errors.add(degree, i, sums)
+            });
             errors.sum
         });
     }
@@ -129,7 +131,13 @@ impl<'a> Errors<'a> {
     #[cold]
     #[inline(never)]
     fn direct(&mut self, i: usize, mut sums: Sums) -> f64 {
-        let Errors { data, kernel, degree, h, .. } = *self;
+        let Errors {
+            data,
+            kernel,
+            degree,
+            h,
+            ..
+        } = *self;
         let (x, y, w) = (data.x[i], data.y[i], data.weight(i));
         if !sums.reliable(degree) {
             if self.last.0 != x {

@@ -16,14 +16,15 @@ mod piece;
 mod recursive;
 mod regression;
 mod scatter;
+mod sort;
 mod sorted;
 mod sums;
 mod sweep;
 mod window;
 
+pub(crate) use leave_one_out::leave_one_out;
 pub use recursive::{RecursiveForm, RecursiveKernel, RecursiveSums};
 pub use regression::{KernelFit, KernelRegression};
-pub(crate) use leave_one_out::leave_one_out;
 pub(crate) use regression::{check_points, check_weights};
 pub(crate) use sorted::Sorted;
 pub use sums::Degree;

@@ -63,8 +63,9 @@ pub fn sums<I: Items<N>, const M: usize, const N: usize>(
         return Sums::NONE;
     }
     let view = slider.seek(lo, hi);
-    view.window(lo, hi)
-        .map_or(Sums::NONE, |moments| Sums::combined(&moments, view.frame.u(q), coefficients))
+    view.window(lo, hi).map_or(Sums::NONE, |moments| {
+        Sums::combined(&moments, view.frame.u(q), coefficients)
+    })
 }
 
 /// Visits the sums at each of the increasing points `at` that has any data in reach.
@@ -80,7 +81,14 @@ impl<F: FnMut(usize, Sums)> Job for AtPoints<'_, F> {
     fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>) {
         let grains = Grains::<N>::new(self.data);
         let range = 0..self.at.len();
-        whole(self.data, &grains, self.h, (self.at, range), coefficients, &mut self.visit);
+        whole(
+            self.data,
+            &grains,
+            self.h,
+            (self.at, range),
+            coefficients,
+            &mut self.visit,
+        );
     }
 
     fn halves<const N: usize>(&mut self) {

@@ -1,6 +1,7 @@
 //! Fitting and evaluating the kernel estimate (13), and its exact leave-one-out score.
 
 use super::scatter::{self, Scatter};
+use super::sorted::mean;
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::error::{Error, Result};
 
@@ -82,7 +83,7 @@ impl KernelRegression {
             x,
             y,
             w: weights,
-            mean: scatter::mean(y, weights),
+            mean: mean(y, weights),
         };
         let mut estimates = vec![f64::NAN; at.len()];
         let (order, at) = increasing(at);

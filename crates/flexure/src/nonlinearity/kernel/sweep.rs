@@ -77,7 +77,7 @@ pub struct Sweep<'a, const N: usize> {
     /// The window.
     lo: usize,
     hi: usize,
-    /// Moments of the points i..end of the lower run for each i of it, and of none.
+    /// Moments of the points i..end of the lower run for each i of it.
     below: Vec<Moments<N>>,
     low: usize,
     /// Moments of the grains between the runs and of the points up to i of the upper run, for each i.
@@ -129,10 +129,7 @@ impl<'a, const N: usize> Sweep<'a, N> {
             // As long as the window's ends stay on their runs.
             let (lows, highs) = (&self.below[..], &self.above[..]);
             while let (Some(low), Some(high)) = (lows.get(lo - self.low), highs.get(hi - self.high)) {
-                visit(
-                    j,
-                    Sums::combined(&low.plus(high), self.frame.u(at[j]), &coefficients),
-                );
+                visit(j, Sums::combined(&low.plus(high), self.frame.u(at[j]), &coefficients));
                 j += 1;
                 if j == end {
                     break;
@@ -163,10 +160,10 @@ impl<'a, const N: usize> Sweep<'a, N> {
         }
         let frame = self.frame;
         self.low = lo;
-        self.below.resize(end - lo + 1, Moments::ZERO);
+        // Not the empty run: the window would have left the anchor behind.
+        self.below.resize(end - lo, Moments::ZERO);
         let mut sum = Moments::ZERO;
-        self.below[end - lo] = sum;
-        let mut run = self.below[..end - lo].iter_mut().rev();
+        let mut run = self.below.iter_mut().rev();
         self.data.for_each_reversed(lo..end, |x, w, wy| {
             sum.push(frame.u(x), w, wy);
             if let Some(run) = run.next() {
