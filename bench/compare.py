@@ -19,7 +19,7 @@ ROOT = FOLDER.parent
 class Mode:
     def __init__(self, name, limit, rounds, turn, budget):
         self.name = name
-        self.limit = limit  # s, for one call
+        self.limit = limit  # s of processor time, for one call
         self.rounds = rounds  # turns of every contestant after its first call
         self.turn = turn  # s, the length of a turn: short calls are repeated within it
         self.budget = budget  # s, after which a contestant takes no more turns
@@ -40,7 +40,7 @@ def main():
     description = machine(ROOT, mode.name)
     print(description + "\n\n" + header(), flush=True)
     for job in chosen_jobs(options):
-        slow = {}  # label -> (n, wall) so far, or (n, what happened)
+        slow = {}  # label -> [(n, processor time or what happened)]
         for n in sizes(job, mode, options):
             for row in cell(job, n, mode, limits, work, slow, options):
                 rows.append(row)
@@ -67,7 +67,7 @@ def arguments():
     peers = sorted({c.who for job in JOBS for c in job.contestants if not c.ours})
     parser.add_argument("--peers", metavar="A,B", help=f"only these of: {', '.join(peers)}")
     parser.add_argument("--most", type=float, metavar="N", help="no more points than this")
-    parser.add_argument("--limit", type=float, metavar="S", help="for one call (quick 10 s, full 120 s)")
+    parser.add_argument("--limit", type=float, metavar="S", help="processor time of one call (quick 10, full 120)")
     parser.add_argument("--memory", type=float, metavar="GB", default=8, help="for one process (8)")
     parser.add_argument("--save", action="store_true", help="write bench/RESULTS.md too")
     options = parser.parse_args()
@@ -118,7 +118,7 @@ def cell(job, n, mode, limits, work, slow, options):
             ]
         judge(job, running, truth, work)
         for contestant, row, process in running:
-            slow.setdefault(contestant.label, []).append((n, process.wall))
+            slow.setdefault(contestant.label, []).append((n, process.cpu))
     finally:
         for _, _, process in running:
             process.close()
