@@ -74,6 +74,13 @@ EXACT = 1e-8
 LINE = [10_000, 100_000, 1_000_000, 10_000_000]
 SHORT = [10_000, 100_000]
 
+# scikit-learn weighs by the distance, statsmodels by Gaussians about as wide: the same question, other estimates.
+PRODUCT = [
+    Contestant("SciPy k-d tree", "scipy", EXACT),
+    Contestant("scikit-learn, radius", "sklearn"),
+    Contestant("statsmodels KernelReg", "statsmodels", changes={"h": 0.1}),
+]
+
 JOBS = [
     Job(
         "kernel",
@@ -135,6 +142,63 @@ JOBS = [
         ],
         quick=[1_000, 10_000],
         full=[1_000, *LINE],
+    ),
+    Job(
+        "plane",
+        "2 columns, product kernel, h = 0.2",
+        {"task": "kernel", "kernel": "epanechnikov", "degree": 0, "h": 0.2},
+        PRODUCT,
+        quick=SHORT,
+        full=LINE[:3],
+        truth=plane,
+        dimension=2,
+    ),
+    Job(
+        "space",
+        "3 columns, product kernel, h = 0.3",
+        {"task": "kernel", "kernel": "epanechnikov", "degree": 0, "h": 0.3},
+        PRODUCT,
+        quick=SHORT,
+        full=LINE[:3],
+        truth=space,
+        dimension=3,
+    ),
+    Job(
+        "plane-score",
+        "2 columns, leave-one-out, h = 0.2",
+        {"task": "leave-one-out", "kernel": "epanechnikov", "degree": 0, "h": 0.2},
+        [Contestant("SciPy k-d tree, pairs", "scipy", EXACT)],
+        quick=[10_000],
+        full=SHORT,
+        truth=plane,
+        dimension=2,
+        estimates=False,
+    ),
+    Job(
+        "space-score",
+        "3 columns, leave-one-out, h = 0.5",
+        {"task": "leave-one-out", "kernel": "epanechnikov", "degree": 0, "h": 0.5},
+        [Contestant("SciPy k-d tree, pairs", "scipy", EXACT)],
+        quick=[10_000],
+        full=SHORT,
+        truth=space,
+        dimension=3,
+        estimates=False,
+    ),
+    Job(
+        "plane-bandwidth",
+        "2 columns, bandwidths chosen",
+        {"task": "bandwidth", "degree": 0},
+        [
+            Contestant("Flexure, local line", "flexure", changes={"degree": 1}),
+            Contestant("scikit-learn, kNN grid search", "sklearn"),
+            Contestant("kernelsmooth lscv", "kernelsmooth"),
+            Contestant("statsmodels cv_ls", "statsmodels"),
+        ],
+        quick=[1_000],
+        full=[1_000, *SHORT],
+        truth=plane,
+        dimension=2,
     ),
     Job(
         "neighbours",

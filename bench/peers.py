@@ -12,6 +12,10 @@ def call(who, job):
     return PEERS[who][job["task"]](job)
 
 
+def bandwidths(values):
+    return "h=" + ",".join(f"{h:.4f}" for h in np.ravel(values))
+
+
 def epanechnikov(h):
     """The weights for scikit-learn: it hands over one array of distances a query."""
 
@@ -84,8 +88,8 @@ def statsmodels_bandwidth(job):
     from statsmodels.nonparametric.kernel_regression import KernelReg
 
     def call(x, y, at):
-        model = KernelReg(y, x[0], "c", "lc", bw="cv_ls")
-        return model.fit(at[0])[0], f"h={model.bw[0]:.4f}"
+        model = KernelReg(y, np.column_stack(x), "c" * len(x), "lc", bw="cv_ls")
+        return model.fit(np.column_stack(at))[0], bandwidths(model.bw)
 
     return call
 
@@ -108,9 +112,8 @@ def kernelsmooth_bandwidth(job):
     from kernelsmooth import KernelRegression
 
     def call(x, y, at):
-        model = KernelRegression("lscv", diag_cov=True).fit(x[0][:, None], y)
-        h = float(np.ravel(model.bandwidth)[0] * model.L[0])
-        return model.predict(at[0][:, None]), f"h={h:.4f}"
+        model = KernelRegression("lscv", diag_cov=True).fit(np.column_stack(x), y)
+        return model.predict(np.column_stack(at)), bandwidths(model.bandwidth * model.L)
 
     return call
 

@@ -76,7 +76,12 @@ fn search_and_evaluate(degree: Degree, data: &Data) -> Result<Outcome> {
 
 /// The estimates of a method without a choice.
 fn estimates<E: Estimator + Copy + 'static>(method: E) -> Call {
-    Box::new(move |data| Ok(method.fit(&data.columns(), &data.y, None)?.predict(&data.points())?.into()))
+    Box::new(move |data| {
+        Ok(method
+            .fit(&data.columns(), &data.y, None)?
+            .predict(&data.points())?
+            .into())
+    })
 }
 
 /// The estimates of a method that chooses, and what it chose.
