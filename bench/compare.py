@@ -27,7 +27,7 @@ class Mode:
 
 CHECK = Mode("check", 60, 1, 0, 1)
 QUICK = Mode("quick", 10, 5, 0.03, 3)
-FULL = Mode("full", 120, 7, 0.1, 20)
+FULL = Mode("full", 120, 7, 0.1, 10)
 
 
 def main():

@@ -119,8 +119,9 @@ class Process:
     def died(self):
         code = self.child.wait()
         self.log.seek(0)
-        last = self.log.read().decode(errors="replace").strip().rsplit("\n", 1)[-1]
-        memory = "memory allocation" in last or "MemoryError" in last or "allocate" in last or code == -9
+        log = self.log.read().decode(errors="replace").strip()
+        memory = code == -9 or any(sign in log for sign in ("memory allocation of", "MemoryError", "bad_alloc"))
+        last = log.rsplit("\n", 1)[-1][:100]
         return Stopped("out of memory" if memory else f"ended with {code}: {last}", known=memory)
 
     def close(self):

@@ -36,7 +36,7 @@ def main():
         say("error out of memory")
         sys.exit(1)
     except Exception as error:  # whatever a peer may raise: the comparison goes on without it
-        say(f"error {type(error).__name__}: {' '.join(str(error).split())}")
+        say(f"error {type(error).__name__}: {' '.join(str(error).split())[:100]}")
         sys.exit(1)
 
 

@@ -75,9 +75,10 @@ fn search_and_evaluate(degree: Degree, data: &Data) -> Result<Outcome> {
 }
 
 /// The estimates of a method without a choice.
-fn estimates<E: Estimator + Copy + 'static>(method: E) -> Call {
+fn estimates<E: Estimator + Clone + 'static>(method: E) -> Call {
     Box::new(move |data| {
         Ok(method
+            .clone()
             .fit(&data.columns(), &data.y, None)?
             .predict(&data.points())?
             .into())
@@ -85,9 +86,9 @@ fn estimates<E: Estimator + Copy + 'static>(method: E) -> Call {
 }
 
 /// The estimates of a method that chooses, and what it chose.
-fn chosen<E: Estimator + Copy + 'static>(method: E, choice: fn(&E::Fit) -> String) -> Call {
+fn chosen<E: Estimator + Clone + 'static>(method: E, choice: fn(&E::Fit) -> String) -> Call {
     Box::new(move |data| {
-        let fit = method.fit(&data.columns(), &data.y, None)?;
+        let fit = method.clone().fit(&data.columns(), &data.y, None)?;
         Ok(Outcome {
             estimates: fit.predict(&data.points())?,
             chosen: Some(choice(&fit)),
