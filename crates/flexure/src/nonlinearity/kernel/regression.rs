@@ -287,7 +287,7 @@ impl KernelFit {
 /// The centred estimate at point `i` from the others, by direct summation.
 #[cold]
 #[inline(never)]
-fn direct_without(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, i: usize) -> f64 {
+pub(super) fn direct_without(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, i: usize) -> f64 {
     let others = data.direct_sums(kernel, degree, h, data.x[i], Some(i));
     others
         .fit(degree)
