@@ -318,6 +318,7 @@ impl PlainHammerstein {
                 EstimatorName::Kernel => Outside::Nan,
                 _ => Outside::Nearest,
             },
+            ..NamedEstimator::default()
         };
         let fit = method.fit(&[x], y, None)?;
         // The last samples of the input have no partner, and may lie out of reach of all others.

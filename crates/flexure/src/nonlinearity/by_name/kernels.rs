@@ -21,7 +21,11 @@ pub(super) fn fit(method: &NamedEstimator, degree: Degree, data: Data) -> Result
 }
 
 /// One column.
-fn line(method: &NamedEstimator, degree: Degree, (x, y, weights): (&[f64], &[f64], Option<&[f64]>)) -> Result<NamedFit> {
+fn line(
+    method: &NamedEstimator,
+    degree: Degree,
+    (x, y, weights): (&[f64], &[f64], Option<&[f64]>),
+) -> Result<NamedFit> {
     let need = if let Tuning::Fixed(_) = method.tuning { 1 } else { 3 };
     check_points(x, y, need)?;
     if let Some(weights) = weights {
@@ -33,7 +37,10 @@ fn line(method: &NamedEstimator, degree: Degree, (x, y, weights): (&[f64], &[f64
         // Over the data that are sorted already.
         Tuning::FromData(Rule::LeaveOneOut) => {
             let search = BandwidthSearch::with_degree(method.kernel, degree, &data);
-            (search.bandwidth, Some(scores(&search, criterion_words(Criterion::LeaveOneOut))))
+            (
+                search.bandwidth,
+                Some(scores(&search, criterion_words(Criterion::LeaveOneOut))),
+            )
         }
         Tuning::FromData(rule) => {
             let choice = choose_bandwidth(rule.for_bandwidth(), method.kernel, degree, x, y, weights)?;
@@ -46,30 +53,38 @@ fn line(method: &NamedEstimator, degree: Degree, (x, y, weights): (&[f64], &[f64
         kernel: method.kernel,
         bandwidth,
     };
-    let (regression, left_out): (Box<dyn super::Regression>, f64) = match method.outside {
-        Outside::Nan => {
-            let fit = estimator.fit_sorted(data)?.with_degree(degree);
-            let left_out = leave_one_out(fit.data(), method.kernel, degree, bandwidth);
-            (Box::new(fit), left_out)
-        }
-        outside => {
-            let estimator = KernelEstimator {
+    let fit = estimator.fit_sorted(data)?.with_degree(degree);
+    let left_out = match &scores {
+        Some(s) if s.criterion == criterion_words(Criterion::LeaveOneOut) => score_at(s, bandwidth),
+        _ => leave_one_out(fit.data(), method.kernel, degree, &[bandwidth])
+            .first()
+            .copied(),
+    };
+    let regression: Box<dyn super::Regression> = match method.outside {
+        Outside::Nan => Box::new(fit),
+        outside => Box::new(
+            KernelEstimator {
                 kernel: method.kernel,
                 degree,
                 bandwidth: Bandwidth::Fixed(vec![bandwidth]),
                 outside,
-            };
-            let fit = estimator.fit(&[x], y, weights)?;
-            (Box::new(fit), leave_one_out(&data, method.kernel, degree, bandwidth))
-        }
+            }
+            .fit(&[x], y, weights)?,
+        ),
     };
     Ok(NamedFit {
         name: method.name,
         regression,
         parameter: vec![bandwidth],
         scores,
-        left_out: Some(left_out),
+        left_out,
     })
+}
+
+/// The score of one of the values that were tried.
+fn score_at(scores: &Scores, parameter: f64) -> Option<f64> {
+    let place = scores.parameter.iter().position(|p| *p == parameter)?;
+    Some(scores.score[place])
 }
 
 fn scores(search: &BandwidthSearch, criterion: &'static str) -> Scores {
@@ -109,7 +124,9 @@ fn product(method: &NamedEstimator, degree: Degree, (x, y, weights): Data) -> Re
             at_edge: s.at_edge,
             ..profile(s)
         });
-        let left_out = search.filter(|s| s.criterion == Criterion::LeaveOneOut).and_then(best_score);
+        let left_out = search
+            .filter(|s| s.criterion == Criterion::LeaveOneOut)
+            .and_then(best_score);
         return Ok(named(fit, scores, left_out));
     }
     // In the proportions of leave-one-out, whose undersmoothing is a matter of scale.

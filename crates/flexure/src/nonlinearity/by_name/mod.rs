@@ -159,10 +159,9 @@ impl EstimatorName {
     /// The most columns of x that it takes.
     pub fn most_columns(self) -> usize {
         match self {
-            EstimatorName::Kernel
-            | EstimatorName::LocalLinear
-            | EstimatorName::Neighbours
-            | EstimatorName::Network => MOST_COLUMNS,
+            EstimatorName::Kernel | EstimatorName::LocalLinear | EstimatorName::Neighbours | EstimatorName::Network => {
+                MOST_COLUMNS
+            }
             _ => 1,
         }
     }
