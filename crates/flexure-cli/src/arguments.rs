@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use flexure::identify::hammerstein::MOST_ORDER;
-use flexure::nonlinearity::{EstimatorName, Kernel};
+use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
 use flexure_io::RecordFile;
 
 /// The column of sample instants in records that Flexure writes, and looks for in others.
@@ -96,6 +96,14 @@ pub fn level(text: &str) -> Result<f64, String> {
 pub fn estimator(text: &str) -> Result<EstimatorName, String> {
     EstimatorName::parse(text).ok_or_else(|| {
         let names: Vec<&str> = EstimatorName::ALL.iter().map(|e| e.name()).collect();
+        format!("expected one of {}", names.join(", "))
+    })
+}
+
+/// A rule that chooses a parameter, by name.
+pub fn rule(text: &str) -> Result<Rule, String> {
+    Rule::parse(text).ok_or_else(|| {
+        let names: Vec<&str> = Rule::ALL.iter().map(|r| r.name()).collect();
         format!("expected one of {}", names.join(", "))
     })
 }

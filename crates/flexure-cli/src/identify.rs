@@ -51,14 +51,14 @@ pub struct Arguments {
     /// Lag of the regression of output on input: 'strongest' dependence, 'delay' (the paper's), or a number.
     #[arg(long, value_name = "strongest|delay|N", default_value = "strongest", allow_hyphen_values = true, value_parser = regression_lag)]
     lag: RegressionLag,
-    /// Estimator of the nonlinearity: kernel (the paper's), local-linear, knn, fourier, cosine, legendre, hermite, haar,
-    /// polynomial, spline or recursive.
+    /// Estimator of the nonlinearity: kernel (the paper's), local-linear, local-bandwidth, knn, fourier, cosine, legendre,
+    /// hermite, haar, polynomial, spline, network or recursive.
     #[arg(long, value_name = "NAME", default_value = "kernel", value_parser = arguments::estimator)]
     nonlinearity: EstimatorName,
     /// Bandwidth of an estimator with a kernel, in the input's unit.
     #[arg(long, value_name = "auto|H", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_positive)]
     bandwidth: Auto<f64>,
-    /// Tuning parameter of the other estimators: neighbours, terms, levels, degree or penalty.
+    /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units.
     #[arg(long, value_name = "auto|P", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_number)]
     parameter: Auto<f64>,
     /// Kernel, epanechnikov unless given: uniform, triangular, epanechnikov, biweight, triweight or gaussian.

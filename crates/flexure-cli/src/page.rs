@@ -191,7 +191,7 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
 }
 
 /// Why something is as it is, if it was not given.
-pub fn given_or(given: bool, why: &str) -> &str {
+fn given_or(given: bool, why: &str) -> &str {
     if given { "as given" } else { why }
 }
 
@@ -308,7 +308,7 @@ fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
     };
     let estimator = result.estimator;
     let scores = result.scores.as_ref();
-    let scores = scores.map(|s| tuning::score_curve(estimator, s, result.parameter, context.input));
+    let scores = scores.map(|s| tuning::score_curve(estimator, s, &[result.parameter], context.input));
     let orders = &result.order.scores;
     let order_curve = (orders.len() > 1).then(|| ScoreCurve {
         x_label: "order".to_owned(),

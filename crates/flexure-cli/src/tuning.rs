@@ -17,6 +17,9 @@ pub fn given(
 ) -> Result<Option<Vec<f64>>, Usage> {
     let what = name.parameter();
     match (bandwidth.given(), parameter.given()) {
+        (Some(_), _) | (_, Some(_)) if !name.takes_parameter() => Err(Usage(format!(
+            "{option} {name} chooses its bandwidths from the data alone; leave --bandwidth and --parameter out"
+        ))),
         (Some(_), _) if !name.has_bandwidth() => Err(Usage(format!(
             "--bandwidth: {option} {name} has no bandwidth; its parameter is {what}, given by --parameter"
         ))),
@@ -49,10 +52,11 @@ pub fn kernel_words(name: EstimatorName, kernel: Kernel, before: &str, after: &s
 }
 
 /// The scores as the page draws them; `x` names the column of x.
-pub fn score_curve(name: EstimatorName, scores: &Scores, chosen: f64, x: &str) -> ScoreCurve {
-    let unit = match name.has_bandwidth() {
-        true => format!(", in the unit of {x}"),
-        false => String::new(),
+pub fn score_curve(name: EstimatorName, scores: &Scores, chosen: &[f64], x: &str) -> ScoreCurve {
+    let unit = match (name.has_bandwidth(), chosen.len()) {
+        (true, 1) => format!(", in the unit of {x}"),
+        (true, _) => ", geometric mean over the columns".to_owned(),
+        (false, _) => String::new(),
     };
     let logarithmic = !name.counts() || name == EstimatorName::Neighbours;
     // Zero has no place on a logarithmic axis.
@@ -63,7 +67,10 @@ pub fn score_curve(name: EstimatorName, scores: &Scores, chosen: f64, x: &str) -
         log_x: logarithmic,
         x: kept().map(|(p, _)| *p).collect(),
         y: kept().map(|(_, s)| *s).collect(),
-        chosen,
+        chosen: match chosen {
+            [one] => *one,
+            several => (several.iter().map(|h| h.ln()).sum::<f64>() / several.len() as f64).exp(),
+        },
     }
 }
 

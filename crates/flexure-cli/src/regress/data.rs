@@ -8,7 +8,7 @@ use flexure_io::{RecordFile, read_record};
 use super::Arguments;
 
 /// Points of the curve along each column, by the number of columns.
-const GRID: [usize; 6] = [201, 41, 15, 9, 6, 5];
+const GRID: [usize; 6] = [301, 41, 15, 9, 6, 5];
 /// Most points of a grid over all columns.
 const MOST_POINTS: usize = 1_000_000;
 

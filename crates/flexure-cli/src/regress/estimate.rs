@@ -1,12 +1,22 @@
 //! The fit and what can be said of it.
 
-use flexure::nonlinearity::{NamedEstimator, NamedFit, Tuning};
+use flexure::nonlinearity::{Degree, EstimatorName, NamedEstimator, NamedFit, Outside, Tuning};
+use flexure::selection::{BandwidthRule, BlockFolds, choose_bandwidth};
 
-use super::Arguments;
+use super::Method;
+use super::band::{Banding, banding, kind_words};
 use super::data::Data;
 
 /// Folds of the cross-validation where the leave-one-out error is not known.
 const FOLDS: usize = 10;
+/// Fewer rows tell nothing of the residuals' dependence.
+const FEWEST_FOR_DEPENDENCE: usize = 50;
+/// The two-sided 99 % quantile of the normal distribution.
+const SIGNIFICANT: f64 = 2.575_829_303_548_901;
+/// A correlation below this does no harm however significant it is.
+const HARMFUL: f64 = 0.1;
+/// A bandwidth by blocks this many times that by leave-one-out tells that the latter follows the noise.
+const WIDER: f64 = 1.5;
 
 /// A fitted regression with its residuals.
 pub struct Estimate {
@@ -14,10 +24,8 @@ pub struct Estimate {
     pub method: NamedEstimator,
     /// The fit.
     pub fit: NamedFit,
-    /// The level of the band.
-    pub level: f64,
-    /// What the band is, in words; `None` if there is none.
-    pub band: Option<String>,
+    /// How the band is made; `None` if there is none.
+    pub banding: Option<Banding>,
     /// The rows of positive weight.
     pub rows: Vec<usize>,
     /// The estimate at those rows.
@@ -28,6 +36,8 @@ pub struct Estimate {
     pub residual_sd: f64,
     /// How well rows are predicted that the fit did not use.
     pub validation: Validation,
+    /// Whether neighbouring rows depend on each other beyond what is estimated.
+    pub dependent: bool,
 }
 
 /// The error of predicting rows from the others.
@@ -50,54 +60,69 @@ pub struct Evaluated {
     pub lower: Vec<f64>,
     /// The upper edge of the band.
     pub upper: Vec<f64>,
+    /// What the band is; `None` if there is none.
+    pub band: Option<BandWords>,
+}
+
+/// What a band is.
+#[derive(Clone)]
+pub struct BandWords {
+    /// The nominal coverage.
+    pub level: f64,
+    /// "pointwise" or "simultaneous".
+    pub kind: &'static str,
+    /// How it was made.
+    pub method: String,
 }
 
 impl Estimate {
     /// Fits, and looks at what is left.
-    pub fn new(method: &NamedEstimator, data: &Data, arguments: &Arguments) -> flexure::Result<Self> {
-        let fit = method.fit(&data.x, data.y, data.weights)?;
+    pub fn new(method: &Method, data: &Data) -> flexure::Result<Self> {
+        let fit = method.estimator.fit(&data.x, data.y, data.weights)?;
         let rows = data.rows();
-        let at: Vec<Vec<f64>> = data
-            .x
-            .iter()
-            .map(|column| rows.iter().map(|&i| column[i]).collect())
-            .collect();
-        let fitted = fit.regression.predict(&slices(&at))?;
+        let fitted = fit.regression.predict(&slices(&gathered(data, &rows)))?;
         let residuals: Vec<f64> = rows.iter().zip(&fitted).map(|(&i, m)| data.y[i] - m).collect();
         let weights: Vec<f64> = rows.iter().map(|&i| data.weight(i)).collect();
-        let band = fit
-            .regression
-            .kernel_fit()
-            .map(|_| "pointwise, variance only".to_owned());
-        let validation = validation(method, &fit, data, &rows)?;
+        let validation = validation(&method.estimator, &fit, data, &rows)?;
+        let dependent = correlated(&residuals) || follows_noise(&method.estimator, data, &rows)?;
         Ok(Estimate {
-            method: method.clone(),
-            level: arguments.band,
-            band,
+            method: method.estimator.clone(),
+            banding: banding(method, &fit, data),
             residual_sd: mean_square(&residuals, &weights).sqrt(),
             fit,
             rows,
             fitted,
             residuals,
             validation,
+            dependent,
         })
     }
 
     /// The estimate and its band at the points with these coordinates, column by column.
-    pub fn evaluate(&self, x: Vec<Vec<f64>>) -> flexure::Result<Evaluated> {
+    pub fn evaluate(&self, data: &Data, x: Vec<Vec<f64>>) -> flexure::Result<Evaluated> {
         let y = self.fit.regression.predict(&slices(&x))?;
-        let none = vec![f64::NAN; y.len()];
-        let (mut lower, mut upper) = (none.clone(), none);
-        if let Some(fit) = self.fit.regression.kernel_fit() {
-            let mut order: Vec<usize> = (0..y.len()).collect();
-            order.sort_by(|&i, &j| x[0][i].total_cmp(&x[0][j]));
-            let at: Vec<f64> = order.iter().map(|&i| x[0][i]).collect();
-            let quantile = normal_quantile(self.level);
-            for (i, error) in order.into_iter().zip(fit.standard_errors(&at)) {
-                (lower[i], upper[i]) = (y[i] - quantile * error, y[i] + quantile * error);
-            }
-        }
-        Ok(Evaluated { x, y, lower, upper })
+        let Some(banding) = self.banding else {
+            let none = vec![f64::NAN; y.len()];
+            return Ok(Evaluated {
+                x,
+                y,
+                lower: none.clone(),
+                upper: none,
+                band: None,
+            });
+        };
+        let band = banding.band(&self.method, &self.fit, data, &x)?;
+        Ok(Evaluated {
+            x,
+            y,
+            lower: band.lower,
+            upper: band.upper,
+            band: Some(BandWords {
+                level: band.level,
+                kind: kind_words(band.kind),
+                method: band.method,
+            }),
+        })
     }
 
     /// Whether the parameter was given.
@@ -111,16 +136,48 @@ pub fn slices(columns: &[Vec<f64>]) -> Vec<&[f64]> {
     columns.iter().map(Vec::as_slice).collect()
 }
 
-/// The two-sided quantile of the normal distribution by bisection.
-fn normal_quantile(level: f64) -> f64 {
-    let _ = level;
-    1.959_963_984_540_054
+fn gathered(data: &Data, rows: &[usize]) -> Vec<Vec<f64>> {
+    let of = |column: &&[f64]| rows.iter().map(|&i| column[i]).collect();
+    data.x.iter().map(of).collect()
 }
 
 /// The weighted mean square of the values that are finite.
 fn mean_square(values: &[f64], weights: &[f64]) -> f64 {
     let finite = || values.iter().zip(weights).filter(|(v, _)| v.is_finite());
     finite().map(|(v, w)| w * v * v).sum::<f64>() / finite().map(|(_, w)| w).sum::<f64>()
+}
+
+/// Whether the residuals of neighbouring rows are correlated, by a correlation that is significant and not small.
+fn correlated(residuals: &[f64]) -> bool {
+    let residuals: Vec<f64> = residuals.iter().copied().filter(|r| r.is_finite()).collect();
+    let n = residuals.len();
+    if n < FEWEST_FOR_DEPENDENCE {
+        return false;
+    }
+    let mean = residuals.iter().sum::<f64>() / n as f64;
+    let squares: f64 = residuals.iter().map(|r| (r - mean).powi(2)).sum();
+    let products: f64 = residuals.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum();
+    let r = products / squares;
+    r > HARMFUL && r * (n as f64).sqrt() > SIGNIFICANT
+}
+
+/// Whether leave-one-out would follow noise that depends on itself in time: such a fit leaves residuals in which nothing
+/// is to be seen, but leaving out neighbours in time asks for a much wider window.
+fn follows_noise(method: &NamedEstimator, data: &Data, rows: &[usize]) -> flexure::Result<bool> {
+    let ([_], true) = (data.x.as_slice(), rows.len() >= FEWEST_FOR_DEPENDENCE) else {
+        return Ok(false);
+    };
+    let x = gathered(data, rows);
+    let y: Vec<f64> = rows.iter().map(|&i| data.y[i]).collect();
+    if BlockFolds::for_data(&x[0], &y)?.gap == 0 {
+        return Ok(false);
+    }
+    let degree = match method.name {
+        EstimatorName::Kernel => Degree::Constant,
+        _ => Degree::Linear,
+    };
+    let bandwidth = |rule| choose_bandwidth(rule, method.kernel, degree, &x[0], &y, None).map(|c| c.bandwidth());
+    Ok(bandwidth(BandwidthRule::HBlock { gap: None })? > WIDER * bandwidth(BandwidthRule::LeaveOneOut)?)
 }
 
 fn validation(method: &NamedEstimator, fit: &NamedFit, data: &Data, rows: &[usize]) -> flexure::Result<Validation> {
@@ -132,7 +189,7 @@ fn validation(method: &NamedEstimator, fit: &NamedFit, data: &Data, rows: &[usiz
     let (error, by) = match fit.left_out.filter(|e| e.is_finite()) {
         Some(error) => (error, "leave-one-out"),
         None => (
-            mean_square(&folded(method, fit, data, rows)?, &weights),
+            mean_square(&folded(&method.fixed(fit), data, rows)?, &weights),
             "10-fold cross-validation",
         ),
     };
@@ -143,26 +200,25 @@ fn validation(method: &NamedEstimator, fit: &NamedFit, data: &Data, rows: &[usiz
     })
 }
 
-/// The residuals of every tenth row from the others, with the parameter as it is.
-fn folded(method: &NamedEstimator, fit: &NamedFit, data: &Data, rows: &[usize]) -> flexure::Result<Vec<f64>> {
+/// The residuals of every tenth row from the others; NaN where these do not allow a fit.
+fn folded(method: &NamedEstimator, data: &Data, rows: &[usize]) -> flexure::Result<Vec<f64>> {
     let method = NamedEstimator {
-        tuning: Tuning::Fixed(fit.parameter.clone()),
-        outside: flexure::nonlinearity::Outside::Nearest,
+        outside: Outside::Nearest,
         ..method.clone()
     };
     let mut residuals = vec![f64::NAN; rows.len()];
     for fold in 0..FOLDS.min(rows.len()) {
         let (left, kept): (Vec<usize>, Vec<usize>) = (0..rows.len()).partition(|k| k % FOLDS == fold);
-        let gather = |values: &[f64], which: &[usize]| -> Vec<f64> { which.iter().map(|&k| values[rows[k]]).collect() };
-        let columns = |which: &[usize]| -> Vec<Vec<f64>> { data.x.iter().map(|c| gather(c, which)).collect() };
-        let (x, y) = (columns(&kept), gather(data.y, &kept));
-        let weights = data.weights.map(|w| gather(w, &kept));
-        let Ok(fit) = method.fit(&slices(&x), &y, weights.as_deref()) else {
-            continue; // The parameter asks for more than the part of the data can tell.
+        let kept: Vec<usize> = kept.into_iter().map(|k| rows[k]).collect();
+        let of = |column: &[f64]| -> Vec<f64> { kept.iter().map(|&i| column[i]).collect() };
+        let weights = data.weights.map(of);
+        let Ok(fit) = method.fit(&slices(&gathered(data, &kept)), &of(data.y), weights.as_deref()) else {
+            continue;
         };
-        let at = columns(&left);
-        for (k, m) in left.iter().zip(fit.regression.predict(&slices(&at))?) {
-            residuals[*k] = data.y[rows[*k]] - m;
+        let asked: Vec<usize> = left.iter().map(|&k| rows[k]).collect();
+        let predicted = fit.regression.predict(&slices(&gathered(data, &asked)))?;
+        for (k, m) in left.into_iter().zip(predicted) {
+            residuals[k] = data.y[rows[k]] - m;
         }
     }
     Ok(residuals)

@@ -1,9 +1,8 @@
 //! The options as a method; what contradicts itself is wrong usage.
 
-use flexure::nonlinearity::{EstimatorName, NamedEstimator, Tuning};
-use flexure::selection::Criterion;
+use flexure::nonlinearity::{EstimatorName, NamedEstimator, Rule, Tuning};
 
-use super::{Arguments, Outside, Select};
+use super::{Arguments, Method, Outside, band};
 use crate::arguments::Usage;
 use crate::tuning;
 
@@ -11,7 +10,7 @@ use crate::tuning;
 const RESULT: [&str; 3] = ["y", "lower", "upper"];
 
 /// The method that the options ask for.
-pub fn method(arguments: &Arguments) -> Result<NamedEstimator, Usage> {
+pub fn method(arguments: &Arguments) -> Result<Method, Usage> {
     columns(arguments)?;
     let name = arguments.estimator;
     tuning::check_kernel("--estimator", name, arguments.kernel)?;
@@ -20,7 +19,8 @@ pub fn method(arguments: &Arguments) -> Result<NamedEstimator, Usage> {
             "--weights: --estimator {name} takes no weights; leave them out, or choose another estimator"
         )));
     }
-    Ok(NamedEstimator {
+    band::check(arguments)?;
+    let estimator = NamedEstimator {
         name,
         tuning: chosen(arguments)?,
         kernel: arguments.kernel.unwrap_or_default(),
@@ -29,6 +29,13 @@ pub fn method(arguments: &Arguments) -> Result<NamedEstimator, Usage> {
             Outside::Nearest => flexure::nonlinearity::Outside::Nearest,
             Outside::Linear => flexure::nonlinearity::Outside::Linear,
         },
+        seed: arguments.seed,
+    };
+    Ok(Method {
+        estimator,
+        level: arguments.band,
+        simultaneous: arguments.simultaneous,
+        band_method: arguments.band_method,
     })
 }
 
@@ -88,14 +95,29 @@ fn chosen(arguments: &Arguments) -> Result<Tuning, Usage> {
     let (bandwidth, parameter) = (arguments.bandwidth.clone(), arguments.parameter);
     match tuning::given("--estimator", arguments.estimator, bandwidth, parameter)? {
         Some(values) if values.len() != 1 && values.len() != arguments.x.len() => Err(Usage(format!(
-            "--bandwidth gives {} values for {} columns of x; give one for all, or one a column",
+            "--bandwidth gives {} values for {} of x; give one for all, or one a column",
             values.len(),
-            arguments.x.len()
+            counted(arguments.x.len())
         ))),
         Some(values) => Ok(Tuning::Fixed(values)),
-        None => Ok(Tuning::FromData(match arguments.select {
-            Select::Loo => Criterion::LeaveOneOut,
-            Select::Gcv => Criterion::Generalized,
-        })),
+        None if arguments.select.suits(arguments.estimator, arguments.x.len()) => {
+            Ok(Tuning::FromData(arguments.select))
+        }
+        None => Err(unsuited(arguments)),
     }
+}
+
+fn unsuited(arguments: &Arguments) -> Usage {
+    let (name, columns) = (arguments.estimator, arguments.x.len());
+    let suited = Rule::ALL.into_iter().filter(|rule| rule.suits(name, columns));
+    Usage(format!(
+        "--select {}: --estimator {name} with {} of x is chosen by {}",
+        arguments.select.name(),
+        counted(columns),
+        suited.map(Rule::name).collect::<Vec<_>>().join(", ")
+    ))
+}
+
+fn counted(columns: usize) -> String {
+    format!("{columns} column{}", if columns == 1 { "" } else { "s" })
 }

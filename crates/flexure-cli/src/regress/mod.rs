@@ -1,5 +1,6 @@
 //! `flexure regress`: the regression of one column on others, with a band and a page.
 
+mod band;
 mod data;
 mod estimate;
 mod method;
@@ -12,12 +13,13 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::Record;
-use flexure::nonlinearity::{EstimatorName, Kernel};
+use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Rule};
 use flexure_io::{check_record_writable, check_writable, read_record, write_atomically, write_record};
 
 use crate::arguments::{self, Auto};
 use crate::output::{command_line, print};
 use crate::progress::spinning;
+use band::BandMethod;
 use data::Data;
 use estimate::{Estimate, Evaluated};
 
@@ -37,19 +39,20 @@ pub struct Arguments {
     /// The column to estimate.
     #[arg(long, value_name = "COLUMN")]
     y: String,
-    /// Estimator: kernel (local constant), local-linear, knn, fourier, cosine, legendre, hermite, haar, polynomial, spline
-    /// or recursive.
+    /// Estimator: kernel (local constant), local-linear, local-bandwidth, knn, fourier, cosine, legendre, hermite, haar,
+    /// polynomial, spline, network or recursive; several columns: kernel, local-linear, knn, network.
     #[arg(long, value_name = "NAME", default_value = "local-linear", value_parser = arguments::estimator)]
     estimator: EstimatorName,
     /// Bandwidth of an estimator with a kernel, in the unit of x: one, or one a column.
     #[arg(long, value_name = "auto|H[,H...]", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_positives)]
     bandwidth: Auto<Vec<f64>>,
-    /// Tuning parameter of the other estimators: neighbours, terms, levels, degree or penalty.
+    /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units.
     #[arg(long, value_name = "auto|P", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_number)]
     parameter: Auto<f64>,
-    /// How the parameter is chosen.
-    #[arg(long, value_enum, default_value = "loo")]
-    select: Select,
+    /// How the parameter is chosen: loo (leave-one-out), gcv (generalised cross-validation), block (rows in order of time
+    /// whose errors depend on each other); for one bandwidth also plugin and bootstrap.
+    #[arg(long, value_name = "RULE", default_value = "loo", value_parser = arguments::rule)]
+    select: Rule,
     /// Kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
     #[arg(long, value_name = "NAME", value_parser = arguments::kernel)]
     kernel: Option<Kernel>,
@@ -59,7 +62,16 @@ pub struct Arguments {
     /// Level of the confidence band.
     #[arg(long, value_name = "LEVEL", default_value = "0.95", allow_hyphen_values = true, value_parser = arguments::level)]
     band: f64,
-    /// Points of the curve along each column of x, evenly over the data's range; by default 201 for one column, fewer for
+    /// How the band is made.
+    #[arg(long, value_enum, default_value = "auto")]
+    band_method: BandMethod,
+    /// A band that holds at all points of the curve at once.
+    #[arg(long)]
+    simultaneous: bool,
+    /// Seed of whatever is random: bands and networks.
+    #[arg(long, value_name = "N", default_value = "1")]
+    seed: u64,
+    /// Points of the curve along each column of x, evenly over the data's range; by default 301 for one column, fewer for
     /// several.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000))]
     grid: Option<u32>,
@@ -81,14 +93,6 @@ pub struct Arguments {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Select {
-    /// Leave-one-out cross-validation.
-    Loo,
-    /// Generalised cross-validation.
-    Gcv,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Outside {
     /// Not a number: nothing is known there.
     Nan,
@@ -96,6 +100,14 @@ enum Outside {
     Nearest,
     /// The straight continuation.
     Linear,
+}
+
+/// What the options ask for.
+pub struct Method {
+    estimator: NamedEstimator,
+    level: f64,
+    simultaneous: bool,
+    band_method: BandMethod,
 }
 
 /// Runs the command.
@@ -114,8 +126,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => data.grid(arguments.grid.map(|n| n as usize)),
     };
     let (estimate, curve) = spinning("estimating", || -> Result<(Estimate, Evaluated)> {
-        let estimate = Estimate::new(&method, &data, arguments).map_err(|error| file.locate(error))?;
-        let curve = estimate.evaluate(at)?;
+        let estimate = Estimate::new(&method, &data).map_err(|error| file.locate(error))?;
+        let curve = estimate.evaluate(&data, at).map_err(|error| file.locate(error))?;
         Ok((estimate, curve))
     })?;
     let warnings = words::warnings(&estimate, &data, &curve, arguments);
@@ -125,7 +137,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => None,
         Some(path) => {
             let command = command_line(std::env::args_os().skip(1));
-            let page = page::page(&estimate, &data, &warnings, command)?;
+            // Along one column the page shows the very curve of the result, if that is one.
+            let shown = (data.x.len() == 1 && arguments.at.is_none()).then_some(&curve);
+            let page = spinning("drawing", || page::page(&estimate, &data, shown, &warnings, command))?;
             let html = flexure_report::render_regression(&page).context("the report")?;
             Some((path, html))
         }
@@ -140,7 +154,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return print(&words::json(&estimate, &data, &curve, &warnings, arguments).to_string());
     }
     let written = [&arguments.out, &arguments.report].into_iter().flatten();
-    let mut lines = vec![words::summary(&estimate, &data, &warnings)];
+    let mut lines = vec![words::summary(&estimate, &data, &curve, &warnings)];
     lines.extend(written.map(|path| format!("wrote {}", path.display())));
     print(&lines.join("\n"))
 }

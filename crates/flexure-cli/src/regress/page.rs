@@ -5,9 +5,9 @@ use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, Regressio
 
 use super::data::Data;
 use super::estimate::{Estimate, Evaluated};
-use super::words::percent;
+use super::words::{percent, why};
 use crate::outcome::number;
-use crate::page::{given_or, labelled};
+use crate::page::labelled;
 use crate::tuning::{capitalised, kernel_words, list, score_curve};
 
 /// Points of the curve.
@@ -20,23 +20,34 @@ const SLICE: usize = 121;
 const RUNNING: usize = 41;
 
 /// Fills in the page.
-pub fn page(estimate: &Estimate, data: &Data, warnings: &[String], command: String) -> Result<RegressionPage> {
+///
+/// `shown` is the result's curve where that is what the page draws.
+pub fn page(
+    estimate: &Estimate,
+    data: &Data,
+    shown: Option<&Evaluated>,
+    warnings: &[String],
+    command: String,
+) -> Result<RegressionPage> {
     let y_label = labelled(&data.y_name);
     let one = data.x.len() == 1;
-    let curve = match one {
-        true => curve(estimate, estimate.evaluate(vec![data.along(0, CURVE)])?, 0, data),
-        false => empty(),
+    let evaluated;
+    let along = match (one, shown) {
+        (true, None) => {
+            evaluated = estimate.evaluate(data, vec![data.along(0, CURVE)])?;
+            Some(&evaluated)
+        }
+        (true, shown) => shown,
+        (false, _) => None,
     };
     let surface = match data.x.len() {
         2 => Some(surface(estimate, data)?),
         _ => None,
     };
-    let mut shown = Vec::new();
-    if !one {
-        for column in 0..data.x.len() {
-            shown.push(slice(estimate, data, column)?);
-        }
-    }
+    let slices = match one {
+        true => Vec::new(),
+        false => slices(estimate, data)?,
+    };
     let measured = |column: &[f64]| -> Vec<f64> { estimate.rows.iter().map(|&i| column[i]).collect() };
     Ok(RegressionPage {
         title: format!("{} against {}", data.y_name, data.names.join(", ")),
@@ -48,9 +59,9 @@ pub fn page(estimate: &Estimate, data: &Data, warnings: &[String], command: Stri
             data.file,
             estimate.fit.name.title()
         ),
-        facts: facts(estimate),
+        facts: facts(estimate, along.or(shown)),
         warnings: warnings.to_vec(),
-        curve,
+        curve: along.map_or_else(empty, |at| curve(at, 0, data)),
         points: match one {
             true => Scatter {
                 x: measured(data.x[0]),
@@ -59,21 +70,20 @@ pub fn page(estimate: &Estimate, data: &Data, warnings: &[String], command: Stri
             false => Scatter::default(),
         },
         surface,
-        slices: shown,
+        slices,
         residuals: residuals(estimate, data, &y_label),
         choices: vec![choice(estimate, data)],
         command: Some(command),
     })
 }
 
-fn facts(estimate: &Estimate) -> Vec<Fact> {
+fn facts(estimate: &Estimate, curve: Option<&Evaluated>) -> Vec<Fact> {
     let fit = &estimate.fit;
     let fact = |name: &str, value: String, note: String| Fact {
         name: name.to_owned(),
         value,
         note,
     };
-    let why = fit.scores.as_ref().map_or("", |s| s.criterion);
     let mut facts = vec![
         fact(
             "R squared",
@@ -90,14 +100,14 @@ fn facts(estimate: &Estimate) -> Vec<Fact> {
             number(estimate.residual_sd),
             "their standard deviation".to_owned(),
         ),
-        fact(
-            &capitalised(fit.name.parameter()),
-            list(&fit.parameter),
-            given_or(estimate.given(), &format!("smallest {why}")).to_owned(),
-        ),
+        fact(&capitalised(fit.name.parameter()), list(&fit.parameter), why(estimate)),
     ];
-    if let Some(kind) = &estimate.band {
-        facts.push(fact("Band", format!("{} %", percent(estimate.level)), kind.clone()));
+    if let Some(band) = curve.and_then(|curve| curve.band.as_ref()) {
+        facts.push(fact(
+            "Band",
+            format!("{} %", percent(band.level)),
+            format!("{}, {}", band.kind, band.method),
+        ));
     }
     facts.push(fact(
         "Rows",
@@ -108,20 +118,18 @@ fn facts(estimate: &Estimate) -> Vec<Fact> {
 }
 
 /// An estimate along column `along` as the page draws it.
-fn curve(estimate: &Estimate, at: Evaluated, along: usize, data: &Data) -> Nonlinearity {
-    let band = estimate.band.as_ref();
-    let edge = |values: Vec<f64>| if band.is_some() { values } else { Vec::new() };
+fn curve(at: &Evaluated, along: usize, data: &Data) -> Nonlinearity {
+    let band = at.band.as_ref();
+    let edge = |values: &[f64]| if band.is_some() { values.to_vec() } else { Vec::new() };
     Nonlinearity {
         x_label: labelled(&data.names[along]),
         y_label: labelled(&data.y_name),
         x: at.x[along].clone(),
-        y: at.y,
-        lower: edge(at.lower),
-        upper: edge(at.upper),
-        band_label: band.map_or(String::new(), |kind| format!("{} % {kind}", percent(estimate.level))),
-        density: Vec::new(),
-        truth: Vec::new(),
-        truth_label: String::new(),
+        y: at.y.clone(),
+        lower: edge(&at.lower),
+        upper: edge(&at.upper),
+        band_label: band.map_or(String::new(), |band| format!("{} % {}", percent(band.level), band.kind)),
+        ..empty()
     }
 }
 
@@ -156,22 +164,38 @@ fn surface(estimate: &Estimate, data: &Data) -> Result<Surface> {
     })
 }
 
-/// The estimate along one column while the others stay at their medians.
-fn slice(estimate: &Estimate, data: &Data, along: usize) -> Result<Slice> {
-    let medians: Vec<f64> = (0..data.x.len()).map(|j| median(&estimate.rows, data.x[j])).collect();
-    let at = (0..data.x.len()).map(|j| match j == along {
+/// The estimate along each column while the others stay at their medians.
+fn slices(estimate: &Estimate, data: &Data) -> Result<Vec<Slice>> {
+    let d = data.x.len();
+    let medians: Vec<f64> = (0..d).map(|j| median(&estimate.rows, data.x[j])).collect();
+    // All at once, as every evaluation of a band by the bootstrap is a computation of its own; a simultaneous band
+    // would then hold on all slices together.
+    let along = |j: usize, along: usize| match j == along {
         true => data.along(j, SLICE),
         false => vec![medians[j]; SLICE],
-    });
-    let evaluated = estimate.evaluate(at.collect())?;
-    let others = (0..data.x.len()).filter(|&j| j != along);
-    let words: Vec<String> = others
-        .map(|j| format!("{} = {}", data.names[j], number(medians[j]).replace('-', "−")))
-        .collect();
-    Ok(Slice {
-        at: words.join(", "),
-        curve: curve(estimate, evaluated, along, data),
-    })
+    };
+    let columns = (0..d).map(|j| (0..d).flat_map(|k| along(j, k)).collect());
+    let columns: Vec<Vec<f64>> = columns.collect();
+    let all = estimate.evaluate(data, columns)?;
+    let part = |values: &[f64], along: usize| values[along * SLICE..(along + 1) * SLICE].to_vec();
+    let slice = |along: usize| {
+        let others = (0..d).filter(|&j| j != along);
+        let words: Vec<String> = others
+            .map(|j| format!("{} = {}", data.names[j], number(medians[j]).replace('-', "−")))
+            .collect();
+        let at = Evaluated {
+            x: all.x.iter().map(|column| part(column, along)).collect(),
+            y: part(&all.y, along),
+            lower: part(&all.lower, along),
+            upper: part(&all.upper, along),
+            band: all.band.clone(),
+        };
+        Slice {
+            at: words.join(", "),
+            curve: curve(&at, along, data),
+        }
+    };
+    Ok((0..d).map(slice).collect())
 }
 
 fn median(rows: &[usize], column: &[f64]) -> f64 {
@@ -232,23 +256,11 @@ fn choice(estimate: &Estimate, data: &Data) -> Choice {
     let name = capitalised(fit.name.parameter());
     let kernel = kernel_words(fit.name, estimate.method.kernel, " (", ")");
     let scores = fit.scores.as_ref();
-    let curve = scores.map(|s| score_curve(fit.name, s, fit.parameter[0], &data.names[0]));
-    let why = match &fit.scores {
-        Some(scores) => format!(
-            "smallest {}, of {} values tried",
-            scores.criterion,
-            scores.parameter.len()
-        ),
-        None => given_or(
-            estimate.given(),
-            "from the bandwidth that leave-one-out finds for the estimate that is not recursive",
-        )
-        .to_owned(),
-    };
+    let curve = scores.map(|s| score_curve(fit.name, s, &fit.parameter, &data.names[0]));
     Choice {
         name,
         value: format!("{}{kernel}", list(&fit.parameter)),
-        why,
+        why: why(estimate),
         curve,
     }
 }

@@ -1,19 +1,14 @@
 //! A regression in words and as JSON.
 
+use flexure::nonlinearity::{Rule, Tuning};
 use serde_json::{Value, json};
 
+use super::band::BandMethod;
 use super::data::Data;
 use super::estimate::{Estimate, Evaluated};
 use super::{Arguments, Outside};
 use crate::outcome::number;
 use crate::tuning::{capitalised, kernel_words, list, scores_json};
-
-/// Fewer rows tell nothing of the residuals' dependence.
-const FEWEST_FOR_DEPENDENCE: usize = 50;
-/// The two-sided 99 % quantile of the normal distribution.
-const SIGNIFICANT: f64 = 2.575_829_303_548_901;
-/// A correlation below this does no harm however significant it is.
-const HARMFUL: f64 = 0.1;
 
 /// What the user should know before trusting the result.
 pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: &Arguments) -> Vec<String> {
@@ -30,11 +25,13 @@ pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: 
             },
         ));
     }
-    if let Some(r) = dependence(estimate).filter(|_| !estimate.given()) {
-        warnings.push(format!(
-            "the residuals of neighbouring rows are correlated ({r:.2}), as in a record in order of time: leave-one-out may then follow the noise \
-             (undersmooth), and the band is too narrow; --select block allows for it"
-        ));
+    let blocks = estimate.method.tuning == Tuning::FromData(Rule::Block);
+    if estimate.dependent && !blocks {
+        warnings.push(
+            "neighbouring rows are correlated beyond what is estimated, as in a record in order of time: leave-one-out may then follow the \
+             noise (undersmooth), and a band for independent rows is too narrow; --select block allows for it"
+                .to_owned(),
+        );
     }
     let unknown = curve.y.iter().filter(|v| v.is_nan()).count();
     if unknown > 0 {
@@ -47,9 +44,10 @@ pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: 
             curve.y.len()
         ));
     }
-    if estimate.band.is_none() {
+    if curve.band.is_none() && arguments.band_method == BandMethod::Auto {
         warnings.push(format!(
-            "there is no confidence band for --estimator {name}: lower and upper are NaN"
+            "no band was made, as --estimator {name} would have to be fitted to these {} rows many times over; --band-method bootstrap does",
+            estimate.rows.len()
         ));
     }
     if data.x.len() == 1 {
@@ -79,20 +77,6 @@ fn distinct(data: &Data, most: usize) -> usize {
     found.len()
 }
 
-/// The correlation of the residuals of neighbouring rows, where it is significant and positive.
-pub fn dependence(estimate: &Estimate) -> Option<f64> {
-    let residuals: Vec<f64> = estimate.residuals.iter().copied().filter(|r| r.is_finite()).collect();
-    let n = residuals.len();
-    if n < FEWEST_FOR_DEPENDENCE {
-        return None;
-    }
-    let mean = residuals.iter().sum::<f64>() / n as f64;
-    let squares: f64 = residuals.iter().map(|r| (r - mean).powi(2)).sum();
-    let products: f64 = residuals.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum();
-    let r = products / squares;
-    (r > HARMFUL && r * (n as f64).sqrt() > SIGNIFICANT).then_some(r)
-}
-
 /// The object that `--json` prints.
 pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[String], arguments: &Arguments) -> Value {
     let fit = &estimate.fit;
@@ -112,14 +96,14 @@ pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[Str
         "kernel": fit.name.has_bandwidth().then(|| estimate.method.kernel.name()),
         "parameter": fit.name.parameter(),
         "value": fit.parameter,
-        "chosen_by": fit.scores.as_ref().map(|s| s.criterion),
+        "chosen_by": (!estimate.given()).then_some(arguments.select.name()),
         "scores": fit.scores.as_ref().map(scores_json),
-        "band": estimate.band.as_ref().map(|kind| json!({ "level": estimate.level, "kind": kind })),
+        "band": curve.band.as_ref().map(|band| json!({ "level": band.level, "kind": band.kind, "method": band.method })),
         "residual_sd": estimate.residual_sd,
         "r_squared": estimate.validation.r_squared,
         "prediction_rms": estimate.validation.rms,
         "validation": estimate.validation.by,
-        "residual_correlation": dependence(estimate),
+        "dependent_rows": estimate.dependent,
         "curve": { "x": columns, "y": curve.y, "lower": curve.lower, "upper": curve.upper },
         "out": shown(&arguments.out),
         "report": shown(&arguments.report),
@@ -128,11 +112,11 @@ pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[Str
 }
 
 /// A short account for a terminal.
-pub fn summary(estimate: &Estimate, data: &Data, warnings: &[String]) -> String {
+pub fn summary(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[String]) -> String {
     let fit = &estimate.fit;
     let validation = &estimate.validation;
     let kernel = kernel_words(fit.name, estimate.method.kernel, ", ", "");
-    let why = fit.scores.as_ref().map_or("as given", |s| s.criterion);
+    let why = why(estimate);
     let mut lines = vec![
         format!(
             "{} of '{}' on '{}'{kernel}",
@@ -153,11 +137,30 @@ pub fn summary(estimate: &Estimate, data: &Data, warnings: &[String]) -> String 
             estimate.rows.len()
         ),
     ];
-    if let Some(kind) = &estimate.band {
-        lines.push(format!("  band                {} %, {kind}", percent(estimate.level)));
+    if let Some(band) = &curve.band {
+        lines.push(format!(
+            "  band                {} %, {}",
+            percent(band.level),
+            band.kind
+        ));
     }
     lines.extend(warnings.iter().map(|w| format!("  warning: {w}")));
     lines.join("\n")
+}
+
+/// How the parameter was chosen.
+pub fn why(estimate: &Estimate) -> String {
+    match (&estimate.method.tuning, &estimate.fit.scores) {
+        (Tuning::Fixed(_), _) => "as given".to_owned(),
+        (_, Some(scores)) => format!("smallest {}", scores.criterion),
+        (Tuning::FromData(rule), None) => match rule {
+            Rule::PlugIn => "by the plug-in rule".to_owned(),
+            rule => format!(
+                "from the bandwidth that the rule '{}' finds for the estimate that is not recursive",
+                rule.name()
+            ),
+        },
+    }
 }
 
 /// A level in percent.
