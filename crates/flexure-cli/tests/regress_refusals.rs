@@ -112,7 +112,7 @@ fn parameters_that_are_not_the_estimators() {
     );
     folder.misused(
         &regress("--x x --y y --estimator spline --band-method robust"),
-        "--band-method robust is for the kernel estimators in one column of x; take --band-method bootstrap",
+        "--band-method robust is for the estimators kernel and local-linear in one column of x; take --band-method bootstrap",
     );
     folder.misused(
         &regress("--x x --y y --estimator magic"),

@@ -73,7 +73,7 @@ impl<'a> Data<'a> {
             let points = (n as f64).powi(data.x.len() as i32);
             if points > MOST_POINTS as f64 {
                 return Err(crate::arguments::Usage(format!(
-                    "--grid {n} along {} columns makes {points:e} points, and at most {MOST_POINTS} are allowed; take a coarser grid, or --at",
+                    "--grid {n} along {} columns makes {points} points, and at most {MOST_POINTS} are allowed; take a coarser grid, or --at",
                     data.x.len()
                 ))
                 .into());

@@ -43,12 +43,17 @@ fn every_name_is_found_again_and_finds_the_truth() {
         // Step functions and early windows cost more than smooth estimates.
         let rough = matches!(name, EstimatorName::Haar | EstimatorName::Recursive);
         assert!(error < if rough { 0.1 } else { 0.05 }, "{name}: {error}");
+        let again = named(name, Tuning::default()).fixed(&fit).fit(&[&x], &y, None).unwrap();
+        assert_eq!(again.parameter, fit.parameter, "{name}");
+        assert_eq!(again.regression.predict(&[&at]).unwrap(), estimates, "{name}");
         if let Some(scores) = &fit.scores {
             let best = scores.score.iter().copied().fold(f64::INFINITY, f64::min);
             let chosen = scores.parameter.iter().position(|p| *p == fit.parameter[0]).unwrap();
             assert!(scores.score[chosen] <= best * (1.0 + 1e-9), "{name}");
             assert!(scores.parameter.windows(2).all(|w| w[0] < w[1]), "{name}");
-            assert_eq!(fit.left_out, Some(scores.score[chosen]), "{name}");
+            // The scores of local bandwidths are those of one bandwidth for all.
+            let known = (name != EstimatorName::LocalBandwidth).then_some(scores.score[chosen]);
+            assert_eq!(fit.left_out, known, "{name}");
             assert!((0.009..0.02).contains(&scores.score[chosen]), "{name}");
         }
         assert_eq!(fit.scores.is_none(), name == EstimatorName::Recursive);
@@ -147,4 +152,76 @@ fn the_recursive_estimate_follows_the_order_of_the_points_alone_in_its_early_win
         one.iter().zip(&other).all(|(a, b)| a != b && (a - b).abs() < 0.1),
         "{one:?} {other:?}"
     );
+}
+
+#[test]
+fn every_rule_that_suits_finds_the_truth_and_the_others_are_refused() {
+    let (x, y) = wave(400);
+    let at = [-1.2, -0.3, 0.4, 1.1];
+    for rule in Rule::ALL {
+        assert_eq!(Rule::parse(rule.name()), Some(rule));
+        for name in EstimatorName::ALL {
+            let fit = named(name, Tuning::FromData(rule)).fit(&[&x], &y, None);
+            if !rule.suits(name, 1) {
+                let refused = fit.unwrap_err().to_string();
+                assert!(
+                    refused.starts_with(&format!("the rule '{}' cannot", rule.name())),
+                    "{refused}"
+                );
+                continue;
+            }
+            let estimates = fit.unwrap().regression.predict(&[&at]).unwrap();
+            for (x, m) in at.iter().zip(estimates) {
+                assert!(
+                    (m - (2.0 * x).sin()).abs() < 0.25,
+                    "{} of {name} at {x}: {m}",
+                    rule.name()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn several_columns_have_a_bandwidth_each() {
+    let (a, noise) = wave(600);
+    let b: Vec<f64> = (0..600).map(|i| ((i * 7919) % 600) as f64 / 300.0 - 1.0).collect();
+    // Bends along a, straight along b.
+    let y: Vec<f64> = (0..600).map(|i| noise[i] + b[i]).collect();
+    for rule in [Rule::LeaveOneOut, Rule::Generalized, Rule::Block] {
+        let fit = named(EstimatorName::LocalLinear, Tuning::FromData(rule))
+            .fit(&[&a, &b], &y, None)
+            .unwrap();
+        let [along_a, along_b] = fit.parameter[..] else {
+            panic!("{:?}", fit.parameter)
+        };
+        assert!(along_b > along_a, "{along_a} {along_b}");
+        let found = fit.regression.predict(&[&[0.5], &[0.25]]).unwrap()[0];
+        assert!((found - 1.0_f64.sin() - 0.25).abs() < 0.15, "{}: {found}", rule.name());
+        let scores = fit.scores.unwrap();
+        assert!(
+            scores.parameter.windows(2).all(|w| w[0] < w[1]),
+            "{:?}",
+            scores.parameter
+        );
+        let best = scores.score.iter().copied().fold(f64::INFINITY, f64::min);
+        let place = scores.score.iter().position(|s| *s == best).unwrap();
+        let mean = kernels::geometric_mean(&[along_a, along_b]);
+        assert!(
+            (scores.parameter[place] / mean - 1.0).abs() < 1e-9,
+            "the chosen one is the best of the profile"
+        );
+    }
+    let refused = named(EstimatorName::Kernel, Tuning::FromData(Rule::PlugIn)).fit(&[&a, &b], &y, None);
+    assert!(
+        refused
+            .unwrap_err()
+            .to_string()
+            .contains("in 2 columns; choose it by another rule")
+    );
+    for name in [EstimatorName::Neighbours, EstimatorName::Network] {
+        let fit = named(name, Tuning::default()).fit(&[&a, &b], &y, None).unwrap();
+        let found = fit.regression.predict(&[&[0.5], &[0.25]]).unwrap()[0];
+        assert!((found - 1.0_f64.sin() - 0.25).abs() < 0.3, "{name}: {found}");
+    }
 }
