@@ -1,6 +1,6 @@
 //! The fit and what can be said of it.
 
-use flexure::nonlinearity::{Degree, EstimatorName, NamedEstimator, NamedFit, Outside, Tuning};
+use flexure::nonlinearity::{Degree, EstimatorName, NamedEstimator, NamedFit, Outside, Rule, Tuning};
 use flexure::selection::{BandwidthRule, BlockFolds, choose_bandwidth};
 
 use super::Method;
@@ -186,9 +186,15 @@ fn validation(method: &NamedEstimator, fit: &NamedFit, data: &Data, rows: &[usiz
     let mean = y.iter().zip(&weights).map(|(y, w)| w * y).sum::<f64>() / weights.iter().sum::<f64>();
     let about: Vec<f64> = y.iter().map(|y| y - mean).collect();
     let variance = mean_square(&about, &weights);
-    let (error, by) = match fit.left_out.filter(|e| e.is_finite()) {
-        Some(error) => (error, "leave-one-out"),
-        None => (
+    // Rows that depend on their neighbours are not predicted from those.
+    let blocks = match (&method.tuning, &fit.scores) {
+        (Tuning::FromData(Rule::Block), Some(scores)) => scores.score.iter().copied().reduce(f64::min),
+        _ => None,
+    };
+    let (error, by) = match (blocks.filter(|e| e.is_finite()), fit.left_out.filter(|e| e.is_finite())) {
+        (Some(error), _) => (error, "cross-validation over blocks of rows"),
+        (None, Some(error)) => (error, "leave-one-out"),
+        (None, None) => (
             mean_square(&folded(&method.fixed(fit), data, rows)?, &weights),
             "10-fold cross-validation",
         ),

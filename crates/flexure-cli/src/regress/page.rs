@@ -4,7 +4,7 @@ use anyhow::Result;
 use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
 
 use super::data::Data;
-use super::estimate::{Estimate, Evaluated};
+use super::estimate::{BandWords, Estimate, Evaluated};
 use super::words::{percent, why};
 use crate::outcome::number;
 use crate::page::labelled;
@@ -44,10 +44,11 @@ pub fn page(
         2 => Some(surface(estimate, data)?),
         _ => None,
     };
-    let slices = match one {
-        true => Vec::new(),
+    let (slices, sliced) = match one {
+        true => (Vec::new(), None),
         false => slices(estimate, data)?,
     };
+    let band = along.and_then(|curve| curve.band.as_ref()).or(sliced.as_ref());
     let measured = |column: &[f64]| -> Vec<f64> { estimate.rows.iter().map(|&i| column[i]).collect() };
     Ok(RegressionPage {
         title: format!("{} against {}", data.y_name, data.names.join(", ")),
@@ -59,7 +60,7 @@ pub fn page(
             data.file,
             estimate.fit.name.title()
         ),
-        facts: facts(estimate, along.or(shown)),
+        facts: facts(estimate, band),
         warnings: warnings.to_vec(),
         curve: along.map_or_else(empty, |at| curve(at, 0, data)),
         points: match one {
@@ -72,12 +73,15 @@ pub fn page(
         surface,
         slices,
         residuals: residuals(estimate, data, &y_label),
-        choices: vec![choice(estimate, data)],
+        choices: [Some(choice(estimate, data)), band.map(band_choice)]
+            .into_iter()
+            .flatten()
+            .collect(),
         command: Some(command),
     })
 }
 
-fn facts(estimate: &Estimate, curve: Option<&Evaluated>) -> Vec<Fact> {
+fn facts(estimate: &Estimate, band: Option<&BandWords>) -> Vec<Fact> {
     let fit = &estimate.fit;
     let fact = |name: &str, value: String, note: String| Fact {
         name: name.to_owned(),
@@ -102,12 +106,8 @@ fn facts(estimate: &Estimate, curve: Option<&Evaluated>) -> Vec<Fact> {
         ),
         fact(&capitalised(fit.name.parameter()), list(&fit.parameter), why(estimate)),
     ];
-    if let Some(band) = curve.and_then(|curve| curve.band.as_ref()) {
-        facts.push(fact(
-            "Band",
-            format!("{} %", percent(band.level)),
-            format!("{}, {}", band.kind, band.method),
-        ));
+    if let Some(band) = band {
+        facts.push(fact("Band", format!("{} %", percent(band.level)), band.kind.to_owned()));
     }
     facts.push(fact(
         "Rows",
@@ -164,8 +164,8 @@ fn surface(estimate: &Estimate, data: &Data) -> Result<Surface> {
     })
 }
 
-/// The estimate along each column while the others stay at their medians.
-fn slices(estimate: &Estimate, data: &Data) -> Result<Vec<Slice>> {
+/// The estimate along each column while the others stay at their medians, and what its band is.
+fn slices(estimate: &Estimate, data: &Data) -> Result<(Vec<Slice>, Option<BandWords>)> {
     let d = data.x.len();
     let medians: Vec<f64> = (0..d).map(|j| median(&estimate.rows, data.x[j])).collect();
     // All at once, as every evaluation of a band by the bootstrap is a computation of its own; a simultaneous band
@@ -195,7 +195,7 @@ fn slices(estimate: &Estimate, data: &Data) -> Result<Vec<Slice>> {
             curve: curve(&at, along, data),
         }
     };
-    Ok((0..d).map(slice).collect())
+    Ok(((0..d).map(slice).collect(), all.band.clone()))
 }
 
 fn median(rows: &[usize], column: &[f64]) -> f64 {
@@ -262,5 +262,14 @@ fn choice(estimate: &Estimate, data: &Data) -> Choice {
         value: format!("{}{kernel}", list(&fit.parameter)),
         why: why(estimate),
         curve,
+    }
+}
+
+fn band_choice(band: &BandWords) -> Choice {
+    Choice {
+        name: "Band".to_owned(),
+        value: format!("{} % {}", percent(band.level), band.kind),
+        why: capitalised(&band.method),
+        curve: None,
     }
 }

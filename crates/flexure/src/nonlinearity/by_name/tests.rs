@@ -36,7 +36,7 @@ fn every_name_is_found_again_and_finds_the_truth() {
         let estimates = fit.regression.predict(&[&at]).unwrap();
         let squares: f64 = at
             .iter()
-            .zip(estimates)
+            .zip(&estimates)
             .map(|(x, m)| (m - (2.0 * x).sin()).powi(2))
             .sum();
         let error = (squares / at.len() as f64).sqrt();
