@@ -1,8 +1,8 @@
 //! Flexure itself.
 
 use flexure::nonlinearity::{
-    Basis, Choice, Degree, Estimator, HaarRegression, Kernel, KernelRegression, NearestNeighbours, Outside,
-    PolynomialRegression, Regression, SeriesRegression, SplineRegression,
+    Bandwidth, Basis, Choice, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, KernelRegression,
+    NearestNeighbours, Outside, PolynomialRegression, Regression, SeriesRegression, SplineRegression,
 };
 use flexure::selection::{BandwidthSearch, Criterion};
 
@@ -10,7 +10,9 @@ use crate::job::{Call, Data, Job, Outcome, Result};
 
 pub fn call(job: &Job) -> Result<Call> {
     let outside = Outside::Nearest;
+    let dimension: usize = job.number("dimension")?;
     match job.text("task")? {
+        "kernel" if dimension > 1 => Ok(estimates(product(job)?)),
         "kernel" => {
             let (degree, kernel) = (degree(job)?, kernel(job)?);
             let method = KernelRegression {
@@ -19,6 +21,23 @@ pub fn call(job: &Job) -> Result<Call> {
             };
             Ok(Box::new(move |data: &Data| {
                 Ok(method.evaluate(degree, &data.x[0], &data.y, None, &data.at[0])?.into())
+            }))
+        }
+        "leave-one-out" => {
+            let method = product(job)?;
+            Ok(Box::new(move |data: &Data| {
+                let score = method.score(Criterion::LeaveOneOut, &data.columns(), &data.y, None)?;
+                Ok(vec![score].into())
+            }))
+        }
+        "bandwidth" if dimension > 1 => {
+            let method = KernelEstimator {
+                degree: degree(job)?,
+                ..Default::default()
+            };
+            Ok(chosen(method, |fit| {
+                let each: Vec<String> = fit.bandwidths().iter().map(|h| format!("{h:.4}")).collect();
+                format!("h={}", each.join(","))
             }))
         }
         "bandwidth" => {
@@ -93,6 +112,16 @@ fn chosen<E: Estimator + Clone + 'static>(method: E, choice: fn(&E::Fit) -> Stri
             estimates: fit.predict(&data.points())?,
             chosen: Some(choice(&fit)),
         })
+    })
+}
+
+/// The product kernel with one bandwidth for all columns.
+fn product(job: &Job) -> Result<KernelEstimator> {
+    Ok(KernelEstimator {
+        kernel: kernel(job)?,
+        degree: degree(job)?,
+        bandwidth: Bandwidth::Fixed(vec![job.number("h")?]),
+        ..Default::default()
     })
 }
 
