@@ -2,9 +2,10 @@
 
 use flexure::nonlinearity::{
     Bandwidth, Basis, Choice, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, KernelRegression,
-    NearestNeighbours, Outside, PolynomialRegression, Regression, SeriesRegression, SplineRegression,
+    LocalKernel, NearestNeighbours, NetworkRegression, Outside, PolynomialRegression, Regression, SeriesRegression,
+    SplineRegression,
 };
-use flexure::selection::{BandwidthSearch, Criterion};
+use flexure::selection::{BandwidthRule, Criterion, choose_bandwidth};
 
 use crate::job::{Call, Data, Job, Outcome, Result};
 
@@ -41,8 +42,19 @@ pub fn call(job: &Job) -> Result<Call> {
             }))
         }
         "bandwidth" => {
-            let degree = degree(job)?;
-            Ok(Box::new(move |data: &Data| search_and_evaluate(degree, data)))
+            let (degree, name) = (degree(job)?, job.text("rule")?);
+            let rule = BandwidthRule::from_name(name).ok_or(format!("no rule {name}"))?;
+            Ok(Box::new(move |data: &Data| choose_and_evaluate(rule, degree, data)))
+        }
+        "local-bandwidths" => {
+            let method = LocalKernel {
+                outside,
+                ..Default::default()
+            };
+            Ok(chosen(method, |fit| match fit.threshold() {
+                Some(_) => format!("local, {} jumps", fit.jumps().len()),
+                None => format!("h={:.4}", fit.global().bandwidth),
+            }))
         }
         "neighbours" => {
             let neighbours = Choice::Fixed(job.number("k")?);
@@ -80,13 +92,21 @@ pub fn call(job: &Job) -> Result<Call> {
             };
             Ok(chosen(method, |fit| format!("lambda={:.3e}", fit.penalty())))
         }
+        "network" => {
+            let units = Choice::Fixed(job.number("units")?);
+            Ok(estimates(NetworkRegression {
+                units,
+                outside,
+                ..Default::default()
+            }))
+        }
         other => Err(format!("no task {other}").into()),
     }
 }
 
-fn search_and_evaluate(degree: Degree, data: &Data) -> Result<Outcome> {
+fn choose_and_evaluate(rule: BandwidthRule, degree: Degree, data: &Data) -> Result<Outcome> {
     let (x, y, kernel) = (&data.x[0], &data.y, Kernel::Epanechnikov);
-    let bandwidth = BandwidthSearch::search(kernel, degree, x, y, None)?.bandwidth;
+    let bandwidth = choose_bandwidth(rule, kernel, degree, x, y, None)?.bandwidth();
     Ok(Outcome {
         estimates: KernelRegression { kernel, bandwidth }.evaluate(degree, x, y, None, &data.at[0])?,
         chosen: Some(format!("h={bandwidth:.4}")),
