@@ -8,7 +8,8 @@
 //! | band | estimators | errors | cost |
 //! |---|---|---|---|
 //! | [`RobustBand`] | kernel, one column, local constant or local linear | independent, any variance function | one fit |
-//! | [`BootstrapBand`] with [`Scheme::Wild`] | any | independent, any variance function | two fits a resample |
+//! | [`BootstrapBand`] with [`Scheme::Pairs`] | any | independent, any variance function | two fits a resample |
+//! | [`BootstrapBand`] with [`Scheme::Wild`] | any | the same; x as it is | two fits a resample |
 //! | [`BootstrapBand`] with [`Scheme::MovingBlock`] | any | dependent in time | two fits a resample |
 //!
 //! ```
@@ -34,6 +35,7 @@
 mod blocks;
 mod bootstrap;
 mod local;
+mod resample;
 mod residual;
 mod robust;
 mod supremum;
@@ -43,8 +45,12 @@ pub use bootstrap::{BootstrapBand, Refit, Scheme};
 pub use robust::RobustBand;
 
 use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use crate::error::{Error, Result};
+
+/// Degrees of freedom from which Student's distribution counts as normal.
+const MANY: f64 = 1e5;
 
 /// What a band promises to cover with the probability of its level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -139,6 +145,16 @@ fn upper_quantile(values: &mut [f64], level: f64) -> f64 {
         0 => f64::NAN,
         n => values[rank.clamp(1, n) - 1],
     }
+}
+
+/// The quantile of Student's distribution at the normal one's probability.
+fn student(normal_quantile: f64, freedom: f64) -> f64 {
+    if !(freedom < MANY) {
+        return normal_quantile;
+    }
+    // The upper tail, which does not round to 1.
+    let tail = Normal::standard().cdf(-normal_quantile);
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| -t.inverse_cdf(tail))
 }
 
 /// One seed for each of many draws.
