@@ -6,7 +6,7 @@ variance e_0' Gp^-1 Q Sigma Q' Gp^-1 e_0; for p = 0, whose bias has two terms, b
 Sigma are given here, not estimated.
 
 Run: python3 scripts/reference/bands.py   (needs NumPy)
-Used by: crates/flexure/src/bands/robust_tests.rs
+Used by: crates/flexure/src/bands/robust_tests/reference.rs
 """
 
 import numpy as np

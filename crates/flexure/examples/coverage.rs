@@ -3,17 +3,17 @@
 //! ```text
 //! cargo run --release -p flexure --example coverage                  # a few minutes on two cores
 //! cargo run --release -p flexure --example coverage -- full          # under an hour
-//! cargo run --release -p flexure --example coverage -- full kernel   # one table: kernel, wild or block
+//! cargo run --release -p flexure --example coverage -- full kernel   # one table: kernel, bootstrap or block
 //! ```
 //!
 //! Every replication chooses the parameter from its own data by leave-one-out. "mean" is the coverage averaged over
 //! the interior points; "least" and "most" are that of the worst and the best of them: extremes of 31 numbers, which would
-//! be about two Monte Carlo standard errors of one point ("error") from the mean even if all were equal. "ends" is the lower
+//! be about two Monte Carlo standard errors of one point (1.1 % for 400 runs, 0.5 % for 2000) from the mean even if all were equal. "ends" is the lower
 //! coverage of the two ends of the range.
 
 use std::ops::ControlFlow;
 
-use flexure::bands::{Band, BandKind, BootstrapBand, Refit, RobustBand, Scheme};
+use flexure::bands::{Band, BandKind, BootstrapBand, RobustBand, Scheme};
 use flexure::nonlinearity::{
     Basis, Choice, Degree, Estimator, Kernel, KernelFit, KernelRegression, NearestNeighbours, PolynomialRegression,
     Regression, SeriesRegression, SplineRegression,
@@ -321,16 +321,15 @@ fn cosines(x: &[f64], y: &[f64], factor: f64) -> flexure::Result<Chosen> {
     }))
 }
 
-/// A bootstrap band of each kind, and for comparison the `plain` one.
+/// A bootstrap band of each kind, and for comparison the wild bootstrap's.
 fn bootstrap(
     (choose, scheme, resamples): (Choose, Scheme, usize),
     (x, y): (&[f64], &[f64]),
     seed: u64,
     m: fn(f64) -> f64,
-    plain: impl Fn(&Refit<'_>) -> flexure::Result<Vec<bool>>,
 ) -> flexure::Result<Covered> {
     let refit = choose(x, y)?;
-    let band = |kind, at: &[f64]| {
+    let band = |scheme, kind, at: &[f64]| {
         let method = BootstrapBand {
             level: LEVEL,
             kind,
@@ -341,43 +340,36 @@ fn bootstrap(
         };
         method.run(&*refit, &[x], y, None, &[at], &mut |_, _| ControlFlow::Continue(()))
     };
-    // The ends of the range in one go with the interior.
-    let at: Vec<f64> = interior().into_iter().chain([-RANGE, RANGE]).collect();
-    let mut points = inside(&band(BandKind::Pointwise, &at)?, m);
+    // Near the ends of the range, in one go with the interior: some estimators know nothing beyond the data.
+    let near = 0.98 * RANGE;
+    let at: Vec<f64> = interior().into_iter().chain([-near, near]).collect();
+    let mut points = inside(&band(scheme, BandKind::Pointwise, &at)?, m);
     let ends = points.split_off(POINTS);
-    let all = inside(&band(BandKind::Simultaneous, &at[..POINTS])?, m)
+    let all = inside(&band(scheme, BandKind::Simultaneous, &at[..POINTS])?, m)
         .into_iter()
         .all(|b| b);
     Ok(Covered {
         points,
-        plain: plain(&*refit)?,
+        plain: inside(&band(Scheme::Wild, BandKind::Pointwise, &at[..POINTS])?, m),
         ends,
         all,
     })
 }
 
-fn wild_table(n: usize, runs: usize, resamples: usize) -> flexure::Result<()> {
+/// Independent errors: static data of two laws.
+fn bootstrap_table(n: usize, runs: usize, resamples: usize, settings: &[(Law, Truth)]) -> flexure::Result<()> {
     heading(
-        &format!("Wild bootstrap, {resamples} resamples; plain: the same without bias correction"),
+        &format!("Bootstrap of pairs, {resamples} resamples; plain: wild bootstrap"),
         "plain: mean, least",
     );
     let mut line = 1000;
     for (name, choose) in CHOICES {
-        for (law, (truth, m)) in [(&LAWS[1], TRUTHS[0]), (&LAWS[2], TRUTHS[3])] {
+        for &(law, (truth, m)) in settings {
             let results = replicate(&mut line, runs, |seed| {
                 let (x, y) = law.draw(m, n, seed);
-                bootstrap((choose, Scheme::Wild, resamples), (&x, &y), seed, m, |refit| {
-                    let method = BootstrapBand {
-                        resamples,
-                        correct_bias: false,
-                        seed,
-                        ..BootstrapBand::default()
-                    };
-                    let go_on = &mut |_, _| ControlFlow::Continue(());
-                    Ok(inside(&method.run(refit, &[&x], &y, None, &[&interior()], go_on)?, m))
-                })
+                bootstrap((choose, Scheme::Pairs, resamples), (&x, &y), seed, m)
             })?;
-            report(name, law, truth, n, &results);
+            report(name, &law, truth, n, &results);
         }
     }
     Ok(())
@@ -397,15 +389,7 @@ fn block_table(n: usize, runs: usize, resamples: usize) -> flexure::Result<()> {
             let (truth, m) = TRUTHS[0];
             let results = replicate(&mut line, runs, |seed| {
                 let (x, y) = law.draw(m, n, seed);
-                bootstrap((*choose, scheme, resamples), (&x, &y), seed, m, |refit| {
-                    let method = BootstrapBand {
-                        resamples,
-                        seed,
-                        ..BootstrapBand::default()
-                    };
-                    let go_on = &mut |_, _| ControlFlow::Continue(());
-                    Ok(inside(&method.run(refit, &[&x], &y, None, &[&interior()], go_on)?, m))
-                })
+                bootstrap((*choose, scheme, resamples), (&x, &y), seed, m)
             })?;
             report(name, law, truth, n, &results);
         }
@@ -425,18 +409,19 @@ fn main() -> flexure::Result<()> {
             &[(1000, 400)]
         })?;
     }
-    if wanted("wild") {
+    let settings = [(LAWS[1], TRUTHS[0]), (LAWS[2], TRUTHS[3])];
+    if wanted("bootstrap") {
         if full {
-            wild_table(1000, 500, 199)?
+            bootstrap_table(1000, 500, 199, &settings)?;
         } else {
-            wild_table(500, 100, 99)?
+            bootstrap_table(500, 200, 99, &settings[..1])?;
         }
     }
     if wanted("block") {
         if full {
-            block_table(1000, 500, 199)?
+            block_table(1000, 500, 199)?;
         } else {
-            block_table(500, 100, 99)?
+            block_table(500, 200, 99)?;
         }
     }
     Ok(())

@@ -297,3 +297,7 @@ impl Cells {
         Row { first, weights: row }.standardised()
     }
 }
+
+#[cfg(test)]
+#[path = "robust_tests/mod.rs"]
+mod tests;
