@@ -147,9 +147,9 @@ fn upper_quantile(values: &mut [f64], level: f64) -> f64 {
     }
 }
 
-/// The quantile of Student's distribution at the normal one's probability.
+/// The quantile of Student's distribution at the normal one's probability; NaN for NaN.
 fn student(normal_quantile: f64, freedom: f64) -> f64 {
-    if !(freedom < MANY) {
+    if !(freedom < MANY && normal_quantile.is_finite()) {
         return normal_quantile;
     }
     // The upper tail, which does not round to 1.

@@ -272,6 +272,7 @@ fn more_degrees_of_freedom_bring_student_to_normal() {
             student(1.959964, freedom)
         );
     }
+    assert!(student(f64::NAN, 5.0).is_nan());
 }
 
 #[test]
