@@ -1,8 +1,8 @@
 //! Prints how often confidence bands cover the truth, by Monte Carlo, beside what they promise.
 //!
 //! ```text
-//! cargo run --release -p flexure --example coverage                  # a few minutes on two cores
-//! cargo run --release -p flexure --example coverage -- full          # under an hour
+//! cargo run --release -p flexure --example coverage                  # some minutes on two cores
+//! cargo run --release -p flexure --example coverage -- full          # an hour or two
 //! cargo run --release -p flexure --example coverage -- full kernel   # one table: kernel, bootstrap or block
 //! ```
 //!

@@ -27,10 +27,20 @@
 //! # Ok::<(), flexure::Error>(())
 //! ```
 //!
+//! # Measured coverage
+//!
+//! Nominal 95 %, the parameter from each record's own data by leave-one-out (`cargo run --release -p flexure --example
+//! coverage`): [`RobustBand`] covers 94.7 to 95.2 % of interior points, no single one less than 92 %, and 93.4 to
+//! 96.5 % at once, for four smooth m, x uniform and Gaussian, even and uneven noise, n = 1000 and 10,000; the plain estimate
+//! with 1.96 [standard errors](crate::nonlinearity::KernelFit::standard_errors) covers some points 8 times in 100.
+//! The bootstrap of pairs is at or above the nominal level (for nearest neighbours well above); with errors of
+//! autocorrelation 0.7 beside an x of autocorrelation 0.9, moving blocks cover 94 %, the wild bootstrap 90 %.
+//!
 //! # What no band here can do
 //!
 //! All of this rests on m being smooth at the scale of the bandwidth: at a jump or a kink the bias is not the
-//! one that is corrected, and the band misses the truth within a bandwidth of it.
+//! one that is corrected, and the band misses the truth within a bandwidth of it. A polynomial or a series whose order
+//! was chosen for the smallest error, and which is still far from m, is not corrected by the bootstrap either.
 
 mod blocks;
 mod bootstrap;
