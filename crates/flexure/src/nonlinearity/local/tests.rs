@@ -69,7 +69,7 @@ fn a_smooth_curve_is_estimated_as_well_as_with_one_bandwidth() {
 #[test]
 fn jumps_are_found_and_followed() {
     for (known, jumps, factor) in [
-        (KnownNonlinearity::HardLimiter, 1, 0.6),
+        (KnownNonlinearity::HardLimiter, 1_usize, 0.6),
         (KnownNonlinearity::Quantizer, 8, 0.65),
     ] {
         let [one, local] = over_seeds(4, 10_000, |x| known.value(x));
