@@ -14,8 +14,12 @@ const GROWTH: f64 = std::f64::consts::SQRT_2;
 /// The narrowest window holds about so many points, and is at least this share of the data's extent.
 const SMALLEST: f64 = 12.0;
 const SMALLEST_SHARE: f64 = 1e-4;
+/// It is at least this share of the bandwidth that serves for all points: narrower windows would only be noise.
+const SMALLEST_OF_ONE: f64 = 0.125;
 /// Above this number points that are close together are taken as one.
-const GROUPS: usize = 100_000;
+const GROUPS: usize = 32_768;
+/// By this share a one-sided window reaches over its node.
+const EDGE: f64 = 1e-9;
 /// The widest group, in narrowest bandwidths.
 const GROUP: f64 = 0.125;
 
@@ -38,11 +42,17 @@ impl Design {
         let count = (n / POINTS_A_NODE).clamp(32, NODES).min(n);
         // Counted from the nearer end, so that mirrored data give the mirrored table.
         let rank = |i: usize| i * (n - 1) / (count - 1).max(1);
-        let node = |i: usize| data.x[if 2 * i < count { rank(i) } else { n - 1 - rank(count - 1 - i) }];
+        let node = |i: usize| {
+            data.x[if 2 * i < count {
+                rank(i)
+            } else {
+                n - 1 - rank(count - 1 - i)
+            }]
+        };
         let mut nodes: Vec<f64> = (0..count).map(node).collect();
         nodes.dedup();
         let extent = bulk(&data.x);
-        let smallest = extent * (0.5 * SMALLEST / n as f64).max(SMALLEST_SHARE);
+        let smallest = (extent * (0.5 * SMALLEST / n as f64).max(SMALLEST_SHARE)).max(SMALLEST_OF_ONE * global);
         let scales = (0..).map(|k| smallest * GROWTH.powi(k));
         Design {
             noise: noise::deviation(data, extent, &nodes),
@@ -129,19 +139,30 @@ impl<'a> Windows<'a> {
 
 /// The lines over windows that reach from the node by `h` to both sides (`centre` 0), or to one.
 fn lines(data: &Sorted, design: &Design, h: f64, centre: f64) -> Vec<Option<Line>> {
-    let one_sided = centre != 0.0;
-    // The half of a window is a window itself, at whose end the line is read off.
-    let (kernel, half) = if one_sided { (Kernel::Uniform, 0.5 * h) } else { (design.kernel, h) };
+    // The half of a window is a window itself, at whose end the line is read off. It reaches a little further, so that
+    // the node's own point is in it whatever is rounded.
+    let (kernel, half, reach) = if centre == 0.0 {
+        (design.kernel, h, h)
+    } else {
+        (Kernel::Uniform, 0.5 * h, 0.5 * h * (1.0 + EDGE))
+    };
     let at: Vec<f64> = design.nodes.iter().map(|x| x + centre * half).collect();
+    let away = centre * half / reach;
     let factor = square_share(kernel);
     let mut lines = vec![None; at.len()];
-    for_each_sum(data, kernel, Degree::Linear, half, &at, |j, sums| {
-        let here = Sums { at: sums.at - centre, ..sums };
-        let beside = Sums { at: here.at + 1.0, ..sums };
+    for_each_sum(data, kernel, Degree::Linear, reach, &at, |j, sums| {
+        let here = Sums {
+            at: sums.at - away,
+            ..sums
+        };
+        let beside = Sums {
+            at: here.at + 1.0,
+            ..sums
+        };
         if let (Some(here), Some(beside)) = (here.fit(Degree::Linear), beside.fit(Degree::Linear)) {
             lines[j] = Some(Line {
                 value: here.value,
-                slope: (beside.value - here.value) / half,
+                slope: (beside.value - here.value) / reach,
                 error: design.noise[j] * (factor * here.leverage).sqrt(),
             });
         }
