@@ -130,9 +130,11 @@ JOBS = [
     Job(
         "bandwidth",
         "bandwidth chosen from the data",
-        {"task": "bandwidth", "degree": 0},
+        {"task": "bandwidth", "rule": "leave-one-out", "degree": 0},
         [
             Contestant("Flexure, local line", "flexure", changes={"degree": 1}),
+            Contestant("Flexure, plug-in, local line", "flexure", changes={"degree": 1, "rule": "plug-in"}),
+            Contestant("Flexure, local bandwidths", "flexure", changes={"task": "local-bandwidths"}),
             Contestant("NumPy, sort and sums", "numpy"),
             Contestant("KernSmooth dpill, locpoly", "kernsmooth"),
             Contestant("scikit-learn, kNN grid search", "sklearn"),
@@ -248,6 +250,14 @@ JOBS = [
         "smoothing spline, penalty by GCV",
         {"task": "spline-chosen"},
         [Contestant("SciPy make_smoothing_spline", "scipy")],
+        quick=[1_000],
+        full=SHORT,
+    ),
+    Job(
+        "network",
+        "network of 8 hidden units",
+        {"task": "network", "units": 8},
+        [Contestant("scikit-learn MLPRegressor", "sklearn")],
         quick=[1_000],
         full=SHORT,
     ),

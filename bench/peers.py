@@ -70,6 +70,29 @@ def sklearn_grid_search(job):
     return call
 
 
+def sklearn_network(job):
+    """Hyperbolic tangents, by L-BFGS from one start until it converges; columns to standard deviation 1 before."""
+    from sklearn.neural_network import MLPRegressor
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import StandardScaler
+
+    units = int(job["units"])
+
+    def call(x, y, at):
+        network = MLPRegressor(
+            hidden_layer_sizes=(units,),
+            activation="tanh",
+            solver="lbfgs",
+            max_iter=5000,
+            max_fun=100_000,
+            random_state=1,
+        )
+        model = make_pipeline(StandardScaler(), network).fit(np.column_stack(x), y)
+        return model.predict(np.column_stack(at))
+
+    return call
+
+
 def statsmodels_kernel(job):
     """Gaussian; it works out the slopes as well."""
     from statsmodels.nonparametric.kernel_regression import KernelReg
@@ -181,6 +204,7 @@ PEERS = {
         "bandwidth": sklearn_grid_search,
         "neighbours": sklearn_neighbours,
         "neighbours-chosen": sklearn_grid_search,
+        "network": sklearn_network,
     },
     "statsmodels": {"kernel": statsmodels_kernel, "bandwidth": statsmodels_bandwidth},
     "kernelsmooth": {"kernel": kernelsmooth_kernel, "bandwidth": kernelsmooth_bandwidth},

@@ -1,16 +1,19 @@
 //! Flexure itself.
 
 use flexure::nonlinearity::{
-    Basis, Choice, Degree, Estimator, HaarRegression, Kernel, KernelRegression, NearestNeighbours, Outside,
-    PolynomialRegression, Regression, SeriesRegression, SplineRegression,
+    Bandwidth, Basis, Choice, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, KernelRegression,
+    LocalKernel, NearestNeighbours, NetworkRegression, Outside, PolynomialRegression, Regression, SeriesRegression,
+    SplineRegression,
 };
-use flexure::selection::{BandwidthSearch, Criterion};
+use flexure::selection::{BandwidthRule, Criterion, choose_bandwidth};
 
 use crate::job::{Call, Data, Job, Outcome, Result};
 
 pub fn call(job: &Job) -> Result<Call> {
     let outside = Outside::Nearest;
+    let dimension: usize = job.number("dimension")?;
     match job.text("task")? {
+        "kernel" if dimension > 1 => Ok(estimates(product(job)?)),
         "kernel" => {
             let (degree, kernel) = (degree(job)?, kernel(job)?);
             let method = KernelRegression {
@@ -21,9 +24,37 @@ pub fn call(job: &Job) -> Result<Call> {
                 Ok(method.evaluate(degree, &data.x[0], &data.y, None, &data.at[0])?.into())
             }))
         }
+        "leave-one-out" => {
+            let method = product(job)?;
+            Ok(Box::new(move |data: &Data| {
+                let score = method.score(Criterion::LeaveOneOut, &data.columns(), &data.y, None)?;
+                Ok(vec![score].into())
+            }))
+        }
+        "bandwidth" if dimension > 1 => {
+            let method = KernelEstimator {
+                degree: degree(job)?,
+                ..Default::default()
+            };
+            Ok(chosen(method, |fit| {
+                let each: Vec<String> = fit.bandwidths().iter().map(|h| format!("{h:.4}")).collect();
+                format!("h={}", each.join(","))
+            }))
+        }
         "bandwidth" => {
-            let degree = degree(job)?;
-            Ok(Box::new(move |data: &Data| search_and_evaluate(degree, data)))
+            let (degree, name) = (degree(job)?, job.text("rule")?);
+            let rule = BandwidthRule::from_name(name).ok_or(format!("no rule {name}"))?;
+            Ok(Box::new(move |data: &Data| choose_and_evaluate(rule, degree, data)))
+        }
+        "local-bandwidths" => {
+            let method = LocalKernel {
+                outside,
+                ..Default::default()
+            };
+            Ok(chosen(method, |fit| match fit.threshold() {
+                Some(_) => format!("local, {} jumps", fit.jumps().len()),
+                None => format!("h={:.4}", fit.global().bandwidth),
+            }))
         }
         "neighbours" => {
             let neighbours = Choice::Fixed(job.number("k")?);
@@ -61,13 +92,21 @@ pub fn call(job: &Job) -> Result<Call> {
             };
             Ok(chosen(method, |fit| format!("lambda={:.3e}", fit.penalty())))
         }
+        "network" => {
+            let units = Choice::Fixed(job.number("units")?);
+            Ok(estimates(NetworkRegression {
+                units,
+                outside,
+                ..Default::default()
+            }))
+        }
         other => Err(format!("no task {other}").into()),
     }
 }
 
-fn search_and_evaluate(degree: Degree, data: &Data) -> Result<Outcome> {
+fn choose_and_evaluate(rule: BandwidthRule, degree: Degree, data: &Data) -> Result<Outcome> {
     let (x, y, kernel) = (&data.x[0], &data.y, Kernel::Epanechnikov);
-    let bandwidth = BandwidthSearch::search(kernel, degree, x, y, None)?.bandwidth;
+    let bandwidth = choose_bandwidth(rule, kernel, degree, x, y, None)?.bandwidth();
     Ok(Outcome {
         estimates: KernelRegression { kernel, bandwidth }.evaluate(degree, x, y, None, &data.at[0])?,
         chosen: Some(format!("h={bandwidth:.4}")),
@@ -93,6 +132,16 @@ fn chosen<E: Estimator + Clone + 'static>(method: E, choice: fn(&E::Fit) -> Stri
             estimates: fit.predict(&data.points())?,
             chosen: Some(choice(&fit)),
         })
+    })
+}
+
+/// The product kernel with one bandwidth for all columns.
+fn product(job: &Job) -> Result<KernelEstimator> {
+    Ok(KernelEstimator {
+        kernel: kernel(job)?,
+        degree: degree(job)?,
+        bandwidth: Bandwidth::Fixed(vec![job.number("h")?]),
+        ..Default::default()
     })
 }
 

@@ -6,35 +6,37 @@
 //! (Tukey's twicing.) For a kernel estimate this doubles the kernel's order; for a projection (a polynomial, a series,
 //! a spline without penalty) it changes nothing, and such an estimate is to be given more terms than are best for its
 //! error (undersmoothed). Every resample goes through the same correction, so that its variance counts, as in
-//! robust bias correction. The residuals have lost what the fit took of the noise; how much is found by fitting known noise,
-//! and the standard errors are widened by it.
+//! robust bias correction.
+//!
+//! The residuals have lost what the fit took of the noise. Fits of known noise tell how much, by which the standard errors
+//! are widened, and how many observations N(x) = 1 / sum_i l_i(x)^2 the estimate at x amounts to: quantiles are raised
+//! from the normal to Student's distribution of N degrees of freedom (of no more than there are blocks).
 
 use std::ops::ControlFlow;
 
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64;
-use rayon::prelude::*;
-
-use super::{Band, BandKind, automatic_block_length, check_level, seed_of, upper_quantile};
+use super::resample::{Known, Rounds, Sample, World};
+use super::{Band, BandKind, automatic_block_length, check_level, seed_of, student, upper_quantile};
 use crate::error::{Error, Result};
 use crate::nonlinearity::{Estimator, Regression};
 
 /// How an estimator is fitted to columns, ordinates and weights.
 pub type Refit<'a> = dyn Fn(&[&[f64]], &[f64], Option<&[f64]>) -> Result<Box<dyn Regression>> + Sync + 'a;
 
-/// Fits of known noise, which tell how much of the noise a fit takes.
+/// Fits of known noise.
 const PROBES: usize = 16;
-/// Resamples between two reports of progress.
-const CHUNK: usize = 32;
 /// The fewest points.
 const FEWEST: usize = 5;
 
 /// How the data are resampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheme {
-    /// Residuals keep their place and get random signs (Liu 1988; Davidson & Flachaire 2008): independent errors, whose
-    /// variance may be any function of x.
+    /// Points are drawn one by one (Efron 1979; Freedman 1981): independent points, whose errors' variance may be any
+    /// function of x. The x are drawn too, so that it holds for estimators of local means (kernel of degree 0,
+    /// nearest neighbours) on a steep m, whose error comes from the uneven x as much as from the noise.
     #[default]
+    Pairs,
+    /// The x stay, and residuals keep their place and get random signs (Liu 1988; Davidson & Flachaire 2008): independent
+    /// errors, whose variance may be any function of x; x may be anything, for instance a plan.
     Wild,
     /// Blocks of successive points (Kuensch 1989): the points must be in the order of time, and stationary. The
     /// errors may depend on each other and on past x.
@@ -54,7 +56,7 @@ pub enum Scheme {
 /// |---|---|---|---|
 /// | `level` | nominal coverage | above 0, below 1 | 0.95 |
 /// | `kind` | pointwise or simultaneous | | pointwise |
-/// | `scheme` | what is resampled | | wild |
+/// | `scheme` | what is resampled | | pairs |
 /// | `resamples` | their number | at least 2 / (1 - level) | 999 |
 /// | `correct_bias` | whether the centre is corrected; without it the estimate must be undersmoothed | | true |
 /// | `seed` | of the resamples | | 1 |
@@ -161,38 +163,33 @@ impl BootstrapBand {
             residuals: &residuals,
             y,
             weights,
+            scheme: self.scheme,
             block,
         };
-        let total = PROBES + self.resamples;
+        let total = 2 * PROBES + self.resamples;
         let mut rounds = Rounds {
             done: 0,
             total,
             progress,
         };
-
-        let shares = rounds.run(PROBES, |k| {
-            let (fitted, noisy) = (&world, world.wild(seed_of(!self.seed, k)));
-            let again = sample.corrected(&noisy, weights)?;
-            Ok(fitted.mean_square(noisy.iter().zip(&again.fitted).map(|(y, m)| y - m)))
-        })?;
-        let left = shares.iter().sum::<f64>() / PROBES as f64;
-        let before = world.mean_square(residuals.iter().copied());
-        // Fits that follow every point leave no residuals at all: nothing to widen.
-        let widening = if left > 0.0 { (before / left).sqrt() } else { f64::NAN };
-
-        let resamples = rounds.run(self.resamples, |k| world.resample(&sample, seed_of(self.seed, k)))?;
+        let probes = rounds.run(PROBES, 2, |k| world.probe(&sample, seed_of(!self.seed, k)))?;
+        let known = Known::new(
+            &probes,
+            block.map_or(f64::INFINITY, |length| y.len() as f64 / length as f64),
+        );
+        let resamples = rounds.run(self.resamples, 1, |k| world.resample(&sample, seed_of(self.seed, k)))?;
+        let deviation = |(v, m): (&f64, &f64)| known.widening * (v - m);
         let deviations: Vec<Vec<f64>> = resamples
-            .into_iter()
-            .map(|values| {
-                values
-                    .iter()
-                    .zip(&original.at)
-                    .map(|(v, m)| widening * (v - m))
-                    .collect()
-            })
+            .iter()
+            .map(|values| values.iter().zip(&original.at).map(deviation).collect())
             .collect();
         let errors: Vec<f64> = (0..original.at.len()).map(|j| spread(&deviations, j)).collect();
-        let factor = self.factors(&deviations, &errors);
+        let factors = self.factors(&deviations, &errors);
+        let factor: Vec<f64> = factors
+            .iter()
+            .zip(&known.freedom)
+            .map(|(f, n)| student(*f, *n))
+            .collect();
         let points = at.iter().map(|column| column.to_vec()).collect();
         Ok(Band::around(
             points,
@@ -205,7 +202,7 @@ impl BootstrapBand {
 
     fn block_length(&self, residuals: &[f64]) -> Result<Option<usize>> {
         match self.scheme {
-            Scheme::Wild => Ok(None),
+            Scheme::Pairs | Scheme::Wild => Ok(None),
             Scheme::MovingBlock { length: None } => Ok(Some(automatic_block_length(residuals))),
             Scheme::MovingBlock { length: Some(length) } if length == 0 || length > residuals.len() / 2 => {
                 Err(Error::InvalidParameter {
@@ -245,114 +242,15 @@ impl BootstrapBand {
         } else {
             "no bias correction"
         };
-        match block {
-            None => format!(
-                "wild bootstrap, {} resamples, {centre}; errors independent",
-                self.resamples
+        let (name, errors) = match (self.scheme, block) {
+            (Scheme::Pairs, _) => ("bootstrap of pairs".to_owned(), "errors independent"),
+            (Scheme::Wild, _) => ("wild bootstrap".to_owned(), "errors independent"),
+            (Scheme::MovingBlock { .. }, length) => (
+                format!("moving block bootstrap, blocks of {}", length.unwrap_or(1)),
+                "errors may be dependent",
             ),
-            Some(length) => format!(
-                "moving block bootstrap, blocks of {length}, {} resamples, {centre}; errors may be dependent",
-                self.resamples
-            ),
-        }
-    }
-}
-
-/// The data's columns, where to predict, and how.
-struct Sample<'a> {
-    refit: &'a Refit<'a>,
-    x: &'a [&'a [f64]],
-    at: &'a [&'a [f64]],
-    correct_bias: bool,
-}
-
-/// A corrected estimate.
-struct Values {
-    /// At the data.
-    fitted: Vec<f64>,
-    /// At the band's points.
-    at: Vec<f64>,
-}
-
-impl Sample<'_> {
-    /// The corrected estimate from the ordinates `y`.
-    fn corrected(&self, y: &[f64], weights: Option<&[f64]>) -> Result<Values> {
-        let once = (self.refit)(self.x, y, weights)?;
-        let known = |fitted: Vec<f64>| -> Vec<f64> {
-            // No estimate at a point of its own: its ordinate is all there is to say.
-            fitted
-                .iter()
-                .zip(y)
-                .map(|(m, y)| if m.is_finite() { *m } else { *y })
-                .collect()
         };
-        let fitted = known(once.predict(self.x)?);
-        let at = once.predict(self.at)?;
-        if !self.correct_bias {
-            return Ok(Values { fitted, at });
-        }
-        let twice = (self.refit)(self.x, &fitted, weights)?;
-        let minus = |once: &[f64], twice: Vec<f64>| once.iter().zip(twice).map(|(a, b)| 2.0 * a - b).collect();
-        Ok(Values {
-            at: minus(&at, twice.predict(self.at)?),
-            fitted: known(minus(&fitted, twice.predict(self.x)?)),
-        })
-    }
-}
-
-/// The world that the resamples are drawn from.
-struct World<'a> {
-    fitted: &'a [f64],
-    residuals: &'a [f64],
-    y: &'a [f64],
-    weights: Option<&'a [f64]>,
-    /// Points in a block, where blocks are resampled.
-    block: Option<usize>,
-}
-
-impl World<'_> {
-    /// The corrected estimate from one resample, at the band's points.
-    fn resample(&self, sample: &Sample<'_>, seed: u64) -> Result<Vec<f64>> {
-        let values = match self.block {
-            None => sample.corrected(&self.wild(seed), self.weights)?,
-            Some(length) => sample.corrected(self.y, Some(&self.blocks(length, seed)))?,
-        };
-        Ok(values.at)
-    }
-
-    /// The fitted values with the residuals under random signs.
-    fn wild(&self, seed: u64) -> Vec<f64> {
-        let mut rng = Pcg64::seed_from_u64(seed);
-        let sign = |e: f64, up: bool| if up { e } else { -e };
-        let points = self.fitted.iter().zip(self.residuals);
-        points.map(|(m, e)| m + sign(*e, rng.random())).collect()
-    }
-
-    /// How often each point is in as many blocks as make up a sample, times its weight.
-    fn blocks(&self, length: usize, seed: u64) -> Vec<f64> {
-        let n = self.y.len();
-        let mut rng = Pcg64::seed_from_u64(seed);
-        let mut counts = vec![0.0; n];
-        let mut left = n;
-        while left > 0 {
-            let start = rng.random_range(0..=n - length);
-            let count = length.min(left);
-            counts[start..start + count].iter_mut().for_each(|c| *c += 1.0);
-            left -= count;
-        }
-        if let Some(weights) = self.weights {
-            counts.iter_mut().zip(weights).for_each(|(c, w)| *c *= w);
-        }
-        counts
-    }
-
-    /// The weighted mean of squares.
-    fn mean_square(&self, values: impl Iterator<Item = f64>) -> f64 {
-        let weight = |i: usize| self.weights.map_or(1.0, |w| w[i]);
-        let (sum, total) = values
-            .enumerate()
-            .fold((0.0, 0.0), |(s, t), (i, v)| (s + weight(i) * v * v, t + weight(i)));
-        sum / total
+        format!("{name}, {} resamples, {centre}; {errors}", self.resamples)
     }
 }
 
@@ -364,30 +262,4 @@ fn spread(deviations: &[Vec<f64>], j: usize) -> f64 {
         return f64::NAN;
     }
     (known().map(|d| d * d).sum::<f64>() / count as f64).sqrt()
-}
-
-/// Work in rounds of many threads, with a report after each.
-struct Rounds<'a> {
-    done: usize,
-    total: usize,
-    progress: &'a mut dyn FnMut(usize, usize) -> ControlFlow<()>,
-}
-
-impl Rounds<'_> {
-    fn run<T: Send>(&mut self, count: usize, work: impl Fn(usize) -> Result<T> + Sync) -> Result<Vec<T>> {
-        let mut results = Vec::with_capacity(count);
-        while results.len() < count {
-            let part = results.len()..count.min(results.len() + CHUNK);
-            let round: Result<Vec<T>> = part.clone().into_par_iter().map(&work).collect();
-            results.extend(round?);
-            self.done += part.len();
-            if (self.progress)(self.done, self.total).is_break() && self.done < self.total {
-                return Err(Error::Stopped {
-                    done: self.done,
-                    total: self.total,
-                });
-            }
-        }
-        Ok(results)
-    }
 }

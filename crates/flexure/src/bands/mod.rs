@@ -8,7 +8,8 @@
 //! | band | estimators | errors | cost |
 //! |---|---|---|---|
 //! | [`RobustBand`] | kernel, one column, local constant or local linear | independent, any variance function | one fit |
-//! | [`BootstrapBand`] with [`Scheme::Wild`] | any | independent, any variance function | two fits a resample |
+//! | [`BootstrapBand`] with [`Scheme::Pairs`] | any | independent, any variance function | two fits a resample |
+//! | [`BootstrapBand`] with [`Scheme::Wild`] | any | the same; x as it is | two fits a resample |
 //! | [`BootstrapBand`] with [`Scheme::MovingBlock`] | any | dependent in time | two fits a resample |
 //!
 //! ```
@@ -26,14 +27,27 @@
 //! # Ok::<(), flexure::Error>(())
 //! ```
 //!
+//! # Measured coverage
+//!
+//! Nominal 95 %, the parameter from each record's own data by leave-one-out (`cargo run --release -p flexure --example
+//! coverage`), four smooth m, x uniform and Gaussian, even and uneven noise: [`RobustBand`] covers interior points in
+//! 94.1 to 95.2 % of the records at n = 1000 and 10,000, and all of them at once in 93.2 to 96.5 %; the plain estimate with
+//! 1.96 [standard errors](crate::nonlinearity::KernelFit::standard_errors) misses some points nine times in ten. Single points
+//! fall below 93 % (to 92) only where m bends most and the noise is least, as one bandwidth serves all of x: there
+//! n^(-1/20) times the bandwidth (Calonico, Cattaneo & Farrell 2018) leaves less bias. For kernels the bootstrap of
+//! pairs covers 96 %, for nearest neighbours 99 %; with errors of autocorrelation 0.7 beside an x of
+//! autocorrelation 0.9, moving blocks cover 94 %, the wild bootstrap 90 %.
+//!
 //! # What no band here can do
 //!
 //! All of this rests on m being smooth at the scale of the bandwidth: at a jump or a kink the bias is not the
-//! one that is corrected, and the band misses the truth within a bandwidth of it.
+//! one that is corrected, and the band misses the truth within a bandwidth of it. A polynomial or a series whose order
+//! was chosen for the smallest error, and which is still far from m, is not corrected by the bootstrap either.
 
 mod blocks;
 mod bootstrap;
 mod local;
+mod resample;
 mod residual;
 mod robust;
 mod supremum;
@@ -43,8 +57,12 @@ pub use bootstrap::{BootstrapBand, Refit, Scheme};
 pub use robust::RobustBand;
 
 use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use crate::error::{Error, Result};
+
+/// Degrees of freedom from which Student's distribution counts as normal.
+const MANY: f64 = 1e5;
 
 /// What a band promises to cover with the probability of its level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -139,6 +157,16 @@ fn upper_quantile(values: &mut [f64], level: f64) -> f64 {
         0 => f64::NAN,
         n => values[rank.clamp(1, n) - 1],
     }
+}
+
+/// The quantile of Student's distribution at the normal one's probability; NaN for NaN.
+fn student(normal_quantile: f64, freedom: f64) -> f64 {
+    if !(freedom < MANY && normal_quantile.is_finite()) {
+        return normal_quantile;
+    }
+    // The upper tail, which does not round to 1.
+    let tail = Normal::standard().cdf(-normal_quantile);
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| -t.inverse_cdf(tail))
 }
 
 /// One seed for each of many draws.

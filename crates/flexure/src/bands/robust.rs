@@ -9,12 +9,12 @@
 //! which matter where few points are in reach.
 
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::local::{LocalPolynomial, Window, dot};
 use super::residual::noise_variances;
 use super::supremum::{self, Row};
-use super::{Band, BandKind, check_level};
+use super::{Band, BandKind, check_level, student};
 use crate::error::{Error, Result};
 use crate::nonlinearity::kernel::Sorted;
 use crate::nonlinearity::{Degree, KernelFit};
@@ -23,8 +23,6 @@ use crate::nonlinearity::{Degree, KernelFit};
 const FEWEST: usize = 5;
 /// Cells in a bandwidth, within which the points share a multiplier.
 const CELLS: f64 = 32.0;
-/// Degrees of freedom from which Student's distribution counts as normal.
-const MANY: f64 = 1e5;
 
 /// A band for [`KernelFit`] by robust bias correction; errors independent, their variance any function of x.
 ///
@@ -157,16 +155,6 @@ impl RobustBand {
             "robust bias correction by a local quadratic, variance from the residuals{quantile}; errors independent"
         )
     }
-}
-
-/// The quantile of Student's distribution at the normal one's probability.
-fn student(normal_quantile: f64, freedom: f64) -> f64 {
-    if !(freedom < MANY) {
-        return normal_quantile;
-    }
-    // The upper tail, which does not round to 1.
-    let tail = Normal::standard().cdf(-normal_quantile);
-    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| -t.inverse_cdf(tail))
 }
 
 /// The corrected estimate's weights.
@@ -309,3 +297,7 @@ impl Cells {
         Row { first, weights: row }.standardised()
     }
 }
+
+#[cfg(test)]
+#[path = "robust_tests/mod.rs"]
+mod tests;

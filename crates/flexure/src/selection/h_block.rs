@@ -20,7 +20,7 @@ use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, Sums, for_each_sum};
 /// The largest gap that the data choose.
 const LARGEST_GAP: usize = 200;
 /// The pilot's bandwidth for the gap's choice, as a share of the data's extent.
-const PILOT: f64 = 0.15;
+const PILOT: f64 = 0.1;
 
 /// Samples in the order of time, and sorted.
 pub(super) struct InTime<'a> {

@@ -222,13 +222,8 @@ fn quartic(points: &Points, range: std::ops::Range<usize>) -> [f64; 2] {
         }
         squares += w * y * y;
     }
-    let mut matrix = [[0.0; 5]; 5];
-    for i in 0..5 {
-        for j in 0..5 {
-            matrix[i][j] = s[i + j];
-        }
-    }
-    let b = solve(matrix, t);
+    let matrix = std::array::from_fn(|i| std::array::from_fn(|j| s[i + j]));
+    let b = solve::<5>(matrix, t);
     let explained: f64 = (0..5).map(|k| b[k] * t[k]).sum();
     let curved = 24.0 * b[4] * (2.0 * b[2] * s[0] + 6.0 * b[3] * s[1] + 12.0 * b[4] * s[2]);
     [(squares - explained).max(0.0), curved / half.powi(6)]

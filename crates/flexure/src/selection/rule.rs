@@ -107,7 +107,7 @@ impl BandwidthChoice {
 /// the order of the points.
 ///
 /// The gap of [`BandwidthRule::HBlock`] is by default the first lag at which the autocorrelation of the ordinates about
-/// an oversmoothed local line (its window 0.15 of the data's extent on either side) is within
+/// an oversmoothed local line (its window a tenth of the data's extent on either side) is within
 /// $\pm 1.96/\sqrt n$, less one.
 ///
 /// ```

@@ -3,8 +3,8 @@
 use super::windows::{Family, Line, Windows};
 use crate::nonlinearity::kernel::Sorted;
 
-/// Left and right contradict each other beyond this many times the sum of the threshold and one standard error.
-const CONTRADICTION: f64 = 3.0;
+/// Left and right contradict each other when they differ by more standard errors than this.
+const CONTRADICTION: f64 = 6.0;
 
 /// The sides of a node to which its window reaches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -97,6 +97,7 @@ impl Windows<'_> {
     /// lines whose intervals of `threshold` standard errors have a point in common.
     pub fn adapted(&self, data: &Sorted, threshold: f64) -> Chosen {
         let nodes = self.design.nodes.len();
+        let bandwidths = &self.design.bandwidths;
         let grown = |family: &Family| -> Vec<Option<(usize, Line)>> {
             (0..nodes).map(|j| last_consistent(family, j, threshold)).collect()
         };
@@ -105,10 +106,10 @@ impl Windows<'_> {
             let families = [(Side::Both, both[j]), (Side::Left, left[j]), (Side::Right, right[j])];
             let lines = families.into_iter().filter_map(|(side, grown)| Some((side, grown?)));
             let best = lines.min_by(|a, b| a.1.1.error.total_cmp(&b.1.1.error));
-            best.map(|(side, (k, line))| (side, self.design.bandwidths[k], line))
+            best.map(|(side, (k, line))| (side, bandwidths[k], line))
         });
         let smooth = curve(&table, &[], data);
-        let jumps = self.jumps(data, [&left, &right], threshold, &smooth);
+        let jumps = self.jumps(data, [&left, &right], &smooth);
         Chosen {
             curve: curve(&table, &jumps, data),
             table,
@@ -133,15 +134,8 @@ impl Windows<'_> {
 
     /// Runs of cells between nodes over which the line from the left and that from the right contradict each other, by
     /// more than both biases can explain; each with the lines from the nodes before and after.
-    fn jumps(
-        &self,
-        data: &Sorted,
-        [left, right]: [&[Option<(usize, Line)>]; 2],
-        threshold: f64,
-        smooth: &Broken,
-    ) -> Vec<Jump> {
+    fn jumps(&self, data: &Sorted, [left, right]: [&[Option<(usize, Line)>]; 2], smooth: &Broken) -> Vec<Jump> {
         let evidence = 2.0 * (left.len() as f64).ln();
-        let limit = CONTRADICTION * (threshold + 1.0);
         let across = |from: usize, to: usize| {
             let lines = [left[from]?.1, right[to]?.1];
             let nodes = [self.design.nodes[from], self.design.nodes[to]];
@@ -155,7 +149,7 @@ impl Windows<'_> {
             across(cell, cell + 1).is_some_and(|jump| {
                 let middle = 0.5 * (jump.nodes[0] + jump.nodes[1]);
                 let [l, r] = jump.lines;
-                (jump.value(0, middle) - jump.value(1, middle)).abs() > limit * l.error.hypot(r.error)
+                (jump.value(0, middle) - jump.value(1, middle)).abs() > CONTRADICTION * l.error.hypot(r.error)
             })
         };
         let torn: Vec<bool> = (0..left.len().saturating_sub(1)).map(torn).collect();

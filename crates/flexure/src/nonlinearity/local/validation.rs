@@ -6,11 +6,13 @@ use crate::nonlinearity::kernel::Sorted;
 
 /// Half widths of the confidence intervals to try, in standard errors.
 const THRESHOLDS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
+/// A gain of so many standard errors is clear.
+const CLEARLY: f64 = 2.0;
 /// From all points to half of them the best bandwidth grows by this factor.
 const HALVED: f64 = 1.148_698_354_997_035; // 2^(1/5)
 
 /// The threshold with the smallest error of prediction from either half (every other point in order of x) of the other;
-/// nothing where the gain over one bandwidth for all is not more than its standard error.
+/// nothing where the gain over one bandwidth for all is not more than twice its standard error.
 pub fn threshold(data: &Sorted, design: &Design) -> Option<f64> {
     // For every threshold the sum of the gains and of their squares.
     let mut gains = [[0.0; 2]; THRESHOLDS.len()];
@@ -31,15 +33,9 @@ pub fn threshold(data: &Sorted, design: &Design) -> Option<f64> {
             }
         }
     }
-    if std::env::var("G").is_ok() {
-        eprintln!(
-            "{:?}",
-            gains.map(|[g, s]| (g / data.len() as f64, s.sqrt() / data.len() as f64))
-        );
-    }
     let best = (0..THRESHOLDS.len()).max_by(|&i, &j| gains[i][0].total_cmp(&gains[j][0]))?;
     let [gain, squares] = gains[best];
-    (gain > squares.sqrt()).then_some(THRESHOLDS[best])
+    (gain > CLEARLY * squares.sqrt()).then_some(THRESHOLDS[best])
 }
 
 /// Every other point, from `first` on.

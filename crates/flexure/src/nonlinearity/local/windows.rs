@@ -14,8 +14,12 @@ const GROWTH: f64 = std::f64::consts::SQRT_2;
 /// The narrowest window holds about so many points, and is at least this share of the data's extent.
 const SMALLEST: f64 = 12.0;
 const SMALLEST_SHARE: f64 = 1e-4;
+/// It is at least this share of the bandwidth that serves for all points: narrower windows would only be noise.
+const SMALLEST_OF_ONE: f64 = 0.125;
 /// Above this number points that are close together are taken as one.
-const GROUPS: usize = 100_000;
+const GROUPS: usize = 32_768;
+/// By this share a one-sided window reaches over its node.
+const EDGE: f64 = 1e-9;
 /// The widest group, in narrowest bandwidths.
 const GROUP: f64 = 0.125;
 
@@ -48,7 +52,7 @@ impl Design {
         let mut nodes: Vec<f64> = (0..count).map(node).collect();
         nodes.dedup();
         let extent = bulk(&data.x);
-        let smallest = extent * (0.5 * SMALLEST / n as f64).max(SMALLEST_SHARE);
+        let smallest = (extent * (0.5 * SMALLEST / n as f64).max(SMALLEST_SHARE)).max(SMALLEST_OF_ONE * global);
         let scales = (0..).map(|k| smallest * GROWTH.powi(k));
         Design {
             noise: noise::deviation(data, extent, &nodes),
@@ -135,19 +139,20 @@ impl<'a> Windows<'a> {
 
 /// The lines over windows that reach from the node by `h` to both sides (`centre` 0), or to one.
 fn lines(data: &Sorted, design: &Design, h: f64, centre: f64) -> Vec<Option<Line>> {
-    let one_sided = centre != 0.0;
-    // The half of a window is a window itself, at whose end the line is read off.
-    let (kernel, half) = if one_sided {
-        (Kernel::Uniform, 0.5 * h)
+    // The half of a window is a window itself, at whose end the line is read off. It reaches a little further, so that
+    // the node's own point is in it whatever is rounded.
+    let (kernel, half, reach) = if centre == 0.0 {
+        (design.kernel, h, h)
     } else {
-        (design.kernel, h)
+        (Kernel::Uniform, 0.5 * h, 0.5 * h * (1.0 + EDGE))
     };
     let at: Vec<f64> = design.nodes.iter().map(|x| x + centre * half).collect();
+    let away = centre * half / reach;
     let factor = square_share(kernel);
     let mut lines = vec![None; at.len()];
-    for_each_sum(data, kernel, Degree::Linear, half, &at, |j, sums| {
+    for_each_sum(data, kernel, Degree::Linear, reach, &at, |j, sums| {
         let here = Sums {
-            at: sums.at - centre,
+            at: sums.at - away,
             ..sums
         };
         let beside = Sums {
@@ -157,7 +162,7 @@ fn lines(data: &Sorted, design: &Design, h: f64, centre: f64) -> Vec<Option<Line
         if let (Some(here), Some(beside)) = (here.fit(Degree::Linear), beside.fit(Degree::Linear)) {
             lines[j] = Some(Line {
                 value: here.value,
-                slope: (beside.value - here.value) / half,
+                slope: (beside.value - here.value) / reach,
                 error: design.noise[j] * (factor * here.leverage).sqrt(),
             });
         }
