@@ -45,7 +45,11 @@ fn every_name_is_found_again_and_finds_the_truth() {
         assert!(error < if rough { 0.1 } else { 0.05 }, "{name}: {error}");
         let again = named(name, Tuning::default()).fixed(&fit).fit(&[&x], &y, None).unwrap();
         assert_eq!(again.parameter, fit.parameter, "{name}");
-        assert_eq!(again.regression.predict(&[&at]).unwrap(), estimates, "{name}");
+        let again = again.regression.predict(&[&at]).unwrap();
+        assert!(
+            again.iter().zip(&estimates).all(|(a, b)| (a - b).abs() < 1e-9),
+            "{name}"
+        );
         if let Some(scores) = &fit.scores {
             let best = scores.score.iter().copied().fold(f64::INFINITY, f64::min);
             let chosen = scores.parameter.iter().position(|p| *p == fit.parameter[0]).unwrap();
