@@ -95,6 +95,7 @@ fn words_cannot_become_markup_or_end_the_data() {
     let clean = html(&full());
     let mut page = full();
     let surface = page.surface.as_mut().expect("a surface");
+    let slice = &mut page.slices[0];
     for text in [
         &mut page.title,
         &mut page.subtitle,
@@ -104,8 +105,8 @@ fn words_cannot_become_markup_or_end_the_data() {
         &mut page.curve.band_label,
         &mut surface.x_label,
         &mut surface.z_label,
-        &mut page.slices[0].at,
-        &mut page.slices[0].curve.y_label,
+        &mut slice.at,
+        &mut slice.curve.y_label,
         &mut page.residuals.x_label,
         &mut page.residuals.y_label,
         &mut page.choices[0].why,
