@@ -24,7 +24,7 @@ fn normal(rng: &mut rand_pcg::Pcg64) -> f64 {
 fn wave(samples: usize) -> Folder {
     let mut rng = rng();
     let x: Vec<f64> = (0..samples).map(|_| rng.random_range(-2.0..2.0)).collect();
-    let bad = |i: usize| i % 5 == 0;
+    let bad = |i: usize| i.is_multiple_of(5);
     let clean: Vec<f64> = (0..samples)
         .map(|i| (2.0 * x[i]).sin() + 0.2 * normal(&mut rng))
         .collect();
