@@ -3,6 +3,6 @@
 mod bandwidth;
 mod search;
 
-pub use bandwidth::{BandwidthSearch, Score};
+pub use bandwidth::{BandwidthSearch, Binning, LeaveOneOut, Score, Scoring};
 pub use search::{Candidate, Criterion, Search};
 pub(crate) use search::{UNDETERMINED, lowest};

@@ -10,6 +10,7 @@
 //! References: Nadaraya (1964); Watson (1964); Seifert, Brockmann, Engel, Gasser (1994), fast
 //! algorithms; Greengard and Strain (1991), the Gauss transform.
 
+mod binned;
 mod gaussian;
 mod leave_one_out;
 mod piece;
@@ -22,6 +23,7 @@ mod sums;
 mod sweep;
 mod window;
 
+pub(crate) use binned::Pyramid;
 pub(crate) use leave_one_out::leave_one_out;
 pub use recursive::{RecursiveForm, RecursiveKernel, RecursiveSums};
 pub use regression::{KernelFit, KernelRegression};
