@@ -438,6 +438,112 @@ mod tests {
         );
     }
 
+    fn method(kernel: Kernel, degree: Degree, scoring: Scoring) -> LeaveOneOut {
+        LeaveOneOut {
+            kernel,
+            degree,
+            scoring,
+        }
+    }
+
+    #[test]
+    fn the_search_on_binned_data_is_as_good_as_the_exact_one_and_says_how_far_off_it_was() {
+        let (x, y) = noisy(23, 20_000, |x| (4.0 * x).sin());
+        for kernel in [
+            Kernel::Uniform,
+            Kernel::Triangular,
+            Kernel::Epanechnikov,
+            Kernel::Gaussian,
+        ] {
+            for degree in [Degree::Constant, Degree::Linear] {
+                let search = |scoring| method(kernel, degree, scoring).search(&x, &y, None).unwrap();
+                let (exact, binned) = (search(Scoring::Exact), search(Scoring::Binned));
+                assert!(exact.binning.is_none() && exact.at_edge == binned.at_edge);
+                let binning = binned.binning.as_ref().unwrap();
+                // The uniform kernel jumps at the window's edge, and so do its sums where a bin comes in.
+                let most = if kernel == Kernel::Uniform { 1e-3 } else { 1e-4 };
+                assert!(binning.error < most, "{kernel:?} {degree:?}: {binning:?}");
+                assert!(binning.exact.iter().any(|s| s.bandwidth == binned.bandwidth));
+                let at = |h| {
+                    method(kernel, degree, Scoring::Exact)
+                        .exact_scores(&x, &y, None, &[h])
+                        .unwrap()[0]
+                        .error
+                };
+                let (best, found) = (at(exact.bandwidth), at(binned.bandwidth));
+                assert!(found < best * 1.0005, "{kernel:?} {degree:?}: {found} {best}");
+                for score in binned.curve.iter().step_by(7) {
+                    let error = (score.error / at(score.bandwidth) - 1.0).abs();
+                    assert!(error < 30.0 * most, "{kernel:?} {degree:?} {score:?}: {error}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn binned_searches_stand_outliers_offsets_and_ties() {
+        let (uniform, _) = noisy(29, 20_000, |x| x);
+        let heavy = |x: f64| (0.78 * x).tan();
+        let scales: [(&str, &dyn Fn(f64) -> f64); 3] = [
+            ("heavy tails", &heavy),
+            ("offset", &|x| 1e6 + x),
+            ("ties", &|x| (x * 5.0).floor()),
+        ];
+        for (name, map) in scales {
+            let x: Vec<f64> = uniform.iter().map(|x| map(*x)).collect();
+            let y: Vec<f64> = uniform
+                .iter()
+                .enumerate()
+                .map(|(i, x)| 1e3 + x + 0.2 * (i as f64).sin())
+                .collect();
+            let search = |scoring| {
+                method(Kernel::Epanechnikov, Degree::Constant, scoring)
+                    .search(&x, &y, None)
+                    .unwrap()
+            };
+            let (exact, binned) = (search(Scoring::Exact), search(Scoring::Binned));
+            let lowest_of = |s: &BandwidthSearch| s.curve.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
+            let ratio = lowest_of(&binned) / lowest_of(&exact);
+            assert!((ratio - 1.0).abs() < 1e-3, "{name}: {ratio} {:?}", binned.binning);
+        }
+    }
+
+    #[test]
+    fn a_binned_choice_depends_neither_on_threads_nor_on_order() {
+        let (x, y) = noisy(31, 150_000, |x| x.abs());
+        let search = |x: &[f64], y: &[f64], threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let method = method(Kernel::Epanechnikov, Degree::Constant, Scoring::Binned);
+            pool.install(|| method.search(x, y, None).unwrap())
+        };
+        let one = search(&x, &y, 1);
+        assert_eq!(one, search(&x, &y, 3));
+        let reversed = |v: &[f64]| v.iter().rev().copied().collect::<Vec<_>>();
+        assert_eq!(one, search(&reversed(&x), &reversed(&y), 2));
+    }
+
+    #[test]
+    fn weighted_data_are_never_put_in_bins() {
+        let (x, y) = noisy(37, 500, |x| x);
+        let search = |scoring| {
+            let method = method(Kernel::Epanechnikov, Degree::Constant, scoring);
+            method.search(&x, &y, Some(&vec![2.0; 500])).unwrap()
+        };
+        assert_eq!(search(Scoring::Binned), search(Scoring::Exact));
+    }
+
+    #[test]
+    fn given_bandwidths_are_scored_in_their_order_and_checked() {
+        let (x, y) = noisy(41, 300, |x| x);
+        let method = LeaveOneOut::default();
+        let [a, b] = [0.5, 0.1].map(|h| method.exact_scores(&x, &y, None, &[h]).unwrap()[0]);
+        assert_eq!(method.exact_scores(&x, &y, None, &[0.5, 0.1]).unwrap(), [a, b]);
+        for h in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let message = method.exact_scores(&x, &y, None, &[0.1, h]).unwrap_err().to_string();
+            assert!(message.contains("the bandwidth is"), "{message}");
+        }
+    }
+
     #[test]
     fn constant_abscissas_do_not_break_the_search() {
         let search = BandwidthSearch::leave_one_out(Kernel::Gaussian, &[1.0; 5], &[1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();

@@ -7,7 +7,8 @@
 
 use rayon::prelude::*;
 
-use super::{Degree, Kernel, Sorted, for_each_sum};
+use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
+use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 
 /// Points that are put in bins at a time: bins end with them, whatever the number of threads.
 const CHUNK: usize = 1 << 16;
@@ -118,7 +119,7 @@ impl Bins {
         let data = &self.data;
         // The estimate with all points, and the factor that takes a point's own share out of its residual.
         let mut fits = vec![(0.0, 1.0); data.len()];
-        for_each_sum(data, kernel, degree, h, &data.x, |b, sums| {
+        let visit = |b: usize, sums: Sums| {
             let Some(fit) = sums.fit(degree) else { return };
             let rest = 1.0 - fit.leverage;
             fits[b] = if data.weight(b) > 1.0 || rest > ALONE {
@@ -128,7 +129,11 @@ impl Bins {
                 let value = others.map_or_else(|| data.nearest(data.x[b], Some(b)), |fit| fit.value);
                 (value, 1.0)
             };
-        });
+        };
+        match kernel {
+            Kernel::Gaussian => gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, h, &data.x, visit),
+            _ => for_each_sum(data, kernel, degree, h, &data.x, visit),
+        }
         let (mut sum, mut total) = (0.0, 0.0);
         for (b, (fit, factor)) in fits.iter().enumerate() {
             // The tangent's slope, from the neighbours in reach.
@@ -156,7 +161,7 @@ fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> 
     let mut bins: Vec<Bin> = Vec::new();
     // The sums of a bin so far, about its first item.
     let mut origin = [0.0; 2];
-    let mut sums = Sums::default();
+    let mut sums = Products::default();
     let mut end = f64::NEG_INFINITY;
     for item in items {
         if item.x >= end {
@@ -166,7 +171,7 @@ fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> 
             let place = ((item.x - first) / width) as i64 as f64;
             end = first + (place + 1.0) * width;
             origin = [item.x, item.y];
-            sums = Sums::default();
+            sums = Products::default();
         }
         let (dx, dy) = (item.x - origin[0], item.y - origin[1]);
         sums.count += item.count;
@@ -184,7 +189,7 @@ fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> 
 
 /// Sums of deviations and of their products.
 #[derive(Default)]
-struct Sums {
+struct Products {
     count: f64,
     x: f64,
     y: f64,
@@ -193,7 +198,7 @@ struct Sums {
     yy: f64,
 }
 
-impl Sums {
+impl Products {
     fn about_mean(&self, origin: [f64; 2]) -> Bin {
         let (x, y) = (self.x / self.count, self.y / self.count);
         Bin {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::piece::{self, Coefficients, Job};
 use super::sums::residual_without;
 use super::sweep::{Grains, TILE};
-use super::{Degree, Kernel, Sorted, Sums, gaussian};
+use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 
 /// Points are taken in at most so many parts, each of at least so many points: the parts do not depend on
 /// the number of threads, nor does therefore the score.
@@ -23,7 +23,7 @@ pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, bandw
         Kernel::Gaussian => (bandwidths.par_iter())
             .map(|&h| {
                 let mut errors = Errors::new(data, kernel, degree, h);
-                gaussian::transform(data, h, &data.x, |i, sums| errors.add(degree, i, sums));
+                for_each_sum(data, kernel, degree, h, &data.x, |i, sums| errors.add(degree, i, sums));
                 errors.finish()
             })
             .collect(),
