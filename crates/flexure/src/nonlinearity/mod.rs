@@ -9,6 +9,8 @@
 //! | estimator | columns | parameter | valid range | default | reference |
 //! |---|---|---|---|---|---|
 //! | [`KernelRegression`] | 1 | bandwidth | positive | see [`crate::selection`] | Nadaraya (1964), Watson (1964) |
+//! | [`KernelEstimator`] | 1 to 6 | bandwidths | positive | leave-one-out | Fan (1993), Ruppert and Wand (1994) |
+//! | [`LocalKernel`] | 1 | bandwidth and side, at every x | | Lepski's rule | Goldenshluger and Nemirovski (1997) |
 //! | [`NearestNeighbours`] | 1 to 6 | neighbours k | 1 to the total weight | leave-one-out | Stone (1977) |
 //! | [`SeriesRegression`], [`Basis::Fourier`] | 1 | terms | 1 to 256 | leave-one-out | Greblicki and Pawlak (2008) |
 //! | [`SeriesRegression`], [`Basis::Cosine`] | 1 | terms | 1 to 256 | leave-one-out | Eubank (1999) |
@@ -26,6 +28,7 @@ mod functions;
 mod haar;
 pub(crate) mod kernel;
 mod least_squares;
+mod local;
 mod neighbours;
 mod network;
 mod polynomial;
@@ -34,9 +37,14 @@ mod spline;
 mod tabulate;
 
 pub use curve::{Curve, Outside};
+pub(crate) use estimator::Points;
 pub use estimator::{Choice, Estimator, Regression};
 pub use haar::{HaarFit, HaarRegression};
-pub use kernel::{Degree, Kernel, KernelFit, KernelRegression, RecursiveForm, RecursiveKernel, RecursiveSums};
+pub use kernel::{
+    Bandwidth, Degree, Kernel, KernelEstimate, KernelEstimator, KernelFit, KernelRegression, KernelScore, KernelSearch,
+    RecursiveForm, RecursiveKernel, RecursiveSums,
+};
+pub use local::{LocalKernel, LocalKernelFit, LocalWindow, Side};
 pub use neighbours::{NearestNeighbours, NeighboursFit};
 pub use network::{Decay, NetworkFit, NetworkRegression};
 pub use polynomial::PolynomialRegression;

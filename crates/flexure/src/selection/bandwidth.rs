@@ -83,7 +83,7 @@ impl BandwidthSearch {
             let bandwidth = smallest * t.exp();
             Score {
                 bandwidth,
-                error: leave_one_out(data, kernel, degree, bandwidth),
+                error: leave_one_out(data, kernel, degree, &[bandwidth])[0],
             }
         };
         let mut curve: Vec<Score> = (0..GRID).into_par_iter().map(|i| score(ratio * i as f64)).collect();

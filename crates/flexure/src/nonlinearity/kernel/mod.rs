@@ -10,18 +10,30 @@
 //! References: Nadaraya (1964); Watson (1964); Seifert, Brockmann, Engel, Gasser (1994), fast
 //! algorithms; Greengard and Strain (1991), the Gauss transform.
 
+mod choice;
+mod descent;
+mod estimator;
 mod gaussian;
+mod line;
+mod leave_one_out;
 mod piece;
+mod product;
 mod recursive;
 mod regression;
 mod scatter;
+mod sort;
 mod sorted;
 mod sums;
+mod sweep;
 mod window;
 
+pub use choice::{Bandwidth, KernelScore, KernelSearch};
+pub use estimator::{KernelEstimate, KernelEstimator};
+pub(crate) use leave_one_out::leave_one_out;
 pub use recursive::{RecursiveForm, RecursiveKernel, RecursiveSums};
+use regression::direct_without;
 pub use regression::{KernelFit, KernelRegression};
-pub(crate) use regression::{check_points, check_weights, leave_one_out};
+pub(crate) use regression::{check_points, check_weights};
 pub(crate) use sorted::Sorted;
 pub use sums::Degree;
 pub(crate) use sums::Sums;

@@ -14,7 +14,7 @@
 use std::ops::Range;
 
 /// Points in a block.
-const BLOCK: usize = 256;
+const BLOCK: usize = 64;
 
 /// sum w u^k and sum w y u^k for k < N, in pairs.
 #[derive(Clone, Copy)]
@@ -44,7 +44,19 @@ impl<const N: usize> Moments<N> {
         sum
     }
 
+    /// The moments of r u.
+    #[inline(always)]
+    pub fn scaled(mut self, r: f64) -> Self {
+        let mut power = r;
+        for k in 1..N {
+            self.0[k] = self.0[k].map(|m| power * m);
+            power *= r;
+        }
+        self
+    }
+
     /// The moments of u + d, by Pascal's triangle.
+    #[inline(always)]
     pub fn shifted(mut self, d: f64) -> Self {
         for i in 1..N {
             for k in (i..N).rev() {
