@@ -8,7 +8,7 @@ use super::super::sample::draw;
 use super::setting::{ErrorNorm, EstimatorSetting, Method};
 use crate::error::{Error, Result};
 use crate::nonlinearity::{
-    Basis, Choice, Decay, Degree, Estimator, HaarRegression, Kernel, KernelRegression, NearestNeighbours,
+    Bandwidth, Basis, Choice, Decay, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, NearestNeighbours,
     NetworkRegression, Outside, PolynomialRegression, RecursiveForm, RecursiveKernel, Regression, SeriesRegression,
     SplineRegression,
 };
@@ -61,9 +61,13 @@ fn estimate(setting: &EstimatorSetting, x: &[Vec<f64>], y: &[f64], queries: &[Ve
     let whole = parameter.round().max(1.0) as usize;
     let odd = 2 * (0.5 * (parameter - 1.0)).round().max(0.0) as usize + 1;
     let kernel = |degree| {
-        let (kernel, bandwidth) = (Kernel::default(), parameter);
-        let fit = KernelRegression { kernel, bandwidth }.fit(x[0], y)?;
-        Ok(fit.with_degree(degree).predict(queries[0]))
+        let method = KernelEstimator {
+            kernel: Kernel::default(),
+            degree,
+            bandwidth: Bandwidth::Fixed(vec![parameter]),
+            outside: OUTSIDE,
+        };
+        method.fit_boxed(&x, y, None)
     };
     let series = |basis| {
         let terms = Choice::Fixed(odd);
@@ -83,8 +87,8 @@ fn estimate(setting: &EstimatorSetting, x: &[Vec<f64>], y: &[f64], queries: &[Ve
     };
     let outside = OUTSIDE;
     let fit: Box<dyn Regression> = match setting.method {
-        Method::KernelConstant => return kernel(Degree::Constant),
-        Method::KernelLinear => return kernel(Degree::Linear),
+        Method::KernelConstant => kernel(Degree::Constant)?,
+        Method::KernelLinear => kernel(Degree::Linear)?,
         Method::WolvertonWagner => return recursive(RecursiveForm::WolvertonWagner),
         Method::DevroyeWagner => return recursive(RecursiveForm::DevroyeWagner),
         Method::Neighbours => {

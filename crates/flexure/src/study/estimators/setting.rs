@@ -62,7 +62,7 @@ impl Method {
     /// The most columns that it takes here.
     fn most_columns(self) -> usize {
         match self {
-            Method::Neighbours | Method::Network => 2,
+            Method::KernelConstant | Method::KernelLinear | Method::Neighbours | Method::Network => 2,
             _ => 1,
         }
     }
@@ -288,7 +288,11 @@ pub fn estimator_settings() -> Vec<EstimatorSetting> {
         input: Input::StudentT,
         ..line(Method::Hermite, Bump, l2, (1.102, third), -third)
     });
-    let plane = [(Method::Neighbours, (2.0, 0.5), (1.5, 2.0 * third))];
+    let plane = [
+        (Method::KernelConstant, (1.5, -0.25), (1.6, -0.5 * third)),
+        (Method::KernelLinear, (1.5, -0.25), (1.6, -0.5 * third)),
+        (Method::Neighbours, (2.0, 0.5), (1.5, 2.0 * third)),
+    ];
     for (method, lipschitz, smooth) in plane {
         for (regressand, schedule, exponent) in [(Cone, lipschitz, -0.25), (Cosine, smooth, -third)] {
             settings.push(EstimatorSetting {
