@@ -178,5 +178,4 @@ impl Product {
 }
 
 #[cfg(test)]
-#[path = "tests.rs"]
 mod tests;

@@ -38,7 +38,7 @@ impl Product {
         alone: &(impl Fn(usize) -> f64 + Sync),
     ) -> Errors {
         let mut pieces: Vec<Vec<Range<usize>>> = Vec::new();
-        for cell in self.cells.each() {
+        for cell in self.cells.groups() {
             match pieces.last_mut() {
                 Some(piece) if cell.start - piece[0].start < PIECE => piece.push(cell),
                 _ => pieces.push(vec![cell]),
