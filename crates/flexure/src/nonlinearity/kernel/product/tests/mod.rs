@@ -126,11 +126,14 @@ impl Direct<'_> {
         }
         // Standardised columns; those without extent are left out.
         let mut columns: Vec<(Vec<f64>, f64)> = Vec::new();
+        // Near the extent below which a column is left out, what is left of it by the others may be below.
+        let mut faint = false;
         for j in 0..q.len() {
             let anchor = self.x[j][used[0]];
             let centre = mean_of(&|i| self.x[j][i] - anchor);
             let size = mean_of(&|i| (self.x[j][i] - anchor - centre).powi(2)).sqrt();
             if size > 1e-8 * self.h[j] {
+                faint |= size < 1e-5 * self.h[j];
                 let column = used.iter().map(|&i| (self.x[j][i] - anchor - centre) / size);
                 columns.push((column.collect(), (q[j] - anchor - centre) / size));
             }
@@ -144,7 +147,7 @@ impl Direct<'_> {
             .map(|(r, c)| root[r] * c.0[r])
             .collect();
         let rhs: Vec<f64> = (0..used.len()).map(|r| root[r] * (self.y[used[r]] - mean)).collect();
-        let smallest = if used.len() > columns.len() {
+        let smallest = if used.len() > columns.len() && !faint {
             *linalg::singular_values(&rows, columns.len()).unwrap().last().unwrap()
         } else {
             0.0
