@@ -154,6 +154,8 @@ impl Direct<'_> {
         };
         let slopes = linalg::least_squares(&rows, columns.len(), &rhs).unwrap();
         let value = mean + slopes.iter().zip(&columns).map(|(b, c)| b * c.1).sum::<f64>();
-        Some((value, smallest))
+        // Far from the points the ordinates' last digits count as often as there are standard deviations.
+        let far = columns.iter().map(|c| c.1.abs()).fold(0.0, f64::max);
+        Some((value, smallest * (10.0 / far).min(1.0)))
     }
 }
