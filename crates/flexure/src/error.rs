@@ -220,6 +220,25 @@ pub enum Error {
         /// What differs.
         what: &'static str,
     },
+    /// An estimator that cannot weigh its points was given weights.
+    #[error("{what} takes no weights; leave them out, or choose another estimator")]
+    NoWeights {
+        /// The estimator.
+        what: &'static str,
+    },
+    /// A rule cannot choose an estimator's parameter.
+    #[error(
+        "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; choose it by another rule, or give it",
+        if *.columns == 1 { "" } else { "s" }
+    )]
+    RuleUnsuited {
+        /// The rule's name.
+        rule: &'static str,
+        /// What the estimator is.
+        estimator: &'static str,
+        /// The number of columns of x.
+        columns: usize,
+    },
     /// The points of a regression lie at fewer different places than it needs.
     #[error(
         "{what} in {columns} column{} needs points of positive weight at {need} or more different places, but there \

@@ -101,7 +101,7 @@ fn two_points(
     x: &[f64; 2],
     phi: &[f64; 2],
 ) -> Result<Calibrated> {
-    let m = regression.fit.predict(x);
+    let m = regression.fit.predict(&[x])?;
     if let Some(i) = (0..2).find(|&i| m[i].is_nan()) {
         return Err(Error::InvalidParameter {
             name: format!("x{} of the calibration", i + 1),

@@ -23,6 +23,11 @@ pub trait Regression: Debug + Send + Sync {
     /// # Errors
     /// [`Error::ColumnCount`] for a number of columns other than `dimension()`, [`Error::LengthMismatch`].
     fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>>;
+
+    /// The kernel fit in one variable that this is, if it is one: for its standard errors.
+    fn kernel_fit(&self) -> Option<&KernelFit> {
+        None
+    }
 }
 
 /// A method of estimating a regression, with its parameters.
@@ -74,6 +79,10 @@ impl Regression for KernelFit {
 
     fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>> {
         Ok(KernelFit::predict(self, check_queries(x, 1)?[0]))
+    }
+
+    fn kernel_fit(&self) -> Option<&KernelFit> {
+        Some(self)
     }
 }
 

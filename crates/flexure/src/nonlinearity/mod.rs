@@ -20,8 +20,11 @@
 //! | [`PolynomialRegression`] | 1 | degree | 0 to 64 | leave-one-out | Forsythe (1957) |
 //! | [`SplineRegression`] | 1 | penalty | zero or positive | leave-one-out | O'Sullivan (1986) |
 //! | [`NetworkRegression`] | 1 to 6 | units | 1 to 64 | leave-one-out, linearised | MacKay (1992) |
+//!
+//! [`NamedEstimator`] fits any of them by its [`EstimatorName`].
 
 mod blocks;
+mod by_name;
 mod curve;
 mod estimator;
 mod functions;
@@ -36,6 +39,7 @@ mod series;
 mod spline;
 mod tabulate;
 
+pub use by_name::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning};
 pub use curve::{Curve, Outside};
 pub(crate) use estimator::Points;
 pub use estimator::{Choice, Estimator, Regression};

@@ -104,10 +104,12 @@ impl BandwidthSearch {
         method.search(x, y, weights)
     }
 
-    pub(crate) fn over(kernel: Kernel, data: &Sorted) -> Self {
+    /// [`search`](Self::search) over data that are sorted already.
+    pub(crate) fn with_degree(kernel: Kernel, degree: Degree, data: &Sorted) -> Self {
         let method = LeaveOneOut {
             kernel,
-            ..LeaveOneOut::default()
+            degree,
+            scoring: Scoring::Automatic,
         };
         method.search_sorted(data)
     }

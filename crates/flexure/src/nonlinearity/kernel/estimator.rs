@@ -254,6 +254,10 @@ impl KernelEstimate {
 }
 
 impl Regression for KernelEstimate {
+    fn kernel_fit(&self) -> Option<&KernelFit> {
+        self.line()
+    }
+
     fn dimension(&self) -> usize {
         self.bandwidths.len()
     }
