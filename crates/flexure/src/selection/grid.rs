@@ -72,6 +72,7 @@ impl Grid {
             bandwidth: curve[lowest(&curve)].bandwidth,
             curve,
             at_edge,
+            binning: None,
         }
     }
 }

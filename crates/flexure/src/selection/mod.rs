@@ -36,7 +36,7 @@ mod search;
 #[cfg(test)]
 mod test_data;
 
-pub use bandwidth::{BandwidthSearch, Score};
+pub use bandwidth::{BandwidthSearch, Binning, LeaveOneOut, Score, Scoring};
 pub use folds::{BlockFolds, FoldScore, FoldSearch, Tunable};
 pub(crate) use grid::bulk;
 pub use rule::{BandwidthChoice, BandwidthRule, choose_bandwidth};

@@ -185,6 +185,7 @@ pub fn choose_bandwidth(
                 bandwidth,
                 curve: Vec::<Score>::new(),
                 at_edge: found.at_edge,
+                binning: None,
             };
             made(rule, search, "", found.words())
         }

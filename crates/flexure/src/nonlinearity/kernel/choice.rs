@@ -50,10 +50,11 @@ pub struct KernelScore {
 ///    the local linear fit, on which it depends linearly;
 /// 3. golden-section searches around the best, over the common factor and then over each column.
 ///
-/// The scores are exact: up to 10,000 points, errors are taken at every point. With more, they are taken at
-/// points spread evenly over the points in order of their coordinates: in steps 1 and 2 at no fewer than 1000, in
-/// step 3 at as many as make about 3e7 pairs of points within reach of each other. What step 3 chooses has been
-/// compared at these points; [`KernelScore::points`] says how many they are.
+/// Up to 4472 points, errors are taken at every point. With more, they are taken at points spread evenly over the
+/// points in order of their coordinates: in steps 1 and 2 at 2e7/n of them (at least 500), in step 3 at all of
+/// them or as many as make about 2e7 pairs of points within reach of each other, which is more. The estimates at
+/// these are exact, made from all points. What is chosen has the smallest of the scores at the most points;
+/// [`KernelScore::points`] says how many those are.
 ///
 /// The result does not depend on the number of threads nor on the order of the points.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,10 +102,13 @@ impl KernelSearch {
 
     /// The exact score of these bandwidths over checked data of at least three points.
     pub(super) fn score_of(data: &Checked<'_>, kernel: Kernel, degree: Degree, criterion: Criterion, h: &[f64]) -> f64 {
+        let how = (kernel, degree, criterion);
+        if h.len() > 1 && data.w.is_none() {
+            let all = InSpace::new(*data, how);
+            return all.score(h, data.y.len()).score;
+        }
         let points = data.sorted();
-        with_objective(&points, (kernel, degree, criterion), |objective| {
-            objective.score(h, points.len()).score
-        })
+        with_objective(&points, how, |objective| objective.score(h, points.len()).score)
     }
 }
 
@@ -125,18 +129,12 @@ fn with_objective<R>(
     }
     let columns: Vec<&[f64]> = points.x.iter().map(Vec::as_slice).collect();
     let weighted = points.w.iter().any(|w| *w != 1.0);
-    run(&InSpace {
-        data: Checked {
-            x: &columns,
-            y: &points.y,
-            w: weighted.then_some(&points.w),
-        },
-        points,
-        tree: OnceLock::new(),
-        kernel,
-        degree,
-        criterion,
-    })
+    let data = Checked {
+        x: &columns,
+        y: &points.y,
+        w: weighted.then_some(&points.w),
+    };
+    run(&InSpace::new(data, (kernel, degree, criterion)))
 }
 
 /// Sums of squared errors over points.
@@ -216,13 +214,36 @@ impl Objective for OnLine<'_> {
 
 /// Scores in several columns.
 struct InSpace<'a> {
+    /// Without points of weight zero.
     data: Checked<'a>,
-    points: &'a Points,
     /// For the points without any other in reach, when there are such.
     tree: OnceLock<(Tree, f64)>,
     kernel: Kernel,
     degree: Degree,
     criterion: Criterion,
+}
+
+impl<'a> InSpace<'a> {
+    fn new(data: Checked<'a>, (kernel, degree, criterion): (Kernel, Degree, Criterion)) -> Self {
+        InSpace {
+            data,
+            tree: OnceLock::new(),
+            kernel,
+            degree,
+            criterion,
+        }
+    }
+
+    /// The mean of the ordinates nearest to point `i`, less the mean of all.
+    fn alone(&self, i: usize) -> f64 {
+        let (tree, mean) = self.tree.get_or_init(|| {
+            let points = self.data.sorted();
+            let extents = points.x.iter().map(|x| Column::new(x).extent.unwrap_or(1.0));
+            (Tree::with_scales(&points, extents.collect()), points.mean())
+        });
+        let at: Vec<f64> = self.data.x.iter().map(|column| column[i]).collect();
+        tree.mean_of_others(&at, self.data.weight(i)) - mean
+    }
 }
 
 impl Objective for InSpace<'_> {
@@ -235,16 +256,8 @@ impl Objective for InSpace<'_> {
         let product = Product::new(&self.data, self.kernel, bandwidths);
         // Every (n / points)-th.
         let scored = |i: usize| points >= n || (i + 1) * points / n > i * points / n;
-        let alone = |i: usize| {
-            let (tree, mean) = self.tree.get_or_init(|| {
-                let extents = self.points.x.iter().map(|x| Column::new(x).extent.unwrap_or(1.0));
-                (Tree::with_scales(self.points, extents.collect()), self.points.mean())
-            });
-            let at: Vec<f64> = self.points.x.iter().map(|column| column[i]).collect();
-            tree.mean_of_others(&at, self.points.w[i]) - mean
-        };
         product
-            .errors(self.degree, &scored, &alone)
+            .errors(self.degree, &scored, &|i| self.alone(i))
             .score(bandwidths, self.criterion)
     }
 

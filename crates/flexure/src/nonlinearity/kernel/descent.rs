@@ -10,7 +10,7 @@ const COLUMN_GRID: usize = 8;
 /// Points of a golden-section search.
 const GOLDEN: usize = 5;
 /// Rounds of these over all columns, at most.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 /// A round that gains less than this share of the score is the last.
 const GAIN: f64 = 1e-4;
 /// The smallest and the largest start of the grid of factors.
@@ -18,10 +18,10 @@ const SMALLEST: (f64, f64) = (1e-4, 0.4);
 /// From this many extents on, a column does not tell points apart.
 const WIDEST: f64 = 4.0;
 /// Pairs of points in reach for the grids, if they are all in reach of each other, and for the golden sections.
-const GRID_PAIRS: f64 = 1e8;
-const GOLDEN_PAIRS: f64 = 3e7;
+const GRID_PAIRS: f64 = 2e7;
+const GOLDEN_PAIRS: f64 = 2e7;
 /// Points to score at, at least, if there are as many.
-const FEWEST: usize = 1000;
+const FEWEST: usize = 500;
 /// Relative difference of two scores that counts as none.
 const FLAT: f64 = 1e-9;
 

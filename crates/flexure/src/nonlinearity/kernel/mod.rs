@@ -2,14 +2,16 @@
 //! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} , $$
 //! and its local linear form (Fan 1993), with weights.
 //!
-//! The data are sorted once; after that every point costs O(1) whatever the bandwidth, for the
-//! kernels of bounded support by sliding moment sums ([`window`], [`piece`]) and for the Gaussian by a fast
-//! Gauss transform ([`gaussian`]). For few points the sort is left out as well ([`scatter`]). All agree with
-//! direct summation to about 1e-12. Streams have a form of their own ([`recursive`]).
+//! The data are sorted once ([`sort`]); after that every point costs O(1) whatever the bandwidth, for the
+//! kernels of bounded support by sliding moment sums ([`sweep`], [`window`], [`piece`]) and for the Gaussian by
+//! a fast Gauss transform ([`gaussian`]). For few points the sort is left out as well ([`scatter`]). All agree
+//! with direct summation to about 1e-12. Scores of a bandwidth are exact ([`leave_one_out`]) or, to find it
+//! among many points, from data in bins ([`binned`]). Streams have a form of their own ([`recursive`]).
 //!
 //! References: Nadaraya (1964); Watson (1964); Seifert, Brockmann, Engel, Gasser (1994), fast
 //! algorithms; Greengard and Strain (1991), the Gauss transform.
 
+mod binned;
 mod choice;
 mod descent;
 mod estimator;
@@ -27,6 +29,7 @@ mod sums;
 mod sweep;
 mod window;
 
+pub(crate) use binned::Pyramid;
 pub use choice::{Bandwidth, KernelScore, KernelSearch};
 pub use estimator::{KernelEstimate, KernelEstimator};
 pub(crate) use leave_one_out::leave_one_out;
@@ -132,7 +135,7 @@ pub(crate) fn for_each_sum(
         visit(j, sums);
     };
     match kernel {
-        Kernel::Gaussian => gaussian::transform(data, h, at, visit),
+        Kernel::Gaussian => gaussian::transform::<{ gaussian::TERMS }, { gaussian::NEIGHBOURS }>(data, h, at, visit),
         _ => piece::perform(&mut piece::AtPoints { data, h, at, visit }, kernel, degree),
     }
 }

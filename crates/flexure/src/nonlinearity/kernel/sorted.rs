@@ -53,6 +53,10 @@ impl Sorted {
         self.x.len()
     }
 
+    pub fn is_weighted(&self) -> bool {
+        self.w.is_some()
+    }
+
     /// The weight of point `i`.
     #[inline(always)]
     pub fn weight(&self, i: usize) -> f64 {

@@ -140,14 +140,22 @@ impl Sums {
     #[inline(always)]
     pub fn residual_without(&self, degree: Degree, y: f64, w: f64) -> Option<f64> {
         if degree == Degree::Constant {
-            // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1), one division.
-            let rest = self.s[0] - w;
-            return (rest > DIRECT_BELOW * self.mass[0]).then(|| (y * self.s[0] - self.t[0]) / rest);
+            let (residual, reliable) = residual_without(y, w, self.s[0], self.t[0], self.mass[0]);
+            return reliable.then_some(residual);
         }
         let fit = self.fit(degree)?;
         let rest = 1.0 - w * fit.leverage;
         (rest > DIRECT_BELOW).then(|| (y - fit.value) / rest)
     }
+}
+
+/// The residual of an ordinate `y`, of weight `w`, from the local constant without it, and whether the others'
+/// share in the sums, of the mass in reach, is large enough to tell by.
+#[inline(always)]
+pub(super) fn residual_without(y: f64, w: f64, s: f64, t: f64, mass: f64) -> (f64, bool) {
+    // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1), one division.
+    let rest = s - w;
+    ((y * s - t) / rest, rest > DIRECT_BELOW * mass)
 }
 
 impl std::ops::Add for Sums {

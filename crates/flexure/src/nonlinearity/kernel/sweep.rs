@@ -10,13 +10,16 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::window::{Frame, Items, Moments, Slider, first_beyond};
+use super::window::{Frame, Items, Moments, Slider, both_beyond, first_beyond};
 use super::{Sorted, Sums};
 
 /// Points of a grain.
 const GRAIN: usize = 32;
 /// Points whose running sums are kept at either end of the window, about.
 const RUN: usize = 128;
+
+/// Points whose windows are found at a time.
+pub const TILE: usize = 64;
 
 /// The moments of GRAIN neighbouring points about their middle, in half widths.
 struct Grain<const N: usize> {
@@ -118,6 +121,8 @@ impl<'a, const N: usize> Sweep<'a, N> {
         let x = &self.data.x[..];
         let (mut lo, mut hi) = (self.lo, self.hi);
         let Range { start: mut j, end } = range;
+        // The windows first, then their sums: both loops are short, and wait for nothing.
+        let mut windows = [[0; 2]; TILE];
         while j < end {
             lo = first_beyond(x, lo, |x| below(x, at[j]));
             hi = first_beyond(x, hi.max(lo), |x| within(x, at[j]));
@@ -125,18 +130,42 @@ impl<'a, const N: usize> Sweep<'a, N> {
                 j += 1;
                 continue;
             }
-            self.reposition(lo, hi);
+            if lo < self.low || lo >= self.low + self.below.len() || hi >= self.high + self.above.len() {
+                self.reposition(lo, hi);
+            }
             // As long as the window's ends stay on their runs.
+            let (low, high) = (self.low, self.high);
             let (lows, highs) = (&self.below[..], &self.above[..]);
-            while let (Some(low), Some(high)) = (lows.get(lo - self.low), highs.get(hi - self.high)) {
-                visit(j, Sums::combined(&low.plus(high), self.frame.u(at[j]), &coefficients));
-                j += 1;
-                if j == end {
+            let (low_end, high_end) = (low + lows.len(), high + highs.len());
+            let at = &at[j..end.min(j + TILE)];
+            let mut count = 0;
+            while count < at.len() {
+                let q = at[count];
+                if let Some(&next) = at.get(count + 1)
+                    && let Some([lo0, lo1]) = both_beyond(x, lo, |x| below(x, q), |x| below(x, next))
+                    && let Some([hi0, hi1]) = both_beyond(x, hi, |x| within(x, q), |x| within(x, next))
+                    && lo1 < low_end
+                    && hi1 < high_end
+                {
+                    windows[count] = [lo0 - low, hi0 - high];
+                    windows[count + 1] = [lo1 - low, hi1 - high];
+                    (lo, hi) = (lo1, hi1);
+                    count += 2;
+                    continue;
+                }
+                lo = first_beyond(x, lo, |x| below(x, q));
+                hi = first_beyond(x, hi, |x| within(x, q));
+                if lo >= low_end || hi >= high_end {
                     break;
                 }
-                lo = first_beyond(x, lo, |x| below(x, at[j]));
-                hi = first_beyond(x, hi, |x| within(x, at[j]));
+                windows[count] = [lo - low, hi - high];
+                count += 1;
             }
+            for (k, ([lo, hi], q)) in windows.iter().zip(at).enumerate().take(count) {
+                let moments = lows[*lo].plus(&highs[*hi]);
+                visit(j + k, Sums::combined(&moments, self.frame.u(*q), &coefficients));
+            }
+            j += count;
         }
         (self.lo, self.hi) = (lo, hi);
     }

@@ -203,6 +203,37 @@ fn leave_one_out_agrees_with_leaving_each_point_out() {
 }
 
 #[test]
+fn scores_over_many_parts_are_exact_and_the_same_on_any_number_of_threads() {
+    for (name, x) in hard_abscissas(7, 20_000) {
+        if name == "clusters" || name == "ties" {
+            continue; // Thousands of points in every window: too long to sum one by one.
+        }
+        let y = response(&x, 0.0);
+        let data = Sorted::new(&x, &y);
+        for kernel in [Kernel::Epanechnikov, Kernel::Triangular, Kernel::Triweight] {
+            let scores = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| leave_one_out(&data, kernel, Degree::Constant, &[0.01, 0.003]))
+            };
+            let one = scores(1);
+            assert_eq!(one, scores(3));
+            for (h, got) in [0.01, 0.003].into_iter().zip(one) {
+                let residual = |i: usize| {
+                    let others = data.direct_sums(kernel, Degree::Constant, h, data.x[i], Some(i));
+                    let fit = others.fit(Degree::Constant).map(|fit| fit.value);
+                    data.y[i] - fit.unwrap_or_else(|| data.nearest(data.x[i], Some(i)))
+                };
+                let want = (0..data.len()).map(|i| residual(i).powi(2)).sum::<f64>() / data.len() as f64;
+                assert!(
+                    (got - want).abs() < 1e-11 * want,
+                    "{name} {kernel:?} h={h}: {got} {want}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn a_local_line_follows_a_line_up_to_the_boundary() {
     let x: Vec<f64> = (0..100).map(|i| (f64::from(i) / 99.0).powi(2)).collect();
     let y: Vec<f64> = x.iter().map(|x| 3.0 - 2.0 * x).collect();

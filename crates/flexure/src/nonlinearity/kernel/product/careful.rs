@@ -25,7 +25,7 @@ impl<const D: usize> Near<D> {
         for i in runs.iter().cloned().flatten().filter(|i| Some(*i) != skip) {
             let x: [f64; D] = std::array::from_fn(|j| points.x[j][i]);
             let delta: [f64; D] = std::array::from_fn(|j| x[j] - at[j]);
-            let k = super::sums::weight(product.kernel, &delta, &product.h);
+            let k = super::profile::weight(product.kernel, &delta, &product.h);
             // The weight first: it may be subnormal.
             let k = points.weight(i) * k;
             if k > 0.0 {

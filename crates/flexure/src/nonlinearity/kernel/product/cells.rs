@@ -14,6 +14,8 @@ const DENSE: f64 = 2.0;
 const OCCUPANCY: f64 = 2.0;
 /// Dimensions in which such small cells pay.
 const FINE_DIMENSIONS: usize = 3;
+/// Cells are so many times as narrow along the last dimension, where they make no further runs.
+const SLICES: i64 = 4;
 
 /// The cells that hold points, and the points' order by them.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,22 +43,22 @@ impl Cells {
     pub fn new(x: &[&[f64]], reach: &[f64]) -> (Cells, Vec<(f64, f64)>, Vec<u32>) {
         let n = x[0].len();
         let ends: Vec<(f64, f64)> = x.iter().map(|column| range(column)).collect();
-        // Finite, as the sum of two is not.
-        let spans = |share: f64| -> f64 {
-            let along = ends.iter().zip(reach);
-            along
-                .map(|(&(low, high), r)| ((0.5 * high - 0.5 * low) / (0.5 * share * r)).floor() + 1.0)
-                .product()
-        };
-        let fine = x.len() <= FINE_DIMENSIONS && spans(0.5) * OCCUPANCY <= n as f64;
-        let share = if fine { 0.5 } else { 1.0 };
+        let last = x.len() - 1;
+        // Half by half, as the range itself need not be finite.
+        let cells_along = |j: usize, width: f64| ((0.5 * ends[j].1 - 0.5 * ends[j].0) / (0.5 * width)).floor() + 1.0;
+        let cells = |widths: &[f64]| -> f64 { (0..=last).map(|j| cells_along(j, widths[j])).product() };
+        let widths = |share: f64| -> Vec<f64> { reach.iter().map(|r| share * r).collect() };
+        let fine = x.len() <= FINE_DIMENSIONS && cells(&widths(0.5)) * OCCUPANCY <= n as f64;
+        let mut widths = widths(if fine { 0.5 } else { 1.0 });
+        widths[last] /= SLICES as f64;
+        let dense = cells(&widths) <= DENSE * n as f64 + 64.0;
         let mut cells = Cells {
             origin: ends.iter().map(|e| e.0).collect(),
-            rate: reach.iter().map(|r| 1.0 / (share * r)).collect(),
+            rate: widths.iter().map(|width| 1.0 / width).collect(),
             reach: reach.to_vec(),
             levels: vec![Level::default(); x.len()],
         };
-        let order = if spans(share) <= DENSE * n as f64 + 64.0 {
+        let order = if dense {
             cells.order_densely(x, &ends)
         } else {
             cells.order_sparsely(x)
@@ -148,10 +150,24 @@ impl Cells {
         }
     }
 
-    /// The points of each cell in turn.
-    pub fn each(&self) -> impl Iterator<Item = Range<usize>> + '_ {
-        let first = self.levels.last().map_or(&[][..], |level| &level.first);
-        first.windows(2).map(|ends| ends[0] as usize..ends[1] as usize)
+    /// The points in turn, by groups whose windows have much in common: those of a cell as wide along the last
+    /// dimension as along the others.
+    pub fn groups(&self) -> Vec<Range<usize>> {
+        let Some((last, before)) = self.levels.split_last() else {
+            return Vec::new();
+        };
+        let parents = before.last().map_or(&[][..], |level| &level.first);
+        let mut groups = Vec::new();
+        for children in parents.windows(2) {
+            let mut entry = children[0] as usize;
+            let siblings = &last.coordinate[entry..children[1] as usize];
+            for group in siblings.chunk_by(|a, b| a.div_euclid(SLICES) == b.div_euclid(SLICES)) {
+                let end = entry + group.len();
+                groups.push(last.first[entry] as usize..last.first[end] as usize);
+                entry = end;
+            }
+        }
+        groups
     }
 
     /// The runs of points that hold all of the box from `low` to `high` and `share` of a window's half width more

@@ -12,6 +12,7 @@
 mod careful;
 mod cells;
 mod outside;
+mod profile;
 mod score;
 mod sums;
 
@@ -24,7 +25,9 @@ use cells::Cells;
 use sums::{Columns, Local, Sums, SumsOver, Told, UNWEIGHTED_DIMENSIONS, Window};
 
 /// Exponent of the Gaussian beyond which a point does not count beside one at the centre.
-const NEGLIGIBLE: f64 = 35.0;
+const NEGLIGIBLE: f64 = 40.0;
+/// Mean squares of the differences, in bandwidths, to which what lies beyond the Gaussian's cut adds nothing.
+const BEYOND_CUT: f64 = 1e-3;
 
 /// Points, and the windows to look at them through.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,24 +145,43 @@ impl Product {
     ) -> Option<Local<D>> {
         let window = self.window(at);
         self.cells.runs(&at, &at, 1.0, runs);
-        let mut all = sums(&self.points, runs, &window);
+        let mut all = sums.over(&self.points, runs, &window);
         if let Some(share) = self.wider(&all) {
             self.cells.runs(&at, &at, share, runs);
-            all = sums(&self.points, runs, &window);
+            all = sums.over(&self.points, runs, &window);
         }
-        match all.fit(degree) {
+        match self.told(degree, &all) {
             Told::Nothing => None,
             Told::Fit(fit) => Some(fit),
-            Told::Doubtful => careful::fit(self, degree, &at, runs, None),
+            Told::Doubtful => {
+                self.cells.runs(&at, &at, self.widest(), runs);
+                careful::fit(self, degree, &at, runs, None)
+            }
         }
     }
 
     /// The fit at point `i` without it, from the points one by one.
     fn fit_without<const D: usize>(&self, degree: Degree, i: usize, runs: &mut Vec<Range<usize>>) -> Option<Local<D>> {
         let at: [f64; D] = std::array::from_fn(|j| self.points.x[j][i]);
-        // Not knowing how much the others count, as wide as it can be.
-        self.cells.runs(&at, &at, self.kernel.reach() / self.reach, runs);
+        // Not knowing how much the others count.
+        self.cells.runs(&at, &at, self.widest(), runs);
         careful::fit(self, degree, &at, runs, Some(i))
+    }
+
+    /// What the sums within the cut tell of the fit.
+    #[inline(always)]
+    fn told<const D: usize>(&self, degree: Degree, sums: &Sums<D, 1>) -> Told<D> {
+        // Where nearly all weight is at one place, the least weights may determine the plane.
+        let narrow = |j: usize| sums.s2[j][j][0] < BEYOND_CUT * sums.s0[0];
+        if self.kernel == Kernel::Gaussian && degree == Degree::Linear && (0..D).any(narrow) {
+            return Told::Doubtful;
+        }
+        sums.fit(degree)
+    }
+
+    /// How many times as wide a window is that leaves nothing out.
+    fn widest(&self) -> f64 {
+        self.kernel.reach() / self.reach
     }
 
     /// How many times as wide a window has to be, if the points outside it count beside these.
@@ -178,5 +200,4 @@ impl Product {
 }
 
 #[cfg(test)]
-#[path = "tests.rs"]
 mod tests;

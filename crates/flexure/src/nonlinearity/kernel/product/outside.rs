@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::sums::{SumsOver, chosen};
+use super::sums::SumsOver;
 use super::{Degree, Outside, Product};
 use crate::nonlinearity::estimator::Points;
 use crate::nonlinearity::neighbours::Tree;
@@ -43,8 +43,8 @@ impl Product {
         let fits = Fits::<D> {
             product: self,
             degree,
-            sums: chosen(self.kernel, degree),
-            planes: chosen(self.kernel, Degree::Linear),
+            sums: SumsOver::new(self.kernel, degree),
+            planes: SumsOver::new(self.kernel, Degree::Linear),
         };
         let query = |i: usize| -> [f64; D] { std::array::from_fn(|j| x[j][i]) };
         let known = |q: &[f64; D]| q.iter().all(|q| !q.is_nan());

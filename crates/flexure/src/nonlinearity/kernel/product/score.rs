@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::sums::{Columns, Local, SumsOver, Told, chosen};
+use super::sums::{Columns, Local, SumsOver, Told};
 use super::{Degree, Product, careful, in_dimension};
 use crate::nonlinearity::kernel::choice::Errors;
 
@@ -38,13 +38,13 @@ impl Product {
         alone: &(impl Fn(usize) -> f64 + Sync),
     ) -> Errors {
         let mut pieces: Vec<Vec<Range<usize>>> = Vec::new();
-        for cell in self.cells.each() {
+        for cell in self.cells.groups() {
             match pieces.last_mut() {
                 Some(piece) if cell.start - piece[0].start < PIECE => piece.push(cell),
                 _ => pieces.push(vec![cell]),
             }
         }
-        let sums = chosen::<D>(self.kernel, degree);
+        let sums = SumsOver::<D>::new(self.kernel, degree);
         let errors: Vec<Errors> = pieces
             .par_iter()
             .map_init(Scratch::default, |scratch, piece| {
@@ -79,12 +79,12 @@ impl Product {
         for &i in at {
             let q: [f64; D] = std::array::from_fn(|j| self.points.x[j][i]);
             let told = if together {
-                let all = sums(near, whole, &self.window(q));
+                let all = sums.over(near, whole, &self.window(q));
                 // A point sees itself: the Gaussian's window need not be wider.
-                all.fit(degree)
+                self.told(degree, &all)
             } else {
                 self.cells.runs(&q, &q, 1.0, runs);
-                sums(&self.points, runs, &self.window(q)).fit(degree)
+                self.told(degree, &sums.over(&self.points, runs, &self.window(q)))
             };
             let (y, w) = (self.points.y[i], self.points.weight(i));
             let (fit, sure) = match told {
@@ -105,7 +105,7 @@ impl Product {
 
     /// The fit at a point of the data, from the points one by one.
     fn careful_at<const D: usize>(&self, degree: Degree, q: [f64; D], runs: &mut Vec<Range<usize>>) -> Local<D> {
-        self.cells.runs(&q, &q, 1.0, runs);
+        self.cells.runs(&q, &q, self.widest(), runs);
         let none = Local {
             value: 0.0,
             leverage: 0.0,

@@ -1,6 +1,9 @@
 //! Kernel sums at a point in several dimensions, and the fit that they make.
 
+use std::ops::Range;
+
 use super::super::{Degree, Kernel};
+use super::profile::{Biweight, Epanechnikov, Gaussian, Profile, Triangular, Triweight, Uniform};
 
 /// A direction in which the points in reach have a standard deviation below this share of the bandwidth counts as
 /// none.
@@ -8,110 +11,7 @@ pub const NO_EXTENT: f64 = 1e-8;
 /// Up to so many dimensions there is code of its own for points without weights.
 pub const UNWEIGHTED_DIMENSIONS: usize = 3;
 /// Below this share of the sum about the point, a sum about the points' mean has lost too many digits.
-const RELIABLE: f64 = 1e-4;
-
-/// The kernel in D coordinates at once, for as many points as there are lanes.
-pub trait Profile: Copy + Sync {
-    /// Multiplies the weights by K(u) for the difference `delta` = u h of one coordinate.
-    fn factor<const L: usize>(delta: &[f64; L], h: f64, per_h: f64, weight: &mut [f64; L]);
-
-    /// Turns what the factors have left into weights.
-    #[inline(always)]
-    fn finish<const L: usize>(_: &mut [f64; L]) {}
-
-    /// The weights before the first factor.
-    const START: f64 = 1.0;
-}
-
-macro_rules! profile {
-    ($name:ident, $doc:literal, |$delta:ident, $h:ident, $u:ident| $weight:expr) => {
-        #[doc = $doc]
-        #[derive(Clone, Copy)]
-        pub struct $name;
-
-        impl Profile for $name {
-            #[inline(always)]
-            fn factor<const L: usize>(delta: &[f64; L], $h: f64, per_h: f64, weight: &mut [f64; L]) {
-                for l in 0..L {
-                    let $delta = delta[l];
-                    let $u = $delta * per_h;
-                    weight[l] *= $weight;
-                }
-            }
-        }
-    };
-}
-
-#[inline(always)]
-fn positive(k: f64) -> f64 {
-    if k > 0.0 { k } else { 0.0 }
-}
-
-profile!(Uniform, "1.", |delta, h, u| {
-    let _ = u;
-    if delta.abs() <= h { 1.0 } else { 0.0 }
-});
-profile!(Triangular, "1 - |u|.", |delta, h, u| {
-    let _ = h;
-    positive(1.0 - u.abs())
-});
-profile!(Epanechnikov, "1 - u^2.", |delta, h, u| {
-    let _ = h;
-    positive(1.0 - u * u)
-});
-profile!(Biweight, "(1 - u^2)^2.", |delta, h, u| {
-    let _ = h;
-    let k = positive(1.0 - u * u);
-    k * k
-});
-profile!(Triweight, "(1 - u^2)^3.", |delta, h, u| {
-    let _ = h;
-    let k = positive(1.0 - u * u);
-    k * k * k
-});
-
-/// exp(-u^2 / 2): the factors add up the squares.
-#[derive(Clone, Copy)]
-pub struct Gaussian;
-
-impl Profile for Gaussian {
-    const START: f64 = 0.0;
-
-    #[inline(always)]
-    fn factor<const L: usize>(delta: &[f64; L], _: f64, per_h: f64, weight: &mut [f64; L]) {
-        for l in 0..L {
-            let u = delta[l] * per_h;
-            weight[l] += u * u;
-        }
-    }
-
-    #[inline(always)]
-    fn finish<const L: usize>(weight: &mut [f64; L]) {
-        for l in 0..L {
-            weight[l] = (-0.5 * weight[l]).exp();
-        }
-    }
-}
-
-/// The weight of one point by any of the kernels.
-pub fn weight(kernel: Kernel, delta: &[f64], h: &[f64]) -> f64 {
-    fn of<P: Profile>(delta: &[f64], h: &[f64]) -> f64 {
-        let mut weight = [P::START];
-        for (&delta, &h) in delta.iter().zip(h) {
-            P::factor(&[delta], h, 1.0 / h, &mut weight);
-        }
-        P::finish(&mut weight);
-        weight[0]
-    }
-    match kernel {
-        Kernel::Uniform => of::<Uniform>(delta, h),
-        Kernel::Triangular => of::<Triangular>(delta, h),
-        Kernel::Epanechnikov => of::<Epanechnikov>(delta, h),
-        Kernel::Biweight => of::<Biweight>(delta, h),
-        Kernel::Triweight => of::<Triweight>(delta, h),
-        Kernel::Gaussian => of::<Gaussian>(delta, h),
-    }
-}
+const RELIABLE: f64 = 1e-3;
 
 /// Points column by column.
 #[derive(Debug, Clone, PartialEq)]
@@ -161,23 +61,24 @@ impl<const D: usize, const L: usize> Sums<D, L> {
     #[inline(always)]
     fn add<P: Profile, const LINEAR: bool>(
         &mut self,
+        profile: P,
         window: &Window<D>,
         x: [&[f64; L]; D],
         y: &[f64; L],
         w: Option<&[f64; L]>,
     ) {
-        let mut k = [P::START; L];
+        let mut k = [profile.start(); L];
         let mut u = [[0.0; L]; D];
         for j in 0..D {
             for l in 0..L {
                 u[j][l] = x[j][l] - window.at[j];
             }
-            P::factor(&u[j], window.h[j], window.per_h[j], &mut k);
+            profile.factor(&u[j], window.h[j], window.per_h[j], &mut k);
             for l in 0..L {
                 u[j][l] *= window.per_h[j];
             }
         }
-        P::finish(&mut k);
+        profile.finish(&mut k);
         if let Some(w) = w {
             for l in 0..L {
                 k[l] *= w[l];
@@ -206,23 +107,11 @@ impl<const D: usize, const L: usize> Sums<D, L> {
 }
 
 /// The sums over the runs of points.
-#[inline(always)]
-pub fn over<P: Profile, const D: usize, const L: usize, const LINEAR: bool>(
-    points: &Columns,
-    runs: &[std::ops::Range<usize>],
-    window: &Window<D>,
-) -> Sums<D, 1> {
-    if D <= UNWEIGHTED_DIMENSIONS && points.w.is_empty() {
-        over_runs::<P, D, L, LINEAR, false>(points, runs, window)
-    } else {
-        over_runs::<P, D, L, LINEAR, true>(points, runs, window)
-    }
-}
-
-#[inline(always)]
+#[inline(never)]
 fn over_runs<P: Profile, const D: usize, const L: usize, const LINEAR: bool, const WEIGHTED: bool>(
+    profile: P,
     points: &Columns,
-    runs: &[std::ops::Range<usize>],
+    runs: &[Range<usize>],
     window: &Window<D>,
 ) -> Sums<D, 1> {
     let mut lanes = Sums::<D, L>::ZERO;
@@ -237,12 +126,12 @@ fn over_runs<P: Profile, const D: usize, const L: usize, const LINEAR: bool, con
         };
         for (c, y) in y.0.iter().enumerate() {
             let w = WEIGHTED.then(|| &w.0[c]);
-            lanes.add::<P, LINEAR>(window, std::array::from_fn(|j| &x[j].0[c]), y, w);
+            lanes.add::<P, LINEAR>(profile, window, std::array::from_fn(|j| &x[j].0[c]), y, w);
         }
         for (i, y) in y.1.iter().enumerate() {
             let w = WEIGHTED.then(|| std::array::from_ref(&w.1[i]));
             let x = std::array::from_fn(|j| std::array::from_ref(&x[j].1[i]));
-            single.add::<P, LINEAR>(window, x, std::array::from_ref(y), w);
+            single.add::<P, LINEAR>(profile, window, x, std::array::from_ref(y), w);
         }
     }
     let fold = |one: [f64; 1], many: [f64; L]| [one[0] + many.iter().sum::<f64>()];
@@ -339,23 +228,54 @@ impl<const D: usize> Sums<D, 1> {
     }
 }
 
-/// A function that sums over runs of points.
-pub type SumsOver<const D: usize> = fn(&Columns, &[std::ops::Range<usize>], &Window<D>) -> Sums<D, 1>;
+/// The way to the sums for one kernel and degree.
+#[derive(Clone, Copy)]
+pub struct SumsOver<const D: usize> {
+    kernel: Kernel,
+    over: fn(Kernel, &Columns, &[Range<usize>], &Window<D>) -> Sums<D, 1>,
+}
 
-/// The one for this kernel and degree. More lanes than these do not fit into the registers.
-pub fn chosen<const D: usize>(kernel: Kernel, degree: Degree) -> SumsOver<D> {
-    fn of<P: Profile, const D: usize>(degree: Degree) -> SumsOver<D> {
-        match degree {
-            Degree::Constant => over::<P, D, 4, false>,
-            Degree::Linear => over::<P, D, 2, true>,
-        }
+impl<const D: usize> SumsOver<D> {
+    /// In few dimensions every kernel has code of its own.
+    pub fn new(kernel: Kernel, degree: Degree) -> Self {
+        let over = match (D <= UNWEIGHTED_DIMENSIONS, degree) {
+            (true, Degree::Constant) => by_kernel::<D, 4, false>,
+            (true, Degree::Linear) => by_kernel::<D, 2, true>,
+            (false, Degree::Constant) => over_runs::<Kernel, D, 4, false, true>,
+            (false, Degree::Linear) => over_runs::<Kernel, D, 2, true, true>,
+        };
+        SumsOver { kernel, over }
+    }
+
+    /// The sums over the runs of points.
+    #[inline(always)]
+    pub fn over(&self, points: &Columns, runs: &[Range<usize>], window: &Window<D>) -> Sums<D, 1> {
+        (self.over)(self.kernel, points, runs, window)
+    }
+}
+
+/// More lanes than those of [`SumsOver::new`] do not fit into the registers.
+fn by_kernel<const D: usize, const L: usize, const LINEAR: bool>(
+    kernel: Kernel,
+    points: &Columns,
+    runs: &[Range<usize>],
+    window: &Window<D>,
+) -> Sums<D, 1> {
+    macro_rules! by {
+        ($profile:expr) => {
+            if points.w.is_empty() {
+                over_runs::<_, D, L, LINEAR, false>($profile, points, runs, window)
+            } else {
+                over_runs::<_, D, L, LINEAR, true>($profile, points, runs, window)
+            }
+        };
     }
     match kernel {
-        Kernel::Uniform => of::<Uniform, D>(degree),
-        Kernel::Triangular => of::<Triangular, D>(degree),
-        Kernel::Epanechnikov => of::<Epanechnikov, D>(degree),
-        Kernel::Biweight => of::<Biweight, D>(degree),
-        Kernel::Triweight => of::<Triweight, D>(degree),
-        Kernel::Gaussian => of::<Gaussian, D>(degree),
+        Kernel::Uniform => by!(Uniform),
+        Kernel::Triangular => by!(Triangular),
+        Kernel::Epanechnikov => by!(Epanechnikov),
+        Kernel::Biweight => by!(Biweight),
+        Kernel::Triweight => by!(Triweight),
+        Kernel::Gaussian => by!(Gaussian),
     }
 }
