@@ -113,7 +113,6 @@ impl Kernel {
 }
 
 /// Calls `visit(j, sums)` for each of the increasing points `at` that has any data in reach.
-#[inline(always)]
 pub(crate) fn for_each_sum(
     data: &Sorted,
     kernel: Kernel,
@@ -122,10 +121,21 @@ pub(crate) fn for_each_sum(
     at: &[f64],
     mut visit: impl FnMut(usize, Sums),
 ) {
+    // Called through a pointer, so that the sums for all kernels are compiled once, not for every caller.
+    visit_sums(data, kernel, degree, h, at, &mut visit);
+}
+
+fn visit_sums(
+    data: &Sorted,
+    kernel: Kernel,
+    degree: Degree,
+    h: f64,
+    at: &[f64],
+    visit: &mut dyn FnMut(usize, Sums),
+) {
     // Many points may have one abscissa.
     let mut last = (f64::NAN, Sums::NONE);
-    // One call, and small, so that it is inlined into the innermost loop.
-    let visit = |j: usize, mut sums: Sums| {
+    let mut visit = |j: usize, mut sums: Sums| {
         if !sums.reliable(degree) {
             if last.0 != at[j] {
                 last = (at[j], data.direct_sums(kernel, degree, h, at[j], None));
@@ -136,6 +146,9 @@ pub(crate) fn for_each_sum(
     };
     match kernel {
         Kernel::Gaussian => gaussian::transform::<{ gaussian::TERMS }, { gaussian::NEIGHBOURS }>(data, h, at, visit),
-        _ => piece::perform(&mut piece::AtPoints { data, h, at, visit }, kernel, degree),
+        _ => {
+            let visit = &mut visit;
+            piece::perform(&mut piece::AtPoints { data, h, at, visit }, kernel, degree);
+        }
     }
 }

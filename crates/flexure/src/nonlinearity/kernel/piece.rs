@@ -69,14 +69,14 @@ pub fn sums<I: Items<N>, const M: usize, const N: usize>(
 }
 
 /// Visits the sums at each of the increasing points `at` that has any data in reach.
-pub struct AtPoints<'a, F> {
+pub struct AtPoints<'a> {
     pub data: &'a Sorted,
     pub h: f64,
     pub at: &'a [f64],
-    pub visit: F,
+    pub visit: &'a mut dyn FnMut(usize, Sums),
 }
 
-impl<F: FnMut(usize, Sums)> Job for AtPoints<'_, F> {
+impl Job for AtPoints<'_> {
     #[inline(always)]
     fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>) {
         let grains = Grains::<N>::new(self.data);
@@ -87,13 +87,13 @@ impl<F: FnMut(usize, Sums)> Job for AtPoints<'_, F> {
             self.h,
             (self.at, range),
             coefficients,
-            &mut self.visit,
+            &mut *self.visit,
         );
     }
 
     fn halves<const N: usize>(&mut self) {
         let grains = Grains::<N>::new(self.data);
-        halves(self.data, &grains, self.h, (self.at, 0..self.at.len()), &mut self.visit);
+        halves(self.data, &grains, self.h, (self.at, 0..self.at.len()), &mut *self.visit);
     }
 }
 
