@@ -125,14 +125,7 @@ pub(crate) fn for_each_sum(
     visit_sums(data, kernel, degree, h, at, &mut visit);
 }
 
-fn visit_sums(
-    data: &Sorted,
-    kernel: Kernel,
-    degree: Degree,
-    h: f64,
-    at: &[f64],
-    visit: &mut dyn FnMut(usize, Sums),
-) {
+fn visit_sums(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, at: &[f64], visit: &mut dyn FnMut(usize, Sums)) {
     // Many points may have one abscissa.
     let mut last = (f64::NAN, Sums::NONE);
     let mut visit = |j: usize, mut sums: Sums| {

@@ -93,7 +93,13 @@ impl Job for AtPoints<'_> {
 
     fn halves<const N: usize>(&mut self) {
         let grains = Grains::<N>::new(self.data);
-        halves(self.data, &grains, self.h, (self.at, 0..self.at.len()), &mut *self.visit);
+        halves(
+            self.data,
+            &grains,
+            self.h,
+            (self.at, 0..self.at.len()),
+            &mut *self.visit,
+        );
     }
 }
 
