@@ -28,6 +28,15 @@ pub fn solve_positive_definite(rows: &[f64], rhs: &[f64]) -> Option<Vec<f64>> {
         .then(|| solution.iter().copied().collect())
 }
 
+/// The inverse of a symmetric positive definite row-major matrix of `n` rows; `None` if it is not.
+pub fn inverse_positive_definite(rows: &[f64], n: usize) -> Option<Vec<f64>> {
+    let inverse = DMatrix::from_row_slice(n, n, rows).cholesky()?.inverse();
+    inverse
+        .iter()
+        .all(|v| v.is_finite())
+        .then(|| inverse.iter().copied().collect())
+}
+
 /// The symmetric Toeplitz matrix with this first column.
 fn toeplitz(column: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(column.len(), column.len(), |i, j| column[i.abs_diff(j)])

@@ -6,9 +6,9 @@ mod dependence;
 pub mod hammerstein;
 mod impulse;
 mod outcome;
-pub mod refined;
+mod refined;
 
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
-pub use refined::RefinedHammerstein;
+pub use refined::{Breakpoint, BreakpointKind, CoefficientErrors, RefinedHammerstein, RefinedIdentification};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};

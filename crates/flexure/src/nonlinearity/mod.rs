@@ -27,7 +27,7 @@ mod least_squares;
 mod neighbours;
 mod polynomial;
 mod series;
-mod spline;
+pub(crate) mod spline;
 mod tabulate;
 
 pub use curve::{Curve, Outside};

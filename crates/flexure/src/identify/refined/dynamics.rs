@@ -37,7 +37,7 @@ pub(super) struct Request {
 /// Chooses by Schwarz's criterion of the whitened prediction error, from covariances alone.
 pub(super) fn choose(data: &Data, w: &[f64], whitening: &[f64], request: Request) -> Option<Chosen> {
     let white = Dynamics::moving_average(whitening);
-    let y = filter(&white, &data.parts, data.y);
+    let y = filter(&white, &data.parts, &data.y);
     let w = filter(&white, &data.parts, w);
     let n = y.len();
     let order = request.order.unwrap_or(LARGEST_ORDER);

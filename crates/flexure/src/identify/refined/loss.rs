@@ -11,12 +11,34 @@ use super::pieces::Pieces;
 /// The experiments, one after the other.
 pub(super) struct Data<'a> {
     pub u: &'a [f64],
-    /// The output less its mean; zero where it is missing.
-    pub y: &'a [f64],
+    /// The output less its mean; the model's value where it is missing.
+    pub y: Vec<f64>,
     /// The experiments' samples.
     pub parts: Vec<Range<usize>>,
     /// Which samples count: not those at the start of an experiment nor the missing ones.
     pub counts: Vec<bool>,
+    /// The samples without an output.
+    pub missing: Vec<usize>,
+}
+
+impl Data<'_> {
+    /// The squared error of a prediction of y, less the best offset.
+    pub fn squares(&self, simulated: &[f64]) -> f64 {
+        let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        for ((y, s), _) in self.y.iter().zip(simulated).zip(&self.counts).filter(|(_, c)| **c) {
+            n += 1.0;
+            sum += y - s;
+            squares += (y - s) * (y - s);
+        }
+        squares - sum * sum / f64::max(n, 1.0)
+    }
+
+    /// Puts the model's values in place of what is missing.
+    pub fn complete(&mut self, simulated: &[f64], offset: f64) {
+        for &i in &self.missing {
+            self.y[i] = simulated[i] + offset;
+        }
+    }
 }
 
 /// The linear part and the noise's whitening filter.
@@ -118,7 +140,7 @@ impl Model {
     /// The sum of squared prediction errors and their number.
     pub fn squares(&self, data: &Data, whitening: &[f64]) -> (f64, usize) {
         let mut simulated = filter(&self.dynamics, &data.parts, &self.signal(data.u));
-        simulated.iter_mut().zip(data.y).for_each(|(s, y)| *s = y - self.offset - *s);
+        simulated.iter_mut().zip(&data.y).for_each(|(s, y)| *s = y - self.offset - *s);
         let white = filter(&Dynamics::moving_average(whitening), &data.parts, &simulated);
         let mut sum = (0.0, 0);
         for (e, counts) in white.iter().zip(&data.counts) {

@@ -6,6 +6,7 @@
 //! here, where a spline needs many knots.
 
 use super::pieces::{Pieces, Term, Unit};
+use crate::nonlinearity::spline::{banded::Banded, basis::CubicSplines};
 
 /// Most cells that the samples are gathered in.
 const MOST_CELLS: usize = 1500;
@@ -15,10 +16,14 @@ const FEWEST_IN_CELL: usize = 3;
 const MOST_TERMS: usize = 40;
 /// A candidate of which no more than this share is left by the others is none.
 const DEPENDENT: f64 = 1e-9;
+/// A term of which no more is left is a combination of the others.
+const ROUNDING: f64 = 1e-13;
 /// Degrees of the truncated powers.
 const DEGREES: [u8; 3] = [0, 1, 3];
 /// Forward steps go on while the gain exceeds this share of a function's cost: two may only pay together.
 const PATIENCE: f64 = 0.4;
+/// Numbers of evenly placed knots.
+const EVEN: [usize; 14] = [1, 2, 3, 5, 7, 9, 11, 14, 17, 21, 26, 32, 40, 50];
 /// Sweeps that move the breakpoints.
 const SWEEPS: usize = 4;
 
@@ -31,6 +36,8 @@ pub(super) struct Cells {
     count: Vec<f64>,
     s: Vec<f64>,
     lower: Vec<f64>,
+    /// Whether every cell holds one value.
+    exact: bool,
     /// Sums of (s - t)^(0, 2, 6) over the samples above t = lower[m].
     norms: [Vec<f64>; 3],
 }
@@ -41,8 +48,6 @@ pub(super) struct Selection {
     pub basis: Pieces,
     /// The coefficients of the basis' functions, the first of which is constant.
     pub coefficients: Vec<f64>,
-    /// Row-major; column j of row i: the share of term j in function i.
-    pub mix: Vec<f64>,
 }
 
 impl Cells {
@@ -59,7 +64,8 @@ impl Cells {
             d.dedup();
             d
         };
-        if distinct.len() <= cells {
+        let exact = distinct.len() <= cells;
+        if exact {
             limits.extend(distinct.windows(2).map(|w| 0.5 * w[0] + 0.5 * w[1]));
         } else {
             for i in 1..cells {
@@ -86,9 +92,14 @@ impl Cells {
             s[*m as usize] += unit.of(*x);
         }
         s.iter_mut().zip(&count).for_each(|(s, c)| *s /= f64::max(*c, 1.0));
-        let mut cells = Cells { unit, of, count, s, lower, norms: Default::default() };
+        let mut cells = Cells { unit, of, count, s, lower, exact, norms: Default::default() };
         cells.norms = cells.square_norms();
         cells
+    }
+
+    /// The samples' values where there are at most so many.
+    pub fn levels(&self, most: usize) -> Option<Vec<f64>> {
+        (self.exact && self.len() <= most).then(|| self.s.iter().map(|s| self.unit.back(*s)).collect())
     }
 
     fn len(&self) -> usize {
@@ -209,7 +220,7 @@ impl<'a> Growing<'a> {
             }
         }
         let rest = cells.dot(&v, &v);
-        if !(rest > DEPENDENT * size) {
+        if !(rest > ROUNDING * size) {
             return false;
         }
         let norm = rest.sqrt();
@@ -296,6 +307,12 @@ pub(super) struct Costs {
     pub of: [f64; 3],
     /// Of x^2 and x^3.
     pub power: f64,
+    /// Of a function with a searched breakpoint, in the estimate of the risk.
+    pub adapted: f64,
+    /// Of one with a given breakpoint.
+    pub fixed: f64,
+    /// By how much given breakpoints must be better than searched ones.
+    pub margin: f64,
     /// The fewest samples either side of a jump.
     pub fewest: f64,
 }
@@ -312,8 +329,9 @@ impl Costs {
     }
 }
 
-/// Chooses a basis for the regression of the cells' means `z` from the terms `start` on.
-pub(super) fn select(cells: &Cells, z: &[f64], start: &[Term], costs: &Costs) -> Selection {
+/// Chooses a basis for the regression of the values at the samples `u` from the terms `start` on.
+pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], costs: &Costs) -> Selection {
+    let z = &cells.means(values);
     let powers = (0..4).map(Term::Power);
     let start: Vec<Term> = powers.chain(start.iter().copied().filter(|t| matches!(t, Term::From { .. }))).collect();
     let mut growing = Growing::new(cells, z, &start);
@@ -332,14 +350,79 @@ pub(super) fn select(cells: &Cells, z: &[f64], start: &[Term], costs: &Costs) ->
             break;
         }
     }
-    let fit = Growing::new(cells, z, &terms);
-    let mix: Vec<f64> = fit.mix().concat();
-    Selection {
-        basis: Pieces::new(cells.unit, &fit.terms, &mix),
-        coefficients: fit.d.clone(),
-        terms: fit.terms,
-        mix,
+    let mut fit = Growing::new(cells, z, &terms);
+    let net = |g: &Growing| g.explained() - costs.adapted * (g.terms.len() - 4.min(g.terms.len())) as f64;
+    if let Some((count, explained)) = even_knots(cells, z, costs.fixed)
+        && explained - costs.fixed * count as f64 > net(&fit) + costs.margin
+    {
+        let knots = even(cells, count).into_iter().map(|at| Term::From { at, degree: 3 });
+        fit = Growing::new(cells, z, &(0..4).map(Term::Power).chain(knots).collect::<Vec<_>>());
     }
+    let terms = jumps_placed(cells, u, values, &fit);
+    let fit = Growing::new(cells, z, &terms);
+    Selection {
+        basis: Pieces::new(cells.unit, &fit.terms, &fit.mix().concat()),
+        coefficients: fit.d,
+        terms: fit.terms,
+    }
+}
+
+/// The terms, their jumps moved from the cells' limits to between the samples where they fit best.
+fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &Growing) -> Vec<Term> {
+    let mut terms = fit.terms.clone();
+    let (c, _) = fit.solution();
+    let curve = Pieces::new(cells.unit, &fit.terms, &c);
+    // By cell: the jumps in reach.
+    let mut near = vec![Vec::new(); cells.len()];
+    let mut around: Vec<Vec<(f64, f64)>> = vec![Vec::new(); terms.len()];
+    for (j, term) in terms.iter().enumerate() {
+        if let Term::From { at, degree: 0 } = term {
+            let m = cells.lower[1..].partition_point(|l| l <= at);
+            for near in &mut near[m.saturating_sub(REACH)..(m + REACH).min(cells.len())] {
+                near.push(j);
+            }
+        }
+    }
+    for ((x, z), m) in u.iter().zip(values).zip(&cells.of) {
+        for &j in &near[*m as usize] {
+            around[j].push((cells.unit.of(*x), z - curve.value(*x)));
+        }
+    }
+    for (j, mut points) in around.into_iter().enumerate() {
+        if let Term::From { at, degree: 0 } = terms[j] {
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            terms[j] = Term::From { at: best_jump(&points, at, c[j]), degree: 0 };
+        }
+    }
+    terms
+}
+
+/// Cells either side in which a jump may move.
+const REACH: usize = 3;
+
+/// Where a jump of this size fits the residuals, which are those of it at `now`, best.
+fn best_jump(points: &[(f64, f64)], now: f64, size: f64) -> f64 {
+    let split = points.partition_point(|p| p.0 < now);
+    // Moved right past a point, the curve there falls by the jump; moved left, it rises.
+    let (mut best, mut at) = (0.0, split);
+    let mut change = 0.0;
+    for (i, p) in points.iter().enumerate().skip(split) {
+        change += (p.1 + size).powi(2) - p.1 * p.1;
+        if change < best {
+            (best, at) = (change, i + 1);
+        }
+    }
+    change = 0.0;
+    for (i, p) in points[..split].iter().enumerate().rev() {
+        change += (p.1 - size).powi(2) - p.1 * p.1;
+        if change < best {
+            (best, at) = (change, i);
+        }
+    }
+    if at == split || at == 0 || at == points.len() || points[at - 1].0 == points[at].0 {
+        return now;
+    }
+    0.5 * (points[at - 1].0 + points[at].0)
 }
 
 /// The terms that are left when the least worthy is dropped until all are worth their cost.
@@ -392,4 +475,50 @@ fn sweep(cells: &Cells, z: &[f64], mut terms: Vec<Term>, costs: &Costs) -> (Vec<
         }
     }
     (terms, changed)
+}
+
+/// This many knots, evenly by rank.
+fn even(cells: &Cells, count: usize) -> Vec<f64> {
+    let total: f64 = cells.count.iter().sum();
+    let mut knots = Vec::with_capacity(count);
+    let (mut m, mut below) = (0, 0.0);
+    for i in 1..=count {
+        while m + 1 < cells.len() && below < total * i as f64 / (count + 1) as f64 {
+            below += cells.count[m];
+            m += 1;
+        }
+        if knots.last().is_none_or(|k| cells.lower[m] > *k) && m > 0 {
+            knots.push(cells.lower[m]);
+        }
+    }
+    knots
+}
+
+/// The number of evenly placed knots of a cubic spline with the least estimated risk (Mallows' C_p), and what
+/// the spline explains.
+fn even_knots(cells: &Cells, z: &[f64], cost: f64) -> Option<(usize, f64)> {
+    let mut best: Option<(usize, f64)> = None;
+    for count in EVEN {
+        let inner = even(cells, count);
+        if inner.len() < count || 4 * count > cells.len() {
+            break;
+        }
+        let unit = |s: f64| 0.5 * (s + 1.0);
+        let breakpoints: Vec<f64> = [0.0].into_iter().chain(inner.iter().map(|s| unit(*s))).chain([1.0]).collect();
+        let splines = CubicSplines::new(&breakpoints);
+        let mut gram = Banded::zeros(splines.len());
+        let mut moment = vec![0.0; splines.len()];
+        for ((s, w), z) in cells.s.iter().zip(&cells.count).zip(z) {
+            let (at, v) = splines.values(unit(*s));
+            gram.add_products(at, &v, *w);
+            moment[at..at + 4].iter_mut().zip(v).for_each(|(m, v)| *m += w * v * z);
+        }
+        let Some(factor) = gram.factor() else { continue };
+        let c = factor.solve(moment.clone());
+        let explained: f64 = c.iter().zip(&moment).map(|(c, m)| c * m).sum();
+        if best.is_none_or(|b| explained - cost * count as f64 > b.1 - cost * b.0 as f64) {
+            best = Some((count, explained));
+        }
+    }
+    best
 }
