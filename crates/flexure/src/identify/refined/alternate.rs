@@ -29,11 +29,11 @@ const LONGEST_RESPONSE: usize = 2000;
 /// (Foster & George 1994).
 const COST: f64 = 20.0;
 /// Its share of the estimated risk: with the search it counts as about four parameters (Friedman 1991).
-const ADAPTED: f64 = 8.0;
+const ADAPTED: f64 = 10.0;
 /// That of a function with a given breakpoint; two would be C_p.
-const FIXED: f64 = 3.0;
+const FIXED: f64 = 2.5;
 /// By how much given breakpoints must be better.
-const MARGIN: f64 = 10.0;
+const MARGIN: f64 = 4.0;
 /// The fewest samples either side of a jump.
 const FEWEST_AT_JUMP: f64 = 5.0;
 
@@ -58,7 +58,6 @@ pub(super) struct Minimum {
     pub whitening: Vec<f64>,
     pub terms: Vec<Term>,
     pub chosen: Option<Chosen>,
-    pub passes: usize,
 }
 
 impl Minimum {
@@ -77,7 +76,7 @@ pub(super) fn alternate(data: &mut Data, cells: &Cells, start: Start) -> Option<
     let mut best: Option<Minimum> = None;
     let mut terms: Vec<Term> = Vec::new();
     let mut chosen = None;
-    for pass in 1..=PASSES {
+    for _ in 0..PASSES {
         let simulated = filter(&dynamics, &data.parts, &w);
         data.complete(&simulated, offset);
         let r = whitened(&residual(data, &simulated, offset));
@@ -120,7 +119,6 @@ pub(super) fn alternate(data: &mut Data, cells: &Cells, start: Start) -> Option<
             whitening: r,
             terms: selection.terms.clone(),
             chosen: None,
-            passes: pass,
         };
         let settled = best.as_ref().is_some_and(|b| {
             let (before, after) = (noise(b), noise(&now));

@@ -109,11 +109,6 @@ impl Pieces {
         self.size
     }
 
-    /// The breakpoints, in the input's unit, increasing; without the ends.
-    pub fn breakpoints(&self) -> impl Iterator<Item = f64> + '_ {
-        self.left[1..].iter().map(|s| self.unit.back(*s))
-    }
-
     /// All functions at x.
     pub fn values(&self, x: f64, out: &mut [f64]) {
         let s = self.unit.of(x);
