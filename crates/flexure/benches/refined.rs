@@ -6,12 +6,12 @@
 //! seeds. "Known" is the least-squares fit of cubic B-splines through the true linear part, with the number of knots that is best in
 //! hindsight. The refined identification is told nothing, and keeps a quarter of the record from the fit, which "known" has.
 
+use flexure::Record;
 use flexure::identify::RefinedHammerstein;
 use flexure::linear::TransferFunction;
 use flexure::signal::{Phases, multisine};
 use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts, relative_error_after_alignment};
 use flexure::validation::FitMeasures;
-use flexure::Record;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -96,7 +96,9 @@ impl Row {
 
 /// The fit of uniform cubic B-splines that knows the linear part; the number of knots best in hindsight.
 fn known(row: &Row, u: &[f64], y: &[f64], grid: &[f64]) -> f64 {
-    let (low, high) = u.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)));
+    let (low, high) = u
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)));
     let error = |pieces: usize| {
         let step = (high - low) / pieces as f64;
         let basis = |x: f64| {
@@ -113,13 +115,19 @@ fn known(row: &Row, u: &[f64], y: &[f64], grid: &[f64]) -> f64 {
         };
         let rows: Vec<Vec<f64>> = u.iter().map(|u| basis(*u)).collect();
         let mut columns: Vec<Vec<f64>> = (0..pieces + 3)
-            .map(|j| row.linear.simulate_from_mean(&rows.iter().map(|r| r[j]).collect::<Vec<_>>()))
+            .map(|j| {
+                row.linear
+                    .simulate_from_mean(&rows.iter().map(|r| r[j]).collect::<Vec<_>>())
+            })
             .collect();
         columns.push(vec![1.0; u.len()]);
         let c = least_squares(&columns, y);
         row.error(grid, |x| basis(x).iter().zip(&c).map(|(v, c)| v * c).sum())
     };
-    [4, 6, 9, 13, 19, 27, 38, 54].into_iter().map(error).fold(f64::INFINITY, f64::min)
+    [4, 6, 9, 13, 19, 27, 38, 54]
+        .into_iter()
+        .map(error)
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Normal equations and elimination.
@@ -219,7 +227,13 @@ fn rows() -> Result<Vec<Row>, Failure> {
     let fourth = TransferFunction::new(vec![1.0, -0.6, 0.5, 0.2], vec![1.0, -2.6, 3.05, -1.748, 0.442])?;
     let mut rows = Vec::new();
     let mut add = |nonlinearity, linear: &TransferFunction, label, input, snr_db| {
-        rows.push(Row { nonlinearity, linear: linear.clone(), label, input, snr_db });
+        rows.push(Row {
+            nonlinearity,
+            linear: linear.clone(),
+            label,
+            input,
+            snr_db,
+        });
     };
     for snr in [20.0, 40.0, 10.0] {
         for (phi, linear, label) in [
@@ -251,13 +265,25 @@ fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let seeds = arguments.first().and_then(|a| a.parse().ok()).unwrap_or(20);
     let only = arguments.get(1).map_or("", String::as_str);
-    println!("{:>9} {:>9} {:>8} {:>8} {:>9} {:>8}", "samples", "CPU ms", "NL", "worst", "fit %", "worst");
+    println!(
+        "{:>9} {:>9} {:>8} {:>8} {:>9} {:>8}",
+        "samples", "CPU ms", "NL", "worst", "fit %", "worst"
+    );
     for n in [10_000, 100_000, 1_000_000] {
         common_job(n, if n > 100_000 { 1 } else { seeds })?;
     }
-    println!("\n{:<44} {:>8} {:>8} {:>8} {:>8} {:>7}", "", "refined", "worst", "known", "worst", "ratio");
+    println!(
+        "\n{:<44} {:>8} {:>8} {:>8} {:>8} {:>7}",
+        "", "refined", "worst", "known", "worst", "ratio"
+    );
     for row in rows()? {
-        let name = format!("{}, {}, {}, {} dB", row.nonlinearity.name(), row.label, row.input.name(), row.snr_db);
+        let name = format!(
+            "{}, {}, {}, {} dB",
+            row.nonlinearity.name(),
+            row.label,
+            row.input.name(),
+            row.snr_db
+        );
         if !name.contains(only) {
             continue;
         }
@@ -274,7 +300,13 @@ fn main() -> Result<(), Failure> {
         }
         let (a, b) = (median(&refined), median(&knows));
         let odd = orders.iter().filter(|o| **o != orders[0]).count();
-        println!("{name:<44} {a:>8.4} {:>8.4} {b:>8.4} {:>8.4} {:>7.2} {:?} {odd}", worst(&refined), worst(&knows), a / b, orders[0]);
+        println!(
+            "{name:<44} {a:>8.4} {:>8.4} {b:>8.4} {:>8.4} {:>7.2} {:?} {odd}",
+            worst(&refined),
+            worst(&knows),
+            a / b,
+            orders[0]
+        );
     }
     Ok(())
 }

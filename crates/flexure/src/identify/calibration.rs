@@ -87,7 +87,7 @@ impl Calibration {
         let gain = match self {
             Calibration::TwoPoints { x, phi } => {
                 return two_points(x.map(estimate), mean, static_gain, output_mean, x, phi);
-            },
+            }
             Calibration::UnitStaticGain if has_gain => static_gain,
             _ if first != 0.0 => first,
             _ => 1.0,

@@ -10,5 +10,5 @@ mod refined;
 
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
-pub use refined::{Breakpoint, BreakpointKind, CoefficientErrors, RefinedHammerstein, RefinedIdentification};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
+pub use refined::{Breakpoint, BreakpointKind, CoefficientErrors, RefinedHammerstein, RefinedIdentification};

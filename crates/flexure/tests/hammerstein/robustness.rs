@@ -1,6 +1,6 @@
 //! No record that passes the input checks makes the identification panic, or return what cannot be used.
 
-use flexure::identify::{Calibration, RegressionLag};
+use flexure::identify::{Calibration, RefinedHammerstein, RegressionLag};
 use proptest::prelude::*;
 
 use super::*;
@@ -116,6 +116,36 @@ proptest! {
         prop_assert!(result.bandwidth > 0.0 && result.bandwidth.is_finite());
         prop_assert!(result.verdict.measures.fit_percent.is_finite());
         prop_assert!(result.verdict.words().starts_with("On fresh data") || result.verdict.words().starts_with("The model"));
+        prop_assert!(result.warnings.iter().all(|w| !w.to_string().contains("NaN")));
+    }
+
+    #[test]
+    fn refinement_returns_a_stable_finite_model_or_says_why_not(case in case()) {
+        let record = simulate(&case);
+        let method = RefinedHammerstein {
+            calibration: case.method.calibration,
+            order: case.method.order,
+            delay: case.method.delay,
+            fresh_share: case.method.fresh_share,
+            ..Default::default()
+        };
+        let result = match method.identify(&record, "u", "y") {
+            Ok(result) => result,
+            Err(error) => {
+                prop_assert!(error.to_string().len() > 20);
+                return Ok(());
+            }
+        };
+        prop_assert!(result.linear.is_stable(), "{:?}", result.linear);
+        let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
+        prop_assert!(finite(result.linear.b()) && finite(result.linear.a()));
+        prop_assert!(finite(&result.linear_errors.b) && finite(&result.linear_errors.a));
+        prop_assert!(finite(result.nonlinearity.y()) && finite(&result.band) && result.output_offset.is_finite());
+        prop_assert!(result.band.len() == result.nonlinearity.y().len());
+        prop_assert!(finite(&result.predicted) && result.predicted.len() == case.n);
+        prop_assert!(finite(&result.noise_model) && result.noise.is_finite());
+        prop_assert!(result.breakpoints.windows(2).all(|w| w[0].at <= w[1].at));
+        prop_assert!(result.verdict.measures.fit_percent.is_finite());
         prop_assert!(result.warnings.iter().all(|w| !w.to_string().contains("NaN")));
     }
 }

@@ -6,12 +6,14 @@
 //! would see (the memory-removed output of Hasiewicz & Mzyk 2009, whitened). The breakpoints are chosen on z,
 //! then both blocks move together.
 
+use super::cells::Cells;
 use super::descent::descend;
 use super::dynamics::{Chosen, Request, choose};
 use super::loss::{Data, Dynamics, Model, Normal, filter, filter_back, product, residual};
 use super::noise::whitening;
 use super::pieces::Term;
-use super::select::{Cells, Costs, select};
+use super::select::select;
+use super::stepwise::Costs;
 use crate::linear::TransferFunction;
 
 /// Most passes.
@@ -70,7 +72,14 @@ impl Minimum {
 
 /// Alternates until nothing changes. `None` where the numbers degenerate: a nonlinearity without variation.
 pub(super) fn alternate(data: &mut Data, cells: &Cells, start: Start) -> Option<Minimum> {
-    let Start { mut w, mut dynamics, order, delay, mut memory, whiten } = start;
+    let Start {
+        mut w,
+        mut dynamics,
+        order,
+        delay,
+        mut memory,
+        whiten,
+    } = start;
     let whitened = |e: &[f64]| if whiten { whitening(e) } else { vec![1.0] };
     let mut offset = 0.0;
     let mut best: Option<Minimum> = None;
@@ -80,7 +89,12 @@ pub(super) fn alternate(data: &mut Data, cells: &Cells, start: Start) -> Option<
         let simulated = filter(&dynamics, &data.parts, &w);
         data.complete(&simulated, offset);
         let r = whitened(&residual(data, &simulated, offset));
-        let request = Request { order, delay, supposed_delay: dynamics.delay, memory };
+        let request = Request {
+            order,
+            delay,
+            supposed_delay: dynamics.delay,
+            memory,
+        };
         if let Some(c) = choose(data, &w, &r, request) {
             dynamics = c.dynamics.clone();
             chosen = Some(c);
@@ -133,7 +147,13 @@ pub(super) fn alternate(data: &mut Data, cells: &Cells, start: Start) -> Option<
     let last = best?;
     let r = whitened(&last.model.errors(data));
     let (model, normal) = descend(last.model, data, &r, LAST_STEPS);
-    Some(Minimum { model, normal, whitening: r, chosen, ..last })
+    Some(Minimum {
+        model,
+        normal,
+        whitening: r,
+        chosen,
+        ..last
+    })
 }
 
 /// Whether two choices have the same breakpoints but for small moves.
@@ -147,7 +167,10 @@ fn same_places(a: &[Term], b: &[Term]) -> bool {
         terms.sort_by(|p, q| key(p).0.total_cmp(&key(q).0).then(key(p).1.cmp(&key(q).1)));
     }
     a.len() == b.len()
-        && order[0].iter().zip(&order[1]).all(|(p, q)| key(p).1 == key(q).1 && (key(p).0 - key(q).0).abs() < NEAR)
+        && order[0]
+            .iter()
+            .zip(&order[1])
+            .all(|(p, q)| key(p).1 == key(q).1 && (key(p).0 - key(q).0).abs() < NEAR)
 }
 
 /// Breakpoints no farther apart are the same, in the unit coordinate.

@@ -30,7 +30,11 @@ pub(super) fn scaled(normal: &Normal, skip: usize) -> (Vec<f64>, Vec<f64>) {
         .collect();
     let mut matrix = Vec::with_capacity(kept.len() * kept.len());
     for (i, si) in kept.iter().zip(&scale) {
-        matrix.extend(kept.iter().zip(&scale).map(|(j, sj)| normal.matrix[i * n + j] / (si * sj)));
+        matrix.extend(
+            kept.iter()
+                .zip(&scale)
+                .map(|(j, sj)| normal.matrix[i * n + j] / (si * sj)),
+        );
     }
     (matrix, scale)
 }
@@ -67,7 +71,9 @@ pub(super) fn descend(mut model: Model, data: &Data, whitening: &[f64], steps: u
                 let p: Vec<f64> = model.parameters().iter().zip(d).map(|(p, d)| p + d).collect();
                 model.with(&p)
             });
-            next = trial.filter(admissible).filter(|m| m.squares(data, whitening).0 < normal.squares);
+            next = trial
+                .filter(admissible)
+                .filter(|m| m.squares(data, whitening).0 < normal.squares);
             if next.is_none() {
                 damping = (damping * 30.0).max(1e-5);
             }

@@ -55,7 +55,9 @@ pub(super) fn choose(data: &Data, w: &[f64], whitening: &[f64], request: Request
     let size = n as f64;
     let mut scores = Vec::new();
     let mut best: Option<(TransferFunction, f64, usize)> = None;
-    let orders = request.order.map_or(0..=LARGEST_ORDER.min((k.len() - 1) / 2), |l| l..=l);
+    let orders = request
+        .order
+        .map_or(0..=LARGEST_ORDER.min((k.len() - 1) / 2), |l| l..=l);
     for order in orders {
         let Some(model) = from_impulse_response(k, order, Some(&factor)) else {
             continue;
@@ -78,7 +80,11 @@ pub(super) fn choose(data: &Data, w: &[f64], whitening: &[f64], request: Request
     }
     let (model, ..) = best?;
     Some(Chosen {
-        dynamics: Dynamics { b: model.b().to_vec(), a: model.a().to_vec(), delay },
+        dynamics: Dynamics {
+            b: model.b().to_vec(),
+            a: model.a().to_vec(),
+            delay,
+        },
         scores,
         estimate,
     })

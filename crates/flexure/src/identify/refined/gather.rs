@@ -26,7 +26,11 @@ impl Gathered {
         for record in records {
             let start = u.len();
             u.extend_from_slice(record.finite(input)?);
-            let column = if may_miss { record.column(output)? } else { record.finite(output)? };
+            let column = if may_miss {
+                record.column(output)?
+            } else {
+                record.finite(output)?
+            };
             if let Some(sample) = column.iter().position(|v| v.is_infinite()) {
                 return Err(Error::NonFinite {
                     column: output.to_owned(),
@@ -40,7 +44,13 @@ impl Gathered {
         }
         let n = u.len();
         let fitted = n - (fresh_share * n as f64).round() as usize;
-        let gathered = Gathered { u, y, missing, parts, fitted };
+        let gathered = Gathered {
+            u,
+            y,
+            missing,
+            parts,
+            fitted,
+        };
         gathered.check(input, output)?;
         Ok(gathered)
     }

@@ -114,7 +114,11 @@ pub(super) fn product(p: &[f64], q: &[f64]) -> Vec<f64> {
 impl Dynamics {
     /// A filter without poles.
     pub fn moving_average(r: &[f64]) -> Dynamics {
-        Dynamics { b: r.to_vec(), a: vec![1.0], delay: 0 }
+        Dynamics {
+            b: r.to_vec(),
+            a: vec![1.0],
+            delay: 0,
+        }
     }
 }
 
@@ -140,7 +144,10 @@ impl Model {
     /// The sum of squared prediction errors and their number.
     pub fn squares(&self, data: &Data, whitening: &[f64]) -> (f64, usize) {
         let mut simulated = filter(&self.dynamics, &data.parts, &self.signal(data.u));
-        simulated.iter_mut().zip(&data.y).for_each(|(s, y)| *s = y - self.offset - *s);
+        simulated
+            .iter_mut()
+            .zip(&data.y)
+            .for_each(|(s, y)| *s = y - self.offset - *s);
         let white = filter(&Dynamics::moving_average(whitening), &data.parts, &simulated);
         let mut sum = (0.0, 0);
         for (e, counts) in white.iter().zip(&data.counts) {
@@ -282,7 +289,12 @@ struct Batch {
 
 impl Batch {
     fn new(size: usize) -> Batch {
-        Batch { rows: vec![0.0; ROWS * size], errors: [0.0; ROWS], used: 0, size }
+        Batch {
+            rows: vec![0.0; ROWS * size],
+            errors: [0.0; ROWS],
+            used: 0,
+            size,
+        }
     }
 
     fn next_row(&mut self, error: f64) -> &mut [f64] {
@@ -325,3 +337,7 @@ pub(super) fn residual(data: &Data, simulated: &[f64], offset: f64) -> Vec<f64> 
         .map(|((y, s), counts)| if *counts { y - offset - s } else { 0.0 })
         .collect()
 }
+
+#[cfg(test)]
+#[path = "loss_tests.rs"]
+mod tests;

@@ -16,6 +16,7 @@
 //! Steps 2 to 5 are repeated until nothing changes. Every pass is O(n). No white input is needed.
 
 mod alternate;
+mod cells;
 mod descent;
 mod dynamics;
 mod gather;
@@ -24,6 +25,7 @@ mod noise;
 mod outcome;
 mod pieces;
 mod select;
+mod stepwise;
 
 use super::calibration::Calibration;
 use super::checks::{warn_of_colour, warn_of_range};
@@ -36,10 +38,10 @@ use crate::model::Block;
 use crate::nonlinearity::{Curve, Outside};
 use crate::record::Record;
 use alternate::{Minimum, Start, alternate};
+use cells::Cells;
 use gather::Gathered;
 use loss::{Data, Dynamics, filter};
 pub use outcome::{Breakpoint, BreakpointKind, CoefficientErrors, RefinedIdentification};
-use select::Cells;
 
 /// The plain estimate starts from at most so many samples.
 const START: usize = 40_000;
@@ -264,15 +266,12 @@ impl RefinedHammerstein {
     }
 
     /// The plain estimate as it is, where the refinement failed.
-    fn plain(
-        &self,
-        all: &Gathered,
-        start: Identification,
-        input: &str,
-        output: &str,
-    ) -> Result<RefinedIdentification> {
+    fn plain(&self, all: &Gathered, start: Identification, input: &str, output: &str) -> Result<RefinedIdentification> {
         let longest = all.longest();
-        let columns = [(input, all.u[longest.clone()].to_vec()), (output, all.y[longest].to_vec())];
+        let columns = [
+            (input, all.u[longest.clone()].to_vec()),
+            (output, all.y[longest].to_vec()),
+        ];
         let plain = PlainHammerstein {
             order: self.order,
             delay: self.delay,
@@ -281,7 +280,13 @@ impl RefinedHammerstein {
             ..Default::default()
         }
         .identify(&Record::from_equal(columns), input, output)
-        .or_else(|e| if self.calibration == Calibration::default() { Ok(start) } else { Err(e) })?;
+        .or_else(|e| {
+            if self.calibration == Calibration::default() {
+                Ok(start)
+            } else {
+                Err(e)
+            }
+        })?;
         let mut warnings = plain.warnings;
         warnings.push(Warning::NotRefined);
         let model = series(&plain.nonlinearity, &plain.linear, plain.output_offset)?;
@@ -321,23 +326,23 @@ fn series(curve: &Curve, linear: &crate::linear::TransferFunction, offset: f64) 
 }
 
 /// The free run over every experiment, and the verdict on the fresh samples that are not missing.
-fn judged(
-    model: &Block,
-    all: &Gathered,
-    curve: &Curve,
-    warnings: &mut Vec<Warning>,
-) -> Result<(Vec<f64>, Verdict)> {
+fn judged(model: &Block, all: &Gathered, curve: &Curve, warnings: &mut Vec<Warning>) -> Result<(Vec<f64>, Verdict)> {
     let mut predicted = Vec::with_capacity(all.u.len());
     for part in &all.parts {
         predicted.extend(model.simulate(&all.u[part.clone()]));
     }
     let present = |v: &[f64]| -> Vec<f64> {
-        (all.fitted..v.len()).filter(|&i| !all.missing[i]).map(|i| v[i]).collect()
+        (all.fitted..v.len())
+            .filter(|&i| !all.missing[i])
+            .map(|i| v[i])
+            .collect()
     };
     let verdict = Verdict::new(&present(&all.u), &present(&all.y), &present(&predicted))?;
     warn_of_range(curve, &all.u[all.fitted..], warnings);
     if verdict.measures.fit_percent <= 0.0 {
-        warnings.push(Warning::Useless { fit_percent: verdict.measures.fit_percent });
+        warnings.push(Warning::Useless {
+            fit_percent: verdict.measures.fit_percent,
+        });
     }
     Ok((predicted, verdict))
 }

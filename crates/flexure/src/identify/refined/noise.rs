@@ -38,3 +38,24 @@ pub(super) fn whitening(e: &[f64]) -> Vec<f64> {
     }
     best.0
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::linear::TransferFunction;
+
+    #[test]
+    fn an_autoregression_is_found_with_its_order() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        let white: Vec<f64> = (0..20_000).map(|_| StandardNormal.sample(&mut rng)).collect();
+        assert_eq!(whitening(&white), [1.0]);
+        let e = TransferFunction::monic(vec![1.0], vec![-1.2, 0.52]).simulate(&white);
+        let r = whitening(&e);
+        assert_eq!(r.len(), 3);
+        assert!((r[1] + 1.2).abs() < 0.03 && (r[2] - 0.52).abs() < 0.03, "{r:?}");
+        assert_eq!(whitening(&[0.0; 500]), [1.0]);
+    }
+}

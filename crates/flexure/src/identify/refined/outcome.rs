@@ -3,10 +3,10 @@
 use super::super::calibration::{Calibrated, Calibration};
 use super::super::outcome::{ChosenOrder, Verdict, Warning};
 use super::alternate::Minimum;
+use super::cells::Cells;
 use super::descent::{fixed, scaled};
 use super::loss::Model;
 use super::pieces::Term;
-use super::select::Cells;
 use crate::error::Result;
 use crate::linalg;
 use crate::linear::TransferFunction;
@@ -159,11 +159,20 @@ pub(super) fn blocks(
     let model = &minimum.model;
     let at = abscissas(minimum, cells);
     let covariance = covariance(minimum);
-    let mut reported = Reported { calibration, at: &at, output_mean, gain_error: 0.0 };
+    let mut reported = Reported {
+        calibration,
+        at: &at,
+        output_mean,
+        gain_error: 0.0,
+    };
     if let Some(v) = &covariance {
         reported.gain_error = gain_error(model, v);
     }
-    let Calibrated { gain, mean, output_offset } = reported.calibrated(model, warnings)?;
+    let Calibrated {
+        gain,
+        mean,
+        output_offset,
+    } = reported.calibrated(model, warnings)?;
     let phi = model.combined();
     let ordinates = at.iter().map(|x| gain * phi.value(*x) + mean).collect();
     let curve = Curve::new(at.clone(), ordinates, Outside::Nearest)?;
@@ -193,7 +202,13 @@ fn gain_error(model: &Model, covariance: &[f64]) -> f64 {
     let (sum_a, first) = (d.a.iter().sum::<f64>(), model.c.len() + 1);
     let gain = d.b.iter().sum::<f64>() / sum_a;
     let n = first + d.b.len() + d.a.len() - 1;
-    let slope = |i: usize| if i < first + d.b.len() { 1.0 / sum_a } else { -gain / sum_a };
+    let slope = |i: usize| {
+        if i < first + d.b.len() {
+            1.0 / sum_a
+        } else {
+            -gain / sum_a
+        }
+    };
     let mut variance = 0.0;
     for i in first..n {
         for j in first..n {
@@ -220,7 +235,12 @@ fn standard_errors(reported: &Reported, model: &Model, covariance: &[f64]) -> Op
             reported.values(&model.with(&q))
         };
         let (up, down) = (shifted(1.0)?, shifted(-1.0)?);
-        slopes.push(Some(up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect::<Vec<f64>>()));
+        slopes.push(Some(
+            up.iter()
+                .zip(&down)
+                .map(|(u, d)| (u - d) / (2.0 * step))
+                .collect::<Vec<f64>>(),
+        ));
     }
     let outputs = slopes.iter().flatten().next()?.len();
     let mut variance = vec![0.0; outputs];
@@ -228,7 +248,11 @@ fn standard_errors(reported: &Reported, model: &Model, covariance: &[f64]) -> Op
         for j in 0..n {
             if let (Some(a), Some(b)) = (&slopes[i], &slopes[j]) {
                 let v = covariance[i * n + j];
-                variance.iter_mut().zip(a).zip(b).for_each(|((s, a), b)| *s += v * a * b);
+                variance
+                    .iter_mut()
+                    .zip(a)
+                    .zip(b)
+                    .for_each(|((s, a), b)| *s += v * a * b);
             }
         }
     }
@@ -241,7 +265,9 @@ fn abscissas(minimum: &Minimum, cells: &Cells) -> Vec<f64> {
     let unit = cells.unit;
     let mut at: Vec<f64> = match cells.levels(POINTS) {
         Some(levels) => levels,
-        None => (0..POINTS).map(|i| unit.back(-1.0 + 2.0 * i as f64 / (POINTS - 1) as f64)).collect(),
+        None => (0..POINTS)
+            .map(|i| unit.back(-1.0 + 2.0 * i as f64 / (POINTS - 1) as f64))
+            .collect(),
     };
     if cells.levels(POINTS).is_none() {
         for term in &minimum.terms {

@@ -101,7 +101,12 @@ impl Pieces {
                 }
             }
         }
-        Pieces { unit, left, table, size }
+        Pieces {
+            unit,
+            left,
+            table,
+            size,
+        }
     }
 
     /// The number of functions.
@@ -126,7 +131,10 @@ impl Pieces {
 
     /// The one function with these coefficients.
     pub fn combined(&self, c: &[f64]) -> Pieces {
-        let table = self.table.chunks_exact(self.size).map(|row| row.iter().zip(c).map(|(t, c)| t * c).sum());
+        let table = self
+            .table
+            .chunks_exact(self.size)
+            .map(|row| row.iter().zip(c).map(|(t, c)| t * c).sum());
         Pieces {
             unit: self.unit,
             left: self.left.clone(),
@@ -143,5 +151,39 @@ impl Pieces {
         let at = &self.table[piece * 4 * self.size..];
         let n = self.size;
         at[0] + d * (at[n] + d * (at[2 * n] + d * at[3 * n]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_the_sum_of_the_terms() {
+        let unit = Unit::new(3.0, 7.0);
+        let terms = [
+            Term::Power(0),
+            Term::Power(1),
+            Term::Power(2),
+            Term::Power(3),
+            Term::From { at: 0.3, degree: 0 },
+            Term::From { at: -0.6, degree: 1 },
+            Term::From { at: 0.3, degree: 3 },
+        ];
+        let mix: Vec<f64> = (0..14).map(|i| ((7 * i) as f64).sin()).collect();
+        let pieces = Pieces::new(unit, &terms, &mix);
+        let both = pieces.combined(&[2.0, -1.0]);
+        for x in [3.0, 3.7, 3.81, 5.0, 5.59, 5.61, 7.0, 9.0] {
+            let mut got = [0.0; 2];
+            pieces.values(x, &mut got);
+            // Held at the end outside.
+            let s = unit.of(x.min(7.0));
+            for i in 0..2 {
+                let want: f64 = terms.iter().zip(&mix[7 * i..]).map(|(t, m)| m * t.value(s)).sum();
+                assert!((got[i] - want).abs() < 1e-14, "{x} {i}");
+            }
+            assert!((both.value(x) - (2.0 * got[0] - got[1])).abs() < 1e-14);
+            assert!((pieces.value(x) - got[0]).abs() < 1e-15);
+        }
     }
 }
