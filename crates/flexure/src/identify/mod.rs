@@ -11,4 +11,7 @@ mod refined;
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
-pub use refined::{Breakpoint, BreakpointKind, CoefficientErrors, RefinedHammerstein, RefinedIdentification};
+pub use refined::{
+    Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
+    RefinedIdentification,
+};

@@ -1,7 +1,7 @@
 //! The refined identification: near what knowledge of the linear part allows, with honest standard errors.
 
 use flexure::Error;
-use flexure::identify::{BreakpointKind, Calibration, RefinedHammerstein, RefinedIdentification, Warning};
+use flexure::identify::{BreakpointKind, Calibration, Form, RefinedHammerstein, RefinedIdentification, Warning};
 use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts, relative_error_after_alignment};
 
 use super::*;
@@ -13,7 +13,8 @@ fn refined(record: &Record) -> RefinedIdentification {
 }
 
 fn error(phi: impl Fn(f64) -> f64, result: &RefinedIdentification) -> f64 {
-    let grid: Vec<f64> = (0..=200).map(|i| -1.9 + 3.8 * f64::from(i) / 200.0).collect();
+    // Without 0, where a limiter's value is a convention.
+    let grid: Vec<f64> = (0..200).map(|i| -1.9 + 3.8 * (f64::from(i) + 0.5) / 200.0).collect();
     let truth: Vec<f64> = grid.iter().map(|x| phi(*x)).collect();
     let estimate: Vec<f64> = grid.iter().map(|x| result.nonlinearity.value(*x)).collect();
     relative_error_after_alignment(&truth, &estimate)
@@ -150,8 +151,8 @@ fn whitening_the_error_pays_for_a_resonance() {
     };
     let (mut without, mut with) = (0.0, 0.0);
     for seed in 0..5 {
-        let record = KnownHammerstein::usual(KnownNonlinearity::SoftWindup, resonance.clone()).simulate(8000, seed);
-        let phi = |x| KnownNonlinearity::SoftWindup.value(x);
+        let record = KnownHammerstein::usual(KnownNonlinearity::Parabola, resonance.clone()).simulate(8000, seed);
+        let phi = |x| KnownNonlinearity::Parabola.value(x);
         without += error(phi, &plain.identify(&record, "u", "y").unwrap());
         with += error(phi, &refined(&record));
     }
@@ -295,4 +296,73 @@ fn parameters_out_of_range_are_refused() {
         default.identify_experiments(&[], "u", "y"),
         Err(Error::TooShort { .. })
     ));
+}
+
+#[test]
+fn forms_are_fitted_and_wrong_ones_are_refuted() {
+    let linear = filter(&[0.0, 1.0, 0.5], &[1.0, -0.5]);
+    // The static gain is 3.
+    let forms = [
+        Form::DeadZone,
+        Form::Saturation,
+        Form::Quantizer,
+        Form::Polynomial(3),
+        Form::Friction,
+        Form::Stiffness,
+    ];
+    type Case = (fn(f64) -> f64, Form, &'static [f64]);
+    let cases: [Case; 6] = [
+        (
+            |x| (x - 0.7).max(0.0) + (x + 0.5).min(0.0),
+            Form::DeadZone,
+            &[-0.5, 0.7, 3.0, 0.0],
+        ),
+        (|x| 2.0 * x.clamp(-0.8, 1.1), Form::Saturation, &[-0.8, 1.1, 6.0, 0.0]),
+        (|x| (x / 0.4).round(), Form::Quantizer, &[0.4, 3.0, 0.0]),
+        (
+            |x| x - 0.5 * x * x * x + 1.0,
+            Form::Polynomial(3),
+            &[3.0, 0.0, -1.5, 3.0],
+        ),
+        (
+            |x| 0.5 * ((15.0 * x).tanh() - (5.0 * x).tanh()) + 0.8 * (10.0 * x).tanh() + 0.3 * x,
+            Form::Friction,
+            &[],
+        ),
+        (
+            |x| x * x * x + x - 0.9 * x * (-20.0 * x * x).exp(),
+            Form::Stiffness,
+            &[20.0, 3.0, 3.0, 2.7, 0.0],
+        ),
+    ];
+    for (phi, form, truth) in cases {
+        let result = refined(&hammerstein(phi, &linear, 20_000, 0.1, 11));
+        for candidate in forms {
+            let fit = result.fit_form(candidate).unwrap();
+            // A joint's stiffness contains the odd cubic.
+            let nested = candidate == form || form == Form::Polynomial(3) && candidate == Form::Stiffness;
+            assert_eq!(
+                fit.holds(),
+                nested,
+                "{form:?} as {candidate:?}: {} of {}",
+                fit.statistic,
+                fit.limit
+            );
+        }
+        let fit = result.fit_form(form).unwrap();
+        for (p, want) in fit.parameters.iter().zip(truth) {
+            let tolerance = 4.5 * p.error + 0.02 * want.abs() + 0.01;
+            assert!((p.value - want).abs() < tolerance, "{form:?} {p:?} {want}");
+        }
+        for x in [-1.5, -0.31, 0.05, 0.9, 1.7] {
+            assert!(
+                (fit.value(x) - 3.0 * phi(x)).abs() < 0.1,
+                "{form:?} {x}: {}",
+                fit.value(x)
+            );
+        }
+    }
+    let result = refined(&hammerstein(f64::tanh, &linear, 2000, 0.1, 11));
+    let error = result.fit_form(Form::Polynomial(16)).unwrap_err();
+    assert!(error.to_string().contains("the degree is 16, but must be at most 15"));
 }

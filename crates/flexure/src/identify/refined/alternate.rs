@@ -60,6 +60,9 @@ pub(super) struct Minimum {
     pub whitening: Vec<f64>,
     pub terms: Vec<Term>,
     pub chosen: Option<Chosen>,
+    /// The memory-removed output's means over the cells, and the variance of a sample of it.
+    pub values: Vec<f64>,
+    pub variance: f64,
 }
 
 impl Minimum {
@@ -133,6 +136,8 @@ pub(super) fn alternate(data: &mut Data, cells: &Cells, start: Start) -> Option<
             whitening: r,
             terms: selection.terms.clone(),
             chosen: None,
+            values: Vec::new(),
+            variance: 0.0,
         };
         let settled = best.as_ref().is_some_and(|b| {
             let (before, after) = (noise(b), noise(&now));
@@ -147,11 +152,15 @@ pub(super) fn alternate(data: &mut Data, cells: &Cells, start: Start) -> Option<
     let last = best?;
     let r = whitened(&last.model.errors(data));
     let (model, normal) = descend(last.model, data, &r, LAST_STEPS);
+    let (w, e) = (model.signal(data.u), model.errors(data));
+    let (z, variance) = memory_removed(data, &model.dynamics, &r, &w, &e)?;
     Some(Minimum {
         model,
         normal,
         whitening: r,
         chosen,
+        values: cells.means(&z),
+        variance,
         ..last
     })
 }

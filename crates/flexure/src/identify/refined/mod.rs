@@ -19,6 +19,7 @@ mod alternate;
 mod cells;
 mod descent;
 mod dynamics;
+mod forms;
 mod gather;
 mod loss;
 mod noise;
@@ -39,9 +40,10 @@ use crate::nonlinearity::{Curve, Outside};
 use crate::record::Record;
 use alternate::{Minimum, Start, alternate};
 use cells::Cells;
+pub use forms::{Form, FormFit, FormParameter};
 use gather::Gathered;
 use loss::{Data, Dynamics, filter};
-pub use outcome::{Breakpoint, BreakpointKind, CoefficientErrors, RefinedIdentification};
+pub use outcome::{Breakpoint, BreakpointKind, CoefficientErrors, MemoryRemoved, RefinedIdentification};
 
 /// The plain estimate starts from at most so many samples.
 const START: usize = 40_000;
@@ -49,6 +51,10 @@ const START: usize = 40_000;
 const AFTER_SETTLING: usize = 30;
 /// At most this share of an experiment is left out for its unknown initial state.
 const LEFT_OUT: usize = 10;
+
+/// The plain estimate's error on its own samples is below the noise by no more than this share and so many samples'.
+const OVERFITTED: f64 = 0.02;
+const OVERFITTED_SAMPLES: f64 = 20.0;
 
 /// The refined identification of a Hammerstein system.
 ///
@@ -221,7 +227,9 @@ impl RefinedHammerstein {
             return Ok(None);
         };
         let squares: f64 = minimum.model.errors(&data).iter().map(|e| e * e).sum();
-        if !(squares <= plain_squares) {
+        // The plain estimate follows the fitted samples' own noise with more parameters.
+        let allowed = 1.0 + OVERFITTED + OVERFITTED_SAMPLES / data.u.len() as f64;
+        if !(squares <= allowed * plain_squares) {
             return Ok(None);
         }
         self.outcome(all, &minimum, &cells, output_mean, warnings).map(Some)
@@ -254,6 +262,7 @@ impl RefinedHammerstein {
                 hankel_singular_values: singular.unwrap_or_default(),
                 scores: chosen.map(|c| c.scores.clone()).unwrap_or_default(),
             },
+            memory_removed: blocks.points,
             breakpoints: outcome::breakpoints(&minimum.terms, cells),
             noise_model: minimum.whitening.clone(),
             noise: minimum.noise(),
@@ -304,6 +313,12 @@ impl RefinedHammerstein {
             output_offset: plain.output_offset,
             delay: plain.delay,
             order: plain.order,
+            memory_removed: MemoryRemoved {
+                x: Vec::new(),
+                value: Vec::new(),
+                samples: Vec::new(),
+                deviation: 0.0,
+            },
             breakpoints: Vec::new(),
             noise_model: vec![1.0],
             refined: false,

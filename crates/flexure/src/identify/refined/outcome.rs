@@ -51,6 +51,20 @@ pub struct CoefficientErrors {
     pub a: Vec<f64>,
 }
 
+/// The output with the other samples' share taken out: noisy values of the nonlinearity itself, as means over cells
+/// of the input.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MemoryRemoved {
+    /// The mean input of every cell, increasing.
+    pub x: Vec<f64>,
+    /// The mean value there, in the scale of the nonlinearity.
+    pub value: Vec<f64>,
+    /// The number of samples in every cell.
+    pub samples: Vec<f64>,
+    /// The standard deviation of a single sample's value.
+    pub deviation: f64,
+}
+
 /// A refined model with all that was chosen on the way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefinedIdentification {
@@ -71,6 +85,8 @@ pub struct RefinedIdentification {
     pub delay: usize,
     /// The order of the linear part.
     pub order: ChosenOrder,
+    /// What the nonlinearity was estimated from in the end; empty if not refined.
+    pub memory_removed: MemoryRemoved,
     /// The nonlinearity's breakpoints, increasing; it is a cubic polynomial between them.
     pub breakpoints: Vec<Breakpoint>,
     /// The autoregression 1, r_1, r_2, ... that whitens the output error; 1 alone where it is white.
@@ -92,6 +108,7 @@ pub struct RefinedIdentification {
 /// Both blocks in the calibration's scale.
 pub(super) struct Blocks {
     pub curve: Curve,
+    pub points: MemoryRemoved,
     pub band: Vec<f64>,
     pub linear: TransferFunction,
     pub errors: CoefficientErrors,
@@ -189,6 +206,12 @@ pub(super) fn blocks(
         errors: CoefficientErrors {
             b: delayed(b.to_vec()),
             a: std::iter::once(0.0).chain(a.iter().copied()).collect(),
+        },
+        points: MemoryRemoved {
+            x: cells.s.iter().map(|s| cells.unit.back(*s)).collect(),
+            value: minimum.values.iter().map(|z| gain * z + mean).collect(),
+            samples: cells.count.clone(),
+            deviation: gain.abs() * minimum.variance.sqrt(),
         },
         curve,
         linear,

@@ -8,6 +8,8 @@ use crate::nonlinearity::spline::{banded::Banded, basis::CubicSplines};
 
 /// Numbers of evenly placed knots.
 const EVEN: [usize; 14] = [1, 2, 3, 5, 7, 9, 11, 14, 17, 21, 26, 32, 40, 50];
+/// Evenly placed knots within so many adapted functions' cost: cubic knots alone are worth a search.
+const SMOOTH: f64 = 2.0;
 /// Cells either side in which a jump may move.
 const REACH: usize = 3;
 
@@ -24,31 +26,15 @@ pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], c
     let z = &cells.means(values);
     let net = |g: &Growing| g.explained() - costs.adapted * g.breakpoints() as f64;
     let mut fit = stepwise(cells, z, start, costs);
-    if fit.terms.iter().any(|t| matches!(t, Term::From { degree: 0 | 1, .. })) {
-        let smooth = stepwise(cells, z, &[], &costs.smooth());
-        if std::env::var("DBG").is_ok() {
-            eprintln!(
-                "adapted {} {:.1} smooth {} {:.1}",
-                fit.terms.len(),
-                net(&fit) / costs.adapted * 10.0,
-                smooth.terms.len(),
-                net(&smooth) / costs.adapted * 10.0
-            );
-        }
-        if net(&smooth) > net(&fit) {
-            fit = smooth;
-        }
-    }
     if let Some((count, explained)) = even_knots(cells, z, costs.fixed) {
         let even_net = explained - costs.fixed * count as f64;
-        if std::env::var("DBG").is_ok() {
-            eprintln!(
-                "best {} {:.1} even {} {:.1}",
-                fit.terms.len(),
-                net(&fit) / costs.adapted * 10.0,
-                count,
-                even_net / costs.adapted * 10.0
-            );
+        // Where given knots do far worse, the nonlinearity is not smooth.
+        let rough = fit.terms.iter().any(|t| matches!(t, Term::From { degree: 0 | 1, .. }));
+        if rough && even_net > net(&fit) - SMOOTH * costs.adapted {
+            let smooth = stepwise(cells, z, &[], &costs.smooth());
+            if net(&smooth) > net(&fit) {
+                fit = smooth;
+            }
         }
         if even_net > net(&fit) + costs.margin {
             let knots = even(cells, count).into_iter().map(|at| Term::From { at, degree: 3 });

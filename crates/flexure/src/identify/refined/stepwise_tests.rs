@@ -16,6 +16,9 @@ fn the_gain_of_every_candidate_is_that_of_a_refit() {
     let growing = Growing::new(&cells, &means, &start);
     for m in [1, 7, 20, 40, 60] {
         for (k, degree) in DEGREES.into_iter().enumerate() {
+            if growing.left[k][m] <= DEPENDENT * cells.norms[k][m] {
+                continue;
+            }
             let mut terms = start.to_vec();
             terms.push(Term::From {
                 at: cells.lower[m],
