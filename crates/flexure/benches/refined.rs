@@ -1,5 +1,5 @@
 //! The refined identification beside an estimator that knows the linear part:
-//! `cargo bench -p flexure --bench refined [-- SEEDS]`.
+//! `cargo bench -p flexure --bench refined [-- SEEDS [ROWS]]`, only the rows whose name contains ROWS.
 //!
 //! First the common job of `identify.rs` with times; then, for many systems and inputs, the relative L2 error of the
 //! nonlinearity on the middle 95 % of the input's range after affine alignment, n = 20,000, process noise 0.1: median and worst over the
@@ -273,7 +273,7 @@ fn main() -> Result<(), Failure> {
         common_job(n, if n > 100_000 { 1 } else { seeds })?;
     }
     println!(
-        "\n{:<44} {:>8} {:>8} {:>8} {:>8} {:>7}",
+        "\n{:<44} {:>8} {:>8} {:>8} {:>8} {:>7}  delay, order; other in",
         "", "refined", "worst", "known", "worst", "ratio"
     );
     for row in rows()? {

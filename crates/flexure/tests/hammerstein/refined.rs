@@ -366,3 +366,50 @@ fn forms_are_fitted_and_wrong_ones_are_refuted() {
     let error = result.fit_form(Form::Polynomial(16)).unwrap_err();
     assert!(error.to_string().contains("the degree is 16, but must be at most 15"));
 }
+
+#[test]
+fn an_output_without_the_input_is_not_explained() {
+    let record = record(uniform(1, 3000, 1.0), normal(2, 3000, 1.0));
+    let result = RefinedHammerstein::default().identify(&record, "u", "y").unwrap();
+    assert!(result.verdict.measures.fit_percent < 3.0);
+    assert!(
+        result
+            .warnings
+            .iter()
+            .any(|w| matches!(w, Warning::NoDependence { .. })),
+        "{:?}",
+        result.warnings
+    );
+    assert!(result.linear.is_stable());
+}
+
+#[test]
+fn an_input_of_few_levels_is_known_at_those() {
+    let [linear, _] = known_linear_parts();
+    let u: Vec<f64> = uniform(3, 6000, 2.49).iter().map(|u| u.round()).collect();
+    let w: Vec<f64> = u.iter().map(|u| (2.0 * u).tanh() + 0.5).collect();
+    let y = linear
+        .simulate(&w)
+        .iter()
+        .zip(normal(4, 6000, 0.1))
+        .map(|(y, e)| y + e)
+        .collect();
+    let result = refined(&record(u, y));
+    assert_eq!(result.nonlinearity.x(), [-2.0, -1.0, 0.0, 1.0, 2.0]);
+    let gain = linear.static_gain();
+    for (x, y) in result.nonlinearity.x().iter().zip(result.nonlinearity.y()) {
+        assert!((y - gain * ((2.0 * x).tanh() + 0.5)).abs() < 0.05, "{x} {y}");
+    }
+    assert!(
+        matches!(result.warnings[..], [Warning::FewLevels { levels: 5 }]),
+        "{:?}",
+        result.warnings
+    );
+}
+
+#[test]
+fn the_result_is_the_same_twice() {
+    let [linear, _] = known_linear_parts();
+    let record = KnownHammerstein::usual(KnownNonlinearity::Friction, linear).simulate(3000, 1);
+    assert_eq!(refined(&record), refined(&record));
+}

@@ -204,7 +204,8 @@ impl Model {
         let taps = product(&d.b, whitening);
         let (u, y) = (&data.u[part.clone()], &data.y[part.clone()]);
         let counts = &data.counts[part];
-        let white_y = filter(&Dynamics::moving_average(whitening), &[0..y.len()], y);
+        let whole = 0..y.len();
+        let white_y = filter(&Dynamics::moving_average(whitening), std::slice::from_ref(&whole), y);
         let gain: f64 = whitening.iter().sum();
         let history = taps.len().max(na + 1).max(nb);
         let rows = history + CHUNK;
