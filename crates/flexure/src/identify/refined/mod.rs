@@ -73,7 +73,7 @@ const OVERFITTED_SAMPLES: f64 = 20.0;
 ///
 /// let [linear, _] = known_linear_parts();
 /// let system = KnownHammerstein::usual(KnownNonlinearity::DeadZone, linear);
-/// let result = RefinedHammerstein::default().identify(&system.simulate(5000, 1), "u", "y")?;
+/// let result = RefinedHammerstein::default().identify(&system.simulate(20_000, 2), "u", "y")?;
 /// assert_eq!((result.delay, result.order.order, result.breakpoints.len()), (0, 2, 2)); // the dead zone's two kinks
 /// # Ok::<(), flexure::Error>(())
 /// ```
