@@ -84,7 +84,9 @@ impl Row {
         let mut sorted = u.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
         let (low, high) = (sorted[u.len() / 40], sorted[u.len() - 1 - u.len() / 40]);
-        (0..=400).map(|i| low + (high - low) * f64::from(i) / 400.0).collect()
+        (0..4000)
+            .map(|i| low + (high - low) * (f64::from(i) + 0.5) / 4000.0)
+            .collect()
     }
 
     fn error(&self, grid: &[f64], estimate: impl Fn(f64) -> f64) -> f64 {
