@@ -1,4 +1,7 @@
 //! From a record to a model, with a verdict.
+//!
+//! [`PlainHammerstein`] is the paper's algorithm as it stands; [`RefinedHammerstein`] starts from it and comes near the
+//! accuracy of an estimator that knows the linear part.
 
 mod calibration;
 mod checks;

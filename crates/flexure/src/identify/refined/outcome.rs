@@ -77,7 +77,8 @@ pub struct RefinedIdentification {
     pub band: Vec<f64>,
     /// The linear part, normalised; the delay is leading zeros of its numerator. Always stable.
     pub linear: TransferFunction,
-    /// Standard errors of its coefficients.
+    /// Standard errors of its coefficients. They and the band allow for the error's colour by whitening it; where that
+    /// is not done (missing samples, no noise model), they take the error for white.
     pub linear_errors: CoefficientErrors,
     /// Added to the linear part's output.
     pub output_offset: f64,
