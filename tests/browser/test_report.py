@@ -171,6 +171,49 @@ def test_arm_plays_pauses_and_seeks(report):
     assert severe(report) == []
 
 
+def point_at(report, plot, right, down):
+    """Moves the pointer into a plot, to a part of its width and of its height."""
+    over = report.driver.find_element("css selector", f"#{plot} .u-over")
+    report.js("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", over)
+    x, y = (right - 0.5) * over.size["width"], (down - 0.5) * over.size["height"]
+    ActionChains(report.driver).move_to_element_with_offset(over, int(x), int(y)).perform()
+    report.settle()
+
+
+def test_curve_zooms_and_its_data_can_be_hidden(report):
+    needs(report, "#plot-curve", "curve")
+    low, high = report.window("plot-curve")
+    drag(report, "plot-curve", 0.25, 0.5)
+    zoomed = report.window("plot-curve")
+    assert zoomed[0] == pytest.approx(low + 0.25 * (high - low), abs=0.03 * (high - low))
+    assert zoomed[1] == pytest.approx(low + 0.5 * (high - low), abs=0.03 * (high - low))
+    over = report.driver.find_element("css selector", "#plot-curve .u-over")
+    ActionChains(report.driver).double_click(over).perform()
+    report.settle()
+    assert report.window("plot-curve") == pytest.approx((low, high))
+    picture = "return document.querySelector('#plot-curve canvas').toDataURL()"
+    before = report.js(picture)
+    report.click("#plot-curve .u-legend .dots th")
+    assert report.js(picture) != before, "the data stay"
+    report.click("#plot-curve .u-legend .dots th")
+    assert report.js(picture) == before, "the data do not come back"
+    assert severe(report) == []
+
+
+def test_surface_is_read_under_the_pointer(report):
+    needs(report, "#plot-surface", "surface")
+    words = "return document.getElementById('surface-readout').textContent"
+    low, high = report.window("plot-surface")
+    said = []
+    for right in (0.3, 0.7):
+        point_at(report, "plot-surface", right, 0.5)
+        said.append(report.js(words))
+        place = float(said[-1].split(" = ")[1].split(",")[0].replace("−", "-"))
+        assert place == pytest.approx(low + right * (high - low), abs=0.03 * (high - low)), said[-1]
+    assert said[0] != said[1]
+    assert severe(report) == []
+
+
 def test_plots_follow_the_width(report):
     needs(report, ".plot canvas", "plot")
     wide = report.js("return document.querySelector('.plot canvas').width")

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use anyhow::{Result, bail};
 use flexure::identify::hammerstein::MOST_ORDER;
-use flexure::nonlinearity::Kernel;
+use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
 use flexure_io::RecordFile;
 
 /// The column of sample instants in records that Flexure writes, and looks for in others.
@@ -33,7 +33,7 @@ pub enum Auto<T> {
     Given(T),
 }
 
-impl<T: Copy> Auto<T> {
+impl<T> Auto<T> {
     /// The value, if one was given.
     pub fn given(self) -> Option<T> {
         match self {
@@ -60,6 +60,52 @@ pub fn auto_positive(text: &str) -> Result<Auto<f64>, String> {
     } else {
         positive(text).map(Auto::Given)
     }
+}
+
+/// `auto` or positive numbers separated by commas.
+pub fn auto_positives(text: &str) -> Result<Auto<Vec<f64>>, String> {
+    if text == "auto" {
+        return Ok(Auto::Auto);
+    }
+    let numbers: Result<Vec<f64>, String> = text.split(',').map(|part| positive(part.trim())).collect();
+    numbers
+        .map(Auto::Given)
+        .map_err(|_| "expected 'auto' or positive numbers separated by commas".to_owned())
+}
+
+/// `auto` or a number from 0.
+pub fn auto_number(text: &str) -> Result<Auto<f64>, String> {
+    if text == "auto" {
+        return Ok(Auto::Auto);
+    }
+    match f64::from_str(text) {
+        Ok(value) if value >= 0.0 && value.is_finite() => Ok(Auto::Given(value)),
+        _ => Err("expected 'auto' or a number from 0".to_owned()),
+    }
+}
+
+/// A level between 0 and 1.
+pub fn level(text: &str) -> Result<f64, String> {
+    match f64::from_str(text) {
+        Ok(value) if (0.5..=0.999).contains(&value) => Ok(value),
+        _ => Err("expected a number from 0.5 to 0.999".to_owned()),
+    }
+}
+
+/// An estimator by name.
+pub fn estimator(text: &str) -> Result<EstimatorName, String> {
+    EstimatorName::parse(text).ok_or_else(|| {
+        let names: Vec<&str> = EstimatorName::ALL.iter().map(|e| e.name()).collect();
+        format!("expected one of {}", names.join(", "))
+    })
+}
+
+/// A rule that chooses a parameter, by name.
+pub fn rule(text: &str) -> Result<Rule, String> {
+    Rule::parse(text).ok_or_else(|| {
+        let names: Vec<&str> = Rule::ALL.iter().map(|r| r.name()).collect();
+        format!("expected one of {}", names.join(", "))
+    })
 }
 
 /// A positive, finite number.

@@ -6,16 +6,17 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::identify::{Calibration, Identification, PlainHammerstein, RegressionLag};
-use flexure::nonlinearity::Kernel;
+use flexure::nonlinearity::{EstimatorName, Kernel};
 use flexure_io::{RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::ArmMotion;
 
-use crate::arguments::{self, Auto};
+use crate::arguments::{self, Auto, Usage};
 use crate::outcome::{Context, identification_json, model_file, summary};
 use crate::output::{command_line, print};
 use crate::page::{self, Decoration};
 use crate::progress::spinning;
 use crate::simulate::read_arm;
+use crate::tuning;
 
 /// Identify a block-oriented model from an input-output record.
 ///
@@ -50,12 +51,19 @@ pub struct Arguments {
     /// Lag of the regression of output on input: 'strongest' dependence, 'delay' (the paper's), or a number.
     #[arg(long, value_name = "strongest|delay|N", default_value = "strongest", allow_hyphen_values = true, value_parser = regression_lag)]
     lag: RegressionLag,
-    /// Bandwidth of the kernel regression, in the input's unit.
+    /// Estimator of the nonlinearity: kernel (the paper's), local-linear, local-bandwidth, knn, fourier, cosine, legendre,
+    /// hermite, haar, polynomial, spline, network or recursive.
+    #[arg(long, value_name = "NAME", default_value = "kernel", value_parser = arguments::estimator)]
+    nonlinearity: EstimatorName,
+    /// Bandwidth of an estimator with a kernel, in the input's unit.
     #[arg(long, value_name = "auto|H", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_positive)]
     bandwidth: Auto<f64>,
-    /// Kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
-    #[arg(long, value_name = "NAME", default_value = "epanechnikov", value_parser = arguments::kernel)]
-    kernel: Kernel,
+    /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units.
+    #[arg(long, value_name = "auto|P", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_number)]
+    parameter: Auto<f64>,
+    /// Kernel, epanechnikov unless given: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
+    #[arg(long, value_name = "NAME", value_parser = arguments::kernel)]
+    kernel: Option<Kernel>,
     /// Treat the input as white, as the paper does, even where it is not.
     #[arg(long)]
     ignore_colour: bool,
@@ -117,7 +125,14 @@ fn regression_lag(text: &str) -> Result<RegressionLag, String> {
 }
 
 impl Arguments {
-    fn method(&self) -> PlainHammerstein {
+    fn method(&self) -> Result<PlainHammerstein, Usage> {
+        let (option, name) = ("--nonlinearity", self.nonlinearity);
+        tuning::check_kernel(option, name, self.kernel)?;
+        let bandwidth = match self.bandwidth {
+            Auto::Auto => Auto::Auto,
+            Auto::Given(h) => Auto::Given(vec![h]),
+        };
+        let parameter = tuning::given(option, name, bandwidth, self.parameter)?;
         let Method::Plain = self.method;
         let Structure::Hammerstein = self.structure;
         let calibration = match (self.known.as_slice(), self.unit) {
@@ -128,16 +143,17 @@ impl Arguments {
             (_, Unit::StaticGain) => Calibration::UnitStaticGain,
             (_, Unit::FirstCoefficient) => Calibration::UnitFirstCoefficient,
         };
-        PlainHammerstein {
-            kernel: self.kernel,
-            bandwidth: self.bandwidth.given(),
+        Ok(PlainHammerstein {
+            estimator: name,
+            kernel: self.kernel.unwrap_or_default(),
+            parameter: parameter.map(|values| values[0]),
             order: self.order.given(),
             delay: self.delay.given(),
             regression_lag: self.lag,
             calibration,
             ignore_colour: self.ignore_colour,
             fresh_share: self.fresh,
-        }
+        })
     }
 }
 
@@ -160,6 +176,7 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments::distinct_columns(&arguments.input, &arguments.output)?;
     arguments::distinct_points(&arguments.known)?;
+    let method = arguments.method()?;
     for path in [&arguments.model, &arguments.report].into_iter().flatten() {
         check_writable(path)?;
     }
@@ -168,7 +185,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         input: &arguments.input,
         output: &arguments.output,
         sample_time: arguments::sample_time(&file, arguments.sample_time, &[&arguments.input, &arguments.output])?,
-        method: arguments.method(),
+        method,
     };
     let result = identify(&file, &context)?;
     let arm = arguments.moving_arm(&file, &context)?;

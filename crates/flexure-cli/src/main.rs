@@ -10,7 +10,9 @@ mod output;
 mod page;
 mod predict;
 mod progress;
+mod regress;
 mod simulate;
+mod tuning;
 mod validate;
 
 use std::process::ExitCode;
@@ -32,6 +34,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Identify(identify::Arguments),
     Predict(predict::Arguments),
+    Regress(Box<regress::Arguments>),
     Validate(validate::Arguments),
 }
 
@@ -41,6 +44,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
+        Command::Regress(arguments) => regress::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
     };
     match result {

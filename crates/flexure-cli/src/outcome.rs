@@ -7,6 +7,8 @@ use flexure::nonlinearity::Curve;
 use flexure_io::{ModelFile, RecordFile};
 use serde_json::{Value, json};
 
+use crate::tuning;
+
 /// Share of the impulse response that is left when a system counts as settled.
 pub const SETTLED: f64 = 0.01;
 
@@ -42,8 +44,11 @@ pub fn identification_json(result: &Identification, context: &Context) -> Value 
         "order": result.order.order,
         "delay": result.delay,
         "regression_lag": result.regression_lag,
-        "kernel": result.kernel.name(),
-        "bandwidth": result.bandwidth,
+        "estimator": result.estimator.name(),
+        "parameter": result.estimator.parameter(),
+        "value": result.parameter,
+        "kernel": result.estimator.has_bandwidth().then(|| result.kernel.name()),
+        "bandwidth": result.estimator.has_bandwidth().then_some(result.parameter),
         "fit_percent": result.verdict.measures.fit_percent,
         "rms": result.verdict.measures.rms,
         "r_squared": result.verdict.measures.r_squared,
@@ -62,9 +67,10 @@ pub fn identification_json(result: &Identification, context: &Context) -> Value 
         },
         "output_offset": result.output_offset,
         "correlated_with": match result.psi { Psi::Input => "input", Psi::Nonlinearity => "estimated nonlinearity", Psi::DeconvolvedNonlinearity => "estimated nonlinearity, deconvolved" },
-        "bandwidth_scores": result.bandwidth_search.as_ref().map(|s| json!({
-            "bandwidth": s.curve.iter().map(|c| c.bandwidth).collect::<Vec<_>>(),
-            "error": s.curve.iter().map(|c| c.error).collect::<Vec<_>>(),
+        "scores": result.scores.as_ref().map(tuning::scores_json),
+        "bandwidth_scores": result.scores.as_ref().filter(|_| result.estimator.has_bandwidth()).map(|s| json!({
+            "bandwidth": s.parameter,
+            "error": s.score,
         })),
         "order_scores": {
             "order": result.order.scores.iter().map(|s| s.order).collect::<Vec<_>>(),
@@ -148,11 +154,13 @@ pub fn summary(result: &Identification, context: &Context) -> String {
             verdict.measures.samples
         ),
         format!(
-            "  nonlinearity        kernel regression on [{}, {}], {} kernel, bandwidth {}",
+            "  nonlinearity        {} on [{}, {}], {}{} {}",
+            result.estimator.title(),
             number(x[0]),
             number(x[x.len() - 1]),
-            result.kernel.name(),
-            number(result.bandwidth)
+            tuning::kernel_words(result.estimator, result.kernel, "", ", "),
+            result.estimator.parameter(),
+            tuning::list(&[result.parameter])
         ),
         format!(
             "  linear part         order {}, delay {}, static gain {}",

@@ -11,6 +11,7 @@ use flexure_report::data::{
 use anyhow::Result;
 
 use crate::outcome::{Context, number};
+use crate::tuning;
 
 /// Frequencies of the Bode plot.
 const FREQUENCIES: usize = 400;
@@ -107,7 +108,8 @@ fn unit_of(column: &str) -> &'static str {
     }
 }
 
-fn labelled(column: &str) -> String {
+/// A column's name with its unit, where that is known.
+pub fn labelled(column: &str) -> String {
     match unit_of(column) {
         "" => column.to_owned(),
         unit => format!("{column} ({unit})"),
@@ -170,9 +172,12 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
             ),
         ),
         fact(
-            "Bandwidth",
-            number(result.bandwidth),
-            "half width of the kernel's window, in the input's unit",
+            &tuning::capitalised(result.estimator.parameter()),
+            tuning::list(&[result.parameter]),
+            &match result.estimator.has_bandwidth() {
+                true => "half width of the kernel's window, in the input's unit".to_owned(),
+                false => format!("of the {} that estimates the nonlinearity", result.estimator.title()),
+            },
         ),
         fact(
             "Samples",
@@ -301,14 +306,9 @@ fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
         why,
         curve,
     };
-    let scores = result.bandwidth_search.as_ref().map(|s| ScoreCurve {
-        x_label: format!("bandwidth, in the unit of {}", context.input),
-        y_label: "leave-one-out error".to_owned(),
-        log_x: true,
-        x: s.curve.iter().map(|c| c.bandwidth).collect(),
-        y: s.curve.iter().map(|c| c.error).collect(),
-        chosen: s.bandwidth,
-    });
+    let estimator = result.estimator;
+    let scores = result.scores.as_ref();
+    let scores = scores.map(|s| tuning::score_curve(estimator, s, &[result.parameter], context.input));
     let orders = &result.order.scores;
     let order_curve = (orders.len() > 1).then(|| ScoreCurve {
         x_label: "order".to_owned(),
@@ -321,10 +321,13 @@ fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
     let method = &context.method;
     vec![
         choice(
-            "Bandwidth",
-            format!("h = {} ({} kernel)", number(result.bandwidth), result.kernel.name()),
+            &tuning::capitalised(estimator.parameter()),
+            match estimator.has_bandwidth() {
+                true => format!("h = {} ({} kernel)", number(result.parameter), result.kernel.name()),
+                false => format!("{} ({})", tuning::list(&[result.parameter]), estimator.title()),
+            },
             given_or(
-                method.bandwidth.is_some(),
+                method.parameter.is_some(),
                 "smallest exact leave-one-out cross-validation error",
             )
             .to_owned(),

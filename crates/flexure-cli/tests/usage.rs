@@ -4,7 +4,7 @@ mod common;
 
 use common::Folder;
 
-const COMMANDS: [&str; 5] = ["demo", "simulate", "identify", "predict", "validate"];
+const COMMANDS: [&str; 6] = ["demo", "simulate", "identify", "predict", "regress", "validate"];
 
 #[test]
 fn every_command_has_help_with_an_example() {
@@ -43,7 +43,7 @@ fn the_examples_work() {
     let folder = Folder::new();
     folder.known("record.csv", 600, 1);
     folder.known("fresh.csv", 300, 2);
-    for command in ["identify", "predict", "validate"] {
+    for command in ["identify", "predict", "validate", "regress"] {
         let help = folder.done(&format!("{command} --help"));
         let example = help.split("Example:\n  flexure ").nth(1).unwrap().trim();
         folder.done(&example.split_whitespace().collect::<Vec<_>>().join(" "));

@@ -7,15 +7,15 @@ const LABEL_WIDTH = 20; // of the words beside them
 const LEGEND_HEIGHT = 26;
 const WHOLE_STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000]; // for ticks at whole numbers
 
-/** A series: `colour` names a style sheet colour; `area` fills below, `unlisted` keeps it out of the legend; `points` is true or their size. */
-function line(label, colourName, { width = 2, dash, area, unlisted, points = false, scale, hidden } = {}) {
+/** A series: `colour` names a style sheet colour; `area` fills below, `unlisted` keeps it out of the legend, where `dots` gives it a round mark; `points` is true or their size. */
+function line(label, colourName, { width = 2, dash, area, unlisted, dots, points = false, scale, hidden } = {}) {
   return {
     label,
     colourName,
     scale: scale ?? "y",
     dash,
     width: hidden ? 0 : width,
-    class: [area && "area", unlisted && "unlisted"].filter(Boolean).join(" ") || undefined,
+    class: [area && "area", unlisted && "unlisted", dots && "dots"].filter(Boolean).join(" ") || undefined,
     stroke: () => (hidden ? "transparent" : colour(colourName)),
     fill: area && !hidden ? () => colour(area) : undefined,
     areaName: area,

@@ -1,13 +1,18 @@
 /* Curves over something that is not time: the nonlinearity, the residuals' correlations, the scores. */
 
 function plotNonlinearity(n) {
-  const host = byId("plot-nonlinearity");
+  plotCurve(byId("plot-nonlinearity"), n);
+}
+
+/** An estimate with its band, over the data's density or over the data themselves. */
+function plotCurve(host, n, cloud) {
   const [series, data, bands] = [[], [], []];
   const add = (s, d) => {
     series.push(s);
     data.push(d);
   };
   const scales = {};
+  if (cloud) add(pointsSeries("data"), n.x.map(() => null));
   if (n.density.length) {
     add(line("data density", "--density", { width: 1, area: "--wash", scale: "density" }), n.density);
     scales.density = { range: [0, 3.6 * Math.max(extent(n.density)[1], 1e-300)] };
@@ -22,12 +27,15 @@ function plotNonlinearity(n) {
   chart(host, {
     at: n.x,
     x: { label: n.x_label },
-    y: { label: n.y_label, range: () => curveRange(n) },
+    y: { label: n.y_label, range: () => (cloud ? widened(extent(cloud.y_range, n.y)) : curveRange(n)) },
     series,
     data,
     bands,
     scales,
-    below: (u) => drawLevel(u, "y", 0, "--line"),
+    below: (u) => {
+      drawLevel(u, "y", 0, "--line");
+      if (cloud) drawCloud(u, cloud, 1);
+    },
   });
 }
 

@@ -33,11 +33,12 @@ function decimalsOf(step) {
   return words.includes("e") || !words.includes(".") ? 0 : words.split(".")[1].length;
 }
 
-/** Ticks of a logarithmic axis at 1 to 9 times each power of ten, wherever the scale begins. */
+/** Ticks of a logarithmic axis at 1 to 9 times each power of ten, wherever the scale begins; over many decades at the powers alone. */
 function logSplits(u, side, low, high) {
   const ticks = [];
+  const digits = Math.log10(high / low) > 6 ? 1 : 9;
   for (let power = 10 ** Math.floor(Math.log10(low)); power <= high; power *= 10) {
-    for (let digit = 1; digit < 10; digit += 1) {
+    for (let digit = 1; digit <= digits; digit += 1) {
       const tick = digit * power;
       if (tick >= low && tick <= high) ticks.push(tick);
     }
@@ -45,10 +46,12 @@ function logSplits(u, side, low, high) {
   return ticks;
 }
 
-/** Labels of those ticks: at the powers of ten, and at 2 and 5 between where there are fewer than two powers. */
+/** Labels of those ticks: at the powers of ten, not at all of them where they are many, and at 2 and 5 between where they are few. */
 function logLabels(u, splits) {
   const leading = (tick) => Math.round(tick / 10 ** Math.floor(Math.log10(tick) + 1e-9));
   const powers = splits.filter((tick) => leading(tick) === 1).length;
+  const every = Math.ceil(powers / 6);
+  if (every > 1) return splits.map((tick) => (leading(tick) === 1 && Math.round(Math.log10(tick)) % every === 0 ? readable(tick, 2) : null));
   const shown = powers >= 2 ? [1] : splits.length > 6 ? [1, 2, 5] : [1, 2, 3, 4, 5, 6, 7, 8, 9];
   return splits.map((tick) => (shown.includes(leading(tick)) ? readable(tick, 2) : null));
 }

@@ -16,7 +16,7 @@ pub(crate) fn page(page: &Page) -> Result<()> {
             )?;
         }
     }
-    nonlinearity(&page.nonlinearity)?;
+    nonlinearity("nonlinearity", &page.nonlinearity)?;
     linear(&page.linear)?;
     let prediction = &page.prediction;
     same(
@@ -44,19 +44,16 @@ pub(crate) fn page(page: &Page) -> Result<()> {
     page.arm.as_ref().map_or(Ok(()), arm)
 }
 
-fn nonlinearity(n: &Nonlinearity) -> Result<()> {
+/// Checks a curve with its band; `part` is its path.
+pub(crate) fn nonlinearity(part: &str, n: &Nonlinearity) -> Result<()> {
     let need = n.x.len();
-    increasing("nonlinearity.x".into(), &n.x)?;
-    same("nonlinearity.y".into(), n.y.len(), need, "abscissa")?;
-    optional("nonlinearity.lower", n.lower.len(), need, "abscissa")?;
-    same(
-        "nonlinearity.upper".into(),
-        n.upper.len(),
-        n.lower.len(),
-        "value of nonlinearity.lower",
-    )?;
-    optional("nonlinearity.density", n.density.len(), need, "abscissa")?;
-    optional("nonlinearity.truth", n.truth.len(), need, "abscissa")
+    increasing(format!("{part}.x"), &n.x)?;
+    same(format!("{part}.y"), n.y.len(), need, "abscissa")?;
+    optional(&format!("{part}.lower"), n.lower.len(), need, "abscissa")?;
+    let each = "value of the band's lower edge";
+    same(format!("{part}.upper"), n.upper.len(), n.lower.len(), each)?;
+    optional(&format!("{part}.density"), n.density.len(), need, "abscissa")?;
+    optional(&format!("{part}.truth"), n.truth.len(), need, "abscissa")
 }
 
 fn linear(l: &LinearPart) -> Result<()> {
@@ -75,7 +72,7 @@ fn linear(l: &LinearPart) -> Result<()> {
     )
 }
 
-fn score(part: &str, curve: &ScoreCurve) -> Result<()> {
+pub(crate) fn score(part: &str, curve: &ScoreCurve) -> Result<()> {
     increasing(format!("{part}.x"), &curve.x)?;
     same(format!("{part}.y"), curve.y.len(), curve.x.len(), "candidate")?;
     match curve.x.first() {
@@ -103,7 +100,7 @@ fn arm(arm: &ArmMotion) -> Result<()> {
     Ok(())
 }
 
-fn same(part: String, got: usize, need: usize, each: &'static str) -> Result<()> {
+pub(crate) fn same(part: String, got: usize, need: usize, each: &'static str) -> Result<()> {
     if got == need {
         Ok(())
     } else {
@@ -133,7 +130,7 @@ fn axis(part: &str, axis: &Axis) -> Result<()> {
     }
 }
 
-fn increasing(part: String, x: &[f64]) -> Result<()> {
+pub(crate) fn increasing(part: String, x: &[f64]) -> Result<()> {
     let mut before = f64::NEG_INFINITY;
     for (index, &value) in x.iter().enumerate() {
         if !(value > before && value.is_finite()) {

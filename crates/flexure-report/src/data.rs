@@ -5,7 +5,10 @@
 
 use serde::Serialize;
 
-/// Everything on the page.
+mod regression;
+pub use regression::{RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
+
+/// Everything on the page of an identification.
 #[derive(Debug, Clone, Serialize)]
 pub struct Page {
     /// The heading, for example "Elbow joint of the space arm".

@@ -1,6 +1,6 @@
-//! One self-contained offline HTML page that shows an identification.
+//! One self-contained offline HTML page that shows an identification or a regression.
 //!
-//! [`render`] turns a [`data::Page`] of plain values into one HTML document: style, scripts, plots ([uPlot], embedded)
+//! [`render`] turns a [`data::Page`] of plain values, and [`render_regression`] a [`data::RegressionPage`], into one HTML document: style, scripts, plots ([uPlot], embedded)
 //! and data are all inside, nothing is ever fetched, and a content security policy in the page forbids it. The text is
 //! ordinary HTML, readable without scripts; the data ride along as JSON for the plots.
 //!
@@ -14,8 +14,9 @@ mod decimate;
 mod error;
 pub mod limits;
 mod payload;
+mod regression;
 mod render;
 mod text;
 
 pub use error::{Error, Result};
-pub use render::render;
+pub use render::{render, render_regression};

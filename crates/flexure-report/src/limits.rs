@@ -28,5 +28,11 @@ pub const FEW_POINTS: usize = 10;
 /// Most lags of an impulse response or a correlation; later ones are left out.
 pub const LAGS: usize = 2_000;
 
+/// Most points of a scatter that are drawn one by one; more are counted in the cells of a grid.
+pub const SCATTER_POINTS: usize = 5_000;
+
+/// Columns and rows of that grid.
+pub const SCATTER_CELLS: [usize; 2] = [160, 90];
+
 /// Significant digits of the embedded numbers.
 pub const DIGITS: usize = 7;

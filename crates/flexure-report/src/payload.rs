@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::data::{ArmMotion, Axis, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve};
+use crate::data::{ArmMotion, Axis, Choice, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve};
 use crate::decimate::{bucket, head, min_max, thin};
 use crate::limits;
 
@@ -77,11 +77,7 @@ pub(crate) fn payload(page: &Page) -> Payload<'_> {
         linear: linear(&page.linear),
         prediction: (!page.prediction.measured.is_empty()).then(|| prediction(&page.prediction)),
         residuals: residuals(&page.residuals),
-        scores: page
-            .choices
-            .iter()
-            .map(|choice| choice.curve.as_ref().filter(|c| c.x.len() > 1).map(score))
-            .collect(),
+        scores: page.choices.iter().map(score).collect(),
         record: record(page),
         arm: page.arm.as_ref().filter(|arm| arm.q[0].len() > 1).map(arm),
     }
@@ -106,7 +102,8 @@ fn grid(axis: &Axis, bucket: usize, stride: f64, count: usize) -> Grid {
     }
 }
 
-fn nonlinearity(n: &Nonlinearity) -> NonlinearityPlot {
+/// A curve reduced to what is drawn of it.
+pub(crate) fn nonlinearity(n: &Nonlinearity) -> NonlinearityPlot {
     let thin = |v: &[f64]| thin(v, limits::CURVE_POINTS);
     let points = n.x.len() <= limits::FEW_POINTS;
     NonlinearityPlot {
@@ -170,14 +167,16 @@ fn residuals(r: &Residuals) -> ResidualPlot<'_> {
     }
 }
 
-fn score(curve: &ScoreCurve) -> ScoreCurve {
-    ScoreCurve {
+/// A score curve reduced to what is drawn of it; none with a single candidate.
+pub(crate) fn score(choice: &Choice) -> Option<ScoreCurve> {
+    let curve = choice.curve.as_ref().filter(|c| c.x.len() > 1)?;
+    Some(ScoreCurve {
         x: thin(&curve.x, limits::CURVE_POINTS),
         y: thin(&curve.y, limits::CURVE_POINTS),
         x_label: curve.x_label.clone(),
         y_label: curve.y_label.clone(),
         ..*curve
-    }
+    })
 }
 
 fn record(page: &Page) -> Option<RecordPlot<'_>> {

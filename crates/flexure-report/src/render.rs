@@ -4,12 +4,20 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Serde, Value};
 use minijinja::{AutoEscape, Environment, context};
 
-use crate::data::Page;
-use crate::payload::{Payload, payload};
-use crate::text::text;
-use crate::{Result, check};
+use serde::Serialize;
 
-const TEMPLATE: &str = include_str!("../assets/page.html");
+use crate::data::{Page, RegressionPage};
+use crate::payload::payload;
+use crate::text::text;
+use crate::{Result, check, regression};
+
+/// The templates by the names under which they include one another.
+const TEMPLATES: [(&str, &str); 4] = [
+    ("base.html", include_str!("../assets/base.html")),
+    ("parts.html", include_str!("../assets/parts.html")),
+    ("identification.html", include_str!("../assets/identification.html")),
+    ("regression.html", include_str!("../assets/regression.html")),
+];
 
 const STYLES: [&str; 3] = [
     include_str!("../assets/vendor/uplot/uPlot.min.css"),
@@ -19,18 +27,29 @@ const STYLES: [&str; 3] = [
 
 const UPLOT: &str = include_str!("../assets/vendor/uplot/uPlot.iife.min.js");
 
-/// The page's scripts in the order in which they build on one another; they share one function scope.
-const SCRIPTS: [&str; 10] = [
+/// The scripts that all pages share, in the order in which they build on one another; a page's own follow, all in one
+/// function scope.
+const SHARED: [&str; 6] = [
     include_str!("../assets/format.js"),
     include_str!("../assets/theme.js"),
     include_str!("../assets/chart.js"),
     include_str!("../assets/group.js"),
+    include_str!("../assets/scatter.js"),
     include_str!("../assets/curves.js"),
+];
+
+const IDENTIFICATION: [&str; 5] = [
     include_str!("../assets/linear.js"),
     include_str!("../assets/signals.js"),
     include_str!("../assets/arm-view.js"),
     include_str!("../assets/arm.js"),
     include_str!("../assets/main.js"),
+];
+
+const REGRESSION: [&str; 3] = [
+    include_str!("../assets/distribution.js"),
+    include_str!("../assets/surface.js"),
+    include_str!("../assets/regression.js"),
 ];
 
 /// The page as one HTML document that needs nothing else.
@@ -44,21 +63,49 @@ const SCRIPTS: [&str; 10] = [
 pub fn render(page: &Page) -> Result<String> {
     check::page(page)?;
     let payload = payload(page);
+    document("identification.html", &IDENTIFICATION, text(page, &payload), &payload)
+}
+
+/// The page of a regression as one HTML document that needs nothing else.
+///
+/// # Errors
+///
+/// [`crate::Error::Length`], [`crate::Error::NotIncreasing`] and [`crate::Error::NotPositive`] if the page's data contradict
+/// one another.
+pub fn render_regression(page: &RegressionPage) -> Result<String> {
+    regression::check(page)?;
+    let payload = regression::payload(page);
+    document(
+        "regression.html",
+        &REGRESSION,
+        regression::text(page, &payload),
+        &payload,
+    )
+}
+
+/// Fills in a template with the page's words, and embeds its scripts and the data that they plot.
+fn document(template: &str, scripts: &[&str], words: impl Serialize, payload: &impl Serialize) -> Result<String> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
-    environment.add_template("page", TEMPLATE)?;
-    let words = environment.get_template("page")?.render(context! {
-        page => Value::from(Serde(text(page, &payload))),
+    for (name, source) in TEMPLATES {
+        environment.add_template(name, source)?;
+    }
+    let words = environment.get_template(template)?.render(context! {
+        page => Value::from(Serde(words)),
         style => STYLES.concat(),
-        script => format!("{UPLOT}\n(() => {{\n\"use strict\";\n{}}})();\n", SCRIPTS.concat()),
-        data => embedded(&payload)?,
+        script => format!(
+            "{UPLOT}\n(() => {{\n\"use strict\";\n{}{}}})();\n",
+            SHARED.concat(),
+            scripts.concat()
+        ),
+        data => embedded(payload)?,
     })?;
     Ok(words)
 }
 
 /// JSON that can stand inside a `<script>` element: no `<` means no end tag and no comment can begin in it.
 /// (`<` occurs in JSON only inside strings, where its escape means the same.) NaN and infinities become `null`.
-fn embedded(payload: &Payload<'_>) -> Result<String> {
+fn embedded(payload: &impl Serialize) -> Result<String> {
     Ok(serde_json::to_string(payload)?.replace('<', "\\u003c"))
 }

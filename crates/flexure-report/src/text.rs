@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::data::{Choice, Fact, Page, Test, Verdict};
+use crate::data::{Choice, Fact, Page, ScoreCurve, Test, Verdict};
 use crate::limits;
 use crate::payload::Payload;
 
@@ -37,7 +37,7 @@ struct TestRow<'a> {
 }
 
 #[derive(Serialize)]
-struct ChoiceText<'a> {
+pub(crate) struct ChoiceText<'a> {
     name: &'a str,
     value: &'a str,
     why: &'a str,
@@ -110,12 +110,7 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
         facts: &page.facts,
         warnings: &page.warnings,
         tests: residuals.tests.iter().map(row).collect(),
-        choices: page
-            .choices
-            .iter()
-            .zip(&payload.scores)
-            .map(|(choice, s)| chosen(choice, s.is_some()))
-            .collect(),
+        choices: choices(&page.choices, &payload.scores),
         nonlinearity: payload
             .nonlinearity
             .as_ref()
@@ -165,13 +160,15 @@ fn row(test: &Test) -> TestRow<'_> {
     }
 }
 
-fn chosen(choice: &Choice, curve: bool) -> ChoiceText<'_> {
-    ChoiceText {
+/// What was chosen, and which choices have a curve among `scores`.
+pub(crate) fn choices<'a>(choices: &'a [Choice], scores: &[Option<ScoreCurve>]) -> Vec<ChoiceText<'a>> {
+    let chosen = |(choice, score): (&'a Choice, &Option<ScoreCurve>)| ChoiceText {
         name: &choice.name,
         value: &choice.value,
         why: &choice.why,
-        curve,
-    }
+        curve: score.is_some(),
+    };
+    choices.iter().zip(scores).map(chosen).collect()
 }
 
 fn nonlinearity(page: &Page, points: bool) -> NonlinearityText<'_> {
@@ -256,7 +253,7 @@ fn number(v: f64, digits: usize) -> String {
 }
 
 /// A count for reading: thousands apart from 10 000 on.
-fn count(n: usize) -> String {
+pub(crate) fn count(n: usize) -> String {
     let digits = n.to_string();
     if digits.len() < 5 {
         return digits;

@@ -7,34 +7,12 @@ mod pages;
 #[path = "../examples/sample/system.rs"]
 mod system;
 
+mod common;
+
+use common::{data, words};
 use flexure_report::data::Page;
 use flexure_report::{Error, render};
 use serde_json::Value;
-
-/// The page's embedded data.
-fn data(html: &str) -> Value {
-    let (_, rest) = html
-        .split_once(r#"<script type="application/json" id="page-data">"#)
-        .expect("the data's start");
-    let (json, _) = rest.split_once("</script>").expect("the data's end");
-    serde_json::from_str(json).expect("valid JSON")
-}
-
-/// The page without scripts, styles and data: what a reader sees.
-fn words(html: &str) -> String {
-    let mut words = String::new();
-    let mut rest = html;
-    while let Some(start) = ["<script", "<style"].iter().filter_map(|tag| rest.find(tag)).min() {
-        words.push_str(&rest[..start]);
-        let end = if rest[start..].starts_with("<script") {
-            "</script>"
-        } else {
-            "</style>"
-        };
-        rest = rest[start..].split_once(end).expect("the end tag").1;
-    }
-    words + rest
-}
 
 fn html(page: &Page) -> String {
     render(page).expect("the page is made")

@@ -220,6 +220,41 @@ pub enum Error {
         /// What differs.
         what: &'static str,
     },
+    /// An estimator that cannot weigh its points was given weights.
+    #[error("{what} takes no weights; leave them out, or choose another estimator")]
+    NoWeights {
+        /// The estimator.
+        what: &'static str,
+    },
+    /// A rule cannot choose an estimator's parameter.
+    #[error(
+        "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; choose it by another rule, or give it",
+        if *.columns == 1 { "" } else { "s" }
+    )]
+    RuleUnsuited {
+        /// The rule's name.
+        rule: &'static str,
+        /// What the estimator is.
+        estimator: &'static str,
+        /// The number of columns of x.
+        columns: usize,
+    },
+    /// The points of a regression lie at fewer different places than it needs.
+    #[error(
+        "{what} in {columns} column{} needs points of positive weight at {need} or more different places, but there \
+         are {got}; take more points, fewer columns or a local constant fit with a given bandwidth",
+        if *.columns == 1 { "" } else { "s" }
+    )]
+    TooFewDistinct {
+        /// The kind of regression.
+        what: &'static str,
+        /// The number of columns of x.
+        columns: usize,
+        /// The smallest number of distinct points that will do.
+        need: usize,
+        /// The number there is.
+        got: usize,
+    },
 }
 
 /// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.

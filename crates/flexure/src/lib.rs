@@ -29,6 +29,7 @@
 //! | [`manipulator`] | the two-link arm: rigid, and with linear or nonlinear flexible joints |
 //! | [`nonlinearity`] | estimators of a static nonlinearity |
 //! | [`selection`] | their parameters from data |
+//! | [`bands`] | pointwise and simultaneous confidence bands around them |
 //! | [`linear`] | transfer functions |
 //! | [`model`] | static nonlinearities and linear systems in series and in parallel |
 //! | [`identify`] | from a record to a model, with a verdict |
@@ -37,6 +38,7 @@
 //! | [`study`] | convergence rates by Monte Carlo, beside the theorems' |
 //! | [`error`] | everything that can go wrong, with the facts in the fields |
 
+pub mod bands;
 pub mod error;
 pub mod identify;
 pub mod linear;

@@ -34,7 +34,7 @@ pub fn inverse_positive_definite(rows: &[f64], n: usize) -> Option<Vec<f64>> {
     inverse
         .iter()
         .all(|v| v.is_finite())
-        .then(|| inverse.iter().copied().collect())
+        .then(|| inverse.as_slice().to_vec())
 }
 
 /// The symmetric Toeplitz matrix with this first column.

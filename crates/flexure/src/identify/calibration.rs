@@ -65,7 +65,10 @@ impl Calibration {
         output_mean: f64,
         warnings: &mut Vec<Warning>,
     ) -> Result<Calibrated> {
-        let estimate = |x: f64| regression.fit.predict(&[x])[0];
+        let estimate = |x: f64| {
+            let m = regression.fit.predict(&[&[x]]);
+            m.ok().and_then(|m| m.first().copied()).unwrap_or(f64::NAN)
+        };
         self.apply_to(estimate, regression.mean, linear, gain_error, output_mean, warnings)
     }
 

@@ -23,10 +23,9 @@ use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
 use crate::model::Block;
-use crate::nonlinearity::kernel::Sorted;
-use crate::nonlinearity::{Curve, Kernel, KernelFit, KernelRegression, Outside, tabulate};
+use crate::nonlinearity;
+use crate::nonlinearity::{Curve, EstimatorName, Kernel, NamedEstimator, Outside, Scores, Tuning, tabulate};
 use crate::record::Record;
-use crate::selection::BandwidthSearch;
 
 /// The fewest samples that are worth a fit.
 pub const FEWEST: usize = 100;
@@ -63,8 +62,9 @@ pub enum RegressionLag {
 ///
 /// | parameter | purpose | valid range | default |
 /// |---|---|---|---|
+/// | `estimator` | the estimator of the nonlinearity; the paper's is the kernel's, (21) | | kernel |
 /// | `kernel` | weight function of (21) | | Epanechnikov |
-/// | `bandwidth` | h of (21) | positive | leave-one-out cross-validation |
+/// | `parameter` | the estimator's tuning parameter; for (21) the bandwidth h | that of the estimator | leave-one-out cross-validation |
 /// | `order` | order l of the linear part | 0 to 50 | Schwarz's criterion, 0 to 8 |
 /// | `delay` | delay s in samples | below a quarter of the record | first significant dependence |
 /// | `regression_lag` | lag of the regression | below a quarter of the record | the strongest dependence |
@@ -73,10 +73,12 @@ pub enum RegressionLag {
 /// | `fresh_share` | share at the record's end kept for the verdict | 0.05 to 0.9 | 0.25 |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlainHammerstein {
-    /// The weight function.
+    /// The estimator of the nonlinearity.
+    pub estimator: EstimatorName,
+    /// The weight function of an estimator with a kernel.
     pub kernel: Kernel,
-    /// The bandwidth, in the input's unit.
-    pub bandwidth: Option<f64>,
+    /// The estimator's tuning parameter, see [`EstimatorName::parameter`]; a bandwidth is in the input's unit.
+    pub parameter: Option<f64>,
     /// The order of the linear part.
     pub order: Option<usize>,
     /// The delay in samples.
@@ -94,8 +96,9 @@ pub struct PlainHammerstein {
 impl Default for PlainHammerstein {
     fn default() -> Self {
         PlainHammerstein {
+            estimator: EstimatorName::Kernel,
             kernel: Kernel::default(),
-            bandwidth: None,
+            parameter: None,
             order: None,
             delay: None,
             regression_lag: RegressionLag::default(),
@@ -108,8 +111,9 @@ impl Default for PlainHammerstein {
 
 /// The regression's result: the estimate m_n and its values at the samples.
 pub(super) struct Regression {
-    pub(super) fit: KernelFit,
-    search: Option<BandwidthSearch>,
+    pub(super) fit: Box<dyn nonlinearity::Regression>,
+    parameter: f64,
+    scores: Option<Scores>,
     /// m_n(X_n) less its mean.
     pub(super) centred: Vec<f64>,
     pub(super) mean: f64,
@@ -217,9 +221,15 @@ impl PlainHammerstein {
             }
             delay = self.delay.unwrap_or_else(|| estimate.first());
         }
-        if let Some(search) = regression.search.as_ref().filter(|s| s.at_edge) {
-            warnings.push(Warning::BandwidthAtEdge {
-                bandwidth: search.bandwidth,
+        if regression.scores.as_ref().is_some_and(|s| s.at_edge) {
+            warnings.push(match self.estimator {
+                EstimatorName::Kernel => Warning::BandwidthAtEdge {
+                    bandwidth: regression.parameter,
+                },
+                other => Warning::ParameterAtEdge {
+                    parameter: other.parameter(),
+                    value: regression.parameter,
+                },
             });
         }
 
@@ -241,7 +251,7 @@ impl PlainHammerstein {
             &mut warnings,
         )?;
         let Calibrated { gain, mean: level, .. } = calibrated;
-        let (curve, errors) = tabulate(&regression.fit, Outside::Nearest)?;
+        let (curve, errors) = tabulate(&*regression.fit, &fit_u[..fitted - lag], Outside::Nearest)?;
         let curve = curve.affine(gain, level - gain * regression.mean);
         let band = errors.iter().map(|e| BAND_QUANTILE * gain.abs() * e).collect();
         let linear = delayed(&linear, gain, delay)?;
@@ -271,9 +281,10 @@ impl PlainHammerstein {
             linear,
             delay,
             regression_lag: lag,
+            estimator: self.estimator,
             kernel: self.kernel,
-            bandwidth: regression.fit.method().bandwidth,
-            bandwidth_search: regression.search,
+            parameter: regression.parameter,
+            scores: regression.scores,
             order,
             impulse_estimate: estimate.k[..=memory].iter().map(|k| k / gain).collect(),
             impulse_limit: estimate.limit / gain.abs(),
@@ -295,32 +306,34 @@ impl PlainHammerstein {
 
     /// Regresses Y_{n+lag} on X_n.
     fn regress(&self, u: &[f64], y: &[f64], lag: usize) -> Result<Regression> {
-        let data = Sorted::new(&u[..u.len() - lag], &y[lag..]);
-        let search = self
-            .bandwidth
-            .is_none()
-            .then(|| BandwidthSearch::over(self.kernel, &data));
-        let bandwidth = self
-            .bandwidth
-            .or(search.as_ref().map(|s| s.bandwidth))
-            .unwrap_or(f64::NAN);
-        let fit = KernelRegression {
+        let (x, y) = (&u[..u.len() - lag], &y[lag..]);
+        let method = NamedEstimator {
+            name: self.estimator,
+            tuning: self
+                .parameter
+                .map_or_else(Tuning::default, |value| Tuning::Fixed(vec![value])),
             kernel: self.kernel,
-            bandwidth,
-        }
-        .fit_sorted(data)?;
+            // Nothing is invented in the gaps of the paper's estimate.
+            outside: match self.estimator {
+                EstimatorName::Kernel => Outside::Nan,
+                _ => Outside::Nearest,
+            },
+            ..NamedEstimator::default()
+        };
+        let fit = method.fit(&[x], y, None)?;
         // The last samples of the input have no partner, and may lie out of reach of all others.
-        let overall = fit.data().mean;
-        let mut centred: Vec<f64> = fit
-            .predict(u)
-            .into_iter()
-            .map(|m| if m.is_nan() { overall } else { m })
-            .collect();
+        let overall = fit
+            .regression
+            .kernel_fit()
+            .map_or_else(|| mean(y), |fit| fit.data().mean);
+        let mut centred: Vec<f64> = fit.regression.predict(&[u])?;
+        centred.iter_mut().filter(|m| m.is_nan()).for_each(|m| *m = overall);
         let mean = mean(&centred);
         centred.iter_mut().for_each(|m| *m -= mean);
         Ok(Regression {
-            fit,
-            search,
+            fit: fit.regression,
+            parameter: fit.parameter[0],
+            scores: fit.scores,
             centred,
             mean,
         })

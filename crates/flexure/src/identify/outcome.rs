@@ -2,8 +2,7 @@
 
 use crate::linear::TransferFunction;
 use crate::model::Block;
-use crate::nonlinearity::{Curve, Kernel};
-use crate::selection::BandwidthSearch;
+use crate::nonlinearity::{Curve, EstimatorName, Kernel, Scores};
 use crate::validation::{FitMeasures, ResidualTest, ResidualTests};
 
 /// The function of the input that the output was correlated with for the linear part.
@@ -124,6 +123,16 @@ pub enum Warning {
     /// The refinement found nothing better than the plain estimate.
     #[error("the refinement did not lower the error of the plain estimate, which is returned without standard errors")]
     NotRefined,
+    /// The score of an estimator without a bandwidth is best at the end of its range.
+    #[error(
+        "the cross-validation score is smallest at the edge of the values tried ({parameter} {value}): the nonlinearity is rougher than these resolve"
+    )]
+    ParameterAtEdge {
+        /// The parameter's name.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+    },
 }
 
 /// An error below the rest of the output's variance need not be white.
@@ -240,7 +249,7 @@ pub struct Identification {
     /// The static nonlinearity, normalised.
     pub nonlinearity: Curve,
     /// Half width of the pointwise 95 % band at the curve's points: 1.96 standard errors, without the
-    /// smoothing bias.
+    /// smoothing bias. Empty for an estimator that has no standard errors: all but those with a kernel.
     pub band: Vec<f64>,
     /// The linear part, normalised; the delay is leading zeros of its numerator.
     pub linear: TransferFunction,
@@ -250,12 +259,14 @@ pub struct Identification {
     pub delay: usize,
     /// The lag j of the regression of Y_{n+j} on X_n.
     pub regression_lag: usize,
-    /// The kernel of the regression.
+    /// The estimator of the regression.
+    pub estimator: EstimatorName,
+    /// Its kernel, if it has one.
     pub kernel: Kernel,
-    /// The bandwidth of the regression, in the input's unit.
-    pub bandwidth: f64,
-    /// The cross-validation curve; `None` if the bandwidth was given.
-    pub bandwidth_search: Option<BandwidthSearch>,
+    /// Its tuning parameter, see [`EstimatorName::parameter`]; a bandwidth is in the input's unit.
+    pub parameter: f64,
+    /// The cross-validation curve; `None` if the parameter was given, and for the recursive estimate.
+    pub scores: Option<Scores>,
     /// The order of the linear part.
     pub order: ChosenOrder,
     /// The estimated impulse response from lag 0, in the scale of [`Identification::linear`].

@@ -12,6 +12,42 @@ pub(crate) struct Linearisation {
     pub jacobian: Vec<Vec<f64>>,
 }
 
+impl Linearisation {
+    fn equations(&self) -> NormalEquations {
+        let n = self.jacobian.len();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let mut normal = vec![0.0; n * n];
+        for i in 0..n {
+            for j in 0..=i {
+                let entry = dot(&self.jacobian[i], &self.jacobian[j]);
+                normal[i * n + j] = entry;
+                normal[j * n + i] = entry;
+            }
+        }
+        NormalEquations {
+            cost: dot(&self.residuals, &self.residuals),
+            descent: self.jacobian.iter().map(|c| -dot(c, &self.residuals)).collect(),
+            normal,
+        }
+    }
+}
+
+/// A sum of squares linearised about a point: all that a step needs.
+pub(crate) struct NormalEquations {
+    /// The sum of squares r'r.
+    pub cost: f64,
+    /// -J'r
+    pub descent: Vec<f64>,
+    /// J'J, row-major, both triangles.
+    pub normal: Vec<f64>,
+}
+
+/// Where a minimisation ended.
+pub(crate) struct Minimum {
+    pub parameters: Vec<f64>,
+    pub equations: NormalEquations,
+}
+
 /// Minimises the sum of squares of the residuals from `start`.
 ///
 /// `evaluate` returns `None` where the parameters are not admissible (an unstable system, say); such a
@@ -21,25 +57,31 @@ pub(crate) fn minimise(
     iterations: usize,
     evaluate: impl Fn(&[f64]) -> Option<Linearisation>,
 ) -> Option<(Vec<f64>, f64)> {
-    let squares = |l: &Linearisation| l.residuals.iter().map(|r| r * r).sum::<f64>();
+    let minimum = minimise_squares(start, iterations, |p| evaluate(p).map(|l| l.equations()))?;
+    Some((minimum.parameters, minimum.equations.cost))
+}
+
+/// [`minimise`] for residuals that are only known through their normal equations.
+pub(crate) fn minimise_squares(
+    start: Vec<f64>,
+    iterations: usize,
+    evaluate: impl Fn(&[f64]) -> Option<NormalEquations>,
+) -> Option<Minimum> {
     let mut parameters = start;
     let mut point = evaluate(&parameters)?;
-    let mut cost = squares(&point);
     let (mut damping, mut growth) = (1e-3, 2.0);
     for _ in 0..iterations {
         let Some((step, predicted)) = damped_step(&point, damping) else {
             break;
         };
         let candidate: Vec<f64> = parameters.iter().zip(&step).map(|(p, s)| p + s).collect();
-        let trial = evaluate(&candidate)
-            .map(|l| (squares(&l), l))
-            .filter(|(c, _)| *c < cost);
-        if let Some((lower, linearisation)) = trial {
-            let gain = (cost - lower) / predicted.max(f64::MIN_POSITIVE);
+        if let Some(trial) = evaluate(&candidate).filter(|t| t.cost < point.cost) {
+            let fall = point.cost - trial.cost;
+            let gain = fall / predicted.max(f64::MIN_POSITIVE);
             damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
             growth = 2.0;
-            let converged = cost - lower <= TOLERANCE * cost;
-            (parameters, point, cost) = (candidate, linearisation, lower);
+            let converged = fall <= TOLERANCE * point.cost;
+            (parameters, point) = (candidate, trial);
             if converged {
                 break;
             }
@@ -51,30 +93,23 @@ pub(crate) fn minimise(
             }
         }
     }
-    Some((parameters, cost))
+    Some(Minimum {
+        parameters,
+        equations: point,
+    })
 }
 
 /// The step that solves (J'J + damping diag(J'J)) step = -J'r, and the fall it promises.
-fn damped_step(point: &Linearisation, damping: f64) -> Option<(Vec<f64>, f64)> {
-    let n = point.jacobian.len();
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    let mut normal = vec![0.0; n * n];
-    let mut descent = vec![0.0; n];
-    for i in 0..n {
-        descent[i] = -dot(&point.jacobian[i], &point.residuals);
-        for j in 0..=i {
-            let entry = dot(&point.jacobian[i], &point.jacobian[j]);
-            normal[i * n + j] = entry;
-            normal[j * n + i] = entry;
-        }
-    }
+fn damped_step(point: &NormalEquations, damping: f64) -> Option<(Vec<f64>, f64)> {
+    let n = point.descent.len();
+    let mut normal = point.normal.clone();
     let diagonal: Vec<f64> = (0..n).map(|i| normal[i * n + i].max(f64::MIN_POSITIVE)).collect();
     for i in 0..n {
         normal[i * n + i] += damping * diagonal[i];
     }
-    let step = linalg::solve_positive_definite(&normal, &descent)?;
+    let step = linalg::solve_positive_definite(&normal, &point.descent)?;
     let predicted = (0..n)
-        .map(|i| step[i] * (descent[i] + damping * diagonal[i] * step[i]))
+        .map(|i| step[i] * (point.descent[i] + damping * diagonal[i] * step[i]))
         .sum();
     Some((step, predicted))
 }

@@ -23,6 +23,11 @@ pub trait Regression: Debug + Send + Sync {
     /// # Errors
     /// [`Error::ColumnCount`] for a number of columns other than `dimension()`, [`Error::LengthMismatch`].
     fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>>;
+
+    /// The kernel fit in one variable that this is, if it is one: for its standard errors.
+    fn kernel_fit(&self) -> Option<&KernelFit> {
+        None
+    }
 }
 
 /// A method of estimating a regression, with its parameters.
@@ -75,6 +80,10 @@ impl Regression for KernelFit {
     fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>> {
         Ok(KernelFit::predict(self, check_queries(x, 1)?[0]))
     }
+
+    fn kernel_fit(&self) -> Option<&KernelFit> {
+        Some(self)
+    }
 }
 
 impl Estimator for KernelRegression {
@@ -99,7 +108,7 @@ pub(crate) fn check_queries<'a, 'b>(x: &'a [&'b [f64]], dimension: usize) -> Res
     Ok(x)
 }
 
-fn columns(count: usize) -> String {
+pub(super) fn columns(count: usize) -> String {
     format!("{count} column{}", if count == 1 { "" } else { "s" })
 }
 
@@ -122,20 +131,27 @@ fn name_of(column: usize, dimension: usize) -> String {
     }
 }
 
-/// Checked points of positive weight, sorted, so that nothing depends on their order.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Points {
+/// Checked columns as they were given.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Checked<'a> {
     /// The coordinates: `x[j][i]` is that of point i along dimension j.
-    pub x: Vec<Vec<f64>>,
+    pub x: &'a [&'a [f64]],
     /// The ordinates.
-    pub y: Vec<f64>,
-    /// The weights, all positive.
-    pub w: Vec<f64>,
+    pub y: &'a [f64],
+    /// The weights, zero or positive; none stands for ones.
+    pub w: Option<&'a [f64]>,
 }
 
-impl Points {
-    /// Checks the data of an estimator called `what` that takes at most `most` columns; at least one point.
-    pub fn new(what: &'static str, most: usize, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Points> {
+impl<'a> Checked<'a> {
+    /// Checks the data of an estimator called `what` that takes at most `most` columns; at least one point of
+    /// positive weight.
+    pub fn new(
+        what: &'static str,
+        most: usize,
+        x: &'a [&'a [f64]],
+        y: &'a [f64],
+        weights: Option<&'a [f64]>,
+    ) -> Result<Checked<'a>> {
         if x.is_empty() || x.len() > most {
             let expected = if most == 1 {
                 columns(1)
@@ -161,6 +177,10 @@ impl Points {
         }
         let named = x.iter().enumerate().map(|(j, column)| (name_of(j, x.len()), *column));
         for (column, values) in named.chain([("y".to_owned(), y)]) {
+            // Without an early end the test is vectorised.
+            if values.iter().fold(true, |finite, v| finite & v.is_finite()) {
+                continue;
+            }
             if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
                 return Err(Error::NonFinite {
                     column,
@@ -178,24 +198,60 @@ impl Points {
                 requirement: "zero or positive, and finite",
             });
         }
-        let weight = |i: usize| weights.map_or(1.0, |w| w[i]);
-        let mut order: Vec<usize> = (0..n).filter(|&i| weight(i) > 0.0).collect();
-        if order.is_empty() {
+        if weights.map_or(n == 0, |w| w.iter().all(|w| *w == 0.0)) {
             return Err(Error::TooShort { what, need: 1, got: 0 });
         }
+        Ok(Checked { x, y, w: weights })
+    }
+
+    /// The weight of point `i`.
+    pub fn weight(&self, i: usize) -> f64 {
+        self.w.map_or(1.0, |w| w[i])
+    }
+
+    /// The points of positive weight, sorted.
+    pub fn sorted(&self) -> Points {
+        let Checked { x, y, .. } = *self;
+        let mut order: Vec<usize> = (0..y.len()).filter(|&i| self.weight(i) > 0.0).collect();
         order.sort_unstable_by(|&i, &k| {
             let along = x.iter().map(|column| column[i].total_cmp(&column[k]));
             along
-                .chain([y[i].total_cmp(&y[k]), weight(i).total_cmp(&weight(k))])
+                .chain([y[i].total_cmp(&y[k]), self.weight(i).total_cmp(&self.weight(k))])
                 .find(|o| o.is_ne())
                 .unwrap_or(std::cmp::Ordering::Equal)
         });
         let gather = |values: &[f64]| order.iter().map(|&i| values[i]).collect();
-        Ok(Points {
+        Points {
             x: x.iter().map(|column| gather(column)).collect(),
             y: gather(y),
-            w: order.iter().map(|&i| weight(i)).collect(),
-        })
+            w: order.iter().map(|&i| self.weight(i)).collect(),
+        }
+    }
+}
+
+/// Checked points of positive weight, sorted, so that nothing depends on their order.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Points {
+    /// The coordinates: `x[j][i]` is that of point i along dimension j.
+    pub x: Vec<Vec<f64>>,
+    /// The ordinates.
+    pub y: Vec<f64>,
+    /// The weights, all positive.
+    pub w: Vec<f64>,
+}
+
+impl Points {
+    /// Checks and sorts the data of an estimator called `what` that takes at most `most` columns; at least one
+    /// point.
+    pub fn new(what: &'static str, most: usize, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Points> {
+        Ok(Checked::new(what, most, x, y, weights)?.sorted())
+    }
+
+    /// All columns with their names in messages.
+    pub fn named_columns(&self) -> impl Iterator<Item = (String, &[f64])> {
+        let x = self.x.iter().enumerate();
+        let x = x.map(|(j, column)| (name_of(j, self.x.len()), column.as_slice()));
+        x.chain([("y".to_owned(), self.y.as_slice())])
     }
 
     pub fn len(&self) -> usize {

@@ -26,45 +26,53 @@ pub(crate) enum Functions {
 impl Functions {
     /// The first `out.len()` functions at `x`.
     pub fn values(&self, x: f64, out: &mut [f64]) {
+        self.rows(&[x], out.as_chunks_mut().0);
+    }
+
+    /// The first `out.len()` functions at all of `x`.
+    pub fn rows<const N: usize>(&self, x: &[f64; N], out: &mut [[f64; N]]) {
         match self {
             Functions::Fourier { low, length } => {
-                let (sin, cos) = (2.0 * PI * (x - low) / length).sin_cos();
-                let mut wave = (1.0, 0.0);
-                out[0] = 1.0;
+                let turned = x.map(|x| (2.0 * PI * (x - low) / length).sin_cos());
+                let mut wave = [(1.0, 0.0); N];
+                out[0] = [1.0; N];
                 for pair in out[1..].chunks_mut(2) {
-                    wave = turn(wave, (cos, sin));
-                    pair[0] = SQRT_2 * wave.0;
+                    wave = turn(&wave, &turned);
+                    pair[0] = wave.map(|w| SQRT_2 * w.0);
                     if let Some(second) = pair.get_mut(1) {
-                        *second = SQRT_2 * wave.1;
+                        *second = wave.map(|w| SQRT_2 * w.1);
                     }
                 }
             }
             Functions::Cosine { low, length } => {
-                let (sin, cos) = (PI * (x - low) / length).sin_cos();
-                let mut wave = (1.0, 0.0);
-                out[0] = 1.0;
+                let turned = x.map(|x| (PI * (x - low) / length).sin_cos());
+                let mut wave = [(1.0, 0.0); N];
+                out[0] = [1.0; N];
                 for v in &mut out[1..] {
-                    wave = turn(wave, (cos, sin));
-                    *v = SQRT_2 * wave.0;
+                    wave = turn(&wave, &turned);
+                    *v = wave.map(|w| SQRT_2 * w.0);
                 }
             }
             Functions::Legendre { centre, half } => {
-                let t = (x - centre) / half;
-                let (mut before, mut now) = (0.0, 1.0);
+                let t = x.map(|x| (x - centre) / half);
+                let mut last = ([0.0; N], [1.0; N]);
                 for (k, v) in out.iter_mut().enumerate() {
                     let k = k as f64;
-                    *v = (2.0 * k + 1.0).sqrt() * now;
-                    (before, now) = (now, ((2.0 * k + 1.0) * t * now - k * before) / (k + 1.0));
+                    let norm = (2.0 * k + 1.0).sqrt();
+                    *v = last.1.map(|now| norm * now);
+                    last = advance(last, |p, before, now| {
+                        ((2.0 * k + 1.0) * t[p] * now - k * before) / (k + 1.0)
+                    });
                 }
             }
             Functions::Hermite { centre, scale } => {
-                let t = (x - centre) / scale;
-                let (mut before, mut now) = (0.0, PI.powf(-0.25) * (-0.5 * t * t).exp());
+                let t = x.map(|x| (x - centre) / scale);
+                let mut last = ([0.0; N], t.map(|t| PI.powf(-0.25) * (-0.5 * t * t).exp()));
                 for (k, v) in out.iter_mut().enumerate() {
                     let k = k as f64;
-                    *v = now;
-                    let next = (2.0 / (k + 1.0)).sqrt() * t * now - (k / (k + 1.0)).sqrt() * before;
-                    (before, now) = (now, next);
+                    let (rise, fall) = ((2.0 / (k + 1.0)).sqrt(), (k / (k + 1.0)).sqrt());
+                    *v = last.1;
+                    last = advance(last, |p, before, now| rise * t[p] * now - fall * before);
                 }
             }
             Functions::Discrete {
@@ -73,13 +81,14 @@ impl Functions {
                 first,
                 steps,
             } => {
-                let t = (x - centre) / half;
-                let (mut before, mut now, mut b) = (0.0, *first, 0.0);
-                out[0] = now;
+                let t = x.map(|x| (x - centre) / half);
+                let mut last = ([0.0; N], [*first; N]);
+                let mut b = 0.0;
+                out[0] = last.1;
                 for (v, (a, next_b)) in out[1..].iter_mut().zip(steps) {
-                    (before, now) = (now, ((t - a) * now - b * before) / next_b);
+                    last = advance(last, |p, before, now| ((t[p] - a) * now - b * before) / next_b);
                     b = *next_b;
-                    *v = now;
+                    *v = last.1;
                 }
             }
         }
@@ -144,9 +153,20 @@ impl Functions {
     }
 }
 
-/// The product of two complex numbers.
-fn turn(p: (f64, f64), q: (f64, f64)) -> (f64, f64) {
-    (p.0 * q.0 - p.1 * q.1, p.0 * q.1 + p.1 * q.0)
+/// The products of pairs of complex numbers.
+fn turn<const N: usize>(p: &[(f64, f64); N], sin_cos: &[(f64, f64); N]) -> [(f64, f64); N] {
+    std::array::from_fn(|i| {
+        let (p, (sin, cos)) = (p[i], sin_cos[i]);
+        (p.0 * cos - p.1 * sin, p.0 * sin + p.1 * cos)
+    })
+}
+
+/// One step of a three-term recurrence: (before, now) becomes (now, next).
+fn advance<const N: usize>(
+    (before, now): ([f64; N], [f64; N]),
+    next: impl Fn(usize, f64, f64) -> f64,
+) -> ([f64; N], [f64; N]) {
+    (now, std::array::from_fn(|p| next(p, before[p], now[p])))
 }
 
 #[cfg(test)]

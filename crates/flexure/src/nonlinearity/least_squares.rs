@@ -6,8 +6,7 @@
 //! with them the exact leave-one-out residuals of every K come from one pass over the points:
 //! O(n K^2) time, O(K^2) memory.
 
-use rayon::prelude::*;
-
+use super::blocks::{BLOCK, Row, add_products, dot, load, rows, sum_over};
 use super::estimator::Points;
 use super::functions::Functions;
 use crate::selection::{Candidate, UNDETERMINED};
@@ -15,8 +14,8 @@ use crate::selection::{Candidate, UNDETERMINED};
 /// A function counts as a combination of those before it when no more than this share of its square is left.
 const DEPENDENT: f64 = 1e-12;
 
-/// Points of one parallel piece: fixed, so that the sums do not depend on the number of threads.
-const PIECE: usize = 4096;
+/// Right-hand sides that are solved for together, in registers.
+const COLUMNS: usize = 8;
 
 /// The fits with 1, 2, ..., `terms()` functions.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,11 +23,14 @@ pub(crate) struct Nested {
     functions: Functions,
     first: Lower,
     second: Lower,
-    /// Both by columns.
-    columns: (Vec<f64>, Vec<f64>),
     /// The coefficients of the orthonormalised functions.
     coefficients: Vec<f64>,
     offset: f64,
+}
+
+/// The entries of a packed lower triangle of `n` rows.
+fn packed(n: usize) -> usize {
+    n * (n + 1) / 2
 }
 
 impl Nested {
@@ -36,36 +38,26 @@ impl Nested {
     /// must contain the constant where it is not zero. Stops before the first function that the data do not
     /// tell from the ones before it.
     pub fn fit(functions: Functions, most: usize, points: &Points, offset: f64) -> Nested {
-        let gram = sum_over(points, most * (most + 1) / 2, |i, total| {
-            let mut v = vec![0.0; most];
-            functions.values(points.x[0][i], &mut v);
-            add_products(&v, points.w[i], total);
-        });
+        let gram = products(points, packed(most), most, |x, _, v| functions.rows(x, v));
         let (first, terms) = Lower::cholesky(gram, most);
-        let first_columns = first.columns(terms);
-        let again = sum_over(points, terms * (terms + 1) / 2, |i, total| {
-            let mut v = vec![0.0; terms];
-            functions.values(points.x[0][i], &mut v);
-            solve(&first_columns, &mut v);
-            add_products(&v, points.w[i], total);
+        // The ordinates as one more row: its products are the coefficients.
+        let mut again = products(points, packed(terms + 1), terms + 1, |x, y, v| {
+            let (v, ordinates) = v.split_at_mut(terms);
+            functions.rows(x, v);
+            first.solve(v);
+            ordinates[0] = y.map(|y| y - offset);
         });
+        let mut coefficients = again.split_off(packed(terms));
         let (second, terms) = Lower::cholesky(again, terms);
-        let mut nested = Nested {
+        coefficients.truncate(terms);
+        second.solve(coefficients.as_chunks_mut::<1>().0);
+        Nested {
             functions,
-            columns: (first.columns(terms), second.columns(terms)),
             first,
             second,
-            coefficients: vec![0.0; terms],
+            coefficients,
             offset,
-        };
-        nested.coefficients = sum_over(points, terms, |i, total| {
-            let mut v = vec![0.0; terms];
-            nested.orthonormal(points.x[0][i], &mut v);
-            for (t, v) in total.iter_mut().zip(&v) {
-                *t += points.w[i] * v * (points.y[i] - offset);
-            }
-        });
-        nested
+        }
     }
 
     /// The number of functions that the data determine.
@@ -75,12 +67,6 @@ impl Nested {
 
     pub fn into_functions(self) -> Functions {
         self.functions
-    }
-
-    fn orthonormal(&self, x: f64, out: &mut [f64]) {
-        self.functions.values(x, out);
-        solve(&self.columns.0, out);
-        solve(&self.columns.1, out);
     }
 
     /// The coefficients of the first `terms` functions themselves.
@@ -94,20 +80,27 @@ impl Nested {
     /// Both scores for 1, 2, ... terms.
     pub fn scores(&self, points: &Points) -> Vec<Candidate<usize>> {
         let terms = self.terms();
-        let sums = sum_over(points, 2 * terms, |i, total| {
-            let mut q = vec![0.0; terms];
-            self.orthonormal(points.x[0][i], &mut q);
-            let w = points.w[i];
-            let (mut residual, mut rest) = (points.y[i] - self.offset, 1.0);
+        let scratch = || rows(terms);
+        let sums = sum_over(points.len(), 2 * terms, scratch, |q, range, total| {
+            self.functions.rows(&load(&points.x[0], &range, None), q);
+            self.first.solve(q);
+            self.second.solve(q);
+            let w = load(&points.w, &range, Some(0.0));
+            let mut residual = load(&points.y, &range, None).map(|y| y - self.offset);
+            let mut rest = [1.0; BLOCK];
             for (k, (q, c)) in q.iter().zip(&self.coefficients).enumerate() {
-                residual -= q * c;
-                rest -= w * q * q;
-                total[k] += w * residual * residual;
-                total[terms + k] += if rest > UNDETERMINED {
-                    w * (residual / rest).powi(2)
-                } else {
-                    f64::INFINITY
-                };
+                let mut left_out = [0.0; BLOCK];
+                for p in 0..BLOCK {
+                    residual[p] -= q[p] * c;
+                    rest[p] -= w[p] * q[p] * q[p];
+                    left_out[p] = if rest[p] > UNDETERMINED {
+                        residual[p] / rest[p]
+                    } else {
+                        f64::INFINITY
+                    };
+                }
+                total[k] += weighted_square(&w, &residual);
+                total[terms + k] += weighted_square(&w, &left_out);
             }
         });
         let weight = points.total_weight();
@@ -120,38 +113,18 @@ impl Nested {
     }
 }
 
-/// The sums of `add` over all points.
-fn sum_over(points: &Points, size: usize, add: impl Fn(usize, &mut [f64]) + Sync) -> Vec<f64> {
-    let n = points.len();
-    let pieces: Vec<Vec<f64>> = (0..n.div_ceil(PIECE))
-        .into_par_iter()
-        .map(|piece| {
-            let mut total = vec![0.0; size];
-            for i in piece * PIECE..n.min((piece + 1) * PIECE) {
-                add(i, &mut total);
-            }
-            total
-        })
-        .collect();
-    let mut total = vec![0.0; size];
-    for piece in pieces {
-        for (t, p) in total.iter_mut().zip(piece) {
-            *t += p;
-        }
-    }
-    total
+fn weighted_square(w: &Row, v: &Row) -> f64 {
+    dot(&std::array::from_fn(|p| w[p] * v[p]), v)
 }
 
-/// Adds w v v' to a packed lower triangle.
-fn add_products(v: &[f64], w: f64, packed: &mut [f64]) {
-    let mut row = 0;
-    for k in 0..v.len() {
-        let scaled = w * v[k];
-        for (t, vj) in packed[row..=row + k].iter_mut().zip(v) {
-            *t += scaled * vj;
-        }
-        row += k + 1;
-    }
+/// The weighted products of the `count` rows that `fill` computes from the abscissas and ordinates of each block.
+fn products(points: &Points, size: usize, count: usize, fill: impl Fn(&Row, &Row, &mut [Row]) + Sync) -> Vec<f64> {
+    let scratch = || (rows(count), Vec::new());
+    sum_over(points.len(), size, scratch, |(v, weighted), range, total| {
+        let (x, y) = (load(&points.x[0], &range, None), load(&points.y, &range, None));
+        fill(&x, &y, v);
+        add_products(v, &load(&points.w, &range, Some(0.0)), weighted, total);
+    })
 }
 
 /// A lower triangular matrix, its rows one after the other.
@@ -188,9 +161,20 @@ impl Lower {
         (lower, n)
     }
 
-    /// The same matrix, its columns one after the other, for [`solve`].
-    fn columns(&self, n: usize) -> Vec<f64> {
-        (0..n).flat_map(|k| (k..n).map(move |i| self.row(i)[k])).collect()
+    /// Each of N columns of `v` becomes the solution q of L q = v, for the leading part of L of the size of `v`.
+    fn solve<const N: usize>(&self, v: &mut [[f64; N]]) {
+        for k in 0..v.len() {
+            let row = self.row(k);
+            let (done, rest) = v.split_at_mut(k);
+            let (wide, narrow) = rest[0].as_chunks_mut::<COLUMNS>();
+            for (c, v) in wide.iter_mut().enumerate() {
+                substitute(row, done.iter().map(|q| &q.as_chunks().0[c]), v);
+            }
+            let first = N - narrow.len();
+            for (c, v) in narrow.as_chunks_mut::<1>().0.iter_mut().enumerate() {
+                substitute(row, done.iter().map(|q| &q[first..].as_chunks().0[c]), v);
+            }
+        }
     }
 
     /// `v` becomes the solution of L' q = v, for the leading part of L of the size of `v`.
@@ -206,16 +190,16 @@ impl Lower {
     }
 }
 
-/// `v` becomes the solution of L q = v, with the columns of L: every step works on all the rest at once.
-fn solve(columns: &[f64], v: &mut [f64]) {
-    let mut rest = columns;
-    for k in 0..v.len() {
-        let (column, after) = rest.split_at(v.len() - k);
-        v[k] /= column[0];
-        let top = v[k];
-        for (v, a) in v[k + 1..].iter_mut().zip(&column[1..]) {
-            *v -= a * top;
+/// One row of a forward substitution: v becomes (v - sum of `row` times `done`) over the row's last entry.
+fn substitute<'a, const N: usize>(row: &[f64], done: impl Iterator<Item = &'a [f64; N]>, v: &mut [f64; N]) {
+    let mut sums = [0.0; N];
+    for (a, q) in row.iter().zip(done) {
+        for (sum, q) in sums.iter_mut().zip(q) {
+            *sum += a * q;
         }
-        rest = after;
+    }
+    let pivot = row[row.len() - 1];
+    for (v, sum) in v.iter_mut().zip(sums) {
+        *v = (*v - sum) / pivot;
     }
 }

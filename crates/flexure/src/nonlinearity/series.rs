@@ -57,7 +57,7 @@ impl Basis {
                 half: 0.5 * length,
             },
             Basis::Hermite => {
-                let (centre, scale) = location(points);
+                let (centre, scale) = location(&points.x[0], &points.w);
                 Functions::Hermite { centre, scale }
             }
         }
@@ -68,13 +68,14 @@ fn positive(length: f64) -> f64 {
     if length > 0.0 { length } else { 1.0 }
 }
 
-/// The median, and the standard deviation of the normal distribution with the quartiles of the data.
-fn location(points: &Points) -> (f64, f64) {
-    let (x, total) = (&points.x[0], points.total_weight());
+/// The median, and the standard deviation of the normal distribution with the quartiles of the data, `x` increasing
+/// with the weights `w`.
+pub(super) fn location(x: &[f64], w: &[f64]) -> (f64, f64) {
+    let total: f64 = w.iter().sum();
     // The mean of the lower and the upper quantile: mirrored data give the mirrored result.
     let quantile = |p: f64| {
         let (mut sum, mut lower, mut upper) = (0.0, None, x[x.len() - 1]);
-        for (x, w) in x.iter().zip(&points.w) {
+        for (x, w) in x.iter().zip(w) {
             sum += w;
             if lower.is_none() && sum >= p * total {
                 lower = Some(*x);
@@ -90,8 +91,7 @@ fn location(points: &Points) -> (f64, f64) {
     let scale = if quartiles > 0.0 {
         quartiles / 1.348_979_500_392_163_6
     } else {
-        let (low, high) = points.range(0);
-        0.25 * (high - low)
+        0.25 * (x[x.len() - 1] - x[0])
     };
     (quantile(0.5), positive(scale))
 }

@@ -1,31 +1,41 @@
 //! An estimate as a tabulated curve, fine where the data are dense.
 
-use super::{Curve, KernelFit, Outside};
+use super::{Curve, Outside, Regression};
 use crate::error::Result;
 
 /// Evenly spaced points over the data's range, and as many at the data's quantiles.
 const POINTS: usize = 301;
 
-/// The estimate as a curve over the data's range, and its pointwise standard errors at the curve's points.
+/// An estimate in one variable as a curve over the range of its abscissas `x`, and its pointwise standard errors at
+/// the curve's points; these are empty for an estimate that has none.
 ///
 /// Half of the points are evenly spaced, half lie at quantiles of the data; data of few distinct
 /// abscissas are tabulated at those. Where no data are within reach there is no point, and the curve is
 /// straight across.
 ///
 /// # Errors
-/// Those of [`Curve::new`].
-pub fn tabulate(fit: &KernelFit, outside: Outside) -> Result<(Curve, Vec<f64>)> {
-    let at = abscissas(&fit.data().x);
-    let errors = fit.standard_errors(&at);
-    let mut points = (Vec::new(), Vec::new(), Vec::new());
-    for ((x, y), e) in at.iter().zip(fit.predict(&at)).zip(errors) {
-        if y.is_finite() && e.is_finite() {
-            points.0.push(*x);
-            points.1.push(y);
-            points.2.push(e);
+/// Those of [`Regression::predict`] and of [`Curve::new`].
+pub fn tabulate(fit: &dyn Regression, x: &[f64], outside: Outside) -> Result<(Curve, Vec<f64>)> {
+    let kernel = fit.kernel_fit();
+    let at = match kernel {
+        Some(fit) => abscissas(&fit.data().x),
+        None => {
+            let mut sorted = x.to_vec();
+            sorted.sort_unstable_by(f64::total_cmp);
+            abscissas(&sorted)
+        }
+    };
+    let errors = kernel.map(|fit| fit.standard_errors(&at));
+    let (mut known, mut values, mut known_errors) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, (x, y)) in at.iter().zip(fit.predict(&[&at])?).enumerate() {
+        let error = errors.as_ref().map(|e| e[i]);
+        if y.is_finite() && error.is_none_or(f64::is_finite) {
+            known.push(*x);
+            values.push(y);
+            known_errors.extend(error);
         }
     }
-    Ok((Curve::new(points.0, points.1, outside)?, points.2))
+    Ok((Curve::new(known, values, outside)?, known_errors))
 }
 
 fn abscissas(sorted: &[f64]) -> Vec<f64> {
@@ -67,7 +77,7 @@ fn abscissas(sorted: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Kernel, KernelRegression};
+    use super::super::{Kernel, KernelRegression, PolynomialRegression};
     use super::*;
 
     #[test]
@@ -78,7 +88,7 @@ mod tests {
             kernel: Kernel::Epanechnikov,
             bandwidth: 0.5,
         };
-        let (curve, errors) = tabulate(&method.fit(&x, &y).unwrap(), Outside::Nan).unwrap();
+        let (curve, errors) = tabulate(&method.fit(&x, &y).unwrap(), &x, Outside::Nan).unwrap();
         assert_eq!(curve.x(), [0.0, 1.0, 2.0, 3.0, 4.0]);
         assert_eq!(curve.y(), [0.0, 1.0, 4.0, 9.0, 16.0]);
         assert!(errors.iter().all(|e| *e == 0.0));
@@ -97,10 +107,21 @@ mod tests {
         }
         .fit(&x, &y)
         .unwrap();
-        let (curve, _) = tabulate(&fit, Outside::Nan).unwrap();
+        let (curve, _) = tabulate(&fit, &x, Outside::Nan).unwrap();
         for q in [-0.999, -0.4, -0.01, 0.0, 0.3, 0.99] {
             assert!((curve.value(q) - fit.value(q)).abs() < 1e-3);
         }
+    }
+
+    #[test]
+    fn any_estimate_is_tabulated_but_only_kernels_have_errors() {
+        let x: Vec<f64> = (0..400).map(|i| ((i * 7919) % 400) as f64 / 100.0).collect();
+        let y: Vec<f64> = x.iter().map(|x| x * x).collect();
+        let fit = crate::nonlinearity::Estimator::fit(PolynomialRegression::default(), &[&x], &y, None).unwrap();
+        let (curve, errors) = tabulate(&fit, &x, Outside::Nearest).unwrap();
+        assert!(errors.is_empty());
+        assert_eq!((curve.x()[0], curve.x()[curve.x().len() - 1]), (0.0, 3.99));
+        assert!((curve.value(1.505) - 1.505 * 1.505).abs() < 1e-4);
     }
 
     #[test]
@@ -120,7 +141,7 @@ mod tests {
         }
         .fit(&x, &x)
         .unwrap();
-        let (curve, _) = tabulate(&fit, Outside::Nan).unwrap();
+        let (curve, _) = tabulate(&fit, &x, Outside::Nan).unwrap();
         assert!((curve.value(50.0) - 50.0).abs() < 1.0);
     }
 }

@@ -1,23 +1,32 @@
-//! The bandwidth by exact leave-one-out cross-validation:
+//! The bandwidth by leave-one-out cross-validation:
 //! h minimises $\frac1n \sum_i (Y_i - m_{n,-i}(X_i))^2$, where m_{n,-i} is the estimate without point i.
 //!
-//! A logarithmic grid first, as the score may have several minima, then a golden-section search
-//! around the best. Every bandwidth costs O(n) after the one sort.
+//! A logarithmic grid first, as the score may have several minima, then smaller steps around the best and the
+//! lowest point of a parabola. Every bandwidth costs O(n) after the one sort. With many points the search is made
+//! on data in bins, and then checked by exact scores around the best.
 
-use rayon::prelude::*;
+use crate::error::{Error, Result};
+use crate::nonlinearity::kernel::{Degree, Kernel, Pyramid, Sorted, check_points, check_weights, leave_one_out};
 
-use crate::error::Result;
-use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, check_points, check_weights, leave_one_out};
-
-/// Bandwidths of the logarithmic grid.
+/// Bandwidths of the logarithmic grid, for exact scores and for binned ones.
 const GRID: usize = 20;
-/// Golden-section steps around the best of the grid.
-const REFINEMENTS: usize = 6;
+const BINNED_GRID: usize = 50;
+/// Steps into which the grid's on either side of the best is divided.
+const STEPS: usize = 3;
 /// The smallest bandwidth tried, as a share of the data's extent, whatever the number of points.
 const SMALLEST: f64 = 1e-4;
 
 /// Relative difference of two scores that counts as none.
 const FLAT: f64 = 1e-9;
+
+/// So many points or more are put in bins by default: the exact sums of the Gaussian cost more.
+const BINNED_FROM: usize = 200_000;
+const BINNED_FROM_GAUSSIAN: usize = 20_000;
+/// Bins to a bandwidth, at least; the Gaussian's bandwidth is not its reach.
+const BINS: f64 = 30.0;
+const BINS_GAUSSIAN: f64 = 12.0;
+/// Where binned scores differ by more than this from the exact ones, relatively, the search is made exactly.
+const MOST_ERROR: f64 = 1e-3;
 
 /// A candidate and its score.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +34,31 @@ pub struct Score {
     /// The bandwidth, in the unit of x.
     pub bandwidth: f64,
     /// The mean squared leave-one-out error, in the squared unit of y.
+    pub error: f64,
+}
+
+/// How the scores of a search are summed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scoring {
+    /// Exactly below 200,000 points (Gaussian: 20,000) and with weights, otherwise as [`Binned`](Self::Binned).
+    #[default]
+    Automatic,
+    /// Exactly, whatever the number of points.
+    Exact,
+    /// On data in bins of at most 1/30 of the bandwidth (Gaussian: 1/12); then exactly at the best bandwidth and its
+    /// neighbours, of which the best is chosen. Where a binned score turns out to be off by more than 0.1 %,
+    /// and with weights, the search is made exactly.
+    Binned,
+}
+
+/// What was put in bins, and what it cost in accuracy.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Binning {
+    /// The width of the narrowest bins, in the unit of x.
+    pub narrowest: f64,
+    /// The exact scores at the chosen bandwidth and around it, in order of bandwidth.
+    pub exact: Vec<Score>,
+    /// The largest relative difference between these and the binned scores.
     pub error: f64,
 }
 
@@ -38,6 +72,8 @@ pub struct BandwidthSearch {
     /// Whether the best candidate is the smallest or the largest one tried, so that the minimum may
     /// lie beyond.
     pub at_edge: bool,
+    /// Present where the scores of `curve` come from data in bins.
+    pub binning: Option<Binning>,
 }
 
 impl BandwidthSearch {
@@ -60,49 +96,212 @@ impl BandwidthSearch {
     /// Those of [`leave_one_out`](Self::leave_one_out), [`crate::Error::InvalidParameter`] for a negative
     /// weight, and [`crate::Error::TooShort`] with fewer than 3 points of positive weight.
     pub fn search(kernel: Kernel, degree: Degree, x: &[f64], y: &[f64], weights: Option<&[f64]>) -> Result<Self> {
-        check_points(x, y, 3)?;
-        let data = match weights {
-            None => Sorted::new(x, y),
-            Some(weights) => {
-                check_weights(weights, x.len(), 3)?;
-                Sorted::weighted(x, y, weights)
-            }
+        let method = LeaveOneOut {
+            kernel,
+            degree,
+            scoring: Scoring::Automatic,
         };
-        Ok(Self::with_degree(kernel, degree, &data))
+        method.search(x, y, weights)
     }
 
-    pub(crate) fn over(kernel: Kernel, data: &Sorted) -> Self {
-        Self::with_degree(kernel, Degree::Constant, data)
+    /// [`search`](Self::search) over data that are sorted already.
+    pub(crate) fn with_degree(kernel: Kernel, degree: Degree, data: &Sorted) -> Self {
+        let method = LeaveOneOut {
+            kernel,
+            degree,
+            scoring: Scoring::Automatic,
+        };
+        method.search_sorted(data)
+    }
+}
+
+/// Cross-validation of the bandwidth.
+///
+/// | parameter | purpose | default |
+/// |---|---|---|
+/// | `kernel` | the weight function | Epanechnikov |
+/// | `degree` | of the local polynomial | constant |
+/// | `scoring` | exactly or on data in bins | exactly up to 200,000 points |
+///
+/// ```
+/// use flexure::selection::{LeaveOneOut, Scoring};
+/// let x: Vec<f64> = (0..500).map(|i| f64::from(i * 37 % 500) / 100.0).collect();
+/// let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| x.sin() + 0.1 * (i as f64).cos()).collect();
+/// let method = LeaveOneOut { scoring: Scoring::Exact, ..LeaveOneOut::default() };
+/// let found = method.search(&x, &y, None)?;
+/// let scores = method.exact_scores(&x, &y, None, &[0.5 * found.bandwidth, found.bandwidth])?;
+/// assert!(scores[1].error < scores[0].error);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LeaveOneOut {
+    /// The weight function.
+    pub kernel: Kernel,
+    /// The degree of the local polynomial.
+    pub degree: Degree,
+    /// How the scores are summed.
+    pub scoring: Scoring,
+}
+
+impl LeaveOneOut {
+    /// Searches for the bandwidth over the points `(x[i], y[i])`, which may have weights.
+    ///
+    /// The result does not depend on the number of threads nor on the order of the points.
+    ///
+    /// # Errors
+    /// Those of [`BandwidthSearch::search`].
+    pub fn search(&self, x: &[f64], y: &[f64], weights: Option<&[f64]>) -> Result<BandwidthSearch> {
+        Ok(self.search_sorted(&sort(x, y, weights)?))
     }
 
-    fn with_degree(kernel: Kernel, degree: Degree, data: &Sorted) -> Self {
+    /// The exact scores of given bandwidths, in their order.
+    ///
+    /// # Errors
+    /// Those of [`BandwidthSearch::search`], and [`crate::Error::InvalidParameter`] for a bandwidth that is not
+    /// positive and finite.
+    pub fn exact_scores(
+        &self,
+        x: &[f64],
+        y: &[f64],
+        weights: Option<&[f64]>,
+        bandwidths: &[f64],
+    ) -> Result<Vec<Score>> {
+        if let Some(bandwidth) = bandwidths.iter().find(|h| !(**h > 0.0 && h.is_finite())) {
+            return Err(Error::InvalidParameter {
+                name: "the bandwidth".to_owned(),
+                value: *bandwidth,
+                requirement: "positive and finite",
+            });
+        }
+        Ok(scored(bandwidths, self.exact(&sort(x, y, weights)?, bandwidths)))
+    }
+
+    fn exact(&self, data: &Sorted, bandwidths: &[f64]) -> Vec<f64> {
+        leave_one_out(data, self.kernel, self.degree, bandwidths)
+    }
+
+    fn search_sorted(&self, data: &Sorted) -> BandwidthSearch {
+        let gaussian = self.kernel == Kernel::Gaussian;
+        let many = if gaussian { BINNED_FROM_GAUSSIAN } else { BINNED_FROM };
+        let bins = match self.scoring {
+            Scoring::Automatic => data.len() >= many,
+            Scoring::Exact => false,
+            Scoring::Binned => true,
+        };
+        let binned = (bins && !data.is_weighted())
+            .then(|| self.binned_search(data, if gaussian { BINS_GAUSSIAN } else { BINS }))
+            .filter(|search| search.binning.as_ref().is_some_and(|b| b.error <= MOST_ERROR));
+        binned.unwrap_or_else(|| {
+            let (curve, at_edge) = minimise(extent(&data.x), GRID, |bandwidths| self.exact(data, bandwidths));
+            BandwidthSearch {
+                bandwidth: curve[lowest(&curve)].bandwidth,
+                curve,
+                at_edge,
+                binning: None,
+            }
+        })
+    }
+
+    /// The search on data in bins, and the exact scores around its result.
+    fn binned_search(&self, data: &Sorted, bins: f64) -> BandwidthSearch {
         let (smallest, largest) = extent(&data.x);
-        let ratio = (largest / smallest).ln() / (GRID - 1) as f64;
-        // By the logarithm of the ratio to the smallest, so that the unit of x changes nothing.
-        let score = |t: f64| {
-            let bandwidth = smallest * t.exp();
-            Score {
-                bandwidth,
-                error: leave_one_out(data, kernel, degree, bandwidth),
-            }
-        };
-        let mut curve: Vec<Score> = (0..GRID).into_par_iter().map(|i| score(ratio * i as f64)).collect();
+        let pyramid = Pyramid::new(data, smallest, largest, bins);
+        let binned = |bandwidths: &[f64]| pyramid.scores(self.kernel, self.degree, bandwidths);
+        let (curve, at_edge) = minimise((smallest, largest), BINNED_GRID, binned);
         let best = lowest(&curve);
-        let inside = 0 < best && best < GRID - 1;
-        let next = &curve[best.clamp(1, GRID - 2)];
-        // A score that does not depend on the bandwidth (an input of a few levels) has no edge.
-        let at_edge = !inside && next.error - curve[best].error > FLAT * next.error;
-        if inside {
-            let (below, above) = (ratio * (best - 1) as f64, ratio * (best + 1) as f64);
-            curve.extend(golden_section(below, above, score));
-            curve.sort_by(|a, b| a.bandwidth.total_cmp(&b.bandwidth));
+        let (mut first, mut end) = (best.saturating_sub(1), curve.len().min(best + 2));
+        let exact_at = |range: std::ops::Range<usize>| {
+            let bandwidths: Vec<f64> = curve[range].iter().map(|c| c.bandwidth).collect();
+            scored(&bandwidths, self.exact(data, &bandwidths))
+        };
+        let mut exact = exact_at(first..end);
+        // On as long as the exact scores fall.
+        loop {
+            let best = lowest(&exact);
+            if best == 0 && first > 0 {
+                first -= 1;
+                exact.splice(0..0, exact_at(first..first + 1));
+            } else if best + 1 == exact.len() && end < curve.len() {
+                end += 1;
+                exact.extend(exact_at(end - 1..end));
+            } else {
+                break;
+            }
         }
+        // Scores that cannot be compared fail the test of accuracy.
+        let error = |(binned, exact): (&Score, &Score)| {
+            let error = (binned.error / exact.error - 1.0).abs();
+            if error.is_nan() { f64::INFINITY } else { error }
+        };
+        let errors = curve[first..end].iter().zip(&exact).map(error);
         BandwidthSearch {
-            bandwidth: curve[lowest(&curve)].bandwidth,
-            curve,
+            bandwidth: exact[lowest(&exact)].bandwidth,
             at_edge,
+            binning: Some(Binning {
+                narrowest: pyramid.narrowest(),
+                error: errors.fold(0.0, f64::max),
+                exact,
+            }),
+            curve,
         }
     }
+}
+
+/// The points in order, checked.
+fn sort(x: &[f64], y: &[f64], weights: Option<&[f64]>) -> Result<Sorted> {
+    check_points(x, y, 3)?;
+    let Some(weights) = weights else {
+        return Ok(Sorted::new(x, y));
+    };
+    check_weights(weights, x.len(), 3)?;
+    Ok(Sorted::weighted(x, y, weights))
+}
+
+fn scored(bandwidths: &[f64], errors: Vec<f64>) -> Vec<Score> {
+    let score = |(&bandwidth, error)| Score { bandwidth, error };
+    bandwidths.iter().zip(errors).map(score).collect()
+}
+
+/// All candidates of a search, and whether the best is at the edge.
+fn minimise((smallest, largest): (f64, f64), grid: usize, score: impl Fn(&[f64]) -> Vec<f64>) -> (Vec<Score>, bool) {
+    let ratio = (largest / smallest).ln() / (grid - 1) as f64;
+    // By the logarithm of the ratio to the smallest, so that the unit of x changes nothing.
+    let at = |t: f64| smallest * (ratio * t).exp();
+    let score = |t: &[f64]| {
+        let bandwidths: Vec<f64> = t.iter().map(|&t| at(t)).collect();
+        scored(&bandwidths, score(&bandwidths))
+    };
+    let places: Vec<f64> = (0..grid).map(|i| i as f64).collect();
+    let mut curve = score(&places);
+    let best = lowest(&curve);
+    let inside = 0 < best && best < grid - 1;
+    let next = &curve[best.clamp(1, grid - 2)];
+    // A score that does not depend on the bandwidth (an input of a few levels) has no edge.
+    let at_edge = !inside && next.error - curve[best].error > FLAT * next.error;
+    if inside {
+        let step = 1.0 / STEPS as f64;
+        let near: Vec<f64> = (1..2 * STEPS)
+            .filter(|&k| k != STEPS)
+            .map(|k| best as f64 - 1.0 + step * k as f64)
+            .collect();
+        insert(&mut curve, score(&near));
+        // The neighbours of the best are now one step away from it.
+        let best = lowest(&curve);
+        let [below, here, above] = [best - 1, best, best + 1].map(|i| curve[i].error);
+        let bend = below - 2.0 * here + above;
+        let shift = 0.5 * (below - above) / bend;
+        // Outside, where the best is next to the grid's neighbour, the steps differ, and it is near enough.
+        if shift.abs() <= 1.0 && shift != 0.0 {
+            let place = (curve[best].bandwidth / smallest).ln() / ratio;
+            insert(&mut curve, score(&[place + step * shift]));
+        }
+    }
+    (curve, at_edge)
+}
+
+fn insert(curve: &mut Vec<Score>, scores: Vec<Score>) {
+    curve.extend(scores);
+    curve.sort_by(|a, b| a.bandwidth.total_cmp(&b.bandwidth));
 }
 
 /// The index of the lowest score; of equal ones the last, the smoothest.
@@ -125,28 +324,6 @@ fn extent(sorted: &[f64]) -> (f64, f64) {
     let extent = if extent > 0.0 { extent } else { 1.0 };
     let smallest = extent * (3.0 / n as f64).clamp(SMALLEST, 0.2);
     (smallest, extent.max(2.0 * smallest))
-}
-
-/// Golden-section search for a minimum of `score` on [a, b]; all points that were tried.
-fn golden_section(mut a: f64, mut b: f64, score: impl Fn(f64) -> Score) -> Vec<Score> {
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-    let (mut low, mut high) = (score(c), score(d));
-    let mut tried = vec![low, high];
-    for _ in 2..REFINEMENTS {
-        if low.error < high.error {
-            (b, d, high) = (d, c, low);
-            c = b - golden * (b - a);
-            low = score(c);
-            tried.push(low);
-        } else {
-            (a, c, low) = (c, d, high);
-            d = a + golden * (b - a);
-            high = score(d);
-            tried.push(high);
-        }
-    }
-    tried
 }
 
 #[cfg(test)]
@@ -261,6 +438,113 @@ mod tests {
                 .to_string()
                 .contains("at least 3 samples, but there are 2")
         );
+    }
+
+    fn method(kernel: Kernel, degree: Degree, scoring: Scoring) -> LeaveOneOut {
+        LeaveOneOut {
+            kernel,
+            degree,
+            scoring,
+        }
+    }
+
+    #[test]
+    fn the_search_on_binned_data_is_as_good_as_the_exact_one_and_says_how_far_off_it_was() {
+        let (x, y) = noisy(23, 20_000, |x| (4.0 * x).sin());
+        for kernel in [
+            Kernel::Uniform,
+            Kernel::Triangular,
+            Kernel::Epanechnikov,
+            Kernel::Gaussian,
+        ] {
+            for degree in [Degree::Constant, Degree::Linear] {
+                let search = |scoring| method(kernel, degree, scoring).search(&x, &y, None).unwrap();
+                let (exact, binned) = (search(Scoring::Exact), search(Scoring::Binned));
+                assert!(exact.binning.is_none() && exact.at_edge == binned.at_edge);
+                let binning = binned.binning.as_ref().unwrap();
+                // The uniform kernel jumps at the window's edge, and so do its sums where a bin comes in.
+                let most = if kernel == Kernel::Uniform { 1e-3 } else { 1e-4 };
+                assert!(binning.error < most, "{kernel:?} {degree:?}: {binning:?}");
+                assert!(binning.exact.iter().any(|s| s.bandwidth == binned.bandwidth));
+                let at = |h| {
+                    method(kernel, degree, Scoring::Exact)
+                        .exact_scores(&x, &y, None, &[h])
+                        .unwrap()[0]
+                        .error
+                };
+                let (best, found) = (at(exact.bandwidth), at(binned.bandwidth));
+                assert!(found < best * 1.0005, "{kernel:?} {degree:?}: {found} {best}");
+                // Lines through a few points shoot far off, and change with every point in or out.
+                for score in binned.curve.iter().filter(|s| s.error < 1.2 * best).step_by(7) {
+                    let error = (score.error / at(score.bandwidth) - 1.0).abs();
+                    assert!(error < 30.0 * most, "{kernel:?} {degree:?} {score:?}: {error}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn binned_searches_stand_outliers_offsets_and_ties() {
+        let (uniform, _) = noisy(29, 20_000, |x| x);
+        let heavy = |x: f64| (0.78 * x).tan();
+        let scales: [(&str, &dyn Fn(f64) -> f64); 3] = [
+            ("heavy tails", &heavy),
+            ("offset", &|x| 1e6 + x),
+            ("ties", &|x| (x * 5.0).floor()),
+        ];
+        for (name, map) in scales {
+            let x: Vec<f64> = uniform.iter().map(|x| map(*x)).collect();
+            let y: Vec<f64> = uniform
+                .iter()
+                .enumerate()
+                .map(|(i, x)| 1e3 + x + 0.2 * (i as f64).sin())
+                .collect();
+            let search = |scoring| {
+                method(Kernel::Epanechnikov, Degree::Constant, scoring)
+                    .search(&x, &y, None)
+                    .unwrap()
+            };
+            let (exact, binned) = (search(Scoring::Exact), search(Scoring::Binned));
+            let lowest_of = |s: &BandwidthSearch| s.curve.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
+            let ratio = lowest_of(&binned) / lowest_of(&exact);
+            assert!((ratio - 1.0).abs() < 1e-3, "{name}: {ratio} {:?}", binned.binning);
+        }
+    }
+
+    #[test]
+    fn a_binned_choice_depends_neither_on_threads_nor_on_order() {
+        let (x, y) = noisy(31, 150_000, |x| x.abs());
+        let search = |x: &[f64], y: &[f64], threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let method = method(Kernel::Epanechnikov, Degree::Constant, Scoring::Binned);
+            pool.install(|| method.search(x, y, None).unwrap())
+        };
+        let one = search(&x, &y, 1);
+        assert_eq!(one, search(&x, &y, 3));
+        let reversed = |v: &[f64]| v.iter().rev().copied().collect::<Vec<_>>();
+        assert_eq!(one, search(&reversed(&x), &reversed(&y), 2));
+    }
+
+    #[test]
+    fn weighted_data_are_never_put_in_bins() {
+        let (x, y) = noisy(37, 500, |x| x);
+        let search = |scoring| {
+            let method = method(Kernel::Epanechnikov, Degree::Constant, scoring);
+            method.search(&x, &y, Some(&vec![2.0; 500])).unwrap()
+        };
+        assert_eq!(search(Scoring::Binned), search(Scoring::Exact));
+    }
+
+    #[test]
+    fn given_bandwidths_are_scored_in_their_order_and_checked() {
+        let (x, y) = noisy(41, 300, |x| x);
+        let method = LeaveOneOut::default();
+        let [a, b] = [0.5, 0.1].map(|h| method.exact_scores(&x, &y, None, &[h]).unwrap()[0]);
+        assert_eq!(method.exact_scores(&x, &y, None, &[0.5, 0.1]).unwrap(), [a, b]);
+        for h in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let message = method.exact_scores(&x, &y, None, &[0.1, h]).unwrap_err().to_string();
+            assert!(message.contains("the bandwidth is"), "{message}");
+        }
     }
 
     #[test]

@@ -118,44 +118,55 @@ impl RateStudy {
     }
 
     fn check(&self) -> Result<()> {
-        for (what, need, got, requirement) in [
-            ("settings", 1, self.settings.len(), "at least 1"),
-            ("lengths", 2, self.lengths.len(), "at least 2"),
-            ("runs", FEWEST_RUNS, self.runs, "at least 20"),
-        ] {
-            if got < need {
-                return Err(Error::InvalidParameter {
-                    name: format!("the number of {what} of a rate study"),
-                    value: got as f64,
-                    requirement,
-                });
-            }
-        }
-        let mut previous = 9;
-        for (i, &n) in self.lengths.iter().enumerate() {
-            if n <= previous {
-                return Err(Error::InvalidParameter {
-                    name: format!("lengths[{i}]"),
-                    value: n as f64,
-                    requirement: "at least 10, and greater than the one before it",
-                });
-            }
-            previous = n;
-        }
+        check_plan(self.settings.len(), &self.lengths, self.runs)?;
         self.settings.iter().try_for_each(Setting::check)
-    }
-
-    /// One seed for each setting, n and run, whatever else the study contains.
-    fn seed_of(&self, setting: usize, n: usize, run: usize) -> u64 {
-        [setting, n, run]
-            .iter()
-            .fold(self.seed, |state, &v| mix(state.wrapping_add(mix(v as u64))))
     }
 
     /// The samples of one setting at one n.
     fn cost(&self, n: usize) -> usize {
         n.saturating_mul(self.runs)
     }
+}
+
+/// The number of settings, the lengths and the runs of a study.
+pub(super) fn check_plan(settings: usize, lengths: &[usize], runs: usize) -> Result<()> {
+    for (what, need, got, requirement) in [
+        ("settings", 1, settings, "at least 1"),
+        ("lengths", 2, lengths.len(), "at least 2"),
+        ("runs", FEWEST_RUNS, runs, "at least 20"),
+    ] {
+        if got < need {
+            return Err(Error::InvalidParameter {
+                name: format!("the number of {what} of a rate study"),
+                value: got as f64,
+                requirement,
+            });
+        }
+    }
+    let mut previous = 9;
+    for (i, &n) in lengths.iter().enumerate() {
+        if n <= previous {
+            return Err(Error::InvalidParameter {
+                name: format!("lengths[{i}]"),
+                value: n as f64,
+                requirement: "at least 10, and greater than the one before it",
+            });
+        }
+        previous = n;
+    }
+    Ok(())
+}
+
+/// The runs between two calls of a study's progress: about a second.
+pub(super) fn batch(n: usize, runs: usize) -> usize {
+    (20_000_000 / n).clamp(1, runs)
+}
+
+/// One seed for each setting, n and run, whatever else the study contains.
+pub(super) fn seed_of(seed: u64, setting: usize, n: usize, run: usize) -> u64 {
+    [setting, n, run]
+        .iter()
+        .fold(seed, |state, &v| mix(state.wrapping_add(mix(v as u64))))
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea & Flood 2014) after its increment.
@@ -239,8 +250,7 @@ impl Checkpoint {
                     continue;
                 }
                 let mut errors = Vec::with_capacity(study.runs);
-                // Progress between batches of about a second.
-                let batch = (20_000_000 / n).clamp(1, study.runs);
+                let batch = batch(n, study.runs);
                 for first in (0..study.runs).step_by(batch) {
                     if progress(spent, total).is_break() {
                         return Err(Error::Stopped { done: spent, total });
@@ -249,7 +259,7 @@ impl Checkpoint {
                     spent += n * runs.len();
                     let squared: Result<Vec<Option<f64>>> = runs
                         .into_par_iter()
-                        .map(|run| sampler.squared_error(n, study.seed_of(s, n, run)))
+                        .map(|run| sampler.squared_error(n, seed_of(study.seed, s, n, run)))
                         .collect();
                     errors.extend(squared?);
                 }

@@ -91,7 +91,7 @@ impl<'a> Sampler<'a> {
     }
 }
 
-fn draw(input: Input, n: usize, rng: &mut Pcg64) -> Vec<f64> {
+pub(super) fn draw(input: Input, n: usize, rng: &mut Pcg64) -> Vec<f64> {
     match input {
         Input::Uniform { range } => (0..n).map(|_| rng.random_range(-range..range)).collect(),
         Input::Gaussian => (0..n).map(|_| StandardNormal.sample(rng)).collect(),

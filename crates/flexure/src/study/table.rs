@@ -48,11 +48,37 @@ impl RatePoint {
     }
 }
 
+/// What a table must know of a setting.
+pub trait Experiment {
+    /// A name of one line.
+    fn name(&self) -> String;
+
+    /// The exponent of the error in n that theory gives.
+    fn exponent(&self) -> f64;
+
+    /// Whether the error is of exactly that order, or the exponent a bound, below which the error may fall.
+    fn sharp(&self) -> bool;
+}
+
+impl Experiment for Setting {
+    fn name(&self) -> String {
+        Setting::name(self)
+    }
+
+    fn exponent(&self) -> f64 {
+        self.exponent
+    }
+
+    fn sharp(&self) -> bool {
+        self.sharp
+    }
+}
+
 /// One setting's errors, and their slope beside the theorem's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RateResult {
+pub struct RateResult<S = Setting> {
     /// The setting.
-    pub setting: Setting,
+    pub setting: S,
     /// The errors over n.
     pub points: Vec<RatePoint>,
     /// The slope of log error over log n; NaN with fewer than two points.
@@ -66,9 +92,9 @@ pub struct RateResult {
     pub agrees: bool,
 }
 
-impl RateResult {
+impl<S: Experiment> RateResult<S> {
     /// `settings` is the number of settings that are judged together.
-    pub(super) fn new(setting: Setting, points: Vec<RatePoint>, settings: usize) -> Self {
+    pub(super) fn new(setting: S, points: Vec<RatePoint>, settings: usize) -> Self {
         let (slope, error) = slope(&points).unwrap_or((f64::NAN, f64::NAN));
         let around = |level: f64| {
             let half = Normal::standard().inverse_cdf(0.5 + 0.5 * level) * error;
@@ -76,9 +102,9 @@ impl RateResult {
         };
         // Sidak: the settings' runs are independent.
         let joint_interval = around(LEVEL.powf(1.0 / settings.max(1) as f64));
-        let exponent = setting.exponent;
+        let exponent = setting.exponent();
         let [low, high] = [joint_interval[0] - FINITE_SAMPLES, joint_interval[1] + FINITE_SAMPLES];
-        let agrees = low <= exponent && (exponent <= high || !setting.sharp && high.is_finite());
+        let agrees = low <= exponent && (exponent <= high || !setting.sharp() && high.is_finite());
         RateResult {
             setting,
             points,
@@ -92,19 +118,19 @@ impl RateResult {
 
 /// All settings' results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RateTable {
+pub struct RateTable<S = Setting> {
     /// In the order of the study's settings.
-    pub results: Vec<RateResult>,
+    pub results: Vec<RateResult<S>>,
 }
 
-impl RateTable {
+impl<S> RateTable<S> {
     /// Whether every setting agrees with theory; at 95 %, for all of them together.
     pub fn agrees(&self) -> bool {
         self.results.iter().all(|r| r.agrees)
     }
 }
 
-impl fmt::Display for RateTable {
+impl<S: Experiment> fmt::Display for RateTable<S> {
     /// A line a setting: slope, 95 % interval, theorem's exponent, verdict, errors at the ends.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<String> = self.results.iter().map(|r| r.setting.name()).collect();
@@ -116,8 +142,8 @@ impl fmt::Display for RateTable {
         )?;
         for (name, r) in names.iter().zip(&self.results) {
             let interval = format!("[{:.3}, {:.3}]", r.interval[0], r.interval[1]);
-            let bound = if r.setting.sharp { "" } else { "<= " };
-            let theorem = format!("{bound}{:.3}", r.setting.exponent);
+            let bound = if r.setting.sharp() { "" } else { "<= " };
+            let theorem = format!("{bound}{:.3}", r.setting.exponent());
             let verdict = if r.agrees { "agrees" } else { "differs" };
             let ends = match (r.points.first(), r.points.last()) {
                 (Some(a), Some(b)) => format!("{:.2e} ({}) to {:.2e} ({})", a.rms, a.n, b.rms, b.n),

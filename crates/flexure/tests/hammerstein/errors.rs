@@ -122,14 +122,14 @@ fn parameters() {
         ),
         (
             PlainHammerstein {
-                bandwidth: Some(0.0),
+                parameter: Some(0.0),
                 ..plain
             },
             "the bandwidth is 0, but must be positive and finite".to_owned(),
         ),
         (
             PlainHammerstein {
-                bandwidth: Some(f64::NAN),
+                parameter: Some(f64::NAN),
                 ..plain
             },
             "the bandwidth is NaN, but must be positive and finite".to_owned(),

@@ -28,7 +28,7 @@ fn compare(one: &Identification, other: &Identification, [c, d]: [f64; 2], [e, f
     };
     assert_eq!((one.delay, one.regression_lag), (other.delay, other.regression_lag));
     assert_eq!((one.order.order, one.psi), (other.order.order, other.psi));
-    close(one.bandwidth * c.abs(), other.bandwidth, other.bandwidth, "bandwidth");
+    close(one.parameter * c.abs(), other.parameter, other.parameter, "bandwidth");
     // Unit static gain: the linear part has no unit.
     assert_close(one.linear.a(), other.linear.a(), 1e-5, "a");
     assert_close(one.linear.b(), other.linear.b(), 1e-5, "b");
@@ -85,7 +85,7 @@ fn powers_of_two_change_no_digit() {
         let c = 2.0_f64.powi(k);
         let other = identify(&changed(&source, [c, 0.0], [c, 0.0]));
         assert_eq!(one.linear, other.linear);
-        assert_eq!(one.bandwidth * c, other.bandwidth);
+        assert_eq!(one.parameter * c, other.parameter);
         let scaled: Vec<f64> = one.predicted.iter().map(|v| c * v).collect();
         assert_eq!(scaled, other.predicted);
         assert_eq!(one.verdict.measures.fit_percent, other.verdict.measures.fit_percent);

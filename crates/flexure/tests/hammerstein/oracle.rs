@@ -31,7 +31,7 @@ fn every_step_agrees_with_scipy() {
         "y",
     );
     let result = PlainHammerstein {
-        bandwidth: Some(0.25),
+        parameter: Some(0.25),
         order: Some(2),
         delay: Some(3),
         regression_lag: RegressionLag::At(4),

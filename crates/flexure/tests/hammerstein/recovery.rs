@@ -175,7 +175,7 @@ fn the_band_covers_the_mean_estimate_at_its_level() {
     let results: Vec<Identification> = (0..60)
         .map(|seed| {
             PlainHammerstein {
-                bandwidth: Some(0.3),
+                parameter: Some(0.3),
                 order: Some(1),
                 delay: Some(0),
                 regression_lag: RegressionLag::Delay,

@@ -113,7 +113,7 @@ proptest! {
         prop_assert!(finite(&result.predicted) && result.predicted.len() == case.n);
         prop_assert!(finite(&result.impulse_estimate) && result.impulse_limit.is_finite());
         prop_assert!(finite(&result.order.hankel_singular_values));
-        prop_assert!(result.bandwidth > 0.0 && result.bandwidth.is_finite());
+        prop_assert!(result.parameter > 0.0 && result.parameter.is_finite());
         prop_assert!(result.verdict.measures.fit_percent.is_finite());
         prop_assert!(result.verdict.words().starts_with("On fresh data") || result.verdict.words().starts_with("The model"));
         prop_assert!(result.warnings.iter().all(|w| !w.to_string().contains("NaN")));

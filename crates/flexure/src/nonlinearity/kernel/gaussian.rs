@@ -9,33 +9,39 @@
 
 use super::{Kernel, Sorted, Sums};
 
-/// Terms kept: k + l < TERMS.
-const TERMS: usize = 33;
+/// Terms kept in double precision: k + l < TERMS.
+pub const TERMS: usize = 33;
 /// Boxes on either side that are within reach: beyond 9 bandwidths a point does not count beside nearer
 /// ones, exp(-9^2 / 2) = 3e-18. (Where there are none nearer, the caller sums directly.)
-const NEIGHBOURS: i64 = 10;
+pub const NEIGHBOURS: i64 = 10;
+/// Terms and boxes that are enough for an accuracy of 1e-7.
+pub const FEW_TERMS: usize = 17;
+pub const FEW_NEIGHBOURS: i64 = 6;
 /// With fewer pairs of points than this, the direct sum over two boxes is cheaper.
 const DIRECT_PAIRS: usize = 100;
 
-type Series = [f64; TERMS];
-
 /// Sources of one box.
-struct Sources {
+struct Sources<const TERMS: usize> {
     cell: i64,
     first: usize,
     end: usize,
-    weight: Series,
-    moment: Series,
+    weight: [f64; TERMS],
+    moment: [f64; TERMS],
 }
 
-/// Calls `visit(j, sums)` for each of the increasing points `at`.
-pub fn transform(data: &Sorted, h: f64, at: &[f64], mut visit: impl FnMut(usize, Sums)) {
+/// Calls `visit(j, sums)` for each of the increasing points `at`, with as many terms and boxes on either side.
+pub fn transform<const TERMS: usize, const NEIGHBOURS: i64>(
+    data: &Sorted,
+    h: f64,
+    at: &[f64],
+    mut visit: impl FnMut(usize, Sums),
+) {
     let origin = data.x[0];
     let cell_of = |x: f64| ((x - origin) / h).floor().clamp(-1e15, 1e15) as i64;
     // From the centre of a box, in bandwidths; relative to the origin first, as that loses no digits.
     let offset_in = |cell: i64, x: f64| (x - origin) / h - (cell as f64 + 0.5);
 
-    let boxes = collect(data, cell_of, offset_in);
+    let boxes = collect::<TERMS>(data, cell_of, offset_in);
     let (mut start, mut nearest) = (0, 0);
     while start < at.len() {
         let cell = cell_of(at[start]);
@@ -79,8 +85,12 @@ pub fn transform(data: &Sorted, h: f64, at: &[f64], mut visit: impl FnMut(usize,
 }
 
 /// The non-empty boxes in order with their moments sum (-u)^k / k! and sum y (-u)^k / k!.
-fn collect(data: &Sorted, cell_of: impl Fn(f64) -> i64, offset_in: impl Fn(i64, f64) -> f64) -> Vec<Sources> {
-    let mut boxes: Vec<Sources> = Vec::new();
+fn collect<const TERMS: usize>(
+    data: &Sorted,
+    cell_of: impl Fn(f64) -> i64,
+    offset_in: impl Fn(i64, f64) -> f64,
+) -> Vec<Sources<TERMS>> {
+    let mut boxes: Vec<Sources<TERMS>> = Vec::new();
     for i in 0..data.len() {
         let cell = cell_of(data.x[i]);
         if boxes.last().is_none_or(|b| b.cell != cell) {
@@ -106,7 +116,12 @@ fn collect(data: &Sorted, cell_of: impl Fn(f64) -> i64, offset_in: impl Fn(i64, 
 }
 
 /// Adds a box of sources, `tau` bandwidths below, to a box of points' polynomial in s.
-fn translate(sources: &Sources, tau: f64, weight: &mut Series, moment: &mut Series) {
+fn translate<const TERMS: usize>(
+    sources: &Sources<TERMS>,
+    tau: f64,
+    weight: &mut [f64; TERMS],
+    moment: &mut [f64; TERMS],
+) {
     // g^(m)(tau) = (-1)^m He_m(tau) g(tau), He_{m+1} = tau He_m - m He_{m-1}.
     let mut derivative = [0.0; TERMS];
     derivative[0] = (-0.5 * tau * tau).exp();
@@ -128,7 +143,7 @@ fn translate(sources: &Sources, tau: f64, weight: &mut Series, moment: &mut Seri
 }
 
 /// The polynomial and its first two derivatives.
-fn derivatives(c: &Series, s: f64) -> [f64; 3] {
+fn derivatives<const TERMS: usize>(c: &[f64; TERMS], s: f64) -> [f64; 3] {
     let [value, first, half_second] = c
         .iter()
         .rev()

@@ -2,26 +2,41 @@
 //! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} , $$
 //! and its local linear form (Fan 1993), with weights.
 //!
-//! The data are sorted once; after that every point costs O(1) whatever the bandwidth, for the
-//! kernels of bounded support by sliding moment sums ([`window`], [`piece`]) and for the Gaussian by a fast
-//! Gauss transform ([`gaussian`]). For few points the sort is left out as well ([`scatter`]). All agree with
-//! direct summation to about 1e-12. Streams have a form of their own ([`recursive`]).
+//! The data are sorted once ([`sort`]); after that every point costs O(1) whatever the bandwidth, for the
+//! kernels of bounded support by sliding moment sums ([`sweep`], [`window`], [`piece`]) and for the Gaussian by
+//! a fast Gauss transform ([`gaussian`]). For few points the sort is left out as well ([`scatter`]). All agree
+//! with direct summation to about 1e-12. Scores of a bandwidth are exact ([`leave_one_out`]) or, to find it
+//! among many points, from data in bins ([`binned`]). Streams have a form of their own ([`recursive`]).
 //!
 //! References: Nadaraya (1964); Watson (1964); Seifert, Brockmann, Engel, Gasser (1994), fast
 //! algorithms; Greengard and Strain (1991), the Gauss transform.
 
+mod binned;
+mod choice;
+mod descent;
+mod estimator;
 mod gaussian;
+mod leave_one_out;
+mod line;
 mod piece;
+mod product;
 mod recursive;
 mod regression;
 mod scatter;
+mod sort;
 mod sorted;
 mod sums;
+mod sweep;
 mod window;
 
+pub(crate) use binned::Pyramid;
+pub use choice::{Bandwidth, KernelScore, KernelSearch};
+pub use estimator::{KernelEstimate, KernelEstimator};
+pub(crate) use leave_one_out::leave_one_out;
 pub use recursive::{RecursiveForm, RecursiveKernel, RecursiveSums};
+use regression::direct_without;
 pub use regression::{KernelFit, KernelRegression};
-pub(crate) use regression::{check_points, check_weights, leave_one_out};
+pub(crate) use regression::{check_points, check_weights};
 pub(crate) use sorted::Sorted;
 pub use sums::Degree;
 pub(crate) use sums::Sums;
@@ -98,7 +113,6 @@ impl Kernel {
 }
 
 /// Calls `visit(j, sums)` for each of the increasing points `at` that has any data in reach.
-#[inline(always)]
 pub(crate) fn for_each_sum(
     data: &Sorted,
     kernel: Kernel,
@@ -107,10 +121,14 @@ pub(crate) fn for_each_sum(
     at: &[f64],
     mut visit: impl FnMut(usize, Sums),
 ) {
+    // Called through a pointer, so that the sums for all kernels are compiled once, not for every caller.
+    visit_sums(data, kernel, degree, h, at, &mut visit);
+}
+
+fn visit_sums(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, at: &[f64], visit: &mut dyn FnMut(usize, Sums)) {
     // Many points may have one abscissa.
     let mut last = (f64::NAN, Sums::NONE);
-    // One call, and small, so that it is inlined into the innermost loop.
-    let visit = |j: usize, mut sums: Sums| {
+    let mut visit = |j: usize, mut sums: Sums| {
         if !sums.reliable(degree) {
             if last.0 != at[j] {
                 last = (at[j], data.direct_sums(kernel, degree, h, at[j], None));
@@ -120,7 +138,10 @@ pub(crate) fn for_each_sum(
         visit(j, sums);
     };
     match kernel {
-        Kernel::Gaussian => gaussian::transform(data, h, at, visit),
-        _ => piece::perform(&mut piece::AtPoints { data, h, at, visit }, kernel, degree),
+        Kernel::Gaussian => gaussian::transform::<{ gaussian::TERMS }, { gaussian::NEIGHBOURS }>(data, h, at, visit),
+        _ => {
+            let visit = &mut visit;
+            piece::perform(&mut piece::AtPoints { data, h, at, visit }, kernel, degree);
+        }
     }
 }

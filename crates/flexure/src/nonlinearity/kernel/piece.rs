@@ -1,13 +1,21 @@
 //! The kernels of bounded support as polynomials, and their sums over a sliding window.
 
-use super::window::{Items, Moments, Slider, first_beyond};
+use std::ops::Range;
+
+use super::sweep::{Grains, Sweep};
+use super::window::{Items, Slider};
 use super::{Degree, Kernel, Sorted, Sums};
+
+/// A kernel's coefficients of the powers of u, at the coordinate t of the point.
+pub trait Coefficients<const M: usize>: Fn(f64) -> [f64; M] + Copy + Sync {}
+
+impl<const M: usize, F: Fn(f64) -> [f64; M] + Copy + Sync> Coefficients<M> for F {}
 
 /// Something to be done with a kernel's polynomials: N moments serve M coefficients (N = M) and, for the
 /// local linear fit, two powers of u more (N = M + 2).
 pub trait Job {
     /// The kernel is one polynomial on [-1, 1].
-    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Fn(f64) -> [f64; M] + Copy);
+    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>);
 
     /// The triangular kernel: 1 - t + u up to the point, 1 + t - u beyond it.
     fn halves<const N: usize>(&mut self);
@@ -55,86 +63,90 @@ pub fn sums<I: Items<N>, const M: usize, const N: usize>(
         return Sums::NONE;
     }
     let view = slider.seek(lo, hi);
-    view.window(lo, hi)
-        .map_or(Sums::NONE, |moments| combined(&moments, view.frame.u(q), coefficients))
-}
-
-/// The sums at the coordinate `t` out of the window's moments.
-#[inline(always)]
-fn combined<const M: usize, const N: usize>(
-    Moments(moments): &Moments<N>,
-    t: f64,
-    coefficients: impl Fn(f64) -> [f64; M],
-) -> Sums {
-    let c = coefficients(t);
-    let mut sums = Sums {
-        mass: [moments[0][0], 0.0],
-        at: t,
-        ..Sums::NONE
-    };
-    for k in 0..M {
-        sums.s[0] += c[k] * moments[k][0];
-        sums.t[0] += c[k] * moments[k][1];
-    }
-    if N > M {
-        sums.mass[1] = moments[2][0];
-        for k in 0..M {
-            sums.s[1] += c[k] * moments[k + 1][0];
-            sums.s[2] += c[k] * moments[k + 2][0];
-            sums.t[1] += c[k] * moments[k + 1][1];
-        }
-    }
-    sums
+    view.window(lo, hi).map_or(Sums::NONE, |moments| {
+        Sums::combined(&moments, view.frame.u(q), coefficients)
+    })
 }
 
 /// Visits the sums at each of the increasing points `at` that has any data in reach.
-pub struct AtPoints<'a, F> {
+pub struct AtPoints<'a> {
     pub data: &'a Sorted,
     pub h: f64,
     pub at: &'a [f64],
-    pub visit: F,
+    pub visit: &'a mut dyn FnMut(usize, Sums),
 }
 
-impl<F: FnMut(usize, Sums)> Job for AtPoints<'_, F> {
+impl Job for AtPoints<'_> {
     #[inline(always)]
-    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Fn(f64) -> [f64; M] + Copy) {
-        let (x, h, at) = (&self.data.x[..], self.h, self.at);
-        let begin = |lo, q: f64| first_beyond(x, lo, |x| q - x > h);
-        let end = |hi, q: f64| first_beyond(x, hi, |x| x - q <= h);
-        let mut slider = Slider::<_, N>::new(self.data, h);
-        let (mut lo, mut hi, mut j) = (0, 0, 0);
-        while j < at.len() {
-            lo = begin(lo, at[j]);
-            hi = end(hi.max(lo), at[j]);
-            if lo == hi {
-                j += 1;
-                continue;
-            }
-            // As long as nothing but the ends of the window moves.
-            let view = slider.seek(lo, hi);
-            while let Some(moments) = view.window(lo, hi) {
-                (self.visit)(j, combined(&moments, view.frame.u(at[j]), coefficients));
-                j += 1;
-                let Some(&q) = at.get(j) else { break };
-                lo = begin(lo, q);
-                hi = end(hi, q);
-            }
-        }
+    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>) {
+        let grains = Grains::<N>::new(self.data);
+        let range = 0..self.at.len();
+        whole(
+            self.data,
+            &grains,
+            self.h,
+            (self.at, range),
+            coefficients,
+            &mut *self.visit,
+        );
     }
 
     fn halves<const N: usize>(&mut self) {
-        let (x, h) = (&self.data.x[..], self.h);
-        let mut sliders = [Slider::<_, N>::new(self.data, h), Slider::<_, N>::new(self.data, h)];
-        let (mut lo, mut middle, mut hi) = (0, 0, 0);
-        for (j, &q) in self.at.iter().enumerate() {
-            lo = first_beyond(x, lo, |x| q - x > h);
-            middle = first_beyond(x, middle.max(lo), |x| x <= q);
-            hi = first_beyond(x, hi.max(middle), |x| x - q <= h);
-            let [left, right] = &mut sliders;
-            let left = sums(left, (lo, middle), q, rising);
-            let right = sums(right, (middle, hi), q, falling);
-            let both = if left.mass[0] > 0.0 { left + right } else { right };
-            (self.visit)(j, both);
+        let grains = Grains::<N>::new(self.data);
+        halves(
+            self.data,
+            &grains,
+            self.h,
+            (self.at, 0..self.at.len()),
+            &mut *self.visit,
+        );
+    }
+}
+
+/// Visits the sums at the increasing points `at[range]` that have any data in reach.
+#[inline(always)]
+pub fn whole<const M: usize, const N: usize>(
+    data: &Sorted,
+    grains: &Grains<N>,
+    h: f64,
+    (at, range): (&[f64], Range<usize>),
+    coefficients: impl Coefficients<M>,
+    visit: impl FnMut(usize, Sums),
+) {
+    let edges = (|x: f64, q: f64| q - x > h, |x: f64, q: f64| x - q <= h);
+    Sweep::new(data, grains, h).visit(at, range, edges, coefficients, visit);
+}
+
+/// Points of which a half kernel's sums are kept, until the other half's are there.
+const TILE: usize = 256;
+
+/// The same for the triangular kernel.
+#[inline(always)]
+pub fn halves<const N: usize>(
+    data: &Sorted,
+    grains: &Grains<N>,
+    h: f64,
+    (at, range): (&[f64], Range<usize>),
+    mut visit: impl FnMut(usize, Sums),
+) {
+    let mut below = Sweep::new(data, grains, h);
+    let mut above = Sweep::new(data, grains, h);
+    let mut both = Vec::with_capacity(TILE);
+    for first in range.clone().step_by(TILE) {
+        let tile = first..range.end.min(first + TILE);
+        both.clear();
+        both.resize(tile.len(), Sums::NONE);
+        let edges = (|x: f64, q: f64| q - x > h, |x: f64, q: f64| x <= q);
+        below.visit(at, tile.clone(), edges, rising, |j, sums| both[j - first] = sums);
+        let edges = (|x: f64, q: f64| x <= q, |x: f64, q: f64| x - q <= h);
+        above.visit(at, tile.clone(), edges, falling, |j, sums| {
+            let left = &mut both[j - first];
+            *left = if left.mass[0] > 0.0 { *left + sums } else { sums };
+        });
+        for (j, sums) in tile.zip(&both) {
+            if sums.mass[0] > 0.0 {
+                visit(j, *sums);
+            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Fitting and evaluating the kernel estimate (13), and its exact leave-one-out score.
 
 use super::scatter::{self, Scatter};
+use super::sorted::mean;
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::error::{Error, Result};
 
@@ -82,7 +83,7 @@ impl KernelRegression {
             x,
             y,
             w: weights,
-            mean: scatter::mean(y, weights),
+            mean: mean(y, weights),
         };
         let mut estimates = vec![f64::NAN; at.len()];
         let (order, at) = increasing(at);
@@ -287,27 +288,11 @@ impl KernelFit {
 /// The centred estimate at point `i` from the others, by direct summation.
 #[cold]
 #[inline(never)]
-fn direct_without(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, i: usize) -> f64 {
+pub(super) fn direct_without(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, i: usize) -> f64 {
     let others = data.direct_sums(kernel, degree, h, data.x[i], Some(i));
     others
         .fit(degree)
         .map_or_else(|| data.nearest(data.x[i], Some(i)), |fit| fit.value)
-}
-
-/// The exact leave-one-out score sum_i w_i (Y_i - m_{n,-i}(X_i))^2 / sum_i w_i for one bandwidth.
-///
-/// A point without any other in reach is predicted by its nearest neighbours.
-pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, h: f64) -> f64 {
-    let (mut error, mut total) = (0.0, 0.0);
-    for_each_sum(data, kernel, degree, h, &data.x, |i, sums| {
-        let (y, w) = (data.y[i], data.weight(i));
-        let residual = sums
-            .residual_without(degree, y, w)
-            .unwrap_or_else(|| y - direct_without(data, kernel, degree, h, i));
-        error += w * residual * residual;
-        total += w;
-    });
-    error / total
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::piece::{self, Job, falling, rising, sums};
+use super::piece::{self, Coefficients, Job, falling, rising, sums};
 use super::sorted::{from_ordered, to_ordered};
 use super::window::{Frame, Items, Moments, Slider};
 use super::{Sorted, Sums, first_beyond};
@@ -36,7 +36,7 @@ pub struct AtFew<'a, F> {
 }
 
 impl<F: FnMut(usize, Sums)> Job for AtFew<'_, F> {
-    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Fn(f64) -> [f64; M] + Copy) {
+    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>) {
         let cuts = Cuts::new(self.at, self.h, false);
         let line = Line::<N>::new(self.data, &cuts, self.h);
         let mut slider = Slider::new(&line, self.h);
@@ -80,8 +80,9 @@ impl Cuts {
                 [begin, if halve { q.next_up() } else { begin }, end]
             })
             .collect();
-        let mut cuts: Vec<f64> = edges.iter().flatten().copied().collect();
-        cuts.sort_unstable_by(f64::total_cmp);
+        let mut cuts: Vec<f64> = (0..3).flat_map(|k| edges.iter().map(move |edge| edge[k])).collect();
+        // A few increasing runs, which the stable sort merges.
+        cuts.sort_by(f64::total_cmp);
         cuts.dedup();
         let mut rank = [0; 3];
         let windows = edges
@@ -185,17 +186,19 @@ struct Line<const N: usize> {
 impl<const N: usize> Line<N> {
     fn new(data: &Scatter, cuts: &Cuts, h: f64) -> Self {
         let per_h = 1.0 / h;
-        let empty: Vec<Cell<N>> = (0..cuts.cuts.len())
-            .map(|i| Cell {
-                middle: cuts.middle(i),
-                moments: Moments::ZERO,
-            })
-            .collect();
+        let empty = || -> Vec<Cell<N>> {
+            (0..cuts.cuts.len())
+                .map(|i| Cell {
+                    middle: cuts.middle(i),
+                    moments: Moments::ZERO,
+                })
+                .collect()
+        };
         let part = PART.max(data.x.len().div_ceil(PARTS));
         let mut parts: Vec<Vec<Cell<N>>> = (0..data.x.len().div_ceil(part))
             .into_par_iter()
             .map(|k| {
-                let mut cells = empty.clone();
+                let mut cells = empty();
                 let end = data.x.len().min((k + 1) * part);
                 data.collect(k * part..end, cuts, per_h, &mut cells);
                 cells
@@ -262,23 +265,6 @@ impl<const N: usize> Items<N> for Line<N> {
             *sum = sum.plus(&cell.moments.shifted(d));
         }
     }
-}
-
-/// The mean of the ordinates in parts that do not depend on the number of threads.
-pub fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
-    let sums: Vec<(f64, f64)> = y
-        .par_chunks(PART)
-        .enumerate()
-        .map(|(k, y)| match w {
-            None => (y.iter().sum(), y.len() as f64),
-            Some(w) => {
-                let w = &w[k * PART..][..y.len()];
-                (y.iter().zip(w).map(|(y, w)| w * y).sum(), w.iter().sum())
-            }
-        })
-        .collect();
-    let (moment, weight) = sums.iter().fold((0.0, 0.0), |(a, b), (m, w)| (a + m, b + w));
-    moment / weight
 }
 
 /// Visits the sums at the increasing points `at`, `h` wide, for a kernel of bounded support.

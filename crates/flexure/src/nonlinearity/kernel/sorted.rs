@@ -4,8 +4,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::window::{Frame, Items, Moments};
+use super::sort::sorted;
 use super::{Degree, Kernel, Sums};
+
+/// Points that are taken at a time.
+const CHUNK: usize = 1 << 15;
 
 /// Points sorted by abscissa, then ordinate, then weight, so that nothing depends on their order in the
 /// record.
@@ -22,42 +25,62 @@ pub(crate) struct Sorted {
 impl Sorted {
     /// Sorts finite points.
     pub fn new(x: &[f64], y: &[f64]) -> Self {
-        let mut points: Vec<(u64, [f64; 1])> = x.iter().zip(y).map(|(&x, &y)| (to_ordered(x), [y])).collect();
-        sort(&mut points);
-        let mean = points.iter().map(|p| p.1[0]).sum::<f64>() / points.len() as f64;
-        Sorted {
-            x: points.iter().map(|p| from_ordered(p.0)).collect(),
-            y: points.iter().map(|p| p.1[0] - mean).collect(),
-            w: None,
-            mean,
-        }
+        let [x, y] = sorted([x, y]);
+        Self::centred(x, y, None)
     }
 
     /// Sorts finite points with weights that are not negative; those of weight zero are left out.
     pub fn weighted(x: &[f64], y: &[f64], w: &[f64]) -> Self {
-        let mut points: Vec<(u64, [f64; 2])> = (x.iter().zip(y).zip(w))
-            .filter(|(_, w)| **w > 0.0)
-            .map(|((&x, &y), &w)| (to_ordered(x), [y, w]))
-            .collect();
-        sort(&mut points);
-        let total: f64 = points.iter().map(|p| p.1[1]).sum();
-        let mean = points.iter().map(|p| p.1[0] * p.1[1]).sum::<f64>() / total;
-        Sorted {
-            x: points.iter().map(|p| from_ordered(p.0)).collect(),
-            y: points.iter().map(|p| p.1[0] - mean).collect(),
-            w: Some(points.iter().map(|p| p.1[1]).collect()),
-            mean,
-        }
+        let [x, y, w] = if w.iter().all(|w| *w > 0.0) {
+            sorted([x, y, w])
+        } else {
+            let kept =
+                |v: &[f64]| -> Vec<f64> { v.iter().zip(w).filter(|(_, w)| **w > 0.0).map(|(v, _)| *v).collect() };
+            sorted([&kept(x), &kept(y), &kept(w)])
+        };
+        Self::centred(x, y, Some(w))
+    }
+
+    /// Sorted points with the ordinates' mean taken off.
+    pub fn centred(x: Vec<f64>, mut y: Vec<f64>, w: Option<Vec<f64>>) -> Self {
+        let mean = mean(&y, w.as_deref());
+        y.par_chunks_mut(CHUNK)
+            .for_each(|y| y.iter_mut().for_each(|y| *y -= mean));
+        Sorted { x, y, w, mean }
     }
 
     pub fn len(&self) -> usize {
         self.x.len()
     }
 
+    pub fn is_weighted(&self) -> bool {
+        self.w.is_some()
+    }
+
     /// The weight of point `i`.
     #[inline(always)]
     pub fn weight(&self, i: usize) -> f64 {
         self.w.as_ref().map_or(1.0, |w| w[i])
+    }
+
+    /// Calls `each` with abscissa, weight and weighted ordinate of the points `range`, in order.
+    #[inline(always)]
+    pub fn for_each(&self, range: Range<usize>, mut each: impl FnMut(f64, f64, f64)) {
+        let points = self.x[range.clone()].iter().zip(&self.y[range.clone()]);
+        match &self.w {
+            None => points.for_each(|(&x, &y)| each(x, 1.0, y)),
+            Some(w) => points.zip(&w[range]).for_each(|((&x, &y), &w)| each(x, w, w * y)),
+        }
+    }
+
+    /// [`for_each`](Self::for_each) from the last to the first.
+    #[inline(always)]
+    pub fn for_each_reversed(&self, range: Range<usize>, mut each: impl FnMut(f64, f64, f64)) {
+        let points = self.x[range.clone()].iter().zip(&self.y[range.clone()]);
+        match &self.w {
+            None => points.rev().for_each(|(&x, &y)| each(x, 1.0, y)),
+            Some(w) => points.zip(&w[range]).rev().for_each(|((&x, &y), &w)| each(x, w, w * y)),
+        }
     }
 
     /// The points within `reach` of `q`, by the same comparison as the sliding windows make.
@@ -135,29 +158,21 @@ impl Sorted {
     }
 }
 
-impl<const N: usize> Items<N> for Sorted {
-    fn len(&self) -> usize {
-        self.x.len()
-    }
-
-    #[inline(always)]
-    fn anchor(&self, i: usize) -> f64 {
-        self.x[i]
-    }
-
-    #[inline(always)]
-    fn add(&self, i: usize, frame: Frame, sum: &mut Moments<N>) {
-        let w = self.weight(i);
-        sum.push(frame.u(self.x[i]), w, w * self.y[i]);
-    }
-}
-
-/// Sorts by key, then payload. Equal elements cannot be told apart: the number of threads does not matter.
-fn sort<const N: usize>(points: &mut [(u64, [f64; N])]) {
-    points.par_sort_unstable_by_key(|p| p.0);
-    for ties in points.chunk_by_mut(|p, q| p.0 == q.0).filter(|ties| ties.len() > 1) {
-        ties.sort_unstable_by_key(|p| p.1.map(to_ordered));
-    }
+/// The mean of the ordinates, in parts that do not depend on the number of threads.
+pub(super) fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
+    let sums: Vec<(f64, f64)> = y
+        .par_chunks(CHUNK)
+        .enumerate()
+        .map(|(k, y)| match w {
+            None => (y.iter().sum(), y.len() as f64),
+            Some(w) => {
+                let w = &w[k * CHUNK..][..y.len()];
+                (y.iter().zip(w).map(|(y, w)| w * y).sum(), w.iter().sum())
+            }
+        })
+        .collect();
+    let (moment, weight) = sums.iter().fold((0.0, 0.0), |(a, b), (m, w)| (a + m, b + w));
+    moment / weight
 }
 
 /// Maps finite floats to integers of the same order (and -0 to 0).

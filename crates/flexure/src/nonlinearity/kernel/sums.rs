@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::window::Moments;
+
 /// The degree of the polynomial that is fitted around every point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -53,6 +55,34 @@ impl Sums {
         t: [0.0; 2],
         at: 0.0,
     };
+
+    /// The sums at the coordinate `t` out of the window's moments.
+    #[inline(always)]
+    pub fn combined<const M: usize, const N: usize>(
+        Moments(moments): &Moments<N>,
+        t: f64,
+        coefficients: impl Fn(f64) -> [f64; M],
+    ) -> Self {
+        let c = coefficients(t);
+        let mut sums = Sums {
+            mass: [moments[0][0], 0.0],
+            at: t,
+            ..Sums::NONE
+        };
+        for k in 0..M {
+            sums.s[0] += c[k] * moments[k][0];
+            sums.t[0] += c[k] * moments[k][1];
+        }
+        if N > M {
+            sums.mass[1] = moments[2][0];
+            for k in 0..M {
+                sums.s[1] += c[k] * moments[k + 1][0];
+                sums.s[2] += c[k] * moments[k + 2][0];
+                sums.t[1] += c[k] * moments[k + 1][1];
+            }
+        }
+        sums
+    }
 
     /// Whether fast sums are as accurate as direct ones, for the fit of this degree.
     #[inline(always)]
@@ -110,14 +140,22 @@ impl Sums {
     #[inline(always)]
     pub fn residual_without(&self, degree: Degree, y: f64, w: f64) -> Option<f64> {
         if degree == Degree::Constant {
-            // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1), one division.
-            let rest = self.s[0] - w;
-            return (rest > DIRECT_BELOW * self.mass[0]).then(|| (y * self.s[0] - self.t[0]) / rest);
+            let (residual, reliable) = residual_without(y, w, self.s[0], self.t[0], self.mass[0]);
+            return reliable.then_some(residual);
         }
         let fit = self.fit(degree)?;
         let rest = 1.0 - w * fit.leverage;
         (rest > DIRECT_BELOW).then(|| (y - fit.value) / rest)
     }
+}
+
+/// The residual of an ordinate `y`, of weight `w`, from the local constant without it, and whether the others'
+/// share in the sums, of the mass in reach, is large enough to tell by.
+#[inline(always)]
+pub(super) fn residual_without(y: f64, w: f64, s: f64, t: f64, mass: f64) -> (f64, bool) {
+    // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1), one division.
+    let rest = s - w;
+    ((y * s - t) / rest, rest > DIRECT_BELOW * mass)
 }
 
 impl std::ops::Add for Sums {

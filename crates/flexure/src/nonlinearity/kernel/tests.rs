@@ -5,6 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Cauchy, Distribution, StandardNormal};
 
 use super::*;
+use crate::nonlinearity::kernel::leave_one_out;
 
 /// The brute-force twin of (13) and of the local line: weighted least squares, centred before squaring.
 fn direct_fit(data: [&[f64]; 3], kernel: Kernel, degree: Degree, h: f64, q: f64, skip: Option<usize>) -> f64 {
@@ -189,13 +190,44 @@ fn leave_one_out_agrees_with_leaving_each_point_out() {
                         w[i] * (y[i] - other).powi(2)
                     });
                     let want = squares.sum::<f64>() / w.iter().sum::<f64>();
-                    let got = leave_one_out(&data, kernel, degree, h);
+                    let got = leave_one_out(&data, kernel, degree, &[h])[0];
                     // The line through two neighbours in the window's edge may shoot far off.
                     assert!(
                         (got - want).abs() < 1e-9 * want,
                         "{name} {kernel:?} {degree:?} h={h}: {got} {want}"
                     );
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn scores_over_many_parts_are_exact_and_the_same_on_any_number_of_threads() {
+    for (name, x) in hard_abscissas(7, 20_000) {
+        if name == "clusters" || name == "ties" {
+            continue; // Thousands of points in every window: too long to sum one by one.
+        }
+        let y = response(&x, 0.0);
+        let data = Sorted::new(&x, &y);
+        for kernel in [Kernel::Epanechnikov, Kernel::Triangular, Kernel::Triweight] {
+            let scores = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| leave_one_out(&data, kernel, Degree::Constant, &[0.01, 0.003]))
+            };
+            let one = scores(1);
+            assert_eq!(one, scores(3));
+            for (h, got) in [0.01, 0.003].into_iter().zip(one) {
+                let residual = |i: usize| {
+                    let others = data.direct_sums(kernel, Degree::Constant, h, data.x[i], Some(i));
+                    let fit = others.fit(Degree::Constant).map(|fit| fit.value);
+                    data.y[i] - fit.unwrap_or_else(|| data.nearest(data.x[i], Some(i)))
+                };
+                let want = (0..data.len()).map(|i| residual(i).powi(2)).sum::<f64>() / data.len() as f64;
+                assert!(
+                    (got - want).abs() < 1e-11 * want,
+                    "{name} {kernel:?} h={h}: {got} {want}"
+                );
             }
         }
     }

@@ -14,7 +14,7 @@
 use std::ops::Range;
 
 /// Points in a block.
-const BLOCK: usize = 256;
+const BLOCK: usize = 64;
 
 /// sum w u^k and sum w y u^k for k < N, in pairs.
 #[derive(Clone, Copy)]
@@ -44,7 +44,19 @@ impl<const N: usize> Moments<N> {
         sum
     }
 
+    /// The moments of r u.
+    #[inline(always)]
+    pub fn scaled(mut self, r: f64) -> Self {
+        let mut power = r;
+        for k in 1..N {
+            self.0[k] = self.0[k].map(|m| power * m);
+            power *= r;
+        }
+        self
+    }
+
     /// The moments of u + d, by Pascal's triangle.
+    #[inline(always)]
     pub fn shifted(mut self, d: f64) -> Self {
         for i in 1..N {
             for k in (i..N).rev() {
@@ -221,6 +233,22 @@ pub fn first_beyond(x: &[f64], start: usize, holds: impl Fn(f64) -> bool) -> usi
         }
     }
     far_beyond(x, i, holds)
+}
+
+/// The first indices from `start` on at which `holds` and `next` are false, true values coming first and `next`
+/// holding wherever `holds` does; nothing where they are far. It takes hardly longer than a single search, as
+/// the second does not wait for the first.
+#[inline(always)]
+pub fn both_beyond(
+    x: &[f64],
+    start: usize,
+    holds: impl Fn(f64) -> bool,
+    next: impl Fn(f64) -> bool,
+) -> Option<[usize; 2]> {
+    let eight = x.get(start..start + 8)?;
+    let first: usize = eight[..4].iter().map(|&v| usize::from(holds(v))).sum();
+    let second: usize = eight.iter().map(|&v| usize::from(next(v))).sum();
+    (first < 4 && second < 8).then_some([start + first, start + second])
 }
 
 /// Steps of four before the search for a far index begins.

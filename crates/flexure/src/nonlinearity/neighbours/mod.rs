@@ -15,7 +15,7 @@ use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
 use crate::error::{Error, Result};
 use crate::selection::{Candidate, Criterion, Search};
 use line::Line;
-use tree::Tree;
+pub(super) use tree::Tree;
 
 /// The most columns.
 const MOST_COLUMNS: usize = 6;

@@ -12,7 +12,7 @@ const PIECE: usize = 256;
 
 /// Points in an order in which every subtree is a range, split at its middle.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Tree {
+pub(in crate::nonlinearity) struct Tree {
     /// The standard deviations of the columns (1 for a constant one).
     pub scales: Vec<f64>,
     /// The coordinates, point after point. They are not scaled: differences of lattice points stay exact, and
@@ -33,9 +33,13 @@ struct Found {
 }
 
 impl Tree {
-    pub fn new(data: &Points) -> Tree {
+    pub(super) fn new(data: &Points) -> Tree {
+        Self::with_scales(data, data.x.iter().map(|column| deviation(column, &data.w)).collect())
+    }
+
+    /// For the Euclidean distance after division of the columns by these positive scales.
+    pub fn with_scales(data: &Points, scales: Vec<f64>) -> Tree {
         let d = data.x.len();
-        let scales: Vec<f64> = data.x.iter().map(|column| deviation(column, &data.w)).collect();
         let mut order: Vec<usize> = (0..data.len()).collect();
         let mut split = vec![0; data.len()];
         arrange(&data.x, &scales, &mut order, &mut split);
@@ -97,6 +101,29 @@ impl Tree {
         sums
     }
 
+    /// The coordinates of the point nearest to `q`; of several the first in order of their coordinates.
+    pub fn nearest_place(&self, q: &[f64]) -> &[f64] {
+        let found = self.nearest(q, f64::MIN_POSITIVE);
+        let tied = found.iter().take_while(|f| f.distance == found[0].distance);
+        let places = tied.map(|f| self.at(f.point));
+        places
+            .min_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal))
+            .unwrap_or(&[])
+    }
+
+    /// The mean of the ordinates at the places nearest to the place `q` of points of the weight `w` together.
+    pub fn mean_of_others(&self, q: &[f64], w: f64) -> f64 {
+        // More than there is at q.
+        let found = self.nearest(q, w * (1.0 + 1e-9));
+        let mut groups = found.chunk_by(|a, b| a.distance == b.distance);
+        let nearest = groups.find(|group| group[0].distance > 0.0).unwrap_or(&[]);
+        let (w, wy) = nearest.iter().fold((0.0, 0.0), |(total, sum), found| {
+            let (w, y) = self.points[found.point];
+            (total + w, sum + w * y)
+        });
+        self.mean + if w > 0.0 { wy / w } else { 0.0 }
+    }
+
     /// The estimates at the points with the coordinates `columns`, all finite.
     pub fn means(&self, columns: &[Vec<f64>], k: f64) -> Vec<f64> {
         (0..columns[0].len())
@@ -109,7 +136,7 @@ impl Tree {
     }
 
     /// The score's sums for all these increasing numbers of neighbours: one search a point.
-    pub fn scores(&self, numbers: &[usize]) -> Vec<Scores> {
+    pub(super) fn scores(&self, numbers: &[usize]) -> Vec<Scores> {
         let Some(&most) = numbers.last() else {
             return Vec::new();
         };

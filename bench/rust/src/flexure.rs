@@ -1,0 +1,165 @@
+//! Flexure itself.
+
+use flexure::nonlinearity::{
+    Bandwidth, Basis, Choice, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, KernelRegression,
+    LocalKernel, NearestNeighbours, NetworkRegression, Outside, PolynomialRegression, Regression, SeriesRegression,
+    SplineRegression,
+};
+use flexure::selection::{BandwidthRule, Criterion, choose_bandwidth};
+
+use crate::job::{Call, Data, Job, Outcome, Result};
+
+pub fn call(job: &Job) -> Result<Call> {
+    let outside = Outside::Nearest;
+    let dimension: usize = job.number("dimension")?;
+    match job.text("task")? {
+        "kernel" if dimension > 1 => Ok(estimates(product(job)?)),
+        "kernel" => {
+            let (degree, kernel) = (degree(job)?, kernel(job)?);
+            let method = KernelRegression {
+                kernel,
+                bandwidth: job.number("h")?,
+            };
+            Ok(Box::new(move |data: &Data| {
+                Ok(method.evaluate(degree, &data.x[0], &data.y, None, &data.at[0])?.into())
+            }))
+        }
+        "leave-one-out" => {
+            let method = product(job)?;
+            Ok(Box::new(move |data: &Data| {
+                let score = method.score(Criterion::LeaveOneOut, &data.columns(), &data.y, None)?;
+                Ok(vec![score].into())
+            }))
+        }
+        "bandwidth" if dimension > 1 => {
+            let method = KernelEstimator {
+                degree: degree(job)?,
+                ..Default::default()
+            };
+            Ok(chosen(method, |fit| {
+                let each: Vec<String> = fit.bandwidths().iter().map(|h| format!("{h:.4}")).collect();
+                format!("h={}", each.join(","))
+            }))
+        }
+        "bandwidth" => {
+            let (degree, name) = (degree(job)?, job.text("rule")?);
+            let rule = BandwidthRule::from_name(name).ok_or(format!("no rule {name}"))?;
+            Ok(Box::new(move |data: &Data| choose_and_evaluate(rule, degree, data)))
+        }
+        "local-bandwidths" => {
+            let method = LocalKernel {
+                outside,
+                ..Default::default()
+            };
+            Ok(chosen(method, |fit| match fit.threshold() {
+                Some(_) => format!("local, {} jumps", fit.jumps().len()),
+                None => format!("h={:.4}", fit.global().bandwidth),
+            }))
+        }
+        "neighbours" => {
+            let neighbours = Choice::Fixed(job.number("k")?);
+            Ok(estimates(NearestNeighbours { neighbours, outside }))
+        }
+        "neighbours-chosen" => {
+            let method = NearestNeighbours {
+                outside,
+                ..Default::default()
+            };
+            Ok(chosen(method, |fit| format!("k={}", fit.neighbours())))
+        }
+        "polynomial" => {
+            let degree = Choice::Fixed(job.number("degree")?);
+            Ok(estimates(PolynomialRegression { degree, outside }))
+        }
+        "series-chosen" => {
+            let basis = basis(job.text("basis")?)?;
+            let method = SeriesRegression {
+                basis,
+                outside,
+                ..Default::default()
+            };
+            Ok(chosen(method, |fit| format!("terms={}", fit.terms())))
+        }
+        "haar" => {
+            let levels = Choice::Fixed(job.number("levels")?);
+            Ok(estimates(HaarRegression { levels, outside }))
+        }
+        "spline-chosen" => {
+            let method = SplineRegression {
+                penalty: Choice::FromData(Criterion::Generalized),
+                outside,
+                ..Default::default()
+            };
+            Ok(chosen(method, |fit| format!("lambda={:.3e}", fit.penalty())))
+        }
+        "network" => {
+            let units = Choice::Fixed(job.number("units")?);
+            Ok(estimates(NetworkRegression {
+                units,
+                outside,
+                ..Default::default()
+            }))
+        }
+        other => Err(format!("no task {other}").into()),
+    }
+}
+
+fn choose_and_evaluate(rule: BandwidthRule, degree: Degree, data: &Data) -> Result<Outcome> {
+    let (x, y, kernel) = (&data.x[0], &data.y, Kernel::Epanechnikov);
+    let bandwidth = choose_bandwidth(rule, kernel, degree, x, y, None)?.bandwidth();
+    Ok(Outcome {
+        estimates: KernelRegression { kernel, bandwidth }.evaluate(degree, x, y, None, &data.at[0])?,
+        chosen: Some(format!("h={bandwidth:.4}")),
+    })
+}
+
+/// The estimates of a method without a choice.
+fn estimates<E: Estimator + Clone + 'static>(method: E) -> Call {
+    Box::new(move |data| {
+        Ok(method
+            .clone()
+            .fit(&data.columns(), &data.y, None)?
+            .predict(&data.points())?
+            .into())
+    })
+}
+
+/// The estimates of a method that chooses, and what it chose.
+fn chosen<E: Estimator + Clone + 'static>(method: E, choice: fn(&E::Fit) -> String) -> Call {
+    Box::new(move |data| {
+        let fit = method.clone().fit(&data.columns(), &data.y, None)?;
+        Ok(Outcome {
+            estimates: fit.predict(&data.points())?,
+            chosen: Some(choice(&fit)),
+        })
+    })
+}
+
+/// The product kernel with one bandwidth for all columns.
+fn product(job: &Job) -> Result<KernelEstimator> {
+    Ok(KernelEstimator {
+        kernel: kernel(job)?,
+        degree: degree(job)?,
+        bandwidth: Bandwidth::Fixed(vec![job.number("h")?]),
+        ..Default::default()
+    })
+}
+
+fn degree(job: &Job) -> Result<Degree> {
+    match job.text("degree")? {
+        "0" => Ok(Degree::Constant),
+        "1" => Ok(Degree::Linear),
+        other => Err(format!("degree={other} is neither 0 nor 1").into()),
+    }
+}
+
+fn kernel(job: &Job) -> Result<Kernel> {
+    let name = job.text("kernel")?;
+    let known = Kernel::ALL.into_iter().find(|k| k.name() == name);
+    Ok(known.ok_or(format!("no kernel {name}"))?)
+}
+
+fn basis(name: &str) -> Result<Basis> {
+    let known = Basis::ALL.into_iter().find(|b| b.name() == name);
+    Ok(known.ok_or(format!("no basis {name}"))?)
+}

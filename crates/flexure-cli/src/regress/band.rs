@@ -1,0 +1,139 @@
+//! The confidence band: which one, and how it is made.
+
+use std::ops::ControlFlow;
+
+use clap::ValueEnum;
+use flexure::bands::{Band, BandKind, BootstrapBand, RobustBand, Scheme};
+use flexure::nonlinearity::{EstimatorName, NamedEstimator, NamedFit, Rule, Tuning};
+
+use super::data::Data;
+use super::estimate::slices;
+use super::{Arguments, Method};
+use crate::arguments::Usage;
+
+/// With more rows, refits for a band are only made when they are asked for.
+const MOST_REFITTED: usize = 20_000;
+/// Resamples for few rows in one column; elsewhere there are fewer.
+const RESAMPLES: usize = 999;
+/// Resamples elsewhere.
+const FEWER_RESAMPLES: usize = 199;
+/// The rows that count as few.
+const FEW: usize = 2_000;
+
+/// Which band is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BandMethod {
+    /// Robust where it can be, else by the bootstrap up to 20,000 rows, by blocks with --select block.
+    Auto,
+    /// Robust bias correction: kernel estimators in one column, independent rows.
+    Robust,
+    /// Wild bootstrap: any estimator, independent rows.
+    Bootstrap,
+    /// Block bootstrap: any estimator, rows in order of time.
+    Block,
+    /// No band: lower and upper are NaN.
+    None,
+}
+
+/// How the band is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Banding {
+    /// By robust bias correction.
+    Robust(RobustBand),
+    /// By refits to resampled data.
+    Bootstrap(BootstrapBand),
+}
+
+/// Refuses a robust band for what has none.
+pub fn check(arguments: &Arguments) -> Result<(), Usage> {
+    let kernel = matches!(arguments.estimator, EstimatorName::Kernel | EstimatorName::LocalLinear);
+    if arguments.band_method == BandMethod::Robust && !(kernel && arguments.x.len() == 1) {
+        return Err(Usage(
+            "--band-method robust is for the estimators kernel and local-linear in one column of x; take --band-method bootstrap".to_owned(),
+        ));
+    }
+    if arguments.simultaneous && arguments.band_method == BandMethod::None {
+        return Err(Usage(
+            "--simultaneous needs a band, and --band-method none makes none; leave one of them out".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+/// The band that the options ask for, if any.
+pub fn banding(method: &Method, fit: &NamedFit, data: &Data) -> Option<Banding> {
+    let rows = data.rows().len();
+    let blocks = method.estimator.tuning == Tuning::FromData(Rule::Block);
+    let slow = matches!(fit.name, EstimatorName::Network | EstimatorName::LocalBandwidth);
+    let chosen = match method.band_method {
+        BandMethod::Auto if blocks && !slow && rows <= MOST_REFITTED => BandMethod::Block,
+        BandMethod::Auto if fit.regression.kernel_fit().is_some() => BandMethod::Robust,
+        BandMethod::Auto if !slow && rows <= MOST_REFITTED => BandMethod::Bootstrap,
+        BandMethod::Auto => BandMethod::None,
+        given => given,
+    };
+    let kind = match method.simultaneous {
+        true => BandKind::Simultaneous,
+        false => BandKind::Pointwise,
+    };
+    let (level, seed) = (method.level, method.estimator.seed);
+    let scheme = match chosen {
+        BandMethod::None | BandMethod::Auto => return None,
+        BandMethod::Robust => {
+            return Some(Banding::Robust(RobustBand {
+                level,
+                kind,
+                seed,
+                ..RobustBand::default()
+            }));
+        }
+        BandMethod::Bootstrap => Scheme::Wild,
+        BandMethod::Block => Scheme::MovingBlock { length: None },
+    };
+    let resamples = match rows <= FEW && data.x.len() == 1 {
+        true => RESAMPLES,
+        false => FEWER_RESAMPLES,
+    };
+    // As many as the level's quantile needs.
+    let least = (2.0 / (1.0 - level)).ceil() as usize;
+    Some(Banding::Bootstrap(BootstrapBand {
+        level,
+        kind,
+        scheme,
+        resamples: resamples.max(least),
+        seed,
+        ..BootstrapBand::default()
+    }))
+}
+
+impl Banding {
+    /// The band at the points `at`, column by column.
+    pub fn band(self, method: &NamedEstimator, fit: &NamedFit, data: &Data, at: &[Vec<f64>]) -> flexure::Result<Band> {
+        match (self, fit.regression.kernel_fit()) {
+            (Banding::Robust(band), Some(kernel)) => band.for_kernel(kernel, &at[0]),
+            (Banding::Robust(band), None) => {
+                let band = BootstrapBand {
+                    level: band.level,
+                    kind: band.kind,
+                    seed: band.seed,
+                    ..BootstrapBand::default()
+                };
+                Banding::Bootstrap(band).band(method, fit, data, at)
+            }
+            (Banding::Bootstrap(band), _) => {
+                let fixed = method.fixed(fit);
+                let refit = |x: &[&[f64]], y: &[f64], w: Option<&[f64]>| Ok(fixed.fit(x, y, w)?.regression);
+                let mut go_on = |_, _| ControlFlow::Continue(());
+                band.run(&refit, &data.x, data.y, data.weights, &slices(at), &mut go_on)
+            }
+        }
+    }
+}
+
+/// "pointwise" or "simultaneous".
+pub fn kind_words(kind: BandKind) -> &'static str {
+    match kind {
+        BandKind::Pointwise => "pointwise",
+        BandKind::Simultaneous => "simultaneous",
+    }
+}

@@ -1,0 +1,231 @@
+//! The fit and what can be said of it.
+
+use flexure::nonlinearity::{Degree, EstimatorName, NamedEstimator, NamedFit, Outside, Rule, Tuning};
+use flexure::selection::{BandwidthRule, BlockFolds, choose_bandwidth};
+
+use super::Method;
+use super::band::{Banding, banding, kind_words};
+use super::data::Data;
+
+/// Folds of the cross-validation where the leave-one-out error is not known.
+const FOLDS: usize = 10;
+/// Fewer rows tell nothing of the residuals' dependence.
+const FEWEST_FOR_DEPENDENCE: usize = 50;
+/// The two-sided 99 % quantile of the normal distribution.
+const SIGNIFICANT: f64 = 2.575_829_303_548_901;
+/// A correlation below this does no harm however significant it is.
+const HARMFUL: f64 = 0.1;
+/// A bandwidth by blocks this many times that by leave-one-out tells that the latter follows the noise.
+const WIDER: f64 = 1.5;
+
+/// A fitted regression with its residuals.
+pub struct Estimate {
+    /// The method, with the parameter as it was asked for.
+    pub method: NamedEstimator,
+    /// The fit.
+    pub fit: NamedFit,
+    /// How the band is made; `None` if there is none.
+    pub banding: Option<Banding>,
+    /// The rows of positive weight.
+    pub rows: Vec<usize>,
+    /// The estimate at those rows.
+    pub fitted: Vec<f64>,
+    /// Measured less estimated there; NaN where there is no estimate.
+    pub residuals: Vec<f64>,
+    /// The standard deviation of the residuals.
+    pub residual_sd: f64,
+    /// How well rows are predicted that the fit did not use.
+    pub validation: Validation,
+    /// Whether neighbouring rows depend on each other beyond what is estimated.
+    pub dependent: bool,
+}
+
+/// The error of predicting rows from the others.
+pub struct Validation {
+    /// 1 less the mean squared error over the variance of y.
+    pub r_squared: f64,
+    /// The root of that mean squared error.
+    pub rms: f64,
+    /// How, in words.
+    pub by: &'static str,
+}
+
+/// The estimate at some points.
+pub struct Evaluated {
+    /// The points, column by column.
+    pub x: Vec<Vec<f64>>,
+    /// The estimate.
+    pub y: Vec<f64>,
+    /// The lower edge of the band.
+    pub lower: Vec<f64>,
+    /// The upper edge of the band.
+    pub upper: Vec<f64>,
+    /// What the band is; `None` if there is none.
+    pub band: Option<BandWords>,
+}
+
+/// What a band is.
+#[derive(Clone)]
+pub struct BandWords {
+    /// The nominal coverage.
+    pub level: f64,
+    /// "pointwise" or "simultaneous".
+    pub kind: &'static str,
+    /// How it was made.
+    pub method: String,
+}
+
+impl Estimate {
+    /// Fits, and looks at what is left.
+    pub fn new(method: &Method, data: &Data) -> flexure::Result<Self> {
+        let fit = method.estimator.fit(&data.x, data.y, data.weights)?;
+        let rows = data.rows();
+        let fitted = fit.regression.predict(&slices(&gathered(data, &rows)))?;
+        let residuals: Vec<f64> = rows.iter().zip(&fitted).map(|(&i, m)| data.y[i] - m).collect();
+        let weights: Vec<f64> = rows.iter().map(|&i| data.weight(i)).collect();
+        let validation = validation(&method.estimator, &fit, data, &rows)?;
+        let dependent = correlated(&residuals) || follows_noise(&method.estimator, data, &rows)?;
+        Ok(Estimate {
+            method: method.estimator.clone(),
+            banding: banding(method, &fit, data),
+            residual_sd: mean_square(&residuals, &weights).sqrt(),
+            fit,
+            rows,
+            fitted,
+            residuals,
+            validation,
+            dependent,
+        })
+    }
+
+    /// The estimate and its band at the points with these coordinates, column by column.
+    pub fn evaluate(&self, data: &Data, x: Vec<Vec<f64>>) -> flexure::Result<Evaluated> {
+        let y = self.fit.regression.predict(&slices(&x))?;
+        let Some(banding) = self.banding else {
+            let none = vec![f64::NAN; y.len()];
+            return Ok(Evaluated {
+                x,
+                y,
+                lower: none.clone(),
+                upper: none,
+                band: None,
+            });
+        };
+        let band = banding.band(&self.method, &self.fit, data, &x)?;
+        Ok(Evaluated {
+            x,
+            y,
+            lower: band.lower,
+            upper: band.upper,
+            band: Some(BandWords {
+                level: band.level,
+                kind: kind_words(band.kind),
+                method: band.method,
+            }),
+        })
+    }
+
+    /// Whether the parameter was given.
+    pub fn given(&self) -> bool {
+        matches!(self.method.tuning, Tuning::Fixed(_))
+    }
+}
+
+/// Columns as slices.
+pub fn slices(columns: &[Vec<f64>]) -> Vec<&[f64]> {
+    columns.iter().map(Vec::as_slice).collect()
+}
+
+fn gathered(data: &Data, rows: &[usize]) -> Vec<Vec<f64>> {
+    let of = |column: &&[f64]| rows.iter().map(|&i| column[i]).collect();
+    data.x.iter().map(of).collect()
+}
+
+/// The weighted mean square of the values that are finite.
+fn mean_square(values: &[f64], weights: &[f64]) -> f64 {
+    let finite = || values.iter().zip(weights).filter(|(v, _)| v.is_finite());
+    finite().map(|(v, w)| w * v * v).sum::<f64>() / finite().map(|(_, w)| w).sum::<f64>()
+}
+
+/// Whether the residuals of neighbouring rows are correlated, by a correlation that is significant and not small.
+fn correlated(residuals: &[f64]) -> bool {
+    let residuals: Vec<f64> = residuals.iter().copied().filter(|r| r.is_finite()).collect();
+    let n = residuals.len();
+    if n < FEWEST_FOR_DEPENDENCE {
+        return false;
+    }
+    let mean = residuals.iter().sum::<f64>() / n as f64;
+    let squares: f64 = residuals.iter().map(|r| (r - mean).powi(2)).sum();
+    let products: f64 = residuals.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum();
+    let r = products / squares;
+    r > HARMFUL && r * (n as f64).sqrt() > SIGNIFICANT
+}
+
+/// Whether leave-one-out would follow noise that depends on itself in time: such a fit leaves residuals in which nothing
+/// is to be seen, but leaving out neighbours in time asks for a much wider window.
+fn follows_noise(method: &NamedEstimator, data: &Data, rows: &[usize]) -> flexure::Result<bool> {
+    let ([_], true) = (data.x.as_slice(), rows.len() >= FEWEST_FOR_DEPENDENCE) else {
+        return Ok(false);
+    };
+    let x = gathered(data, rows);
+    let y: Vec<f64> = rows.iter().map(|&i| data.y[i]).collect();
+    if BlockFolds::for_data(&x[0], &y)?.gap == 0 {
+        return Ok(false);
+    }
+    let degree = match method.name {
+        EstimatorName::Kernel => Degree::Constant,
+        _ => Degree::Linear,
+    };
+    let bandwidth = |rule| choose_bandwidth(rule, method.kernel, degree, &x[0], &y, None).map(|c| c.bandwidth());
+    Ok(bandwidth(BandwidthRule::HBlock { gap: None })? > WIDER * bandwidth(BandwidthRule::LeaveOneOut)?)
+}
+
+fn validation(method: &NamedEstimator, fit: &NamedFit, data: &Data, rows: &[usize]) -> flexure::Result<Validation> {
+    let weights: Vec<f64> = rows.iter().map(|&i| data.weight(i)).collect();
+    let y: Vec<f64> = rows.iter().map(|&i| data.y[i]).collect();
+    let mean = y.iter().zip(&weights).map(|(y, w)| w * y).sum::<f64>() / weights.iter().sum::<f64>();
+    let about: Vec<f64> = y.iter().map(|y| y - mean).collect();
+    let variance = mean_square(&about, &weights);
+    // Rows that depend on their neighbours are not predicted from those.
+    let blocks = match (&method.tuning, &fit.scores) {
+        (Tuning::FromData(Rule::Block), Some(scores)) => scores.score.iter().copied().reduce(f64::min),
+        _ => None,
+    };
+    let (error, by) = match (blocks.filter(|e| e.is_finite()), fit.left_out.filter(|e| e.is_finite())) {
+        (Some(error), _) => (error, "cross-validation over blocks of rows"),
+        (None, Some(error)) => (error, "leave-one-out"),
+        (None, None) => (
+            mean_square(&folded(&method.fixed(fit), data, rows)?, &weights),
+            "10-fold cross-validation",
+        ),
+    };
+    Ok(Validation {
+        r_squared: 1.0 - error / variance,
+        rms: error.sqrt(),
+        by,
+    })
+}
+
+/// The residuals of every tenth row from the others; NaN where these do not allow a fit.
+fn folded(method: &NamedEstimator, data: &Data, rows: &[usize]) -> flexure::Result<Vec<f64>> {
+    let method = NamedEstimator {
+        outside: Outside::Nearest,
+        ..method.clone()
+    };
+    let mut residuals = vec![f64::NAN; rows.len()];
+    for fold in 0..FOLDS.min(rows.len()) {
+        let (left, kept): (Vec<usize>, Vec<usize>) = (0..rows.len()).partition(|k| k % FOLDS == fold);
+        let kept: Vec<usize> = kept.into_iter().map(|k| rows[k]).collect();
+        let of = |column: &[f64]| -> Vec<f64> { kept.iter().map(|&i| column[i]).collect() };
+        let weights = data.weights.map(of);
+        let Ok(fit) = method.fit(&slices(&gathered(data, &kept)), &of(data.y), weights.as_deref()) else {
+            continue;
+        };
+        let asked: Vec<usize> = left.iter().map(|&k| rows[k]).collect();
+        let predicted = fit.regression.predict(&slices(&gathered(data, &asked)))?;
+        for (k, m) in left.into_iter().zip(predicted) {
+            residuals[k] = data.y[rows[k]] - m;
+        }
+    }
+    Ok(residuals)
+}

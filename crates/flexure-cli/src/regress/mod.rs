@@ -1,0 +1,168 @@
+//! `flexure regress`: the regression of one column on others, with a band and a page.
+
+mod band;
+mod data;
+mod estimate;
+mod method;
+mod page;
+mod words;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use clap::ValueEnum;
+use flexure::Record;
+use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Rule};
+use flexure_io::{check_record_writable, check_writable, read_record, write_atomically, write_record};
+
+use crate::arguments::{self, Auto};
+use crate::output::{command_line, print};
+use crate::progress::spinning;
+use band::BandMethod;
+use data::Data;
+use estimate::{Estimate, Evaluated};
+
+/// Estimate the regression of a column on one or several others, with a confidence band.
+///
+/// The tuning parameter is chosen from the data unless it is given. The result has the columns of x by their names, then y
+/// (the estimate), lower and upper (the band; NaN where there is none). A record is CSV with a header, whitespace-separated
+/// columns without one (named c0, c1, ...), Parquet, or MAT v5.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  flexure regress record.csv --x u --y y -o curve.csv --report report.html")]
+pub struct Arguments {
+    /// The record.
+    record: PathBuf,
+    /// The columns to regress on, separated by commas.
+    #[arg(long, value_name = "COLUMN[,COLUMN...]", required = true, value_delimiter = ',')]
+    x: Vec<String>,
+    /// The column to estimate.
+    #[arg(long, value_name = "COLUMN")]
+    y: String,
+    /// Estimator: kernel (local constant), local-linear, local-bandwidth, knn, fourier, cosine, legendre, hermite, haar,
+    /// polynomial, spline, network or recursive; several columns: kernel, local-linear, knn, network.
+    #[arg(long, value_name = "NAME", default_value = "local-linear", value_parser = arguments::estimator)]
+    estimator: EstimatorName,
+    /// Bandwidth of an estimator with a kernel, in the unit of x: one, or one a column.
+    #[arg(long, value_name = "auto|H[,H...]", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_positives)]
+    bandwidth: Auto<Vec<f64>>,
+    /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units.
+    #[arg(long, value_name = "auto|P", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_number)]
+    parameter: Auto<f64>,
+    /// How the parameter is chosen: loo (leave-one-out), gcv (generalised cross-validation), block (rows in order of time
+    /// whose errors depend on each other); for one bandwidth also plugin and bootstrap.
+    #[arg(long, value_name = "RULE", default_value = "loo", value_parser = arguments::rule)]
+    select: Rule,
+    /// Kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
+    #[arg(long, value_name = "NAME", value_parser = arguments::kernel)]
+    kernel: Option<Kernel>,
+    /// Column of weights: a row of weight 2 counts as two, one of weight 0 as none.
+    #[arg(long, value_name = "COLUMN")]
+    weights: Option<String>,
+    /// Level of the confidence band.
+    #[arg(long, value_name = "LEVEL", default_value = "0.95", allow_hyphen_values = true, value_parser = arguments::level)]
+    band: f64,
+    /// How the band is made.
+    #[arg(long, value_enum, default_value = "auto")]
+    band_method: BandMethod,
+    /// A band that holds at all points of the curve at once.
+    #[arg(long)]
+    simultaneous: bool,
+    /// Seed of whatever is random: bands and networks.
+    #[arg(long, value_name = "N", default_value = "1")]
+    seed: u64,
+    /// Points of the curve along each column of x, evenly over the data's range; by default 301 for one column, fewer for
+    /// several.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    grid: Option<u32>,
+    /// Evaluate at the rows of this record instead, which has the same columns of x.
+    #[arg(long, value_name = "FILE", conflicts_with = "grid")]
+    at: Option<PathBuf>,
+    /// The estimate beyond the data's range.
+    #[arg(long, value_enum, default_value = "nan")]
+    outside: Outside,
+    /// Write the curve here: .csv or .parquet.
+    #[arg(short = 'o', long = "out", value_name = "CURVE.csv")]
+    out: Option<PathBuf>,
+    /// Write a page that shows everything here.
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Outside {
+    /// Not a number: nothing is known there.
+    Nan,
+    /// The value at the nearest point of the range.
+    Nearest,
+    /// The straight continuation.
+    Linear,
+}
+
+/// What the options ask for.
+pub struct Method {
+    estimator: NamedEstimator,
+    level: f64,
+    simultaneous: bool,
+    band_method: BandMethod,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let method = method::method(arguments)?;
+    if let Some(path) = &arguments.out {
+        check_record_writable(path)?;
+    }
+    if let Some(path) = &arguments.report {
+        check_writable(path)?;
+    }
+    let file = spinning("reading", || read_record(&arguments.record))?;
+    let data = Data::read(&file, arguments)?;
+    let at = match &arguments.at {
+        Some(path) => data::points(path, &arguments.x)?,
+        None => data.grid(arguments.grid.map(|n| n as usize)),
+    };
+    let (estimate, curve) = spinning("estimating", || -> Result<(Estimate, Evaluated)> {
+        let estimate = Estimate::new(&method, &data).map_err(|error| file.locate(error))?;
+        let curve = estimate.evaluate(&data, at).map_err(|error| file.locate(error))?;
+        Ok((estimate, curve))
+    })?;
+    let warnings = words::warnings(&estimate, &data, &curve, arguments);
+
+    // Everything is made before anything is written.
+    let rendered = match &arguments.report {
+        None => None,
+        Some(path) => {
+            let command = command_line(std::env::args_os().skip(1));
+            // Along one column the page shows the very curve of the result, if that is one.
+            let shown = (data.x.len() == 1 && arguments.at.is_none()).then_some(&curve);
+            let page = spinning("drawing", || page::page(&estimate, &data, shown, &warnings, command))?;
+            let html = flexure_report::render_regression(&page).context("the report")?;
+            Some((path, html))
+        }
+    };
+    if let Some(path) = &arguments.out {
+        write_record(path, &record(&data, &curve)?)?;
+    }
+    if let Some((path, html)) = rendered {
+        write_atomically(path, |out| out.write_all(html.as_bytes()))?;
+    }
+    if arguments.json {
+        return print(&words::json(&estimate, &data, &curve, &warnings, arguments).to_string());
+    }
+    let written = [&arguments.out, &arguments.report].into_iter().flatten();
+    let mut lines = vec![words::summary(&estimate, &data, &curve, &warnings)];
+    lines.extend(written.map(|path| format!("wrote {}", path.display())));
+    print(&lines.join("\n"))
+}
+
+/// The curve as the columns of the result's file.
+fn record(data: &Data, curve: &Evaluated) -> Result<Record> {
+    let x = data.names.iter().cloned().zip(curve.x.iter().cloned());
+    let rest = [("y", &curve.y), ("lower", &curve.lower), ("upper", &curve.upper)];
+    let rest = rest.map(|(name, values)| (name.to_owned(), values.clone()));
+    Ok(Record::new(x.chain(rest))?)
+}

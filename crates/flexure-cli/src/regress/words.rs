@@ -1,0 +1,170 @@
+//! A regression in words and as JSON.
+
+use flexure::nonlinearity::{Rule, Tuning};
+use serde_json::{Value, json};
+
+use super::band::BandMethod;
+use super::data::Data;
+use super::estimate::{Estimate, Evaluated};
+use super::{Arguments, Outside};
+use crate::outcome::number;
+use crate::tuning::{capitalised, kernel_words, list, scores_json};
+
+/// What the user should know before trusting the result.
+pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: &Arguments) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let (name, parameter) = (estimate.fit.name, estimate.fit.name.parameter());
+    if estimate.fit.scores.as_ref().is_some_and(|scores| scores.at_edge) {
+        warnings.push(format!(
+            "the score is smallest at the edge of the values tried ({parameter} {}): the regression is {}",
+            list(&estimate.fit.parameter),
+            if name.has_bandwidth() {
+                "nearly straight or constant, or rougher than the data resolve"
+            } else {
+                "rougher than the values tried resolve"
+            },
+        ));
+    }
+    let blocks = estimate.method.tuning == Tuning::FromData(Rule::Block);
+    if estimate.dependent && !blocks {
+        warnings.push(
+            "neighbouring rows are correlated beyond what is estimated, as in a record in order of time: leave-one-out may then follow the \
+             noise (undersmooth), and a band for independent rows is too narrow; --select block allows for it"
+                .to_owned(),
+        );
+    }
+    let unknown = curve.y.iter().filter(|v| v.is_nan()).count();
+    if unknown > 0 {
+        let where_to = match (arguments.outside, &arguments.at) {
+            (Outside::Nan, Some(_)) => "; --outside nearest or --outside linear continues the estimate beyond the data",
+            _ => "",
+        };
+        warnings.push(format!(
+            "at {unknown} of the {} points of the result there are no data within reach: the estimate there is NaN{where_to}",
+            curve.y.len()
+        ));
+    }
+    if curve.band.is_none() && arguments.band_method == BandMethod::Auto {
+        warnings.push(format!(
+            "no band was made, as --estimator {name} would have to be fitted to these {} rows many times over; --band-method bootstrap does",
+            estimate.rows.len()
+        ));
+    }
+    if data.x.len() == 1 {
+        let levels = distinct(data, 10);
+        if levels < 10 && estimate.rows.len() > 10 * levels {
+            warnings.push(format!(
+                "column '{}' has only {levels} levels: between them the estimate rests on the estimator's shape, not on data",
+                data.names[0]
+            ));
+        }
+    }
+    warnings
+}
+
+/// The number of distinct values of the first column, counted up to `most`.
+fn distinct(data: &Data, most: usize) -> usize {
+    let mut found: Vec<f64> = Vec::new();
+    for i in data.rows() {
+        let value = data.x[0][i];
+        if !found.contains(&value) {
+            found.push(value);
+        }
+        if found.len() == most {
+            break;
+        }
+    }
+    found.len()
+}
+
+/// The object that `--json` prints.
+pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[String], arguments: &Arguments) -> Value {
+    let fit = &estimate.fit;
+    let columns: Vec<Value> = data
+        .names
+        .iter()
+        .zip(&curve.x)
+        .map(|(name, x)| json!({ "name": name, "values": x }))
+        .collect();
+    let shown = |path: &Option<std::path::PathBuf>| path.as_ref().map(|p| p.display().to_string());
+    json!({
+        "x": data.names,
+        "y": data.y_name,
+        "weights": arguments.weights,
+        "samples": estimate.rows.len(),
+        "estimator": fit.name.name(),
+        "kernel": fit.name.has_bandwidth().then(|| estimate.method.kernel.name()),
+        "parameter": fit.name.parameter(),
+        "value": fit.parameter,
+        "chosen_by": (!estimate.given()).then_some(arguments.select.name()),
+        "scores": fit.scores.as_ref().map(scores_json),
+        "band": curve.band.as_ref().map(|band| json!({ "level": band.level, "kind": band.kind, "method": band.method })),
+        "residual_sd": estimate.residual_sd,
+        "r_squared": estimate.validation.r_squared,
+        "prediction_rms": estimate.validation.rms,
+        "validation": estimate.validation.by,
+        "dependent_rows": estimate.dependent,
+        "curve": { "x": columns, "y": curve.y, "lower": curve.lower, "upper": curve.upper },
+        "out": shown(&arguments.out),
+        "report": shown(&arguments.report),
+        "warnings": warnings,
+    })
+}
+
+/// A short account for a terminal.
+pub fn summary(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[String]) -> String {
+    let fit = &estimate.fit;
+    let validation = &estimate.validation;
+    let kernel = kernel_words(fit.name, estimate.method.kernel, ", ", "");
+    let why = why(estimate);
+    let mut lines = vec![
+        format!(
+            "{} of '{}' on '{}'{kernel}",
+            capitalised(fit.name.title()),
+            data.y_name,
+            data.names.join("', '")
+        ),
+        format!("  {:<19} {}  ({why})", fit.name.parameter(), list(&fit.parameter)),
+        format!(
+            "  R squared           {:.4}  ({}; RMS error {})",
+            validation.r_squared,
+            validation.by,
+            number(validation.rms)
+        ),
+        format!(
+            "  residuals           standard deviation {}, {} rows",
+            number(estimate.residual_sd),
+            estimate.rows.len()
+        ),
+    ];
+    if let Some(band) = &curve.band {
+        lines.push(format!(
+            "  band                {} %, {}",
+            percent(band.level),
+            band.kind
+        ));
+    }
+    lines.extend(warnings.iter().map(|w| format!("  warning: {w}")));
+    lines.join("\n")
+}
+
+/// How the parameter was chosen.
+pub fn why(estimate: &Estimate) -> String {
+    match (&estimate.method.tuning, &estimate.fit.scores) {
+        (Tuning::Fixed(_), _) => "as given".to_owned(),
+        (_, Some(scores)) => format!("smallest {}", scores.criterion),
+        (Tuning::FromData(rule), None) => match rule {
+            Rule::PlugIn => "by the plug-in rule".to_owned(),
+            rule => format!(
+                "from the bandwidth that the rule '{}' finds for the estimate that is not recursive",
+                rule.name()
+            ),
+        },
+    }
+}
+
+/// A level in percent.
+pub fn percent(level: f64) -> String {
+    let rounded = (level * 1e4).round() / 1e2;
+    rounded.to_string()
+}

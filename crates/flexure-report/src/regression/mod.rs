@@ -1,0 +1,10 @@
+//! The page of a regression: checked, reduced to what is plotted, and put into words.
+
+mod check;
+mod payload;
+mod scatter;
+mod text;
+
+pub(crate) use check::check;
+pub(crate) use payload::payload;
+pub(crate) use text::text;

@@ -1,0 +1,179 @@
+//! Confidence bands for a regression m(x) = E(Y | X = x).
+//!
+//! An interval around an estimate whose parameter was chosen for the smallest error misses the truth: its
+//! bias is then as large as its standard error, and does not fall behind it as n grows. The bands of this
+//! module are therefore centred at a bias-corrected estimate, and their width allows for the correction's
+//! own variance, so that a bandwidth chosen by cross-validation may be used as it is.
+//!
+//! | band | estimators | errors | cost |
+//! |---|---|---|---|
+//! | [`RobustBand`] | kernel, one column, local constant or local linear | independent, any variance function | one fit |
+//! | [`BootstrapBand`] with [`Scheme::Pairs`] | any | independent, any variance function | two fits a resample |
+//! | [`BootstrapBand`] with [`Scheme::Wild`] | any | the same; x as it is | two fits a resample |
+//! | [`BootstrapBand`] with [`Scheme::MovingBlock`] | any | dependent in time | two fits a resample |
+//!
+//! ```
+//! use flexure::bands::{BandKind, RobustBand};
+//! use flexure::nonlinearity::{Degree, Kernel, KernelRegression};
+//! use flexure::selection::BandwidthSearch;
+//! let x: Vec<f64> = (0..500).map(|i| (i as f64 * 0.618) % 2.0 - 1.0).collect();
+//! let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| x.sin() + 0.1 * (i as f64 * 1.7).sin()).collect();
+//!
+//! let kernel = Kernel::Epanechnikov;
+//! let bandwidth = BandwidthSearch::search(kernel, Degree::Linear, &x, &y, None)?.bandwidth;
+//! let fit = KernelRegression { kernel, bandwidth }.fit(&x, &y)?.with_degree(Degree::Linear);
+//! let band = RobustBand { kind: BandKind::Simultaneous, ..RobustBand::default() }.for_kernel(&fit, &[-0.5, 0.0, 0.5])?;
+//! assert!(band.lower[1] < 0.0 && 0.0 < band.upper[1]);
+//! # Ok::<(), flexure::Error>(())
+//! ```
+//!
+//! # Measured coverage
+//!
+//! Nominal 95 %, the parameter from each record's own data by leave-one-out (`cargo run --release -p flexure --example
+//! coverage`), four smooth m, x uniform and Gaussian, even and uneven noise: [`RobustBand`] covers interior points in
+//! 94.1 to 95.2 % of the records at n = 1000 and 10,000, and all of them at once in 93.2 to 96.5 %; the plain estimate with
+//! 1.96 [standard errors](crate::nonlinearity::KernelFit::standard_errors) misses some points nine times in ten. Single points
+//! fall below 93 % (to 92) only where m bends most and the noise is least, as one bandwidth serves all of x: there
+//! n^(-1/20) times the bandwidth (Calonico, Cattaneo & Farrell 2018) leaves less bias. For kernels the bootstrap of
+//! pairs covers 96 %, for nearest neighbours 99 %; with errors of autocorrelation 0.7 beside an x of
+//! autocorrelation 0.9, moving blocks cover 94 %, the wild bootstrap 90 %.
+//!
+//! # What no band here can do
+//!
+//! All of this rests on m being smooth at the scale of the bandwidth: at a jump or a kink the bias is not the
+//! one that is corrected, and the band misses the truth within a bandwidth of it. A polynomial or a series whose order
+//! was chosen for the smallest error, and which is still far from m, is not corrected by the bootstrap either.
+
+mod blocks;
+mod bootstrap;
+mod local;
+mod resample;
+mod residual;
+mod robust;
+mod supremum;
+
+pub use blocks::automatic_block_length;
+pub use bootstrap::{BootstrapBand, Refit, Scheme};
+pub use robust::RobustBand;
+
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+use crate::error::{Error, Result};
+
+/// Degrees of freedom from which Student's distribution counts as normal.
+const MANY: f64 = 1e5;
+
+/// What a band promises to cover with the probability of its level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BandKind {
+    /// m(x) at each point by itself: of many points some will be outside.
+    #[default]
+    Pointwise,
+    /// m at all of the band's points at once.
+    Simultaneous,
+}
+
+/// A confidence band on a set of points.
+///
+/// Where `estimate` is NaN because no data are in reach, all the others are NaN; `lower` and `upper` alone are NaN
+/// where the data around the point say nothing of the noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Band {
+    /// The points, column by column: `x[j][i]` is the coordinate of point i along dimension j.
+    pub x: Vec<Vec<f64>>,
+    /// The estimator's own values, not corrected for bias, in the unit of y.
+    pub estimate: Vec<f64>,
+    /// The bias-corrected estimate, the band's middle, in the unit of y.
+    pub centre: Vec<f64>,
+    /// The standard error of `centre`, in the unit of y.
+    pub standard_error: Vec<f64>,
+    /// The lower limit, in the unit of y.
+    pub lower: Vec<f64>,
+    /// The upper limit, in the unit of y.
+    pub upper: Vec<f64>,
+    /// The nominal coverage, between 0 and 1.
+    pub level: f64,
+    /// Pointwise or simultaneous.
+    pub kind: BandKind,
+    /// How the band was made, in words.
+    pub method: String,
+}
+
+impl Band {
+    /// Limits `factor` standard errors on either side of the centre.
+    fn around(
+        x: Vec<Vec<f64>>,
+        [estimate, centre, standard_error]: [Vec<f64>; 3],
+        factor: &[f64],
+        (level, kind): (f64, BandKind),
+        method: String,
+    ) -> Self {
+        let limit = |sign: f64| -> Vec<f64> {
+            let widths = standard_error.iter().zip(factor).map(|(e, f)| sign * e * f);
+            centre.iter().zip(widths).map(|(c, w)| c + w).collect()
+        };
+        Band {
+            x,
+            lower: limit(-1.0),
+            upper: limit(1.0),
+            estimate,
+            centre,
+            standard_error,
+            level,
+            kind,
+            method,
+        }
+    }
+}
+
+/// A level strictly between 0 and 1, and enough random draws to tell its quantile.
+fn check_level(level: f64, draws: usize, what: &str) -> Result<()> {
+    if !(level > 0.0 && level < 1.0) {
+        return Err(Error::InvalidParameter {
+            name: "the level of a confidence band".to_owned(),
+            value: level,
+            requirement: "strictly between 0 and 1, for example 0.95",
+        });
+    }
+    if !(draws as f64 * (1.0 - level) >= 2.0 - 1e-9) {
+        return Err(Error::InvalidParameter {
+            name: format!("the number of {what}"),
+            value: draws as f64,
+            requirement: "at least 2 / (1 - level), and better 50 / (1 - level)",
+        });
+    }
+    Ok(())
+}
+
+/// The smallest value that at least the share `level` of the `values` does not exceed; they get sorted.
+///
+/// Of B values it is that of rank ceil(level (B + 1)), so that a further one is below it with that probability.
+fn upper_quantile(values: &mut [f64], level: f64) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let rank = (level * (values.len() + 1) as f64 - 1e-9).ceil() as usize;
+    match values.len() {
+        0 => f64::NAN,
+        n => values[rank.clamp(1, n) - 1],
+    }
+}
+
+/// The quantile of Student's distribution at the normal one's probability; NaN for NaN.
+fn student(normal_quantile: f64, freedom: f64) -> f64 {
+    if !(freedom < MANY && normal_quantile.is_finite()) {
+        return normal_quantile;
+    }
+    // The upper tail, which does not round to 1.
+    let tail = Normal::standard().cdf(-normal_quantile);
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| -t.inverse_cdf(tail))
+}
+
+/// One seed for each of many draws.
+fn seed_of(seed: u64, draw: usize) -> u64 {
+    // The states of SplitMix64 (Steele, Lea & Flood 2014); seeding a generator mixes them.
+    seed.wrapping_add((draw as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,280 @@
+//! From a name to a fit: each estimator's own parameters and results in the common form.
+
+use super::kernels;
+use super::recursive::RecursiveFit;
+use super::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning};
+use crate::error::{Error, Result};
+use crate::nonlinearity::estimator::{Choice, Estimator, Points};
+use crate::nonlinearity::kernel::Degree;
+use crate::nonlinearity::{
+    Basis, Decay, HaarFit, HaarRegression, LocalKernel, NearestNeighbours, NeighboursFit, NetworkFit,
+    NetworkRegression, PolynomialRegression, SeriesFit, SeriesRegression, SplineFit, SplineRegression,
+};
+use crate::selection::{BlockFolds, Candidate, Criterion, Search};
+
+/// The columns of x, the ordinates and the weights.
+pub(super) type Data<'a> = (&'a [&'a [f64]], &'a [f64], Option<&'a [f64]>);
+
+pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NamedFit> {
+    if let Tuning::FromData(rule) = method.tuning
+        && !rule.suits(method.name, x.len())
+    {
+        return Err(Error::RuleUnsuited {
+            rule: rule.name(),
+            estimator: method.name.title(),
+            columns: x.len(),
+        });
+    }
+    let data = (x, y, weights);
+    match method.name {
+        EstimatorName::Kernel => kernels::fit(method, Degree::Constant, data),
+        EstimatorName::LocalLinear => kernels::fit(method, Degree::Linear, data),
+        EstimatorName::LocalBandwidth => local_bandwidth(method, data),
+        EstimatorName::Recursive => recursive(method, data),
+        EstimatorName::Neighbours => neighbours(method, data),
+        EstimatorName::Fourier => series(method, Basis::Fourier, data),
+        EstimatorName::Cosine => series(method, Basis::Cosine, data),
+        EstimatorName::Legendre => series(method, Basis::Legendre, data),
+        EstimatorName::Hermite => series(method, Basis::Hermite, data),
+        EstimatorName::Haar => haar(method, data),
+        EstimatorName::Polynomial => polynomial(method, data),
+        EstimatorName::Spline => spline(method, data),
+        EstimatorName::Network => network(method, data),
+    }
+}
+
+/// The one value that was given for a parameter.
+pub(super) fn single(method: &NamedEstimator, values: &[f64]) -> Result<f64> {
+    match values {
+        [value] => Ok(*value),
+        _ => Err(Error::LengthMismatch {
+            name: method.name.parameter().to_owned(),
+            got: values.len(),
+            expected: 1,
+        }),
+    }
+}
+
+/// The parameter as a choice of a number; blocks choose on their own.
+fn number(method: &NamedEstimator) -> Result<Choice<f64>> {
+    match &method.tuning {
+        Tuning::FromData(Rule::Generalized) => Ok(Choice::FromData(Criterion::Generalized)),
+        Tuning::FromData(_) => Ok(Choice::FromData(Criterion::LeaveOneOut)),
+        Tuning::Fixed(values) => Ok(Choice::Fixed(single(method, values)?)),
+    }
+}
+
+/// The parameter as a choice of a count.
+fn count(method: &NamedEstimator) -> Result<Choice<usize>> {
+    match number(method)? {
+        Choice::FromData(criterion) => Ok(Choice::FromData(criterion)),
+        Choice::Fixed(value) if value >= 0.0 && value.fract() == 0.0 && value < 1e15 => {
+            Ok(Choice::Fixed(value as usize))
+        }
+        Choice::Fixed(value) => Err(Error::InvalidParameter {
+            name: format!("the parameter '{}'", method.name.parameter()),
+            value,
+            requirement: "a whole number from 0",
+        }),
+    }
+}
+
+/// How an estimator's fit shows its parameter in the common form.
+struct Shown<F, P> {
+    /// The parameter of a fit.
+    value: fn(&F) -> f64,
+    /// The search of a fit.
+    search: fn(&F) -> Option<&Search<P>>,
+    /// A candidate of that search as the user knows it.
+    candidate: fn(P) -> f64,
+}
+
+/// Fits `make(choice)`, the choice being the one that the method asks for.
+fn tuned<E, P>(
+    method: &NamedEstimator,
+    (x, y, weights): Data,
+    choice: Choice<P>,
+    make: impl Fn(Choice<P>) -> E + Sync,
+    shown: &Shown<E::Fit, P>,
+) -> Result<NamedFit>
+where
+    E: Estimator,
+    P: Copy + PartialEq + Send + Sync,
+{
+    let fit = make(choice).fit(x, y, weights)?;
+    let search = (shown.search)(&fit);
+    if method.tuning != Tuning::FromData(Rule::Block) {
+        let scores = search.map(|s| Scores {
+            criterion: criterion_words(s.criterion),
+            parameter: s.curve.iter().map(|c| (shown.candidate)(c.parameter)).collect(),
+            score: s.curve.iter().map(|c| c.score(s.criterion)).collect(),
+            at_edge: s.at_edge,
+        });
+        let left_out = search.and_then(chosen).map(|c| c.leave_one_out);
+        return Ok(named(method, (shown.value)(&fit), fit, scores, left_out));
+    }
+    // The values that the estimator itself would try.
+    let candidates: Vec<P> = search.map_or_else(Vec::new, |s| s.curve.iter().map(|c| c.parameter).collect());
+    let folds = BlockFolds::for_data(x[0], y)?;
+    let found = folds.choose(&candidates, |p| make(Choice::Fixed(p)), x, y, weights)?;
+    let scores = Scores {
+        criterion: BLOCK_WORDS,
+        parameter: candidates.iter().map(|&p| (shown.candidate)(p)).collect(),
+        score: found.curve.iter().map(|c| c.error).collect(),
+        at_edge: found.at_edge,
+    };
+    let fit = make(Choice::Fixed(found.parameter)).fit(x, y, weights)?;
+    Ok(named(method, (shown.value)(&fit), fit, Some(scores), None))
+}
+
+fn chosen<P: Copy + PartialEq>(search: &Search<P>) -> Option<Candidate<P>> {
+    search.curve.iter().find(|c| c.parameter == search.parameter).copied()
+}
+
+fn named(
+    method: &NamedEstimator,
+    value: f64,
+    fit: impl super::Regression + 'static,
+    scores: Option<Scores>,
+    left_out: Option<f64>,
+) -> NamedFit {
+    NamedFit {
+        name: method.name,
+        regression: Box::new(fit),
+        parameter: vec![value],
+        scores,
+        left_out,
+    }
+}
+
+/// The score of [`Rule::Block`] for all estimators that are refitted.
+pub(super) const BLOCK_WORDS: &str = "cross-validation error over blocks of rows";
+
+pub(super) fn criterion_words(criterion: Criterion) -> &'static str {
+    match criterion {
+        Criterion::LeaveOneOut => "leave-one-out error",
+        Criterion::Generalized => "generalised cross-validation score",
+    }
+}
+
+fn recursive(method: &NamedEstimator, (x, y, weights): Data) -> Result<NamedFit> {
+    if weights.is_some() {
+        return Err(Error::NoWeights {
+            what: "the recursive kernel regression",
+        });
+    }
+    Points::new("a recursive kernel regression", 1, x, y, None)?;
+    let bandwidth = match &method.tuning {
+        Tuning::Fixed(values) => single(method, values)?,
+        Tuning::FromData(rule) => RecursiveFit::bandwidth(*rule, method, x[0], y)?,
+    };
+    let fit = RecursiveFit::new(method.kernel, bandwidth, x[0], y, method.outside)?;
+    Ok(named(method, bandwidth, fit, None, None))
+}
+
+fn local_bandwidth(method: &NamedEstimator, (x, y, weights): Data) -> Result<NamedFit> {
+    let estimator = LocalKernel {
+        kernel: method.kernel,
+        outside: method.outside,
+    };
+    let fit = estimator.fit(x, y, weights)?;
+    let global = fit.global();
+    let scores = Scores {
+        criterion: criterion_words(Criterion::LeaveOneOut),
+        parameter: global.curve.iter().map(|c| c.bandwidth).collect(),
+        score: global.curve.iter().map(|c| c.error).collect(),
+        at_edge: global.at_edge,
+    };
+    Ok(named(method, global.bandwidth, fit, Some(scores), None))
+}
+
+fn neighbours(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+    let make = |neighbours| NearestNeighbours {
+        neighbours,
+        outside: method.outside,
+    };
+    let shown = Shown {
+        value: |fit: &NeighboursFit| fit.neighbours() as f64,
+        search: NeighboursFit::search,
+        candidate: |k| k as f64,
+    };
+    tuned(method, data, count(method)?, make, &shown)
+}
+
+fn series(method: &NamedEstimator, basis: Basis, data: Data) -> Result<NamedFit> {
+    let make = |terms| SeriesRegression {
+        basis,
+        terms,
+        outside: method.outside,
+    };
+    let shown = Shown {
+        value: |fit: &SeriesFit| fit.terms() as f64,
+        search: SeriesFit::search,
+        candidate: |k| k as f64,
+    };
+    tuned(method, data, count(method)?, make, &shown)
+}
+
+fn polynomial(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+    // Searches count terms, of which there is one more than the degree says.
+    let terms = match count(method)? {
+        Choice::Fixed(degree) => Choice::Fixed(degree + 1),
+        Choice::FromData(criterion) => Choice::FromData(criterion),
+    };
+    let make = |terms| PolynomialRegression {
+        degree: match terms {
+            Choice::Fixed(terms) => Choice::Fixed(usize::saturating_sub(terms, 1)),
+            Choice::FromData(criterion) => Choice::FromData(criterion),
+        },
+        outside: method.outside,
+    };
+    let shown = Shown {
+        value: |fit: &SeriesFit| fit.terms() as f64 - 1.0,
+        search: SeriesFit::search,
+        candidate: |terms| terms as f64 - 1.0,
+    };
+    tuned(method, data, terms, make, &shown)
+}
+
+fn haar(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+    let make = |levels| HaarRegression {
+        levels,
+        outside: method.outside,
+    };
+    let shown = Shown {
+        value: |fit: &HaarFit| fit.levels() as f64,
+        search: HaarFit::search,
+        candidate: |k| k as f64,
+    };
+    tuned(method, data, count(method)?, make, &shown)
+}
+
+fn spline(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+    let make = |penalty| SplineRegression {
+        penalty,
+        outside: method.outside,
+        ..SplineRegression::default()
+    };
+    let shown = Shown {
+        value: SplineFit::penalty,
+        search: SplineFit::search,
+        candidate: |p| p,
+    };
+    tuned(method, data, number(method)?, make, &shown)
+}
+
+fn network(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+    let make = |units| NetworkRegression {
+        units,
+        decay: Decay::default(),
+        seed: method.seed,
+        outside: method.outside,
+        ..NetworkRegression::default()
+    };
+    let shown = Shown {
+        value: |fit: &NetworkFit| fit.units() as f64,
+        search: NetworkFit::search,
+        candidate: |k| k as f64,
+    };
+    tuned(method, data, count(method)?, make, &shown)
+}

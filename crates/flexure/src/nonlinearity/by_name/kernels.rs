@@ -1,0 +1,186 @@
+//! The kernel estimates by name: in one column by any rule, in several by those that know them.
+
+use super::fit::{BLOCK_WORDS, Data, criterion_words, single};
+use super::{NamedEstimator, NamedFit, Rule, Scores, Tuning};
+use crate::error::Result;
+use crate::nonlinearity::estimator::Estimator;
+use crate::nonlinearity::kernel::{Degree, Sorted, check_points, check_weights, leave_one_out};
+use crate::nonlinearity::{Bandwidth, KernelEstimator, KernelRegression, KernelSearch, Outside};
+use crate::selection::{BandwidthSearch, BlockFolds, Criterion, choose_bandwidth};
+
+/// Factors between the bandwidths of leave-one-out and those that blocks are asked about: from a quarter to eight times.
+const FACTORS: std::ops::RangeInclusive<i32> = -4..=6;
+/// Values of a profile over several bandwidths.
+const PROFILE: usize = 24;
+
+pub(super) fn fit(method: &NamedEstimator, degree: Degree, data: Data) -> Result<NamedFit> {
+    match data.0 {
+        [x] => line(method, degree, (x, data.1, data.2)),
+        _ => product(method, degree, data),
+    }
+}
+
+/// One column.
+fn line(
+    method: &NamedEstimator,
+    degree: Degree,
+    (x, y, weights): (&[f64], &[f64], Option<&[f64]>),
+) -> Result<NamedFit> {
+    let need = if let Tuning::Fixed(_) = method.tuning { 1 } else { 3 };
+    check_points(x, y, need)?;
+    if let Some(weights) = weights {
+        check_weights(weights, x.len(), need)?;
+    }
+    let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
+    let (bandwidth, scores) = match &method.tuning {
+        Tuning::Fixed(values) => (single(method, values)?, None),
+        // Over the data that are sorted already.
+        Tuning::FromData(Rule::LeaveOneOut) => {
+            let search = BandwidthSearch::with_degree(method.kernel, degree, &data);
+            (
+                search.bandwidth,
+                Some(scores(&search, criterion_words(Criterion::LeaveOneOut))),
+            )
+        }
+        Tuning::FromData(rule) => {
+            let choice = choose_bandwidth(rule.for_bandwidth(), method.kernel, degree, x, y, weights)?;
+            // The plug-in rule has no scores.
+            let found = (!choice.search.curve.is_empty()).then(|| scores(&choice.search, choice.score));
+            (choice.bandwidth(), found)
+        }
+    };
+    let estimator = KernelRegression {
+        kernel: method.kernel,
+        bandwidth,
+    };
+    let fit = estimator.fit_sorted(data)?.with_degree(degree);
+    let left_out = match &scores {
+        Some(s) if s.criterion == criterion_words(Criterion::LeaveOneOut) => score_at(s, bandwidth),
+        _ => leave_one_out(fit.data(), method.kernel, degree, &[bandwidth])
+            .first()
+            .copied(),
+    };
+    let regression: Box<dyn super::Regression> = match method.outside {
+        Outside::Nan => Box::new(fit),
+        outside => Box::new(
+            KernelEstimator {
+                kernel: method.kernel,
+                degree,
+                bandwidth: Bandwidth::Fixed(vec![bandwidth]),
+                outside,
+            }
+            .fit(&[x], y, weights)?,
+        ),
+    };
+    Ok(NamedFit {
+        name: method.name,
+        regression,
+        parameter: vec![bandwidth],
+        scores,
+        left_out,
+    })
+}
+
+/// The score of one of the values that were tried.
+fn score_at(scores: &Scores, parameter: f64) -> Option<f64> {
+    let place = scores.parameter.iter().position(|p| *p == parameter)?;
+    Some(scores.score[place])
+}
+
+fn scores(search: &BandwidthSearch, criterion: &'static str) -> Scores {
+    Scores {
+        criterion,
+        parameter: search.curve.iter().map(|c| c.bandwidth).collect(),
+        score: search.curve.iter().map(|c| c.error).collect(),
+        at_edge: search.at_edge,
+    }
+}
+
+/// Several columns.
+fn product(method: &NamedEstimator, degree: Degree, (x, y, weights): Data) -> Result<NamedFit> {
+    let with = |bandwidth| KernelEstimator {
+        kernel: method.kernel,
+        degree,
+        bandwidth,
+        outside: method.outside,
+    };
+    let bandwidth = match &method.tuning {
+        Tuning::Fixed(values) => Bandwidth::Fixed(values.clone()),
+        Tuning::FromData(Rule::Generalized) => Bandwidth::FromData(Criterion::Generalized),
+        Tuning::FromData(_) => Bandwidth::FromData(Criterion::LeaveOneOut),
+    };
+    let fit = with(bandwidth).fit(x, y, weights)?;
+    let named = |fit: crate::nonlinearity::KernelEstimate, scores, left_out| NamedFit {
+        name: method.name,
+        parameter: fit.bandwidths().to_vec(),
+        regression: Box::new(fit),
+        scores,
+        left_out,
+    };
+    if method.tuning != Tuning::FromData(Rule::Block) {
+        let search = fit.search();
+        let scores = search.map(|s| Scores {
+            criterion: criterion_words(s.criterion),
+            at_edge: s.at_edge,
+            ..profile(s)
+        });
+        let left_out = search
+            .filter(|s| s.criterion == Criterion::LeaveOneOut)
+            .and_then(best_score);
+        return Ok(named(fit, scores, left_out));
+    }
+    // In the proportions of leave-one-out, whose undersmoothing is a matter of scale.
+    let proportions = fit.bandwidths().to_vec();
+    let scaled = |factor: f64| Bandwidth::Fixed(proportions.iter().map(|h| factor * h).collect());
+    let factors: Vec<f64> = FACTORS.map(|k| (0.5 * f64::from(k)).exp2()).collect();
+    let found = BlockFolds::for_data(x[0], y)?.choose(&factors, |f| with(scaled(f)), x, y, weights)?;
+    let mean = geometric_mean(&proportions);
+    let scores = Scores {
+        criterion: BLOCK_WORDS,
+        parameter: factors.iter().map(|f| f * mean).collect(),
+        score: found.curve.iter().map(|c| c.error).collect(),
+        at_edge: found.at_edge,
+    };
+    let fit = with(scaled(found.parameter)).fit(x, y, weights)?;
+    Ok(named(fit, Some(scores), None))
+}
+
+/// The score of the bandwidths that were chosen.
+fn best_score(search: &KernelSearch) -> Option<f64> {
+    let found = search.curve.iter().rev().find(|c| c.bandwidths == search.bandwidths);
+    found.map(|c| c.score).filter(|s| s.is_finite())
+}
+
+/// The smallest score among the bandwidths of about the same geometric mean; that of the chosen ones exactly.
+fn profile(search: &KernelSearch) -> Scores {
+    let mut tried: Vec<(f64, f64)> = (search.curve.iter())
+        .map(|c| (geometric_mean(&c.bandwidths), c.score))
+        .filter(|(h, score)| h.is_finite() && score.is_finite())
+        .collect();
+    tried.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let chosen = (geometric_mean(&search.bandwidths), best_score(search));
+    let mut kept: Vec<(f64, f64)> = Vec::new();
+    if let (Some(first), Some(last)) = (tried.first().copied(), tried.last().copied()) {
+        let ratio = (last.0 / first.0).ln().max(f64::MIN_POSITIVE);
+        let bin = |h: f64| ((h / first.0).ln() / ratio * (PROFILE - 1) as f64).round() as usize;
+        for group in tried.chunk_by(|a, b| bin(a.0) == bin(b.0)) {
+            kept.extend(group.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1)));
+        }
+    }
+    if let (h, Some(score)) = chosen {
+        kept.retain(|k| k.1 >= score && k.0 != h);
+        kept.push((h, score));
+        kept.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    Scores {
+        criterion: "",
+        parameter: kept.iter().map(|k| k.0).collect(),
+        score: kept.iter().map(|k| k.1).collect(),
+        at_edge: false,
+    }
+}
+
+/// The geometric mean of positive values.
+pub(super) fn geometric_mean(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64).exp()
+}

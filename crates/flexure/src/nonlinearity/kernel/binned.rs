@@ -1,0 +1,213 @@
+//! Leave-one-out scores from data that are brought together in bins: they cost the same however many points
+//! there are.
+//!
+//! A bin is a point at its data's mean abscissa that weighs as many as they are, so that the kernel sums err in
+//! the second order of the bin's width alone. The score of its data is that about the estimate's tangent: the
+//! bin's second moments are all that is needed, and it errs in the second order as well.
+
+use rayon::prelude::*;
+
+use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
+use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
+
+/// Points that are put in bins at a time: bins end with them, whatever the number of threads.
+const CHUNK: usize = 1 << 16;
+/// A point whose share in its own estimate is larger than 1 less this is left out by direct summation.
+const ALONE: f64 = 1e-3;
+
+/// The number of points, their means, and the sums of products of their deviations from these.
+#[derive(Debug, Clone, Copy)]
+struct Bin {
+    count: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+/// Bins in order. Empty ones are left out.
+#[derive(Debug)]
+struct Bins {
+    /// Their means, weighted by their counts.
+    data: Sorted,
+    /// xx, xy, yy of [`Bin`].
+    products: Vec<[f64; 3]>,
+}
+
+/// The same data in bins of several widths, each twice that before.
+pub(crate) struct Pyramid {
+    levels: Vec<Bins>,
+    /// The widths, and the number of bins to a bandwidth.
+    narrowest: f64,
+    per_bandwidth: f64,
+}
+
+impl Pyramid {
+    /// Puts unweighted data in bins for bandwidths between `smallest` and `largest`, `per_bandwidth` of them
+    /// to a bandwidth at least and twice as many at most.
+    pub fn new(data: &Sorted, smallest: f64, largest: f64, per_bandwidth: f64) -> Self {
+        let narrowest = smallest / per_bandwidth;
+        let point = |i: usize| Bin {
+            count: 1.0,
+            x: data.x[i],
+            y: data.y[i],
+            xx: 0.0,
+            xy: 0.0,
+            yy: 0.0,
+        };
+        let mut pyramid = Pyramid {
+            levels: vec![Bins::new(data.len(), point, narrowest)],
+            narrowest,
+            per_bandwidth,
+        };
+        for level in 1..=pyramid.level(largest) {
+            let finer = &pyramid.levels[level - 1];
+            let width = narrowest * 2f64.powi(level as i32);
+            let coarser = Bins::new(finer.data.len(), |i| finer.bin(i), width);
+            pyramid.levels.push(coarser);
+        }
+        pyramid
+    }
+
+    /// The width of the narrowest bins.
+    pub fn narrowest(&self) -> f64 {
+        self.narrowest
+    }
+
+    /// The widest bins that are narrow enough for a bandwidth.
+    fn level(&self, bandwidth: f64) -> usize {
+        (bandwidth / (self.per_bandwidth * self.narrowest)).log2().max(0.0) as usize
+    }
+
+    /// The scores, as of [`leave_one_out`](super::leave_one_out).
+    pub fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
+        (bandwidths.par_iter())
+            .map(|&h| self.levels[self.level(h).min(self.levels.len() - 1)].score(kernel, degree, h))
+            .collect()
+    }
+}
+
+impl Bins {
+    /// Brings `count` items in order together.
+    fn new(count: usize, item: impl Fn(usize) -> Bin + Sync, width: f64) -> Self {
+        let first = item(0).x;
+        let bins: Vec<Vec<Bin>> = (0..count.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|k| gather((k * CHUNK..count.min((k + 1) * CHUNK)).map(&item), first, width))
+            .collect();
+        let column = |f: fn(&Bin) -> f64| -> Vec<f64> { bins.iter().flatten().map(f).collect() };
+        Bins {
+            data: Sorted::centred(column(|b| b.x), column(|b| b.y), Some(column(|b| b.count))),
+            products: bins.iter().flatten().map(|b| [b.xx, b.xy, b.yy]).collect(),
+        }
+    }
+
+    fn bin(&self, i: usize) -> Bin {
+        let [xx, xy, yy] = self.products[i];
+        Bin {
+            count: self.data.weight(i),
+            x: self.data.x[i],
+            y: self.data.y[i],
+            xx,
+            xy,
+            yy,
+        }
+    }
+
+    fn score(&self, kernel: Kernel, degree: Degree, h: f64) -> f64 {
+        let data = &self.data;
+        // The estimate with all points, and the factor that takes a point's own share out of its residual.
+        let mut fits = vec![(0.0, 1.0); data.len()];
+        let visit = |b: usize, sums: Sums| {
+            let Some(fit) = sums.fit(degree) else { return };
+            let rest = 1.0 - fit.leverage;
+            fits[b] = if data.weight(b) > 1.0 || rest > ALONE {
+                (fit.value, 1.0 / rest)
+            } else {
+                let others = data.direct_sums(kernel, degree, h, data.x[b], Some(b)).fit(degree);
+                let value = others.map_or_else(|| data.nearest(data.x[b], Some(b)), |fit| fit.value);
+                (value, 1.0)
+            };
+        };
+        match kernel {
+            Kernel::Gaussian => gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, h, &data.x, visit),
+            _ => for_each_sum(data, kernel, degree, h, &data.x, visit),
+        }
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (b, (fit, factor)) in fits.iter().enumerate() {
+            // The tangent's slope, from the neighbours in reach.
+            let below = b - usize::from(b > 0 && data.x[b] - data.x[b - 1] <= h);
+            let above = b + usize::from(b + 1 < data.len() && data.x[b + 1] - data.x[b] <= h);
+            let run = data.x[above] - data.x[below];
+            let slope = if run > 0.0 {
+                (fits[above].0 - fits[below].0) / run
+            } else {
+                0.0
+            };
+            let Bin {
+                count, y, xx, xy, yy, ..
+            } = self.bin(b);
+            let about_tangent = yy + count * (y - fit).powi(2) + slope * (slope * xx - 2.0 * xy);
+            sum += factor * factor * about_tangent;
+            total += count;
+        }
+        sum / total
+    }
+}
+
+/// The bins of increasing items, [first + k width, first + (k + 1) width) for integers k.
+fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> {
+    let mut bins: Vec<Bin> = Vec::new();
+    // The sums of a bin so far, about its first item.
+    let mut origin = [0.0; 2];
+    let mut sums = Products::default();
+    let mut end = f64::NEG_INFINITY;
+    for item in items {
+        if item.x >= end {
+            if sums.count > 0.0 {
+                bins.push(sums.about_mean(origin));
+            }
+            let place = ((item.x - first) / width) as i64 as f64;
+            end = first + (place + 1.0) * width;
+            origin = [item.x, item.y];
+            sums = Products::default();
+        }
+        let (dx, dy) = (item.x - origin[0], item.y - origin[1]);
+        sums.count += item.count;
+        sums.x += item.count * dx;
+        sums.y += item.count * dy;
+        sums.xx += item.xx + item.count * dx * dx;
+        sums.xy += item.xy + item.count * dx * dy;
+        sums.yy += item.yy + item.count * dy * dy;
+    }
+    if sums.count > 0.0 {
+        bins.push(sums.about_mean(origin));
+    }
+    bins
+}
+
+/// Sums of deviations and of their products.
+#[derive(Default)]
+struct Products {
+    count: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+impl Products {
+    fn about_mean(&self, origin: [f64; 2]) -> Bin {
+        let (x, y) = (self.x / self.count, self.y / self.count);
+        Bin {
+            count: self.count,
+            x: origin[0] + x,
+            y: origin[1] + y,
+            xx: (self.xx - x * self.x).max(0.0),
+            xy: self.xy - x * self.y,
+            yy: (self.yy - y * self.y).max(0.0),
+        }
+    }
+}

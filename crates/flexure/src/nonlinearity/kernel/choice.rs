@@ -1,0 +1,267 @@
+//! Bandwidths, given or chosen from the data, in any number of columns.
+
+use super::product::Product;
+use super::{Degree, Kernel, Sorted, direct_without, for_each_sum};
+use crate::error::Result;
+use crate::nonlinearity::estimator::{Checked, Points};
+use crate::nonlinearity::neighbours::Tree;
+use crate::selection::{BandwidthSearch, Candidate, Criterion};
+use std::sync::OnceLock;
+
+use super::descent::{self, Column, Objective};
+
+/// The bandwidths of a kernel estimate: given, or chosen from the data.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Bandwidth {
+    /// One for all columns, or one a column, each in the column's unit: half the width of the window, for the
+    /// Gaussian its standard deviation.
+    Fixed(Vec<f64>),
+    /// Those with the smallest score: see [`KernelSearch`].
+    FromData(Criterion),
+}
+
+impl Default for Bandwidth {
+    /// From the data, by leave-one-out.
+    fn default() -> Self {
+        Bandwidth::FromData(Criterion::default())
+    }
+}
+
+/// Bandwidths that were tried, and their score.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KernelScore {
+    /// The bandwidths, one a column, in the columns' units.
+    pub bandwidths: Vec<f64>,
+    /// The score, in the squared unit of y.
+    pub score: f64,
+    /// The number of points at which errors were taken. The estimates at those are always made from all points.
+    pub points: usize,
+}
+
+/// The search for the bandwidths of a kernel estimate: its result is part of every fit that used it.
+///
+/// In one column and by leave-one-out it is a [`BandwidthSearch`]. In general the search goes from a common
+/// scale to one a column:
+///
+/// 1. bandwidths in proportion to the extents of the columns' bulks (twice the distance between the first and
+///    the ninth decile, but no more than the range), on a logarithmic grid of common factors;
+/// 2. for each column in turn a logarithmic grid up to bandwidths so wide that the column no longer tells points
+///    apart, as is right for a column that the regression does not depend on (Hall, Li and Racine 2007) or, for
+///    the local linear fit, on which it depends linearly;
+/// 3. golden-section searches around the best, over the common factor and then over each column.
+///
+/// Up to 4472 points, errors are taken at every point. With more, they are taken at points spread evenly over the
+/// points in order of their coordinates: in steps 1 and 2 at 2e7/n of them (at least 500), in step 3 at all of
+/// them or as many as make about 2e7 pairs of points within reach of each other, which is more. The estimates at
+/// these are exact, made from all points. What is chosen has the smallest of the scores at the most points;
+/// [`KernelScore::points`] says how many those are.
+///
+/// The result does not depend on the number of threads nor on the order of the points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KernelSearch {
+    /// The bandwidths with the smallest score, one a column. A constant column's is 1.
+    pub bandwidths: Vec<f64>,
+    /// The score that was minimised.
+    pub criterion: Criterion,
+    /// All that were tried: in one column in order of the bandwidth, in several in the order of the search.
+    pub curve: Vec<KernelScore>,
+    /// Whether a bandwidth is the smallest one tried (in one column by leave-one-out, or the largest), so that the
+    /// minimum may lie beyond.
+    pub at_edge: bool,
+}
+
+impl KernelSearch {
+    /// Searches over checked data of at least three points.
+    pub(super) fn over(data: &Checked<'_>, kernel: Kernel, degree: Degree, criterion: Criterion) -> Result<Self> {
+        if data.x.len() == 1 && criterion == Criterion::LeaveOneOut {
+            let n = data.y.len() - data.w.map_or(0, |w| w.iter().filter(|w| **w == 0.0).count());
+            let search = BandwidthSearch::search(kernel, degree, data.x[0], data.y, data.w)?;
+            let score = |s: &crate::selection::Score| KernelScore {
+                bandwidths: vec![s.bandwidth],
+                score: s.error,
+                points: n,
+            };
+            return Ok(KernelSearch {
+                bandwidths: vec![search.bandwidth],
+                criterion,
+                curve: search.curve.iter().map(score).collect(),
+                at_edge: search.at_edge,
+            });
+        }
+        let points = data.sorted();
+        let columns: Vec<Column> = points.x.iter().map(|x| Column::new(x)).collect();
+        let mut search = with_objective(&points, (kernel, degree, criterion), |objective| {
+            descent::search(objective, &columns)
+        });
+        if search.bandwidths.len() == 1 {
+            search.curve.sort_by(|a, b| a.bandwidths[0].total_cmp(&b.bandwidths[0]));
+        }
+        search.criterion = criterion;
+        Ok(search)
+    }
+
+    /// The exact score of these bandwidths over checked data of at least three points.
+    pub(super) fn score_of(data: &Checked<'_>, kernel: Kernel, degree: Degree, criterion: Criterion, h: &[f64]) -> f64 {
+        let how = (kernel, degree, criterion);
+        if h.len() > 1 && data.w.is_none() {
+            let all = InSpace::new(*data, how);
+            return all.score(h, data.y.len()).score;
+        }
+        let points = data.sorted();
+        with_objective(&points, how, |objective| objective.score(h, points.len()).score)
+    }
+}
+
+/// Calls `run` with the scores over these points.
+fn with_objective<R>(
+    points: &Points,
+    (kernel, degree, criterion): (Kernel, Degree, Criterion),
+    run: impl FnOnce(&dyn Objective) -> R,
+) -> R {
+    if points.x.len() == 1 {
+        let sorted = Sorted::weighted(&points.x[0], &points.y, &points.w);
+        return run(&OnLine {
+            data: &sorted,
+            kernel,
+            degree,
+            criterion,
+        });
+    }
+    let columns: Vec<&[f64]> = points.x.iter().map(Vec::as_slice).collect();
+    let weighted = points.w.iter().any(|w| *w != 1.0);
+    let data = Checked {
+        x: &columns,
+        y: &points.y,
+        w: weighted.then_some(&points.w),
+    };
+    run(&InSpace::new(data, (kernel, degree, criterion)))
+}
+
+/// Sums of squared errors over points.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Errors {
+    weight: f64,
+    trace: f64,
+    left_out: f64,
+    residual: f64,
+    points: usize,
+}
+
+impl Errors {
+    /// Adds a point of weight `w`: its leverage per weight, its residual, and that of the estimate without it.
+    #[inline(always)]
+    pub fn add(&mut self, w: f64, leverage: f64, residual: f64, left_out: f64) {
+        self.weight += w;
+        self.trace += w * leverage;
+        self.residual += w * residual * residual;
+        self.left_out += w * left_out * left_out;
+        self.points += 1;
+    }
+
+    pub fn plus(self, other: Errors) -> Errors {
+        Errors {
+            weight: self.weight + other.weight,
+            trace: self.trace + other.trace,
+            left_out: self.left_out + other.left_out,
+            residual: self.residual + other.residual,
+            points: self.points + other.points,
+        }
+    }
+
+    /// The score of these bandwidths.
+    pub fn score(&self, bandwidths: &[f64], criterion: Criterion) -> KernelScore {
+        let of = Candidate::new((), self.trace, self.left_out, self.residual, self.weight, self.points);
+        KernelScore {
+            bandwidths: bandwidths.to_vec(),
+            score: of.score(criterion),
+            points: self.points,
+        }
+    }
+}
+
+/// Scores in one column.
+struct OnLine<'a> {
+    data: &'a Sorted,
+    kernel: Kernel,
+    degree: Degree,
+    criterion: Criterion,
+}
+
+impl Objective for OnLine<'_> {
+    fn points(&self) -> usize {
+        self.data.len()
+    }
+
+    fn score(&self, bandwidths: &[f64], _: usize) -> KernelScore {
+        let mut errors = Errors::default();
+        let data = self.data;
+        for_each_sum(data, self.kernel, self.degree, bandwidths[0], &data.x, |i, sums| {
+            let (y, w) = (data.y[i], data.weight(i));
+            if let Some(fit) = sums.fit(self.degree) {
+                let left_out = sums
+                    .residual_without(self.degree, y, w)
+                    .unwrap_or_else(|| y - direct_without(data, self.kernel, self.degree, bandwidths[0], i));
+                errors.add(w, fit.leverage, y - fit.value, left_out);
+            }
+        });
+        errors.score(bandwidths, self.criterion)
+    }
+
+    fn pairs(&self, _: &[f64]) -> f64 {
+        0.0
+    }
+}
+
+/// Scores in several columns.
+struct InSpace<'a> {
+    /// Without points of weight zero.
+    data: Checked<'a>,
+    /// For the points without any other in reach, when there are such.
+    tree: OnceLock<(Tree, f64)>,
+    kernel: Kernel,
+    degree: Degree,
+    criterion: Criterion,
+}
+
+impl<'a> InSpace<'a> {
+    fn new(data: Checked<'a>, (kernel, degree, criterion): (Kernel, Degree, Criterion)) -> Self {
+        InSpace {
+            data,
+            tree: OnceLock::new(),
+            kernel,
+            degree,
+            criterion,
+        }
+    }
+
+    /// The mean of the ordinates nearest to point `i`, less the mean of all.
+    fn alone(&self, i: usize) -> f64 {
+        let (tree, mean) = self.tree.get_or_init(|| {
+            let points = self.data.sorted();
+            let extents = points.x.iter().map(|x| Column::new(x).extent.unwrap_or(1.0));
+            (Tree::with_scales(&points, extents.collect()), points.mean())
+        });
+        let at: Vec<f64> = self.data.x.iter().map(|column| column[i]).collect();
+        tree.mean_of_others(&at, self.data.weight(i)) - mean
+    }
+}
+
+impl Objective for InSpace<'_> {
+    fn points(&self) -> usize {
+        self.data.y.len()
+    }
+
+    fn score(&self, bandwidths: &[f64], points: usize) -> KernelScore {
+        let n = self.points();
+        let product = Product::new(&self.data, self.kernel, bandwidths);
+        // Every (n / points)-th.
+        let scored = |i: usize| points >= n || (i + 1) * points / n > i * points / n;
+        product
+            .errors(self.degree, &scored, &|i| self.alone(i))
+            .score(bandwidths, self.criterion)
+    }
+
+    fn pairs(&self, bandwidths: &[f64]) -> f64 {
+        Product::new(&self.data, self.kernel, bandwidths).pairs()
+    }
+}

@@ -1,0 +1,215 @@
+//! The search over bandwidths in several columns: a common scale first, then column by column.
+
+use super::choice::{KernelScore, KernelSearch};
+use crate::selection::Criterion;
+
+/// Common factors of the logarithmic grid.
+const GRID: usize = 12;
+/// Bandwidths on one column's grid.
+const COLUMN_GRID: usize = 8;
+/// Points of a golden-section search.
+const GOLDEN: usize = 5;
+/// Rounds of these over all columns, at most.
+const ROUNDS: usize = 2;
+/// A round that gains less than this share of the score is the last.
+const GAIN: f64 = 1e-4;
+/// The smallest and the largest start of the grid of factors.
+const SMALLEST: (f64, f64) = (1e-4, 0.4);
+/// From this many extents on, a column does not tell points apart.
+const WIDEST: f64 = 4.0;
+/// Pairs of points in reach for the grids, if they are all in reach of each other, and for the golden sections.
+const GRID_PAIRS: f64 = 2e7;
+const GOLDEN_PAIRS: f64 = 2e7;
+/// Points to score at, at least, if there are as many.
+const FEWEST: usize = 500;
+/// Relative difference of two scores that counts as none.
+const FLAT: f64 = 1e-9;
+
+/// What a search needs to know of a column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Column {
+    /// The extent of its bulk; nothing for a constant column.
+    pub extent: Option<f64>,
+    range: f64,
+}
+
+impl Column {
+    /// A column of finite values.
+    pub fn new(x: &[f64]) -> Column {
+        let mut sorted = x.to_vec();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let n = sorted.len();
+        let between = |low: usize, high: usize| (sorted[high] - sorted[low]).min(f64::MAX);
+        let range = between(0, n - 1);
+        let bulk = 2.0 * between(n / 10, n - 1 - n / 10);
+        let extent = if bulk > 0.0 { bulk.min(range) } else { range };
+        Column {
+            extent: (extent >= f64::MIN_POSITIVE / SMALLEST.0).then_some(extent),
+            range,
+        }
+    }
+
+    /// The widest bandwidth worth trying.
+    fn widest(&self) -> f64 {
+        (WIDEST * self.range).min(f64::MAX)
+    }
+}
+
+/// A score of bandwidths.
+pub trait Objective {
+    /// The number of points.
+    fn points(&self) -> usize;
+
+    /// The score with errors taken at this many of the points.
+    fn score(&self, bandwidths: &[f64], points: usize) -> KernelScore;
+
+    /// About how many points there are in a window.
+    fn pairs(&self, bandwidths: &[f64]) -> f64;
+}
+
+struct Descent<'a> {
+    objective: &'a dyn Objective,
+    curve: Vec<KernelScore>,
+    /// Points to score at.
+    points: usize,
+    best: KernelScore,
+}
+
+/// Searches for the bandwidths with the smallest score.
+pub fn search(objective: &dyn Objective, columns: &[Column]) -> KernelSearch {
+    let (n, d) = (objective.points(), columns.len());
+    let points = ((GRID_PAIRS / n as f64) as usize).max(FEWEST).min(n);
+    let extents: Vec<f64> = columns.iter().map(|c| c.extent.unwrap_or(1.0)).collect();
+    let varying: Vec<usize> = (0..d).filter(|&j| columns[j].extent.is_some()).collect();
+    // So that a window holds a few points.
+    let smallest = 0.5 * (3.0 * (varying.len() + 1) as f64 / n as f64).powf(1.0 / varying.len().max(1) as f64);
+    let smallest = smallest.clamp(SMALLEST.0, SMALLEST.1);
+    let scaled = |h: &[f64], factor: f64| -> Vec<f64> {
+        let each = h.iter().zip(columns);
+        each.map(|(h, c)| if c.extent.is_some() { h * factor } else { *h })
+            .collect()
+    };
+    let start = objective.score(&extents, points);
+    let mut descent = Descent {
+        objective,
+        curve: vec![start.clone()],
+        points,
+        best: start,
+    };
+    let ratio = smallest.powf(1.0 / (GRID - 1) as f64);
+    if !varying.is_empty() {
+        for i in 1..GRID {
+            descent.attempt(scaled(&extents, ratio.powi(i as i32)));
+        }
+    }
+    if varying.len() > 1 {
+        for &j in &varying {
+            descent.column_grid(j, smallest * extents[j], columns[j].widest());
+        }
+    }
+    descent.refine();
+    let mut step = ratio.recip();
+    for _ in 0..ROUNDS {
+        if varying.is_empty() {
+            break;
+        }
+        let before = descent.best.score;
+        let h = descent.best.bandwidths.clone();
+        descent.golden(step, |factor| scaled(&h, factor));
+        if varying.len() > 1 {
+            for &j in &varying {
+                let h = descent.best.bandwidths.clone();
+                let widest = columns[j].widest();
+                descent.golden(step, |factor| {
+                    let mut h = h.clone();
+                    h[j] = (h[j] * factor).min(widest);
+                    h
+                });
+            }
+        } else {
+            break;
+        }
+        if !(descent.best.score < before * (1.0 - GAIN)) {
+            break;
+        }
+        step = step.sqrt().max(1.2);
+    }
+    let h = descent.best.bandwidths;
+    KernelSearch {
+        at_edge: varying.iter().any(|&j| h[j] <= smallest * extents[j] * (1.0 + 1e-6)),
+        bandwidths: h,
+        criterion: Criterion::default(),
+        curve: descent.curve,
+    }
+}
+
+impl Descent<'_> {
+    /// Scores these bandwidths; of equally good ones the wider are the better.
+    fn attempt(&mut self, bandwidths: Vec<f64>) -> f64 {
+        let tried = self.objective.score(&bandwidths, self.points);
+        let size = |h: &[f64]| h.iter().map(|h| h.ln()).sum::<f64>();
+        let best = &self.best;
+        let equal = (tried.score - best.score).abs() <= FLAT * best.score;
+        let wider = size(&tried.bandwidths) > size(&best.bandwidths);
+        if (equal && wider) || (!equal && tried.score < best.score) {
+            self.best = tried.clone();
+        }
+        let score = tried.score;
+        self.curve.push(tried);
+        score
+    }
+
+    /// One column's bandwidth from `low` to `high`.
+    fn column_grid(&mut self, j: usize, low: f64, high: f64) {
+        let h = self.best.bandwidths.clone();
+        // About the present bandwidth, which has been tried.
+        let (below, above) = (h[j] / low, high / h[j]);
+        let half = COLUMN_GRID / 2;
+        for i in 1..=half {
+            let share = i as f64 / half as f64;
+            for factor in [above.powf(share), below.powf(-share)] {
+                // The finer steps are left to the golden sections.
+                if factor != 1.0 && factor.is_finite() {
+                    let mut h = h.clone();
+                    h[j] = (h[j] * factor).min(f64::MAX);
+                    self.attempt(h);
+                }
+            }
+        }
+    }
+
+    /// Scores at more points from now on, if these are cheap enough.
+    fn refine(&mut self) {
+        let n = self.objective.points();
+        if self.points >= n {
+            return;
+        }
+        let pairs = self.objective.pairs(&self.best.bandwidths).max(1.0);
+        let points = ((GOLDEN_PAIRS / pairs) as usize).min(n);
+        if points > self.points {
+            self.points = points;
+            self.best = self.objective.score(&self.best.bandwidths.clone(), points);
+            self.curve.push(self.best.clone());
+        }
+    }
+
+    /// A golden-section search over the factors from 1/step to step.
+    fn golden(&mut self, step: f64, along: impl Fn(f64) -> Vec<f64>) {
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let (mut a, mut b) = (-step.ln(), step.ln());
+        let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+        let mut low = self.attempt(along(c.exp()));
+        let mut high = self.attempt(along(d.exp()));
+        for _ in 2..GOLDEN {
+            if low < high {
+                (b, d, high) = (d, c, low);
+                c = b - golden * (b - a);
+                low = self.attempt(along(c.exp()));
+            } else {
+                (a, c, low) = (c, d, high);
+                d = a + golden * (b - a);
+                high = self.attempt(along(d.exp()));
+            }
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! Estimates at any points: beyond the data and in empty windows, too.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::sums::SumsOver;
+use super::{Degree, Outside, Product};
+use crate::nonlinearity::estimator::Points;
+use crate::nonlinearity::neighbours::Tree;
+
+/// Queries of one piece at least: fewer are not worth another thread.
+const PIECE: usize = 32;
+
+/// A way to evaluate the fit and its slopes.
+struct Fits<'a, const D: usize> {
+    product: &'a Product,
+    degree: Degree,
+    sums: SumsOver<D>,
+    planes: SumsOver<D>,
+}
+
+impl<const D: usize> Fits<'_, D> {
+    /// The estimate at `to`, carried on from `from` by its plane where that is asked for; nothing where there is
+    /// none at `from`.
+    fn carried(&self, from: [f64; D], to: &[f64; D], outside: Outside, runs: &mut Vec<Range<usize>>) -> Option<f64> {
+        let here = self.product.fit_at(self.degree, self.sums, from, runs)?;
+        let value = self.product.mean + here.value;
+        if outside != Outside::Linear || from == *to {
+            return Some(value);
+        }
+        let slope = match self.degree {
+            Degree::Linear => here.slope,
+            Degree::Constant => self.product.fit_at(Degree::Linear, self.planes, from, runs)?.slope,
+        };
+        let h = &self.product.h;
+        Some(value + (0..D).map(|j| slope[j] * ((to[j] - from[j]) / h[j])).sum::<f64>())
+    }
+}
+
+impl Product {
+    pub(super) fn estimates<const D: usize>(&self, degree: Degree, x: &[&[f64]], outside: Outside) -> Vec<f64> {
+        let fits = Fits::<D> {
+            product: self,
+            degree,
+            sums: SumsOver::new(self.kernel, degree),
+            planes: SumsOver::new(self.kernel, Degree::Linear),
+        };
+        let query = |i: usize| -> [f64; D] { std::array::from_fn(|j| x[j][i]) };
+        let known = |q: &[f64; D]| q.iter().all(|q| !q.is_nan());
+        let mut estimates: Vec<f64> = (0..x[0].len())
+            .into_par_iter()
+            .with_min_len(PIECE)
+            .map_init(Vec::new, |runs, i| {
+                let q = query(i);
+                if !known(&q) {
+                    return f64::NAN;
+                }
+                let from = match outside {
+                    Outside::Nan => q,
+                    _ => std::array::from_fn(|j| q[j].clamp(self.ranges[j].0, self.ranges[j].1)),
+                };
+                fits.carried(from, &q, outside, runs).unwrap_or(f64::NAN)
+            })
+            .collect();
+        if outside == Outside::Nan {
+            return estimates;
+        }
+        let empty: Vec<usize> = (0..estimates.len())
+            .filter(|&i| estimates[i].is_nan() && known(&query(i)))
+            .collect();
+        if empty.is_empty() {
+            return estimates;
+        }
+        let tree = Tree::with_scales(&self.as_points(), self.h.clone());
+        let nearest: Vec<f64> = empty
+            .par_iter()
+            .with_min_len(PIECE)
+            .map_init(Vec::new, |runs, &i| {
+                let q = query(i);
+                let place = tree.nearest_place(&q);
+                let from = std::array::from_fn(|j| place[j]);
+                fits.carried(from, &q, outside, runs).unwrap_or(f64::NAN)
+            })
+            .collect();
+        for (i, value) in empty.into_iter().zip(nearest) {
+            estimates[i] = value;
+        }
+        estimates
+    }
+
+    fn as_points(&self) -> Points {
+        let points = &self.points;
+        Points {
+            x: points.x.clone(),
+            y: points.y.clone(),
+            w: (0..points.y.len()).map(|i| points.weight(i)).collect(),
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! Which window at which node, where the jumps are, and the curve that follows.
+
+use super::windows::{Family, Line, Windows};
+use crate::nonlinearity::kernel::Sorted;
+
+/// Left and right contradict each other when they differ by more standard errors than this.
+const CONTRADICTION: f64 = 6.0;
+
+/// The sides of a node to which its window reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// To the left only.
+    Left,
+    /// To both.
+    Both,
+    /// To the right only.
+    Right,
+}
+
+/// The window that was chosen at a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalWindow {
+    /// The node, in the unit of x.
+    pub x: f64,
+    /// How far the window reaches, to either side or to one (Gaussian: its standard deviation), in the unit of x.
+    pub bandwidth: f64,
+    /// The sides to which it reaches.
+    pub side: Side,
+    /// The estimate.
+    pub value: f64,
+    /// Its standard error; the bias is of the same size at most, and not in it.
+    pub standard_error: f64,
+}
+
+/// The choice for all nodes.
+pub struct Chosen {
+    pub table: Vec<LocalWindow>,
+    pub curve: Broken,
+    pub jumps: Vec<f64>,
+}
+
+/// A piecewise linear function with jumps: two points with one abscissa.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Broken {
+    x: Vec<f64>,
+    y: Vec<f64>,
+}
+
+impl Broken {
+    fn push(&mut self, x: f64, y: f64) {
+        self.x.push(x);
+        self.y.push(y);
+    }
+
+    /// The value at `x`, at a jump that from the right.
+    pub fn value(&self, x: f64) -> f64 {
+        let Some((i, slope)) = self.piece(x) else {
+            return self.y.first().copied().unwrap_or(f64::NAN);
+        };
+        self.y[i] + slope * (x - self.x[i])
+    }
+
+    /// The slope at `x`.
+    pub fn slope(&self, x: f64) -> f64 {
+        self.piece(x).map_or(0.0, |(_, slope)| slope)
+    }
+
+    /// The piece that holds `x`: its first point and its slope.
+    fn piece(&self, x: f64) -> Option<(usize, f64)> {
+        let last = self.x.len().checked_sub(2)?;
+        let i = self.x.partition_point(|&v| v <= x).saturating_sub(1).min(last);
+        let width = self.x[i + 1] - self.x[i];
+        Some((
+            i,
+            if width > 0.0 {
+                (self.y[i + 1] - self.y[i]) / width
+            } else {
+                0.0
+            },
+        ))
+    }
+}
+
+impl Windows<'_> {
+    /// One bandwidth for all nodes.
+    pub fn uniform(&self, data: &Sorted, h: f64) -> Chosen {
+        let lines = self.around(h);
+        let table = self.table(|j| lines[j].map(|line| (Side::Both, h, line)));
+        Chosen {
+            curve: curve(&table, &[], data),
+            table,
+            jumps: Vec::new(),
+        }
+    }
+
+    /// At every node of the three families' last consistent lines that with the smallest standard error; consistent are
+    /// lines whose intervals of `threshold` standard errors have a point in common.
+    pub fn adapted(&self, data: &Sorted, threshold: f64) -> Chosen {
+        let nodes = self.design.nodes.len();
+        let bandwidths = &self.design.bandwidths;
+        let grown = |family: &Family| -> Vec<Option<(usize, Line)>> {
+            (0..nodes).map(|j| last_consistent(family, j, threshold)).collect()
+        };
+        let [left, both, right] = [&self.left, &self.both, &self.right].map(grown);
+        let table = self.table(|j| {
+            let families = [(Side::Both, both[j]), (Side::Left, left[j]), (Side::Right, right[j])];
+            let lines = families.into_iter().filter_map(|(side, grown)| Some((side, grown?)));
+            let best = lines.min_by(|a, b| a.1.1.error.total_cmp(&b.1.1.error));
+            best.map(|(side, (k, line))| (side, bandwidths[k], line))
+        });
+        let smooth = curve(&table, &[], data);
+        let jumps = self.jumps(data, [&left, &right], &smooth);
+        Chosen {
+            curve: curve(&table, &jumps, data),
+            table,
+            jumps: jumps.iter().map(|jump| jump.x).collect(),
+        }
+    }
+
+    fn table(&self, chosen: impl Fn(usize) -> Option<(Side, f64, Line)>) -> Vec<LocalWindow> {
+        (0..self.design.nodes.len())
+            .filter_map(|j| {
+                let (side, bandwidth, line) = chosen(j)?;
+                Some(LocalWindow {
+                    x: self.design.nodes[j],
+                    bandwidth,
+                    side,
+                    value: line.value,
+                    standard_error: line.error,
+                })
+            })
+            .collect()
+    }
+
+    /// Runs of cells between nodes over which the line from the left and that from the right contradict each other, by
+    /// more than both biases can explain; each with the lines from the nodes before and after.
+    fn jumps(&self, data: &Sorted, [left, right]: [&[Option<(usize, Line)>]; 2], smooth: &Broken) -> Vec<Jump> {
+        let evidence = 2.0 * (left.len() as f64).ln();
+        let across = |from: usize, to: usize| {
+            let lines = [left[from]?.1, right[to]?.1];
+            let nodes = [self.design.nodes[from], self.design.nodes[to]];
+            Some(Jump {
+                x: f64::NAN,
+                nodes,
+                lines,
+            })
+        };
+        let torn = |cell: usize| {
+            across(cell, cell + 1).is_some_and(|jump| {
+                let middle = 0.5 * (jump.nodes[0] + jump.nodes[1]);
+                let [l, r] = jump.lines;
+                (jump.value(0, middle) - jump.value(1, middle)).abs() > CONTRADICTION * l.error.hypot(r.error)
+            })
+        };
+        let torn: Vec<bool> = (0..left.len().saturating_sub(1)).map(torn).collect();
+        let mut jumps = Vec::new();
+        let mut cell = 0;
+        for run in torn.chunk_by(|a, b| a == b) {
+            if run[0] {
+                let evidence = evidence * self.design.noise[cell].powi(2);
+                jumps.extend(across(cell, cell + run.len()).and_then(|jump| jump.placed(data, smooth, evidence)));
+            }
+            cell += run.len();
+        }
+        jumps
+    }
+}
+
+/// The last line at node `j` whose interval and those of all before have a point in common, and its bandwidth's index.
+fn last_consistent(family: &Family, j: usize, threshold: f64) -> Option<(usize, Line)> {
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut last = None;
+    for (k, lines) in family.iter().enumerate() {
+        let Some(line) = lines[j] else { continue };
+        low = low.max(line.value - threshold * line.error);
+        high = high.min(line.value + threshold * line.error);
+        if low > high {
+            break;
+        }
+        last = Some((k, line));
+    }
+    last
+}
+
+/// A jump between two nodes, and the lines on either side with their nodes.
+struct Jump {
+    x: f64,
+    nodes: [f64; 2],
+    lines: [Line; 2],
+}
+
+impl Jump {
+    fn value(&self, side: usize, x: f64) -> f64 {
+        self.lines[side].value + self.lines[side].slope * (x - self.nodes[side])
+    }
+
+    /// At the place where the points between the nodes leave the smallest residuals; nothing where all of them belong
+    /// to one side, or where the sum of their squares is not less by `evidence` than about the curve without a jump.
+    fn placed(mut self, data: &Sorted, smooth: &Broken, evidence: f64) -> Option<Jump> {
+        let from = data.x.partition_point(|&x| x < self.nodes[0]);
+        let to = data.x.partition_point(|&x| x <= self.nodes[1]);
+        let square = |i: usize, value: f64| data.weight(i) * (data.y[i] - value).powi(2);
+        let (mut gain, mut best, mut place) = (0.0, f64::NEG_INFINITY, f64::NAN);
+        for i in from..to {
+            // First as if all points were to the right of the jump, then one after the other to its left.
+            gain += square(i, smooth.value(data.x[i])) - square(i, self.value(1, data.x[i]));
+        }
+        for i in from..to.saturating_sub(1) {
+            let (x, next) = (data.x[i], data.x[i + 1]);
+            gain += square(i, self.value(1, x)) - square(i, self.value(0, x));
+            // Not between points of one abscissa.
+            if gain > best && next > x {
+                (best, place) = (gain, x + 0.5 * (next - x));
+            }
+        }
+        self.x = place;
+        (best > evidence).then_some(self)
+    }
+}
+
+/// Through the table, with the jumps: between the nodes of a jump its two lines.
+fn curve(table: &[LocalWindow], jumps: &[Jump], data: &Sorted) -> Broken {
+    let mut curve = Broken::default();
+    let mut rest = jumps.iter().peekable();
+    for window in table {
+        while let Some(jump) = rest.next_if(|jump| jump.nodes[1] <= window.x) {
+            curve.push(jump.x, jump.value(0, jump.x));
+            curve.push(jump.x, jump.value(1, jump.x));
+        }
+        if rest.peek().is_none_or(|jump| window.x <= jump.nodes[0]) {
+            curve.push(window.x, window.value);
+        }
+    }
+    // Without any window the mean is all there is.
+    if curve.x.is_empty() {
+        curve.push(data.x[0], 0.0);
+    }
+    curve
+}

@@ -1,0 +1,158 @@
+//! The local line with a bandwidth, and a side, of its own at every point.
+//!
+//! At every node of a table the line is fitted over windows of growing width: around the node, to its left only and to
+//! its right only. Each of the three families grows as long as its confidence intervals have a point in common
+//! (Lepski 1990; Goldenshluger and Nemirovski 1997; Lepski, Mammen and Spokoiny 1997); of the three the estimate with
+//! the smallest standard error is taken. At a kink or a jump that is a one-sided one, wide as the data beside it allow
+//! (Qiu 2003; Gijbels, Lambert and Qiu 2007), where one bandwidth for all has to be narrow everywhere. Where the left and
+//! the right estimates contradict each other there is a jump; its place is then the split of the points there that
+//! leaves the smallest residuals.
+//!
+//! How readily the windows stop growing is chosen by cross-validation between two halves of the data, and so is
+//! whether local bandwidths are used at all: where they are not clearly better, one bandwidth by leave-one-out serves.
+
+mod choice;
+mod noise;
+mod validation;
+mod windows;
+
+pub use choice::{LocalWindow, Side};
+
+use super::estimator::{Estimator, Regression, check_queries, evaluate};
+use super::kernel::{Degree, Kernel, Sorted, check_points, check_weights};
+use super::{Outside, estimator};
+use crate::error::{Error, Result};
+use crate::selection::BandwidthSearch;
+use choice::Broken;
+use windows::{Design, Windows};
+
+/// The fewest points for which local bandwidths are tried.
+const FEWEST: usize = 50;
+
+/// The local line with local bandwidths, one column.
+///
+/// | parameter | purpose | valid range | default |
+/// |---|---|---|---|
+/// | `kernel` | the weight function of the windows around a point; one-sided ones are uniform | | Epanechnikov |
+/// | `outside` | the estimate beyond the data's range | | NaN |
+///
+/// The estimate is tabulated at up to 2000 quantiles of the data and at the jumps that were found, and straight between.
+///
+/// ```
+/// use flexure::nonlinearity::{Estimator, LocalKernel, Regression};
+/// let x: Vec<f64> = (0..2000).map(|i| i as f64 / 1000.0 - 1.0).collect();
+/// let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| x.signum() + 0.1 * ((i * i % 7) as f64 - 2.0)).collect();
+/// let fit = LocalKernel::default().fit(&[&x], &y, None)?;
+/// assert!(fit.threshold().is_some() && fit.jumps().len() == 1);
+/// assert!((fit.predict(&[&[0.01]])?[0] - fit.predict(&[&[-0.01]])?[0] - 2.0).abs() < 0.1);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LocalKernel {
+    /// The weight function.
+    pub kernel: Kernel,
+    /// The estimate beyond the data's range.
+    pub outside: Outside,
+}
+
+/// A fitted local line with local bandwidths.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocalKernelFit {
+    table: Vec<LocalWindow>,
+    curve: Broken,
+    jumps: Vec<f64>,
+    threshold: Option<f64>,
+    global: BandwidthSearch,
+    range: (f64, f64),
+    outside: Outside,
+    mean: f64,
+}
+
+impl Estimator for LocalKernel {
+    type Fit = LocalKernelFit;
+
+    fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<LocalKernelFit> {
+        let [x] = x else {
+            return Err(Error::ColumnCount {
+                what: "a local kernel regression",
+                got: x.len(),
+                expected: estimator::columns(1),
+            });
+        };
+        check_points(x, y, 3)?;
+        if let Some(weights) = weights {
+            check_weights(weights, x.len(), 3)?;
+        }
+        let global = BandwidthSearch::search(self.kernel, Degree::Linear, x, y, weights)?;
+        let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
+        Ok(self.fit_sorted(&data, global))
+    }
+}
+
+impl LocalKernel {
+    fn fit_sorted(self, data: &Sorted, global: BandwidthSearch) -> LocalKernelFit {
+        let design = Design::new(data, self.kernel, global.bandwidth);
+        let threshold = if data.len() < FEWEST || design.nodes.len() < 3 {
+            None
+        } else {
+            validation::threshold(data, &design)
+        };
+        let windows = Windows::new(data, &design);
+        let chosen = match threshold {
+            Some(threshold) => windows.adapted(data, threshold),
+            None => windows.uniform(data, global.bandwidth),
+        };
+        LocalKernelFit {
+            table: chosen.table,
+            curve: chosen.curve,
+            jumps: chosen.jumps,
+            threshold,
+            global,
+            range: (data.x[0], data.x[data.len() - 1]),
+            outside: self.outside,
+            mean: data.mean,
+        }
+    }
+}
+
+impl LocalKernelFit {
+    /// The window that was chosen at every node, in order of x: bandwidth, side, estimate and its standard error.
+    pub fn table(&self) -> Vec<LocalWindow> {
+        let shifted = |w: &LocalWindow| LocalWindow {
+            value: w.value + self.mean,
+            ..*w
+        };
+        self.table.iter().map(shifted).collect()
+    }
+
+    /// The abscissas of the jumps that were found, increasing.
+    pub fn jumps(&self) -> &[f64] {
+        &self.jumps
+    }
+
+    /// The half width of the confidence intervals that decide how far a window grows, in standard errors; none where
+    /// one bandwidth serves for all points.
+    pub fn threshold(&self) -> Option<f64> {
+        self.threshold
+    }
+
+    /// The search for one bandwidth for all points.
+    pub fn global(&self) -> &BandwidthSearch {
+        &self.global
+    }
+}
+
+impl Regression for LocalKernelFit {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>> {
+        let x = check_queries(x, 1)?[0];
+        let value = |x| self.mean + self.curve.value(x);
+        Ok(evaluate(x, self.range, self.outside, value, |x| self.curve.slope(x)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

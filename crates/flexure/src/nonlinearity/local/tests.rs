@@ -1,0 +1,256 @@
+use rand::seq::SliceRandom;
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+
+use super::windows::Line;
+use super::*;
+use crate::nonlinearity::KernelRegression;
+use crate::systems::KnownNonlinearity;
+
+/// X uniform on [-2, 2], Y = m(X) + N(0, 0.1^2).
+fn noisy(seed: u64, n: usize, m: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<f64>) {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+    let x: Vec<f64> = (0..n).map(|_| rng.random_range(-2.0..2.0)).collect();
+    let y = x
+        .iter()
+        .map(|&x| {
+            let e: f64 = StandardNormal.sample(&mut rng);
+            m(x) + 0.1 * e
+        })
+        .collect();
+    (x, y)
+}
+
+fn fitted(x: &[f64], y: &[f64]) -> LocalKernelFit {
+    LocalKernel::default().fit(&[x], y, None).unwrap()
+}
+
+/// Mean squared errors on a fine grid: with one bandwidth by leave-one-out, and with local ones.
+fn errors(seed: u64, n: usize, m: impl Fn(f64) -> f64) -> ([f64; 2], LocalKernelFit) {
+    // No point is where a known nonlinearity jumps.
+    let grid: Vec<f64> = (0..4001).map(|i| -1.9 + 3.8 * (f64::from(i) + 0.37) / 4001.0).collect();
+    let (x, y) = noisy(seed, n, &m);
+    let fit = fitted(&x, &y);
+    let one = KernelRegression {
+        kernel: Kernel::Epanechnikov,
+        bandwidth: fit.global().bandwidth,
+    };
+    let estimates = [
+        one.evaluate(Degree::Linear, &x, &y, None, &grid).unwrap(),
+        fit.predict(&[&grid]).unwrap(),
+    ];
+    let error = |v: &[f64]| v.iter().zip(&grid).map(|(v, &q)| (v - m(q)).powi(2)).sum::<f64>() / 4001.0;
+    ([error(&estimates[0]), error(&estimates[1])], fit)
+}
+
+/// The root mean squared errors over seeds.
+fn over_seeds(seeds: u64, n: usize, m: impl Fn(f64) -> f64 + Copy) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    for seed in 0..seeds {
+        let ([one, local], _) = errors(seed, n, m);
+        sums = [sums[0] + one, sums[1] + local];
+    }
+    sums.map(|s| (s / seeds as f64).sqrt())
+}
+
+#[test]
+fn a_smooth_curve_is_estimated_as_well_as_with_one_bandwidth() {
+    for known in [
+        KnownNonlinearity::Parabola,
+        KnownNonlinearity::Friction,
+        KnownNonlinearity::Cubic,
+    ] {
+        let [one, local] = over_seeds(5, 3000, |x| known.value(x));
+        eprintln!("{}: one bandwidth {one:.5}, local ones {local:.5}", known.name());
+        assert!(local < 1.04 * one, "{known:?} {one} {local}");
+    }
+}
+
+#[test]
+fn jumps_are_found_and_followed() {
+    for (known, jumps, factor) in [
+        (KnownNonlinearity::HardLimiter, 1_usize, 0.6),
+        (KnownNonlinearity::Quantizer, 8, 0.65),
+    ] {
+        let [one, local] = over_seeds(4, 10_000, |x| known.value(x));
+        eprintln!("{}: one bandwidth {one:.5}, local ones {local:.5}", known.name());
+        assert!(local < factor * one, "{known:?} {one} {local}");
+        let (_, fit) = errors(0, 10_000, |x| known.value(x));
+        assert!(
+            fit.threshold().is_some() && (jumps.div_ceil(2)..=jumps).contains(&fit.jumps().len()),
+            "{:?}",
+            fit.jumps()
+        );
+        for jump in fit.jumps() {
+            // A few of the points, 0.0004 apart.
+            let truth = if jumps == 1 {
+                0.0
+            } else {
+                (2.0 * jump).floor() / 2.0 + 0.25
+            };
+            assert!((jump - truth).abs() < 0.004, "{known:?} {jump}");
+        }
+    }
+}
+
+#[test]
+fn a_million_points_of_a_dead_zone() {
+    let ([one, local], fit) = errors(1, 1_000_000, |x| KnownNonlinearity::DeadZone.value(x));
+    eprintln!(
+        "dead zone: one bandwidth {:.5}, local ones {:.5}",
+        one.sqrt(),
+        local.sqrt()
+    );
+    assert!(one.sqrt() < 0.0010 && local.sqrt() < 0.0008, "{one} {local}");
+    // Wide windows on the pieces, narrow or one-sided ones at the kinks.
+    let table = fit.table();
+    let near = |x: f64| {
+        table
+            .iter()
+            .min_by(|a, b| (a.x - x).abs().total_cmp(&(b.x - x).abs()))
+            .unwrap()
+    };
+    assert!(near(0.1).bandwidth > 5.0 * fit.global().bandwidth);
+    assert!(near(0.69).side != Side::Both || near(0.69).bandwidth < 0.2);
+    assert!(fit.jumps().is_empty());
+}
+
+#[test]
+fn the_order_of_the_points_and_threads_do_not_matter() {
+    let (x, y) = noisy(5, 10_000, f64::signum);
+    let mut order: Vec<usize> = (0..10_000).collect();
+    order.shuffle(&mut rand_pcg::Pcg64::seed_from_u64(1));
+    let of = |v: &[f64]| order.iter().map(|&i| v[i]).collect::<Vec<_>>();
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let fit = pool(1).install(|| fitted(&x, &y));
+    assert!(fit.threshold().is_some());
+    assert_eq!(fit, pool(3).install(|| fitted(&of(&x), &of(&y))));
+}
+
+#[test]
+fn units_offsets_and_mirrors_do_not_matter() {
+    let (x, y) = noisy(6, 10_000, f64::signum);
+    let at: Vec<f64> = (0..100).map(|i| -1.83 + 0.0367 * f64::from(i)).collect();
+    let fit = fitted(&x, &y);
+    assert!(fit.threshold().is_some());
+    let want = fit.predict(&[&at]).unwrap();
+    for (gain, offset, scale, lift) in [(1e-4, 3.0, -5.0, 1e3), (8.0, -16.0, 1e6, 0.0), (-1.0, 0.0, 1.0, 0.0)] {
+        let map = |v: &[f64], gain: f64, offset: f64| v.iter().map(|v| gain * v + offset).collect::<Vec<_>>();
+        let fit = fitted(&map(&x, gain, offset), &map(&y, scale, lift));
+        let mut tipped = 0;
+        for (got, want) in fit.predict(&[&map(&at, gain, offset)]).unwrap().iter().zip(&want) {
+            // Rounding may tip a choice; what is chosen instead is as good.
+            tipped += usize::from(((got - lift) / scale - want).abs() > 1e-6);
+            assert!(((got - lift) / scale - want).abs() < 0.02, "{gain}: {got} {want}");
+        }
+        assert!(tipped <= 20, "{gain}: {tipped} of 100; {:?}", fit.threshold());
+    }
+}
+
+#[test]
+fn weights_count_as_points() {
+    let (x, y) = noisy(7, 10_000, f64::signum);
+    let fit = |x: &[f64], y: &[f64], w: &[f64]| LocalKernel::default().fit(&[x], y, Some(w)).unwrap();
+    let at: Vec<f64> = (0..50).map(|i| -1.9 + 0.077 * f64::from(i)).collect();
+    let plain = fitted(&x, &y).predict(&[&at]).unwrap();
+    let mut more = [x.clone(), y.clone(), vec![3.0; 10_000]];
+    more[0].extend([0.5; 40]);
+    more[1].extend([99.0; 40]);
+    more[2].extend([0.0; 40]);
+    let weighted = fit(&more[0], &more[1], &more[2]).predict(&[&at]).unwrap();
+    for (a, b) in plain.iter().zip(&weighted) {
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
+    }
+}
+
+#[test]
+fn lines_and_their_errors_are_those_of_least_squares_in_the_window() {
+    let (x, y) = noisy(8, 300, |x| 5.0 + x.sin());
+    let w: Vec<f64> = (0..300).map(|i| [1.0, 4.0, 0.5][i % 3]).collect();
+    let data = Sorted::weighted(&x, &y, &w);
+    let design = Design::new(&data, Kernel::Uniform, 0.3);
+    let windows = Windows::new(&data, &design);
+    for (family, reach) in [
+        (&windows.left, [1.0, 0.0]),
+        (&windows.both, [1.0, 1.0]),
+        (&windows.right, [0.0, 1.0]),
+    ] {
+        for (k, h) in design.bandwidths.iter().enumerate() {
+            for j in [2, 13, 29] {
+                let q = design.nodes[j];
+                // No point but the node itself is so close to an end.
+                let inside = |i: &usize| x[*i] >= q - reach[0] * h - 1e-12 && x[*i] <= q + reach[1] * h + 1e-12;
+                let points: Vec<usize> = (0..300).filter(inside).collect();
+                if points.len() < 3 {
+                    continue;
+                }
+                let sum = |f: &dyn Fn(usize) -> f64| points.iter().map(|&i| w[i] * f(i)).sum::<f64>();
+                let s = sum(&|_| 1.0);
+                let (cx, cy) = (sum(&|i| x[i] - q) / s, sum(&|i| y[i]) / s);
+                let spread = sum(&|i| (x[i] - q - cx).powi(2));
+                let slope = sum(&|i| (x[i] - q - cx) * (y[i] - cy)) / spread;
+                let want = Line {
+                    value: cy - slope * cx,
+                    slope,
+                    error: design.noise[j] * (1.0 / s + cx * cx / spread).sqrt(),
+                };
+                let got = family[k][j].unwrap();
+                let close = |a: f64, b: f64| (a - b).abs() < 1e-8 * b.abs().max(1.0);
+                assert!(
+                    close(got.value + data.mean, want.value)
+                        && close(got.slope, want.slope)
+                        && close(got.error, want.error),
+                    "{reach:?} {h} {q}: {got:?} {want:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_noise_is_told_from_the_curve_and_may_depend_on_x() {
+    let n = 4000;
+    let (x, y) = noisy(9, n, |_| 0.0);
+    let y: Vec<f64> = x
+        .iter()
+        .zip(&y)
+        .map(|(x, e)| 100.0 + 30.0 * x + (4.0 * x).sin() + e * (1.5 + x.signum()))
+        .collect();
+    let deviation = noise::deviation(&Sorted::new(&x, &y), 4.0, &[-1.2, 1.2]);
+    assert!(
+        (deviation[0] / 0.05 - 1.0).abs() < 0.1 && (deviation[1] / 0.25 - 1.0).abs() < 0.1,
+        "{deviation:?}"
+    );
+}
+
+#[test]
+fn degenerate_data_give_an_estimate_within_the_ordinates() {
+    let ramp: Vec<f64> = (0..80).map(f64::from).collect();
+    let levels: Vec<f64> = (0..80).map(|i| f64::from(i % 4)).collect();
+    let mut outlier = ramp.clone();
+    outlier[79] = 1e9;
+    for x in [&[1.0; 80][..], &levels, &outlier, &ramp] {
+        for y in [&ramp, &levels] {
+            let fit = fitted(x, y);
+            assert!(
+                fit.predict(&[x]).unwrap().iter().all(|m| (-0.1..79.1).contains(m)),
+                "{x:?}"
+            );
+        }
+    }
+    let exact = fitted(&ramp, &ramp).predict(&[&[0.5, 40.25, 79.0, 80.0]]).unwrap();
+    assert!((exact[0] - 0.5).abs() + (exact[1] - 40.25).abs() + (exact[2] - 79.0).abs() < 1e-9 && exact[3].is_nan());
+    assert!(fitted(&[1.0, 2.0, 3.0], &[1.0, 2.0, 3.0]).threshold().is_none());
+}
+
+#[test]
+fn bad_data_are_refused() {
+    let said =
+        |x: &[&[f64]], y: &[f64], w: Option<&[f64]>| LocalKernel::default().fit(x, y, w).unwrap_err().to_string();
+    let x = [1.0, 2.0, 3.0, 4.0];
+    assert!(said(&[&x, &x], &x, None).contains("1 column"));
+    assert!(said(&[&x], &x[1..], None).contains("'y' has 3 samples"));
+    assert!(said(&[&x[..2]], &x[..2], None).contains("at least 3"));
+    assert!(said(&[&x], &[1.0, f64::NAN, 1.0, 1.0], None).contains("NaN at sample 1"));
+    assert!(said(&[&x], &x, Some(&[1.0, 1.0, -1.0, 1.0])).contains("the weight of sample 2"));
+}

@@ -1,0 +1,305 @@
+//! A parameter of any estimator by cross-validation over blocks of time.
+
+use rayon::prelude::*;
+
+use super::h_block::gap_from_data;
+use crate::error::{Error, Result};
+use crate::nonlinearity::{
+    Choice, Estimator, HaarRegression, KernelRegression, NearestNeighbours, Points, PolynomialRegression, Regression,
+    SeriesRegression, SplineRegression,
+};
+
+/// Relative difference of two scores that counts as none.
+const FLAT: f64 = 1e-9;
+
+/// An estimator with one parameter that data can choose.
+pub trait Tunable: Estimator + Clone + Sync {
+    /// What is chosen.
+    type Parameter: Copy + std::fmt::Debug + Send + Sync;
+
+    /// The estimator with its parameter fixed.
+    #[must_use]
+    fn with(&self, parameter: Self::Parameter) -> Self;
+
+    /// The values that the estimator itself would try on these data, in order; one value where the estimator has
+    /// no choice of its own.
+    ///
+    /// # Errors
+    /// Those of [`Estimator::fit`].
+    fn candidates(&self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Vec<Self::Parameter>>;
+}
+
+/// The estimators that search on their own: the field that is chosen, and its type.
+macro_rules! tunable {
+    ($($estimator:ident . $field:ident: $parameter:ty),+ $(,)?) => {$(
+        impl Tunable for $estimator {
+            type Parameter = $parameter;
+
+            fn with(&self, parameter: $parameter) -> Self {
+                $estimator { $field: Choice::Fixed(parameter), ..*self }
+            }
+
+            fn candidates(&self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Vec<$parameter>> {
+                let searching = $estimator { $field: Choice::default(), ..*self };
+                let fit = searching.fit(x, y, weights)?;
+                Ok(fit.search().map_or_else(Vec::new, |s| s.curve.iter().map(|c| c.parameter).collect()))
+            }
+        }
+    )+};
+}
+
+tunable!(
+    NearestNeighbours.neighbours: usize,
+    SeriesRegression.terms: usize,
+    HaarRegression.levels: usize,
+    PolynomialRegression.degree: usize,
+    SplineRegression.penalty: f64,
+);
+
+/// The bandwidth; the candidates are the one given, halved and doubled up to three times.
+impl Tunable for KernelRegression {
+    type Parameter = f64;
+
+    fn with(&self, bandwidth: f64) -> Self {
+        KernelRegression { bandwidth, ..*self }
+    }
+
+    fn candidates(&self, _: &[&[f64]], _: &[f64], _: Option<&[f64]>) -> Result<Vec<f64>> {
+        Ok((-6..=6).map(|k| self.bandwidth * (0.5 * f64::from(k)).exp2()).collect())
+    }
+}
+
+/// Cross-validation over contiguous blocks of time: every block is predicted from the samples outside it that are more
+/// than `gap` samples away from it (Burman, Chow and Nolan 1994; Racine 2000), by a refit.
+///
+/// | parameter | purpose | valid range | default |
+/// |---|---|---|---|
+/// | `folds` | the number of blocks | 2 to the number of samples | 10 |
+/// | `gap` | samples left out on either side of a block | small enough that every refit keeps samples | 0; [`BlockFolds::for_data`] |
+///
+/// ```
+/// use flexure::nonlinearity::{Basis, SeriesRegression};
+/// use flexure::selection::BlockFolds;
+/// let x: Vec<f64> = (0..400).map(|i| ((i * 37) % 400) as f64 / 200.0 - 1.0).collect();
+/// let y: Vec<f64> = x.iter().map(|x| x * x * x - x).collect();
+/// let method = SeriesRegression { basis: Basis::Legendre, ..Default::default() };
+/// let search = BlockFolds::default().search(&method, &[&x], &y, None)?;
+/// assert!(search.parameter >= 4); // a cubic has four terms
+/// # Ok::<(), flexure::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BlockFolds {
+    /// The number of blocks.
+    pub folds: usize,
+    /// Samples left out on either side of a block.
+    pub gap: usize,
+}
+
+impl Default for BlockFolds {
+    fn default() -> Self {
+        BlockFolds { folds: 10, gap: 0 }
+    }
+}
+
+/// A candidate and its score.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FoldScore<P> {
+    /// The parameter's value.
+    pub parameter: P,
+    /// The weighted mean squared error of the predictions, in the squared unit of y; infinite where a refit had too few
+    /// data for this value.
+    pub error: f64,
+    /// The standard error of `error`, from its scatter over the blocks.
+    pub standard_error: f64,
+}
+
+/// The whole search over blocks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoldSearch<P> {
+    /// The value with the smallest score; of equal ones the first.
+    pub parameter: P,
+    /// All candidates in the order in which they were given.
+    pub curve: Vec<FoldScore<P>>,
+    /// Whether the best is the first or the last candidate, so that the minimum may lie beyond.
+    pub at_edge: bool,
+    /// The blocks.
+    pub folds: BlockFolds,
+}
+
+impl BlockFolds {
+    /// Ten blocks and the gap that the first column of `x` and `y`, in the order of time, call for: the first lag at
+    /// which the autocorrelation of the ordinates about an oversmoothed estimate is within its 95 % limits, less one,
+    /// at most a tenth of the samples and at most 200.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`], [`Error::NonFinite`], [`Error::TooShort`] with fewer than 3 samples.
+    pub fn for_data(x: &[f64], y: &[f64]) -> Result<Self> {
+        crate::nonlinearity::kernel::check_points(x, y, 3)?;
+        Ok(BlockFolds {
+            gap: gap_from_data(x, y),
+            ..Default::default()
+        })
+    }
+
+    /// Searches among the values that the estimator itself would try.
+    ///
+    /// # Errors
+    /// Those of [`choose`](Self::choose).
+    pub fn search<E: Tunable>(
+        &self,
+        estimator: &E,
+        x: &[&[f64]],
+        y: &[f64],
+        weights: Option<&[f64]>,
+    ) -> Result<FoldSearch<E::Parameter>> {
+        let candidates = estimator.candidates(x, y, weights)?;
+        self.choose(&candidates, |p| estimator.with(p), x, y, weights)
+    }
+
+    /// Searches among `candidates`; `estimator` makes the estimator for each. The samples are in the order of time.
+    ///
+    /// A sample for which the refit predicts nothing is predicted by the mean of the refit's samples. The result does not
+    /// depend on the number of threads.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for the number of blocks, for a gap that leaves a refit nothing and without candidates;
+    /// the errors of [`Estimator::fit`], except that a candidate for which some refit has too few data
+    /// ([`Error::BeyondData`]) is given an infinite score, as long as another one is left.
+    pub fn choose<P: Copy + Send + Sync, E: Estimator>(
+        &self,
+        candidates: &[P],
+        estimator: impl Fn(P) -> E + Sync,
+        x: &[&[f64]],
+        y: &[f64],
+        weights: Option<&[f64]>,
+    ) -> Result<FoldSearch<P>> {
+        let blocks = self.blocks(x, y, weights)?;
+        let jobs: Vec<(usize, usize)> = (0..candidates.len())
+            .flat_map(|c| (0..blocks.len()).map(move |b| (c, b)))
+            .collect();
+        let errors: Vec<Result<f64>> = jobs
+            .into_par_iter()
+            .map(|(c, b)| blocks[b].error(estimator(candidates[c])))
+            .collect();
+        let total: f64 = blocks.iter().map(|b| b.weight).sum();
+        let mut curve = Vec::with_capacity(candidates.len());
+        let mut refused = None;
+        for (parameter, errors) in candidates.iter().zip(errors.chunks(blocks.len())) {
+            let mut score = FoldScore {
+                parameter: *parameter,
+                error: f64::INFINITY,
+                standard_error: f64::INFINITY,
+            };
+            match errors.iter().cloned().collect::<Result<Vec<f64>>>() {
+                Ok(sums) => (score.error, score.standard_error) = summary(&sums, &blocks, total),
+                Err(error @ Error::BeyondData { .. }) => refused = Some(error),
+                Err(error) => return Err(error),
+            }
+            curve.push(score);
+        }
+        let best = (0..curve.len())
+            .min_by(|&i, &j| curve[i].error.total_cmp(&curve[j].error))
+            .filter(|&i| curve[i].error < f64::INFINITY);
+        let Some(best) = best else {
+            return Err(refused.unwrap_or(Error::InvalidParameter {
+                name: "the number of candidates".to_owned(),
+                value: 0.0,
+                requirement: "at least one",
+            }));
+        };
+        let last = curve.len() - 1;
+        let steeper = |i: usize| curve[i].error - curve[best].error > FLAT * curve[i].error;
+        Ok(FoldSearch {
+            parameter: curve[best].parameter,
+            at_edge: last > 0 && (best == 0 && steeper(1) || best == last && steeper(last - 1)),
+            curve,
+            folds: *self,
+        })
+    }
+
+    fn blocks(&self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Vec<Block>> {
+        let n = y.len();
+        if !(2..=n.max(2)).contains(&self.folds) {
+            return Err(Error::InvalidParameter {
+                name: "the number of folds".to_owned(),
+                value: self.folds as f64,
+                requirement: "at least 2 and at most the number of samples",
+            });
+        }
+        // Also the samples that would only be predicted, so that bad ones are named by their place in the record.
+        Points::new("block cross-validation", x.len().max(1), x, y, weights)?;
+        (0..self.folds)
+            .map(|k| {
+                let (start, end) = (k * n / self.folds, (k + 1) * n / self.folds);
+                let before = start.saturating_sub(self.gap);
+                let after = end.saturating_add(self.gap).min(n);
+                let inside = |v: &[f64]| v[start..end].to_vec();
+                let outside = |v: &[f64]| [&v[..before], &v[after..]].concat();
+                let block = Block {
+                    x: x.iter().map(|c| inside(c)).collect(),
+                    y: inside(y),
+                    w: weights.map_or_else(|| vec![1.0; end - start], inside),
+                    train_x: x.iter().map(|c| outside(c)).collect(),
+                    train_y: outside(y),
+                    train_w: weights.map_or_else(|| vec![1.0; before + n - after], outside),
+                    weight: 0.0,
+                };
+                if !block.train_w.iter().any(|w| *w > 0.0) {
+                    return Err(Error::InvalidParameter {
+                        name: "the gap".to_owned(),
+                        value: self.gap as f64,
+                        requirement: "small enough to leave samples of positive weight outside every block",
+                    });
+                }
+                let weight = block.w.iter().sum();
+                Ok(Block { weight, ..block })
+            })
+            .collect()
+    }
+}
+
+/// One block and what it is predicted from.
+struct Block {
+    x: Vec<Vec<f64>>,
+    y: Vec<f64>,
+    w: Vec<f64>,
+    train_x: Vec<Vec<f64>>,
+    train_y: Vec<f64>,
+    train_w: Vec<f64>,
+    weight: f64,
+}
+
+impl Block {
+    /// The weighted sum of the squared errors of prediction.
+    fn error(&self, estimator: impl Estimator) -> Result<f64> {
+        let fit = estimator.fit(&slices(&self.train_x), &self.train_y, Some(&self.train_w))?;
+        let predicted = fit.predict(&slices(&self.x))?;
+        let total: f64 = self.train_w.iter().sum();
+        let mean = self.train_y.iter().zip(&self.train_w).map(|(y, w)| w * y).sum::<f64>() / total;
+        let errors = predicted.iter().zip(&self.y).zip(&self.w).map(|((m, y), w)| {
+            let m = if m.is_finite() { *m } else { mean };
+            w * (y - m).powi(2)
+        });
+        Ok(errors.sum())
+    }
+}
+
+fn slices(columns: &[Vec<f64>]) -> Vec<&[f64]> {
+    columns.iter().map(Vec::as_slice).collect()
+}
+
+/// The mean squared error and its standard error, from the sums over the blocks.
+fn summary(sums: &[f64], blocks: &[Block], total: f64) -> (f64, f64) {
+    let mean = sums.iter().sum::<f64>() / total;
+    let folds = blocks.len() as f64;
+    let scatter: f64 = sums
+        .iter()
+        .zip(blocks)
+        .map(|(s, b)| (s - mean * b.weight).powi(2))
+        .sum();
+    (mean, (scatter * folds / (folds - 1.0)).sqrt() / total)
+}
+
+#[cfg(test)]
+#[path = "folds_tests.rs"]
+mod tests;

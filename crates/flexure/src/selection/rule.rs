@@ -1,0 +1,220 @@
+//! One way to all rules that choose a kernel's bandwidth from the data.
+
+use super::bootstrap::{self, BlockResampling};
+use super::generalized::generalized;
+use super::h_block::{InTime, gap_from_data};
+use super::plug_in::PlugIn;
+use super::{BandwidthSearch, Score};
+use crate::error::Result;
+use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, check_points, check_weights};
+
+/// How the bandwidth of a kernel estimate is chosen from the data. The table of [`crate::selection`] says when to use
+/// which.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum BandwidthRule {
+    /// Exact leave-one-out cross-validation.
+    #[default]
+    LeaveOneOut,
+    /// Generalised cross-validation (Craven and Wahba 1979).
+    Generalized,
+    /// h-block cross-validation for dependent errors, the samples in the order of time: every point is predicted from
+    /// those more than `gap` samples away.
+    HBlock {
+        /// At most half the number of samples less 2; none: from the autocorrelation, at most a tenth of the samples
+        /// and at most 200 (see [`choose_bandwidth`]).
+        gap: Option<usize>,
+    },
+    /// The direct plug-in rule of Ruppert, Sheather and Wand (1995), made for the local line.
+    PlugIn,
+    /// The smallest mean integrated squared error that the wild bootstrap predicts (Haerdle and Marron 1991), in closed
+    /// form: no random numbers.
+    WildBootstrap,
+    /// The same by the moving block bootstrap for dependent errors (Kuensch 1989), the samples in the order of time.
+    BlockBootstrap {
+        /// Residuals in a block, 1 to the number of samples; none: the larger of n^(1/3) and twice the gap that the
+        /// data call for.
+        block: Option<usize>,
+        /// Resampled records, at least 1; none: 40, and fewer, down to 5, from 25,000 samples on.
+        replicates: Option<usize>,
+        /// The seed of the resampling.
+        seed: u64,
+    },
+}
+
+impl BandwidthRule {
+    /// All rules, with their defaults.
+    pub const ALL: [BandwidthRule; 6] = [
+        BandwidthRule::LeaveOneOut,
+        BandwidthRule::Generalized,
+        BandwidthRule::HBlock { gap: None },
+        BandwidthRule::PlugIn,
+        BandwidthRule::WildBootstrap,
+        BandwidthRule::BlockBootstrap {
+            block: None,
+            replicates: None,
+            seed: 1,
+        },
+    ];
+
+    /// The name in lower case, as it is written in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            BandwidthRule::LeaveOneOut => "leave-one-out",
+            BandwidthRule::Generalized => "generalized",
+            BandwidthRule::HBlock { .. } => "h-block",
+            BandwidthRule::PlugIn => "plug-in",
+            BandwidthRule::WildBootstrap => "wild-bootstrap",
+            BandwidthRule::BlockBootstrap { .. } => "block-bootstrap",
+        }
+    }
+
+    /// The rule of this name, with its defaults.
+    pub fn from_name(name: &str) -> Option<BandwidthRule> {
+        Self::ALL.into_iter().find(|rule| rule.name() == name)
+    }
+}
+
+/// A bandwidth chosen from the data, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BandwidthChoice {
+    /// The rule, with what it has itself taken from the data filled in.
+    pub rule: BandwidthRule,
+    /// The kernel whose bandwidth it is.
+    pub kernel: Kernel,
+    /// The degree of the local polynomial.
+    pub degree: Degree,
+    /// The bandwidth and the score of every candidate; the plug-in rule has no scores.
+    pub search: BandwidthSearch,
+    /// What the score is, in words: the label of its axis. In the squared unit of y.
+    pub score: &'static str,
+    /// How the choice came about, in a sentence or two.
+    pub details: String,
+}
+
+impl BandwidthChoice {
+    /// The bandwidth, in the unit of x.
+    pub fn bandwidth(&self) -> f64 {
+        self.search.bandwidth
+    }
+}
+
+/// Chooses the bandwidth of `kernel` and the local polynomial of this degree over the points `(x[i], y[i])` by `rule`.
+///
+/// A point of weight w counts as w points of weight one do; one of weight zero is not there. The plug-in and the
+/// bootstrap rules take the weights to be inversely proportional to the noise's variance, up to a factor of no
+/// consequence. The result does not depend on the number of threads, nor, except for the rules on dependent errors, on
+/// the order of the points.
+///
+/// The gap of [`BandwidthRule::HBlock`] is by default the first lag at which the autocorrelation of the ordinates about
+/// an oversmoothed local line (its window a tenth of the data's extent on either side) is within
+/// $\pm 1.96/\sqrt n$, less one.
+///
+/// ```
+/// use flexure::nonlinearity::{Degree, Kernel};
+/// use flexure::selection::{BandwidthRule, choose_bandwidth};
+/// let x: Vec<f64> = (0..500).map(|i| i as f64 / 250.0 - 1.0).collect();
+/// let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| (3.0 * x).sin() + 0.1 * ((i * i % 7) as f64 - 2.3)).collect();
+/// for rule in BandwidthRule::ALL {
+///     let choice = choose_bandwidth(rule, Kernel::Epanechnikov, Degree::Linear, &x, &y, None)?;
+///     println!("{:16} h = {:.3}: {}", rule.name(), choice.bandwidth(), choice.details);
+///     assert!((0.1..1.0).contains(&choice.bandwidth()));
+/// }
+/// # Ok::<(), flexure::Error>(())
+/// ```
+///
+/// # Errors
+/// [`crate::Error::LengthMismatch`], [`crate::Error::NonFinite`], [`crate::Error::InvalidParameter`] for a negative
+/// weight or a rule's own parameter, and [`crate::Error::TooShort`] with fewer points of positive weight than the rule
+/// needs: 3, for the plug-in rule 10 and 5 distinct abscissas.
+pub fn choose_bandwidth(
+    rule: BandwidthRule,
+    kernel: Kernel,
+    degree: Degree,
+    x: &[f64],
+    y: &[f64],
+    weights: Option<&[f64]>,
+) -> Result<BandwidthChoice> {
+    check_points(x, y, 3)?;
+    if let Some(weights) = weights {
+        check_weights(weights, x.len(), 3)?;
+    }
+    let sorted = || weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
+    let made = |rule, search, score, details| BandwidthChoice {
+        rule,
+        kernel,
+        degree,
+        search,
+        score,
+        details,
+    };
+    Ok(match rule {
+        BandwidthRule::LeaveOneOut => made(
+            rule,
+            BandwidthSearch::search(kernel, degree, x, y, weights)?,
+            "leave-one-out error",
+            "smallest exact leave-one-out cross-validation error".to_owned(),
+        ),
+        BandwidthRule::Generalized => made(
+            rule,
+            generalized(kernel, degree, &sorted()),
+            "generalised cross-validation score",
+            "smallest generalised cross-validation score".to_owned(),
+        ),
+        BandwidthRule::HBlock { gap } => {
+            let from = if gap.is_some() {
+                "as given"
+            } else {
+                "from the autocorrelation"
+            };
+            let gap = gap.unwrap_or_else(|| gap_from_data(x, y).min((x.len() / 2).saturating_sub(2)));
+            made(
+                BandwidthRule::HBlock { gap: Some(gap) },
+                InTime::new(x, y, weights, gap)?.search(kernel, degree),
+                "h-block cross-validation error",
+                format!(
+                    "smallest cross-validation error when every sample is predicted from those more than {gap} samples \
+                     away in time (the gap {from})"
+                ),
+            )
+        }
+        BandwidthRule::PlugIn => {
+            let found = PlugIn::from_data(&sorted())?;
+            let bandwidth = found.bandwidth_for(kernel);
+            let search = BandwidthSearch {
+                bandwidth,
+                curve: Vec::<Score>::new(),
+                at_edge: found.at_edge,
+                binning: None,
+            };
+            made(rule, search, "", found.words())
+        }
+        BandwidthRule::WildBootstrap => {
+            let (search, details) = bootstrap::wild(kernel, degree, x, y, weights)?;
+            made(rule, search, "wild bootstrap's mean squared error", details)
+        }
+        BandwidthRule::BlockBootstrap {
+            block,
+            replicates,
+            seed,
+        } => {
+            let resampling = BlockResampling {
+                block,
+                replicates,
+                seed,
+            };
+            let (search, used, details) = bootstrap::moving_block(resampling, kernel, degree, [x, y], weights)?;
+            let [block, replicates] = used.map(Some);
+            let rule = BandwidthRule::BlockBootstrap {
+                block,
+                replicates,
+                seed,
+            };
+            made(rule, search, "block bootstrap's mean squared error", details)
+        }
+    })
+}
+
+#[cfg(test)]
+#[path = "rule_tests.rs"]
+mod tests;

@@ -1,0 +1,178 @@
+//! The convergence rates of all estimators of a static nonlinearity, measured.
+//!
+//! Y = m(X) + e is sampled n times, an estimator's parameter follows a schedule c n^gamma, and the slope of the log
+//! root mean square error over log n stands beside the exponent that theory gives for this estimator, this m, this
+//! schedule and this norm. For m of order p (p = 1: Lipschitz; p = 2: twice differentiable) in d variables no estimator
+//! is faster than n^(-p/(2p+d)) over the whole class (Stone 1982): -1/3 and -2/5 in one variable, -1/4 and -1/3
+//! in two. To see such an exponent, and not just something below it, the error is taken where m is at its worst.
+//!
+//! # One variable, Lipschitz: |x|
+//!
+//! - Kernel, local constant or local linear, h ~ n^(-1/3); neighbours, k ~ n^(2/3); recursive kernels, h_i ~ i^(-1/3): at the
+//!   kink the bias is exactly of order h or k/n, the variance of order 1/(n h) or 1/k. Sharp: -1/3 (Greblicki and
+//!   Pawlak 2008, ch. 3 to 5; Gyorfi, Kohler, Krzyzak and Walk 2002, ch. 5, 6, 24).
+//! - Fourier, cosine, Legendre series and polynomials, N ~ n^(1/3) terms: the series of a kink ends with an error of order
+//!   1/N at the kink, the variance is of order N/n. Sharp at the kink: -1/3. (Least squares on the Legendre series and
+//!   on polynomials is the same estimate, in other coordinates.)
+//! - Penalised spline, lambda = n f h^4 with h ~ n^(-1/3), the half width of its equivalent kernel (Silverman 1984;
+//!   Eubank 1999, ch. 5): as a kernel, -1/3, sharp.
+//! - Haar, 2^L ~ n^(1/3) cells: the bias is of order h wherever m has a slope, so that the L2 error shows it. Sharp: -1/3.
+//! - Hermite, on |x| exp(-x^2/2), N ~ n^(1/3): N terms resolve waves up to the number (2N)^(1/2), so that a kink leaves an
+//!   L2 bias of order N^(-3/4), more than the variance's (N/n)^(1/2). Sharp: -1/4. (The class has N^(-1/2): Greblicki and
+//!   Pawlak 1985; 2008, ch. 6. A schedule that balances the two, N ~ n^(2/5) here, asks for functions that reach farther out
+//!   than X has points, here of Student's t with 5 degrees of freedom: there least squares are not consistent.)
+//!
+//! # One variable, smooth
+//!
+//! - Kernel, neighbours, recursive kernels: at the top of cos x, where the bias is of order h^2, h ~ n^(-1/5),
+//!   k ~ n^(4/5); the local linear kernel at the end of the data, where the local constant one would be left with a bias of
+//!   order h (Fan and Gijbels 1996, ch. 3). Sharp: -2/5.
+//! - Series, polynomials, splines: |sin(pi x/2)|^(3/2), which has two derivatives in L2 but for a logarithm. Its coefficients
+//!   fall as k^(-5/2), and so the L2 bias is of order N^(-2), or h^2; N ~ n^(1/5) or h ~ n^(-1/5). Sharp: -2/5 (Eubank 1999,
+//!   ch. 3 and 5). A smoother m would be estimated at a faster rate, an analytic one nearly at n^(-1/2).
+//! - Haar: sin 2x. Steps cannot use smoothness: sharp, -1/3, as for Lipschitz m.
+//! - Hermite, on exp(-x^2/4), N ~ n^(1/3): the coefficients fall geometrically, so that only the variance is left. Sharp in the
+//!   norm of L2(X): -1/3.
+//!
+//! # Two variables
+//!
+//! Product kernels, h ~ n^(-1/4) and n^(-1/6), and neighbours, k ~ n^(1/2) and n^(2/3): at the tip of the cone |x|, sharp,
+//! -1/4; at the top of cos x_1 cos x_2, sharp, -1/3.
+//!
+//! # Networks
+//!
+//! With K ~ n^(d/(2p+d)) units a network can approximate m to the order K^(-p/d), at a variance of order K/n
+//! (Pinkus 1999, sec. 6 and 7): bounds of -p/(2p+d), for the least-squares network. Whether training finds that one is an
+//! experiment's to tell.
+
+mod run;
+mod setting;
+
+use std::ops::ControlFlow;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::rates::{batch, check_plan, seed_of};
+use super::table::{RatePoint, RateResult, RateTable};
+use crate::error::{Error, Result};
+use run::squared_error;
+pub use setting::{ErrorNorm, EstimatorSetting, Method, Regressand, Schedule, estimator_settings, network_settings};
+
+/// A convergence study of estimators: every setting at every number of points, many times.
+///
+/// | parameter | purpose | valid range | quick | full |
+/// |---|---|---|---|---|
+/// | `settings` | what is measured | not empty | [`estimator_settings`] | the same |
+/// | `lengths` | numbers of points n | at least two, increasing, from 10 | 256 to 16,384 | 256 to 131,072 |
+/// | `runs` | Monte Carlo runs for each | at least 20 | 150 | 400 |
+/// | `seed` | of all random numbers | | 1 | 1 |
+///
+/// The lengths are powers of 8 apart, so that the cells of the Haar series can follow their schedule.
+///
+/// ```no_run
+/// use std::ops::ControlFlow;
+/// use flexure::study::EstimatorStudy;
+/// let table = EstimatorStudy::quick().run(&mut |_, _| ControlFlow::Continue(()))?;
+/// println!("{table}");
+/// # Ok::<(), flexure::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EstimatorStudy {
+    /// What is measured.
+    pub settings: Vec<EstimatorSetting>,
+    /// The numbers of points, increasing.
+    pub lengths: Vec<usize>,
+    /// Monte Carlo runs for each setting and number of points.
+    pub runs: usize,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+impl EstimatorStudy {
+    /// All estimators but the network: under half a minute on two cores.
+    pub fn quick() -> Self {
+        EstimatorStudy {
+            settings: estimator_settings(),
+            lengths: vec![256, 2048, 16_384],
+            runs: 150,
+            seed: 1,
+        }
+    }
+
+    /// The same with more runs, up to 131,072 points: some minutes on two cores.
+    pub fn full() -> Self {
+        EstimatorStudy {
+            lengths: vec![256, 2048, 16_384, 131_072],
+            runs: 400,
+            ..EstimatorStudy::quick()
+        }
+    }
+
+    /// The network, which takes its time to train: under half a minute.
+    pub fn quick_network() -> Self {
+        EstimatorStudy {
+            settings: network_settings(),
+            lengths: vec![256, 2048],
+            runs: 30,
+            seed: 1,
+        }
+    }
+
+    /// The same up to 16,384 points.
+    pub fn full_network() -> Self {
+        EstimatorStudy {
+            lengths: vec![256, 2048, 16_384],
+            runs: 40,
+            ..EstimatorStudy::quick_network()
+        }
+    }
+
+    /// Runs the whole study. `progress` is called now and then with the points drawn so far and in all, and
+    /// stops the study by returning [`ControlFlow::Break`].
+    ///
+    /// The result depends on the study alone, not on the number of threads.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a study outside the valid ranges, [`Error::Stopped`] if `progress` stopped it,
+    /// and those of the estimators, but for a parameter beyond the data, which counts as a missing run.
+    pub fn run(
+        &self,
+        progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
+    ) -> Result<RateTable<EstimatorSetting>> {
+        check_plan(self.settings.len(), &self.lengths, self.runs)?;
+        self.settings.iter().try_for_each(EstimatorSetting::check)?;
+        let each: usize = self.lengths.iter().map(|n| n.saturating_mul(self.runs)).sum();
+        let total = each.saturating_mul(self.settings.len());
+        let mut spent = 0;
+        let mut results = Vec::with_capacity(self.settings.len());
+        for (s, setting) in self.settings.iter().enumerate() {
+            let mut points = Vec::with_capacity(self.lengths.len());
+            for &n in &self.lengths {
+                let mut errors = Vec::with_capacity(self.runs);
+                let batch = batch(n, self.runs);
+                for first in (0..self.runs).step_by(batch) {
+                    if progress(spent, total).is_break() {
+                        return Err(Error::Stopped { done: spent, total });
+                    }
+                    let runs = first..self.runs.min(first + batch);
+                    spent += n * runs.len();
+                    let squared: Result<Vec<Option<f64>>> = runs
+                        .into_par_iter()
+                        .map(|run| squared_error(setting, n, seed_of(self.seed, s, n, run)))
+                        .collect();
+                    errors.extend(squared?);
+                }
+                points.push(RatePoint::new(n, &errors));
+            }
+            results.push(RateResult::new(setting.clone(), points, self.settings.len()));
+        }
+        // The last call is only news; there is nothing left to stop.
+        let _ = progress(total, total);
+        Ok(RateTable { results })
+    }
+}
+
+#[cfg(test)]
+#[path = "tests.rs"]
+mod tests;

@@ -1,0 +1,129 @@
+//! One Monte Carlo run: a sample, an estimate from it, and the estimate's error.
+
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use super::super::sample::draw;
+use super::setting::{ErrorNorm, EstimatorSetting, Method};
+use crate::error::{Error, Result};
+use crate::nonlinearity::{
+    Bandwidth, Basis, Choice, Decay, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, NearestNeighbours,
+    NetworkRegression, Outside, PolynomialRegression, RecursiveForm, RecursiveKernel, Regression, SeriesRegression,
+    SplineRegression,
+};
+
+/// Fresh inputs over which an L2 error is averaged.
+const FRESH: usize = 2000;
+/// Knots of the spline: closer than its bandwidth.
+const KNOTS: usize = 1000;
+/// Beyond the outermost data the estimate at the nearest of them.
+const OUTSIDE: Outside = Outside::Nearest;
+
+/// The mean squared error over the norm's points; `None` where the estimator has no estimate for these data.
+pub(super) fn squared_error(setting: &EstimatorSetting, n: usize, seed: u64) -> Result<Option<f64>> {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let mut columns = |n| -> Vec<Vec<f64>> {
+        let draw = |_| draw(setting.input, n, &mut rng);
+        (0..setting.columns).map(draw).collect()
+    };
+    let x = columns(n);
+    let queries = match setting.norm {
+        ErrorNorm::At(q) => vec![vec![q]; setting.columns],
+        ErrorNorm::OverInputs => columns(FRESH),
+    };
+    let m = |columns: &[Vec<f64>]| -> Vec<f64> {
+        let point = |i: usize| columns.iter().map(|c| c[i]).collect::<Vec<_>>();
+        (0..columns[0].len())
+            .map(|i| setting.regressand.value(&point(i)))
+            .collect()
+    };
+    let mut y = m(&x);
+    for y in &mut y {
+        let e: f64 = StandardNormal.sample(&mut rng);
+        *y += setting.noise * e;
+    }
+    let estimates = match estimate(setting, &x, &y, &queries) {
+        Ok(estimates) => estimates,
+        Err(Error::BeyondData { .. }) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let errors = estimates.iter().zip(m(&queries)).map(|(g, m)| (g - m).powi(2));
+    let mean = errors.sum::<f64>() / estimates.len() as f64;
+    Ok(mean.is_finite().then_some(mean))
+}
+
+/// The estimates at the queries, with the parameter by the schedule.
+fn estimate(setting: &EstimatorSetting, x: &[Vec<f64>], y: &[f64], queries: &[Vec<f64>]) -> Result<Vec<f64>> {
+    let x: Vec<&[f64]> = x.iter().map(Vec::as_slice).collect();
+    let queries: Vec<&[f64]> = queries.iter().map(Vec::as_slice).collect();
+    let parameter = setting.schedule.at(y.len());
+    let whole = parameter.round().max(1.0) as usize;
+    let odd = 2 * (0.5 * (parameter - 1.0)).round().max(0.0) as usize + 1;
+    let kernel = |degree| {
+        let method = KernelEstimator {
+            kernel: Kernel::default(),
+            degree,
+            bandwidth: Bandwidth::Fixed(vec![parameter]),
+            outside: OUTSIDE,
+        };
+        method.fit_boxed(&x, y, None)
+    };
+    let series = |basis| {
+        let terms = Choice::Fixed(odd);
+        let outside = OUTSIDE;
+        SeriesRegression { basis, terms, outside }.fit_boxed(&x, y, None)
+    };
+    let recursive = |form| {
+        let method = RecursiveKernel {
+            kernel: Kernel::default(),
+            form,
+            bandwidth: setting.schedule.constant,
+            exponent: -setting.schedule.exponent,
+        };
+        let mut sums = method.start(queries[0])?;
+        x[0].iter().zip(y).try_for_each(|(x, y)| sums.push(*x, *y))?;
+        Ok(sums.finish())
+    };
+    let outside = OUTSIDE;
+    let fit: Box<dyn Regression> = match setting.method {
+        Method::KernelConstant => kernel(Degree::Constant)?,
+        Method::KernelLinear => kernel(Degree::Linear)?,
+        Method::WolvertonWagner => return recursive(RecursiveForm::WolvertonWagner),
+        Method::DevroyeWagner => return recursive(RecursiveForm::DevroyeWagner),
+        Method::Neighbours => {
+            let neighbours = Choice::Fixed(whole);
+            NearestNeighbours { neighbours, outside }.fit_boxed(&x, y, None)?
+        }
+        Method::Fourier => series(Basis::Fourier)?,
+        Method::Cosine => series(Basis::Cosine)?,
+        Method::Legendre => series(Basis::Legendre)?,
+        Method::Hermite => series(Basis::Hermite)?,
+        Method::Haar => {
+            let levels = Choice::Fixed(parameter.log2().round().max(0.0) as usize);
+            HaarRegression { levels, outside }.fit_boxed(&x, y, None)?
+        }
+        Method::Polynomial => {
+            let degree = Choice::Fixed(odd - 1);
+            PolynomialRegression { degree, outside }.fit_boxed(&x, y, None)?
+        }
+        Method::Spline => {
+            let method = SplineRegression {
+                penalty: Choice::Fixed(0.5 * y.len() as f64 * parameter.powi(4)),
+                knots: KNOTS,
+                outside,
+            };
+            method.fit_boxed(&x, y, None)?
+        }
+        Method::Network => {
+            let method = NetworkRegression {
+                units: Choice::Fixed(whole),
+                decay: Decay::Evidence,
+                outside,
+                ..Default::default()
+            };
+            method.fit_boxed(&x, y, None)?
+        }
+    };
+    fit.predict(&queries)
+}
