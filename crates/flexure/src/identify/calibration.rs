@@ -65,13 +65,32 @@ impl Calibration {
         output_mean: f64,
         warnings: &mut Vec<Warning>,
     ) -> Result<Calibrated> {
+        let estimate = |x: f64| {
+            let m = regression.fit.predict(&[&[x]]);
+            m.ok().and_then(|m| m.first().copied()).unwrap_or(f64::NAN)
+        };
+        self.apply_to(estimate, regression.mean, linear, gain_error, output_mean, warnings)
+    }
+
+    /// The same for any estimate of the nonlinearity, NaN where it has none, and its mean over the samples.
+    pub(super) fn apply_to(
+        &self,
+        estimate: impl Fn(f64) -> f64,
+        mean: f64,
+        linear: &TransferFunction,
+        gain_error: f64,
+        output_mean: f64,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<Calibrated> {
         let static_gain = linear.static_gain();
         let impulse = linear.impulse_response(linear.settling(1e-3));
         let total: f64 = impulse.iter().map(|k| k.abs()).sum();
         let has_gain = static_gain.is_finite() && static_gain.abs() > (SMALLEST_GAIN * total).max(CLEAR * gain_error);
         let first = linear.b()[0];
         let gain = match self {
-            Calibration::TwoPoints { x, phi } => return two_points(regression, static_gain, output_mean, x, phi),
+            Calibration::TwoPoints { x, phi } => {
+                return two_points(x.map(estimate), mean, static_gain, output_mean, x, phi);
+            }
             Calibration::UnitStaticGain if has_gain => static_gain,
             _ if first != 0.0 => first,
             _ => 1.0,
@@ -95,13 +114,13 @@ impl Calibration {
 
 /// phi_n(x) = (m_n(x) - alpha_n) / d1_n with phi known at two points.
 fn two_points(
-    regression: &Regression,
+    m: [f64; 2],
+    mean_of_m: f64,
     static_gain: f64,
     output_mean: f64,
     x: &[f64; 2],
     phi: &[f64; 2],
 ) -> Result<Calibrated> {
-    let m = regression.fit.predict(&[x])?;
     if let Some(i) = (0..2).find(|&i| m[i].is_nan()) {
         return Err(Error::InvalidParameter {
             name: format!("x{} of the calibration", i + 1),
@@ -118,7 +137,7 @@ fn two_points(
         });
     }
     let alpha = m[0] - phi[0] * d;
-    let mean = (regression.mean - alpha) / d;
+    let mean = (mean_of_m - alpha) / d;
     Ok(Calibrated {
         gain: 1.0 / d,
         mean,

@@ -1,4 +1,7 @@
 //! From a record to a model, with a verdict.
+//!
+//! [`PlainHammerstein`] is the paper's algorithm as it stands; [`RefinedHammerstein`] starts from it and comes near the
+//! accuracy of an estimator that knows the linear part.
 
 mod calibration;
 mod checks;
@@ -6,7 +9,12 @@ mod dependence;
 pub mod hammerstein;
 mod impulse;
 mod outcome;
+mod refined;
 
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
+pub use refined::{
+    Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
+    RefinedIdentification,
+};

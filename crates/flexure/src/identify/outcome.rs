@@ -109,6 +109,20 @@ pub enum Warning {
         /// The fit on fresh data.
         fit_percent: f64,
     },
+    /// The input's samples depend on one another, which the refined estimate allows.
+    #[error(
+        "the input is not white (its largest autocorrelation is {largest:.2} at lag {lag}): the refined estimate does not \
+         need it to be, but the blocks are told apart less well"
+    )]
+    ColouredInput {
+        /// The largest autocorrelation in absolute value.
+        largest: f64,
+        /// Its lag.
+        lag: usize,
+    },
+    /// The refinement found nothing better than the plain estimate.
+    #[error("the refinement did not lower the error of the plain estimate, which is returned without standard errors")]
+    NotRefined,
     /// The score of an estimator without a bandwidth is best at the end of its range.
     #[error(
         "the cross-validation score is smallest at the edge of the values tried ({parameter} {value}): the nonlinearity is rougher than these resolve"

@@ -36,7 +36,7 @@ mod neighbours;
 mod network;
 mod polynomial;
 mod series;
-mod spline;
+pub(crate) mod spline;
 mod tabulate;
 
 pub use by_name::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning};

@@ -6,6 +6,7 @@ mod errors;
 mod invariance;
 mod oracle;
 mod recovery;
+mod refined;
 mod robustness;
 mod verdict;
 

@@ -1,6 +1,6 @@
 //! No record that passes the input checks makes the identification panic, or return what cannot be used.
 
-use flexure::identify::{Calibration, RegressionLag};
+use flexure::identify::{Calibration, Form, RefinedHammerstein, RegressionLag};
 use proptest::prelude::*;
 
 use super::*;
@@ -117,5 +117,68 @@ proptest! {
         prop_assert!(result.verdict.measures.fit_percent.is_finite());
         prop_assert!(result.verdict.words().starts_with("On fresh data") || result.verdict.words().starts_with("The model"));
         prop_assert!(result.warnings.iter().all(|w| !w.to_string().contains("NaN")));
+    }
+
+    #[test]
+    fn refinement_returns_a_stable_finite_model_or_says_why_not(case in case()) {
+        let record = simulate(&case);
+        let method = RefinedHammerstein {
+            calibration: case.method.calibration,
+            order: case.method.order,
+            delay: case.method.delay,
+            fresh_share: case.method.fresh_share,
+            ..Default::default()
+        };
+        let result = match method.identify(&record, "u", "y") {
+            Ok(result) => result,
+            Err(error) => {
+                prop_assert!(error.to_string().len() > 20);
+                return Ok(());
+            }
+        };
+        prop_assert!(result.linear.is_stable(), "{:?}", result.linear);
+        let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
+        prop_assert!(finite(result.linear.b()) && finite(result.linear.a()));
+        prop_assert!(finite(&result.linear_errors.b) && finite(&result.linear_errors.a));
+        prop_assert!(finite(result.nonlinearity.y()) && finite(&result.band) && result.output_offset.is_finite());
+        prop_assert!(result.band.len() == result.nonlinearity.y().len());
+        prop_assert!(finite(&result.predicted) && result.predicted.len() == case.n);
+        prop_assert!(finite(&result.noise_model) && result.noise.is_finite());
+        prop_assert!(result.breakpoints.windows(2).all(|w| w[0].at <= w[1].at));
+        prop_assert!(result.verdict.measures.fit_percent.is_finite());
+        prop_assert!(result.warnings.iter().all(|w| !w.to_string().contains("NaN")));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+    #[test]
+    fn holes_and_several_experiments_do_no_harm(case in case(), cuts in 1..5usize, holes in 0.0..0.9f64) {
+        let whole = simulate(&case);
+        let draws = uniform(case.seed ^ 7, case.n, 1.0);
+        let y = whole.column("y").unwrap();
+        let y = y.iter().zip(draws).map(|(y, d)| if d.abs() < holes { f64::NAN } else { *y }).collect();
+        let whole = record(whole.column("u").unwrap().to_vec(), y);
+        let parts: Vec<Record> = (0..cuts).map(|k| whole.slice(k * case.n / cuts..(k + 1) * case.n / cuts)).collect();
+        let method = RefinedHammerstein {
+            calibration: case.method.calibration,
+            missing: true,
+            fresh_share: case.method.fresh_share,
+            ..Default::default()
+        };
+        match method.identify_experiments(&parts.iter().collect::<Vec<_>>(), "u", "y") {
+            Ok(result) => {
+                prop_assert!(result.linear.is_stable(), "{:?}", result.linear);
+                let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
+                prop_assert!(finite(result.nonlinearity.y()) && finite(&result.band) && finite(&result.predicted));
+                for form in [Form::DeadZone, Form::Saturation, Form::Quantizer, Form::Polynomial(5), Form::Friction] {
+                    if let Ok(fit) = result.fit_form(form) {
+                        prop_assert!(fit.parameters.iter().all(|p| p.value.is_finite() && !p.error.is_nan()), "{fit:?}");
+                        prop_assert!(fit.statistic >= 0.0 && (0.0..=1.0).contains(&fit.p_value), "{fit:?}");
+                    }
+                }
+            }
+            Err(error) => prop_assert!(error.to_string().len() > 20),
+        }
     }
 }

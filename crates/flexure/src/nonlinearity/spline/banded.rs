@@ -1,11 +1,11 @@
 //! Symmetric positive definite matrices with three diagonals on either side of the main one.
 
 /// The number of entries kept of each row: the main diagonal and three to its right.
-pub(super) const WIDTH: usize = 4;
+pub(crate) const WIDTH: usize = 4;
 
 /// A symmetric matrix: `rows[i][k]` is the entry (i, i + k).
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Banded {
+pub(crate) struct Banded {
     pub rows: Vec<[f64; WIDTH]>,
 }
 
@@ -67,7 +67,7 @@ impl Banded {
 const SINGULAR: f64 = 1e-14;
 
 /// `rows[i]` holds D's entry, then the three of U to the right of the diagonal.
-pub(super) struct Factor {
+pub(crate) struct Factor {
     rows: Vec<[f64; WIDTH]>,
 }
 

@@ -4,7 +4,7 @@ use super::banded::Banded;
 
 /// The cubic splines with these breakpoints on [0, 1], the first 0, the last 1, at least two.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct CubicSplines {
+pub(crate) struct CubicSplines {
     /// The breakpoints with the ends four times.
     knots: Vec<f64>,
 }

@@ -6,8 +6,8 @@
 //! leverages need of their inverse (Hutchinson and de Hoog 1985): a fit with its exact leave-one-out score takes
 //! O(n).
 
-mod banded;
-mod basis;
+pub(crate) mod banded;
+pub(crate) mod basis;
 
 use rayon::prelude::*;
 

@@ -1,0 +1,135 @@
+//! One or several experiments as one sequence of samples, with what is missing and where each begins.
+
+use std::ops::Range;
+
+use super::super::checks::must_vary;
+use super::super::hammerstein::FEWEST;
+use crate::error::{Error, Result};
+use crate::record::Record;
+
+/// All samples.
+pub(super) struct Gathered {
+    pub u: Vec<f64>,
+    /// The output, drawn straight across what is missing.
+    pub y: Vec<f64>,
+    pub missing: Vec<bool>,
+    /// The experiments.
+    pub parts: Vec<Range<usize>>,
+    /// Samples before this are fitted.
+    pub fitted: usize,
+}
+
+impl Gathered {
+    /// Checks and joins the experiments' columns.
+    pub fn new(records: &[&Record], input: &str, output: &str, may_miss: bool, fresh_share: f64) -> Result<Gathered> {
+        let (mut u, mut y, mut missing, mut parts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for record in records {
+            let start = u.len();
+            u.extend_from_slice(record.finite(input)?);
+            let column = if may_miss {
+                record.column(output)?
+            } else {
+                record.finite(output)?
+            };
+            if let Some(sample) = column.iter().position(|v| v.is_infinite()) {
+                return Err(Error::NonFinite {
+                    column: output.to_owned(),
+                    sample,
+                    value: column[sample],
+                });
+            }
+            missing.extend(column.iter().map(|v| v.is_nan()));
+            y.extend(bridged(column));
+            parts.push(start..u.len());
+        }
+        let n = u.len();
+        let fitted = n - (fresh_share * n as f64).round() as usize;
+        let gathered = Gathered {
+            u,
+            y,
+            missing,
+            parts,
+            fitted,
+        };
+        gathered.check(input, output)?;
+        Ok(gathered)
+    }
+
+    fn check(&self, input: &str, output: &str) -> Result<()> {
+        let observed = |part: Range<usize>| self.missing[part].iter().filter(|m| !**m).count();
+        if observed(0..self.fitted) < FEWEST {
+            return Err(Error::TooShort {
+                what: "a Hammerstein fit (besides the fresh part and missing samples)",
+                need: FEWEST,
+                got: observed(0..self.fitted),
+            });
+        }
+        if observed(self.fitted..self.y.len()) == 0 {
+            return Err(Error::TooShort {
+                what: "the fresh part (besides missing samples)",
+                need: 1,
+                got: 0,
+            });
+        }
+        for (name, samples) in [(input, &self.u), (output, &self.y)] {
+            must_vary(name, samples, 0..self.fitted, "used for the fit")?;
+            must_vary(name, samples, self.fitted..samples.len(), "kept for the verdict")?;
+        }
+        Ok(())
+    }
+
+    /// The experiments' samples that are fitted.
+    pub fn fitted_parts(&self) -> Vec<Range<usize>> {
+        let cut = |p: &Range<usize>| p.start.min(self.fitted)..p.end.min(self.fitted);
+        self.parts.iter().map(cut).filter(|p| !p.is_empty()).collect()
+    }
+
+    /// The longest experiment.
+    pub fn longest(&self) -> Range<usize> {
+        self.parts.iter().max_by_key(|p| p.len()).cloned().unwrap_or(0..0)
+    }
+}
+
+/// The samples with missing ones on the straight line between their neighbours; zeros if all are missing.
+fn bridged(samples: &[f64]) -> Vec<f64> {
+    let mut out = samples.to_vec();
+    let known: Vec<usize> = (0..out.len()).filter(|&i| !out[i].is_nan()).collect();
+    let (Some(&first), Some(&last)) = (known.first(), known.last()) else {
+        return vec![0.0; out.len()];
+    };
+    out[..first].fill(samples[first]);
+    out[last..].fill(samples[last]);
+    for pair in known.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        for i in a + 1..b {
+            let share = (i - a) as f64 / (b - a) as f64;
+            out[i] = samples[a] + share * (samples[b] - samples[a]);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_bridged() {
+        let nan = f64::NAN;
+        assert_eq!(bridged(&[nan, 1.0, nan, nan, 4.0, nan]), [1.0, 1.0, 2.0, 3.0, 4.0, 4.0]);
+        assert_eq!(bridged(&[nan, nan]), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn the_split_cuts_the_last_experiment() {
+        let wave = |n: usize, offset: usize| -> Vec<f64> { (0..n).map(|i| ((i + offset) as f64).sin()).collect() };
+        let record = |n, offset| Record::from_equal([("u", wave(n, offset)), ("y", wave(n, offset + 1))]);
+        let (a, b) = (record(300, 0), record(100, 7));
+        let all = Gathered::new(&[&a, &b], "u", "y", false, 0.1).unwrap();
+        assert_eq!((all.parts.clone(), all.fitted), (vec![0..300, 300..400], 360));
+        assert_eq!(all.fitted_parts(), [0..300, 300..360]);
+        assert_eq!(all.longest(), 0..300);
+        let most = Gathered::new(&[&a, &b], "u", "y", false, 0.5).unwrap();
+        assert_eq!((most.fitted_parts().len(), most.fitted_parts()[0].end), (1, 200));
+    }
+}

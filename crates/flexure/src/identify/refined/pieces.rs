@@ -1,0 +1,189 @@
+//! Piecewise polynomials of degree 3 whose breakpoints may be jumps, kinks or jumps of the third derivative.
+
+/// A function of the dictionary, in the unit coordinate s in [-1, 1].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Term {
+    /// s^k.
+    Power(u8),
+    /// (s - at)^degree where s >= at, else 0; degree 0, 1 or 3.
+    From {
+        /// The breakpoint.
+        at: f64,
+        /// The degree of the piece that begins there.
+        degree: u8,
+    },
+}
+
+impl Term {
+    /// The function's value at s.
+    pub fn value(self, s: f64) -> f64 {
+        match self {
+            Term::Power(k) => s.powi(i32::from(k)),
+            Term::From { at, degree } if s >= at => (s - at).powi(i32::from(degree)),
+            Term::From { .. } => 0.0,
+        }
+    }
+
+    /// The coefficients of powers of s - `left` for s just right of `left`.
+    fn expanded(self, left: f64) -> [f64; 4] {
+        let (distance, degree) = match self {
+            Term::Power(k) => (left, k),
+            Term::From { at, degree } if left >= at => (left - at, degree),
+            Term::From { .. } => return [0.0; 4],
+        };
+        let power = |k: i32| distance.powi(k);
+        match degree {
+            0 => [1.0, 0.0, 0.0, 0.0],
+            1 => [power(1), 1.0, 0.0, 0.0],
+            2 => [power(2), 2.0 * power(1), 1.0, 0.0],
+            _ => [power(3), 3.0 * power(2), 3.0 * power(1), 1.0],
+        }
+    }
+}
+
+/// Linear maps from the input to the unit coordinate and back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Unit {
+    pub centre: f64,
+    pub half: f64,
+}
+
+impl Unit {
+    /// [low, high] becomes [-1, 1].
+    pub fn new(low: f64, high: f64) -> Self {
+        Unit {
+            centre: 0.5 * low + 0.5 * high,
+            half: 0.5 * high - 0.5 * low,
+        }
+    }
+
+    /// The unit coordinate, held at the ends outside of the range.
+    pub fn of(&self, x: f64) -> f64 {
+        ((x - self.centre) / self.half).clamp(-1.0, 1.0)
+    }
+
+    pub fn back(&self, s: f64) -> f64 {
+        self.centre + self.half * s
+    }
+}
+
+/// Linear combinations of terms, as a table of cubics between the breakpoints.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Pieces {
+    pub unit: Unit,
+    /// The left end of every piece, the first -1.
+    left: Vec<f64>,
+    /// For every piece the coefficients of 1, d, d^2, d^3 (d from the left end), `size` of each.
+    table: Vec<f64>,
+    size: usize,
+}
+
+impl Pieces {
+    /// The functions $q_i = \sum_j \mathrm{mix}_{ij} \mathrm{term}_j$, `mix` row-major with a row a function.
+    pub fn new(unit: Unit, terms: &[Term], mix: &[f64]) -> Pieces {
+        let mut left = vec![-1.0];
+        left.extend(terms.iter().filter_map(|t| match t {
+            Term::From { at, .. } => Some(*at),
+            Term::Power(_) => None,
+        }));
+        left.sort_unstable_by(f64::total_cmp);
+        left.dedup();
+        let size = mix.len() / terms.len();
+        let mut table = vec![0.0; left.len() * 4 * size];
+        for (piece, l) in left.iter().enumerate() {
+            let at = &mut table[piece * 4 * size..][..4 * size];
+            for (j, term) in terms.iter().enumerate() {
+                let expanded = term.expanded(*l);
+                for i in 0..size {
+                    for p in 0..4 {
+                        at[p * size + i] += mix[i * terms.len() + j] * expanded[p];
+                    }
+                }
+            }
+        }
+        Pieces {
+            unit,
+            left,
+            table,
+            size,
+        }
+    }
+
+    /// The number of functions.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// All functions at x.
+    pub fn values(&self, x: f64, out: &mut [f64]) {
+        let s = self.unit.of(x);
+        let piece = self.left[1..].partition_point(|l| *l <= s);
+        let d = s - self.left[piece];
+        let n = self.size;
+        let at = &self.table[piece * 4 * n..][..4 * n];
+        let (low, high) = at.split_at(2 * n);
+        let (c0, c1) = low.split_at(n);
+        let (c2, c3) = high.split_at(n);
+        for ((((o, a), b), c), e) in out.iter_mut().zip(c0).zip(c1).zip(c2).zip(c3) {
+            *o = a + d * (b + d * (c + d * e));
+        }
+    }
+
+    /// The one function with these coefficients.
+    pub fn combined(&self, c: &[f64]) -> Pieces {
+        let table = self
+            .table
+            .chunks_exact(self.size)
+            .map(|row| row.iter().zip(c).map(|(t, c)| t * c).sum());
+        Pieces {
+            unit: self.unit,
+            left: self.left.clone(),
+            table: table.collect(),
+            size: 1,
+        }
+    }
+
+    /// The first function at x.
+    pub fn value(&self, x: f64) -> f64 {
+        let s = self.unit.of(x);
+        let piece = self.left[1..].partition_point(|l| *l <= s);
+        let d = s - self.left[piece];
+        let at = &self.table[piece * 4 * self.size..];
+        let n = self.size;
+        at[0] + d * (at[n] + d * (at[2 * n] + d * at[3 * n]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_the_sum_of_the_terms() {
+        let unit = Unit::new(3.0, 7.0);
+        let terms = [
+            Term::Power(0),
+            Term::Power(1),
+            Term::Power(2),
+            Term::Power(3),
+            Term::From { at: 0.3, degree: 0 },
+            Term::From { at: -0.6, degree: 1 },
+            Term::From { at: 0.3, degree: 3 },
+        ];
+        let mix: Vec<f64> = (0..14).map(|i| ((7 * i) as f64).sin()).collect();
+        let pieces = Pieces::new(unit, &terms, &mix);
+        let both = pieces.combined(&[2.0, -1.0]);
+        for x in [3.0, 3.7, 3.81, 5.0, 5.59, 5.61, 7.0, 9.0] {
+            let mut got = [0.0; 2];
+            pieces.values(x, &mut got);
+            // Held at the end outside.
+            let s = unit.of(x.min(7.0));
+            for i in 0..2 {
+                let want: f64 = terms.iter().zip(&mix[7 * i..]).map(|(t, m)| m * t.value(s)).sum();
+                assert!((got[i] - want).abs() < 1e-14, "{x} {i}");
+            }
+            assert!((both.value(x) - (2.0 * got[0] - got[1])).abs() < 1e-14);
+            assert!((pieces.value(x) - got[0]).abs() < 1e-15);
+        }
+    }
+}

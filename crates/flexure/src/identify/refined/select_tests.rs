@@ -1,0 +1,98 @@
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+
+use super::*;
+
+pub(in super::super) fn sample(n: usize, noise: f64, seed: u64, phi: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<f64>) {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+    let u: Vec<f64> = (0..n).map(|_| rng.random_range(-3.0..5.0)).collect();
+    let z = u
+        .iter()
+        .map(|u| {
+            let e: f64 = StandardNormal.sample(&mut rng);
+            phi(*u) + noise * e
+        })
+        .collect();
+    (u, z)
+}
+
+pub(in super::super) fn costs(variance: f64) -> Costs {
+    Costs {
+        of: [20.0 * variance; 3],
+        power: 20.0 * variance,
+        adapted: 10.0 * variance,
+        fixed: 2.5 * variance,
+        margin: 4.0 * variance,
+        fewest: 5.0,
+    }
+}
+
+/// The kinds and places of the breakpoints chosen.
+fn chosen(n: usize, noise: f64, seed: u64, phi: impl Fn(f64) -> f64) -> Vec<(f64, u8)> {
+    let (u, z) = sample(n, noise, seed, phi);
+    let cells = Cells::new(&u);
+    let selection = select(&cells, &u, &z, &[], &costs(noise * noise));
+    let mut found: Vec<(f64, u8)> = selection
+        .terms
+        .iter()
+        .filter_map(|t| match t {
+            Term::From { at, degree } => Some((cells.unit.back(*at), *degree)),
+            Term::Power(_) => None,
+        })
+        .collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found
+}
+
+#[test]
+fn kinks_jumps_and_nothing_at_all() {
+    for seed in 0..5 {
+        assert!(chosen(3000, 0.2, seed, |u| 0.3 * u - 1.0).is_empty());
+        let kink = chosen(3000, 0.2, seed, |u| (u - 1.3).max(0.0));
+        assert!(
+            kink.len() == 1 && kink[0].1 == 1 && (kink[0].0 - 1.3).abs() < 0.1,
+            "{kink:?}"
+        );
+        let jump = chosen(3000, 0.2, seed, |u| (u - 1.3).signum());
+        assert!(
+            jump.len() == 1 && jump[0].1 == 0 && (jump[0].0 - 1.3).abs() < 0.01,
+            "{jump:?}"
+        );
+    }
+}
+
+#[test]
+fn a_mirrored_problem_has_the_mirrored_answer() {
+    let phi = |u: f64| if u < 0.5 { 0.0 } else { 1.0 + 0.3 * (u - 2.0).max(0.0) };
+    let (u, z) = sample(2000, 0.1, 4, phi);
+    let mirrored: Vec<f64> = u.iter().map(|u| -u).collect();
+    let (a, b) = (Cells::new(&u), Cells::new(&mirrored));
+    let (p, q) = (
+        select(&a, &u, &z, &[], &costs(0.01)),
+        select(&b, &mirrored, &z, &[], &costs(0.01)),
+    );
+    let (f, g) = (p.basis.combined(&p.coefficients), q.basis.combined(&q.coefficients));
+    for i in 0..50 {
+        let x = -2.9 + 7.8 * f64::from(i) / 50.0;
+        assert!(
+            (f.value(x) - g.value(-x)).abs() < 0.03,
+            "{x}: {} {}",
+            f.value(x),
+            g.value(-x)
+        );
+    }
+}
+
+#[test]
+fn few_levels_are_cells_of_their_own() {
+    let u: Vec<f64> = (0..600).map(|i| f64::from(i % 5)).collect();
+    let z: Vec<f64> = u.iter().map(|u| u * u - 7.0).collect();
+    let cells = Cells::new(&u);
+    assert_eq!(cells.levels(10), Some(vec![0.0, 1.0, 2.0, 3.0, 4.0]));
+    let selection = select(&cells, &u, &z, &[], &costs(1e-6));
+    let phi = selection.basis.combined(&selection.coefficients);
+    for x in [0.0, 2.0, 4.0] {
+        assert!((phi.value(x) - (x * x - 7.0)).abs() < 1e-9);
+    }
+    assert!(Cells::new(&[1.0, 2.0]).levels(1).is_none());
+}
