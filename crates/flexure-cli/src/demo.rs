@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
-use flexure::identify::{Identification, PlainHammerstein};
+use flexure::identify::RefinedHammerstein;
 use flexure::manipulator::{Arm, Drive, Friction, SimulationOptions};
 use flexure_io::arm::{ArmFile, preset_text};
 use flexure_io::{RecordFile, check_writable, read_record, write_atomically, write_record};
 use flexure_report::data::ArmMotion;
 use serde_json::json;
 
+use crate::estimate::{Estimate, Method};
 use crate::identify::{identify, write_files};
 use crate::outcome::{Context, identification_json, summary};
 use crate::output::{command_line, print};
@@ -67,7 +68,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         input: "tau2",
         output: "dq2",
         sample_time: Some(arm.run.sample_time),
-        method: PlainHammerstein::default(),
+        method: Method::Refined {
+            method: RefinedHammerstein::default(),
+            form: None,
+        },
     };
     let result = identify(&record, &context)?;
     write_files(
@@ -89,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     print(&lines.join("\n"))
 }
 
-fn decoration(arm: &ArmFile, record: &RecordFile, result: &Identification, out: &Path) -> Result<Decoration> {
+fn decoration(arm: &ArmFile, record: &RecordFile, result: &Estimate, out: &Path) -> Result<Decoration> {
     let friction = arm.arm.joints[JOINT].friction.unwrap_or_default();
     let [a, b] = alignment(result, &friction);
     Ok(Decoration {
@@ -137,7 +141,7 @@ fn motion(arm: &ArmFile, record: &Record) -> Result<Option<ArmMotion>> {
 }
 
 /// The scale and offset, which the data cannot tell, that lay the truth best onto the estimate.
-fn alignment(result: &Identification, friction: &Friction) -> [f64; 2] {
+fn alignment(result: &Estimate, friction: &Friction) -> [f64; 2] {
     let (x, y) = (result.nonlinearity.x(), result.nonlinearity.y());
     let truth: Vec<f64> = x.iter().map(|&tau| steady_velocity(friction, tau)).collect();
     let n = x.len() as f64;

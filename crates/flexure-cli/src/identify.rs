@@ -5,18 +5,18 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::identify::{Calibration, Identification, PlainHammerstein, RegressionLag};
-use flexure::nonlinearity::{EstimatorName, Kernel};
+use flexure::identify::Calibration;
 use flexure_io::{RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::ArmMotion;
 
-use crate::arguments::{self, Auto, Usage};
+use crate::arguments::{self, Auto};
+use crate::estimate::Estimate;
+use crate::method::{self, MethodName, PlainOptions, RefinedOptions, Shared};
 use crate::outcome::{Context, identification_json, model_file, summary};
-use crate::output::{command_line, print};
+use crate::output::{command_line, print, print_note};
 use crate::page::{self, Decoration};
 use crate::progress::spinning;
 use crate::simulate::read_arm;
-use crate::tuning;
 
 /// Identify a block-oriented model from an input-output record.
 ///
@@ -39,34 +39,15 @@ pub struct Arguments {
     /// The structure of the model.
     #[arg(long, value_enum, default_value = "hammerstein")]
     structure: Structure,
-    /// The method: plain is the paper's, kernel regression and correlation.
-    #[arg(long, value_enum, default_value = "plain")]
-    method: Method,
+    /// The method: refined unless an option of plain alone is given.
+    #[arg(long, value_enum)]
+    method: Option<MethodName>,
     /// Order of the linear part.
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_order)]
     order: Auto<usize>,
     /// Delay in samples.
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_count)]
     delay: Auto<usize>,
-    /// Lag of the regression of output on input: 'strongest' dependence, 'delay' (the paper's), or a number.
-    #[arg(long, value_name = "strongest|delay|N", default_value = "strongest", allow_hyphen_values = true, value_parser = regression_lag)]
-    lag: RegressionLag,
-    /// Estimator of the nonlinearity: kernel (the paper's), local-linear, local-bandwidth, knn, fourier, cosine, legendre,
-    /// hermite, haar, polynomial, spline, network or recursive.
-    #[arg(long, value_name = "NAME", default_value = "kernel", value_parser = arguments::estimator)]
-    nonlinearity: EstimatorName,
-    /// Bandwidth of an estimator with a kernel, in the input's unit.
-    #[arg(long, value_name = "auto|H", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_positive)]
-    bandwidth: Auto<f64>,
-    /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units.
-    #[arg(long, value_name = "auto|P", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_number)]
-    parameter: Auto<f64>,
-    /// Kernel, epanechnikov unless given: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
-    #[arg(long, value_name = "NAME", value_parser = arguments::kernel)]
-    kernel: Option<Kernel>,
-    /// Treat the input as white, as the paper does, even where it is not.
-    #[arg(long)]
-    ignore_colour: bool,
     /// Convention for the scale between the blocks.
     #[arg(long, value_enum, default_value = "static-gain", conflicts_with = "known")]
     unit: Unit,
@@ -91,18 +72,16 @@ pub struct Arguments {
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    refined: RefinedOptions,
+    #[command(flatten)]
+    plain: PlainOptions,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Structure {
     /// A static nonlinearity, then linear dynamics.
     Hammerstein,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Method {
-    /// Kernel regression and correlation, as in the paper.
-    Plain,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -113,27 +92,9 @@ enum Unit {
     FirstCoefficient,
 }
 
-fn regression_lag(text: &str) -> Result<RegressionLag, String> {
-    match text {
-        "strongest" => Ok(RegressionLag::Strongest),
-        "delay" => Ok(RegressionLag::Delay),
-        _ => text
-            .parse()
-            .map(RegressionLag::At)
-            .map_err(|_| "expected 'strongest', 'delay' or a whole number from 0".to_owned()),
-    }
-}
-
 impl Arguments {
-    fn method(&self) -> Result<PlainHammerstein, Usage> {
-        let (option, name) = ("--nonlinearity", self.nonlinearity);
-        tuning::check_kernel(option, name, self.kernel)?;
-        let bandwidth = match self.bandwidth {
-            Auto::Auto => Auto::Auto,
-            Auto::Given(h) => Auto::Given(vec![h]),
-        };
-        let parameter = tuning::given(option, name, bandwidth, self.parameter)?;
-        let Method::Plain = self.method;
+    /// What was given that both methods have.
+    fn shared(&self) -> Shared {
         let Structure::Hammerstein = self.structure;
         let calibration = match (self.known.as_slice(), self.unit) {
             ([p, q], _) => Calibration::TwoPoints {
@@ -143,21 +104,14 @@ impl Arguments {
             (_, Unit::StaticGain) => Calibration::UnitStaticGain,
             (_, Unit::FirstCoefficient) => Calibration::UnitFirstCoefficient,
         };
-        Ok(PlainHammerstein {
-            estimator: name,
-            kernel: self.kernel.unwrap_or_default(),
-            parameter: parameter.map(|values| values[0]),
+        Shared {
             order: self.order.given(),
             delay: self.delay.given(),
-            regression_lag: self.lag,
             calibration,
-            ignore_colour: self.ignore_colour,
             fresh_share: self.fresh,
-        })
+        }
     }
-}
 
-impl Arguments {
     /// The arm in motion, for a record that has its angles.
     fn moving_arm(&self, file: &RecordFile, context: &Context) -> Result<Option<ArmMotion>> {
         let (lengths, known) = match &self.arm {
@@ -176,9 +130,17 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments::distinct_columns(&arguments.input, &arguments.output)?;
     arguments::distinct_points(&arguments.known)?;
-    let method = arguments.method()?;
+    let (method, note) = method::choose(
+        arguments.method,
+        arguments.shared(),
+        &arguments.refined,
+        &arguments.plain,
+    )?;
     for path in [&arguments.model, &arguments.report].into_iter().flatten() {
         check_writable(path)?;
+    }
+    if let Some(note) = note {
+        print_note(&note);
     }
     let file = spinning("reading", || read_record(&arguments.record))?;
     let context = Context {
@@ -219,9 +181,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Identifies, and says in which file and line an error lies.
-pub fn identify(file: &RecordFile, context: &Context) -> Result<Identification> {
+pub fn identify(file: &RecordFile, context: &Context) -> Result<Estimate> {
     file.finite(context.input)?;
-    file.finite(context.output)?;
+    if context.method.skips_missing() {
+        file.column(context.output)?;
+    } else {
+        file.finite(context.output)?;
+    }
     spinning("identifying", || {
         context.method.identify(&file.record, context.input, context.output)
     })
@@ -232,10 +198,10 @@ pub fn identify(file: &RecordFile, context: &Context) -> Result<Identification> 
 pub fn write_files(
     file: &RecordFile,
     context: &Context,
-    result: &Identification,
+    result: &Estimate,
     model: Option<&PathBuf>,
     report: Option<&PathBuf>,
-    page: impl FnOnce(&RecordFile, &Context, &Identification) -> Result<flexure_report::data::Page>,
+    page: impl FnOnce(&RecordFile, &Context, &Estimate) -> Result<flexure_report::data::Page>,
 ) -> Result<()> {
     let rendered = match report {
         Some(path) => {

@@ -3,8 +3,11 @@
 //! Exit codes: 0 done, 1 the data or the fit failed, 2 wrong usage.
 
 mod arguments;
+mod choices;
 mod demo;
+mod estimate;
 mod identify;
+mod method;
 mod outcome;
 mod output;
 mod page;

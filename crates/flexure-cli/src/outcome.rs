@@ -2,11 +2,13 @@
 
 use anyhow::{Result, bail};
 use flexure::Block;
-use flexure::identify::{Identification, PlainHammerstein, Psi, Verdict};
+use flexure::identify::{FormFit, Psi, Verdict};
 use flexure::nonlinearity::Curve;
 use flexure_io::{ModelFile, RecordFile};
 use serde_json::{Value, json};
 
+use crate::estimate::{self, Estimate, Method, Own, Plain, Refined};
+use crate::method::form_name;
 use crate::tuning;
 
 /// Share of the impulse response that is left when a system counts as settled.
@@ -20,14 +22,13 @@ pub struct Context<'a> {
     pub output: &'a str,
     /// s; `None` if unknown.
     pub sample_time: Option<f64>,
-    /// The method with the choices that were given; the others were made from data.
-    pub method: PlainHammerstein,
+    /// The method with the choices that were given.
+    pub method: Method,
 }
 
 /// The object that `identify --json` prints.
-pub fn identification_json(result: &Identification, context: &Context) -> Value {
+pub fn identification_json(result: &Estimate, context: &Context) -> Value {
     let curve = &result.nonlinearity;
-    let edge = |sign: f64| -> Vec<f64> { curve.y().iter().zip(&result.band).map(|(y, b)| y + sign * b).collect() };
     let linear = &result.linear;
     let complex = |list: Option<Vec<_>>| -> Vec<[f64; 2]> {
         list.unwrap_or_default()
@@ -35,20 +36,14 @@ pub fn identification_json(result: &Identification, context: &Context) -> Value 
             .map(|z: &flexure::linear::Complex<f64>| [z.re, z.im])
             .collect()
     };
-    json!({
+    let mut object = json!({
         "structure": "hammerstein",
-        "method": "plain",
+        "method": context.method.name(),
         "input": context.input,
         "output": context.output,
         "sample_time": context.sample_time,
         "order": result.order.order,
         "delay": result.delay,
-        "regression_lag": result.regression_lag,
-        "estimator": result.estimator.name(),
-        "parameter": result.estimator.parameter(),
-        "value": result.parameter,
-        "kernel": result.estimator.has_bandwidth().then(|| result.kernel.name()),
-        "bandwidth": result.estimator.has_bandwidth().then_some(result.parameter),
         "fit_percent": result.verdict.measures.fit_percent,
         "rms": result.verdict.measures.rms,
         "r_squared": result.verdict.measures.r_squared,
@@ -57,7 +52,7 @@ pub fn identification_json(result: &Identification, context: &Context) -> Value 
         "holds": result.verdict.holds(),
         "verdict": result.verdict.words(),
         "residual_tests": tests_json(&result.verdict),
-        "nonlinearity": { "x": curve.x(), "y": curve.y(), "lower": edge(-1.0), "upper": edge(1.0) },
+        "nonlinearity": { "x": curve.x(), "y": curve.y(), "lower": result.band_edge(-1.0), "upper": result.band_edge(1.0) },
         "linear": {
             "b": linear.b(),
             "a": linear.a(),
@@ -66,18 +61,76 @@ pub fn identification_json(result: &Identification, context: &Context) -> Value 
             "static_gain": linear.static_gain(),
         },
         "output_offset": result.output_offset,
-        "correlated_with": match result.psi { Psi::Input => "input", Psi::Nonlinearity => "estimated nonlinearity", Psi::DeconvolvedNonlinearity => "estimated nonlinearity, deconvolved" },
-        "scores": result.scores.as_ref().map(tuning::scores_json),
-        "bandwidth_scores": result.scores.as_ref().filter(|_| result.estimator.has_bandwidth()).map(|s| json!({
-            "bandwidth": s.parameter,
-            "error": s.score,
-        })),
         "order_scores": {
             "order": result.order.scores.iter().map(|s| s.order).collect::<Vec<_>>(),
             "bic": result.order.scores.iter().map(|s| s.bic).collect::<Vec<_>>(),
         },
         "hankel_singular_values": result.order.hankel_singular_values,
         "warnings": result.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    });
+    let own = match &result.own {
+        Own::Plain(own) => plain_json(own),
+        Own::Refined(own) => {
+            let errors = own.refined.then_some(&own.linear_errors);
+            object["linear"]["b_errors"] = json!(errors.map(|e| &e.b));
+            object["linear"]["a_errors"] = json!(errors.map(|e| &e.a));
+            refined_json(own)
+        }
+    };
+    if let (Value::Object(fields), Value::Object(own)) = (&mut object, own) {
+        fields.extend(own);
+    }
+    object
+}
+
+/// What only the plain method has.
+fn plain_json(own: &Plain) -> Value {
+    let banded = own.estimator.has_bandwidth();
+    json!({
+        "regression_lag": own.regression_lag,
+        "estimator": own.estimator.name(),
+        "parameter": own.estimator.parameter(),
+        "value": own.parameter,
+        "kernel": banded.then(|| own.kernel.name()),
+        "bandwidth": banded.then_some(own.parameter),
+        "correlated_with": match own.psi { Psi::Input => "input", Psi::Nonlinearity => "estimated nonlinearity", Psi::DeconvolvedNonlinearity => "estimated nonlinearity, deconvolved" },
+        "scores": own.scores.as_ref().map(tuning::scores_json),
+        "bandwidth_scores": own.scores.as_ref().filter(|_| banded).map(|s| json!({
+            "bandwidth": s.parameter,
+            "error": s.score,
+        })),
+    })
+}
+
+/// What only the refined method has.
+fn refined_json(own: &Refined) -> Value {
+    let points = &own.memory_removed;
+    json!({
+        "refined": own.refined,
+        "breakpoints": own.breakpoints.iter().map(|b| json!({ "at": b.at, "kind": estimate::kind_name(b.kind) })).collect::<Vec<_>>(),
+        "memory_removed": own.refined.then(|| json!({
+            "x": points.x,
+            "value": points.value,
+            "samples": points.samples,
+            "deviation": points.deviation,
+        })),
+        "noise": own.refined.then(|| json!({ "model": own.noise_model, "deviation": own.noise })),
+        "form": own.form.as_ref().map(form_json),
+    })
+}
+
+fn form_json(fit: &FormFit) -> Value {
+    let parameters: Vec<Value> = (fit.parameters.iter())
+        .map(|p| json!({ "name": p.name, "value": p.value, "error": estimate::standard_error(p.error) }))
+        .collect();
+    json!({
+        "name": form_name(fit.form),
+        "parameters": parameters,
+        "statistic": fit.statistic,
+        "degrees_of_freedom": fit.degrees,
+        "limit": fit.limit,
+        "p_value": fit.p_value,
+        "holds": fit.holds(),
     })
 }
 
@@ -100,7 +153,7 @@ pub fn tests_json(verdict: &Verdict) -> Value {
 }
 
 /// The file from which `predict` and `validate` work.
-pub fn model_file(result: &Identification, context: &Context) -> ModelFile {
+pub fn model_file(result: &Estimate, context: &Context) -> ModelFile {
     let mut details = identification_json(result, context);
     if let Value::Object(fields) = &mut details {
         // What the model itself says already.
@@ -113,15 +166,18 @@ pub fn model_file(result: &Identification, context: &Context) -> ModelFile {
             "order",
             "delay",
             "nonlinearity",
-            "linear",
+            "memory_removed",
         ] {
             fields.remove(field);
+        }
+        if let Some(Value::Object(linear)) = fields.get_mut("linear") {
+            linear.retain(|name, _| name.ends_with("_errors"));
         }
     }
     ModelFile {
         flexure: ModelFile::CURRENT.to_owned(),
         structure: "hammerstein".to_owned(),
-        method: "plain".to_owned(),
+        method: context.method.name().to_owned(),
         input: context.input.to_owned(),
         output: context.output.to_owned(),
         sample_time: context.sample_time,
@@ -134,18 +190,35 @@ pub fn model_file(result: &Identification, context: &Context) -> ModelFile {
 }
 
 /// A short account for a terminal.
-pub fn summary(result: &Identification, context: &Context) -> String {
-    let Identification {
+pub fn summary(result: &Estimate, context: &Context) -> String {
+    let Estimate {
         verdict,
         linear,
         nonlinearity,
         ..
     } = result;
     let x = nonlinearity.x();
+    let range = format!("[{}, {}]", number(x[0]), number(x[x.len() - 1]));
+    let (estimated, errors) = match &result.own {
+        Own::Plain(own) => {
+            let kernel = tuning::kernel_words(own.estimator, own.kernel, "", ", ");
+            let value = tuning::list(&[own.parameter]);
+            let estimator = own.estimator.title();
+            let parameter = own.estimator.parameter();
+            (format!("{estimator} on {range}, {kernel}{parameter} {value}"), None)
+        }
+        Own::Refined(own) if own.refined => (
+            format!("piecewise cubic on {range}, {}", own.breakpoint_words()),
+            Some(&own.linear_errors),
+        ),
+        Own::Refined(_) => (format!("the plain estimate on {range}"), None),
+    };
     let mut lines = vec![
         format!(
-            "Hammerstein model from '{}' to '{}', method plain",
-            context.input, context.output
+            "Hammerstein model from '{}' to '{}', method {}",
+            context.input,
+            context.output,
+            context.method.name()
         ),
         format!(
             "  fit on fresh data   {:.2} %  (RMS error {}, {} samples)",
@@ -153,32 +226,48 @@ pub fn summary(result: &Identification, context: &Context) -> String {
             number(verdict.measures.rms),
             verdict.measures.samples
         ),
-        format!(
-            "  nonlinearity        {} on [{}, {}], {}{} {}",
-            result.estimator.title(),
-            number(x[0]),
-            number(x[x.len() - 1]),
-            tuning::kernel_words(result.estimator, result.kernel, "", ", "),
-            result.estimator.parameter(),
-            tuning::list(&[result.parameter])
-        ),
+        format!("  nonlinearity        {estimated}"),
         format!(
             "  linear part         order {}, delay {}, static gain {}",
             result.order.order,
             result.delay,
             number(linear.static_gain())
         ),
-        format!("    b = {}", coefficients(linear.b())),
-        format!("    a = {}", coefficients(linear.a())),
-        format!("  {}", verdict.words()),
+        format!("    b = {}", coefficients(linear.b(), errors.map(|e| &*e.b))),
+        format!("    a = {}", coefficients(linear.a(), errors.map(|e| &*e.a))),
     ];
+    if let Own::Refined(own) = &result.own {
+        if own.refined {
+            let words = own.noise_words();
+            lines.push(format!(
+                "  noise               deviation {}, {words}",
+                number(own.noise)
+            ));
+        }
+        if let Some(fit) = &own.form {
+            lines.push(format!(
+                "  form                {}: {}",
+                form_name(fit.form),
+                estimate::form_parameters(fit)
+            ));
+            lines.push(format!("    {}", estimate::form_verdict(fit)));
+        }
+    }
+    lines.push(format!("  {}", verdict.words()));
     lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));
     lines.join("\n")
 }
 
-fn coefficients(c: &[f64]) -> String {
-    let list: Vec<String> = c.iter().map(|&v| number(v)).collect();
-    format!("[{}]", list.join(", "))
+/// Coefficients in brackets, each with its standard error where there is one.
+fn coefficients(c: &[f64], errors: Option<&[f64]>) -> String {
+    let list = c.iter().enumerate().map(|(i, &v)| {
+        let error = errors.and_then(|e| estimate::standard_error(*e.get(i)?));
+        match error {
+            Some(error) => format!("{} ± {}", number(v), number(error)),
+            None => number(v),
+        }
+    });
+    format!("[{}]", list.collect::<Vec<_>>().join(", "))
 }
 
 /// The free-run output of a model under a column of a record.

@@ -28,6 +28,11 @@ pub fn print_error(error: &anyhow::Error) {
     let _ = writeln!(io::stderr(), "error: {error:#}");
 }
 
+/// Prints what the user should know beside the result, where it does not mix with that.
+pub fn print_note(note: &str) {
+    let _ = writeln!(io::stderr(), "{note}");
+}
+
 /// `flexure` with `arguments`, as they can be typed into a shell; what is not Unicode is replaced.
 pub fn command_line(arguments: impl IntoIterator<Item = OsString>) -> String {
     let mut line = "flexure".to_owned();

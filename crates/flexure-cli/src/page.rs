@@ -1,24 +1,26 @@
 //! An identification as the page that shows it.
 
 use flexure::Record;
-use flexure::identify::{Identification, PlainHammerstein, Psi, RegressionLag};
 use flexure_io::RecordFile;
 use flexure_report::data::{
-    ArmMotion, Axis, Choice, Fact, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve, Signal, Test,
-    Verdict,
+    ArmMotion, Axis, Fact, LinearPart, Nonlinearity, Page, Prediction, Residuals, Signal, Test, Verdict,
 };
 
 use anyhow::Result;
 
-use crate::outcome::{Context, number};
+use crate::choices::{choices, given_or};
+use crate::estimate::{Estimate, Own};
+use crate::outcome::{Context, SETTLED, number};
 use crate::tuning;
 
 /// Frequencies of the Bode plot.
 const FREQUENCIES: usize = 400;
 /// Decades below the highest frequency that the Bode plot covers.
 const DECADES: f64 = 3.0;
-/// Values of the impulse response that are shown beyond those estimated.
+/// At least so many values of the impulse response are shown.
 const SHORTEST_IMPULSE: usize = 20;
+/// At most so many are shown of one that is not settled before, where none was estimated.
+const LONGEST_IMPULSE: usize = 300;
 
 /// What the caller knows beyond the record and the result.
 #[derive(Default)]
@@ -44,9 +46,10 @@ pub struct Truth {
 }
 
 /// Fills in the page.
-pub fn page(file: &RecordFile, context: &Context, result: &Identification, decoration: Decoration) -> Result<Page> {
+pub fn page(file: &RecordFile, context: &Context, result: &Estimate, decoration: Decoration) -> Result<Page> {
     let record = &file.record;
-    let (u, y) = (record.finite(context.input)?, record.finite(context.output)?);
+    // The output may have samples that are missing.
+    let (u, y) = (record.finite(context.input)?, record.column(context.output)?);
     let name = file
         .path
         .file_name()
@@ -129,7 +132,7 @@ fn time_axis(sample_time: Option<f64>, first: usize) -> Axis {
     }
 }
 
-fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
+fn facts(context: &Context, result: &Estimate) -> Vec<Fact> {
     let fact = |name: &str, value: String, note: &str| Fact {
         name: name.to_owned(),
         value,
@@ -144,7 +147,7 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
         1 => "1 sample".to_owned(),
         delay => format!("{delay} samples"),
     };
-    vec![
+    let mut facts = vec![
         fact(
             "Fit on fresh data",
             format!("{:.1} %", measures.fit_percent),
@@ -159,7 +162,7 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
             "Order",
             result.order.order.to_string(),
             given_or(
-                context.method.order.is_some(),
+                context.method.order().is_some(),
                 "order of the linear part, by Schwarz's criterion",
             ),
         ),
@@ -167,38 +170,54 @@ fn facts(context: &Context, result: &Identification) -> Vec<Fact> {
             "Delay",
             samples,
             given_or(
-                context.method.delay.is_some(),
+                context.method.delay().is_some(),
                 "the first lag at which the output depends on the input",
             ),
         ),
-        fact(
-            &tuning::capitalised(result.estimator.parameter()),
-            tuning::list(&[result.parameter]),
-            &match result.estimator.has_bandwidth() {
+    ];
+    match &result.own {
+        Own::Plain(own) => facts.push(fact(
+            &tuning::capitalised(own.estimator.parameter()),
+            tuning::list(&[own.parameter]),
+            &match own.estimator.has_bandwidth() {
                 true => "half width of the kernel's window, in the input's unit".to_owned(),
-                false => format!("of the {} that estimates the nonlinearity", result.estimator.title()),
+                false => format!("of the {} that estimates the nonlinearity", own.estimator.title()),
             },
-        ),
-        fact(
-            "Samples",
-            (result.fitted + measures.samples).to_string(),
-            &format!(
-                "{} for the fit, {} kept for the verdict",
-                result.fitted, measures.samples
+        )),
+        Own::Refined(own) if own.refined => facts.extend([
+            fact(
+                "Breakpoints",
+                own.breakpoints.len().to_string(),
+                &format!("of the nonlinearity: {}", own.breakpoint_words()),
             ),
+            fact(
+                "Noise",
+                format!("{}{unit}", number(own.noise)),
+                &format!("standard deviation of the output error, {}", own.noise_words()),
+            ),
+        ]),
+        Own::Refined(_) => {}
+    }
+    let left_out = match result.missing_fresh() {
+        0 => String::new(),
+        n => format!(" ({n} of those missing)"),
+    };
+    let all = result.predicted.len();
+    facts.push(fact(
+        "Samples",
+        all.to_string(),
+        &format!(
+            "{} for the fit, {} kept for the verdict{left_out}",
+            result.fitted,
+            all - result.fitted
         ),
-    ]
+    ));
+    facts
 }
 
-/// Why something is as it is, if it was not given.
-fn given_or(given: bool, why: &str) -> &str {
-    if given { "as given" } else { why }
-}
-
-fn nonlinearity(u: &[f64], context: &Context, result: &Identification, truth: Option<Truth>) -> Nonlinearity {
+fn nonlinearity(u: &[f64], context: &Context, result: &Estimate, truth: Option<Truth>) -> Nonlinearity {
     let curve = &result.nonlinearity;
     let x = curve.x().to_vec();
-    let edge = |sign: f64| -> Vec<f64> { curve.y().iter().zip(&result.band).map(|(y, b)| y + sign * b).collect() };
     let (truth, truth_label) = match truth {
         Some(truth) => (x.iter().map(|&x| (truth.phi)(x)).collect(), truth.label),
         None => (Vec::new(), String::new()),
@@ -207,9 +226,13 @@ fn nonlinearity(u: &[f64], context: &Context, result: &Identification, truth: Op
         x_label: labelled(context.input),
         y_label: "nonlinearity's output".to_owned(),
         y: curve.y().to_vec(),
-        lower: edge(-1.0),
-        upper: edge(1.0),
-        band_label: "95 % pointwise, variance only".to_owned(),
+        lower: result.band_edge(-1.0),
+        upper: result.band_edge(1.0),
+        band_label: match &result.own {
+            Own::Refined(own) if own.refined => "95 % pointwise, for these breakpoints",
+            _ => "95 % pointwise, variance only",
+        }
+        .to_owned(),
         density: density(&u[..result.fitted], &x),
         truth,
         truth_label,
@@ -231,7 +254,7 @@ fn density(u: &[f64], x: &[f64]) -> Vec<f64> {
     x.iter().map(|&v| counts[bin(v)] / (u.len() as f64 * width)).collect()
 }
 
-fn linear(context: &Context, result: &Identification) -> LinearPart {
+fn linear(context: &Context, result: &Estimate) -> LinearPart {
     let system = &result.linear;
     let points = |list: Option<Vec<flexure::linear::Complex<f64>>>| -> Vec<[f64; 2]> {
         list.unwrap_or_default().iter().map(|z| [z.re, z.im]).collect()
@@ -240,12 +263,20 @@ fn linear(context: &Context, result: &Identification) -> LinearPart {
         Some(step) => (0.5 / step, "Hz"),
         None => (0.5, "cycles/sample"),
     };
+    let (impulse_estimate, impulse_limit) = match &result.own {
+        Own::Plain(own) => (own.impulse_estimate.clone(), own.impulse_limit),
+        Own::Refined(_) => (Vec::new(), 0.0),
+    };
+    let shown = match &result.own {
+        Own::Plain(_) => impulse_estimate.len(),
+        Own::Refined(_) => system.settling(SETTLED).min(LONGEST_IMPULSE),
+    };
     let mut part = LinearPart {
         b: system.b().to_vec(),
         a: system.a().to_vec(),
-        impulse: system.impulse_response(result.impulse_estimate.len().max(SHORTEST_IMPULSE)),
-        impulse_estimate: result.impulse_estimate.clone(),
-        impulse_limit: result.impulse_limit,
+        impulse: system.impulse_response(shown.max(SHORTEST_IMPULSE)),
+        impulse_estimate,
+        impulse_limit,
         frequency: Vec::new(),
         frequency_unit: frequency_unit.to_owned(),
         magnitude_db: Vec::new(),
@@ -268,7 +299,7 @@ fn linear(context: &Context, result: &Identification) -> LinearPart {
     part
 }
 
-fn residuals(result: &Identification) -> Residuals {
+fn residuals(result: &Estimate) -> Residuals {
     let tests = result.verdict.residuals.as_ref();
     let with_input = tests.map(|t| t.correlations.with_input.clone()).unwrap_or_default();
     let middle = (with_input.len() / 2) as f64;
@@ -297,96 +328,6 @@ fn test(t: &flexure::validation::ResidualTest) -> Test {
         passed: t.passed(),
         words: words.to_owned(),
     }
-}
-
-fn choices(context: &Context, result: &Identification) -> Vec<Choice> {
-    let choice = |name: &str, value: String, why: String, curve| Choice {
-        name: name.to_owned(),
-        value,
-        why,
-        curve,
-    };
-    let estimator = result.estimator;
-    let scores = result.scores.as_ref();
-    let scores = scores.map(|s| tuning::score_curve(estimator, s, &[result.parameter], context.input));
-    let orders = &result.order.scores;
-    let order_curve = (orders.len() > 1).then(|| ScoreCurve {
-        x_label: "order".to_owned(),
-        y_label: "Schwarz's criterion".to_owned(),
-        log_x: false,
-        x: orders.iter().map(|s| s.order as f64).collect(),
-        y: orders.iter().map(|s| s.bic).collect(),
-        chosen: result.order.order as f64,
-    });
-    let method = &context.method;
-    vec![
-        choice(
-            &tuning::capitalised(estimator.parameter()),
-            match estimator.has_bandwidth() {
-                true => format!("h = {} ({} kernel)", number(result.parameter), result.kernel.name()),
-                false => format!("{} ({})", tuning::list(&[result.parameter]), estimator.title()),
-            },
-            given_or(
-                method.parameter.is_some(),
-                "smallest exact leave-one-out cross-validation error",
-            )
-            .to_owned(),
-            scores,
-        ),
-        choice(
-            "Order",
-            format!("l = {}", result.order.order),
-            given_or(
-                method.order.is_some(),
-                "smallest Schwarz criterion of the free-run error on the fit's samples",
-            )
-            .to_owned(),
-            order_curve,
-        ),
-        choice(
-            "Delay and lag of the regression",
-            format!("delay {}, regression at lag {}", result.delay, result.regression_lag),
-            why_these_lags(method),
-            None,
-        ),
-        choice(
-            "Correlation",
-            match result.psi {
-                Psi::Input => format!("with {}", context.input),
-                Psi::Nonlinearity => "with the estimated nonlinearity".to_owned(),
-                Psi::DeconvolvedNonlinearity => "with the estimated nonlinearity, deconvolved".to_owned(),
-            },
-            match result.psi {
-                Psi::Input => {
-                    "the cross-covariance of a white input and the output is the impulse response up to scale"
-                        .to_owned()
-                }
-                Psi::Nonlinearity => "the input itself is (nearly) uncorrelated with an even nonlinearity".to_owned(),
-                Psi::DeconvolvedNonlinearity => {
-                    "the input is not white, so its own covariance had to be taken out of that with the output"
-                        .to_owned()
-                }
-            },
-            None,
-        ),
-    ]
-}
-
-/// How the delay and the lag of the regression came about.
-fn why_these_lags(method: &PlainHammerstein) -> String {
-    let delay = given_or(
-        method.delay.is_some(),
-        "the first lag with a significant dependence of the output on the input",
-    );
-    let lag = match method.regression_lag {
-        RegressionLag::Strongest => "that of the strongest dependence",
-        RegressionLag::Delay => "the delay",
-        RegressionLag::At(_) => "as given",
-    };
-    format!(
-        "the delay is {delay}; the lag of the regression is {lag}, and at every lag the regression gives the same nonlinearity up to \
-         scale and offset"
-    )
 }
 
 /// The arm's motion, if the record has its angles `q1` and `q2`.

@@ -198,7 +198,7 @@ fn constant_signals_and_too_few_samples() {
     folder.write("short.csv", "u,y\n1,2\n2,3\n3,1\n4,7\n");
     folder.failed(
         &COMMANDS[0].replace("RECORD", "short.csv"),
-        "short.csv: a Hammerstein fit (besides the fresh part) needs at least 100 samples, but there are 3",
+        "short.csv: a Hammerstein fit (besides the fresh part and missing samples) needs at least 100 samples, but there are 3",
     );
     folder.failed(
         &COMMANDS[2].replace("RECORD", "still.csv"),

@@ -30,9 +30,7 @@ fn check_tests(object: &Value) {
 
 fn check_identification(object: &Value) {
     assert_eq!(object["structure"], "hammerstein");
-    assert_eq!(object["method"], "plain");
     let (order, delay) = (count(object, "order") as usize, count(object, "delay") as usize);
-    assert!(number(object, "bandwidth") > 0.0);
     assert!(number(object, "fit_percent") <= 100.0);
     assert!(number(object, "rms") > 0.0);
     let (x, y) = (
@@ -49,6 +47,50 @@ fn check_identification(object: &Value) {
     check_tests(object);
 }
 
+/// What only the refined method has.
+fn check_refined(object: &Value) {
+    assert_eq!(
+        (&object["method"], &object["refined"]),
+        (&"refined".into(), &true.into())
+    );
+    assert_eq!(object["bandwidth"], Value::Null);
+    let band = |edge: &str| numbers(&object["nonlinearity"][edge]);
+    let (lower, y, upper) = (band("lower"), band("y"), band("upper"));
+    assert_eq!((lower.len(), upper.len()), (y.len(), y.len()));
+    assert!((0..y.len()).all(|i| lower[i] < y[i] && y[i] < upper[i]));
+    for c in ["b", "a"] {
+        let (values, errors) = (
+            numbers(&object["linear"][c]),
+            numbers(&object["linear"][&format!("{c}_errors")]),
+        );
+        assert_eq!(values.len(), errors.len());
+        assert!(
+            errors.iter().all(|e| *e >= 0.0) && errors.iter().any(|e| *e > 0.0),
+            "{errors:?}"
+        );
+    }
+    assert_eq!(object["linear"]["a_errors"][0], 0.0);
+    for breakpoint in object["breakpoints"].as_array().unwrap() {
+        assert!(breakpoint["at"].is_f64(), "{breakpoint}");
+        assert!(["jump", "kink", "knot"].contains(&breakpoint["kind"].as_str().unwrap()));
+    }
+    assert_eq!(numbers(&object["noise"]["model"])[0], 1.0);
+    assert!(number(&object["noise"], "deviation") > 0.0);
+    let points = ["x", "value", "samples"].map(|key| numbers(&object["memory_removed"][key]));
+    assert!(points.iter().all(|p| p.len() == points[0].len()));
+    assert_eq!(points[2].iter().sum::<f64>(), number(object, "samples_fitted"));
+}
+
+/// What only the plain method has.
+fn check_plain(object: &Value) {
+    assert_eq!(object["method"], "plain");
+    assert!(number(object, "bandwidth") > 0.0);
+    for absent in ["refined", "breakpoints", "noise", "memory_removed", "form"] {
+        assert_eq!(object[absent], Value::Null, "{absent}");
+    }
+    assert_eq!(object["linear"]["b_errors"], Value::Null);
+}
+
 #[test]
 fn identify_predict_and_validate() {
     let folder = Folder::new();
@@ -56,7 +98,11 @@ fn identify_predict_and_validate() {
     folder.known("fresh.csv", 500, 2);
     let object = folder.json("identify record.csv --input u --output y -o model.json --report report.html");
     check_identification(&object);
+    check_refined(&object);
     assert!(number(&object, "fit_percent") > 60.0, "{}", object["verdict"]);
+    let plain = folder.json("identify record.csv --input u --output y --method plain");
+    check_identification(&plain);
+    check_plain(&plain);
     assert_eq!(count(&object, "samples_fitted") + count(&object, "samples_fresh"), 1200);
     assert!(folder.read("report.html").starts_with("<!"));
 

@@ -9,6 +9,8 @@ use std::path::PathBuf;
 use common::Folder;
 use serde_json::Value;
 
+const METHODS: [&str; 2] = ["refined", "plain"];
+
 fn measured(name: &str) -> Option<PathBuf> {
     let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data"));
     let path = std::env::var_os("FLEXURE_DATA")
@@ -21,21 +23,20 @@ fn measured(name: &str) -> Option<PathBuf> {
     Some(path)
 }
 
-/// Identifies, prints the figures, and checks that the report renders.
-fn identify(name: &str, columns: [&str; 2]) -> Option<Value> {
+/// Identifies by a method, prints the figures, and checks that the report renders.
+fn identify(name: &str, columns: [&str; 2], method: &str) -> Option<Value> {
     let path = measured(name)?;
     let folder = Folder::new();
     std::fs::copy(path, folder.path(name)).unwrap();
     let [input, output] = columns;
     let found = folder.json(&format!(
-        "identify {name} --input {input} --output {output} -o model.json --report report.html"
+        "identify {name} --input {input} --output {output} --method {method} -o model.json --report report.html"
     ));
     println!(
-        "{name}: fit {:.2} %, order {}, delay {}, bandwidth {:.4}\n  {}",
+        "{name}, {method}: fit {:.2} %, order {}, delay {}\n  {}",
         found["fit_percent"].as_f64().unwrap(),
         found["order"],
         found["delay"],
-        found["bandwidth"].as_f64().unwrap(),
         found["verdict"].as_str().unwrap()
     );
     for warning in found["warnings"].as_array().unwrap() {
@@ -50,7 +51,10 @@ fn identify(name: &str, columns: [&str; 2]) -> Option<Value> {
 /// two levels, so that a Hammerstein model cannot be told from a linear one: that must be said.
 #[test]
 fn the_dryer() {
-    if let Some(found) = identify("daisy-dryer.dat", ["c0", "c1"]) {
+    for method in METHODS {
+        let Some(found) = identify("daisy-dryer.dat", ["c0", "c1"], method) else {
+            return;
+        };
         assert!(found["fit_percent"].as_f64().unwrap() > 85.0, "{found}");
         assert_eq!(found["delay"], 3);
         assert!(
@@ -64,7 +68,7 @@ fn the_dryer() {
 /// A flexible arm rings for longer than this short record resolves: the model must not be said to hold.
 #[test]
 fn the_robot_arm() {
-    if let Some(found) = identify("daisy-robot-arm.dat", ["c0", "c1"]) {
+    if let Some(found) = identify("daisy-robot-arm.dat", ["c0", "c1"], "plain") {
         assert_eq!(found["holds"], false);
         let verdict = found["verdict"].as_str().unwrap();
         assert!(verdict.contains("these data do not tell"), "{verdict}");
@@ -83,7 +87,14 @@ fn the_wiener_hammerstein_circuit() {
         None => return,
         Some(path) => flexure_io::read_record(path).unwrap().record.names().to_vec(),
     };
-    if let Some(found) = identify("wiener-hammerstein-2009-estimation.csv", [&columns[0], &columns[1]]) {
+    for method in METHODS {
+        let Some(found) = identify(
+            "wiener-hammerstein-2009-estimation.csv",
+            [&columns[0], &columns[1]],
+            method,
+        ) else {
+            return;
+        };
         assert!(found["rms"].as_f64().unwrap() < 0.0434, "{}", found["rms"]);
         assert_eq!(found["holds"], false);
         let tests = found["residual_tests"].as_array().unwrap();

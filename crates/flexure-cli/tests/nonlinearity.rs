@@ -6,7 +6,7 @@ use common::{Folder, numbers};
 use flexure::nonlinearity::EstimatorName;
 use serde_json::Value;
 
-const IDENTIFY: &str = "identify r.csv --input u --output y";
+const IDENTIFY: &str = "identify r.csv --input u --output y --method plain";
 
 #[test]
 fn every_estimator_identifies_the_system() {

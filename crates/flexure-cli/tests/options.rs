@@ -5,7 +5,8 @@ mod common;
 use common::{Folder, numbers};
 use serde_json::Value;
 
-const IDENTIFY: &str = "identify record.csv --input u --output y";
+/// The plain method, which has the most options.
+const IDENTIFY: &str = "identify record.csv --input u --output y --method plain";
 
 fn folder() -> Folder {
     let folder = Folder::new();
@@ -34,7 +35,7 @@ fn what_is_chosen_from_data_can_be_given() {
     assert_eq!(
         with(
             &folder,
-            "--order auto --delay auto --bandwidth auto --lag strongest --kernel epanechnikov --unit static-gain --fresh 0.25 --structure hammerstein --method plain"
+            "--order auto --delay auto --bandwidth auto --lag strongest --kernel epanechnikov --unit static-gain --fresh 0.25 --structure hammerstein"
         ),
         chosen
     );

@@ -7,9 +7,10 @@ use std::process::Stdio;
 use common::{Folder, outcome};
 
 /// Every command, in words and as JSON.
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 10] = [
     "identify record.csv --input u --output y",
     "identify record.csv --input u --output y --json",
+    "identify record.csv --input u --output y --method plain",
     "predict model.json record.csv --input u -o predicted.csv",
     "predict model.json record.csv --input u -o predicted.csv --json",
     "validate model.json record.csv --input u --output y",

@@ -91,6 +91,14 @@ fn values_out_of_range() {
             "'first' for '--lag <strongest|delay|N>': expected 'strongest', 'delay' or a whole number from 0",
         ),
         (
+            "--form line",
+            "'line' for '--form <FORM>': expected dead-zone, saturation, quantizer, polynomial:N with N from 1 to 15, friction or stiffness",
+        ),
+        (
+            "--form polynomial:16",
+            "'polynomial:16' for '--form <FORM>': expected dead-zone, saturation, quantizer, polynomial:N with N from 1 to 15, friction or stiffness",
+        ),
+        (
             "--fresh 1",
             "'1' for '--fresh <SHARE>': expected a number from 0.05 to 0.9",
         ),
@@ -120,7 +128,7 @@ fn values_out_of_range() {
         ),
         (
             "--method magic",
-            "'magic' for '--method <METHOD>'\n  [possible values: plain]",
+            "'magic' for '--method <METHOD>'\n  [possible values: refined, plain]",
         ),
     ] {
         folder.misused(
@@ -210,15 +218,15 @@ fn values_that_this_record_does_not_allow() {
     let identify = "identify r.csv --input u --output y -o new.json";
     for (options, message) in [
         (
-            "--delay 112",
+            "--method plain --delay 112",
             "the delay is 112, but must be below a quarter of the number of samples that are fitted",
         ),
         (
-            "--lag 500",
+            "--method plain --lag 500",
             "the regression lag is 500, but must be below a quarter of the number of samples that are fitted",
         ),
         (
-            "--known 0=0 9=1",
+            "--method plain --known 0=0 9=1",
             "x2 of the calibration is 9, but must be a point with data within a bandwidth",
         ),
     ] {

@@ -1,0 +1,244 @@
+//! The method of `flexure identify`, and the options that belong to one method alone.
+
+use clap::ValueEnum;
+use flexure::identify::{Calibration, Form, PlainHammerstein, RefinedHammerstein, RegressionLag};
+use flexure::nonlinearity::{EstimatorName, Kernel};
+
+use crate::arguments::{self, Auto, Usage};
+use crate::estimate::Method;
+use crate::tuning;
+
+/// The largest degree of a polynomial that can be asked for.
+const MOST_DEGREE: usize = 15;
+
+/// A method by name.
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub enum MethodName {
+    /// Prediction error over both blocks: breakpoints, noise model and standard errors from the data.
+    Refined,
+    /// The paper's: kernel regression and correlation.
+    Plain,
+}
+
+/// What only the refined method has.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Options of --method refined")]
+pub struct RefinedOptions {
+    /// Fit this form to the nonlinearity and test whether it suffices: dead-zone, saturation, quantizer, polynomial:N,
+    /// friction or stiffness.
+    #[arg(long, value_name = "FORM", value_parser = form)]
+    form: Option<Form>,
+    /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
+    #[arg(long)]
+    missing: bool,
+}
+
+/// What only the plain method has.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Options of --method plain, which each of them implies")]
+pub struct PlainOptions {
+    /// Lag of the regression of output on input: 'strongest' dependence (the default), 'delay' (the paper's), or a number.
+    #[arg(long, value_name = "strongest|delay|N", allow_hyphen_values = true, value_parser = regression_lag)]
+    lag: Option<RegressionLag>,
+    /// Estimator of the nonlinearity: kernel (the paper's, and the default), local-linear, local-bandwidth, knn, fourier, cosine,
+    /// legendre, hermite, haar, polynomial, spline, network or recursive.
+    #[arg(long, value_name = "NAME", value_parser = arguments::estimator)]
+    nonlinearity: Option<EstimatorName>,
+    /// Bandwidth of an estimator with a kernel, in the input's unit; auto unless given.
+    #[arg(long, value_name = "auto|H", allow_hyphen_values = true, value_parser = arguments::auto_positive)]
+    bandwidth: Option<Auto<f64>>,
+    /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units; auto unless given.
+    #[arg(long, value_name = "auto|P", allow_hyphen_values = true, value_parser = arguments::auto_number)]
+    parameter: Option<Auto<f64>>,
+    /// Kernel, epanechnikov unless given: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
+    #[arg(long, value_name = "NAME", value_parser = arguments::kernel)]
+    kernel: Option<Kernel>,
+    /// Treat the input as white, as the paper does, even where it is not.
+    #[arg(long)]
+    ignore_colour: bool,
+}
+
+/// What both methods have.
+pub struct Shared {
+    /// The order of the linear part, if it was given.
+    pub order: Option<usize>,
+    /// The delay in samples, if it was given.
+    pub delay: Option<usize>,
+    /// The convention for scale and offset.
+    pub calibration: Calibration,
+    /// The share of the record kept for the verdict.
+    pub fresh_share: f64,
+}
+
+/// The method with its options, and what the user should be told of the choice.
+pub fn choose(
+    name: Option<MethodName>,
+    shared: Shared,
+    refined: &RefinedOptions,
+    plain: &PlainOptions,
+) -> Result<(Method, Option<String>), Usage> {
+    let other = |option: &str, its: &str, chosen: &str| {
+        Usage(format!(
+            "{option} is an option of --method {its}, not of --method {chosen}; leave it out, or choose --method {its}"
+        ))
+    };
+    let (name, note) = match (name, refined.first_given(), plain.first_given()) {
+        (Some(MethodName::Refined), _, Some(option)) => return Err(other(option, "plain", "refined")),
+        (Some(MethodName::Plain), Some(option), _) => return Err(other(option, "refined", "plain")),
+        (None, Some(r), Some(p)) => {
+            return Err(Usage(format!(
+                "{r} is an option of --method refined, {p} one of --method plain; leave one of them out"
+            )));
+        }
+        (None, None, Some(option)) => {
+            let note = format!("note: {option} implies --method plain; the default is --method refined");
+            (MethodName::Plain, Some(note))
+        }
+        (name, ..) => (name.unwrap_or(MethodName::Refined), None),
+    };
+    let method = match name {
+        MethodName::Refined => refined.method(shared),
+        MethodName::Plain => Method::Plain(plain.method(shared)?),
+    };
+    Ok((method, note))
+}
+
+impl RefinedOptions {
+    /// The first of these options that was given.
+    fn first_given(&self) -> Option<&'static str> {
+        let given = [(self.form.is_some(), "--form"), (self.missing, "--missing")];
+        given.into_iter().find(|g| g.0).map(|g| g.1)
+    }
+
+    fn method(&self, shared: Shared) -> Method {
+        let Shared {
+            order,
+            delay,
+            calibration,
+            fresh_share,
+        } = shared;
+        let method = RefinedHammerstein {
+            order,
+            delay,
+            calibration,
+            fresh_share,
+            missing: self.missing,
+            ..Default::default()
+        };
+        let form = self.form;
+        Method::Refined { method, form }
+    }
+}
+
+impl PlainOptions {
+    /// The first of these options that was given.
+    fn first_given(&self) -> Option<&'static str> {
+        let given = [
+            (self.lag.is_some(), "--lag"),
+            (self.nonlinearity.is_some(), "--nonlinearity"),
+            (self.bandwidth.is_some(), "--bandwidth"),
+            (self.parameter.is_some(), "--parameter"),
+            (self.kernel.is_some(), "--kernel"),
+            (self.ignore_colour, "--ignore-colour"),
+        ];
+        given.into_iter().find(|g| g.0).map(|g| g.1)
+    }
+
+    fn method(&self, shared: Shared) -> Result<PlainHammerstein, Usage> {
+        let (option, name) = ("--nonlinearity", self.nonlinearity.unwrap_or(EstimatorName::Kernel));
+        tuning::check_kernel(option, name, self.kernel)?;
+        let bandwidth = match self.bandwidth {
+            Some(Auto::Given(h)) => Auto::Given(vec![h]),
+            _ => Auto::Auto,
+        };
+        let parameter = tuning::given(option, name, bandwidth, self.parameter.unwrap_or(Auto::Auto))?;
+        let Shared {
+            order,
+            delay,
+            calibration,
+            fresh_share,
+        } = shared;
+        Ok(PlainHammerstein {
+            estimator: name,
+            kernel: self.kernel.unwrap_or_default(),
+            parameter: parameter.map(|values| values[0]),
+            order,
+            delay,
+            regression_lag: self.lag.unwrap_or(RegressionLag::Strongest),
+            calibration,
+            ignore_colour: self.ignore_colour,
+            fresh_share,
+        })
+    }
+}
+
+fn regression_lag(text: &str) -> Result<RegressionLag, String> {
+    match text {
+        "strongest" => Ok(RegressionLag::Strongest),
+        "delay" => Ok(RegressionLag::Delay),
+        _ => text
+            .parse()
+            .map(RegressionLag::At)
+            .map_err(|_| "expected 'strongest', 'delay' or a whole number from 0".to_owned()),
+    }
+}
+
+fn form(text: &str) -> Result<Form, String> {
+    let polynomial = || {
+        let degree = text.strip_prefix("polynomial:")?.parse().ok()?;
+        (1..=MOST_DEGREE).contains(&degree).then_some(Form::Polynomial(degree))
+    };
+    match text {
+        "dead-zone" => Ok(Form::DeadZone),
+        "saturation" => Ok(Form::Saturation),
+        "quantizer" => Ok(Form::Quantizer),
+        "friction" => Ok(Form::Friction),
+        "stiffness" => Ok(Form::Stiffness),
+        _ => polynomial().ok_or_else(|| {
+            format!("expected dead-zone, saturation, quantizer, polynomial:N with N from 1 to {MOST_DEGREE}, friction or stiffness")
+        }),
+    }
+}
+
+/// What [`form`] reads as this form.
+pub fn form_name(form: Form) -> String {
+    let name = match form {
+        Form::DeadZone => "dead-zone",
+        Form::Saturation => "saturation",
+        Form::Quantizer => "quantizer",
+        Form::Friction => "friction",
+        Form::Stiffness => "stiffness",
+        Form::Polynomial(degree) => return format!("polynomial:{degree}"),
+    };
+    name.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{form, form_name};
+
+    #[test]
+    fn forms_are_read_as_they_are_named() {
+        for name in [
+            "dead-zone",
+            "saturation",
+            "quantizer",
+            "friction",
+            "stiffness",
+            "polynomial:1",
+            "polynomial:15",
+        ] {
+            assert_eq!(form(name).map(form_name), Ok(name.to_owned()));
+        }
+        for wrong in [
+            "",
+            "polynomial",
+            "polynomial:0",
+            "polynomial:16",
+            "polynomial:x",
+            "Dead-zone",
+        ] {
+            assert!(form(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! `flexure identify --method`: the refined method is the default, the options of one method alone choose it.
+
+mod common;
+
+use common::{Folder, numbers};
+use flexure::systems::KnownNonlinearity;
+use serde_json::Value;
+
+const IDENTIFY: &str = "identify r.csv --input u --output y";
+
+/// The record that most of these tests use: a dead zone from -0.5 to 0.7.
+fn folder(samples: usize) -> Folder {
+    let folder = Folder::new();
+    folder.known("r.csv", samples, 3);
+    folder
+}
+
+/// The error of the estimated nonlinearity relative to the dead zone's spread, by trapezoids over the inputs from -1.9 to 1.9; scale
+/// and offset, which the data cannot tell, are those of the best fit.
+fn error(found: &Value) -> f64 {
+    let (x, y) = (
+        numbers(&found["nonlinearity"]["x"]),
+        numbers(&found["nonlinearity"]["y"]),
+    );
+    let points: Vec<[f64; 3]> = (1..x.len() - 1)
+        .filter(|&i| x[i].abs() < 1.9)
+        .map(|i| {
+            [
+                0.5 * (x[i + 1] - x[i - 1]),
+                KnownNonlinearity::DeadZone.value(x[i]),
+                y[i],
+            ]
+        })
+        .collect();
+    let mean = |f: &dyn Fn(&[f64; 3]) -> f64| {
+        let weight: f64 = points.iter().map(|p| p[0]).sum();
+        points.iter().map(|p| p[0] * f(p)).sum::<f64>() / weight
+    };
+    let (truth, estimate) = (mean(&|p| p[1]), mean(&|p| p[2]));
+    let joint = mean(&|p| (p[1] - truth) * (p[2] - estimate));
+    let spreads = mean(&|p| (p[1] - truth).powi(2)) * mean(&|p| (p[2] - estimate).powi(2));
+    (1.0 - joint * joint / spreads).max(0.0).sqrt()
+}
+
+#[test]
+fn the_default_recovers_the_dead_zone_far_better_than_the_plain_method() {
+    let folder = folder(10_000);
+    let (default, plain) = (
+        folder.json(IDENTIFY),
+        folder.json(&format!("{IDENTIFY} --method plain")),
+    );
+    assert_eq!(
+        (&default["method"], &plain["method"]),
+        (&"refined".into(), &"plain".into())
+    );
+    assert_eq!(default, folder.json(&format!("{IDENTIFY} --method refined")));
+    let errors = [error(&default), error(&plain)];
+    println!(
+        "errors {errors:?}, fits {} and {} %",
+        default["fit_percent"], plain["fit_percent"]
+    );
+    assert!(errors[0] < 0.01 && errors[0] < errors[1] / 5.0, "{errors:?}");
+    let kinks: Vec<f64> = (default["breakpoints"].as_array().unwrap().iter())
+        .map(|b| {
+            assert_eq!(b["kind"], "kink", "{b}");
+            b["at"].as_f64().unwrap()
+        })
+        .collect();
+    assert_eq!(kinks.len(), 2, "{kinks:?}");
+    assert!(
+        (kinks[0] + 0.5).abs() < 0.02 && (kinks[1] - 0.7).abs() < 0.02,
+        "{kinks:?}"
+    );
+}
+
+#[test]
+fn options_of_the_plain_method_imply_it() {
+    let folder = folder(1200);
+    for option in [
+        "--lag 1",
+        "--nonlinearity spline",
+        "--bandwidth 0.3",
+        "--bandwidth auto",
+        "--kernel uniform",
+        "--ignore-colour",
+    ] {
+        let expected = folder.json(&format!("{IDENTIFY} --method plain {option}"));
+        let outcome = folder.run(&format!("{IDENTIFY} --json {option}"));
+        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+        let found: Value = serde_json::from_str(&outcome.stdout).unwrap();
+        assert_eq!(found, expected, "{option}");
+        let name = option.split(' ').next().unwrap();
+        assert_eq!(
+            outcome.stderr,
+            format!("note: {name} implies --method plain; the default is --method refined\n")
+        );
+    }
+    let help = folder.done("identify --help");
+    assert!(
+        help.contains("Options of --method plain, which each of them implies:"),
+        "{help}"
+    );
+}
+
+#[test]
+fn options_of_another_method_are_refused() {
+    let folder = folder(600);
+    for (options, message) in [
+        (
+            "--method refined --kernel uniform",
+            "--kernel is an option of --method plain, not of --method refined; leave it out, or choose --method plain",
+        ),
+        (
+            "--method refined --parameter auto",
+            "--parameter is an option of --method plain, not of --method refined; leave it out, or choose --method plain",
+        ),
+        (
+            "--method refined --ignore-colour",
+            "--ignore-colour is an option of --method plain, not of --method refined; leave it out, or choose --method plain",
+        ),
+        (
+            "--method plain --missing",
+            "--missing is an option of --method refined, not of --method plain; leave it out, or choose --method refined",
+        ),
+        (
+            "--form dead-zone --lag 0",
+            "--form is an option of --method refined, --lag one of --method plain; leave one of them out",
+        ),
+    ] {
+        folder.misused(&format!("{IDENTIFY} -o new.json {options}"), message);
+    }
+}
+
+/// A parameter of the form that was asked for: its value and its standard error.
+fn parameter(found: &Value, name: &str) -> [f64; 2] {
+    let all = found["form"]["parameters"].as_array().unwrap();
+    let one = all
+        .iter()
+        .find(|p| p["name"] == name)
+        .unwrap_or_else(|| panic!("{name}: {all:?}"));
+    ["value", "error"].map(|key| one[key].as_f64().unwrap())
+}
+
+#[test]
+fn the_true_form_is_accepted_with_its_parameters_and_a_wrong_one_refuted() {
+    let folder = folder(10_000);
+    let accepted = folder.json(&format!("{IDENTIFY} --form dead-zone --report page.html -o m.json"));
+    assert_eq!(accepted["form"]["name"], "dead-zone");
+    assert_eq!(accepted["form"]["holds"], true, "{}", accepted["form"]);
+    for (name, truth) in [("low", -0.5), ("high", 0.7)] {
+        let [value, error] = parameter(&accepted, name);
+        assert!(
+            error > 0.0 && error < 0.02 && (value - truth).abs() < 4.0 * error,
+            "{name}: {value} ± {error}"
+        );
+    }
+    let page = folder.read("page.html");
+    assert!(page.contains("Form dead-zone") && page.contains("the data do not refute this form"));
+    let words = folder.done(&format!("{IDENTIFY} --form dead-zone"));
+    assert!(
+        words.contains("\n  form                dead-zone: low = -0."),
+        "{words}"
+    );
+    assert!(
+        words.contains("the data do not refute this form (lack of fit "),
+        "{words}"
+    );
+
+    let refuted = folder.json(&format!("{IDENTIFY} --form polynomial:2 --report page.html"));
+    let form = &refuted["form"];
+    assert_eq!((&form["name"], &form["holds"]), (&"polynomial:2".into(), &false.into()));
+    assert!(
+        form["statistic"].as_f64().unwrap() > form["limit"].as_f64().unwrap(),
+        "{form}"
+    );
+    assert!(form["p_value"].as_f64().unwrap() < 1e-6, "{form}");
+    assert!(folder.read("page.html").contains("the data refute this form at 1 %"));
+    // A form is a remark on the estimate, and changes nothing of it.
+    assert_eq!(refuted["nonlinearity"], accepted["nonlinearity"]);
+}
+
+/// A form needs more distinct inputs than it has parameters.
+#[test]
+fn a_form_that_the_record_cannot_decide_is_an_error_that_writes_nothing() {
+    let folder = Folder::new();
+    let record = common::known(600, 1);
+    let columns = record.column("u").unwrap().iter().zip(record.column("y").unwrap());
+    let rows: String = columns.map(|(u, y)| format!("{},{y}\n", u.signum())).collect();
+    folder.write("r.csv", format!("u,y\n{rows}"));
+    let outcome = folder.run(&format!("{IDENTIFY} --form friction -o new.json"));
+    assert_eq!(outcome.code, Some(1), "{outcome:?}");
+    assert!(
+        outcome.stderr.starts_with(
+            "error: r.csv: a form of the nonlinearity with a test (distinct inputs of a refined estimate) needs"
+        ),
+        "{outcome:?}"
+    );
+    assert!(!folder.path("new.json").exists());
+}
+
+#[test]
+fn missing_outputs_are_skipped_on_request() {
+    let folder = Folder::new();
+    let record = common::known(6000, 3);
+    let columns = record.column("u").unwrap().iter().zip(record.column("y").unwrap());
+    // Every 17th output is empty, every 34th of them nan; line 1 is the header.
+    let row = |(k, (u, y)): (usize, (&f64, &f64))| match (k % 17, k % 34) {
+        (3, 3) => format!("{u},\n"),
+        (3, _) => format!("{u},nan\n"),
+        _ => format!("{u},{y}\n"),
+    };
+    let rows: String = columns.enumerate().map(row).collect();
+    folder.write("r.csv", format!("u,y\n{rows}"));
+    folder.failed(
+        &format!("{IDENTIFY} -o new.json"),
+        "r.csv, line 5: column 'y' is NaN or missing at sample 3; remove or repair that sample",
+    );
+    let found = folder.json(&format!("{IDENTIFY} --missing --report page.html"));
+    assert_eq!(found["samples_fitted"], 4500);
+    let missing = (4500..6000).filter(|k| k % 17 == 3).count();
+    assert_eq!(found["samples_fresh"], 1500 - missing);
+    assert!(error(&found) < 0.02, "{}", error(&found));
+    assert!(
+        folder
+            .read("page.html")
+            .contains(&format!("1500 kept for the verdict ({missing} of those missing)"))
+    );
+    // Of the input, no sample may be missing.
+    folder.write(
+        "r.csv",
+        format!("u,y\n{}", rows.replacen(rows.split(',').next().unwrap(), "", 1)),
+    );
+    folder.failed(
+        &format!("{IDENTIFY} --missing -o new.json"),
+        "r.csv, line 2: column 'u' is NaN or missing at sample 0; remove or repair that sample",
+    );
+}
+
+/// The refined page shows what the method has, and no card for what it has not.
+#[test]
+fn the_page_shows_what_the_method_has() {
+    let folder = folder(6000);
+    folder.done(&format!("{IDENTIFY} --report refined.html --order 2"));
+    folder.done(&format!("{IDENTIFY} --report plain.html --method plain"));
+    let (refined, plain) = (folder.read("refined.html"), folder.read("plain.html"));
+    for (words, by_refined, by_plain) in [
+        ("<dt>Breakpoints</dt>", true, false),
+        ("Breakpoints of the nonlinearity", true, false),
+        ("kinks at ", true, false),
+        ("<dt>Noise</dt>", true, false),
+        ("<dt>Bandwidth</dt>", false, true),
+        ("Delay and lag of the regression", false, true),
+        ("leave-one-out", false, true),
+        ("95 % pointwise, for these breakpoints", true, false),
+        ("95 % pointwise, variance only", false, true),
+        ("as given", true, false),
+    ] {
+        assert_eq!(
+            (refined.contains(words), plain.contains(words)),
+            (by_refined, by_plain),
+            "{words}"
+        );
+    }
+}
