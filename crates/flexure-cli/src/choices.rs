@@ -75,8 +75,8 @@ fn refined(context: &Context, result: &Estimate, own: &Refined) -> Vec<Choice> {
         ),
         choice(
             "Noise",
-            own.noise_words(),
-            "a coloured error is whitened by the autoregression of smallest Schwarz criterion, unless samples are missing",
+            format!("standard deviation {}, {}", number(own.noise), own.noise_words()),
+            "in the output's unit; a coloured error is whitened by the autoregression of smallest Schwarz criterion, unless samples are missing",
             None,
         ),
     ];

@@ -184,18 +184,11 @@ fn facts(context: &Context, result: &Estimate) -> Vec<Fact> {
                 false => format!("of the {} that estimates the nonlinearity", own.estimator.title()),
             },
         )),
-        Own::Refined(own) if own.refined => facts.extend([
-            fact(
-                "Breakpoints",
-                own.breakpoints.len().to_string(),
-                &format!("of the nonlinearity: {}", own.breakpoint_words()),
-            ),
-            fact(
-                "Noise",
-                format!("{}{unit}", number(own.noise)),
-                &format!("standard deviation of the output error, {}", own.noise_words()),
-            ),
-        ]),
+        Own::Refined(own) if own.refined => facts.push(fact(
+            "Breakpoints",
+            own.breakpoints.len().to_string(),
+            &format!("of the nonlinearity: {}", own.breakpoint_words()),
+        )),
         Own::Refined(_) => {}
     }
     let left_out = match result.missing_fresh() {

@@ -247,7 +247,7 @@ fn the_page_shows_what_the_method_has() {
         ("<dt>Breakpoints</dt>", true, false),
         ("Breakpoints of the nonlinearity", true, false),
         ("kinks at ", true, false),
-        ("<dt>Noise</dt>", true, false),
+        ("a coloured error is whitened by", true, false),
         ("<dt>Bandwidth</dt>", false, true),
         ("Delay and lag of the regression", false, true),
         ("leave-one-out", false, true),
