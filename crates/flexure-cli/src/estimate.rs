@@ -248,8 +248,12 @@ pub fn form_verdict(fit: &FormFit) -> String {
         true => "the data do not refute this form",
         false => "the data refute this form at 1 %",
     };
+    let p = match fit.p_value {
+        p if p < 0.001 => "p < 0.001".to_owned(),
+        p => format!("p = {p:.3}"),
+    };
     format!(
-        "{verdict} (lack of fit {:.1}, limit {:.1}, {} degrees of freedom, p = {:.2e})",
-        fit.statistic, fit.limit, fit.degrees, fit.p_value
+        "{verdict} (lack of fit {:.1}, limit {:.1}, {} degrees of freedom, {p})",
+        fit.statistic, fit.limit, fit.degrees
     )
 }

@@ -262,3 +262,41 @@ fn the_page_shows_what_the_method_has() {
         );
     }
 }
+
+/// What both methods have reaches the refined one too.
+#[test]
+fn the_refined_method_takes_what_is_given() {
+    let folder = folder(3000);
+    let with = |options: &str| folder.json(&format!("{IDENTIFY} {options}"));
+    let found = with("--order 3 --delay 0");
+    assert_eq!((&found["order"], &found["delay"]), (&3.into(), &0.into()));
+    assert_eq!(found["order_scores"]["order"], serde_json::json!([3]));
+    assert_eq!(with("--fresh 0.5")["samples_fitted"], 1500);
+    let gain = with("");
+    assert!((gain["linear"]["static_gain"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+    let first = with("--unit first-coefficient");
+    let b = numbers(&first["linear"]["b"]);
+    let delay = first["delay"].as_u64().unwrap() as usize;
+    assert_eq!(b[delay], 1.0);
+    // What the convention fixes has no error.
+    assert_eq!(numbers(&first["linear"]["b_errors"])[delay], 0.0);
+    // Two points at which the dead zone is known.
+    let known = with("--known -1.5=-1 1.7=1");
+    for (at, phi) in [(-1.5, -1.0), (1.7, 1.0), (0.1, 0.0)] {
+        let (x, y) = (
+            numbers(&known["nonlinearity"]["x"]),
+            numbers(&known["nonlinearity"]["y"]),
+        );
+        let i = x.iter().rposition(|&x| x <= at).unwrap();
+        let value = y[i] + (y[i + 1] - y[i]) * (at - x[i]) / (x[i + 1] - x[i]);
+        assert!((value - phi).abs() < 0.02, "{at}: {value}");
+    }
+    for other in [&first, &known] {
+        let difference = other["fit_percent"].as_f64().unwrap() - gain["fit_percent"].as_f64().unwrap();
+        assert!(difference.abs() < 0.01, "{difference}");
+    }
+    folder.failed(
+        &format!("{IDENTIFY} -o new.json --delay 600"),
+        "r.csv: the delay is 600, but must be below a quarter of the number of samples that are fitted",
+    );
+}
