@@ -118,7 +118,7 @@ impl BandwidthChoice {
 /// for rule in BandwidthRule::ALL {
 ///     let choice = choose_bandwidth(rule, Kernel::Epanechnikov, Degree::Linear, &x, &y, None)?;
 ///     println!("{:16} h = {:.3}: {}", rule.name(), choice.bandwidth(), choice.details);
-///     assert!((0.1..1.0).contains(&choice.bandwidth()));
+///     assert!((0.05..1.0).contains(&choice.bandwidth()));
 /// }
 /// # Ok::<(), flexure::Error>(())
 /// ```

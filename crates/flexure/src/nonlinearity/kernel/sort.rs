@@ -23,6 +23,9 @@ const CROWD: usize = 24;
 /// The columns' points in order of the first column, then the second and so on. All are finite and equally long.
 pub fn sorted<const C: usize>(columns: [&[f64]; C]) -> [Vec<f64>; C] {
     let n = columns[0].len();
+    if n == 0 {
+        return columns.map(|_| Vec::new());
+    }
     let places = Places::of_bulk(columns[0], (n / BUCKET).clamp(1, BUCKETS));
     let size = PART.max(n.div_ceil(PARTS));
     let mut scattered = vec![[0.0; C]; n];

@@ -40,7 +40,7 @@ const FEWEST: usize = 50;
 ///
 /// ```
 /// use flexure::nonlinearity::{Estimator, LocalKernel, Regression};
-/// let x: Vec<f64> = (0..2000).map(|i| i as f64 / 1000.0 - 1.0).collect();
+/// let x: Vec<f64> = (0..20_000).map(|i| i as f64 / 10_000.0 - 1.0).collect();
 /// let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| x.signum() + 0.1 * ((i * i % 7) as f64 - 2.0)).collect();
 /// let fit = LocalKernel::default().fit(&[&x], &y, None)?;
 /// assert!(fit.threshold().is_some() && fit.jumps().len() == 1);
