@@ -3,9 +3,10 @@
 //! Started by the Steiglitz-McBride iteration, finished by Levenberg-Marquardt on the output error. For a Gaussian
 //! input its poles and zeros are those of both linear blocks together (Bussgang's theorem).
 
-use super::descent::{SumOfSquares, descend};
-use super::loss::{Data, normal_equations};
+use super::descent::{Residuals, descend};
+use super::loss::{Data, delayed};
 use super::monitor::Monitor;
+use super::products::normal_equations;
 use super::rational::Rational;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
@@ -27,27 +28,28 @@ struct OutputError<'a> {
     structure: Rational,
 }
 
-impl SumOfSquares for OutputError<'_> {
-    fn cost(&self, parameters: &[f64]) -> Option<f64> {
-        let g = self.structure.with(parameters);
-        g.is_stable().then(|| self.data.squares(&g.run(&self.data.u)))
+impl Residuals for OutputError<'_> {
+    fn from(&self) -> usize {
+        self.data.from
     }
 
-    fn normal_equations(&self, parameters: &[f64]) -> Option<NormalEquations> {
+    fn residuals(&self, parameters: &[f64]) -> Option<Vec<f64>> {
+        let g = self.structure.with(parameters);
+        let error = |p: Vec<f64>| p.iter().zip(&self.data.y).map(|(p, y)| p - y).collect();
+        g.is_stable().then(|| error(g.run(&self.data.u)))
+    }
+
+    fn linearise(&self, parameters: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let g = self.structure.with(parameters);
         let all_pole = g.all_pole(&self.data.u);
         let response = g.numerator(&all_pole);
-        let shift = |v: &[f64], lag: usize, sign: f64| -> Vec<f64> {
-            let zeros = std::iter::repeat_n(0.0, lag.min(v.len()));
-            zeros.chain(v.iter().map(|v| sign * v)).take(v.len()).collect()
-        };
-        let mut jacobian: Vec<Vec<f64>> = (0..g.b.len()).map(|i| shift(&all_pole, i, 1.0)).collect();
+        let mut jacobian: Vec<Vec<f64>> = (0..g.b.len()).map(|i| delayed(&all_pole, i, 1.0)).collect();
         for section in &g.sections {
             let by = section.run(&response);
-            jacobian.extend((1..=section.order).map(|i| shift(&by, i, -1.0)));
+            jacobian.extend((1..=section.order).map(|i| delayed(&by, i, -1.0)));
         }
-        let residuals: Vec<f64> = response.iter().zip(&self.data.y).map(|(p, y)| p - y).collect();
-        Some(normal_equations(&residuals, &jacobian, self.data.from))
+        let residuals = response.iter().zip(&self.data.y).map(|(p, y)| p - y).collect();
+        (residuals, jacobian)
     }
 }
 
@@ -74,12 +76,8 @@ fn steiglitz_mcbride(data: &Data, order: usize) -> Option<Approximation> {
     };
     for _ in 0..PASSES {
         let (u, y) = (filter.all_pole(&data.u), filter.all_pole(&data.y));
-        let lag = |v: &[f64], i: usize, sign: f64| -> Vec<f64> {
-            let zeros = std::iter::repeat_n(0.0, i.min(v.len()));
-            zeros.chain(v.iter().map(|v| sign * v)).take(v.len()).collect()
-        };
-        let mut columns: Vec<Vec<f64>> = (0..=order).map(|i| lag(&u, i, 1.0)).collect();
-        columns.extend((1..=order).map(|i| lag(&y, i, -1.0)));
+        let mut columns: Vec<Vec<f64>> = (0..=order).map(|i| delayed(&u, i, 1.0)).collect();
+        columns.extend((1..=order).map(|i| delayed(&y, i, -1.0)));
         let minus: Vec<f64> = y.iter().map(|y| -y).collect();
         let equations = normal_equations(&minus, &columns, data.from);
         let Some(p) = solve(&equations) else { break };

@@ -6,15 +6,9 @@
 
 use rayon::prelude::*;
 
-use super::descent::SumOfSquares;
+use super::descent::Residuals;
 use super::rational::Rational;
 use super::shape::{Local, Shape};
-use crate::linear::levenberg_marquardt::NormalEquations;
-
-/// Samples a thread takes at a time; fixed, so that sums do not depend on the number of threads.
-const CHUNK: usize = 4096;
-/// Samples of all columns that are multiplied at a time, small enough for the cache.
-const BLOCK: usize = 256;
 
 /// Linear, static, linear.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,7 +124,7 @@ impl<'a> SandwichLoss<'a> {
     }
 
     /// Residuals and the Jacobian's columns.
-    fn linearise(&self, s: &Sandwich) -> (Vec<f64>, Vec<Vec<f64>>) {
+    fn derivatives(&self, s: &Sandwich) -> (Vec<f64>, Vec<Vec<f64>>) {
         let Data { u, y, .. } = self.data;
         let all_pole = s.front.all_pole(u);
         let w = s.front.numerator(&all_pole);
@@ -171,19 +165,28 @@ impl<'a> SandwichLoss<'a> {
     }
 }
 
-impl SumOfSquares for SandwichLoss<'_> {
-    fn cost(&self, parameters: &[f64]) -> Option<f64> {
-        let s = self.sandwich(parameters);
-        (s.front.is_stable() && s.back.is_stable()).then(|| self.data.squares(&s.run(&self.data.u)))
+impl Residuals for SandwichLoss<'_> {
+    fn from(&self) -> usize {
+        self.data.from
     }
 
-    fn normal_equations(&self, parameters: &[f64]) -> Option<NormalEquations> {
-        let (residuals, jacobian) = self.linearise(&self.sandwich(parameters));
-        Some(normal_equations(&residuals, &jacobian, self.data.from))
+    fn residuals(&self, parameters: &[f64]) -> Option<Vec<f64>> {
+        let s = self.sandwich(parameters);
+        if !(s.front.is_stable() && s.back.is_stable()) {
+            return None;
+        }
+        let mut errors = s.run(&self.data.u);
+        errors.iter_mut().zip(&self.data.y).for_each(|(e, y)| *e -= y);
+        Some(errors)
+    }
+
+    fn linearise(&self, parameters: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        self.derivatives(&self.sandwich(parameters))
     }
 }
 
-/// The free parameters' indices and columns: the largest coefficient of either numerator fixes a scale, and the offset
+/// The free parameters' indices and columns: the back's largest coefficient fixes the nonlinearity's scale (the
+/// front's is fixed by the breakpoints), and the offset
 /// is the nonlinearity's business unless the back suppresses it.
 fn free_columns(s: &Sandwich) -> (Vec<usize>, Vec<Column>) {
     let largest = |b: &[f64]| (0..b.len()).max_by(|i, j| b[*i].abs().total_cmp(&b[*j].abs()));
@@ -191,12 +194,12 @@ fn free_columns(s: &Sandwich) -> (Vec<usize>, Vec<Column>) {
         let each = r.sections.iter().enumerate();
         each.flat_map(|(k, s)| (1..=s.order).map(move |i| (k, i))).collect()
     };
-    let fixed = (largest(&s.front.b), largest(&s.back.b));
+    let fixed = largest(&s.back.b);
     let mut all: Vec<Option<Column>> = Vec::new();
     all.extend((0..s.front.b.len()).map(|i| Some(Column::FrontNumerator(i))));
     all.extend(sections(&s.front).iter().map(|&(k, i)| Some(Column::FrontSection(k, i))));
     all.extend((0..s.shape.c.len()).map(|j| Some(Column::Coefficient(j))));
-    all.extend((0..s.back.b.len()).map(|i| (Some(i) != fixed.1).then_some(Column::BackNumerator(i))));
+    all.extend((0..s.back.b.len()).map(|i| (Some(i) != fixed).then_some(Column::BackNumerator(i))));
     all.extend(sections(&s.back).iter().map(|&(k, i)| Some(Column::BackSection(k, i))));
     all.push(blocks_constants(&s.back).then_some(Column::Offset));
     all.into_iter().enumerate().filter_map(|(i, c)| Some((i, c?))).unzip()
@@ -209,83 +212,8 @@ fn blocks_constants(g: &Rational) -> bool {
     g.static_gain().abs() < 1e-3 * size / denominator.abs()
 }
 
-fn delayed(of: &[f64], lag: usize, sign: f64) -> Vec<f64> {
+pub(super) fn delayed(of: &[f64], lag: usize, sign: f64) -> Vec<f64> {
     let rest = of.len() - lag.min(of.len());
     let zeros = std::iter::repeat_n(0.0, of.len() - rest);
     zeros.chain(of[..rest].iter().map(|v| sign * v)).collect()
-}
-
-/// J'J, -J'r and r'r over the samples from `from` on.
-pub(super) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f64>], from: usize) -> NormalEquations {
-    let n = jacobian.len();
-    let all: Vec<&[f64]> = jacobian.iter().map(|c| &c[from..]).chain([&residuals[from..]]).collect();
-    let samples = residuals.len() - from;
-    let partial: Vec<Vec<f64>> = (0..samples.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|k| products(&all, k * CHUNK..samples.min((k + 1) * CHUNK)))
-        .collect();
-    let size = n + 1;
-    let mut sum = vec![0.0; size * size];
-    for part in &partial {
-        sum.iter_mut().zip(part).for_each(|(s, p)| *s += p);
-    }
-    let mut normal = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..n {
-            normal[i * n + j] = sum[i.max(j) * size + i.min(j)];
-        }
-    }
-    NormalEquations {
-        cost: sum[n * size + n],
-        descent: (0..n).map(|j| -sum[n * size + j]).collect(),
-        normal,
-    }
-}
-
-/// The lower triangle of the columns' inner products over a range of samples, two by two columns at a time.
-fn products(columns: &[&[f64]], range: std::ops::Range<usize>) -> Vec<f64> {
-    let size = columns.len();
-    let mut sum = vec![0.0; size * size];
-    for start in range.clone().step_by(BLOCK) {
-        let block = start..range.end.min(start + BLOCK);
-        let of = |i: usize| &columns[i.min(size - 1)][block.clone()];
-        for i in (0..size).step_by(2) {
-            let (a, b) = (of(i), of(i + 1));
-            for j in (0..=i).step_by(2) {
-                let four = dot4(a, b, of(j), of(j + 1));
-                sum[i * size + j] += four[0];
-                if j + 1 < size {
-                    sum[i * size + j + 1] += four[1];
-                }
-                if i + 1 < size {
-                    sum[(i + 1) * size + j] += four[2];
-                    sum[(i + 1) * size + j + 1] += four[3];
-                }
-            }
-        }
-    }
-    sum
-}
-
-/// a.c, a.d, b.c, b.d
-fn dot4(a: &[f64], b: &[f64], c: &[f64], d: &[f64]) -> [f64; 4] {
-    const LANES: usize = 2;
-    let mut lanes = [[0.0; LANES]; 4];
-    let whole = a.len() / LANES * LANES;
-    for t in (0..whole).step_by(LANES) {
-        for l in 0..LANES {
-            let (p, q, r, s) = (a[t + l], b[t + l], c[t + l], d[t + l]);
-            lanes[0][l] += p * r;
-            lanes[1][l] += p * s;
-            lanes[2][l] += q * r;
-            lanes[3][l] += q * s;
-        }
-    }
-    for t in whole..a.len() {
-        lanes[0][0] += a[t] * c[t];
-        lanes[1][0] += a[t] * d[t];
-        lanes[2][0] += b[t] * c[t];
-        lanes[3][0] += b[t] * d[t];
-    }
-    lanes.map(|l| l.iter().sum())
 }

@@ -114,6 +114,16 @@ pub(super) fn find(data: &Data, monitor: &mut Monitor<'_>) -> Option<Found> {
         sandwich: found.sandwich,
     };
     let start = pieces(start, &medium, TRIAL_STEPS, monitor, &mut found.tried);
+    if std::env::var("DUMP").is_ok() { for (w, c) in start.sandwich.parameters().chunks(8).enumerate() { println!("{w} {c:?}"); } }
+    if std::env::var("FAST").is_ok() {
+        let mut c = start.clone();
+        for f in super::structure::grown(&c.sandwich) { c.sandwich = f; }
+        c.squares = medium.squares(&c.sandwich.run(&medium.u));
+        let t = std::time::Instant::now();
+        let c = fitted(c, &medium, 150, 1e-6, monitor);
+        println!("FAST {:?} {}", c.tried(&medium), t.elapsed().as_secs_f64());
+        found.sandwich = c.sandwich; return Some(found);
+    }
     let chosen = restructure(start, &medium, monitor, &mut found.tried);
     monitor.stage = Stage::Refinement;
     let whole = Candidate {

@@ -7,7 +7,8 @@
 use rayon::prelude::*;
 
 use super::approximation::solve;
-use super::loss::{Data, Sandwich, normal_equations};
+use super::loss::{Data, Sandwich};
+use super::products::normal_equations;
 use super::rational::{Rational, groups};
 use super::shape::{Shape, thinned};
 use crate::linear::correlation::{mean, variance};

@@ -77,3 +77,9 @@ fn cancelled(g: &Rational) -> Option<Rational> {
     }
     Some(next)
 }
+
+pub(super) fn grown(s: &Sandwich) -> Vec<Sandwich> {
+    let mut front = with_pole(&s.front).unwrap(); front = longer(&front).unwrap(); front = longer(&front).unwrap();
+    let mut back = with_pole(&s.back).unwrap(); back = longer(&back).unwrap(); back = longer(&back).unwrap();
+    vec![Sandwich { front, back, ..s.clone() }]
+}
