@@ -6,7 +6,9 @@ mod dependence;
 pub mod hammerstein;
 mod impulse;
 mod outcome;
+mod sandwich;
 
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
+pub use sandwich::{ApproximationScore, SandwichIdentification, Stage, TriedStructure, WienerHammerstein};

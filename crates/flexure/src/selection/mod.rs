@@ -14,7 +14,7 @@ mod test_data;
 
 pub use bandwidth::{BandwidthSearch, Score};
 pub use folds::{BlockFolds, FoldScore, FoldSearch, Tunable};
+pub(crate) use grid::bulk;
 pub use rule::{BandwidthChoice, BandwidthRule, choose_bandwidth};
 pub use search::{Candidate, Criterion, Search};
-pub(crate) use grid::bulk;
 pub(crate) use search::{UNDETERMINED, lowest};

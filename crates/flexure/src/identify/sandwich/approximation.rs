@@ -16,6 +16,12 @@ const PASSES: usize = 12;
 const ITERATIONS: usize = 40;
 const TOLERANCE: f64 = 1e-7;
 
+/// The longest pure delay that is looked for, the samples and the order of the search, and what is left to the numerators.
+const LONGEST_DELAY: usize = 100;
+const DELAY_SAMPLES: usize = 5_000;
+const DELAY_ORDER: usize = 3;
+const DELAY_SLACK: usize = 6;
+
 /// A linear model and its sum of squared errors.
 #[derive(Debug, Clone)]
 pub(super) struct Approximation {
@@ -117,4 +123,24 @@ pub(super) fn solve(equations: &NormalEquations) -> Option<Vec<f64>> {
         ridge *= 100.0;
     }
     None
+}
+
+/// A delay too long for numerators to imitate, less some slack; zero if there is none.
+///
+/// The delay at which a low-order equation error is least (Ljung 1999, section 14.5).
+pub(super) fn pure_delay(data: &Data) -> usize {
+    let data = data.head(DELAY_SAMPLES);
+    let longest = LONGEST_DELAY.min(data.counted() / 10);
+    let squares = |delay: usize| {
+        let mut columns: Vec<Vec<f64>> = (0..=DELAY_ORDER).map(|i| delayed(&data.u, delay + i, 1.0)).collect();
+        columns.extend((1..=DELAY_ORDER).map(|i| delayed(&data.y, i, -1.0)));
+        let minus: Vec<f64> = data.y.iter().map(|y| -y).collect();
+        let equations = normal_equations(&minus, &columns, data.from);
+        let explained = |p: Vec<f64>| p.iter().zip(&equations.descent).map(|(p, d)| p * d).sum::<f64>();
+        solve(&equations).map_or(f64::INFINITY, |p| equations.cost - explained(p))
+    };
+    let least = (0..=longest)
+        .map(|d| (d, squares(d)))
+        .fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
+    least.0.saturating_sub(DELAY_SLACK)
 }

@@ -80,7 +80,6 @@ pub(super) fn descend(
         }
         .max(SMALLEST_DAMPING);
         (parameters, cost) = (candidate, trial);
-        if std::env::var("TRACE").is_ok() { println!("      {cost:.6e} gain {gain:.3} damping {damping:.1e}"); }
         if fall <= tolerance * cost {
             break;
         }
@@ -116,11 +115,20 @@ impl Point {
             })
             .collect();
         let acceleration = system.solve(&curvature)?;
-        let size = |v: &[f64]| v.iter().zip(&system.scale).map(|(v, s)| (v * s).powi(2)).sum::<f64>().sqrt();
+        let size = |v: &[f64]| {
+            v.iter()
+                .zip(&system.scale)
+                .map(|(v, s)| (v * s).powi(2))
+                .sum::<f64>()
+                .sqrt()
+        };
         if !(2.0 * size(&acceleration) <= LARGEST_CORRECTION * size(&velocity)) {
             return None;
         }
-        Some((velocity.iter().zip(&acceleration).map(|(v, a)| v + 0.5 * a).collect(), predicted))
+        Some((
+            velocity.iter().zip(&acceleration).map(|(v, a)| v + 0.5 * a).collect(),
+            predicted,
+        ))
     }
 }
 
@@ -153,5 +161,46 @@ impl Damped {
     fn predicted(&self, step: &[f64], descent: &[f64]) -> f64 {
         let each = step.iter().zip(descent).zip(&self.scale);
         each.map(|((v, d), s)| v * (d + self.damping * s * s * v)).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use super::*;
+
+    /// A curved valley: 10 (q - p^2) and 1 - p, p within 3 of the origin.
+    struct Valley;
+
+    impl Residuals for Valley {
+        fn from(&self) -> usize {
+            1
+        }
+        fn residuals(&self, p: &[f64]) -> Option<Vec<f64>> {
+            (p[0].abs() < 3.0).then(|| vec![1e9, 10.0 * (p[1] - p[0] * p[0]), 1.0 - p[0]])
+        }
+        fn linearise(&self, p: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+            let residuals = self.residuals(p).unwrap_or_default();
+            (residuals, vec![vec![7.0, -20.0 * p[0], -1.0], vec![7.0, 10.0, 0.0]])
+        }
+    }
+
+    #[test]
+    fn follows_a_curved_valley_in_few_steps() {
+        let mut steps = 0;
+        let mut count = |_| {
+            steps += 1;
+            ControlFlow::Continue(())
+        };
+        let (p, cost) = descend(&Valley, vec![-1.2, 1.0], 100, 1e-12, &mut Monitor::new(&mut count)).unwrap();
+        assert!((p[0] - 1.0).abs() < 1e-6 && cost < 1e-12, "{p:?} {cost}");
+        assert!(steps < 30, "{steps}");
+    }
+
+    #[test]
+    fn a_start_that_is_not_admissible_is_refused() {
+        let go = &mut |_| ControlFlow::Continue(());
+        assert!(descend(&Valley, vec![4.0, 1.0], 10, 1e-9, &mut Monitor::new(go)).is_none());
     }
 }

@@ -57,6 +57,8 @@ pub(super) struct Data {
     pub y: Vec<f64>,
     /// Samples from here on count.
     pub from: usize,
+    /// So many of them carry as much information as one whose error is independent of the others'.
+    pub dependence: f64,
 }
 
 impl Data {
@@ -76,6 +78,7 @@ impl Data {
             u: self.u[..n].to_vec(),
             y: self.y[..n].to_vec(),
             from: self.from,
+            dependence: self.dependence,
         }
     }
 }
@@ -152,7 +155,13 @@ impl<'a> SandwichLoss<'a> {
                 Column::Coefficient(j) => {
                     let inner: Vec<f64> = local
                         .iter()
-                        .map(|l| if (l.first..l.first + 4).contains(&j) { l.values[j - l.first] } else { 0.0 })
+                        .map(|l| {
+                            if (l.first..l.first + 4).contains(&j) {
+                                l.values[j - l.first]
+                            } else {
+                                0.0
+                            }
+                        })
                         .collect();
                     s.back.run(&inner)
                 }
@@ -197,7 +206,11 @@ fn free_columns(s: &Sandwich) -> (Vec<usize>, Vec<Column>) {
     let fixed = largest(&s.back.b);
     let mut all: Vec<Option<Column>> = Vec::new();
     all.extend((0..s.front.b.len()).map(|i| Some(Column::FrontNumerator(i))));
-    all.extend(sections(&s.front).iter().map(|&(k, i)| Some(Column::FrontSection(k, i))));
+    all.extend(
+        sections(&s.front)
+            .iter()
+            .map(|&(k, i)| Some(Column::FrontSection(k, i))),
+    );
     all.extend((0..s.shape.c.len()).map(|j| Some(Column::Coefficient(j))));
     all.extend((0..s.back.b.len()).map(|i| (Some(i) != fixed).then_some(Column::BackNumerator(i))));
     all.extend(sections(&s.back).iter().map(|&(k, i)| Some(Column::BackSection(k, i))));
@@ -217,3 +230,7 @@ pub(super) fn delayed(of: &[f64], lag: usize, sign: f64) -> Vec<f64> {
     let zeros = std::iter::repeat_n(0.0, of.len() - rest);
     zeros.chain(of[..rest].iter().map(|v| sign * v)).collect()
 }
+
+#[cfg(test)]
+#[path = "loss_tests.rs"]
+mod tests;

@@ -18,7 +18,11 @@ pub(super) fn inner_products(jacobian: &[Vec<f64>], residuals: &[f64], from: usi
 /// J'J, -J'r and r'r over the samples from `from` on.
 pub(super) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f64>], from: usize) -> NormalEquations {
     let n = jacobian.len();
-    let all: Vec<&[f64]> = jacobian.iter().map(|c| &c[from..]).chain([&residuals[from..]]).collect();
+    let all: Vec<&[f64]> = jacobian
+        .iter()
+        .map(|c| &c[from..])
+        .chain([&residuals[from..]])
+        .collect();
     let samples = residuals.len() - from;
     let partial: Vec<Vec<f64>> = (0..samples.div_ceil(CHUNK))
         .into_par_iter()
@@ -88,4 +92,32 @@ fn dot4(a: &[f64], b: &[f64], c: &[f64], d: &[f64]) -> [f64; 4] {
         lanes[3][0] += b[t] * d[t];
     }
     lanes.map(|l| l.iter().sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    #[test]
+    fn products_are_the_sums() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        for (n, columns, from) in [(10_000, 5, 3), (4096 + 257, 4, 0), (7, 1, 2), (5, 0, 1)] {
+            let mut column = || -> Vec<f64> { (0..n).map(|_| rng.random_range(-1.0..1.0)).collect() };
+            let jacobian: Vec<Vec<f64>> = (0..columns).map(|_| column()).collect();
+            let residuals = column();
+            let sum = |a: &[f64], b: &[f64]| (from..n).map(|t| a[t] * b[t]).sum::<f64>();
+            let got = normal_equations(&residuals, &jacobian, from);
+            let simple = inner_products(&jacobian, &residuals, from);
+            assert!((got.cost - sum(&residuals, &residuals)).abs() < 1e-10);
+            for i in 0..columns {
+                let want = sum(&jacobian[i], &residuals);
+                assert!((got.descent[i] + want).abs() < 1e-10 && (simple[i] - want).abs() < 1e-10);
+                for j in 0..columns {
+                    assert!((got.normal[i * columns + j] - sum(&jacobian[i], &jacobian[j])).abs() < 1e-10);
+                }
+            }
+        }
+    }
 }

@@ -77,7 +77,10 @@ impl Rational {
                 b[i] = b[i] * first + previous * second;
             }
         }
-        let largest = b.iter().map(|v| v.re).fold(0.0_f64, |m, v| if v.abs() > m.abs() { v } else { m });
+        let largest = b
+            .iter()
+            .map(|v| v.re)
+            .fold(0.0_f64, |m, v| if v.abs() > m.abs() { v } else { m });
         Rational {
             b: b.iter().map(|v| v.re / largest).collect(),
             sections: sections(poles),
@@ -166,7 +169,10 @@ impl Rational {
             }
             a = product;
         }
-        TransferFunction::new(std::iter::repeat_n(0.0, delay).chain(self.b.iter().copied()).collect(), a)
+        TransferFunction::new(
+            std::iter::repeat_n(0.0, delay).chain(self.b.iter().copied()).collect(),
+            a,
+        )
     }
 
     /// Samples after which the slowest pole's response has fallen to `share`.
@@ -233,7 +239,9 @@ pub(super) fn groups(roots: &[Complex<f64>]) -> Vec<(Complex<f64>, bool)> {
     let pairs = roots.iter().filter(|z| !real(z) && z.im > 0.0).map(|z| (*z, true));
     let mut single: Vec<f64> = roots.iter().filter(|z| real(z)).map(|z| z.re).collect();
     single.sort_unstable_by(f64::total_cmp);
-    pairs.chain(single.into_iter().map(|x| (Complex::new(x, 0.0), false))).collect()
+    pairs
+        .chain(single.into_iter().map(|x| (Complex::new(x, 0.0), false)))
+        .collect()
 }
 
 /// Sections with these poles: conjugate pairs, real poles two by two, and one of first order if their number is odd.
@@ -256,4 +264,52 @@ fn sections(poles: &[Complex<f64>]) -> Vec<Section> {
         });
     }
     sections
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(a: &[Complex<f64>], b: &[Complex<f64>]) -> bool {
+        a.len() == b.len() && a.iter().all(|p| b.iter().any(|q| (p - q).norm() < 1e-9))
+    }
+
+    #[test]
+    fn poles_and_zeros_come_back() {
+        let c = |re, im| Complex::new(re, im);
+        let poles = [c(0.5, 0.3), c(0.5, -0.3), c(-0.2, 0.0), c(0.7, 0.0), c(0.1, 0.0)];
+        let zeros = [c(1.5, 0.7), c(1.5, -0.7), c(-0.4, 0.0)];
+        let g = Rational::from_roots(&zeros, &poles);
+        assert_eq!(g.order(), 5);
+        assert!(close(&g.poles(), &poles), "{:?}", g.poles());
+        assert!(close(&g.zeros().unwrap(), &zeros), "{:?}", g.zeros());
+        assert!(g.is_stable());
+    }
+
+    #[test]
+    fn sections_respond_as_the_transfer_function() {
+        let c = |re, im| Complex::new(re, im);
+        let poles = [c(0.5, 0.3), c(0.5, -0.3), c(0.2, 0.6), c(0.2, -0.6), c(0.7, 0.0)];
+        let many: Vec<Complex<f64>> = poles.iter().chain(&poles).copied().collect();
+        let input: Vec<f64> = (0..60).map(|i| (0.7 * f64::from(i)).sin()).collect();
+        for poles in [&[][..], &poles[..1], &poles[..2], &poles, &many] {
+            let g = Rational::from_roots(&[c(0.4, 0.0)], poles);
+            let want = g.transfer_function(0).unwrap().simulate(&input);
+            for (got, want) in g.run(&input).iter().zip(want) {
+                assert!((got - want).abs() < 1e-9, "{got} {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn poles_outside_are_mirrored() {
+        let g = Rational::from_polynomials(vec![1.0], &[1.0, -2.5, 1.0]).unwrap();
+        assert!(
+            g.is_stable() && g.poles().iter().all(|p| (p - 0.5).norm() < 1e-9),
+            "{:?}",
+            g.poles()
+        );
+        let edge = Rational::from_polynomials(vec![1.0], &[1.0, -1.0]).unwrap();
+        assert!(edge.is_stable());
+    }
 }

@@ -4,10 +4,12 @@ use super::approximation::{Approximation, approximate};
 use super::descent::descend;
 use super::loss::{Data, Sandwich, SandwichLoss};
 use super::monitor::{Monitor, Stage};
-use super::shape::thinned;
-use super::split::{Candidate, fit_coefficients, split};
+use super::outcome::ApproximationScore;
+use super::rational::Rational;
+use super::shape::{Roughness, Shape, thinned};
+use super::split::{Candidate, fit_coefficients, fit_shape, split};
 use super::structure::neighbours;
-use crate::linear::correlation::variance;
+use crate::linear::correlation::{cross_covariance, variance};
 
 /// Largest order of the linear approximation.
 const LARGEST_ORDER: usize = 10;
@@ -22,8 +24,15 @@ const SCREENED: usize = 8;
 const SURVIVORS: [usize; 2] = [8, 3];
 /// Pieces of the nonlinearity in the screening's second round.
 const SCREENING_PIECES: usize = 16;
-/// Pieces that are tried.
-const PIECES: [usize; 6] = [6, 10, 16, 24, 36, 54];
+/// Pieces that are tried, relative to the present number.
+const PIECES: [f64; 6] = [0.7, 1.0, 1.4, 2.0, 2.8, 4.0];
+const MOST_PIECES: usize = 64;
+/// A piece of the nonlinearity has at least the samples' number divided by this, within 8 to 50.
+const FINEST_PIECES: usize = 800;
+/// The outermost pieces have at least so many times the samples of the others.
+const OUTSIDE: usize = 4;
+/// Lags of the errors' autocorrelation.
+const LAGS: usize = 100;
 /// The share of the breakpoints that are spread evenly.
 const EVEN: f64 = 0.3;
 /// Rounds of structural change.
@@ -57,15 +66,48 @@ pub struct TriedStructure {
 #[derive(Debug, Clone)]
 pub(super) struct Found {
     pub sandwich: Sandwich,
-    /// Order and relative error of every linear approximation.
-    pub approximations: Vec<(usize, f64)>,
+    pub approximations: Vec<ApproximationScore>,
     pub tried: Vec<TriedStructure>,
 }
 
-/// Schwarz's criterion of a sum of squares.
-pub(super) fn bic(squares: f64, parameters: usize, samples: usize) -> f64 {
-    let n = samples as f64;
-    n * (squares.max(f64::MIN_POSITIVE) / n).ln() + parameters as f64 * n.ln()
+impl Found {
+    /// What is left where no linear approximation was found: a static nonlinearity, or a constant.
+    pub fn nothing(data: &Data) -> Found {
+        let pass = Rational {
+            b: vec![1.0],
+            sections: Vec::new(),
+        };
+        let constant = Sandwich {
+            front: pass.clone(),
+            shape: Shape::new(&[-1.0, 1.0]),
+            back: pass.clone(),
+            offset: 0.0,
+        };
+        Found {
+            sandwich: fit_shape(pass.clone(), pass, data).map_or(constant, |c| c.sandwich),
+            approximations: Vec::new(),
+            tried: Vec::new(),
+        }
+    }
+}
+
+/// Schwarz's criterion of a sum of squares, for as many independent errors as the samples are worth.
+fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
+    let samples = data.counted() as f64;
+    let n = samples / data.dependence;
+    n * (squares.max(f64::MIN_POSITIVE) / samples).ln() + parameters as f64 * n.ln()
+}
+
+/// $1 + 2 \sum_j \rho_j^2$ of the errors: a comparison of two models with errors of this autocorrelation varies as much
+/// as one with so many times fewer independent errors (Bartlett 1946).
+fn dependence(c: &Candidate, data: &Data) -> f64 {
+    let output = c.sandwich.run(&data.u);
+    let errors: Vec<f64> = output.iter().zip(&data.y).skip(data.from).map(|(p, y)| p - y).collect();
+    let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
+    let noise = 1.0 / errors.len() as f64;
+    let power = |r: &f64| ((r / covariance[0]).powi(2) - noise).max(0.0);
+    let sum: f64 = covariance[1..].iter().map(power).sum();
+    if sum.is_finite() { 1.0 + 2.0 * sum } else { 1.0 }
 }
 
 impl Candidate {
@@ -75,7 +117,7 @@ impl Candidate {
     }
 
     pub(super) fn bic(&self, data: &Data) -> f64 {
-        bic(self.squares, self.parameters(), data.counted())
+        bic(self.squares, self.parameters(), data)
     }
 
     pub(super) fn tried(&self, data: &Data) -> TriedStructure {
@@ -95,7 +137,8 @@ impl Candidate {
 
 /// The search, on data of unit variance and zero mean.
 pub(super) fn find(data: &Data, monitor: &mut Monitor<'_>) -> Option<Found> {
-    let approximations = approximations(&data.head(STRUCTURE_SAMPLES), monitor);
+    let approximated = data.head(STRUCTURE_SAMPLES);
+    let approximations = approximations(&approximated, monitor);
     let best = (0..approximations.len()).min_by(|i, j| approximations[*i].1.total_cmp(&approximations[*j].1))?;
     let settling = approximations[best].0.system.settling(1e-4);
     let mut data = data.clone();
@@ -103,27 +146,22 @@ pub(super) fn find(data: &Data, monitor: &mut Monitor<'_>) -> Option<Found> {
     let mut found = Found {
         approximations: approximations
             .iter()
-            .map(|(a, _)| (a.system.order(), a.squares))
+            .map(|(a, _)| ApproximationScore {
+                order: a.system.order(),
+                relative_error: (a.squares / approximated.counted() as f64).sqrt(),
+            })
             .collect(),
         ..screen(&data, &approximations, best, monitor)?
     };
-    let medium = data.head(STRUCTURE_SAMPLES);
+    let mut medium = data.head(STRUCTURE_SAMPLES);
     monitor.stage = Stage::Structure;
     let start = Candidate {
         squares: medium.squares(&found.sandwich.run(&medium.u)),
         sandwich: found.sandwich,
     };
+    let start = fitted(start, &medium, TRIAL_STEPS, 1e-4, monitor);
+    medium.dependence = dependence(&start, &medium);
     let start = pieces(start, &medium, TRIAL_STEPS, monitor, &mut found.tried);
-    if std::env::var("DUMP").is_ok() { for (w, c) in start.sandwich.parameters().chunks(8).enumerate() { println!("{w} {c:?}"); } }
-    if std::env::var("FAST").is_ok() {
-        let mut c = start.clone();
-        for f in super::structure::grown(&c.sandwich) { c.sandwich = f; }
-        c.squares = medium.squares(&c.sandwich.run(&medium.u));
-        let t = std::time::Instant::now();
-        let c = fitted(c, &medium, 150, 1e-6, monitor);
-        println!("FAST {:?} {}", c.tried(&medium), t.elapsed().as_secs_f64());
-        found.sandwich = c.sandwich; return Some(found);
-    }
     let chosen = restructure(start, &medium, monitor, &mut found.tried);
     monitor.stage = Stage::Refinement;
     let whole = Candidate {
@@ -131,6 +169,7 @@ pub(super) fn find(data: &Data, monitor: &mut Monitor<'_>) -> Option<Found> {
         sandwich: chosen.sandwich,
     };
     let whole = fitted(whole, &data, TRIAL_STEPS, 1e-4, monitor);
+    data.dependence = dependence(&whole, &data);
     let whole = restructure(whole, &data, monitor, &mut found.tried);
     let whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut found.tried);
     let last = fitted(whole, &data, LAST_STEPS, 1e-6, monitor);
@@ -142,7 +181,7 @@ pub(super) fn find(data: &Data, monitor: &mut Monitor<'_>) -> Option<Found> {
 /// Linear approximations with Schwarz's criterion.
 fn approximations(data: &Data, monitor: &mut Monitor<'_>) -> Vec<(Approximation, f64)> {
     let score = |a: Approximation| {
-        let score = bic(a.squares, a.system.parameters().len(), data.counted());
+        let score = bic(a.squares, a.system.parameters().len(), data);
         (a, score)
     };
     (1..=LARGEST_ORDER.min(data.counted() / 20))
@@ -212,6 +251,9 @@ pub(super) fn fitted(c: Candidate, data: &Data, steps: usize, tolerance: f64, mo
 }
 
 /// The nonlinearity on new breakpoints, dense where it is rough; the intermediate signal at unit variance.
+///
+/// Where it is rough is read from the present curve, which is good for smooth ones, and from one on many even breakpoints,
+/// which shows kinks; the better of the two is taken.
 fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
     let s = &c.sandwich;
     let mut sorted = s.front.run(&data.u)[data.from..].to_vec();
@@ -220,19 +262,26 @@ fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
         return None;
     }
     sorted.sort_unstable_by(f64::total_cmp);
-    let mut at = s.shape.denser(pieces, EVEN);
-    let last = at.len() - 1;
-    (at[0], at[last]) = (sorted[0], sorted[sorted.len() - 1]);
-    let at = thinned(&at, &sorted, fewest(data));
-    let mut front = s.front.clone();
-    front.b.iter_mut().for_each(|b| *b /= spread);
-    let at: Vec<f64> = at.iter().map(|x| x / spread).collect();
-    fit_coefficients(front, &at, s.back.clone(), data)
-}
-
-/// The fewest samples in a piece of the nonlinearity.
-fn fewest(data: &Data) -> usize {
-    (data.counted() / 800).clamp(8, 50)
+    let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
+    let fewest = (data.counted() / FINEST_PIECES).clamp(8, 50);
+    let on = |at: Vec<f64>| {
+        let mut at = at;
+        let last = at.len() - 1;
+        (at[0], at[last]) = (low, high);
+        let at = thinned(&at, &sorted, fewest, OUTSIDE * fewest);
+        let mut front = s.front.clone();
+        front.b.iter_mut().for_each(|b| *b /= spread);
+        let at: Vec<f64> = at.iter().map(|x| x / spread).collect();
+        fit_coefficients(front, &at, s.back.clone(), data)
+    };
+    let smooth = on(s.shape.denser(pieces, Roughness::Fourth, EVEN));
+    let even = (0..=MOST_PIECES).map(|i| low + (high - low) * i as f64 / MOST_PIECES as f64);
+    let kinked = on(even.collect()).and_then(|fine| {
+        let at = fine.sandwich.shape.denser(pieces, Roughness::Second, EVEN);
+        on(at.iter().map(|x| x * spread).collect())
+    });
+    let both = [smooth, kinked].into_iter().flatten();
+    both.min_by(|a, b| a.squares.total_cmp(&b.squares))
 }
 
 /// More and more pieces while Schwarz's criterion falls.
@@ -243,9 +292,13 @@ fn pieces(
     monitor: &mut Monitor<'_>,
     tried: &mut Vec<TriedStructure>,
 ) -> Candidate {
+    let present = best.sandwich.shape.breakpoints().len() - 1;
     let mut worse = 0;
-    for pieces in PIECES {
-        let Some(next) = with_pieces(&best, pieces, data) else { continue };
+    for factor in PIECES {
+        let pieces = ((present as f64 * factor).round() as usize).clamp(2, MOST_PIECES);
+        let Some(next) = with_pieces(&best, pieces, data) else {
+            continue;
+        };
         let next = fitted(next, data, steps, 1e-4, monitor);
         tried.push(next.tried(data));
         if next.bic(data) < best.bic(data) {

@@ -11,8 +11,8 @@ use super::loss::{Data, Sandwich};
 use super::products::normal_equations;
 use super::rational::{Rational, groups};
 use super::shape::{Shape, thinned};
-use crate::linear::correlation::{mean, variance};
 use crate::linear::Complex;
+use crate::linear::correlation::{mean, variance};
 
 /// Quantiles of the intermediate signal that bound the nonlinearity's first pieces.
 const QUANTILES: [f64; 7] = [0.03, 0.12, 0.3, 0.5, 0.7, 0.88, 0.97];
@@ -78,7 +78,8 @@ fn hand_over_zeros(
 /// The groups whose bit is (or is not) set, with conjugates.
 fn chosen(groups: &[(Complex<f64>, bool)], mask: usize, set: bool) -> Vec<Complex<f64>> {
     let mine = groups.iter().enumerate().filter(|(i, _)| (mask >> i & 1 == 1) == set);
-    mine.flat_map(|(_, &(z, pair))| std::iter::once(z).chain(pair.then(|| z.conj()))).collect()
+    mine.flat_map(|(_, &(z, pair))| std::iter::once(z).chain(pair.then(|| z.conj())))
+        .collect()
 }
 
 /// The sandwich of these linear blocks and the best coarse nonlinearity between them.
@@ -97,7 +98,12 @@ pub(super) fn fit_shape(mut front: Rational, back: Rational, data: &Data) -> Opt
     let mut breakpoints = vec![sorted[0]];
     breakpoints.extend(QUANTILES.map(quantile));
     breakpoints.push(sorted[last]);
-    fit_coefficients(front, &thinned(&breakpoints, &sorted, FEWEST_IN_PIECE), back, data)
+    fit_coefficients(
+        front,
+        &thinned(&breakpoints, &sorted, FEWEST_IN_PIECE, FEWEST_IN_PIECE),
+        back,
+        data,
+    )
 }
 
 /// The sandwich of these linear blocks with the best spline on these breakpoints.

@@ -13,13 +13,18 @@ const NEARLY: f64 = 0.3;
 
 /// Sandwiches with one structural change, that start where `s` is (or nearly, where something was removed).
 pub(super) fn neighbours(s: &Sandwich) -> Vec<Sandwich> {
-    let front = changes(&s.front).into_iter().map(|front| Sandwich { front, ..s.clone() });
+    let front = changes(&s.front)
+        .into_iter()
+        .map(|front| Sandwich { front, ..s.clone() });
     let back = changes(&s.back).into_iter().map(|back| Sandwich { back, ..s.clone() });
     front.chain(back).collect()
 }
 
 fn changes(g: &Rational) -> Vec<Rational> {
-    [longer(g), shorter(g), with_pole(g), cancelled(g)].into_iter().flatten().collect()
+    [longer(g), shorter(g), with_pole(g), cancelled(g)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// One numerator coefficient more, zero.
@@ -68,7 +73,8 @@ fn cancelled(g: &Rational) -> Option<Rational> {
     let (_, i, j) = nearest?;
     let without = |all: &[(Complex<f64>, bool)], k: usize| -> Vec<Complex<f64>> {
         let rest = all.iter().enumerate().filter(|(l, _)| *l != k);
-        rest.flat_map(|(_, &(z, pair))| std::iter::once(z).chain(pair.then(|| z.conj()))).collect()
+        rest.flat_map(|(_, &(z, pair))| std::iter::once(z).chain(pair.then(|| z.conj())))
+            .collect()
     };
     let mut next = Rational::from_roots(&without(&zeros, j), &without(&poles, i));
     let gain = g.static_gain() / next.static_gain();
@@ -76,10 +82,4 @@ fn cancelled(g: &Rational) -> Option<Rational> {
         next.b.iter_mut().for_each(|b| *b *= gain);
     }
     Some(next)
-}
-
-pub(super) fn grown(s: &Sandwich) -> Vec<Sandwich> {
-    let mut front = with_pole(&s.front).unwrap(); front = longer(&front).unwrap(); front = longer(&front).unwrap();
-    let mut back = with_pole(&s.back).unwrap(); back = longer(&back).unwrap(); back = longer(&back).unwrap();
-    vec![Sandwich { front, back, ..s.clone() }]
 }

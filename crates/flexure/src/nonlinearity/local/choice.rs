@@ -70,7 +70,14 @@ impl Broken {
         let last = self.x.len().checked_sub(2)?;
         let i = self.x.partition_point(|&v| v <= x).saturating_sub(1).min(last);
         let width = self.x[i + 1] - self.x[i];
-        Some((i, if width > 0.0 { (self.y[i + 1] - self.y[i]) / width } else { 0.0 }))
+        Some((
+            i,
+            if width > 0.0 {
+                (self.y[i + 1] - self.y[i]) / width
+            } else {
+                0.0
+            },
+        ))
     }
 }
 
@@ -138,7 +145,11 @@ impl Windows<'_> {
         let across = |from: usize, to: usize| {
             let lines = [left[from]?.1, right[to]?.1];
             let nodes = [self.design.nodes[from], self.design.nodes[to]];
-            Some(Jump { x: f64::NAN, nodes, lines })
+            Some(Jump {
+                x: f64::NAN,
+                nodes,
+                lines,
+            })
         };
         let torn = |cell: usize| {
             across(cell, cell + 1).is_some_and(|jump| {

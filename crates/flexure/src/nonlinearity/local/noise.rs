@@ -14,11 +14,18 @@ pub fn deviation(data: &Sorted, extent: f64, at: &[f64]) -> Vec<f64> {
     let differences = Sorted::new(&data.x[1..last], &squares);
     // Where no difference is in reach the overall mean stands.
     let mut variance = vec![differences.mean; at.len()];
-    for_each_sum(&differences, Kernel::Uniform, Degree::Constant, WINDOW * extent, at, |j, sums| {
-        if let Some(fit) = sums.fit(Degree::Constant) {
-            variance[j] = differences.mean + fit.value;
-        }
-    });
+    for_each_sum(
+        &differences,
+        Kernel::Uniform,
+        Degree::Constant,
+        WINDOW * extent,
+        at,
+        |j, sums| {
+            if let Some(fit) = sums.fit(Degree::Constant) {
+                variance[j] = differences.mean + fit.value;
+            }
+        },
+    );
     // Ordinates on a line have no noise, but their rounding.
     let floor = f64::EPSILON * data.y.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
     variance.into_iter().map(|v| v.max(0.0).sqrt().max(floor)).collect()
@@ -27,7 +34,11 @@ pub fn deviation(data: &Sorted, extent: f64, at: &[f64]) -> Vec<f64> {
 /// The squared difference at an inner point, of the variance of an observation of weight one.
 fn square(data: &Sorted, i: usize) -> f64 {
     let gap = data.x[i + 1] - data.x[i - 1];
-    let right = if gap > 0.0 { (data.x[i] - data.x[i - 1]) / gap } else { 0.5 };
+    let right = if gap > 0.0 {
+        (data.x[i] - data.x[i - 1]) / gap
+    } else {
+        0.5
+    };
     let left = 1.0 - right;
     let difference = data.y[i] - left * data.y[i - 1] - right * data.y[i + 1];
     let share = |j: usize, c: f64| c * c / data.weight(j);

@@ -31,7 +31,12 @@ pub fn threshold(data: &Sorted, design: &Design) -> Option<f64> {
             }
         }
     }
-    if std::env::var("G").is_ok() { eprintln!("{:?}", gains.map(|[g, s]| (g / data.len() as f64, s.sqrt() / data.len() as f64))); }
+    if std::env::var("G").is_ok() {
+        eprintln!(
+            "{:?}",
+            gains.map(|[g, s]| (g / data.len() as f64, s.sqrt() / data.len() as f64))
+        );
+    }
     let best = (0..THRESHOLDS.len()).max_by(|&i, &j| gains[i][0].total_cmp(&gains[j][0]))?;
     let [gain, squares] = gains[best];
     (gain > squares.sqrt()).then_some(THRESHOLDS[best])

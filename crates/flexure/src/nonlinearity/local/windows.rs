@@ -38,7 +38,13 @@ impl Design {
         let count = (n / POINTS_A_NODE).clamp(32, NODES).min(n);
         // Counted from the nearer end, so that mirrored data give the mirrored table.
         let rank = |i: usize| i * (n - 1) / (count - 1).max(1);
-        let node = |i: usize| data.x[if 2 * i < count { rank(i) } else { n - 1 - rank(count - 1 - i) }];
+        let node = |i: usize| {
+            data.x[if 2 * i < count {
+                rank(i)
+            } else {
+                n - 1 - rank(count - 1 - i)
+            }]
+        };
         let mut nodes: Vec<f64> = (0..count).map(node).collect();
         nodes.dedup();
         let extent = bulk(&data.x);
@@ -131,13 +137,23 @@ impl<'a> Windows<'a> {
 fn lines(data: &Sorted, design: &Design, h: f64, centre: f64) -> Vec<Option<Line>> {
     let one_sided = centre != 0.0;
     // The half of a window is a window itself, at whose end the line is read off.
-    let (kernel, half) = if one_sided { (Kernel::Uniform, 0.5 * h) } else { (design.kernel, h) };
+    let (kernel, half) = if one_sided {
+        (Kernel::Uniform, 0.5 * h)
+    } else {
+        (design.kernel, h)
+    };
     let at: Vec<f64> = design.nodes.iter().map(|x| x + centre * half).collect();
     let factor = square_share(kernel);
     let mut lines = vec![None; at.len()];
     for_each_sum(data, kernel, Degree::Linear, half, &at, |j, sums| {
-        let here = Sums { at: sums.at - centre, ..sums };
-        let beside = Sums { at: here.at + 1.0, ..sums };
+        let here = Sums {
+            at: sums.at - centre,
+            ..sums
+        };
+        let beside = Sums {
+            at: here.at + 1.0,
+            ..sums
+        };
         if let (Some(here), Some(beside)) = (here.fit(Degree::Linear), beside.fit(Degree::Linear)) {
             lines[j] = Some(Line {
                 value: here.value,
