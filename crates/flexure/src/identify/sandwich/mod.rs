@@ -43,6 +43,7 @@ use approximation::pure_delay;
 use loss::Data;
 use monitor::Monitor;
 pub use monitor::Stage;
+use outcome::Blocks;
 pub use outcome::{ApproximationScore, SandwichIdentification};
 pub use refine::TriedStructure;
 use refine::{Found, find};
@@ -148,63 +149,55 @@ impl WienerHammerstein {
         data.u[..delay].fill(0.0);
         let mut monitor = Monitor::new(progress);
         let found = find(&data, &mut monitor);
-        if monitor.stopped() {
-            return Err(Error::IdentificationStopped {
-                stage: monitor.stage.name(),
-            });
+        if let Some(stage) = monitor.stopped() {
+            return Err(Error::IdentificationStopped { stage: stage.name() });
         }
         let found = found.unwrap_or_else(|| Found::nothing(&data));
-        self.outcome(u, y, fitted, &scales, delay, &found, warnings)
+        let blocks = outcome::blocks(&found.sandwich, &scales, delay)?;
+        judged(u, y, fitted, found, blocks, warnings)
     }
+}
 
-    #[expect(clippy::too_many_arguments, reason = "one call, all of it different")]
-    fn outcome(
-        &self,
-        u: &[f64],
-        y: &[f64],
-        fitted: usize,
-        scales: &Scales,
-        delay: usize,
-        found: &Found,
-        mut warnings: Vec<Warning>,
-    ) -> Result<SandwichIdentification> {
-        let blocks = outcome::blocks(&found.sandwich, scales, delay)?;
-        let model = blocks.model()?;
-        let predicted = model.simulate(u);
-        let verdict = Verdict::new(&u[fitted..], &y[fitted..], &predicted[fitted..])?;
-        let least = found
-            .approximations
-            .iter()
-            .map(|a| a.relative_error)
-            .fold(1.0, f64::min);
-        let explained = 1.0 - least * least;
-        if !(explained >= WEAK) {
-            warnings.push(Warning::WeakLinearApproximation {
-                percent: 100.0 * explained,
-            });
-        }
-        if verdict.measures.fit_percent <= 0.0 {
-            warnings.push(Warning::Useless {
-                fit_percent: verdict.measures.fit_percent,
-            });
-        }
-        Ok(SandwichIdentification {
-            model,
-            front: blocks.front,
-            nonlinearity: blocks.curve,
-            back: blocks.back,
-            output_offset: blocks.offset,
-            front_order: found.sandwich.front.order(),
-            back_order: found.sandwich.back.order(),
-            breakpoints: blocks.breakpoints,
-            approximations: found.approximations.clone(),
-            tried: found.tried.clone(),
-            fitted,
-            predicted,
-            verdict,
-            warnings,
-        })
+/// The free run over the whole record and the verdict on its fresh part.
+fn judged(
+    u: &[f64],
+    y: &[f64],
+    fitted: usize,
+    found: Found,
+    blocks: Blocks,
+    mut warnings: Vec<Warning>,
+) -> Result<SandwichIdentification> {
+    let model = blocks.model()?;
+    let predicted = model.simulate(u);
+    let verdict = Verdict::new(&u[fitted..], &y[fitted..], &predicted[fitted..])?;
+    let errors = found.approximations.iter().map(|a| a.relative_error);
+    let explained = 1.0 - errors.fold(1.0, f64::min).powi(2);
+    if !(explained >= WEAK) {
+        warnings.push(Warning::WeakLinearApproximation {
+            percent: 100.0 * explained,
+        });
     }
+    if verdict.measures.fit_percent <= 0.0 {
+        warnings.push(Warning::Useless {
+            fit_percent: verdict.measures.fit_percent,
+        });
+    }
+    Ok(SandwichIdentification {
+        model,
+        front: blocks.front,
+        nonlinearity: blocks.curve,
+        back: blocks.back,
+        output_offset: blocks.offset,
+        front_order: found.sandwich.front.order(),
+        back_order: found.sandwich.back.order(),
+        breakpoints: blocks.breakpoints,
+        approximations: found.approximations,
+        tried: found.tried,
+        fitted,
+        predicted,
+        verdict,
+        warnings,
+    })
 }
 
 /// Means and standard deviations of input and output.

@@ -35,7 +35,7 @@ impl Stage {
 pub(super) struct Monitor<'a> {
     progress: &'a mut dyn FnMut(Stage) -> ControlFlow<()>,
     pub stage: Stage,
-    stopped: bool,
+    stopped: Option<Stage>,
 }
 
 impl<'a> Monitor<'a> {
@@ -43,16 +43,20 @@ impl<'a> Monitor<'a> {
         Monitor {
             progress,
             stage: Stage::Approximation,
-            stopped: false,
+            stopped: None,
         }
     }
 
+    /// Whether to go on.
     pub fn keep_on(&mut self) -> bool {
-        self.stopped = self.stopped || (self.progress)(self.stage).is_break();
-        !self.stopped
+        if self.stopped.is_none() && (self.progress)(self.stage).is_break() {
+            self.stopped = Some(self.stage);
+        }
+        self.stopped.is_none()
     }
 
-    pub fn stopped(&self) -> bool {
+    /// The stage at which it was stopped, if it was.
+    pub fn stopped(&self) -> Option<Stage> {
         self.stopped
     }
 }

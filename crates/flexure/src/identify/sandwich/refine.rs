@@ -107,7 +107,11 @@ fn dependence(c: &Candidate, data: &Data) -> f64 {
     let noise = 1.0 / errors.len() as f64;
     let power = |r: &f64| ((r / covariance[0]).powi(2) - noise).max(0.0);
     let sum: f64 = covariance[1..].iter().map(power).sum();
-    if sum.is_finite() { 1.0 + 2.0 * sum } else { 1.0 }
+    if sum.is_finite() {
+        (1.0 + 2.0 * sum).min(errors.len() as f64 / 20.0)
+    } else {
+        1.0
+    }
 }
 
 impl Candidate {
@@ -295,6 +299,9 @@ fn pieces(
     let present = best.sandwich.shape.breakpoints().len() - 1;
     let mut worse = 0;
     for factor in PIECES {
+        if monitor.stopped().is_some() {
+            break;
+        }
         let pieces = ((present as f64 * factor).round() as usize).clamp(2, MOST_PIECES);
         let Some(next) = with_pieces(&best, pieces, data) else {
             continue;
@@ -323,6 +330,9 @@ fn restructure(
     for _ in 0..ROUNDS {
         let mut next: Option<Candidate> = None;
         for sandwich in neighbours(&best.sandwich) {
+            if monitor.stopped().is_some() {
+                return best;
+            }
             let squares = data.squares(&sandwich.run(&data.u));
             let c = fitted(Candidate { sandwich, squares }, data, TRIAL_STEPS, 1e-4, monitor);
             tried.push(c.tried(data));

@@ -231,12 +231,11 @@ mod tests {
 
     #[test]
     fn breakpoints_gather_where_it_bends() {
-        // Linear but for one coefficient's kink about zero.
+        // max(x, 0) at Greville's abscissas.
         let at: Vec<f64> = (0..=20).map(|i| -1.0 + 0.1 * f64::from(i)).collect();
         let mut shape = Shape::new(&at);
-        let m = shape.c.len();
-        for (j, c) in shape.c.iter_mut().enumerate() {
-            *c = (j as f64 - (m - 1) as f64 / 2.0).max(0.0);
+        for j in 0..shape.c.len() {
+            shape.c[j] = (shape.knots[j + 1..j + 4].iter().sum::<f64>() / 3.0).max(0.0);
         }
         for order in [Roughness::Second, Roughness::Fourth] {
             let next = shape.denser(10, order, 0.3);

@@ -20,6 +20,8 @@ const QUANTILES: [f64; 7] = [0.03, 0.12, 0.3, 0.5, 0.7, 0.88, 0.97];
 pub(super) const FEWEST_IN_PIECE: usize = 12;
 /// More groups of poles than this are not split in every way; the rest stays in the front.
 const MOST_GROUPS: usize = 10;
+/// Splits of the poles for which the zeros are handed over.
+const MOST_SPLITS: usize = 40;
 
 /// A split and how well it does with the best nonlinearity for it.
 #[derive(Debug, Clone)]
@@ -28,51 +30,79 @@ pub(super) struct Candidate {
     pub squares: f64,
 }
 
-/// The best candidate of every split of the poles, best first.
+/// The best candidate of every split of the poles (of the most promising ones, if there are very many), best first.
 pub(super) fn split(approximation: &Rational, data: &Data) -> Vec<Candidate> {
-    let poles = groups(&approximation.poles());
-    let zeros = groups(&approximation.zeros().unwrap_or_default());
-    let splits = 1_usize << poles.len().min(MOST_GROUPS);
-    let mut all: Vec<Candidate> = (0..splits)
+    let roots = Roots {
+        poles: groups(&approximation.poles()),
+        zeros: groups(&approximation.zeros().unwrap_or_default()),
+        data,
+    };
+    let splits = 1_usize << roots.poles.len().min(MOST_GROUPS);
+    let started: Vec<Vec<Start>> = (0..splits).into_par_iter().map(|s| roots.starts(s)).collect();
+    let mut promising: Vec<Vec<Start>> = started.into_iter().filter(|s| !s.is_empty()).collect();
+    let least = |s: &Vec<Start>| s.iter().map(|s| s.candidate.squares).fold(f64::INFINITY, f64::min);
+    promising.sort_by(|a, b| least(a).total_cmp(&least(b)));
+    promising.truncate(MOST_SPLITS);
+    let mut all: Vec<Candidate> = promising
         .into_par_iter()
-        .filter_map(|front_poles| hand_over_zeros(&poles, &zeros, front_poles, data))
+        .filter_map(|starts| {
+            let ends = starts.into_iter().map(|s| roots.hand_over_zeros(s));
+            ends.min_by(|a, b| a.squares.total_cmp(&b.squares))
+        })
         .collect();
     all.sort_by(|a, b| a.squares.total_cmp(&b.squares));
     all
 }
 
-/// The best split of the zeros that moving one group at a time finds, from all in the front and from all in the back.
-fn hand_over_zeros(
-    poles: &[(Complex<f64>, bool)],
-    zeros: &[(Complex<f64>, bool)],
+/// The poles and zeros to share out, one or a pair at a time.
+struct Roots<'a> {
+    poles: Vec<(Complex<f64>, bool)>,
+    zeros: Vec<(Complex<f64>, bool)>,
+    data: &'a Data,
+}
+
+/// The bits of the poles and zeros that are in the front, and how well that does.
+struct Start {
     front_poles: usize,
-    data: &Data,
-) -> Option<Candidate> {
-    let judge = |front_zeros: usize| {
-        let front = Rational::from_roots(&chosen(zeros, front_zeros, true), &chosen(poles, front_poles, true));
-        let back = Rational::from_roots(&chosen(zeros, front_zeros, false), &chosen(poles, front_poles, false));
-        fit_shape(front, back, data)
-    };
-    let all = (1_usize << zeros.len()) - 1;
-    let mut best: Option<Candidate> = None;
-    for start in [all, 0] {
-        let Some(mut current) = judge(start) else { continue };
-        let mut mask = start;
+    front_zeros: usize,
+    candidate: Candidate,
+}
+
+impl Roots<'_> {
+    fn judge(&self, front_poles: usize, front_zeros: usize) -> Option<Candidate> {
+        let part = |front: bool| {
+            let zeros = chosen(&self.zeros, front_zeros, front);
+            Rational::from_roots(&zeros, &chosen(&self.poles, front_poles, front))
+        };
+        fit_shape(part(true), part(false), self.data)
+    }
+
+    /// All zeros in the front, and all in the back.
+    fn starts(&self, front_poles: usize) -> Vec<Start> {
+        let mut ends = vec![(1_usize << self.zeros.len()) - 1, 0];
+        ends.dedup();
+        let start = |front_zeros| {
+            Some(Start {
+                front_poles,
+                front_zeros,
+                candidate: self.judge(front_poles, front_zeros)?,
+            })
+        };
+        ends.into_iter().filter_map(start).collect()
+    }
+
+    /// Moves the zeros that help most to the other side, one after the other.
+    fn hand_over_zeros(&self, start: Start) -> Candidate {
+        let (mut mask, mut current) = (start.front_zeros, start.candidate);
         loop {
-            let neighbours = (0..zeros.len()).filter_map(|i| Some((mask ^ (1 << i), judge(mask ^ (1 << i))?)));
-            match neighbours.min_by(|a, b| a.1.squares.total_cmp(&b.1.squares)) {
+            let moved = (0..self.zeros.len()).map(|i| mask ^ (1 << i));
+            let judged = moved.filter_map(|m| Some((m, self.judge(start.front_poles, m)?)));
+            match judged.min_by(|a, b| a.1.squares.total_cmp(&b.1.squares)) {
                 Some((next, candidate)) if candidate.squares < current.squares => (mask, current) = (next, candidate),
-                _ => break,
+                _ => return current,
             }
         }
-        if best.as_ref().is_none_or(|b| current.squares < b.squares) {
-            best = Some(current);
-        }
-        if zeros.is_empty() {
-            break;
-        }
     }
-    best
 }
 
 /// The groups whose bit is (or is not) set, with conjugates.
