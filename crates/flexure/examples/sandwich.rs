@@ -16,11 +16,15 @@ use rand_pcg::Pcg64;
 
 const FITTED: usize = 20_000;
 const FRESH: usize = 5_000;
-const NONLINEARITIES: [(&str, fn(f64) -> f64); 3] = [
-    ("limiter", |x| x.clamp(-1.0, 1.2)),
-    ("dead zone", |x| (x - 0.5).max(0.0) + (x + 0.7).min(0.0)),
-    ("cubic", |x| x + 0.3 * x * x * x),
-];
+const NONLINEARITIES: [&str; 3] = ["limiter", "dead zone", "cubic"];
+
+fn nonlinearity(name: &str, x: f64) -> f64 {
+    match name {
+        "limiter" => x.clamp(-1.0, 1.2),
+        "dead zone" => (x - 0.5).max(0.0) + (x + 0.7).min(0.0),
+        _ => x + 0.3 * x * x * x,
+    }
+}
 
 fn main() -> flexure::Result<()> {
     println!("seed nonlinearity input     poles true  found  front %  back %   fit %     s");
@@ -75,7 +79,7 @@ fn simulated(seed: u64) -> flexure::Result<()> {
     };
     let (front, back) = (block()?, block()?);
     let gaussian = seed % 2 == 1;
-    let (name, f) = NONLINEARITIES[seed as usize % 3];
+    let name = NONLINEARITIES[seed as usize % 3];
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
     let shaped: Vec<f64> = (0..FITTED + FRESH).map(|_| normal()).collect();
     let noise: Vec<f64> = (0..FITTED + FRESH).map(|_| normal()).collect();
@@ -86,7 +90,7 @@ fn simulated(seed: u64) -> flexure::Result<()> {
     };
     let w = front.simulate(&u);
     let scale = spread(&w);
-    let z: Vec<f64> = w.iter().map(|w| f(w / scale)).collect();
+    let z: Vec<f64> = w.iter().map(|w| nonlinearity(name, w / scale)).collect();
     let truth = back.simulate(&z);
     let error = 0.01 * spread(&truth);
     let y = truth.iter().zip(&noise).map(|(y, e)| y + error * e).collect();

@@ -30,7 +30,7 @@ const MOST_PIECES: usize = 64;
 /// A piece of the nonlinearity has at least the samples' number divided by this, within 8 to 50.
 const FINEST_PIECES: usize = 800;
 /// The outermost pieces have at least so many times the samples of the others.
-const OUTSIDE: usize = 4;
+const OUTSIDE: usize = 2;
 /// Lags of the errors' autocorrelation.
 const LAGS: usize = 100;
 /// The share of the breakpoints that are spread evenly.
