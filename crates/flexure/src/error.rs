@@ -255,6 +255,12 @@ pub enum Error {
         /// The number there is.
         got: usize,
     },
+    /// An identification was stopped from outside.
+    #[error("stopped while {stage}, as asked")]
+    IdentificationStopped {
+        /// What it was doing.
+        stage: &'static str,
+    },
 }
 
 /// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.

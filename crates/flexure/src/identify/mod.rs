@@ -10,6 +10,7 @@ pub mod hammerstein;
 mod impulse;
 mod outcome;
 mod refined;
+mod sandwich;
 
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
@@ -18,3 +19,4 @@ pub use refined::{
     Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
     RefinedIdentification,
 };
+pub use sandwich::{ApproximationScore, SandwichIdentification, Stage, TriedStructure, WienerHammerstein};

@@ -1,0 +1,78 @@
+//! The derivatives against differences, and the parts against slower twins.
+
+use rand::{RngExt, SeedableRng};
+
+use super::super::rational::Section;
+use super::*;
+
+fn noise(n: usize, seed: u64) -> Vec<f64> {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+    (0..n).map(|_| rng.random_range(-2.0..2.0)).collect()
+}
+
+fn sandwich(constants: bool) -> Sandwich {
+    let pair = |a1, a2| Section { a: [a1, a2], order: 2 };
+    let single = |a1| Section { a: [a1, 0.0], order: 1 };
+    let mut shape = Shape::new(&[-2.0, -0.7, 0.0, 0.4, 1.5]);
+    shape.c.copy_from_slice(&[-1.0, -0.9, -0.2, 0.1, 0.6, 0.5, 0.9]);
+    Sandwich {
+        front: Rational {
+            b: vec![0.3, 0.1, -0.05],
+            sections: vec![pair(-1.2, 0.6), single(0.4)],
+        },
+        shape,
+        back: Rational {
+            b: if constants { vec![0.4, 1.0] } else { vec![1.0, -1.0] },
+            sections: vec![single(-0.7), pair(0.3, 0.2)],
+        },
+        offset: 0.2,
+    }
+}
+
+#[test]
+fn every_derivative_agrees_with_a_difference() {
+    for constants in [true, false] {
+        let data = Data {
+            u: noise(200, 1),
+            y: noise(200, 2),
+            from: 20,
+            dependence: 1.0,
+        };
+        let loss = SandwichLoss::new(sandwich(constants), &data);
+        let p = loss.start();
+        // 3 + 3 of the front, 7 coefficients, 2 + 3 of the back less the one that fixes the scale.
+        assert_eq!(p.len(), 3 + 3 + 7 + 2 + 3 - 1 + usize::from(!constants));
+        let (residuals, jacobian) = loss.linearise(&p);
+        assert_eq!(residuals, loss.residuals(&p).unwrap());
+        for (i, column) in jacobian.iter().enumerate() {
+            let shifted = |h: f64| {
+                let mut q = p.clone();
+                q[i] += h;
+                loss.residuals(&q).unwrap()
+            };
+            let (up, down) = (shifted(1e-6), shifted(-1e-6));
+            for t in 0..200 {
+                let difference = (up[t] - down[t]) / 2e-6;
+                assert!(
+                    (column[t] - difference).abs() < 1e-5,
+                    "{i} {t}: {} {difference}",
+                    column[t]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn an_unstable_block_is_not_admissible() {
+    let data = Data {
+        u: noise(50, 1),
+        y: noise(50, 2),
+        from: 0,
+        dependence: 1.0,
+    };
+    let loss = SandwichLoss::new(sandwich(true), &data);
+    let mut p = loss.start();
+    p[4] = 1.01;
+    assert!(loss.residuals(&p).is_none());
+}

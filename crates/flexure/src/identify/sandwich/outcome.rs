@@ -1,0 +1,143 @@
+//! What the identification of a sandwich returns, in the record's units.
+
+use super::super::outcome::{Verdict, Warning};
+use super::Scales;
+use super::loss::Sandwich;
+use super::rational::Rational;
+use super::refine::TriedStructure;
+use crate::error::Result;
+use crate::linear::TransferFunction;
+use crate::model::Block;
+use crate::nonlinearity::{Curve, Outside};
+
+/// Evenly spaced points of the tabulated nonlinearity.
+const POINTS: usize = 2001;
+/// Frequencies at which the peak gain is looked for.
+const FREQUENCIES: usize = 1024;
+/// A static gain below this share of the peak gain does not fix the scale.
+const NO_STATIC_GAIN: f64 = 0.1;
+
+/// A linear approximation that was tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ApproximationScore {
+    /// Its order.
+    pub order: usize,
+    /// RMS of its simulation error relative to the output's standard deviation.
+    pub relative_error: f64,
+}
+
+/// An identified sandwich with all that was chosen on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SandwichIdentification {
+    /// The model, ready to simulate: `Series([Linear, Static, Linear])`, and the output offset where there is one.
+    pub model: Block,
+    /// The first linear block, of unit static or peak gain. Always stable.
+    pub front: TransferFunction,
+    /// The static nonlinearity, a cubic spline in tabulated form, straight on beyond the range of the fit.
+    pub nonlinearity: Curve,
+    /// The last linear block, of unit static or peak gain. Always stable.
+    pub back: TransferFunction,
+    /// Added to the output; zero unless the back has (nearly) no static gain.
+    pub output_offset: f64,
+    /// The number of poles of the front.
+    pub front_order: usize,
+    /// The number of poles of the back.
+    pub back_order: usize,
+    /// The nonlinearity's breakpoints, increasing, in the unit of the intermediate signal.
+    pub breakpoints: Vec<f64>,
+    /// The linear approximations that were tried.
+    pub approximations: Vec<ApproximationScore>,
+    /// The structures that were tried, in order.
+    pub tried: Vec<TriedStructure>,
+    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
+    pub fitted: usize,
+    /// The free-run output over all samples.
+    pub predicted: Vec<f64>,
+    /// The verdict on the samples from `fitted` on.
+    pub verdict: Verdict,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}
+
+/// The blocks in the record's units and the conventional scale.
+pub(super) struct Blocks {
+    pub front: TransferFunction,
+    pub curve: Curve,
+    pub breakpoints: Vec<f64>,
+    pub back: TransferFunction,
+    pub offset: f64,
+}
+
+impl Blocks {
+    /// The blocks in cascade.
+    pub fn model(&self) -> Result<Block> {
+        let mut blocks = vec![
+            Block::Linear(self.front.clone()),
+            Block::Static(self.curve.clone()),
+            Block::Linear(self.back.clone()),
+        ];
+        if self.offset != 0.0 {
+            let ordinates = vec![self.offset, 1.0 + self.offset];
+            blocks.push(Block::Static(Curve::new(vec![0.0, 1.0], ordinates, Outside::Linear)?));
+        }
+        Ok(Block::Series(blocks))
+    }
+}
+
+/// The sandwich of scaled signals, in the record's units; the delay goes to the front.
+pub(super) fn blocks(s: &Sandwich, scales: &Scales, delay: usize) -> Result<Blocks> {
+    let ((input_mean, input_spread), (output_mean, output_spread)) = (scales.input, scales.output);
+    let (front_gain, _) = conventional_gain(&s.front, delay)?;
+    let (back_gain, back_static) = conventional_gain(&s.back, 0)?;
+    let scaled = |g: &Rational, gain: f64, delay: usize| {
+        let b = g.b.iter().map(|b| b / gain).collect();
+        let sections = g.sections.clone();
+        Rational { b, sections }.transfer_function(delay)
+    };
+    // The scaled front's output is (gain / spread) times the new one's, less what the input's mean contributes.
+    let centre = s.front.static_gain() * input_mean / input_spread;
+    let abscissa = |x: f64| (x + centre) * input_spread / front_gain;
+    let mut offset = output_mean + output_spread * s.offset;
+    let mut level = 0.0;
+    if back_static {
+        (level, offset) = (offset, 0.0);
+    }
+    let ordinate = |x: f64| level + output_spread * back_gain * s.shape.value(x);
+    let breakpoints = s.shape.breakpoints();
+    let (low, high) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
+    let even = (0..POINTS).map(|i| low + (high - low) * i as f64 / (POINTS - 1) as f64);
+    let mut inner: Vec<f64> = even.chain(breakpoints.iter().copied()).collect();
+    inner.sort_unstable_by(f64::total_cmp);
+    let mut points: Vec<(f64, f64)> = inner.into_iter().map(|x| (abscissa(x), ordinate(x))).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points.dedup_by(|b, a| b.0 <= a.0);
+    let (x, y) = points.into_iter().unzip();
+    let mut breakpoints: Vec<f64> = breakpoints.iter().map(|x| abscissa(*x)).collect();
+    breakpoints.sort_unstable_by(f64::total_cmp);
+    Ok(Blocks {
+        front: scaled(&s.front, front_gain, delay)?,
+        curve: Curve::new(x, y, Outside::Linear)?,
+        breakpoints,
+        back: scaled(&s.back, back_gain, 0)?,
+        offset,
+    })
+}
+
+/// What a block is divided by, and whether that is its static gain; 1 for a block that passes nothing.
+fn conventional_gain(g: &Rational, delay: usize) -> Result<(f64, bool)> {
+    let system = g.transfer_function(delay)?;
+    let step = std::f64::consts::PI / (FREQUENCIES - 1) as f64;
+    let gains = (0..FREQUENCIES).map(|i| system.frequency_response(i as f64 * step).norm());
+    let peak = gains.fold(0.0, f64::max);
+    let fixed = g.static_gain();
+    if fixed.is_finite() && fixed.abs() >= NO_STATIC_GAIN * peak && fixed != 0.0 {
+        return Ok((fixed, true));
+    }
+    // The sign of the impulse response where it is largest.
+    let response = system.impulse_response(g.settling(0.01).min(10_000));
+    let largest = response
+        .iter()
+        .fold(0.0_f64, |m, v| if v.abs() > m.abs() { *v } else { m });
+    let usable = peak.is_finite() && peak > 0.0;
+    Ok((if usable { peak.copysign(largest) } else { 1.0 }, false))
+}

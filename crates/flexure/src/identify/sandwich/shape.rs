@@ -1,0 +1,261 @@
+//! The static nonlinearity: a cubic spline, straight on beyond its ends.
+
+/// A cubic spline in B-splines.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shape {
+    /// The breakpoints with the ends four times.
+    knots: Vec<f64>,
+    /// One coefficient a B-spline.
+    pub c: Vec<f64>,
+}
+
+/// The derivative whose size breakpoints are shared out by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Roughness {
+    Second,
+    Fourth,
+}
+
+/// The four B-splines that do not vanish at a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Local {
+    /// The index of the first.
+    pub first: usize,
+    pub values: [f64; 4],
+    pub slopes: [f64; 4],
+}
+
+impl Shape {
+    /// The spline with these breakpoints, at least two, strictly increasing; all coefficients zero.
+    pub fn new(breakpoints: &[f64]) -> Shape {
+        let ends = |x| std::iter::repeat_n(x, 3);
+        let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
+        let knots: Vec<f64> = ends(first)
+            .chain(breakpoints.iter().copied())
+            .chain(ends(last))
+            .collect();
+        let c = vec![0.0; knots.len() - 4];
+        Shape { knots, c }
+    }
+
+    /// The breakpoints.
+    pub fn breakpoints(&self) -> &[f64] {
+        &self.knots[3..self.knots.len() - 3]
+    }
+
+    /// The B-splines at `x`; beyond the ends their tangents there.
+    pub fn local(&self, x: f64) -> Local {
+        let t = &self.knots;
+        let at = x.clamp(t[0], t[t.len() - 1]);
+        let span = t[4..self.c.len()].partition_point(|&k| k <= at) + 3;
+        let mut v = [1.0, 0.0, 0.0, 0.0];
+        let mut shares = [0.0; 3];
+        for degree in 1..4 {
+            let mut saved = 0.0;
+            for r in 0..degree {
+                let (right, left) = (t[span + r + 1], t[span + r + 1 - degree]);
+                let share = v[r] / (right - left);
+                v[r] = saved + (right - at) * share;
+                saved = (at - left) * share;
+                shares[r] = share;
+            }
+            v[degree] = saved;
+        }
+        let [p, q, s] = shares;
+        let slopes = [-3.0 * p, 3.0 * (p - q), 3.0 * (q - s), 3.0 * s];
+        for (v, d) in v.iter_mut().zip(&slopes) {
+            *v += (x - at) * d;
+        }
+        Local {
+            first: span - 3,
+            values: v,
+            slopes,
+        }
+    }
+
+    /// Value and slope from the B-splines at a point.
+    pub fn combine(&self, local: &Local) -> (f64, f64) {
+        let c = &self.c[local.first..local.first + 4];
+        let dot = |v: &[f64; 4]| c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
+        (dot(&local.values), dot(&local.slopes))
+    }
+
+    pub fn value(&self, x: f64) -> f64 {
+        self.combine(&self.local(x)).0
+    }
+
+    /// `intervals + 1` breakpoints that share out the curve's own roughness evenly (de Boor 2001, chapter XII), dense
+    /// where the derivative of the given order is large; a part `even` is shared out evenly over the range.
+    ///
+    /// The root of the order: with fourth derivatives that is the best density for a smooth curve, with second
+    /// derivatives it finds kinks.
+    pub fn denser(&self, intervals: usize, order: Roughness, even: f64) -> Vec<f64> {
+        let t = self.breakpoints();
+        let n = t.len() - 1;
+        let mut density: Vec<f64> = match order {
+            Roughness::Second => (0..n)
+                .map(|i| (0.5 * (self.second(t[i]).abs() + self.second(t[i + 1]).abs())).sqrt())
+                .collect(),
+            Roughness::Fourth => self.fourth().into_iter().map(|d| d.sqrt().sqrt()).collect(),
+        };
+        let widths: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
+        let total: f64 = density.iter().zip(&widths).map(|(d, h)| d * h).sum();
+        let length = t[n] - t[0];
+        let usable = total > 0.0 && total.is_finite();
+        for d in &mut density {
+            *d = if usable {
+                (1.0 - even) * *d / total + even / length
+            } else {
+                1.0 / length
+            };
+        }
+        let (mut at, mut sum, mut i) = (vec![t[0]], 0.0, 0);
+        for k in 1..intervals {
+            let goal = k as f64 / intervals as f64;
+            while i + 1 < n && sum + density[i] * widths[i] < goal {
+                sum += density[i] * widths[i];
+                i += 1;
+            }
+            at.push(t[i] + ((goal - sum) / density[i]).clamp(0.0, widths[i]));
+        }
+        at.push(t[n]);
+        at
+    }
+
+    /// The size of the fourth derivative in every interval: the third one's jumps, spread over the neighbours.
+    fn fourth(&self) -> Vec<f64> {
+        let t = self.breakpoints();
+        let n = t.len() - 1;
+        let third: Vec<f64> = (0..n).map(|i| self.third(i)).collect();
+        let jump = |k: usize| {
+            if k == 0 || k == n {
+                0.0
+            } else {
+                2.0 * (third[k] - third[k - 1]).abs() / (t[k + 1] - t[k - 1])
+            }
+        };
+        (0..n).map(|i| jump(i).max(jump(i + 1))).collect()
+    }
+
+    /// The second derivative at a breakpoint `x`.
+    fn second(&self, x: f64) -> f64 {
+        let t = &self.knots;
+        let i = t[4..self.c.len()].partition_point(|&k| k <= x);
+        let d = |j: usize| 3.0 * (self.c[j] - self.c[j - 1]) / (t[j + 3] - t[j]);
+        let dd = |j: usize| 2.0 * (d(j) - d(j - 1)) / (t[j + 2] - t[j]);
+        // Linear in the interval: the two coefficients are its values at the ends.
+        let share = (x - t[i + 3]) / (t[i + 4] - t[i + 3]);
+        (1.0 - share) * dd(i + 2) + share * dd(i + 3)
+    }
+
+    /// The third derivative in interval `i`.
+    fn third(&self, i: usize) -> f64 {
+        let t = &self.knots;
+        let mut d: Vec<f64> = self.c[i..i + 4].to_vec();
+        for degree in (1..4).rev() {
+            // Coefficients i + 4 - len .. of the derivative's B-splines of one degree less.
+            let first = i + 4 - d.len() + 1;
+            d = d
+                .windows(2)
+                .enumerate()
+                .map(|(k, w)| {
+                    let j = first + k;
+                    degree as f64 * (w[1] - w[0]) / (t[j + degree] - t[j])
+                })
+                .collect();
+        }
+        d[0]
+    }
+}
+
+/// Breakpoints without those that would leave an interval with fewer than `fewest` of the sorted samples, or one of the
+/// outermost, whose slope goes on beyond the data, with fewer than `fewest_outside`.
+pub(super) fn thinned(breakpoints: &[f64], sorted: &[f64], fewest: usize, fewest_outside: usize) -> Vec<f64> {
+    let last = breakpoints.len() - 1;
+    let total = sorted.len();
+    let mut kept = vec![breakpoints[0]];
+    let mut count = None;
+    for &x in &breakpoints[1..last] {
+        let here = sorted.partition_point(|&v| v < x);
+        let need = count.map_or(fewest_outside, |c: usize| c + fewest);
+        if here >= need && total >= here + fewest_outside {
+            kept.push(x);
+            count = Some(here);
+        }
+    }
+    kept.push(breakpoints[last]);
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wavy() -> Shape {
+        let mut shape = Shape::new(&[-1.0, -0.2, 0.1, 2.0]);
+        shape.c.copy_from_slice(&[0.3, -1.0, 2.0, 0.5, 0.1, -0.7]);
+        shape
+    }
+
+    #[test]
+    fn b_splines_sum_to_one_and_slopes_are_derivatives_inside_and_beyond() {
+        let shape = wavy();
+        for x in [-1.5, -0.999, -0.5, -0.1, 0.05, 1.0, 1.999, 3.0] {
+            let local = shape.local(x);
+            assert!((local.values.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{x}");
+            let (_, slope) = shape.combine(&local);
+            let difference = (shape.value(x + 1e-6) - shape.value(x - 1e-6)) / 2e-6;
+            assert!((slope - difference).abs() < 1e-6, "{x}: {slope} {difference}");
+        }
+        assert!((shape.value(3.0) + shape.value(2.2) - 2.0 * shape.value(2.6)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn second_and_third_derivatives() {
+        let shape = wavy();
+        let (x, h) = (0.1, 1e-4);
+        let d2 = (shape.value(x + h) - 2.0 * shape.value(x) + shape.value(x - h)) / (h * h);
+        assert!(
+            (shape.second(x) - d2).abs() < 1e-2 * d2.abs(),
+            "{} {d2}",
+            shape.second(x)
+        );
+        let value = |k: f64| shape.value(0.5 + 0.1 * k);
+        let d3 = (value(3.0) - 3.0 * value(2.0) + 3.0 * value(1.0) - value(0.0)) / 1e-3;
+        assert!(
+            (shape.third(2) - d3).abs() < 1e-6 * d3.abs().max(1.0),
+            "{} {d3}",
+            shape.third(2)
+        );
+    }
+
+    #[test]
+    fn breakpoints_gather_where_it_bends() {
+        // max(x, 0) at Greville's abscissas.
+        let at: Vec<f64> = (0..=20).map(|i| -1.0 + 0.1 * f64::from(i)).collect();
+        let mut shape = Shape::new(&at);
+        for j in 0..shape.c.len() {
+            shape.c[j] = (shape.knots[j + 1..j + 4].iter().sum::<f64>() / 3.0).max(0.0);
+        }
+        for order in [Roughness::Second, Roughness::Fourth] {
+            let next = shape.denser(10, order, 0.3);
+            assert_eq!(next.len(), 11);
+            assert!(next.windows(2).all(|w| w[1] > w[0]), "{next:?}");
+            let near = next.iter().filter(|x| x.abs() < 0.35).count();
+            assert!(near >= 6, "{order:?} {next:?}");
+        }
+        let even = Shape::new(&at).denser(4, Roughness::Second, 0.3);
+        assert!(
+            (even[1] + 0.5).abs() < 1e-12 && (even[3] - 0.5).abs() < 1e-12,
+            "{even:?}"
+        );
+    }
+
+    #[test]
+    fn thin_pieces_are_merged() {
+        let sorted: Vec<f64> = (0..100).map(|i| f64::from(i) / 100.0).collect();
+        let at = [0.0, 0.05, 0.12, 0.2, 0.5, 0.52, 0.6, 0.97, 0.99];
+        let kept = thinned(&at, &sorted, 8, 10);
+        assert_eq!(kept, [0.0, 0.12, 0.2, 0.5, 0.6, 0.99]);
+    }
+}
