@@ -249,7 +249,7 @@ fn line(
 }
 
 /// All estimators but the network, of Lipschitz and smooth m in one and two variables: see the
-/// [module](super::estimators) for the theory of each.
+/// [module](super) for the theory of each.
 pub fn estimator_settings() -> Vec<EstimatorSetting> {
     use Regressand::{Bump, Cone, Cosine, KinkedBump, Sine, ThreeHalves};
     let (third, fifth) = (1.0 / 3.0, 0.2);
