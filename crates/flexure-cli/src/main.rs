@@ -15,6 +15,7 @@ mod predict;
 mod progress;
 mod regress;
 mod simulate;
+mod study;
 mod tuning;
 mod validate;
 
@@ -35,6 +36,7 @@ struct Cli {
 enum Command {
     Demo(demo::Arguments),
     Simulate(simulate::Arguments),
+    Study(study::Arguments),
     Identify(identify::Arguments),
     Predict(predict::Arguments),
     Regress(Box<regress::Arguments>),
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Regress(arguments) => regress::run(&arguments),

@@ -6,7 +6,9 @@
 use serde::Serialize;
 
 mod regression;
+mod study;
 pub use regression::{RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
+pub use study::{RateLine, RatePlot, RateRow, StudyPage, StudySection};
 
 /// Everything on the page of an identification.
 #[derive(Debug, Clone, Serialize)]

@@ -6,17 +6,18 @@ use minijinja::{AutoEscape, Environment, context};
 
 use serde::Serialize;
 
-use crate::data::{Page, RegressionPage};
+use crate::data::{Page, RegressionPage, StudyPage};
 use crate::payload::payload;
 use crate::text::text;
-use crate::{Result, check, regression};
+use crate::{Result, check, regression, study};
 
 /// The templates by the names under which they include one another.
-const TEMPLATES: [(&str, &str); 4] = [
+const TEMPLATES: [(&str, &str); 5] = [
     ("base.html", include_str!("../assets/base.html")),
     ("parts.html", include_str!("../assets/parts.html")),
     ("identification.html", include_str!("../assets/identification.html")),
     ("regression.html", include_str!("../assets/regression.html")),
+    ("study.html", include_str!("../assets/study.html")),
 ];
 
 const STYLES: [&str; 3] = [
@@ -52,6 +53,8 @@ const REGRESSION: [&str; 3] = [
     include_str!("../assets/regression.js"),
 ];
 
+const STUDY: [&str; 1] = [include_str!("../assets/study.js")];
+
 /// The page as one HTML document that needs nothing else.
 ///
 /// Values that are not finite become gaps in the plots. Long signals are decimated as [`crate::limits`] describes.
@@ -81,6 +84,17 @@ pub fn render_regression(page: &RegressionPage) -> Result<String> {
         regression::text(page, &payload),
         &payload,
     )
+}
+
+/// The page of a convergence study as one HTML document that needs nothing else.
+///
+/// # Errors
+///
+/// [`crate::Error::Length`], [`crate::Error::NotIncreasing`] and [`crate::Error::NotPositive`] if the page's data contradict
+/// one another.
+pub fn render_study(page: &StudyPage) -> Result<String> {
+    study::check(page)?;
+    document("study.html", &STUDY, study::text(page), &study::payload(page))
 }
 
 /// Fills in a template with the page's words, and embeds its scripts and the data that they plot.
