@@ -101,17 +101,18 @@ fn no_text_can_become_a_tag() {
     let clean = render_study(&page()).unwrap();
     let evil = "</script><img src=x><!--";
     let mut page = page();
-    let section = &mut page.sections[0];
-    for text in [
-        &mut section.heading,
-        &mut section.short,
-        &mut section.lead,
-        &mut section.plots[0].title,
-        &mut section.plots[0].y_label,
-        &mut section.plots[0].lines[0].name,
-        &mut section.rows[0].name,
-        &mut section.rows[0].slope,
-    ] {
+    let StudySection {
+        heading,
+        short,
+        lead,
+        plots,
+        rows,
+    } = &mut page.sections[0];
+    let RatePlot {
+        title, y_label, lines, ..
+    } = &mut plots[0];
+    let RateRow { name, slope, .. } = &mut rows[0];
+    for text in [heading, short, lead, title, y_label, &mut lines[0].name, name, slope] {
         *text = evil.to_owned();
     }
     let html = render_study(&page).unwrap();
