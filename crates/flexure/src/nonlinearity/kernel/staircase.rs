@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 /// Steps that are made at a time, a power of two, and the pieces that are made side by side.
-const TILE: usize = 2048;
+const TILE: usize = 1024;
 const PIECES: usize = 4;
 
 /// Sorted abscissas, continued by infinity.

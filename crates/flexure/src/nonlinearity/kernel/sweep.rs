@@ -273,32 +273,39 @@ impl<'a, const N: usize> Sweep<'a, N> {
 
     /// Fills the runs, of which the upper one begins with `core`; `weighted(i, y)` are w and w y.
     #[inline(always)]
-    fn fill(&mut self, mut core: Moments<N>, weighted: impl Fn(usize, f64) -> (f64, f64)) {
+    fn fill(&mut self, core: Moments<N>, weighted: impl Fn(usize, f64) -> (f64, f64)) {
+        let Sorted { x, y, .. } = self.data;
         let frame = self.frame;
-        let push = |sum: &mut Moments<N>, i: usize, x: f64, y: f64| {
-            let (w, wy) = weighted(i, y);
-            sum.push(frame.u(x), w, wy);
+        let push = |sum: &mut Moments<N>, first: usize, k: usize, (x, y): (&[f64], &[f64])| {
+            let (w, wy) = weighted(first + k, y[k]);
+            sum.push(frame.u(x[k]), w, wy);
             *sum
         };
         let (low, high) = (self.low.clone(), self.high.start..self.high.end - 1);
-        let mut sum = Moments::ZERO;
+        // Both runs at once, as every sum must wait for the one before; then what one has more than the other.
+        let both = low.len().min(high.len());
+        let (mut lower, mut upper) = (Moments::ZERO, core);
         self.above[0] = core;
-        let below = &mut self.below[..low.len()];
         let above = &mut self.above[1..high.len() + 1];
-        let (x, y) = (&self.data.x[..], &self.data.y[..]);
-        let mut lower = low.clone().zip(&x[low.clone()]).zip(&y[low]).zip(below).rev();
-        let mut upper = high.clone().zip(&x[high.clone()]).zip(&y[high]).zip(above);
-        // Both runs at once, as every sum must wait for the one before.
-        let both = lower.len().min(upper.len());
-        for ((((i, x), y), below), (((k, xx), yy), above)) in lower.by_ref().zip(upper.by_ref()).take(both) {
-            *below = push(&mut sum, i, *x, *y);
-            *above = push(&mut core, k, *xx, *yy);
+        let points = (&x[high.clone()], &y[high.clone()]);
+        {
+            let first = low.end - both;
+            let below = &mut self.below[low.len() - both..low.len()];
+            let above = &mut above[..both];
+            let points_below = (&x[first..low.end], &y[first..low.end]);
+            let points = (&points.0[..both], &points.1[..both]);
+            for k in 0..both {
+                above[k] = push(&mut upper, high.start, k, points);
+                let k = both - 1 - k;
+                below[k] = push(&mut lower, first, k, points_below);
+            }
         }
-        for (((i, x), y), below) in lower {
-            *below = push(&mut sum, i, *x, *y);
+        for k in both..high.len() {
+            above[k] = push(&mut upper, high.start, k, points);
         }
-        for (((i, x), y), above) in upper {
-            *above = push(&mut core, i, *x, *y);
+        let points = (&x[low.clone()], &y[low.clone()]);
+        for k in (0..low.len() - both).rev() {
+            self.below[k] = push(&mut lower, low.start, k, points);
         }
     }
 }
