@@ -10,7 +10,7 @@ use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 
 /// Points are summed in parts of at least so many: the parts do not depend on the number of threads, nor does
 /// therefore the score.
-const PART: usize = 1 << 17;
+const PART: usize = 1 << 14;
 /// Residuals that are taken at a time.
 const LANES: usize = 4;
 
