@@ -7,6 +7,7 @@ mod choices;
 mod demo;
 mod estimate;
 mod identify;
+mod joint;
 mod method;
 mod outcome;
 mod output;
@@ -36,6 +37,7 @@ enum Command {
     Demo(demo::Arguments),
     Simulate(simulate::Arguments),
     Identify(identify::Arguments),
+    Joint(Box<joint::Arguments>),
     Predict(predict::Arguments),
     Regress(Box<regress::Arguments>),
     Validate(validate::Arguments),
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Joint(arguments) => joint::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Regress(arguments) => regress::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),

@@ -1,0 +1,362 @@
+//! A rigid axis: inertia and friction from position and torque.
+//!
+//! $$ \tau = M \ddot q + f(\dot q) + g_c \cos q + g_s \sin q + k q $$
+//!
+//! where the last three terms, gravity and a spring, are optional and f contains any offset.
+
+use super::basis::Basis;
+use super::checks;
+use super::equations::{Column, Equations, NoiseModel, Solution};
+use super::forms::FormName;
+use super::fourier::Modulation;
+use super::judge::{Against, fitted};
+use super::outcome::{Estimated, Finding, Fitted, Parameter, RigidAxis};
+use super::shaping::{Shape, Shaping};
+use super::smooth::{Noise, Reflected};
+use crate::bands::{Band, BandKind};
+use crate::error::{Error, Result};
+use crate::linalg::Complex;
+
+/// Points of a curve.
+pub(super) const POINTS: usize = 201;
+/// Intervals on either side of zero that are tried for a free curve.
+pub(super) const PIECES: [usize; 5] = [4, 6, 9, 13, 18];
+/// The highest frequency of the equations as a share of the sampling rate.
+const HIGHEST: f64 = 0.2;
+/// The fewest frequencies that make equations.
+pub(super) const FEWEST_LINES: usize = 60;
+/// Velocities within so many standard deviations of their noise are not told apart.
+pub(super) const RESOLVED: f64 = 3.0;
+/// Samples within a mechanical time constant.
+const SAMPLES_A_CONSTANT: f64 = 5.0;
+/// Rounds of estimating the noise and solving again.
+pub(super) const ROUNDS: usize = 4;
+
+/// A position-dependent term of a rigid axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extra {
+    /// Gravity: cos q and sin q.
+    Gravity,
+    /// A spring: q.
+    Spring,
+}
+
+/// The log of a rigid axis, and what is known of it.
+///
+/// | field | unit | range |
+/// |---|---|---|
+/// | `position` | rad (or m) | finite, not constant, not wrapped; at least 200 samples |
+/// | `torque` | N m (or N), on the side of the position | finite, not constant, as long |
+/// | `velocity` | rad/s; derived by zero-phase smoothing if `None` | as long |
+/// | `sample_time` | s | positive |
+/// | `extras` | terms beyond inertia and friction | |
+/// | `level` | of the bands | between 0 and 1 |
+#[derive(Debug, Clone, Copy)]
+pub struct RigidJoint<'a> {
+    /// The position.
+    pub position: &'a [f64],
+    /// The torque or force.
+    pub torque: &'a [f64],
+    /// The velocity, if it was measured.
+    pub velocity: Option<&'a [f64]>,
+    /// The sample time, s.
+    pub sample_time: f64,
+    /// Position-dependent terms.
+    pub extras: &'a [Extra],
+    /// The level of the bands.
+    pub level: f64,
+}
+
+/// The equations of a rigid axis, ready to be solved.
+struct Lines {
+    modulation: Modulation,
+    velocity: Vec<f64>,
+    resolution: f64,
+    torque: Vec<Complex<f64>>,
+    acceleration: Vec<Complex<f64>>,
+    /// The encoder's noise in an acceleration, mean square a line.
+    encoder: Vec<f64>,
+    extras: Vec<(&'static str, [i32; 2], Vec<f64>)>,
+}
+
+impl RigidJoint<'_> {
+    fn check(&self) -> Result<()> {
+        for (name, value, requirement) in [
+            ("the sample time", self.sample_time, "positive and finite, in s"),
+            (
+                "the level of a confidence band",
+                self.level,
+                "strictly between 0 and 1, for example 0.95",
+            ),
+        ] {
+            let inside = value > 0.0 && value.is_finite() && (name == "the sample time" || value < 1.0);
+            if !inside {
+                return Err(Error::InvalidParameter {
+                    name: name.to_owned(),
+                    value,
+                    requirement,
+                });
+            }
+        }
+        let n = self.position.len();
+        checks::column("position", self.position, n)?;
+        checks::column("torque", self.torque, n)?;
+        if let Some(v) = self.velocity {
+            checks::column("velocity", v, n)?;
+        }
+        checks::unwrapped("position", self.position)
+    }
+
+    /// Identifies the axis.
+    ///
+    /// # Errors
+    /// [`Error::TooShort`], [`Error::NonFinite`], [`Error::Constant`], [`Error::LengthMismatch`], [`Error::Unit`],
+    /// [`Error::WrappedAngle`] and [`Error::InvalidParameter`] for what cannot be used, [`Error::TooLittleMotion`]
+    /// where the motion has too few frequencies, or does not tell inertia and friction apart.
+    pub fn identify(&self) -> Result<RigidAxis> {
+        self.check()?;
+        let noise = Noise::of(self.position, self.sample_time);
+        let lines = self.lines(&noise)?;
+        let untold = || Error::TooLittleMotion {
+            what: "inertia and friction of the axis",
+        };
+        let (weights, _) = lines.weights(noise.band).ok_or_else(untold)?;
+        // The free curve that pays best for its unknowns.
+        let bases: Vec<Basis> = PIECES.iter().map(|&p| Basis::new(&lines.velocity, p)).collect();
+        let solved = bases.into_iter().filter_map(|basis| {
+            let solution = lines.free(&basis, &weights).solve()?;
+            let observations = 2.0 * lines.modulation.len() as f64;
+            let akaike = observations * (solution.squares / observations).ln() + 2.0 * solution.x.len() as f64;
+            Some((akaike, basis, solution))
+        });
+        let (_, basis, solution) = solved.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(untold)?;
+        let covariance = lines.free(&basis, &weights).robust(&solution);
+        self.outcome(lines, &weights, (&basis, &solution, &covariance), &noise)
+            .ok_or_else(untold)
+    }
+
+    fn lines(&self, noise: &Noise) -> Result<Lines> {
+        let (n, step) = (self.position.len(), self.sample_time);
+        let highest = (HIGHEST / step).min(noise.band);
+        let modulation = Modulation::new(n, step, highest);
+        if modulation.len() < FEWEST_LINES {
+            return Err(Error::TooShort {
+                what: "the equations of motion at enough frequencies",
+                need: (FEWEST_LINES as f64 / (highest * step)).ceil() as usize,
+                got: n,
+            });
+        }
+        let velocity = match self.velocity {
+            Some(v) => v.to_vec(),
+            None => Reflected::new(self.position, step).velocity(noise.cut_off()),
+        };
+        let resolution = RESOLVED * noise.velocity_sd(step);
+        let q = self.position;
+        let mut extras: Vec<(&'static str, [i32; 2], Vec<f64>)> = Vec::new();
+        for extra in self.extras {
+            match extra {
+                Extra::Gravity => {
+                    extras.push(("gravity cos", [1, 0], q.iter().map(|q| q.cos()).collect()));
+                    extras.push(("gravity sin", [1, 0], q.iter().map(|q| q.sin()).collect()));
+                }
+                Extra::Spring => extras.push(("spring", [1, -1], q.to_vec())),
+            }
+        }
+        Ok(Lines {
+            torque: modulation.of(self.torque),
+            acceleration: modulation.of_acceleration(q),
+            encoder: modulation.omega.iter().map(|w| (noise.sd * w * w).powi(2)).collect(),
+            velocity,
+            resolution,
+            extras,
+            modulation,
+        })
+    }
+
+    /// Everything that is told of a solution; `None` if not even the simplest form can be fitted.
+    fn outcome(
+        &self,
+        lines: Lines,
+        weights: &[f64],
+        (basis, solution, covariance): (&Basis, &Solution, &[f64]),
+        noise: &Noise,
+    ) -> Option<RigidAxis> {
+        let unknowns = solution.x.len();
+        let error = |i: usize| covariance[i * unknowns + i].max(0.0).sqrt();
+        let first = 1 + lines.extras.len();
+        let coefficients = &solution.x[first..];
+        let curve: Vec<f64> = lines.velocity.iter().map(|&v| basis.value(coefficients, v)).collect();
+        let friction = band(basis, coefficients, self.level, |i, j| {
+            covariance[(first + i) * unknowns + first + j]
+        });
+        let against = Against {
+            squares: solution.squares,
+            unknowns,
+            curve: &curve,
+            x: &lines.velocity,
+            resolution: lines.resolution,
+        };
+        let forms: Vec<Fitted> = lines.forms(weights, &against);
+        let best = (0..forms.len()).min_by(|&a, &b| forms[a].bic.total_cmp(&forms[b].bic))?;
+        let extras = (0..lines.extras.len()).map(|i| {
+            let (symbol, unit, _) = &lines.extras[i];
+            let (value, standard_error) = (solution.x[1 + i], error(1 + i));
+            Parameter {
+                symbol: (*symbol).to_owned(),
+                unit: *unit,
+                value,
+                standard_error,
+                identifiable: true,
+                range: [value - 1.96 * standard_error, value + 1.96 * standard_error],
+                remark: String::new(),
+            }
+        });
+        let acceleration = Reflected::new(&lines.velocity, self.sample_time).velocity(noise.cut_off());
+        let position_dependent = |i: usize| -> f64 {
+            let terms = lines.extras.iter().zip(&solution.x[1..]);
+            terms.map(|((_, _, values), c)| c * values[i]).sum()
+        };
+        let rest = |i: usize| solution.x[0] * acceleration[i] + position_dependent(i);
+        let partial = (0..curve.len()).map(|i| self.torque[i] - rest(i)).collect();
+        let reconstructed = (0..curve.len()).map(|i| curve[i] + rest(i)).collect();
+        let mut findings = Vec::new();
+        findings.extend(checks::clipped(self.torque));
+        findings.extend(checks::one_way(&lines.velocity, lines.resolution));
+        if noise.unresolved {
+            findings.push(Finding::SampledTooSlowly {
+                step: self.sample_time,
+                band: noise.band,
+            });
+        }
+        let viscous = forms[0].parameter("Fv").filter(|p| p.identifiable).map(|p| p.value);
+        if let Some(time_constant) = viscous.map(|v| solution.x[0] / v)
+            && time_constant > 0.0
+            && time_constant < SAMPLES_A_CONSTANT * self.sample_time
+        {
+            findings.push(Finding::FastTimeConstant {
+                time_constant,
+                step: self.sample_time,
+            });
+        }
+        Some(RigidAxis {
+            inertia: Estimated {
+                value: solution.x[0],
+                standard_error: error(0),
+            },
+            friction,
+            extras: extras.collect(),
+            forms,
+            best,
+            cut_off: self.velocity.is_none().then(|| noise.cut_off()),
+            highest: lines.modulation.omega[lines.modulation.len() - 1] / (2.0 * std::f64::consts::PI),
+            sample_time: self.sample_time,
+            velocity: lines.velocity,
+            partial,
+            reconstructed,
+            findings,
+        })
+    }
+}
+
+impl Lines {
+    /// The columns of inertia and position-dependent terms.
+    fn fixed(&self) -> Vec<Column> {
+        let extras = self
+            .extras
+            .iter()
+            .map(|(_, _, values)| vec![Some(self.modulation.of(values))]);
+        std::iter::once(vec![Some(self.acceleration.clone())])
+            .chain(extras)
+            .collect()
+    }
+
+    fn free<'b>(&self, basis: &Basis, noise: &'b [f64]) -> Equations<'b> {
+        let splines = self.modulation.of_all(&basis.columns(&self.velocity, |_| 1.0));
+        let mut columns = self.fixed();
+        columns.extend(splines.into_iter().map(|c| vec![Some(c)]));
+        Equations {
+            columns,
+            right: vec![self.torque.clone()],
+            noise: vec![noise],
+        }
+    }
+
+    /// The noise of each line, and the inertia that its encoder's share rests on.
+    ///
+    /// Low frequencies, where the encoder's noise does no harm, begin; then the weights are the noise's own.
+    fn weights(&self, band: f64) -> Option<(Vec<f64>, f64)> {
+        let basis = Basis::new(&self.velocity, PIECES[1]);
+        let edge = std::f64::consts::PI * band;
+        let mut noise: Vec<f64> = self.modulation.omega.iter().map(|w| 1.0 + (w / edge).powi(8)).collect();
+        let mut inertia = 0.0;
+        for _ in 0..ROUNDS {
+            let solution = self.free(&basis, &noise).solve()?;
+            inertia = solution.x[0];
+            let known: Vec<f64> = self.encoder.iter().map(|e| inertia * inertia * e).collect();
+            noise = NoiseModel::fit(&solution.residuals[0], &known).lines;
+        }
+        Some((noise, inertia))
+    }
+
+    /// The physical forms, each against the free curve.
+    fn forms(&self, noise: &[f64], against: &Against) -> Vec<Fitted> {
+        let fastest = self.velocity.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let logs = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s / fastest).ln()).collect() };
+        let speeds = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s * fastest).ln()).collect() };
+        let names: [(FormName, Vec<Vec<f64>>); 4] = [
+            (FormName::CoulombViscous, vec![vec![]]),
+            (FormName::Stribeck, vec![speeds(&[0.03]), speeds(&[0.2])]),
+            (FormName::SmoothCoulomb, vec![logs(&[10.0]), logs(&[50.0])]),
+            (
+                FormName::SmoothStribeck,
+                vec![logs(&[60.0, 20.0, 40.0]), logs(&[20.0, 5.0, 50.0])],
+            ),
+        ];
+        let fits = names.into_iter().filter_map(|(form, starts)| {
+            let shaping = Shaping {
+                fixed: self.fixed(),
+                right: vec![self.torque.clone()],
+                noise: vec![noise],
+                shapes: vec![Shape {
+                    terms: form.terms(true),
+                    x: &self.velocity,
+                    signs: vec![1.0],
+                    width: self.resolution,
+                }],
+                modulation: &self.modulation,
+            };
+            let fit = shaping.fit(&starts)?;
+            Some(fitted(form, true, &fit, (0, 1 + self.extras.len(), Some(0)), against))
+        });
+        fits.collect()
+    }
+}
+
+/// A free curve with its pointwise band.
+pub(super) fn band(
+    basis: &Basis,
+    coefficients: &[f64],
+    level: f64,
+    covariance: impl Fn(usize, usize) -> f64 + Copy,
+) -> Band {
+    use statrs::distribution::{ContinuousCDF, Normal};
+    let x = basis.grid(POINTS);
+    let estimate: Vec<f64> = x.iter().map(|&x| basis.value(coefficients, x)).collect();
+    let standard_error: Vec<f64> = x.iter().map(|&x| basis.variance(covariance, x).sqrt()).collect();
+    let factor = Normal::standard().inverse_cdf(0.5 + 0.5 * level);
+    let edge = |sign: f64| -> Vec<f64> {
+        let both = estimate.iter().zip(&standard_error);
+        both.map(|(y, e)| y + sign * factor * e).collect()
+    };
+    Band {
+        lower: edge(-1.0),
+        upper: edge(1.0),
+        centre: estimate.clone(),
+        estimate,
+        standard_error,
+        level,
+        kind: BandKind::Pointwise,
+        method: "regression splines, errors of any spectrum".to_owned(),
+        x: vec![x],
+    }
+}
