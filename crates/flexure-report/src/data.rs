@@ -5,7 +5,9 @@
 
 use serde::Serialize;
 
+mod joint;
 mod regression;
+pub use joint::{Comparison, JointCurve, JointPage, ParameterTable};
 pub use regression::{RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
 
 /// Everything on the page of an identification.

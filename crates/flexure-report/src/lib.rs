@@ -12,6 +12,7 @@ mod check;
 pub mod data;
 mod decimate;
 mod error;
+mod joint;
 pub mod limits;
 mod payload;
 mod regression;
@@ -19,4 +20,4 @@ mod render;
 mod text;
 
 pub use error::{Error, Result};
-pub use render::{render, render_regression};
+pub use render::{render, render_joint, render_regression};

@@ -62,12 +62,16 @@ pub struct Log {
     pub torque: Vec<f64>,
     /// The position of a rigid axis or the angle of the link.
     pub position: Vec<f64>,
+    /// The angle of the motor, on the link's side of the gear; empty for a rigid axis.
+    pub motor: Vec<f64>,
     /// Its velocity, if logged.
     pub velocity: Option<Vec<f64>>,
     /// s.
     pub sample_time: f64,
     /// Torque on the link's side a unit of the torque column.
     pub torque_constant: f64,
+    /// Whether the record has the torques of both joints of an arm by the names that Flexure gives them.
+    pub has_both_torques: bool,
 }
 
 impl Log {
@@ -95,9 +99,16 @@ impl Log {
                 .unwrap_or_default(),
             torque: scaled(&arguments.torque, constant)?,
             position: scaled(position, 1.0)?,
+            motor: match &arguments.motor {
+                Some(name) => scaled(name, 1.0 / arguments.gear_ratio)?,
+                None => Vec::new(),
+            },
             velocity: arguments.velocity.as_deref().map(|v| scaled(v, 1.0)).transpose()?,
             sample_time,
             torque_constant: constant,
+            has_both_torques: ["tau1", "tau2"]
+                .iter()
+                .all(|name| file.record.names().iter().any(|n| n == name)),
         })
     }
 }

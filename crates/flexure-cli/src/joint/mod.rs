@@ -1,13 +1,16 @@
 //! `flexure joint`: a joint's friction, stiffness and inertia from its log.
 
+mod arm;
 mod data;
+mod flexible;
+mod page;
 mod rigid;
 mod words;
 
 use std::path::PathBuf;
 
 use anyhow::Result;
-use flexure_io::{check_record_writable, read_record};
+use flexure_io::{check_record_writable, check_writable, read_record};
 
 use crate::arguments;
 use crate::progress::spinning;
@@ -78,6 +81,24 @@ pub struct Arguments {
     /// Write the friction curve here: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv")]
     friction: Option<PathBuf>,
+    /// The motor's inertia in kg m^2 on the link's side, where it is known.
+    #[arg(long, value_name = "JM", requires = "motor", value_parser = arguments::positive)]
+    motor_inertia: Option<f64>,
+    /// Write the stiffness curve here, as torque and as stiffness over the deflection: .csv or .parquet.
+    #[arg(long, value_name = "CURVE.csv", requires = "motor")]
+    stiffness: Option<PathBuf>,
+    /// Write the joint as an arm file here, for `flexure simulate`; the arm's other joint is locked.
+    #[arg(long, value_name = "ARM.toml", requires = "motor")]
+    arm: Option<PathBuf>,
+    /// Which joint of that arm it is: 1, the shoulder, or 2, the elbow.
+    #[arg(long, value_name = "1|2", default_value = "1", value_parser = clap::value_parser!(u8).range(1..=2))]
+    joint: u8,
+    /// Take the links of that arm from this arm file; the moving link's moment of inertia becomes what was identified.
+    #[arg(long, value_name = "ARM.toml", requires = "arm")]
+    template: Option<PathBuf>,
+    /// Write a page that shows everything here.
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -85,10 +106,16 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    if let Some(path) = &arguments.friction {
+    for path in [&arguments.friction, &arguments.stiffness].into_iter().flatten() {
         check_record_writable(path)?;
+    }
+    for path in [&arguments.arm, &arguments.report].into_iter().flatten() {
+        check_writable(path)?;
     }
     let file = spinning("reading", || read_record(&arguments.record))?;
     let log = Log::read(&file, arguments)?;
-    rigid::run(&file, &log, arguments)
+    match arguments.motor {
+        Some(_) => flexible::run(&file, &log, arguments),
+        None => rigid::run(&file, &log, arguments),
+    }
 }

@@ -1,17 +1,20 @@
 //! A rigid axis on the command line.
 
-use anyhow::Result;
+use std::io::Write;
+
+use anyhow::{Context as _, Result};
 use flexure::Record;
 use flexure::bands::Band;
 use flexure::identify::joint::{AxisDrive, Extra, RigidAxis, RigidJoint};
-use flexure_io::{RecordFile, write_record};
+use flexure_io::{RecordFile, write_atomically, write_record};
 use serde_json::json;
 
 use super::Arguments;
 use super::data::Log;
+use super::page;
 use super::words::{Units, findings, fitted_json, fitted_words, with_error};
 use crate::outcome::number;
-use crate::output::print;
+use crate::output::{command_line, print};
 use crate::progress::spinning;
 
 /// The motion of the identified axis beside the measured one.
@@ -40,10 +43,26 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
         level: arguments.band,
     };
     let axis = spinning("identifying", || joint.identify()).map_err(|error| file.locate(named(error, arguments)))?;
+    tell(file, log, &axis, arguments)
+}
+
+/// Writes and prints what was found of a rigid axis.
+pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Arguments) -> Result<()> {
     let units = Units::of(arguments.prismatic);
-    let replays = spinning("simulating", || replays(file, log, &axis, arguments))?;
+    let replays = spinning("simulating", || replays(file, log, axis, arguments))?;
+    let html = match &arguments.report {
+        None => None,
+        Some(path) => {
+            let command = command_line(std::env::args_os().skip(1));
+            let page = page::rigid(axis, log, &replays, arguments, command);
+            Some((path, flexure_report::render_joint(&page).context("the report")?))
+        }
+    };
     if let Some(path) = &arguments.friction {
         write_record(path, &curve(&axis.friction, "velocity", "torque")?)?;
+    }
+    if let Some((path, html)) = html {
+        write_atomically(path, |out| out.write_all(html.as_bytes()))?;
     }
     if arguments.json {
         let shown = |p: &Option<std::path::PathBuf>| p.as_ref().map(|p| p.display().to_string());
@@ -59,13 +78,14 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
             "inertia_unit": units.inertia(),
             "friction": curve_json(&axis.friction),
             "extras": axis.extras,
-            "forms": axis.forms.iter().map(|f| fitted_json(f, &units)).collect::<Vec<_>>(),
+            "forms": axis.forms.iter().map(|f| fitted_json(f, &units, false)).collect::<Vec<_>>(),
             "best_form": axis.forms[axis.best].form,
             "cut_off": axis.cut_off,
             "highest_frequency": axis.highest,
             "replays": replays,
             "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "friction_file": shown(&arguments.friction),
+            "report": shown(&arguments.report),
         });
         return print(&object.to_string());
     }
@@ -99,9 +119,8 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
         ));
     }
     lines.extend(findings(&axis.findings));
-    if let Some(path) = &arguments.friction {
-        lines.push(format!("wrote {}", path.display()));
-    }
+    let written = [&arguments.friction, &arguments.report].into_iter().flatten();
+    lines.extend(written.map(|path| format!("wrote {}", path.display())));
     print(&lines.join("\n"))
 }
 
@@ -153,18 +172,25 @@ fn replays(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Arguments
 }
 
 fn compared(drive: &'static str, position: Vec<f64>, measured: &[f64]) -> Replay {
-    let n = measured.len() as f64;
-    let mean = measured.iter().sum::<f64>() / n;
-    let both = measured.iter().zip(&position);
-    let (off, spread) = both.fold((0.0, 0.0), |(off, spread), (q, p)| {
-        (off + (q - p).powi(2), spread + (q - mean).powi(2))
-    });
+    let (rms, fit_percent) = fit(measured, &position);
     Replay {
         drive,
         position,
-        rms: (off / n).sqrt(),
-        fit_percent: 100.0 * (1.0 - (off / spread).sqrt()),
+        rms,
+        fit_percent,
     }
+}
+
+/// The root mean square of measured less simulated, and the fit in percent, over the samples that both have.
+pub fn fit(measured: &[f64], simulated: &[f64]) -> (f64, f64) {
+    let measured = &measured[..measured.len().min(simulated.len())];
+    let n = measured.len() as f64;
+    let mean = measured.iter().sum::<f64>() / n;
+    let both = measured.iter().zip(simulated);
+    let (off, spread) = both.fold((0.0, 0.0), |(off, spread), (q, p)| {
+        (off + (q - p).powi(2), spread + (q - mean).powi(2))
+    });
+    ((off / n).sqrt(), 100.0 * (1.0 - (off / spread).sqrt()))
 }
 
 /// A curve as the columns of its file.

@@ -41,9 +41,9 @@ impl Units {
         self.powers(powers, true)
     }
 
-    /// Of a parameter of stiffness, by the powers of torque and deflection.
-    pub fn of_stiffness(&self, powers: [i32; 2]) -> String {
-        self.powers(powers, false)
+    /// Of a parameter of a curve of stiffness or friction, by the powers of torque and deflection or velocity.
+    pub fn of_curve(&self, powers: [i32; 2], stiffness: bool) -> String {
+        self.powers(powers, !stiffness)
     }
 
     fn powers(&self, [torque, x]: [i32; 2], velocity: bool) -> String {
@@ -60,13 +60,11 @@ impl Units {
             0 => top,
             1 => format!("{}{}", self.position, if velocity { "/s" } else { "" }),
             x => {
-                let above = [top.as_str(), if velocity { seconds } else { "" }]
-                    .iter()
-                    .filter(|s| !s.is_empty())
-                    .copied()
-                    .collect::<Vec<_>>()
-                    .join(" ");
-                let above = if above.is_empty() { "1".to_owned() } else { above };
+                let above = match (top.as_str(), seconds) {
+                    ("", "") => "1".to_owned(),
+                    ("", only) | (only, "") => only.to_owned(),
+                    (torque, seconds) => format!("{torque} {seconds}"),
+                };
                 format!("{above}/{}", power(self.position, -x))
             }
         }
@@ -112,7 +110,7 @@ pub fn fitted_words(form: &Fitted, units: &Units, best: bool) -> Vec<String> {
         ));
     }
     for parameter in &form.parameters {
-        let unit = units.of_powers(parameter.unit);
+        let unit = units.of_curve(parameter.unit, form.form.is_stiffness());
         lines.push(format!("    {}", parameter_words(parameter, &unit)));
     }
     lines.push(format!("    {}", lack_words(form)));
@@ -136,7 +134,7 @@ pub fn lack_words(form: &Fitted) -> String {
 }
 
 /// A form as JSON.
-pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
+pub fn fitted_json(form: &Fitted, units: &Units, stiffness: bool) -> Value {
     let parameters: serde_json::Map<String, Value> = form
         .parameters
         .iter()
@@ -144,7 +142,7 @@ pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
             let value = json!({
                 "value": p.value,
                 "standard_error": p.standard_error,
-                "unit": units.of_powers(p.unit),
+                "unit": units.of_curve(p.unit, stiffness),
                 "identifiable": p.identifiable,
                 "range": p.range,
                 "remark": p.remark,

@@ -56,11 +56,6 @@ impl Basis {
         self.splines.len()
     }
 
-    /// The range of the points.
-    pub fn range(&self) -> [f64; 2] {
-        [self.low, self.high]
-    }
-
     /// The first of the four splines that do not vanish at x, and their values; the nearest end's beyond the range.
     pub fn at(&self, x: f64) -> (usize, [f64; 4]) {
         self.splines

@@ -46,6 +46,33 @@ pub(super) fn column(name: &str, samples: &[f64], length: usize) -> Result<()> {
     Ok(())
 }
 
+/// Refuses a sample time or a level out of range.
+pub(super) fn settings(sample_time: f64, level: f64) -> Result<()> {
+    for (name, value, inside, requirement) in [
+        (
+            "the sample time",
+            sample_time,
+            sample_time > 0.0 && sample_time.is_finite(),
+            "positive and finite, in s",
+        ),
+        (
+            "the level of a confidence band",
+            level,
+            level > 0.0 && level < 1.0,
+            "strictly between 0 and 1, for example 0.95",
+        ),
+    ] {
+        if !inside {
+            return Err(Error::InvalidParameter {
+                name: name.to_owned(),
+                value,
+                requirement,
+            });
+        }
+    }
+    Ok(())
+}
+
 /// Refuses an angle that jumps by a turn.
 pub(super) fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
     const TWO_PI: f64 = 2.0 * std::f64::consts::PI;

@@ -18,7 +18,15 @@ pub(super) struct Equations<'a> {
     pub right: Vec<Vec<Complex<f64>>>,
     /// The mean square of the noise in each line of each block.
     pub noise: Vec<&'a [f64]>,
+    /// Columns that are themselves noisy: their number, the block, and the mean square of the error of each line.
+    ///
+    /// What this adds to the normal equations is taken off again (errors in variables; Fuller 1987), as it would pull
+    /// inertias towards zero.
+    pub noisy: Vec<(usize, usize, &'a [f64])>,
 }
+
+/// No more than this share of a column's square may be noise.
+const MOSTLY_NOISE: f64 = 0.5;
 
 /// A solution.
 #[derive(Clone)]
@@ -80,7 +88,12 @@ impl Equations<'_> {
         let n = self.columns.len();
         // The real and the imaginary part each have half the noise's mean square.
         let weights: Vec<Vec<f64>> = self.noise.iter().map(|s| s.iter().map(|s| 2.0 / s).collect()).collect();
-        let normal = self.normal(&weights);
+        let mut normal = self.normal(&weights);
+        for &(column, block, errors) in &self.noisy {
+            let excess: f64 = weights[block].iter().zip(errors).map(|(w, e)| w * e).sum();
+            let entry = &mut normal[column * n + column];
+            *entry -= excess.min(MOSTLY_NOISE * *entry);
+        }
         let right: Column = self.right.iter().map(|r| Some(r.clone())).collect();
         let moment: Vec<f64> = self
             .columns
@@ -192,8 +205,6 @@ fn smoothed(residuals: &[Complex<f64>]) -> Vec<f64> {
 
 /// The noise of one equation: white, beside a part whose spectrum is known.
 pub(super) struct NoiseModel {
-    /// The mean square a line of the white part.
-    pub white: f64,
     /// The mean square of each line.
     pub lines: Vec<f64>,
 }
@@ -221,7 +232,6 @@ impl NoiseModel {
             }
         }
         NoiseModel {
-            white,
             lines: known.iter().map(|k| white + k).collect(),
         }
     }

@@ -108,6 +108,14 @@ impl FormName {
         }
     }
 
+    /// Whether it is a form of stiffness, not of friction.
+    pub fn is_stiffness(self) -> bool {
+        matches!(
+            self,
+            FormName::LinearStiffness | FormName::CubicStiffness | FormName::Windup
+        )
+    }
+
     /// The terms; `offset` adds a constant to the smooth forms of friction, which have none of their own.
     pub(super) fn terms(self, offset: bool) -> Vec<Term> {
         let mut terms = match self {

@@ -16,22 +16,27 @@
 //! | item | what |
 //! |---|---|
 //! | [`RigidJoint`] | position and torque: a rigid axis |
-//! | [`RigidAxis`] | what was found |
+//! | [`FlexibleJoint`] | motor and link position and torque: a flexible joint |
+//! | [`RigidAxis`], [`FlexibleAxis`] | what was found |
 //! | [`Finding`] | what to know before trusting it |
 
+mod alignment;
 mod basis;
 mod checks;
 mod equations;
+mod flexible;
 mod forms;
 mod fourier;
 mod judge;
 mod outcome;
+mod parametric;
 mod replay;
 mod rigid;
 mod shaping;
 mod smooth;
 
+pub use flexible::FlexibleJoint;
 pub use forms::{FormName, Term};
-pub use outcome::{Estimated, Finding, Fitted, LackOfFit, Parameter, RigidAxis};
+pub use outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound, JointModel, LackOfFit, Parameter, RigidAxis};
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};

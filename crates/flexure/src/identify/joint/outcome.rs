@@ -221,3 +221,87 @@ pub struct RigidAxis {
     /// What to know before trusting it.
     pub findings: Vec<Finding>,
 }
+
+/// A flexible joint: `tau = Jm qm'' + kappa(d)`, `kappa(d) = M q'' + f(q')`.
+#[derive(Debug, Clone, Serialize)]
+pub struct FlexibleAxis {
+    /// The motor's inertia Jm, on the link's side; with a standard error of 0 if it was given.
+    pub motor_inertia: Estimated,
+    /// The link's inertia M.
+    pub link_inertia: Estimated,
+    /// The free stiffness curve as the torque kappa over the deflection, with its band.
+    pub stiffness: Band,
+    /// The same as k(d) = kappa(d) / d, which shows a soft wind-up as a dip at zero.
+    pub secant: Band,
+    /// The free friction curve over the link's velocities, with its band.
+    pub friction: Band,
+    /// The physical forms of the stiffness, each fitted by itself to the motor's equation.
+    pub stiffness_forms: Vec<Fitted>,
+    /// The one of them with the smallest BIC.
+    pub best_stiffness: usize,
+    /// The physical forms of the friction, each fitted by itself to the link's equation.
+    pub friction_forms: Vec<Fitted>,
+    /// The one of them with the smallest BIC.
+    pub best_friction: usize,
+    /// The forms that an arm can have, fitted together to both equations.
+    pub model: JointModel,
+    /// The time by which the link's samples are late, s; corrected where the findings say so.
+    pub skew: Estimated,
+    /// The cut-off of the smoothing of the link's velocity, Hz.
+    pub cut_off: f64,
+    /// The highest frequency of the equations, Hz.
+    pub highest: f64,
+    /// The sample time, s.
+    pub sample_time: f64,
+    /// The deflection at every sample.
+    #[serde(skip)]
+    pub deflection: Vec<f64>,
+    /// The link's velocity at every sample.
+    #[serde(skip)]
+    pub velocity: Vec<f64>,
+    /// The torque less the motor's inertial one at every sample: the data of the stiffness curve.
+    #[serde(skip)]
+    pub partial_stiffness: Vec<f64>,
+    /// The elastic torque less the link's inertial one at every sample: the data of the friction curve.
+    #[serde(skip)]
+    pub partial_friction: Vec<f64>,
+    /// The torque that the free stiffness curve, the motor's inertia and the motion make.
+    #[serde(skip)]
+    pub reconstructed: Vec<f64>,
+    /// What to know before trusting it.
+    pub findings: Vec<Finding>,
+}
+
+/// A flexible joint in the forms that an arm can have.
+#[derive(Debug, Clone, Serialize)]
+pub struct JointModel {
+    /// The stiffness, (10)-(11) or simpler; `inertia` is the motor's (NaN if it was given).
+    pub stiffness: Fitted,
+    /// The friction, (12) or without its Stribeck part; `inertia` is the link's.
+    pub friction: Fitted,
+}
+
+/// What a log of motor, link and torque turned out to be.
+#[derive(Debug, Clone, Serialize)]
+#[serde(tag = "joint", rename_all = "snake_case")]
+pub enum JointFound {
+    /// Motor and link do not move against each other: the link's axis, with the finding that says so.
+    Rigid(RigidAxis),
+    /// A flexible joint.
+    Flexible(Box<FlexibleAxis>),
+}
+
+/// The torque k(d) d with its band, from k(d).
+pub(super) fn torque_band(secant: &Band) -> Band {
+    let times = |values: &[f64]| -> Vec<f64> { values.iter().zip(&secant.x[0]).map(|(v, d)| v * d).collect() };
+    let (lower, upper) = (times(&secant.lower), times(&secant.upper));
+    let pick = |choose: fn(f64, f64) -> f64| lower.iter().zip(&upper).map(|(a, b)| choose(*a, *b)).collect();
+    Band {
+        estimate: times(&secant.estimate),
+        centre: times(&secant.centre),
+        standard_error: times(&secant.standard_error).iter().map(|e| e.abs()).collect(),
+        lower: pick(f64::min),
+        upper: pick(f64::max),
+        ..secant.clone()
+    }
+}

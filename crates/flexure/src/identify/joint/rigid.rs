@@ -7,10 +7,10 @@
 use super::basis::Basis;
 use super::checks;
 use super::equations::{Column, Equations, NoiseModel, Solution};
-use super::forms::FormName;
 use super::fourier::Modulation;
 use super::judge::{Against, fitted};
 use super::outcome::{Estimated, Finding, Fitted, Parameter, RigidAxis};
+use super::parametric::friction_starts;
 use super::shaping::{Shape, Shaping};
 use super::smooth::{Noise, Reflected};
 use crate::bands::{Band, BandKind};
@@ -81,23 +81,7 @@ struct Lines {
 
 impl RigidJoint<'_> {
     fn check(&self) -> Result<()> {
-        for (name, value, requirement) in [
-            ("the sample time", self.sample_time, "positive and finite, in s"),
-            (
-                "the level of a confidence band",
-                self.level,
-                "strictly between 0 and 1, for example 0.95",
-            ),
-        ] {
-            let inside = value > 0.0 && value.is_finite() && (name == "the sample time" || value < 1.0);
-            if !inside {
-                return Err(Error::InvalidParameter {
-                    name: name.to_owned(),
-                    value,
-                    requirement,
-                });
-            }
-        }
+        checks::settings(self.sample_time, self.level)?;
         let n = self.position.len();
         checks::column("position", self.position, n)?;
         checks::column("torque", self.torque, n)?;
@@ -270,7 +254,7 @@ impl Lines {
             .collect()
     }
 
-    fn free<'b>(&self, basis: &Basis, noise: &'b [f64]) -> Equations<'b> {
+    fn free<'b>(&'b self, basis: &Basis, noise: &'b [f64]) -> Equations<'b> {
         let splines = self.modulation.of_all(&basis.columns(&self.velocity, |_| 1.0));
         let mut columns = self.fixed();
         columns.extend(splines.into_iter().map(|c| vec![Some(c)]));
@@ -278,6 +262,7 @@ impl Lines {
             columns,
             right: vec![self.torque.clone()],
             noise: vec![noise],
+            noisy: vec![(0, 0, &self.encoder)],
         }
     }
 
@@ -301,22 +286,12 @@ impl Lines {
     /// The physical forms, each against the free curve.
     fn forms(&self, noise: &[f64], against: &Against) -> Vec<Fitted> {
         let fastest = self.velocity.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let logs = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s / fastest).ln()).collect() };
-        let speeds = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s * fastest).ln()).collect() };
-        let names: [(FormName, Vec<Vec<f64>>); 4] = [
-            (FormName::CoulombViscous, vec![vec![]]),
-            (FormName::Stribeck, vec![speeds(&[0.03]), speeds(&[0.2])]),
-            (FormName::SmoothCoulomb, vec![logs(&[10.0]), logs(&[50.0])]),
-            (
-                FormName::SmoothStribeck,
-                vec![logs(&[60.0, 20.0, 40.0]), logs(&[20.0, 5.0, 50.0])],
-            ),
-        ];
-        let fits = names.into_iter().filter_map(|(form, starts)| {
+        let fits = friction_starts(fastest).into_iter().filter_map(|(form, starts)| {
             let shaping = Shaping {
                 fixed: self.fixed(),
                 right: vec![self.torque.clone()],
                 noise: vec![noise],
+                noisy: vec![(0, 0, &self.encoder)],
                 shapes: vec![Shape {
                     terms: form.terms(true),
                     x: &self.velocity,

@@ -29,6 +29,8 @@ pub(super) struct Shaping<'a> {
     pub right: Vec<Vec<Complex<f64>>>,
     /// The noise of each block.
     pub noise: Vec<&'a [f64]>,
+    /// The noisy ones of the fixed columns, as in [`Equations::noisy`].
+    pub noisy: Vec<(usize, usize, &'a [f64])>,
     /// The curves.
     pub shapes: Vec<Shape<'a>>,
     /// The integrals' window.
@@ -114,6 +116,7 @@ impl Shaping<'_> {
             columns,
             right,
             noise: self.noise.clone(),
+            noisy: self.noisy.clone(),
         }
     }
 
