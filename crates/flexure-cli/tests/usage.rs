@@ -4,7 +4,9 @@ mod common;
 
 use common::Folder;
 
-const COMMANDS: [&str; 6] = ["demo", "simulate", "identify", "predict", "regress", "validate"];
+const COMMANDS: [&str; 7] = [
+    "demo", "simulate", "identify", "joint", "predict", "regress", "validate",
+];
 
 #[test]
 fn every_command_has_help_with_an_example() {

@@ -274,6 +274,17 @@ pub enum Error {
         /// The jump, rad.
         jump: f64,
     },
+    /// A record is sampled too slowly for the motion in it.
+    #[error(
+        "a sample time of {step} s is too long: the motion still stands out at {band:.4} Hz, and what happens between the \
+         samples is lost; sample faster, or excite more slowly"
+    )]
+    SampledTooSlowly {
+        /// The sample time, s.
+        step: f64,
+        /// The highest frequency at which the motion was seen, Hz.
+        band: f64,
+    },
     /// A motion does not tell what is asked of it.
     #[error(
         "the motion does not tell {what}: it is too slow, too regular or too short; move at several speeds in both directions"

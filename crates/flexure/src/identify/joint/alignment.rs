@@ -19,9 +19,9 @@ const PASSES: usize = 8;
 /// Intervals on either side of zero of the stiffness curve meanwhile.
 const PIECES: usize = 8;
 /// Offsets below so many standard errors are none.
-const SIGNIFICANT: f64 = 4.0;
+pub(super) const SIGNIFICANT: f64 = 4.0;
 /// Offsets below this share of a sample are none.
-const NEGLIGIBLE: f64 = 0.03;
+pub(super) const NEGLIGIBLE: f64 = 0.03;
 /// A torque held from sample to sample is late by half a sample, within this share of one.
 const HELD_WITHIN: f64 = 0.15;
 
@@ -124,32 +124,41 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
     Some(Alignment {
         skew: (skew, skew_error, matters(skew, skew_error)),
         delay: (delay.0, matters(delay.0, delay.1)),
-        held: matters(delay.0, delay.1)
-            && (delay.0 - 0.5 * step).abs() < HELD_WITHIN * step
-            && delay.1 < HELD_WITHIN * step,
+        held: is_held(delay.0, delay.1, step),
     })
 }
 
 impl Alignment {
     /// The torque's integrals at the time of its effect.
     pub fn torque(&self, modulation: &Modulation, torque: &[f64], step: f64) -> Vec<Complex<f64>> {
-        let delay = match (self.held, self.delay) {
-            (true, _) => 0.5 * step,
-            (false, (delay, true)) => delay,
-            (false, _) => 0.0,
-        };
-        let lines = modulation.of(torque).into_iter().zip(&modulation.omega);
-        lines
-            .map(|(v, w)| {
-                let half = 0.5 * w * step;
-                // The gain of a zero-order hold.
-                let gain = if self.held && half > 0.0 {
-                    half.sin() / half
-                } else {
-                    1.0
-                };
-                v * Complex::new(0.0, -w * delay).exp() * gain
-            })
-            .collect()
+        match (self.held, self.delay) {
+            (true, _) => held(modulation, torque, step),
+            (false, (delay, true)) => shifted(modulation, torque, delay),
+            (false, _) => modulation.of(torque),
+        }
     }
+}
+
+/// Whether a delay is that of a torque held from sample to sample.
+pub(super) fn is_held(delay: f64, error: f64, step: f64) -> bool {
+    delay.abs() > SIGNIFICANT * error && (delay - 0.5 * step).abs() < HELD_WITHIN * step && error < HELD_WITHIN * step
+}
+
+/// The integrals of a torque that acts `delay` after its sample.
+fn shifted(modulation: &Modulation, torque: &[f64], delay: f64) -> Vec<Complex<f64>> {
+    let lines = modulation.of(torque).into_iter().zip(&modulation.omega);
+    lines.map(|(v, w)| v * Complex::new(0.0, -w * delay).exp()).collect()
+}
+
+/// The integrals of a torque that is held from sample to sample: late by half a sample, with a hold's gain.
+pub(super) fn held(modulation: &Modulation, torque: &[f64], step: f64) -> Vec<Complex<f64>> {
+    let lines = shifted(modulation, torque, 0.5 * step)
+        .into_iter()
+        .zip(&modulation.omega);
+    lines
+        .map(|(v, w)| {
+            let half = 0.5 * w * step;
+            if half > 0.0 { v * (half.sin() / half) } else { v }
+        })
+        .collect()
 }

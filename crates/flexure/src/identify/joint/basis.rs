@@ -5,7 +5,7 @@ use crate::nonlinearity::spline::basis::CubicSplines;
 /// Points an interval must hold, at least.
 const FEWEST: usize = 20;
 /// And as a share of all points.
-const SHARE: f64 = 5e-4;
+const SHARE: f64 = 1e-3;
 /// How much denser the breakpoints lie at zero than at the ends.
 const DENSER: f64 = 100.0;
 

@@ -1,6 +1,7 @@
 //! What is refused, and what is warned of, in a joint's log.
 
 use super::outcome::Finding;
+use super::smooth::Noise;
 use crate::error::{Error, Result, check_size};
 
 /// The fewest samples that are looked at.
@@ -12,6 +13,10 @@ const CLIPPED_RUN: usize = 5;
 const CLIPPED_SHARE: f64 = 0.002;
 /// Less of the time than this in one direction is none.
 const ONE_WAY: f64 = 0.02;
+/// Fewer reversals than this are too few to tell friction.
+const FEWEST_REVERSALS: usize = 6;
+/// A spectrum that still falls by this where only noise should be belongs to the motion.
+const STEEP: f64 = 3.0;
 
 /// Refuses a column of a joint's log that cannot be used at all.
 pub(super) fn column(name: &str, samples: &[f64], length: usize) -> Result<()> {
@@ -122,12 +127,29 @@ fn few_levels(tau: &[f64]) -> bool {
     2 * held > tau.len()
 }
 
-/// Whether the joint moves in one direction only; velocities within `resolution` are rest.
-pub(super) fn one_way(v: &[f64], resolution: f64) -> Option<Finding> {
+/// What is wrong with the motion: in one direction only, or too few reversals; velocities within `resolution` are rest.
+pub(super) fn motion(v: &[f64], resolution: f64) -> Option<Finding> {
     let fastest = v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let moving = resolution.max(0.02 * fastest);
     let forward = v.iter().filter(|v| **v > moving).count() as f64;
     let back = v.iter().filter(|v| **v < -moving).count() as f64;
     let share = forward.min(back) / (forward + back).max(1.0);
-    (share < ONE_WAY).then_some(Finding::NeverReverses { share })
+    if share < ONE_WAY {
+        return Some(Finding::NeverReverses { share });
+    }
+    let directions: Vec<bool> = v.iter().filter(|v| v.abs() > moving).map(|v| *v > 0.0).collect();
+    let reversals = directions.windows(2).filter(|w| w[0] != w[1]).count();
+    (reversals < FEWEST_REVERSALS).then_some(Finding::FewReversals { reversals })
+}
+
+/// Refuses a record whose motion goes on up to the highest frequencies, so that no noise is to be seen, or one that
+/// is too short to look for it.
+pub(super) fn resolved(noises: &[Noise], samples: usize, step: f64) -> Result<()> {
+    match noises.iter().find(|n| n.unresolved) {
+        // Long enough for equations below the frequency where the trouble begins.
+        Some(noise) if noise.fall > STEEP || samples < 4 * FEWEST => {
+            Err(Error::SampledTooSlowly { step, band: noise.band })
+        }
+        _ => Ok(()),
+    }
 }

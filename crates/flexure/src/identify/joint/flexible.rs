@@ -5,23 +5,18 @@
 //! The motor's equation alone tells kappa, their sum M and f; both together, each line with the weight of its
 //! noise, tell all of them best: the second equation has no torque in it, and so none of its noise.
 
-use super::alignment::{Alignment, align, stiffness_columns};
-use super::basis::Basis;
+use super::alignment::{Alignment, NEGLIGIBLE, SIGNIFICANT, align};
 use super::checks;
-use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::fourier::Modulation;
 use super::outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound};
-use super::rigid::{FEWEST_LINES, RESOLVED, ROUNDS, RigidJoint, band};
+use super::pair::{Free, Pair};
+use super::rigid::{FEWEST_LINES, RESOLVED, RigidJoint, band, least_band};
 use super::smooth::{Noise, Reflected};
 use crate::error::{Error, Result};
-use crate::linalg::Complex;
 
 /// The highest frequency of the equations as a share of the sampling rate, and in bands of the motion.
 const HIGHEST: f64 = 0.1;
 const BANDS: f64 = 3.0;
-/// Intervals on either side of zero that are tried for the stiffness and for the friction curve.
-const STIFFNESS_PIECES: [usize; 4] = [3, 5, 8, 12];
-const FRICTION_PIECES: [usize; 4] = [9, 13, 18, 26];
 /// The deflection is flexibility if it has this many times the encoders' noise power in the band of the motion.
 const FLEXIBLE: f64 = 3.0;
 
@@ -61,30 +56,6 @@ pub(super) struct Motion<'a> {
     pub link_noise: Noise,
 }
 
-/// The two equations of motion, transformed.
-pub(super) struct Pair<'a> {
-    pub modulation: &'a Modulation,
-    /// The deflection and the link's velocity at every sample.
-    pub d: Vec<f64>,
-    pub v: Vec<f64>,
-    /// The torque less the known part of the motor's.
-    pub torque: Vec<Complex<f64>>,
-    /// The motor's acceleration; `None` if its inertia is known.
-    pub motor: Option<Vec<Complex<f64>>>,
-    /// Minus the link's acceleration.
-    pub link: Vec<Complex<f64>>,
-    /// The encoders' noise in the accelerations of motor and link.
-    encoder: [Vec<f64>; 2],
-}
-
-/// The free curves.
-pub(super) struct Free {
-    pub stiffness: (Basis, Vec<Vec<Complex<f64>>>),
-    /// Minus the splines.
-    pub friction: (Basis, Vec<Vec<Complex<f64>>>),
-    pub noise: [Vec<f64>; 2],
-}
-
 impl FlexibleJoint<'_> {
     fn check(&self) -> Result<()> {
         let n = self.link.len();
@@ -121,8 +92,9 @@ impl FlexibleJoint<'_> {
             motor_noise: Noise::of(self.motor, step),
             link_noise: Noise::of(self.link, step),
         };
+        checks::resolved(&[motion.motor_noise, motion.link_noise], self.link.len(), step)?;
         let widest = motion.motor_noise.band.max(motion.link_noise.band);
-        let highest = (HIGHEST / step).min(BANDS * widest);
+        let highest = (HIGHEST / step).min((BANDS * widest).max(least_band(self.link.len(), step)));
         let modulation = Modulation::new(self.link.len(), step, highest);
         if modulation.len() < FEWEST_LINES {
             return Err(Error::TooShort {
@@ -131,9 +103,10 @@ impl FlexibleJoint<'_> {
                 got: self.link.len(),
             });
         }
-        if let Some(finding) = motion.no_flexibility(&modulation) {
+        if let Some(findings) = motion.no_flexibility(&modulation) {
+            // The motor's clock is the torque's.
             let mut axis = RigidJoint {
-                position: self.link,
+                position: self.motor,
                 torque: self.torque,
                 velocity: None,
                 sample_time: step,
@@ -141,7 +114,7 @@ impl FlexibleJoint<'_> {
                 level: self.level,
             }
             .identify()?;
-            axis.findings.insert(0, finding);
+            axis.findings.splice(0..0, findings);
             return Ok(JointFound::Rigid(axis));
         }
         let untold = || Error::TooLittleMotion {
@@ -247,7 +220,7 @@ impl FlexibleJoint<'_> {
     fn findings(&self, motion: &Motion, alignment: &Alignment, v: &[f64], resolution: f64) -> Vec<Finding> {
         let mut findings = Vec::new();
         findings.extend(checks::clipped(self.torque));
-        findings.extend(checks::one_way(v, resolution));
+        findings.extend(checks::motion(v, resolution));
         for noise in [motion.motor_noise, motion.link_noise] {
             if noise.unresolved && findings.iter().all(|f| !matches!(f, Finding::SampledTooSlowly { .. })) {
                 findings.push(Finding::SampledTooSlowly {
@@ -271,7 +244,7 @@ impl FlexibleJoint<'_> {
 
 impl Motion<'_> {
     /// Whether the deflection is no more than the encoders' noise, and a skew between them.
-    fn no_flexibility(&self, modulation: &Modulation) -> Option<Finding> {
+    fn no_flexibility(&self, modulation: &Modulation) -> Option<Vec<Finding>> {
         let v = Reflected::new(self.link, self.step).velocity(self.link_noise.cut_off());
         let n = v.len() as f64;
         let d: Vec<f64> = self.motor.iter().zip(self.link).map(|(m, q)| m - q).collect();
@@ -295,202 +268,17 @@ impl Motion<'_> {
         let noise = self.motor_noise.sd.powi(2) + self.link_noise.sd.powi(2);
         // White noise spreads over all frequencies up to half the sampling rate.
         let share = (2.0 * self.step * self.link_noise.band).min(1.0);
-        (power < FLEXIBLE * noise).then(|| Finding::NoFlexibility {
+        if !(power < FLEXIBLE * noise) {
+            return None;
+        }
+        let mut findings = vec![Finding::NoFlexibility {
             deflection: (power * share).sqrt(),
             noise: (noise * share).sqrt(),
-        })
-    }
-}
-
-impl Pair<'_> {
-    fn new<'a>(motion: &Motion, modulation: &'a Modulation, alignment: &Alignment, link: &[f64]) -> Pair<'a> {
-        let mut torque = alignment.torque(modulation, motion.torque, motion.step);
-        let motor = modulation.of_acceleration(motion.motor);
-        if let Some(known) = motion.motor_inertia {
-            torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known);
+        }];
+        let standard_error = (noise / square).sqrt();
+        if skew.abs() > SIGNIFICANT * standard_error && skew.abs() > NEGLIGIBLE * self.step {
+            findings.push(Finding::EncoderSkew { skew, standard_error });
         }
-        let encoder = |noise: &Noise| modulation.omega.iter().map(|w| (noise.sd * w * w).powi(2)).collect();
-        Pair {
-            d: motion.motor.iter().zip(link).map(|(m, q)| m - q).collect(),
-            v: Reflected::new(link, motion.step).velocity(motion.link_noise.cut_off()),
-            link: modulation.of_acceleration(link).into_iter().map(|v| -v).collect(),
-            encoder: [encoder(&motion.motor_noise), encoder(&motion.link_noise)],
-            motor: motion.motor_inertia.is_none().then_some(motor),
-            torque,
-            modulation,
-        }
+        Some(findings)
     }
-
-    /// The noise of an equation with this inertia, from what it leaves.
-    fn noise(&self, residuals: &[Complex<f64>], which: usize, inertia: f64) -> Vec<f64> {
-        let known: Vec<f64> = self.encoder[which].iter().map(|e| inertia * inertia * e).collect();
-        NoiseModel::fit(residuals, &known).lines
-    }
-
-    pub(super) fn one(columns: impl Iterator<Item = Vec<Complex<f64>>>) -> Vec<Column> {
-        columns.map(|c| vec![Some(c)]).collect()
-    }
-
-    /// The motor's equation with a free stiffness curve, and the noise that it turns out to have.
-    pub(super) fn motor_side(&self, stiffness: &[Vec<Complex<f64>>], noise: &[f64]) -> Option<(Solution, Vec<f64>)> {
-        let columns = self.motor.iter().cloned().chain(stiffness.iter().cloned());
-        let solution = Equations {
-            columns: Self::one(columns),
-            right: vec![self.torque.clone()],
-            noise: vec![noise],
-            noisy: self.noisy_motor(),
-        }
-        .solve()?;
-        let inertia = if self.motor.is_some() { solution.x[0] } else { 0.0 };
-        let noise = self.noise(&solution.residuals[0], 0, inertia);
-        Some((solution, noise))
-    }
-
-    /// The sum of both equations, `tau = Jm qm'' + M q'' + f(q')`: the link's inertia and friction for a start.
-    fn sum(&self, friction: &[Vec<Complex<f64>>], band: f64) -> Option<Solution> {
-        let columns = self.motor.iter().chain([&self.link]).chain(friction).cloned();
-        let columns = Self::one(columns);
-        // Low frequencies, where the encoders' noise does no harm, begin.
-        let edge = std::f64::consts::PI * band;
-        let mut noise: Vec<f64> = self.modulation.omega.iter().map(|w| 1.0 + (w / edge).powi(8)).collect();
-        let at = usize::from(self.motor.is_some());
-        let mut solution = None;
-        for _ in 0..ROUNDS {
-            let mut found = Equations {
-                columns: columns.clone(),
-                right: vec![self.torque.clone()],
-                noise: vec![&noise],
-                noisy: self.noisy_motor().into_iter().chain([self.noisy_link(at, 0)]).collect(),
-            }
-            .solve()?;
-            // The columns of the link have the link equation's sign.
-            noise = self.noise(&found.residuals[0], 1, found.x[at]);
-            found.x[at..].iter_mut().for_each(|x| *x = -*x);
-            solution = Some(found);
-        }
-        solution
-    }
-
-    /// The residuals of the link's equation `kappa - M q'' - f = 0`.
-    fn link_residuals(&self, kappa: &[Complex<f64>], rest: &[(&[Complex<f64>], f64)]) -> Vec<Complex<f64>> {
-        let mut left = kappa.to_vec();
-        for (column, x) in rest {
-            left.iter_mut().zip(*column).for_each(|(l, c)| *l += c * *x);
-        }
-        left
-    }
-
-    /// The free curves with as many splines as pay for themselves, and the noise of both equations.
-    fn free(&self, motion: &Motion) -> Option<Free> {
-        let start = vec![1.0; self.modulation.len()];
-        let akaike = |s: &Solution, lines: usize| {
-            let observations = 2.0 * lines as f64;
-            observations * (s.squares / observations).ln() + 2.0 * s.x.len() as f64
-        };
-        let lines = self.modulation.len();
-        let coarse = Basis::new(&self.d, STIFFNESS_PIECES[1]);
-        let columns = stiffness_columns(self.modulation, &coarse, &self.d);
-        let mut motor_noise = start;
-        for _ in 0..2 {
-            motor_noise = self.motor_side(&columns, &motor_noise)?.1;
-        }
-        let curves = STIFFNESS_PIECES.iter().filter_map(|&pieces| {
-            let basis = Basis::new(&self.d, pieces);
-            let columns = stiffness_columns(self.modulation, &basis, &self.d);
-            let (solution, noise) = self.motor_side(&columns, &motor_noise)?;
-            Some((akaike(&solution, lines), (basis, columns), solution, noise))
-        });
-        let (_, stiffness, solution, motor_noise) = curves.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let from = usize::from(self.motor.is_some());
-        let kappa = combine(&stiffness.1, &solution.x[from..]);
-        let splines = |pieces: usize| {
-            let basis = Basis::new(&self.v, pieces);
-            let columns = self.modulation.of_all(&basis.columns(&self.v, |_| -1.0));
-            (basis, columns)
-        };
-        let (_, columns) = splines(FRICTION_PIECES[1]);
-        let sum = self.sum(&columns, motion.link_noise.band)?;
-        let at = usize::from(self.motor.is_some());
-        let mut rest: Vec<(&[Complex<f64>], f64)> = vec![(&self.link, sum.x[at])];
-        rest.extend(columns.iter().map(Vec::as_slice).zip(sum.x[at + 1..].iter().copied()));
-        let mut link_noise = self.noise(&self.link_residuals(&kappa, &rest), 1, sum.x[at]);
-        let right: Vec<Complex<f64>> = kappa.iter().map(|v| -v).collect();
-        let mut chosen = None;
-        // First the noise, then the number of splines.
-        for pieces in [&FRICTION_PIECES[1..2], &FRICTION_PIECES[..]] {
-            let curves = pieces.iter().filter_map(|&pieces| {
-                let friction = splines(pieces);
-                let columns = std::iter::once(self.link.clone()).chain(friction.1.iter().cloned());
-                let solution = Equations {
-                    columns: Self::one(columns),
-                    right: vec![right.clone()],
-                    noise: vec![&link_noise],
-                    noisy: vec![self.noisy_link(0, 0)],
-                }
-                .solve()?;
-                Some((akaike(&solution, lines), friction, solution))
-            });
-            let (_, friction, solution) = curves.min_by(|a, b| a.0.total_cmp(&b.0))?;
-            link_noise = self.noise(&solution.residuals[0], 1, solution.x[0]);
-            chosen = Some(friction);
-        }
-        Some(Free {
-            stiffness,
-            friction: chosen?,
-            noise: [motor_noise, link_noise],
-        })
-    }
-
-    /// The columns of the inertias in both equations: of the motor, if it is not known, and of the link.
-    pub(super) fn inertias(&self) -> (Option<Column>, Column) {
-        let motor = self.motor.clone().map(|m| vec![Some(m), None]);
-        (motor, vec![None, Some(self.link.clone())])
-    }
-
-    /// The noise of the motor's acceleration, where its inertia is the first unknown.
-    pub(super) fn noisy_motor(&self) -> Vec<(usize, usize, &[f64])> {
-        let noisy = self.motor.is_some().then_some((0, 0, &self.encoder[0][..]));
-        noisy.into_iter().collect()
-    }
-
-    /// That of the link's acceleration, the unknown `at` of the equations of `block`.
-    pub(super) fn noisy_link(&self, at: usize, block: usize) -> (usize, usize, &[f64]) {
-        (at, block, &self.encoder[1])
-    }
-
-    pub(super) fn right(&self) -> Vec<Vec<Complex<f64>>> {
-        vec![self.torque.clone(), vec![Complex::new(0.0, 0.0); self.torque.len()]]
-    }
-
-    /// Both equations with free curves.
-    fn both<'b>(&'b self, free: &'b Free) -> Equations<'b> {
-        let (motor, link) = self.inertias();
-        let stiffness = free.stiffness.1.iter().map(|c| vec![Some(c.clone()), Some(c.clone())]);
-        let friction = free.friction.1.iter().map(|c| vec![None, Some(c.clone())]);
-        let link_at = usize::from(motor.is_some()) + free.stiffness.1.len();
-        Equations {
-            columns: motor
-                .into_iter()
-                .chain(stiffness)
-                .chain([link])
-                .chain(friction)
-                .collect(),
-            right: self.right(),
-            noise: free.noise.iter().map(Vec::as_slice).collect(),
-            noisy: self
-                .noisy_motor()
-                .into_iter()
-                .chain([self.noisy_link(link_at, 1)])
-                .collect(),
-        }
-    }
-}
-
-/// The sum of the columns, each times its factor.
-pub(super) fn combine(columns: &[Vec<Complex<f64>>], factors: &[f64]) -> Vec<Complex<f64>> {
-    let mut sum = vec![Complex::new(0.0, 0.0); columns.first().map_or(0, Vec::len)];
-    for (column, factor) in columns.iter().zip(factors) {
-        sum.iter_mut().zip(column).for_each(|(s, v)| *s += v * *factor);
-    }
-    sum
 }

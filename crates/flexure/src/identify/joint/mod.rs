@@ -29,11 +29,15 @@ mod forms;
 mod fourier;
 mod judge;
 mod outcome;
+mod pair;
 mod parametric;
 mod replay;
 mod rigid;
 mod shaping;
 mod smooth;
+
+#[cfg(test)]
+mod tests;
 
 pub use flexible::FlexibleJoint;
 pub use forms::{FormName, Term};

@@ -99,6 +99,11 @@ pub enum Finding {
         /// The share of the time in the rarer direction.
         share: f64,
     },
+    /// The joint reverses only a few times.
+    FewReversals {
+        /// How often.
+        reversals: usize,
+    },
     /// The motion reaches up to the frequencies where only noise should be.
     SampledTooSlowly {
         /// The sample time, s.
@@ -149,6 +154,11 @@ impl std::fmt::Display for Finding {
                 "the joint moves in one direction for {:.1} % of the time: Coulomb friction cannot be told from an \
                  offset; record motions in both directions",
                 100.0 * (1.0 - share)
+            ),
+            Finding::FewReversals { reversals } => write!(
+                f,
+                "the joint reverses only {reversals} times: the record is too short to tell friction well; record more \
+                 motions in both directions"
             ),
             Finding::SampledTooSlowly { step, band } => write!(
                 f,

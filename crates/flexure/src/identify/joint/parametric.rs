@@ -1,10 +1,10 @@
 //! The physical forms of a flexible joint's curves: each against its free curve in its own equation, then both together.
 
 use super::equations::{Column, Equations, Solution};
-use super::flexible::{Free, Pair, combine};
 use super::forms::FormName;
 use super::judge::{Against, fitted};
 use super::outcome::{Fitted, JointModel};
+use super::pair::{Free, Pair, combine};
 use super::shaping::{Shape, Shapely, Shaping};
 use crate::linalg::Complex;
 

@@ -4,6 +4,7 @@
 //!
 //! where the last three terms, gravity and a spring, are optional and f contains any offset.
 
+use super::alignment::{held as held_torque, is_held};
 use super::basis::Basis;
 use super::checks;
 use super::equations::{Column, Equations, NoiseModel, Solution};
@@ -20,7 +21,7 @@ use crate::linalg::Complex;
 /// Points of a curve.
 pub(super) const POINTS: usize = 201;
 /// Intervals on either side of zero that are tried for a free curve.
-pub(super) const PIECES: [usize; 5] = [4, 6, 9, 13, 18];
+const PIECES: [usize; 6] = [4, 6, 9, 13, 18, 25];
 /// The highest frequency of the equations as a share of the sampling rate.
 const HIGHEST: f64 = 0.2;
 /// The fewest frequencies that make equations.
@@ -79,6 +80,11 @@ struct Lines {
     extras: Vec<(&'static str, [i32; 2], Vec<f64>)>,
 }
 
+/// The band, Hz, that just has enough lines for equations.
+pub(super) fn least_band(samples: usize, step: f64) -> f64 {
+    1.2 * FEWEST_LINES as f64 / (samples as f64 * step)
+}
+
 impl RigidJoint<'_> {
     fn check(&self) -> Result<()> {
         checks::settings(self.sample_time, self.level)?;
@@ -100,28 +106,47 @@ impl RigidJoint<'_> {
     pub fn identify(&self) -> Result<RigidAxis> {
         self.check()?;
         let noise = Noise::of(self.position, self.sample_time);
-        let lines = self.lines(&noise)?;
+        checks::resolved(&[noise], self.position.len(), self.sample_time)?;
+        let mut lines = self.lines(&noise)?;
         let untold = || Error::TooLittleMotion {
             what: "inertia and friction of the axis",
         };
-        let (weights, _) = lines.weights(noise.band).ok_or_else(untold)?;
-        // The free curve that pays best for its unknowns.
-        let bases: Vec<Basis> = PIECES.iter().map(|&p| Basis::new(&lines.velocity, p)).collect();
-        let solved = bases.into_iter().filter_map(|basis| {
-            let solution = lines.free(&basis, &weights).solve()?;
-            let observations = 2.0 * lines.modulation.len() as f64;
-            let akaike = observations * (solution.squares / observations).ln() + 2.0 * solution.x.len() as f64;
-            Some((akaike, basis, solution))
-        });
-        let (_, basis, solution) = solved.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(untold)?;
+        let mut weights = lines.weights(noise.band).ok_or_else(untold)?;
+        let delay = lines.delay(self.torque, &weights);
+        let held = delay.filter(|&(delay, error)| is_held(delay, error, self.sample_time));
+        if held.is_some() {
+            lines.torque = held_torque(&lines.modulation, self.torque, self.sample_time);
+            weights = lines.weights(noise.band).ok_or_else(untold)?;
+        }
+        // The free curve that pays best for its unknowns, and the next finer one, which tells what it smooths away.
+        let observations = 2.0 * lines.modulation.len() as f64;
+        let scores: Vec<Option<f64>> = PIECES
+            .iter()
+            .map(|&pieces| {
+                let solution = lines.free(&Basis::new(&lines.velocity, pieces), &weights).solve()?;
+                let schwarz = solution.x.len() as f64 * observations.ln();
+                Some(observations * (solution.squares / observations).ln() + schwarz)
+            })
+            .collect();
+        let best = lowest(scores.iter().copied()).ok_or_else(untold)?;
+        let basis = Basis::new(&lines.velocity, PIECES[best]);
+        let solution = lines.free(&basis, &weights).solve().ok_or_else(untold)?;
+        let finer = Basis::new(&lines.velocity, PIECES[(best + 1).min(PIECES.len() - 1)]);
+        let finer_solution = lines.free(&finer, &weights).solve().ok_or_else(untold)?;
+        let finer_curve = |v: f64| finer.value(&finer_solution.x[1 + lines.extras.len()..], v);
         let covariance = lines.free(&basis, &weights).robust(&solution);
-        self.outcome(lines, &weights, (&basis, &solution, &covariance), &noise)
-            .ok_or_else(untold)
+        let free = (&basis, &solution, &covariance[..]);
+        let mut axis = self
+            .outcome(&lines, &weights, free, &finer_curve, &noise)
+            .ok_or_else(untold)?;
+        axis.findings
+            .extend(held.map(|(delay, _)| Finding::TorqueDelay { delay, held: true }));
+        Ok(axis)
     }
 
     fn lines(&self, noise: &Noise) -> Result<Lines> {
         let (n, step) = (self.position.len(), self.sample_time);
-        let highest = (HIGHEST / step).min(noise.band);
+        let highest = (HIGHEST / step).min(noise.band.max(least_band(n, step)));
         let modulation = Modulation::new(n, step, highest);
         if modulation.len() < FEWEST_LINES {
             return Err(Error::TooShort {
@@ -160,9 +185,10 @@ impl RigidJoint<'_> {
     /// Everything that is told of a solution; `None` if not even the simplest form can be fitted.
     fn outcome(
         &self,
-        lines: Lines,
+        lines: &Lines,
         weights: &[f64],
         (basis, solution, covariance): (&Basis, &Solution, &[f64]),
+        finer: &dyn Fn(f64) -> f64,
         noise: &Noise,
     ) -> Option<RigidAxis> {
         let unknowns = solution.x.len();
@@ -170,9 +196,12 @@ impl RigidJoint<'_> {
         let first = 1 + lines.extras.len();
         let coefficients = &solution.x[first..];
         let curve: Vec<f64> = lines.velocity.iter().map(|&v| basis.value(coefficients, v)).collect();
-        let friction = band(basis, coefficients, self.level, |i, j| {
-            covariance[(first + i) * unknowns + first + j]
-        });
+        let friction = widened(
+            band(basis, coefficients, self.level, |i, j| {
+                covariance[(first + i) * unknowns + first + j]
+            }),
+            finer,
+        );
         let against = Against {
             squares: solution.squares,
             unknowns,
@@ -205,7 +234,7 @@ impl RigidJoint<'_> {
         let reconstructed = (0..curve.len()).map(|i| curve[i] + rest(i)).collect();
         let mut findings = Vec::new();
         findings.extend(checks::clipped(self.torque));
-        findings.extend(checks::one_way(&lines.velocity, lines.resolution));
+        findings.extend(checks::motion(&lines.velocity, lines.resolution));
         if noise.unresolved {
             findings.push(Finding::SampledTooSlowly {
                 step: self.sample_time,
@@ -234,7 +263,7 @@ impl RigidJoint<'_> {
             cut_off: self.velocity.is_none().then(|| noise.cut_off()),
             highest: lines.modulation.omega[lines.modulation.len() - 1] / (2.0 * std::f64::consts::PI),
             sample_time: self.sample_time,
-            velocity: lines.velocity,
+            velocity: lines.velocity.clone(),
             partial,
             reconstructed,
             findings,
@@ -266,21 +295,29 @@ impl Lines {
         }
     }
 
-    /// The noise of each line, and the inertia that its encoder's share rests on.
+    /// The time from a torque's sample to its effect, and its standard error.
+    fn delay(&self, torque: &[f64], noise: &[f64]) -> Option<(f64, f64)> {
+        let mut equations = self.free(&Basis::new(&self.velocity, PIECES[2]), noise);
+        equations.columns.push(vec![Some(self.modulation.of_rate(torque))]);
+        let solution = equations.solve()?;
+        let last = solution.x.len() - 1;
+        Some((solution.x[last], solution.error(last)))
+    }
+
+    /// The noise of each line.
     ///
     /// Low frequencies, where the encoder's noise does no harm, begin; then the weights are the noise's own.
-    fn weights(&self, band: f64) -> Option<(Vec<f64>, f64)> {
+    fn weights(&self, band: f64) -> Option<Vec<f64>> {
         let basis = Basis::new(&self.velocity, PIECES[1]);
         let edge = std::f64::consts::PI * band;
         let mut noise: Vec<f64> = self.modulation.omega.iter().map(|w| 1.0 + (w / edge).powi(8)).collect();
-        let mut inertia = 0.0;
         for _ in 0..ROUNDS {
             let solution = self.free(&basis, &noise).solve()?;
-            inertia = solution.x[0];
+            let inertia = solution.x[0];
             let known: Vec<f64> = self.encoder.iter().map(|e| inertia * inertia * e).collect();
             noise = NoiseModel::fit(&solution.residuals[0], &known).lines;
         }
-        Some((noise, inertia))
+        Some(noise)
     }
 
     /// The physical forms, each against the free curve.
@@ -305,6 +342,33 @@ impl Lines {
         });
         fits.collect()
     }
+}
+
+/// The number of the smallest score.
+fn lowest(scores: impl Iterator<Item = Option<f64>>) -> Option<usize> {
+    let known = scores.enumerate().filter_map(|(i, score)| Some((i, score?)));
+    known.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
+}
+
+/// The candidate after the one with the smallest score.
+pub(super) fn undersmoothed(candidates: &[usize], scores: impl Iterator<Item = Option<f64>>) -> Option<usize> {
+    let best = lowest(scores)?;
+    candidates.get(best + 1).or(candidates.last()).copied()
+}
+
+/// The band with what a finer curve would change added to its standard errors, an allowance for bias.
+fn widened(mut band: Band, finer: &dyn Fn(f64) -> f64) -> Band {
+    for i in 0..band.estimate.len() {
+        let error = band.standard_error[i];
+        let bias = finer(band.x[0][i]) - band.estimate[i];
+        let grow = (1.0 + (bias / error.max(f64::MIN_POSITIVE)).powi(2)).sqrt();
+        band.standard_error[i] *= grow;
+        band.lower[i] = band.estimate[i] + grow * (band.lower[i] - band.estimate[i]);
+        band.upper[i] = band.estimate[i] + grow * (band.upper[i] - band.estimate[i]);
+    }
+    band.method
+        .push_str("; widened by what the next finer curve would change");
+    band
 }
 
 /// A free curve with its pointwise band.

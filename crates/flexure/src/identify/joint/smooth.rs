@@ -9,11 +9,13 @@ const STEEPNESS: i32 = 16;
 /// The cut-off in units of the frequency up to which the signal stands out of the noise.
 const MARGIN: f64 = 1.5;
 /// Samples of a segment of the averaged periodogram, at most.
-const SEGMENT: usize = 4096;
+const SEGMENT: usize = 16_384;
 /// From this share of the sampling rate on, the periodogram is taken for noise.
 const NOISE_FROM: f64 = 0.35;
 /// A line this many times the noise belongs to the signal.
 const STANDS_OUT: f64 = 2.0;
+/// Lines on either side among which most must stand out.
+const NEIGHBOURS: usize = 3;
 /// White noise's spectrum does not fall by more than this from the lower to the upper half of where it is looked for.
 const FLAT: f64 = 1.5;
 
@@ -26,6 +28,8 @@ pub(super) struct Noise {
     pub band: f64,
     /// Whether the signal reaches up to where the noise is looked for: sampled too slowly to tell.
     pub unresolved: bool,
+    /// By how much the spectrum falls from the lower to the upper half of where only noise should be.
+    pub fall: f64,
 }
 
 impl Noise {
@@ -33,7 +37,7 @@ impl Noise {
     pub fn of(q: &[f64], step: f64) -> Noise {
         // Second differences take the slow motion's leakage away; their gain is known.
         let bent: Vec<f64> = q.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
-        let length = super::fourier::friendly(SEGMENT.min(bent.len() / 4).max(16).min(bent.len()));
+        let length = super::fourier::friendly(SEGMENT.min(bent.len() / 8).max(16).min(bent.len()));
         let power = periodogram(&bent, length);
         let share = |k: usize| k as f64 / length as f64;
         let gain = |k: usize| (2.0 * (std::f64::consts::PI * share(k)).sin()).powi(4);
@@ -48,7 +52,7 @@ impl Noise {
         };
         let floor = median(NOISE_FROM, 0.5);
         // A band, not a single line.
-        let half = power.len() / 200 + 1;
+        let half = NEIGHBOURS.min(power.len() / 8);
         let last = (half..power.len() - half.min(power.len()))
             .rev()
             .find(|&k| {
@@ -58,11 +62,12 @@ impl Noise {
             })
             .unwrap_or(0);
         let middle = 0.5 * (NOISE_FROM + 0.5);
-        let falls = median(NOISE_FROM, middle) > FLAT * median(middle, 0.5);
+        let fall = median(NOISE_FROM, middle) / median(middle, 0.5).max(f64::MIN_POSITIVE);
         Noise {
             sd: floor.sqrt(),
             band: share(last + 1) / step,
-            unresolved: share(last + 1) > NOISE_FROM - 0.1 && falls,
+            unresolved: share(last + 1) > NOISE_FROM - 0.1 && fall > FLAT,
+            fall,
         }
     }
 
