@@ -7,6 +7,7 @@ mod choices;
 mod demo;
 mod estimate;
 mod identify;
+mod joint;
 mod method;
 mod outcome;
 mod output;
@@ -38,6 +39,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Study(study::Arguments),
     Identify(identify::Arguments),
+    Joint(Box<joint::Arguments>),
     Predict(predict::Arguments),
     Regress(Box<regress::Arguments>),
     Validate(validate::Arguments),
@@ -49,6 +51,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Joint(arguments) => joint::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Regress(arguments) => regress::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),

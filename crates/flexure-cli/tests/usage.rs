@@ -4,8 +4,8 @@ mod common;
 
 use common::Folder;
 
-const COMMANDS: [&str; 7] = [
-    "demo", "simulate", "study", "identify", "predict", "regress", "validate",
+const COMMANDS: [&str; 8] = [
+    "demo", "simulate", "study", "identify", "joint", "predict", "regress", "validate",
 ];
 
 #[test]

@@ -1,6 +1,6 @@
 //! Whether a page's data fit together, before anything is drawn from them.
 
-use crate::data::{ArmMotion, Axis, LinearPart, Nonlinearity, Page, ScoreCurve};
+use crate::data::{ArmMotion, Axis, LinearPart, Nonlinearity, Page, Prediction, ScoreCurve};
 use crate::{Error, Result};
 
 /// Checks lengths, axes and abscissas; values may be NaN or infinite, they become gaps.
@@ -18,16 +18,7 @@ pub(crate) fn page(page: &Page) -> Result<()> {
     }
     nonlinearity("nonlinearity", &page.nonlinearity)?;
     linear(&page.linear)?;
-    let prediction = &page.prediction;
-    same(
-        "prediction.predicted".into(),
-        prediction.predicted.len(),
-        prediction.measured.len(),
-        "measured sample",
-    )?;
-    if !prediction.measured.is_empty() {
-        axis("prediction.time", &prediction.time)?;
-    }
+    prediction("prediction", &page.prediction)?;
     let residuals = &page.residuals;
     increasing("residuals.cross_lags".into(), &residuals.cross_lags)?;
     same(
@@ -42,6 +33,16 @@ pub(crate) fn page(page: &Page) -> Result<()> {
         }
     }
     page.arm.as_ref().map_or(Ok(()), arm)
+}
+
+/// Checks a measured signal against a computed one; `part` is its path.
+pub(crate) fn prediction(part: &str, p: &Prediction) -> Result<()> {
+    let (got, need) = (p.predicted.len(), p.measured.len());
+    same(format!("{part}.predicted"), got, need, "measured sample")?;
+    match need {
+        0 => Ok(()),
+        _ => axis(&format!("{part}.time"), &p.time),
+    }
 }
 
 /// Checks a curve with its band; `part` is its path.

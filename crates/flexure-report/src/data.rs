@@ -5,8 +5,10 @@
 
 use serde::Serialize;
 
+mod joint;
 mod regression;
 mod study;
+pub use joint::{Comparison, JointCurve, JointPage, ParameterTable};
 pub use regression::{RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
 pub use study::{RateLine, RatePlot, RateRow, StudyPage, StudySection};
 

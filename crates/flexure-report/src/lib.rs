@@ -12,6 +12,7 @@ mod check;
 pub mod data;
 mod decimate;
 mod error;
+mod joint;
 pub mod limits;
 mod payload;
 mod regression;
@@ -20,4 +21,4 @@ mod study;
 mod text;
 
 pub use error::{Error, Result};
-pub use render::{render, render_regression, render_study};
+pub use render::{render, render_joint, render_regression, render_study};

@@ -144,7 +144,8 @@ fn linear(l: &LinearPart) -> LinearPart {
     }
 }
 
-fn prediction(p: &Prediction) -> PredictionPlot<'_> {
+/// A measured signal against a computed one, reduced to what is drawn.
+pub(crate) fn prediction(p: &Prediction) -> PredictionPlot<'_> {
     let bucket = bucket(p.measured.len(), limits::PREDICTION_POINTS);
     let error: Vec<f64> = p.measured.iter().zip(&p.predicted).map(|(y, yh)| y - yh).collect();
     let measured = min_max(&p.measured, bucket);

@@ -6,16 +6,17 @@ use minijinja::{AutoEscape, Environment, context};
 
 use serde::Serialize;
 
-use crate::data::{Page, RegressionPage, StudyPage};
+use crate::data::{JointPage, Page, RegressionPage, StudyPage};
 use crate::payload::payload;
 use crate::text::text;
-use crate::{Result, check, regression, study};
+use crate::{Result, check, joint, regression, study};
 
 /// The templates by the names under which they include one another.
-const TEMPLATES: [(&str, &str); 5] = [
+const TEMPLATES: [(&str, &str); 6] = [
     ("base.html", include_str!("../assets/base.html")),
     ("parts.html", include_str!("../assets/parts.html")),
     ("identification.html", include_str!("../assets/identification.html")),
+    ("joint.html", include_str!("../assets/joint.html")),
     ("regression.html", include_str!("../assets/regression.html")),
     ("study.html", include_str!("../assets/study.html")),
 ];
@@ -46,6 +47,8 @@ const IDENTIFICATION: [&str; 5] = [
     include_str!("../assets/arm.js"),
     include_str!("../assets/main.js"),
 ];
+
+const JOINT: [&str; 2] = [include_str!("../assets/signals.js"), include_str!("../assets/joint.js")];
 
 const REGRESSION: [&str; 3] = [
     include_str!("../assets/distribution.js"),
@@ -95,6 +98,18 @@ pub fn render_regression(page: &RegressionPage) -> Result<String> {
 pub fn render_study(page: &StudyPage) -> Result<String> {
     study::check(page)?;
     document("study.html", &STUDY, study::text(page), &study::payload(page))
+}
+
+/// The page of a joint's friction and stiffness as one HTML document that needs nothing else.
+///
+/// # Errors
+///
+/// [`crate::Error::Length`], [`crate::Error::NotIncreasing`] and [`crate::Error::Axis`] if the page's data contradict one
+/// another.
+pub fn render_joint(page: &JointPage) -> Result<String> {
+    joint::check(page)?;
+    let payload = joint::payload(page);
+    document("joint.html", &JOINT, joint::text(page, &payload), &payload)
 }
 
 /// Fills in a template with the page's words, and embeds its scripts and the data that they plot.

@@ -8,6 +8,7 @@ mod checks;
 mod dependence;
 pub mod hammerstein;
 mod impulse;
+pub mod joint;
 mod outcome;
 mod refined;
 mod sandwich;
