@@ -3,7 +3,7 @@
 //! Exit codes: 0 done, 1 the data or the fit failed, 2 wrong usage.
 
 mod arguments;
-mod choices;
+mod cascade;
 mod demo;
 mod estimate;
 mod identify;
@@ -12,9 +12,11 @@ mod outcome;
 mod output;
 mod page;
 mod predict;
+mod prediction;
 mod progress;
 mod regress;
 mod simulate;
+mod structure;
 mod tuning;
 mod validate;
 

@@ -8,8 +8,8 @@ use flexure_io::{check_record_writable, read_model, read_record, write_record};
 use serde_json::json;
 
 use crate::arguments::{self, TIME};
-use crate::outcome::{self, Outside};
 use crate::output::print;
+use crate::prediction::{self, Outside};
 use crate::progress::spinning;
 
 /// Simulate a model under a record's input.
@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let signals = [arguments.input.as_str(), &model.output];
     arguments::same_sample_time(&file, model.sample_time, &signals)?;
     let input = file.finite(&arguments.input)?;
-    let y = outcome::predict(&model.block, &file, &arguments.input)?;
+    let y = prediction::predict(&model.block, &file, &arguments.input)?;
     let outside = Outside::new(&model.block, input);
     let mut columns = Vec::new();
     if arguments::has_time(&file, &signals) {

@@ -8,8 +8,9 @@ use flexure_io::{read_model, read_record};
 use serde_json::json;
 
 use crate::arguments;
-use crate::outcome::{self, Outside, number, tests_json};
+use crate::outcome::{SETTLED, number, tests_json};
 use crate::output::print;
+use crate::prediction::{self, Outside};
 use crate::progress::spinning;
 
 /// Judge a model on a record that was not used for its fit.
@@ -45,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let file = spinning("reading", || read_record(&arguments.record))?;
     arguments::same_sample_time(&file, model.sample_time, &[&arguments.input, &arguments.output])?;
     let (u, y) = (file.finite(&arguments.input)?, file.finite(&arguments.output)?);
-    let settling = model.settling.unwrap_or_else(|| model.block.settling(outcome::SETTLED));
+    let settling = model.settling.unwrap_or_else(|| model.block.settling(SETTLED));
     let skip = arguments.skip.unwrap_or_else(|| settling.min(u.len() / 10));
     if skip >= u.len() {
         bail!(
@@ -54,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             u.len()
         );
     }
-    let predicted = outcome::predict(&model.block, &file, &arguments.input)?;
+    let predicted = prediction::predict(&model.block, &file, &arguments.input)?;
     let verdict = Verdict::new(&u[skip..], &y[skip..], &predicted[skip..])
         .map_err(|error| file.locate(named(error, &arguments.output)))?;
     if is_constant(&u[skip..]) {
