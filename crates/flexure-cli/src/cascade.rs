@@ -16,6 +16,9 @@ use crate::structure::Structure;
 
 /// What all methods of this kind do.
 const METHOD: &str = "prediction-error";
+/// What is said of a second branch.
+pub const INTERSAMPLE: &str = "the nonlinearity acts between the samples too: a second branch, with the same nonlinearity and the same \
+                               poles, adds to the output";
 
 /// How to identify a cascade; the choices are made from data.
 pub enum CascadeMethod {
@@ -85,6 +88,8 @@ pub struct Cascade {
     pub breakpoints: Vec<f64>,
     /// Behind the nonlinearity, if there is a linear part.
     pub back: Option<LinearBlock>,
+    /// Front and back of a second branch, for an instant between the samples; none unless the data ask for it.
+    pub intersample: Vec<LinearBlock>,
     pub output_offset: f64,
     pub approximations: Vec<ApproximationScore>,
     pub tried: Vec<TriedStructure>,
@@ -96,6 +101,20 @@ pub struct Cascade {
 
 impl From<SandwichIdentification> for Cascade {
     fn from(result: SandwichIdentification) -> Self {
+        let intersample = result.intersample.into_iter().flat_map(|between| {
+            [
+                LinearBlock {
+                    key: "intersample_front",
+                    title: "Front, between the samples",
+                    system: between.front,
+                },
+                LinearBlock {
+                    key: "intersample_back",
+                    title: "Back, between the samples",
+                    system: between.back,
+                },
+            ]
+        });
         Cascade {
             structure: Structure::WienerHammerstein,
             title: "Wiener-Hammerstein",
@@ -113,6 +132,7 @@ impl From<SandwichIdentification> for Cascade {
                 title: "Back linear part",
                 system: result.back,
             }),
+            intersample: intersample.collect(),
             output_offset: result.output_offset,
             approximations: result.approximations,
             tried: result.tried,
@@ -125,9 +145,14 @@ impl From<SandwichIdentification> for Cascade {
 }
 
 impl Cascade {
-    /// The linear parts in the signal's order.
+    /// The linear parts in the signal's order, at the samples.
     pub fn linear(&self) -> impl Iterator<Item = &LinearBlock> {
         self.front.iter().chain(&self.back)
+    }
+
+    /// All linear parts.
+    pub fn all_linear(&self) -> impl Iterator<Item = &LinearBlock> {
+        self.linear().chain(&self.intersample)
     }
 
     /// The number of poles of all linear parts.
@@ -167,7 +192,7 @@ impl Cascade {
                 .collect::<Vec<_>>(),
             "tried": self.tried.iter().map(tried_json).collect::<Vec<_>>(),
         });
-        for block in self.linear() {
+        for block in self.all_linear() {
             let own = json!({ "order": block.order(), "delay": block.delay() });
             object[block.key] = outcome::linear_json(&block.system);
             outcome::extend(&mut object[block.key], own);
@@ -182,7 +207,7 @@ impl Cascade {
         let mut details = outcome::details(self.json(signals));
         if let Value::Object(fields) = &mut details {
             // What the blocks themselves say already.
-            self.linear().for_each(|block| drop(fields.remove(block.key)));
+            self.all_linear().for_each(|block| drop(fields.remove(block.key)));
             fields.insert("breakpoints".to_owned(), json!(self.breakpoints));
         }
         ModelFile {
@@ -215,6 +240,10 @@ impl Cascade {
             number(self.breakpoints.last().copied().unwrap_or(x[x.len() - 1])),
         ));
         lines.extend(self.back.iter().flat_map(linear_lines));
+        if !self.intersample.is_empty() {
+            lines.push(format!("  {INTERSAMPLE}:"));
+            lines.extend(self.intersample.iter().flat_map(linear_lines));
+        }
         if self.output_offset != 0.0 {
             lines.push(format!("  output offset       {}", number(self.output_offset)));
         }
@@ -232,6 +261,7 @@ fn tried_json(t: &TriedStructure) -> Value {
         "back_order": t.back_order,
         "back_numerator": t.back_numerator,
         "pieces": t.pieces,
+        "instants": t.instants,
         "samples": t.samples,
         "relative_error": t.relative_error,
         "bic": t.bic,

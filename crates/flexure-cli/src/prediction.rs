@@ -53,7 +53,8 @@ fn entered<'a>(block: &'a Block, input: &'a [f64]) -> Option<(&'a Curve, Cow<'a,
     let blocks = match block {
         Block::Static(curve) => return Some((curve, Cow::Borrowed(input))),
         Block::Series(blocks) => blocks,
-        Block::Linear(_) | Block::Parallel(_) => return None,
+        Block::Parallel(blocks) => return blocks.first().and_then(|first| entered(first, input)),
+        Block::Linear(_) => return None,
     };
     match blocks.as_slice() {
         [Block::Linear(front), Block::Static(curve), ..] => Some((curve, Cow::Owned(front.simulate_from_mean(input)))),

@@ -8,7 +8,7 @@ use flexure_report::data::{Choice, Fact, LinearPart, Nonlinearity, Page, ScoreCu
 use super::{
     Decoration, Judged, Parts, assembled, density, fact, fit_facts, labelled, linear_part, samples, samples_fact,
 };
-use crate::cascade::Cascade;
+use crate::cascade::{Cascade, INTERSAMPLE};
 use crate::outcome::{Signals, number};
 use crate::tuning;
 
@@ -21,7 +21,7 @@ pub fn page(file: &RecordFile, signals: &Signals, result: &Cascade, decoration: 
     let parts = Parts {
         facts: facts(signals, result),
         nonlinearity: nonlinearity(u, signals, result),
-        linear: (result.linear())
+        linear: (result.all_linear())
             .map(|block| LinearPart {
                 words: format!("{}.", tuning::capitalised(&block.words())),
                 ..linear_part(block.title, &block.system, None, signals.sample_time)
@@ -90,7 +90,13 @@ fn choices(result: &Cascade) -> Vec<Choice> {
     };
     let shown = approximations.x.contains(&approximations.chosen);
     let pieces = by_pieces(result);
-    vec![
+    let intersample = (!result.intersample.is_empty()).then(|| Choice {
+        name: "Between the samples".to_owned(),
+        value: "2 instants".to_owned(),
+        why: format!("{INTERSAMPLE}; chosen by Schwarz's criterion"),
+        curve: None,
+    });
+    let mut all = vec![
         Choice {
             name: "Poles".to_owned(),
             value: orders.join(", "),
@@ -112,7 +118,9 @@ fn choices(result: &Cascade) -> Vec<Choice> {
                 chosen: result.pieces() as f64,
             }),
         },
-    ]
+    ];
+    all.extend(intersample);
+    all
 }
 
 /// The structures that were tried on all samples, best first, each once, and the last, which was chosen.
@@ -130,13 +138,14 @@ fn compared(result: &Cascade) -> Option<(Vec<&TriedStructure>, &TriedStructure)>
     Some((kept, chosen))
 }
 
-/// Poles, numerator coefficients and pieces.
-fn shape(t: &TriedStructure) -> [usize; 5] {
+/// Poles, numerator coefficients, instants and pieces.
+fn shape(t: &TriedStructure) -> [usize; 6] {
     [
         t.front_order,
         t.front_numerator,
         t.back_order,
         t.back_numerator,
+        t.instants,
         t.pieces,
     ]
 }
@@ -148,7 +157,7 @@ fn by_pieces(result: &Cascade) -> Vec<&TriedStructure> {
     };
     let mut same: Vec<&TriedStructure> = all
         .into_iter()
-        .filter(|t| shape(t)[..4] == shape(chosen)[..4])
+        .filter(|t| shape(t)[..5] == shape(chosen)[..5])
         .collect();
     same.sort_by_key(|t| t.pieces);
     same
@@ -160,6 +169,7 @@ fn structures(result: &Cascade) -> Option<Table> {
         vec![
             format!("{} / {}", t.front_order, t.front_numerator),
             format!("{} / {}", t.back_order, t.back_numerator),
+            t.instants.to_string(),
             t.pieces.to_string(),
             number(t.relative_error),
             format!("{:.0}", t.bic),
@@ -179,6 +189,7 @@ fn structures(result: &Cascade) -> Option<Table> {
         columns: [
             "front: poles / numerator coefficients",
             "back: poles / numerator coefficients",
+            "instants a sample",
             "pieces",
             "error / output's spread",
             "Schwarz's criterion",
