@@ -220,6 +220,7 @@ impl Cascade {
             delay: self.delay(),
             order: self.order(),
             settling: Some(self.model.settling(SETTLED)),
+            noise_model: None,
             block: self.model.clone(),
             identification: details,
         }

@@ -191,6 +191,10 @@ pub fn model_file(result: &Estimate, context: &Context) -> ModelFile {
         delay: result.delay,
         order: result.order.order,
         settling: Some(result.model.settling(SETTLED)),
+        noise_model: match &result.own {
+            Own::Refined(own) if own.refined => Some(own.noise_model.clone()),
+            _ => None,
+        },
         block: result.model.clone(),
         identification: details,
     }

@@ -3,9 +3,120 @@
 use std::borrow::Cow;
 
 use anyhow::{Result, bail};
+use clap::ValueEnum;
 use flexure::Block;
 use flexure::nonlinearity::Curve;
-use flexure_io::RecordFile;
+use flexure::validation::{estimate_initial_state, predict_ahead};
+use flexure_io::{ModelFile, RecordFile};
+
+/// The state in which a model starts.
+#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
+pub enum Start {
+    /// That which fits the record's first outputs best.
+    Estimate,
+    /// The steady state that belongs to the mean input.
+    Steady,
+}
+
+impl Start {
+    /// Whether a record has enough samples to estimate the states of a model: five a state.
+    pub fn enough(block: &Block, samples: usize) -> bool {
+        samples >= 5 * block.states()
+    }
+
+    /// Its name on the command line and in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Start::Estimate => "estimate",
+            Start::Steady => "steady",
+        }
+    }
+}
+
+/// The free run of a model under a record's input.
+pub struct FreeRun {
+    pub output: Vec<f64>,
+    /// The samples that the initial state was estimated from; `None` if it is the steady one.
+    pub estimated_from: Option<usize>,
+}
+
+impl FreeRun {
+    /// From the steady state, or from the one that fits `measured` best.
+    ///
+    /// # Errors
+    /// Those of [`predict`], and of the estimation.
+    pub fn new(block: &Block, file: &RecordFile, input: &str, measured: Option<&[f64]>) -> Result<Self> {
+        let output = predict(block, file, input)?;
+        let Some(measured) = measured else {
+            return Ok(FreeRun {
+                output,
+                estimated_from: None,
+            });
+        };
+        let u = file.finite(input)?;
+        let state = estimate_initial_state(block, u, measured).map_err(|error| file.locate(error))?;
+        Ok(FreeRun {
+            output: state.simulate(block, u),
+            estimated_from: Some(state.samples()),
+        })
+    }
+
+    /// The start's name.
+    pub fn start(&self) -> Start {
+        match self.estimated_from {
+            Some(_) => Start::Estimate,
+            None => Start::Steady,
+        }
+    }
+
+    /// Where it starts, for reading.
+    pub fn words(&self) -> String {
+        match self.estimated_from {
+            Some(samples) => format!("from the state estimated from the first {samples} outputs"),
+            None => "from the steady state that belongs to the mean input".to_owned(),
+        }
+    }
+}
+
+/// A prediction some samples ahead, and how it came about.
+pub struct Ahead {
+    pub output: Vec<f64>,
+    /// Whether the model's noise model had a say.
+    pub noise: bool,
+    words: String,
+}
+
+impl Ahead {
+    /// Adds to a free run what the model's noise model expects of the error last seen `horizon` samples ago.
+    ///
+    /// # Errors
+    /// Those of [`predict_ahead`].
+    pub fn new(model: &ModelFile, run: &FreeRun, measured: &[f64], horizon: usize) -> Result<Self> {
+        let noise = model.noise_model.as_deref().unwrap_or_default();
+        let samples = if horizon == 1 { "sample" } else { "samples" };
+        let (coloured, why) = match (&model.noise_model, noise.len() > 1) {
+            (Some(_), true) => (
+                true,
+                format!("by the noise model, an autoregression of order {}", noise.len() - 1),
+            ),
+            (Some(_), false) => (false, "the error was found white: the same as the free run".to_owned()),
+            (None, _) => (
+                false,
+                "the model has no noise model: the same as the free run".to_owned(),
+            ),
+        };
+        Ok(Ahead {
+            output: predict_ahead(&run.output, measured, noise, horizon)?,
+            noise: coloured,
+            words: format!("predicted {horizon} {samples} ahead, {why}"),
+        })
+    }
+
+    /// How it was made, for reading.
+    pub fn words(&self) -> &str {
+        &self.words
+    }
+}
 
 /// The free-run output of a model under a column of a record.
 ///
