@@ -102,9 +102,9 @@ mod tests {
         let (simulated, measured) = (noise(60), noise(60));
         let r = [1.0, -1.2, 0.6, -0.1];
         let v: Vec<f64> = measured.iter().zip(&simulated).map(|(y, s)| y - s).collect();
-        for horizon in [1, 2, 3, 4, 7, 59, 60, 1000] {
+        for horizon in [1_usize, 2, 3, 4, 7, 59, 60, 1000] {
             let ahead = predict_ahead(&simulated, &measured, &r, horizon).unwrap();
-            for t in 0..60 {
+            for t in 0..60_usize {
                 let known = (t + 1).saturating_sub(horizon);
                 let want = match known {
                     0 => simulated[t],
