@@ -3,7 +3,7 @@
 //! Exit codes: 0 done, 1 the data or the fit failed, 2 wrong usage.
 
 mod arguments;
-mod choices;
+mod cascade;
 mod demo;
 mod estimate;
 mod identify;
@@ -13,9 +13,11 @@ mod outcome;
 mod output;
 mod page;
 mod predict;
+mod prediction;
 mod progress;
 mod regress;
 mod simulate;
+mod structure;
 mod study;
 mod tuning;
 mod validate;

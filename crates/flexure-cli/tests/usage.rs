@@ -125,8 +125,8 @@ fn values_out_of_range() {
             "'metre' for '--unit <UNIT>'\n  [possible values: static-gain, first-coefficient]",
         ),
         (
-            "--structure wiener",
-            "'wiener' for '--structure <STRUCTURE>'\n  [possible values: hammerstein]",
+            "--structure volterra",
+            "'volterra' for '--structure <STRUCTURE>'\n  [possible values: hammerstein, wiener-hammerstein]",
         ),
         (
             "--method magic",

@@ -1,6 +1,6 @@
 //! Whether a page's data fit together, before anything is drawn from them.
 
-use crate::data::{ArmMotion, Axis, LinearPart, Nonlinearity, Page, Prediction, ScoreCurve};
+use crate::data::{ArmMotion, Axis, LinearPart, Nonlinearity, Page, Prediction, ScoreCurve, Table};
 use crate::{Error, Result};
 
 /// Checks lengths, axes and abscissas; values may be NaN or infinite, they become gaps.
@@ -17,7 +17,9 @@ pub(crate) fn page(page: &Page) -> Result<()> {
         }
     }
     nonlinearity("nonlinearity", &page.nonlinearity)?;
-    linear(&page.linear)?;
+    for (k, part) in page.linear.iter().enumerate() {
+        linear(&format!("linear[{k}]"), part)?;
+    }
     prediction("prediction", &page.prediction)?;
     let residuals = &page.residuals;
     increasing("residuals.cross_lags".into(), &residuals.cross_lags)?;
@@ -31,6 +33,9 @@ pub(crate) fn page(page: &Page) -> Result<()> {
         if let Some(curve) = &choice.curve {
             score(&format!("choices[{k}].curve"), curve)?;
         }
+    }
+    if let Some(candidates) = &page.candidates {
+        table("candidates", candidates)?;
     }
     page.arm.as_ref().map_or(Ok(()), arm)
 }
@@ -57,20 +62,18 @@ pub(crate) fn nonlinearity(part: &str, n: &Nonlinearity) -> Result<()> {
     optional(&format!("{part}.truth"), n.truth.len(), need, "abscissa")
 }
 
-fn linear(l: &LinearPart) -> Result<()> {
-    increasing("linear.frequency".into(), &l.frequency)?;
-    same(
-        "linear.magnitude_db".into(),
-        l.magnitude_db.len(),
-        l.frequency.len(),
-        "frequency",
-    )?;
-    same(
-        "linear.phase_deg".into(),
-        l.phase_deg.len(),
-        l.frequency.len(),
-        "frequency",
-    )
+fn linear(part: &str, l: &LinearPart) -> Result<()> {
+    increasing(format!("{part}.frequency"), &l.frequency)?;
+    let need = l.frequency.len();
+    same(format!("{part}.magnitude_db"), l.magnitude_db.len(), need, "frequency")?;
+    same(format!("{part}.phase_deg"), l.phase_deg.len(), need, "frequency")
+}
+
+fn table(part: &str, t: &Table) -> Result<()> {
+    for (k, row) in t.rows.iter().enumerate() {
+        same(format!("{part}.rows[{k}]"), row.len(), t.columns.len(), "column")?;
+    }
+    Ok(())
 }
 
 pub(crate) fn score(part: &str, curve: &ScoreCurve) -> Result<()> {

@@ -10,7 +10,7 @@ use crate::limits;
 #[derive(Serialize)]
 pub(crate) struct Payload<'a> {
     pub nonlinearity: Option<NonlinearityPlot>,
-    pub linear: LinearPart,
+    pub linear: Vec<LinearPart>,
     pub prediction: Option<PredictionPlot<'a>>,
     pub residuals: ResidualPlot<'a>,
     pub scores: Vec<Option<ScoreCurve>>,
@@ -74,7 +74,7 @@ struct SignalPlot<'a> {
 pub(crate) fn payload(page: &Page) -> Payload<'_> {
     Payload {
         nonlinearity: (!page.nonlinearity.x.is_empty()).then(|| nonlinearity(&page.nonlinearity)),
-        linear: linear(&page.linear),
+        linear: page.linear.iter().map(linear).collect(),
         prediction: (!page.prediction.measured.is_empty()).then(|| prediction(&page.prediction)),
         residuals: residuals(&page.residuals),
         scores: page.choices.iter().map(score).collect(),
@@ -130,6 +130,8 @@ fn linear(l: &LinearPart) -> LinearPart {
     let thin = |v: &[f64]| thin(&v[positive..], limits::CURVE_POINTS);
     let rounded = |v: &[f64]| head(v, limits::LAGS);
     LinearPart {
+        title: l.title.clone(),
+        words: l.words.clone(),
         b: l.b.clone(),
         a: l.a.clone(),
         impulse: rounded(&l.impulse),

@@ -2,12 +2,13 @@
 
 use super::approximation::{Approximation, approximate};
 use super::descent::descend;
+use super::intersample::with_instant_between;
 use super::loss::{Data, Sandwich, SandwichLoss};
 use super::monitor::{Monitor, Stage};
 use super::outcome::ApproximationScore;
 use super::rational::Rational;
 use super::shape::{Roughness, Shape, thinned};
-use super::split::{Candidate, fit_coefficients, fit_shape, split};
+use super::split::{Candidate, fit_shape, refit_coefficients, split};
 use super::structure::neighbours;
 use crate::linear::correlation::{cross_covariance, variance};
 
@@ -54,6 +55,8 @@ pub struct TriedStructure {
     pub back_numerator: usize,
     /// Cubic pieces of the nonlinearity.
     pub pieces: usize,
+    /// Instants in a sampling interval at which the nonlinearity acts: 1, or 2.
+    pub instants: usize,
     /// Samples that it was tried on.
     pub samples: usize,
     /// RMS of the simulation error there, relative to the output's standard deviation.
@@ -81,6 +84,7 @@ impl Found {
             front: pass.clone(),
             shape: Shape::new(&[-1.0, 1.0]),
             back: pass.clone(),
+            between: None,
             offset: 0.0,
         };
         Found {
@@ -132,6 +136,7 @@ impl Candidate {
             back_order: s.back.order(),
             back_numerator: s.back.b.len(),
             pieces: s.shape.breakpoints().len() - 1,
+            instants: s.instants().count(),
             samples: data.counted(),
             relative_error: (self.squares / data.counted() as f64).sqrt(),
             bic: self.bic(data),
@@ -176,6 +181,7 @@ pub(super) fn find(data: &Data, monitor: &mut Monitor<'_>) -> Option<Found> {
     data.dependence = dependence(&whole, &data);
     let whole = restructure(whole, &data, monitor, &mut found.tried);
     let whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut found.tried);
+    let whole = intersample(whole, &data, monitor, &mut found.tried);
     let last = fitted(whole, &data, LAST_STEPS, 1e-6, monitor);
     found.tried.push(last.tried(&data));
     found.sandwich = last.sandwich;
@@ -273,10 +279,11 @@ fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
         let last = at.len() - 1;
         (at[0], at[last]) = (low, high);
         let at = thinned(&at, &sorted, fewest, OUTSIDE * fewest);
-        let mut front = s.front.clone();
-        front.b.iter_mut().for_each(|b| *b /= spread);
+        let mut scaled = s.clone();
+        let between = scaled.between.iter_mut().flat_map(|b| &mut b.front);
+        scaled.front.b.iter_mut().chain(between).for_each(|b| *b /= spread);
         let at: Vec<f64> = at.iter().map(|x| x / spread).collect();
-        fit_coefficients(front, &at, s.back.clone(), data)
+        refit_coefficients(scaled, &at, data)
     };
     let smooth = on(s.shape.denser(pieces, Roughness::Fourth, EVEN));
     let even = (0..=MOST_PIECES).map(|i| low + (high - low) * i as f64 / MOST_PIECES as f64);
@@ -318,6 +325,23 @@ fn pieces(
         }
     }
     best
+}
+
+/// With the nonlinearity acting between the samples too, if that lowers Schwarz's criterion.
+fn intersample(best: Candidate, data: &Data, monitor: &mut Monitor<'_>, tried: &mut Vec<TriedStructure>) -> Candidate {
+    if !monitor.keep_on() {
+        return best;
+    }
+    let Some(start) = with_instant_between(&best.sandwich, data) else {
+        return best;
+    };
+    let next = fitted(start, data, 2 * TRIAL_STEPS, 1e-4, monitor);
+    tried.push(next.tried(data));
+    if next.bic(data) < best.bic(data) {
+        pieces(next, data, TRIAL_STEPS, monitor, tried)
+    } else {
+        best
+    }
 }
 
 /// The structural change that lowers Schwarz's criterion most, over and over.

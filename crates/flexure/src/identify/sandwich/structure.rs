@@ -11,7 +11,7 @@ const MOST_POLES: usize = 12;
 /// A pole and a zero that are farther apart than this do not nearly cancel.
 const NEARLY: f64 = 0.3;
 
-/// Sandwiches with one structural change, that start where `s` is (or nearly, where something was removed).
+/// Sandwiches without an instant between the samples, with one structural change, that start where `s` is (or nearly, where something was removed).
 pub(super) fn neighbours(s: &Sandwich) -> Vec<Sandwich> {
     let front = changes(&s.front)
         .into_iter()
