@@ -3,18 +3,22 @@
 //! [`PlainHammerstein`] is the paper's algorithm as it stands; [`RefinedHammerstein`] starts from it and comes near the
 //! accuracy of an estimator that knows the linear part.
 
+mod branches;
 mod calibration;
 mod checks;
 mod dependence;
 pub mod hammerstein;
+mod hammerstein_wiener;
 mod impulse;
 pub mod joint;
 mod outcome;
 mod refined;
 mod sandwich;
 
+pub use branches::TriedBranches;
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
+pub use hammerstein_wiener::{HammersteinWiener, HammersteinWienerIdentification};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
 pub use refined::{
     Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,

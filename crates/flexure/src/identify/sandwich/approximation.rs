@@ -24,7 +24,7 @@ const DELAY_SLACK: usize = 6;
 
 /// A linear model and its sum of squared errors.
 #[derive(Debug, Clone)]
-pub(super) struct Approximation {
+pub(in crate::identify) struct Approximation {
     pub system: Rational,
     pub squares: f64,
 }
@@ -60,7 +60,7 @@ impl Residuals for OutputError<'_> {
 }
 
 /// The approximation of the given order; `None` if none was found.
-pub(super) fn approximate(data: &Data, order: usize, monitor: &mut Monitor<'_>) -> Option<Approximation> {
+pub(in crate::identify) fn approximate(data: &Data, order: usize, monitor: &mut Monitor<'_>) -> Option<Approximation> {
     let start = steiglitz_mcbride(data, order)?;
     let problem = OutputError {
         data,
@@ -104,7 +104,7 @@ fn steiglitz_mcbride(data: &Data, order: usize) -> Option<Approximation> {
 }
 
 /// The least-squares solution, slightly damped where the columns nearly depend on one another.
-pub(super) fn solve(equations: &NormalEquations) -> Option<Vec<f64>> {
+pub(in crate::identify) fn solve(equations: &NormalEquations) -> Option<Vec<f64>> {
     let n = equations.descent.len();
     let scale: Vec<f64> = (0..n)
         .map(|i| equations.normal[i * n + i].sqrt())

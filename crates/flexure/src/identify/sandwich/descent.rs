@@ -20,7 +20,7 @@ const PROBE: f64 = 0.1;
 const LARGEST_CORRECTION: f64 = 0.75;
 
 /// Residuals over parameters; those before sample `from` do not count.
-pub(super) trait Residuals {
+pub(in crate::identify) trait Residuals {
     /// The first residual that counts.
     fn from(&self) -> usize;
     /// All residuals; `None` where the parameters are not admissible.
@@ -32,7 +32,7 @@ pub(super) trait Residuals {
 /// Minimises from `start` until a step lowers the sum by less than the share `tolerance`; the parameters and the sum.
 ///
 /// `monitor` is asked before every step. `None` if `start` is not admissible.
-pub(super) fn descend(
+pub(in crate::identify) fn descend(
     problem: &impl Residuals,
     start: Vec<f64>,
     iterations: usize,

@@ -91,7 +91,7 @@ impl Sandwich {
 
 /// A record, the first samples of which only let the initial state decay.
 #[derive(Debug, Clone)]
-pub(super) struct Data {
+pub(in crate::identify) struct Data {
     pub u: Vec<f64>,
     pub y: Vec<f64>,
     /// Samples from here on count.
@@ -311,7 +311,7 @@ fn blocks_constants(g: &Rational) -> bool {
     g.static_gain().abs() < 1e-3 * size / denominator.abs()
 }
 
-pub(super) fn delayed(of: &[f64], lag: usize, sign: f64) -> Vec<f64> {
+pub(in crate::identify) fn delayed(of: &[f64], lag: usize, sign: f64) -> Vec<f64> {
     let rest = of.len() - lag.min(of.len());
     let zeros = std::iter::repeat_n(0.0, of.len() - rest);
     zeros.chain(of[..rest].iter().map(|v| sign * v)).collect()

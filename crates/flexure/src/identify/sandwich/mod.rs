@@ -43,12 +43,21 @@ use crate::error::{Error, Result};
 use crate::linear::correlation::{mean, variance};
 use crate::record::Record;
 use approximation::pure_delay;
-use loss::Data;
-use monitor::Monitor;
 pub use monitor::Stage;
 use outcome::Blocks;
 pub use outcome::{ApproximationScore, Intersample, SandwichIdentification};
 pub use refine::TriedStructure;
+pub(super) use {
+    approximation::{approximate, solve},
+    descent::{Residuals, descend},
+    loss::{Data, delayed},
+    monitor::Monitor,
+    outcome::conventional_gain,
+    products::normal_equations,
+    rational::Rational,
+    shape::{Local, Roughness, Shape, thinned},
+    structure::changes,
+};
 use refine::{Found, find};
 
 /// The fewest samples that are worth a fit.

@@ -32,7 +32,7 @@ impl Stage {
 }
 
 /// Asks whether to go on; once stopped, for good.
-pub(super) struct Monitor<'a> {
+pub(in crate::identify) struct Monitor<'a> {
     progress: &'a mut dyn FnMut(Stage) -> ControlFlow<()>,
     pub stage: Stage,
     stopped: Option<Stage>,

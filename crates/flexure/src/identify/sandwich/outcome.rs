@@ -164,7 +164,7 @@ pub(super) fn blocks(s: &Sandwich, scales: &Scales, delay: usize) -> Result<Bloc
 }
 
 /// What a block is divided by, and whether that is its static gain; 1 for a block that passes nothing.
-fn conventional_gain(g: &Rational, delay: usize) -> Result<(f64, bool)> {
+pub(in crate::identify) fn conventional_gain(g: &Rational, delay: usize) -> Result<(f64, bool)> {
     let system = g.transfer_function(delay)?;
     let step = std::f64::consts::PI / (FREQUENCIES - 1) as f64;
     let gains = (0..FREQUENCIES).map(|i| system.frequency_response(i as f64 * step).norm());

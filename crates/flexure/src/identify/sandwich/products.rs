@@ -16,7 +16,7 @@ pub(super) fn inner_products(jacobian: &[Vec<f64>], residuals: &[f64], from: usi
 }
 
 /// J'J, -J'r and r'r over the samples from `from` on.
-pub(super) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f64>], from: usize) -> NormalEquations {
+pub(in crate::identify) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f64>], from: usize) -> NormalEquations {
     let n = jacobian.len();
     let all: Vec<&[f64]> = jacobian
         .iter()

@@ -16,7 +16,7 @@ const REAL: f64 = 1e-9;
 
 /// $1/(1 + a_1 z^{-1} + a_2 z^{-2})$, or of first order.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Section {
+pub(in crate::identify) struct Section {
     pub a: [f64; 2],
     /// 1 or 2; a[1] is zero for 1.
     pub order: usize,
@@ -67,7 +67,7 @@ pub(super) fn convolved(b: &[f64], signal: &[f64]) -> Vec<f64> {
 
 /// $\sum_i b_i z^{-i} / \prod_k A_k(z)$.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Rational {
+pub(in crate::identify) struct Rational {
     pub b: Vec<f64>,
     pub sections: Vec<Section>,
 }

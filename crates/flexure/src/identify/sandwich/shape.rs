@@ -2,7 +2,7 @@
 
 /// A cubic spline in B-splines.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Shape {
+pub(in crate::identify) struct Shape {
     /// The breakpoints with the ends four times.
     knots: Vec<f64>,
     /// One coefficient a B-spline.
@@ -11,14 +11,14 @@ pub(super) struct Shape {
 
 /// The derivative whose size breakpoints are shared out by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Roughness {
+pub(in crate::identify) enum Roughness {
     Second,
     Fourth,
 }
 
 /// The four B-splines that do not vanish at a point.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Local {
+pub(in crate::identify) struct Local {
     /// The index of the first.
     pub first: usize,
     pub values: [f64; 4],
@@ -41,6 +41,13 @@ impl Shape {
     /// The breakpoints.
     pub fn breakpoints(&self) -> &[f64] {
         &self.knots[3..self.knots.len() - 3]
+    }
+
+    /// Becomes the identity, by Greville's abscissas.
+    pub fn straighten(&mut self) {
+        for (j, c) in self.c.iter_mut().enumerate() {
+            *c = self.knots[j + 1..j + 4].iter().sum::<f64>() / 3.0;
+        }
     }
 
     /// The B-splines at `x`; beyond the ends their tangents there.
@@ -170,7 +177,7 @@ impl Shape {
 
 /// Breakpoints without those that would leave an interval with fewer than `fewest` of the sorted samples, or one of the
 /// outermost, whose slope goes on beyond the data, with fewer than `fewest_outside`.
-pub(super) fn thinned(breakpoints: &[f64], sorted: &[f64], fewest: usize, fewest_outside: usize) -> Vec<f64> {
+pub(in crate::identify) fn thinned(breakpoints: &[f64], sorted: &[f64], fewest: usize, fewest_outside: usize) -> Vec<f64> {
     let last = breakpoints.len() - 1;
     let total = sorted.len();
     let mut kept = vec![breakpoints[0]];

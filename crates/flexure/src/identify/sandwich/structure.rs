@@ -20,7 +20,7 @@ pub(super) fn neighbours(s: &Sandwich) -> Vec<Sandwich> {
     front.chain(back).collect()
 }
 
-fn changes(g: &Rational) -> Vec<Rational> {
+pub(in crate::identify) fn changes(g: &Rational) -> Vec<Rational> {
     [longer(g), shorter(g), with_pole(g), cancelled(g)]
         .into_iter()
         .flatten()

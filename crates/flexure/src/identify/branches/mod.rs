@@ -1,0 +1,19 @@
+//! Hammerstein branches, one an input, whose sum passes a last nonlinearity or none.
+//!
+//! $$ X_n = o + \sum_i G_i(z) f_i(U^{(i)}_{n - s_i}), \qquad Y_n = g(X_n) + e_n $$
+//!
+//! This is what the [Hammerstein-Wiener](super::HammersteinWiener) system (one branch) and the
+//! [one with several inputs](super::MultipleInputs) (g the identity) have in common: the start, the simulation error with its
+//! derivatives, and the search for delays, orders and pieces.
+
+mod columns;
+mod loss;
+mod pieces;
+mod search;
+mod start;
+mod system;
+
+pub(super) use columns::{Columns, normalised, tabulated};
+pub use search::TriedBranches;
+pub(super) use search::{Found, find};
+pub(super) use system::{Branch, Signals, System};

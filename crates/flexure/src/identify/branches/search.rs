@@ -1,0 +1,299 @@
+//! From the starts to the system: screening, structure, and the last fit on all samples.
+
+use super::super::sandwich::{Data, Monitor, Rational, Stage, approximate, changes, descend};
+use super::loss::Loss;
+use super::pieces::{MOST_PIECES, with_output, with_pieces};
+use super::start::{branches, coarse, delays};
+use super::system::{Branch, Signals, System};
+
+/// Largest order of the starts.
+const LARGEST_ORDER: usize = 8;
+/// Orders in a row that are tried although Schwarz's criterion rises.
+const WORSE_ORDERS: usize = 2;
+/// Samples that the starts, and the choice of structure, are made on.
+const START_SAMPLES: usize = 5_000;
+const STRUCTURE_SAMPLES: usize = 15_000;
+/// Starts that are refined further.
+const SURVIVORS: usize = 3;
+/// Pieces of the last nonlinearity at the start, and of all in the second round.
+const FIRST_PIECES: usize = 5;
+const SCREENING_PIECES: usize = 10;
+/// Pieces that are tried, relative to the present number.
+const PIECES: [f64; 6] = [0.4, 0.7, 1.0, 1.5, 2.2, 3.5];
+/// Of those with more pieces, so many in a row are tried although Schwarz's criterion rises.
+const WORSE_PIECES: usize = 2;
+/// Rounds of structural change.
+const ROUNDS: usize = 12;
+/// Steps that judge a structural change, and those of the last fit.
+const TRIAL_STEPS: usize = 12;
+const LAST_STEPS: usize = 80;
+
+/// A structure that was tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TriedBranches {
+    /// Poles of every branch.
+    pub orders: Vec<usize>,
+    /// Numerator coefficients of every branch.
+    pub numerators: Vec<usize>,
+    /// Delay before every branch's numerator, in samples.
+    pub delays: Vec<usize>,
+    /// Cubic pieces of every branch's nonlinearity.
+    pub input_pieces: Vec<usize>,
+    /// Cubic pieces of the last nonlinearity; zero where there is none.
+    pub output_pieces: usize,
+    /// Samples that it was tried on.
+    pub samples: usize,
+    /// RMS of the simulation error there, relative to the output's standard deviation.
+    pub relative_error: f64,
+    /// Schwarz's criterion there; smaller is better among those of as many samples.
+    pub bic: f64,
+}
+
+/// A system and its sum of squared errors.
+#[derive(Debug, Clone)]
+pub(in crate::identify) struct Candidate {
+    pub system: System,
+    pub squares: f64,
+}
+
+impl Candidate {
+    fn new(system: System, data: &Signals) -> Candidate {
+        Candidate {
+            squares: data.squares(&system.run(&data.u)),
+            system,
+        }
+    }
+
+    fn bic(&self, data: &Signals) -> f64 {
+        data.bic(self.squares, self.system.degrees())
+    }
+
+    fn better(&self, than: &Candidate, data: &Signals) -> bool {
+        self.bic(data) < than.bic(data)
+    }
+
+    fn tried(&self, data: &Signals) -> TriedBranches {
+        let branches = &self.system.branches;
+        let pieces = |s: &super::super::sandwich::Shape| s.breakpoints().len() - 1;
+        TriedBranches {
+            orders: branches.iter().map(|b| b.linear.order()).collect(),
+            numerators: branches.iter().map(|b| b.linear.b.len()).collect(),
+            delays: branches.iter().map(|b| b.delay).collect(),
+            input_pieces: branches.iter().map(|b| pieces(&b.shape)).collect(),
+            output_pieces: self.system.output.as_ref().map_or(0, pieces),
+            samples: data.counted(),
+            relative_error: (self.squares / data.counted() as f64).sqrt(),
+            bic: self.bic(data),
+        }
+    }
+}
+
+/// What the search found.
+#[derive(Debug, Clone)]
+pub(in crate::identify) struct Found {
+    pub system: System,
+    pub tried: Vec<TriedBranches>,
+}
+
+/// The search, on signals of unit variance and zero mean; `None` if there is nothing to start from.
+pub(in crate::identify) fn find(data: &Signals, last: bool, monitor: &mut Monitor<'_>) -> Option<Found> {
+    monitor.stage = Stage::Approximation;
+    let small = data.head(START_SAMPLES);
+    let delays = delays(&small);
+    let mut tried = Vec::new();
+    let mut round = starts(&small, last, &delays, monitor, &mut tried);
+    let settling = round.first()?.system.settling(1e-4);
+    let mut data = data.clone();
+    data.from = settling.clamp(data.y.len() / 100, data.y.len() / 10);
+    let mut medium = data.head(STRUCTURE_SAMPLES);
+    monitor.stage = Stage::Screening;
+    round.truncate(SURVIVORS);
+    for c in &mut round {
+        *c = fitted(Candidate::new(c.system.clone(), &medium), &medium, TRIAL_STEPS, 1e-3, monitor);
+        for part in c.system.parts() {
+            let pieces = SCREENING_PIECES.max(c.system.pieces(part));
+            if let Some(finer) = with_pieces(&c.system, part, pieces, &medium) {
+                let finer = fitted(finer, &medium, TRIAL_STEPS, 1e-4, monitor);
+                if finer.squares < c.squares {
+                    *c = finer;
+                }
+            }
+        }
+        tried.push(c.tried(&medium));
+    }
+    let best = round.into_iter().min_by(|a, b| a.bic(&medium).total_cmp(&b.bic(&medium)))?;
+    monitor.stage = Stage::Structure;
+    medium.dependence = medium.dependence_of(&best.system.run(&medium.u));
+    let best = pieces(best, &medium, monitor, &mut tried);
+    let best = restructure(best, &medium, monitor, &mut tried);
+    let best = pieces(best, &medium, monitor, &mut tried);
+    monitor.stage = Stage::Refinement;
+    let mut best = fitted(Candidate::new(best.system, &data), &data, TRIAL_STEPS, 1e-4, monitor);
+    data.dependence = data.dependence_of(&best.system.run(&data.u));
+    if data.counted() > medium.counted() {
+        best = pieces(best, &data, monitor, &mut tried);
+    }
+    let best = fitted(best, &data, LAST_STEPS, 1e-6, monitor);
+    tried.push(best.tried(&data));
+    Some(Found {
+        system: best.system,
+        tried,
+    })
+}
+
+/// Systems of rising orders after short fits, best first.
+fn starts(
+    data: &Signals,
+    last: bool,
+    delays: &[usize],
+    monitor: &mut Monitor<'_>,
+    tried: &mut Vec<TriedBranches>,
+) -> Vec<Candidate> {
+    let mut all: Vec<Candidate> = Vec::new();
+    let (mut least, mut worse) = (f64::INFINITY, 0);
+    for order in 0..=LARGEST_ORDER.min(data.counted() / 30) {
+        if !monitor.keep_on() || worse > WORSE_ORDERS {
+            break;
+        }
+        let mut of_order = Vec::new();
+        if let Some(system) = branches(data, order, delays) {
+            of_order.push(fitted(Candidate::new(system, data), data, TRIAL_STEPS, 1e-3, monitor));
+        }
+        if last {
+            of_order.extend(linear(data, order, delays, monitor));
+            of_order = of_order
+                .into_iter()
+                .filter_map(|c| with_output(&c.system, FIRST_PIECES, data))
+                .map(|c| fitted(c, data, 2 * TRIAL_STEPS, 1e-3, monitor))
+                .collect();
+        }
+        tried.extend(of_order.iter().map(|c| c.tried(data)));
+        let best = of_order.iter().map(|c| c.bic(data)).fold(f64::INFINITY, f64::min);
+        if best < least {
+            (least, worse) = (best, 0);
+        } else {
+            worse += 1;
+        }
+        all.extend(of_order);
+    }
+    all.sort_by(|a, b| a.bic(data).total_cmp(&b.bic(data)));
+    all
+}
+
+/// A straight line, then the best linear approximation: where a Wiener system lies. Only for one input.
+fn linear(data: &Signals, order: usize, delays: &[usize], monitor: &mut Monitor<'_>) -> Option<Candidate> {
+    let ([u], [delay]) = (&data.u[..], delays) else {
+        return None;
+    };
+    let mut shape = coarse(&u[data.from..], FIRST_PIECES)?;
+    let mut branch = Branch {
+        delay: *delay,
+        shape: shape.clone(),
+        linear: Rational {
+            b: vec![1.0],
+            sections: Vec::new(),
+        },
+    };
+    let approximated = Data {
+        u: branch.delayed(u),
+        y: data.y.clone(),
+        from: data.from,
+        dependence: 1.0,
+    };
+    branch.linear = approximate(&approximated, order.max(1), monitor)?.system;
+    shape.straighten();
+    branch.shape = shape;
+    let system = System {
+        branches: vec![branch],
+        offset: 0.0,
+        output: None,
+    };
+    Some(Candidate::new(system, data))
+}
+
+/// All parameters fitted from where they are; what was, if that fails.
+fn fitted(c: Candidate, data: &Signals, steps: usize, tolerance: f64, monitor: &mut Monitor<'_>) -> Candidate {
+    let loss = Loss::new(c.system.clone(), data);
+    match descend(&loss, loss.start(), steps, tolerance, monitor) {
+        Some((p, squares)) => Candidate {
+            system: loss.system(&p),
+            squares,
+        },
+        None => c,
+    }
+}
+
+/// Fewer and more pieces of every nonlinearity, one after the other, while Schwarz's criterion falls.
+fn pieces(mut best: Candidate, data: &Signals, monitor: &mut Monitor<'_>, tried: &mut Vec<TriedBranches>) -> Candidate {
+    for part in best.system.parts() {
+        let present = best.system.pieces(part) as f64;
+        let mut worse = 0;
+        for factor in PIECES {
+            if monitor.stopped().is_some() || worse > WORSE_PIECES {
+                break;
+            }
+            let pieces = ((present * factor).round() as usize).clamp(1, MOST_PIECES);
+            let Some(next) = with_pieces(&best.system, part, pieces, data) else {
+                continue;
+            };
+            let next = fitted(next, data, TRIAL_STEPS, 1e-4, monitor);
+            tried.push(next.tried(data));
+            if next.better(&best, data) {
+                (best, worse) = (next, 0);
+            } else if factor > 1.0 {
+                worse += 1;
+            }
+        }
+    }
+    best
+}
+
+/// The structural change of a linear part that lowers Schwarz's criterion most, over and over.
+fn restructure(
+    mut best: Candidate,
+    data: &Signals,
+    monitor: &mut Monitor<'_>,
+    tried: &mut Vec<TriedBranches>,
+) -> Candidate {
+    for _ in 0..ROUNDS {
+        let mut next: Option<Candidate> = None;
+        for system in neighbours(&best.system) {
+            if monitor.stopped().is_some() {
+                return best;
+            }
+            let c = fitted(Candidate::new(system, data), data, TRIAL_STEPS, 1e-4, monitor);
+            tried.push(c.tried(data));
+            if next.as_ref().is_none_or(|n| c.better(n, data)) {
+                next = Some(c);
+            }
+        }
+        match next.filter(|n| n.better(&best, data)) {
+            Some(n) => best = n,
+            None => break,
+        }
+    }
+    best
+}
+
+/// Systems with one change of a linear part or of a delay.
+fn neighbours(system: &System) -> Vec<System> {
+    let mut all = Vec::new();
+    for (i, branch) in system.branches.iter().enumerate() {
+        let mut push = |linear: Rational, delay: usize| {
+            let mut next = system.clone();
+            next.branches[i].linear = linear;
+            next.branches[i].delay = delay;
+            all.push(next);
+        };
+        let (g, delay) = (&branch.linear, branch.delay);
+        changes(g).into_iter().for_each(|g| push(g, delay));
+        let with = |b: Vec<f64>| Rational { b, ..g.clone() };
+        if g.b.len() > 1 {
+            push(with(g.b[1..].to_vec()), delay + 1);
+        }
+        if delay > 0 {
+            push(with(std::iter::once(0.0).chain(g.b.iter().copied()).collect()), delay - 1);
+        }
+    }
+    all
+}

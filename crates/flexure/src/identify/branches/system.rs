@@ -1,0 +1,169 @@
+//! The system, its parameters, and the signals that it is fitted to.
+
+use super::super::sandwich::{Rational, Shape, delayed};
+use crate::linear::correlation::{cross_covariance, variance};
+
+/// Lags of the errors' autocorrelation.
+const LAGS: usize = 100;
+/// At least so many independent errors are assumed.
+const FEWEST_ERRORS: f64 = 20.0;
+
+/// Static, linear, after a delay.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::identify) struct Branch {
+    /// Samples by which the input is delayed before anything else; numerators may delay it further.
+    pub delay: usize,
+    pub shape: Shape,
+    pub linear: Rational,
+}
+
+impl Branch {
+    /// The delayed input, 0 before the record.
+    pub fn delayed(&self, u: &[f64]) -> Vec<f64> {
+        delayed(u, self.delay, 1.0)
+    }
+
+    pub fn run(&self, u: &[f64]) -> Vec<f64> {
+        let v: Vec<f64> = self.delayed(u).iter().map(|u| self.shape.value(*u)).collect();
+        self.linear.run(&v)
+    }
+
+    /// The number of parameters.
+    pub fn parameters(&self) -> usize {
+        self.shape.c.len() + self.linear.b.len() + self.linear.order()
+    }
+}
+
+/// Branches, an offset to their sum, and what that passes.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::identify) struct System {
+    pub branches: Vec<Branch>,
+    pub offset: f64,
+    /// The last nonlinearity, if there is one.
+    pub output: Option<Shape>,
+}
+
+impl System {
+    /// The offset and the sum of the branches: what enters the last nonlinearity.
+    pub fn inner(&self, u: &[Vec<f64>]) -> Vec<f64> {
+        let samples = u.first().map_or(0, Vec::len);
+        let mut sum = vec![self.offset; samples];
+        for (branch, u) in self.branches.iter().zip(u) {
+            sum.iter_mut().zip(branch.run(u)).for_each(|(s, x)| *s += x);
+        }
+        sum
+    }
+
+    pub fn run(&self, u: &[Vec<f64>]) -> Vec<f64> {
+        let mut x = self.inner(u);
+        if let Some(output) = &self.output {
+            x.iter_mut().for_each(|x| *x = output.value(*x));
+        }
+        x
+    }
+
+    pub fn is_stable(&self) -> bool {
+        self.branches.iter().all(|b| b.linear.is_stable())
+    }
+
+    /// All parameters: those of every branch (nonlinearity, numerator, denominator), the offset, the last nonlinearity's.
+    pub fn parameters(&self) -> Vec<f64> {
+        let mut p = Vec::new();
+        for branch in &self.branches {
+            p.extend(&branch.shape.c);
+            p.extend(branch.linear.parameters());
+        }
+        p.push(self.offset);
+        p.extend(self.output.iter().flat_map(|o| &o.c));
+        p
+    }
+
+    /// The same structure with other parameters.
+    pub fn with(&self, mut p: &[f64]) -> System {
+        let mut take = |n: usize| {
+            let (mine, others) = p.split_at(n);
+            p = others;
+            mine
+        };
+        let mut next = self.clone();
+        for branch in &mut next.branches {
+            let shape = branch.shape.c.len();
+            branch.shape.c.copy_from_slice(take(shape));
+            branch.linear = branch.linear.with(take(branch.linear.b.len() + branch.linear.order()));
+        }
+        next.offset = take(1)[0];
+        if let Some(output) = &mut next.output {
+            let coefficients = output.c.len();
+            output.c.copy_from_slice(take(coefficients));
+        }
+        next
+    }
+
+    /// The parameters that the data can determine: a branch has one scale and one offset too many, and so has the last
+    /// nonlinearity.
+    pub fn degrees(&self) -> usize {
+        let branches: usize = self.branches.iter().map(|b| b.parameters() - 2).sum();
+        branches + 1 + self.output.as_ref().map_or(0, |o| o.c.len() - 2)
+    }
+
+    /// Samples after which the slowest branch has settled.
+    pub fn settling(&self, share: f64) -> usize {
+        let each = self.branches.iter().map(|b| b.delay + b.linear.settling(share));
+        each.max().unwrap_or(0)
+    }
+}
+
+/// Scaled inputs and output, the first samples of which only let the initial state decay.
+#[derive(Debug, Clone)]
+pub(in crate::identify) struct Signals {
+    pub u: Vec<Vec<f64>>,
+    pub y: Vec<f64>,
+    /// Samples from here on count.
+    pub from: usize,
+    /// So many of them carry as much information as one whose error is independent of the others'.
+    pub dependence: f64,
+}
+
+impl Signals {
+    pub fn counted(&self) -> usize {
+        self.y.len() - self.from
+    }
+
+    pub fn squares(&self, output: &[f64]) -> f64 {
+        let errors = output[self.from..].iter().zip(&self.y[self.from..]);
+        errors.map(|(p, y)| (p - y) * (p - y)).sum()
+    }
+
+    /// The first samples, so many of which count, or all.
+    pub fn head(&self, counted: usize) -> Signals {
+        let n = self.y.len().min(self.from + counted);
+        Signals {
+            u: self.u.iter().map(|u| u[..n].to_vec()).collect(),
+            y: self.y[..n].to_vec(),
+            ..*self
+        }
+    }
+
+    /// Schwarz's criterion of a sum of squares, for as many independent errors as the samples are worth.
+    pub fn bic(&self, squares: f64, parameters: usize) -> f64 {
+        let samples = self.counted() as f64;
+        let n = samples / self.dependence;
+        n * (squares.max(f64::MIN_POSITIVE) / samples).ln() + parameters as f64 * n.ln()
+    }
+
+    /// $1 + 2 \sum_j \rho_j^2$ of the errors (Bartlett 1946): a comparison of two models with errors of this autocorrelation
+    /// varies as much as one with so many times fewer independent errors.
+    pub fn dependence_of(&self, output: &[f64]) -> f64 {
+        let errors = output.iter().zip(&self.y).skip(self.from).map(|(p, y)| p - y);
+        let errors: Vec<f64> = errors.collect();
+        if !(variance(&errors) > 0.0) {
+            return 1.0;
+        }
+        let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
+        let noise = 1.0 / errors.len() as f64;
+        let power = |r: &f64| ((r / covariance[0]).powi(2) - noise).max(0.0);
+        let sum: f64 = covariance[1..].iter().map(power).sum();
+        let most = (errors.len() as f64 / FEWEST_ERRORS).max(1.0);
+        if sum.is_finite() { (1.0 + 2.0 * sum).min(most) } else { 1.0 }
+    }
+}
