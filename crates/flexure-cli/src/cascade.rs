@@ -270,7 +270,7 @@ fn tried_json(t: &TriedStructure) -> Value {
 }
 
 /// A linear part with its coefficients, poles and zeros.
-fn linear_lines(block: &LinearBlock) -> Vec<String> {
+pub fn linear_lines(block: &LinearBlock) -> Vec<String> {
     let system = &block.system;
     vec![
         format!("  {:<19} {}", block.key, block.words()),

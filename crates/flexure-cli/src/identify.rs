@@ -1,11 +1,12 @@
 //! `flexure identify`: a model from a record.
 
 use std::io::Write;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::identify::{Calibration, WienerHammerstein};
+use flexure::identify::{Calibration, HammersteinWiener, Narx, Volterra, WienerHammerstein};
 use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::{ArmMotion, Page};
 
@@ -17,6 +18,7 @@ use crate::outcome::{Context, Signals};
 use crate::output::{command_line, print, print_note};
 use crate::page::{self, Decoration};
 use crate::progress::{spinning, spinning_through};
+use crate::references::ReferenceMethod;
 use crate::simulate::read_arm;
 use crate::structure::{Found, Structure, Task};
 
@@ -122,17 +124,25 @@ impl Arguments {
 
     /// What is to be done, and what the user should be told of the choice.
     fn task(&self) -> Result<(Task, Option<String>)> {
-        let method = match self.structure {
+        let fresh_share = self.fresh;
+        let task = match self.structure {
             Structure::Hammerstein => {
                 let (method, note) = method::choose(self.method, self.shared(), &self.refined, &self.plain)?;
                 return Ok((Task::Hammerstein(method), note));
             }
-            Structure::WienerHammerstein => CascadeMethod::WienerHammerstein(WienerHammerstein {
-                fresh_share: self.fresh,
-            }),
+            Structure::WienerHammerstein => {
+                Task::Cascade(CascadeMethod::WienerHammerstein(WienerHammerstein { fresh_share }))
+            }
+            Structure::HammersteinWiener => Task::HammersteinWiener(HammersteinWiener { fresh_share }),
+            Structure::Narx => Task::Reference(ReferenceMethod::Narx(Narx { fresh_share })),
+            Structure::Volterra => Task::Reference(ReferenceMethod::Volterra(Volterra { fresh_share })),
         };
         self.structure.refuse(self.of_hammerstein_alone())?;
-        Ok((Task::Cascade(method), None))
+        if matches!(task, Task::Reference(_)) {
+            let report = self.report.as_ref().map(|_| "--report");
+            self.structure.refuse_output(self.model.as_ref().map(|_| "--model").or(report))?;
+        }
+        Ok((task, None))
     }
 
     /// The arm in motion, for a record that has its angles.
@@ -173,6 +183,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             Found::Hammerstein(context, Box::new(estimate))
         }
         Task::Cascade(method) => Found::Cascade(signals, Box::new(cascade(&file, &signals, &method)?)),
+        Task::HammersteinWiener(method) => {
+            let result = located(&file, &signals, |stage| {
+                method.identify_with(&file.record, signals.input, signals.output, &mut |now| {
+                    stage(now.name());
+                    ControlFlow::Continue(())
+                })
+            });
+            Found::HammersteinWiener(signals, Box::new(result?))
+        }
+        Task::Reference(method) => {
+            let result = located(&file, &signals, |_| method.identify(&file.record, signals.input, signals.output));
+            Found::Reference(signals, Box::new(result?))
+        }
     };
     let page = match &arguments.report {
         Some(path) => {
@@ -181,11 +204,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 arm: arguments.moving_arm(&file, &signals)?,
                 ..Decoration::default()
             };
-            Some((path, found.page(&file, decoration)?))
+            found.page(&file, decoration)?.map(|page| (path, page))
         }
         None => None,
     };
-    write_files(arguments.model.as_ref().map(|path| (path, found.model_file())), page)?;
+    write_files(arguments.model.as_ref().zip(found.model_file()), page)?;
     if arguments.json {
         return print(&found.json().to_string());
     }
@@ -210,12 +233,20 @@ pub fn hammerstein(file: &RecordFile, context: &Context) -> Result<Estimate> {
 
 /// Identifies any other cascade, and says in which file and line an error lies.
 fn cascade(file: &RecordFile, signals: &Signals, method: &CascadeMethod) -> Result<Cascade> {
-    file.finite(signals.input)?;
-    file.finite(signals.output)?;
-    spinning_through("identifying", |stage| {
+    located(file, signals, |stage| {
         method.identify(&file.record, signals.input, signals.output, stage)
     })
-    .map_err(|error| file.locate(error).into())
+}
+
+/// Identifies under a spinner that shows the stages, and says in which file and line an error lies.
+fn located<T: Send>(
+    file: &RecordFile,
+    signals: &Signals,
+    work: impl FnOnce(&dyn Fn(&'static str)) -> flexure::Result<T> + Send,
+) -> Result<T> {
+    file.finite(signals.input)?;
+    file.finite(signals.output)?;
+    spinning_through("identifying", work).map_err(|error| file.locate(error).into())
 }
 
 /// Writes the model and the page, where asked for; neither if the page cannot be made.

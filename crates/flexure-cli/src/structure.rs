@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use clap::ValueEnum;
+use flexure::identify::{HammersteinWiener, HammersteinWienerIdentification};
 use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::Page;
 use serde_json::Value;
@@ -9,8 +10,10 @@ use serde_json::Value;
 use crate::arguments::Usage;
 use crate::cascade::{Cascade, CascadeMethod};
 use crate::estimate::{Estimate, Method};
+use crate::nonlinear_ends;
 use crate::outcome::{self, Context, Signals};
 use crate::page::{self, Decoration};
+use crate::references::{Reference, ReferenceMethod};
 
 /// A structure by name.
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -19,6 +22,12 @@ pub enum Structure {
     Hammerstein,
     /// Linear dynamics, a static nonlinearity, linear dynamics.
     WienerHammerstein,
+    /// A static nonlinearity, linear dynamics, a static nonlinearity.
+    HammersteinWiener,
+    /// A polynomial of past outputs and inputs: a reference without blocks.
+    Narx,
+    /// A regularised Volterra series of second order: a reference without blocks.
+    Volterra,
 }
 
 impl Structure {
@@ -27,6 +36,9 @@ impl Structure {
         match self {
             Structure::Hammerstein => "hammerstein",
             Structure::WienerHammerstein => "wiener-hammerstein",
+            Structure::HammersteinWiener => "hammerstein-wiener",
+            Structure::Narx => "narx",
+            Structure::Volterra => "volterra",
         }
     }
 
@@ -40,6 +52,16 @@ impl Structure {
             )))
         })
     }
+
+    /// Refuses the first output that was asked for of those that only models of blocks have.
+    pub fn refuse_output(self, asked: Option<&str>) -> Result<(), Usage> {
+        asked.map_or(Ok(()), |option| {
+            Err(Usage(format!(
+                "{option} is for models of blocks, which --structure {} is not; take its result from the text or from --json",
+                self.name()
+            )))
+        })
+    }
 }
 
 /// What is to be identified, with the choices that were given.
@@ -48,6 +70,10 @@ pub enum Task {
     Hammerstein(Method),
     /// Any other cascade.
     Cascade(CascadeMethod),
+    /// Two nonlinearities.
+    HammersteinWiener(HammersteinWiener),
+    /// A model without blocks.
+    Reference(ReferenceMethod),
 }
 
 /// What was identified.
@@ -56,6 +82,10 @@ pub enum Found<'a> {
     Hammerstein(Context<'a>, Box<Estimate>),
     /// Any other cascade.
     Cascade(Signals<'a>, Box<Cascade>),
+    /// Two nonlinearities.
+    HammersteinWiener(Signals<'a>, Box<HammersteinWienerIdentification>),
+    /// A model without blocks.
+    Reference(Signals<'a>, Box<Reference>),
 }
 
 impl Found<'_> {
@@ -64,15 +94,19 @@ impl Found<'_> {
         match self {
             Found::Hammerstein(context, estimate) => outcome::identification_json(estimate, context),
             Found::Cascade(signals, cascade) => cascade.json(signals),
+            Found::HammersteinWiener(signals, result) => nonlinear_ends::json(result, signals),
+            Found::Reference(signals, reference) => reference.json(signals),
         }
     }
 
-    /// The file from which `predict` and `validate` work.
-    pub fn model_file(&self) -> ModelFile {
-        match self {
+    /// The file from which `predict` and `validate` work; `None` for a model without blocks.
+    pub fn model_file(&self) -> Option<ModelFile> {
+        Some(match self {
             Found::Hammerstein(context, estimate) => outcome::model_file(estimate, context),
             Found::Cascade(signals, cascade) => cascade.model_file(signals),
-        }
+            Found::HammersteinWiener(signals, result) => nonlinear_ends::model_file(result, signals),
+            Found::Reference(..) => return None,
+        })
     }
 
     /// A short account for a terminal.
@@ -80,14 +114,19 @@ impl Found<'_> {
         match self {
             Found::Hammerstein(context, estimate) => outcome::summary(estimate, context),
             Found::Cascade(signals, cascade) => cascade.summary(signals),
+            Found::HammersteinWiener(signals, result) => nonlinear_ends::summary(result, signals),
+            Found::Reference(signals, reference) => reference.summary(signals),
         }
     }
 
-    /// The page that shows everything.
-    pub fn page(&self, file: &RecordFile, decoration: Decoration) -> Result<Page> {
-        match self {
+    /// The page that shows everything; `None` for a model without blocks.
+    pub fn page(&self, file: &RecordFile, decoration: Decoration) -> Result<Option<Page>> {
+        let page = match self {
             Found::Hammerstein(context, estimate) => page::hammerstein::page(file, context, estimate, decoration),
             Found::Cascade(signals, cascade) => page::cascade::page(file, signals, cascade, decoration),
-        }
+            Found::HammersteinWiener(signals, result) => page::nonlinear_ends::page(file, signals, result, decoration),
+            Found::Reference(..) => return Ok(None),
+        };
+        page.map(Some)
     }
 }

@@ -28,6 +28,25 @@ pub fn solve_positive_definite(rows: &[f64], rhs: &[f64]) -> Option<Vec<f64>> {
         .then(|| solution.iter().copied().collect())
 }
 
+/// [`solve_positive_definite`], and the logarithm of the determinant.
+pub fn solve_with_determinant(rows: &[f64], rhs: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let cholesky = DMatrix::from_row_slice(rhs.len(), rhs.len(), rows).cholesky()?;
+    let solution = cholesky.solve(&DVector::from_column_slice(rhs));
+    let logarithm = 2.0 * cholesky.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+    let usable = logarithm.is_finite() && solution.iter().all(|v| v.is_finite());
+    usable.then(|| (solution.iter().copied().collect(), logarithm))
+}
+
+/// Eigenvalues of a symmetric row-major matrix of `n` rows, and its eigenvectors one after the other; `None` if the iteration
+/// fails.
+pub fn symmetric_eigen(rows: &[f64], n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+    if n == 0 || rows.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let eigen = nalgebra::SymmetricEigen::try_new(DMatrix::from_row_slice(n, n, rows), f64::EPSILON, 10_000)?;
+    Some((eigen.eigenvalues.as_slice().to_vec(), eigen.eigenvectors.as_slice().to_vec()))
+}
+
 /// The inverse of a symmetric positive definite row-major matrix of `n` rows; `None` if it is not.
 pub fn inverse_positive_definite(rows: &[f64], n: usize) -> Option<Vec<f64>> {
     let inverse = DMatrix::from_row_slice(n, n, rows).cholesky()?.inverse();

@@ -3,6 +3,7 @@
 pub mod cascade;
 mod choices;
 pub mod hammerstein;
+pub mod nonlinear_ends;
 
 use anyhow::Result;
 use flexure::Record;

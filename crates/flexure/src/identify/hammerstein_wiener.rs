@@ -24,7 +24,7 @@
 use std::ops::ControlFlow;
 
 use super::branches::{Branch, Columns, Found, Signals, System, TriedBranches, find, normalised, tabulated};
-use super::checks::{warn_of_levels, warn_of_range};
+use super::checks::warn_of_levels;
 use super::outcome::{Verdict, Warning};
 use super::sandwich::{Monitor, Rational, Shape, Stage};
 use crate::error::{Error, Result};
@@ -141,7 +141,6 @@ impl HammersteinWiener {
         let verdict = Verdict::new(&u[fitted..], &columns.y[fitted..], &predicted[fitted..])?;
         let mut warnings = Vec::new();
         warn_of_levels(&u[..fitted], &mut warnings);
-        warn_of_range(&blocks.input.0, &u[fitted..], &mut warnings);
         if verdict.measures.fit_percent <= 0.0 {
             warnings.push(Warning::Useless {
                 fit_percent: verdict.measures.fit_percent,
@@ -241,7 +240,3 @@ fn conventional_line(shape: &Shape, u: &[f64]) -> (f64, f64) {
     };
     (slope, mean(u) - slope * centre)
 }
-
-#[cfg(test)]
-#[path = "hammerstein_wiener_tests.rs"]
-mod tests;

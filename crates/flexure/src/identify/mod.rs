@@ -11,7 +11,9 @@ pub mod hammerstein;
 mod hammerstein_wiener;
 mod impulse;
 pub mod joint;
+mod multiple_inputs;
 mod outcome;
+mod reference;
 mod refined;
 mod sandwich;
 
@@ -19,7 +21,11 @@ pub use branches::TriedBranches;
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
 pub use hammerstein_wiener::{HammersteinWiener, HammersteinWienerIdentification};
+pub use multiple_inputs::{InputBranch, MultipleInputs, MultipleInputsIdentification, MultipleInputsModel};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
+pub use reference::{
+    DecayPrior, Narx, NarxIdentification, NarxModel, NarxTerm, TriedNarx, Volterra, VolterraIdentification, VolterraModel,
+};
 pub use refined::{
     Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
     RefinedIdentification,

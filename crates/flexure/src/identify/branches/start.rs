@@ -53,7 +53,7 @@ fn splines(signal: &[f64], shape: &Shape) -> (Vec<Vec<f64>>, usize) {
 }
 
 /// The delay of every input: that at which an equation error of low order with its splines is least, less some slack.
-pub(super) fn delays(data: &Signals) -> Vec<usize> {
+pub(in crate::identify) fn delays(data: &Signals) -> Vec<usize> {
     let data = data.head(DELAY_SAMPLES);
     let longest = LONGEST_DELAY.min(data.counted() / 10);
     let minus: Vec<f64> = data.y.iter().map(|y| -y).collect();

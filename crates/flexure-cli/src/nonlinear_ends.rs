@@ -1,0 +1,106 @@
+//! Hammerstein-Wiener models: what was identified, as JSON, as a model file and in words.
+
+use flexure::identify::{HammersteinWienerIdentification, TriedBranches};
+use flexure::nonlinearity::Curve;
+use flexure_io::ModelFile;
+use serde_json::{Value, json};
+
+use crate::cascade::{LinearBlock, linear_lines};
+use crate::outcome::{self, SETTLED, Signals, number};
+use crate::structure::Structure;
+
+/// What the method does.
+const METHOD: &str = "prediction-error";
+
+/// The linear part with what is said of it.
+pub fn linear_block(result: &HammersteinWienerIdentification) -> LinearBlock {
+    LinearBlock {
+        key: "linear",
+        title: "Linear part",
+        system: result.linear.clone(),
+    }
+}
+
+/// The object that `identify --json` prints.
+pub fn json(result: &HammersteinWienerIdentification, signals: &Signals) -> Value {
+    let curve = |c: &Curve, breakpoints: &[f64]| json!({ "x": c.x(), "y": c.y(), "breakpoints": breakpoints });
+    let mut object = json!({
+        "structure": Structure::HammersteinWiener.name(),
+        "method": METHOD,
+        "order": result.order,
+        "delay": result.delay,
+        "nonlinearity": curve(&result.input_nonlinearity, &result.input_breakpoints),
+        "linear": outcome::linear_json(&result.linear),
+        "output_nonlinearity": curve(&result.output_nonlinearity, &result.output_breakpoints),
+        "tried": result.tried.iter().map(tried_json).collect::<Vec<_>>(),
+    });
+    let judged = outcome::judged_json(signals, result.fitted, &result.verdict, &result.warnings);
+    outcome::extend(&mut object, judged);
+    object
+}
+
+/// A structure that was tried.
+pub fn tried_json(t: &TriedBranches) -> Value {
+    json!({
+        "orders": t.orders,
+        "numerators": t.numerators,
+        "delays": t.delays,
+        "input_pieces": t.input_pieces,
+        "output_pieces": t.output_pieces,
+        "samples": t.samples,
+        "relative_error": t.relative_error,
+        "bic": t.bic,
+    })
+}
+
+/// The file from which `predict` and `validate` work.
+pub fn model_file(result: &HammersteinWienerIdentification, signals: &Signals) -> ModelFile {
+    let mut details = outcome::details(json(result, signals));
+    if let Value::Object(fields) = &mut details {
+        // What the blocks themselves say already.
+        fields.remove("linear");
+        fields.remove("output_nonlinearity");
+        fields.insert("input_breakpoints".to_owned(), json!(result.input_breakpoints));
+        fields.insert("output_breakpoints".to_owned(), json!(result.output_breakpoints));
+    }
+    ModelFile {
+        flexure: ModelFile::CURRENT.to_owned(),
+        structure: Structure::HammersteinWiener.name().to_owned(),
+        method: METHOD.to_owned(),
+        input: signals.input.to_owned(),
+        output: signals.output.to_owned(),
+        sample_time: signals.sample_time,
+        delay: result.delay,
+        order: result.order,
+        settling: Some(result.model.settling(SETTLED)),
+        noise_model: None,
+        block: result.model.clone(),
+        identification: details,
+    }
+}
+
+/// A nonlinearity in words.
+pub fn pieces_words(breakpoints: &[f64]) -> String {
+    let end = |x: Option<&f64>| x.map_or_else(String::new, |x| number(*x));
+    format!(
+        "cubic spline of {} pieces on [{}, {}]",
+        breakpoints.len().saturating_sub(1),
+        end(breakpoints.first()),
+        end(breakpoints.last())
+    )
+}
+
+/// A short account for a terminal.
+pub fn summary(result: &HammersteinWienerIdentification, signals: &Signals) -> String {
+    let mut lines = vec![
+        format!("Hammerstein-Wiener model from '{}' to '{}'", signals.input, signals.output),
+        outcome::fit_line(&result.verdict),
+        format!("  nonlinearity        {}", pieces_words(&result.input_breakpoints)),
+    ];
+    lines.extend(linear_lines(&linear_block(result)));
+    lines.push(format!("  at the output       {}", pieces_words(&result.output_breakpoints)));
+    lines.push(format!("  structures tried    {}", result.tried.len()));
+    lines.push(format!("  {}", result.verdict.words()));
+    lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));
+    lines.join("\n")
+}

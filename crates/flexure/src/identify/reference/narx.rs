@@ -1,0 +1,338 @@
+//! Polynomial NARX: the output from past outputs and inputs.
+//!
+//! $$ Y_n = c_0 + \sum_k c_k\, m_k(Y_{n-1}, \dots, Y_{n-n_a}, U_{n-s}, \dots, U_{n-s-n_b+1}) + e_n $$
+//! with all monomials up to a degree (Leontaritis & Billings 1985). The coefficients are ridge regression, its penalty at
+//! least that of generalised cross-validation; lags, degree and penalty those with the least free-run error on the last
+//! quarter of the fit's samples, among models whose free run stays within bounds there. The one-step equation that is
+//! fitted takes all noise for process noise: output noise biases it, which a model of blocks fitted by its simulation error is
+//! free of.
+//!
+//! A polynomial that is fed back can run away. Values that are fed back are held within an output's span beyond what the fit
+//! saw on either side, so that every free run is bounded.
+
+use rayon::prelude::*;
+
+use super::super::branches::{Columns, delays};
+use super::super::outcome::{Verdict, Warning};
+use super::judged;
+use super::ridge::Ridge;
+use crate::error::Result;
+use crate::record::Record;
+
+/// Largest number of past outputs, extra past inputs, and degrees that are tried.
+const MOST_LAGS: usize = 5;
+const MORE_INPUTS: usize = 2;
+const LARGEST_DEGREE: usize = 3;
+/// Structures with more monomials are not tried.
+const MOST_TERMS: usize = 230;
+/// The last so many samples are fitted at most.
+const MOST_SAMPLES: usize = 20_000;
+/// The share of the fit's samples that lags, degree and penalty are chosen on.
+const CHOICE_SHARE: f64 = 0.25;
+/// Penalties above the one of generalised cross-validation that are tried.
+const PENALTIES: usize = 4;
+
+/// The identification of a polynomial NARX model.
+///
+/// | parameter | purpose | valid range | default |
+/// |---|---|---|---|
+/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
+///
+/// ```
+/// use flexure::identify::Narx;
+/// use flexure::record::Record;
+/// use rand::{RngExt, SeedableRng};
+///
+/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+/// let u: Vec<f64> = (0..2000).map(|_| random.random_range(-1.0..1.0)).collect();
+/// let mut y = vec![0.0; 2000];
+/// for n in 1..2000 {
+///     y[n] = 0.5 * y[n - 1] - 0.1 * y[n - 1] * y[n - 1] + u[n - 1] + 0.3 * u[n - 1] * y[n - 1];
+/// }
+/// let result = Narx::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+/// assert!(result.verdict.measures.fit_percent > 99.0);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Narx {
+    /// The share of the record that the verdict is made on.
+    pub fresh_share: f64,
+}
+
+impl Default for Narx {
+    fn default() -> Self {
+        Narx { fresh_share: 0.25 }
+    }
+}
+
+/// A monomial and its coefficient.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NarxTerm {
+    /// The factors, with repetitions: i below the number of past outputs is the output i + 1 samples ago; those from there on
+    /// are the input, first that of `delay` samples ago.
+    pub factors: Vec<usize>,
+    /// The coefficient, for inputs and outputs at zero mean and unit variance.
+    pub coefficient: f64,
+}
+
+/// A polynomial of past outputs and inputs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NarxModel {
+    /// The number of past outputs.
+    pub outputs: usize,
+    /// The number of past inputs.
+    pub inputs: usize,
+    /// The age of the latest input, samples.
+    pub delay: usize,
+    /// The constant, in the unit of the coefficients.
+    pub constant: f64,
+    /// The monomials.
+    pub terms: Vec<NarxTerm>,
+    /// Mean and standard deviation of the input, and of the output.
+    pub scales: [(f64, f64); 2],
+    /// Outputs that are fed back are held between these, at zero mean and unit variance.
+    pub held: (f64, f64),
+}
+
+impl NarxModel {
+    /// The free-run response to `input`, one value a sample, from rest at the means.
+    pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
+        let [(u_mean, u_spread), (y_mean, y_spread)] = self.scales;
+        let u: Vec<f64> = input.iter().map(|u| (u - u_mean) / u_spread).collect();
+        self.run(&u).0.iter().map(|y| y_mean + y_spread * y).collect()
+    }
+
+    /// The free run on scaled signals, and how many samples were held.
+    fn run(&self, u: &[f64]) -> (Vec<f64>, usize) {
+        let mut y: Vec<f64> = Vec::with_capacity(u.len());
+        let (mut lagged, mut held) = (vec![0.0; self.outputs + self.inputs], 0);
+        for n in 0..u.len() {
+            self.fill(&mut lagged, &y, u, n);
+            let value = self.value(&lagged);
+            let within = if value.is_nan() { 0.0 } else { value.clamp(self.held.0, self.held.1) };
+            held += usize::from(within != value);
+            y.push(within);
+        }
+        (y, held)
+    }
+
+    /// The variables of sample `n`; zero before the record.
+    fn fill(&self, lagged: &mut [f64], y: &[f64], u: &[f64], n: usize) {
+        let (outputs, inputs) = lagged.split_at_mut(self.outputs);
+        for (i, v) in outputs.iter_mut().enumerate() {
+            *v = n.checked_sub(i + 1).map_or(0.0, |k| y[k]);
+        }
+        for (i, v) in inputs.iter_mut().enumerate() {
+            *v = n.checked_sub(i + self.delay).map_or(0.0, |k| u[k]);
+        }
+    }
+
+    fn value(&self, lagged: &[f64]) -> f64 {
+        let terms = self.terms.iter().map(|t| t.coefficient * product(&t.factors, lagged));
+        self.constant + terms.sum::<f64>()
+    }
+}
+
+fn product(factors: &[usize], lagged: &[f64]) -> f64 {
+    factors.iter().map(|i| lagged[*i]).product()
+}
+
+/// A structure that was tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TriedNarx {
+    /// Past outputs.
+    pub outputs: usize,
+    /// Past inputs.
+    pub inputs: usize,
+    /// The monomials' largest degree.
+    pub degree: usize,
+    /// The best of the penalties that were tried, for columns of unit variance and one sample.
+    pub penalty: f64,
+    /// RMS of the free-run error on the samples of the choice, relative to the output's standard deviation.
+    pub relative_error: f64,
+    /// Whether the free run stayed within bounds.
+    pub bounded: bool,
+}
+
+/// An identified NARX model with all that was chosen on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NarxIdentification {
+    /// The model, ready to simulate.
+    pub model: NarxModel,
+    /// The monomials' largest degree.
+    pub degree: usize,
+    /// Whether no value of the free run over the record had to be held.
+    pub bounded: bool,
+    /// The structures that were tried.
+    pub tried: Vec<TriedNarx>,
+    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
+    pub fitted: usize,
+    /// The free-run output over all samples.
+    pub predicted: Vec<f64>,
+    /// The verdict on the samples from `fitted` on.
+    pub verdict: Verdict,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}
+
+impl Narx {
+    /// Identifies a model from `input` to `output`.
+    ///
+    /// # Errors
+    /// Those of [`HammersteinWiener::identify`](crate::identify::HammersteinWiener::identify).
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<NarxIdentification> {
+        let what = "a NARX fit (besides the fresh part)";
+        let columns = Columns::new(record, &[input], output, self.fresh_share, what)?;
+        let data = columns.signals();
+        let delay = delays(&data).first().copied().unwrap_or(0);
+        let first = data.y.len().saturating_sub(MOST_SAMPLES);
+        let (u, y) = (&data.u[0][first..], &data.y[first..]);
+        let (low, high) = y.iter().fold((0.0_f64, 0.0_f64), |(l, h), y| (l.min(*y), h.max(*y)));
+        let span = high - low;
+        let blank = |outputs, inputs| NarxModel {
+            outputs,
+            inputs,
+            delay,
+            constant: 0.0,
+            terms: Vec::new(),
+            scales: [columns.inputs[0], columns.output].map(|s| (s.mean, s.spread)),
+            held: (low - span, high + span),
+        };
+        let mut structures = Vec::new();
+        for (outputs, more, degree) in (0..=MOST_LAGS).flat_map(|a| {
+            (0..=MORE_INPUTS).flat_map(move |m| (1..=LARGEST_DEGREE).map(move |d| (a, m, d)))
+        }) {
+            let inputs = outputs.max(1) + more;
+            if monomials(outputs + inputs, degree).len() <= MOST_TERMS {
+                structures.push((outputs, inputs, degree));
+            }
+        }
+        let estimated = u.len() - (CHOICE_SHARE * u.len() as f64) as usize;
+        let fits: Vec<(TriedNarx, NarxModel)> = structures
+            .par_iter()
+            .filter_map(|&(outputs, inputs, degree)| fit(blank(outputs, inputs), degree, u, y, estimated))
+            .collect();
+        let score = |t: &TriedNarx| (!t.bounded, t.relative_error);
+        let best = fits.iter().min_by(|a, b| {
+            let (a, b) = (score(&a.0), score(&b.0));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        let (model, degree) = match best {
+            Some((tried, model)) => {
+                let again = refit(model, tried, u, y);
+                let bounded = |m: &NarxModel| m.run(u).1 == 0;
+                let kept = again.filter(|m| bounded(m) || !bounded(model));
+                (kept.unwrap_or_else(|| model.clone()), tried.degree)
+            }
+            None => (blank(0, 1), 0),
+        };
+        let predicted = model.simulate(columns.u[0]);
+        let (u_mean, u_spread) = model.scales[0];
+        let all: Vec<f64> = columns.u[0].iter().map(|u| (u - u_mean) / u_spread).collect();
+        let (verdict, warnings) = judged(&columns, &predicted)?;
+        Ok(NarxIdentification {
+            bounded: model.run(&all).1 == 0,
+            model,
+            degree,
+            tried: fits.into_iter().map(|f| f.0).collect(),
+            fitted: columns.fitted,
+            predicted,
+            verdict,
+            warnings,
+        })
+    }
+}
+
+/// All products of up to `degree` of so many variables.
+fn monomials(variables: usize, degree: usize) -> Vec<Vec<usize>> {
+    let mut all: Vec<Vec<usize>> = Vec::new();
+    let mut last: Vec<Vec<usize>> = vec![Vec::new()];
+    for _ in 0..degree {
+        let longer = |m: &Vec<usize>| {
+            let m = m.clone();
+            (m.last().copied().unwrap_or(0)..variables).map(move |i| [&m[..], &[i]].concat())
+        };
+        last = last.iter().flat_map(longer).collect();
+        all.extend(last.iter().cloned());
+    }
+    all
+}
+
+/// The monomials of measured outputs and inputs.
+fn columns_of(model: &NarxModel, factors: &[Vec<usize>], u: &[f64], y: &[f64]) -> Vec<Vec<f64>> {
+    let mut columns = vec![Vec::with_capacity(y.len()); factors.len()];
+    let mut lagged = vec![0.0; model.outputs + model.inputs];
+    for n in 0..y.len() {
+        model.fill(&mut lagged, y, u, n);
+        for (column, factors) in columns.iter_mut().zip(factors) {
+            column.push(product(factors, &lagged));
+        }
+    }
+    columns
+}
+
+/// The model with these terms.
+fn with_terms(blank: &NarxModel, factors: &[Vec<usize>], (constant, c): (f64, Vec<f64>)) -> NarxModel {
+    let terms = factors.iter().zip(c).map(|(factors, coefficient)| NarxTerm {
+        factors: factors.clone(),
+        coefficient,
+    });
+    NarxModel {
+        constant,
+        terms: terms.collect(),
+        ..blank.clone()
+    }
+}
+
+/// The best model of a structure, estimated on the first samples and chosen on the others.
+fn fit(blank: NarxModel, degree: usize, u: &[f64], y: &[f64], estimated: usize) -> Option<(TriedNarx, NarxModel)> {
+    let factors = monomials(blank.outputs + blank.inputs, degree);
+    let from = blank.outputs.max(blank.inputs + blank.delay);
+    if estimated < from + 2 * factors.len() {
+        return None;
+    }
+    let columns = columns_of(&blank, &factors, &u[..estimated], &y[..estimated]);
+    let ridge = Ridge::new(&columns, &y[..estimated], from)?;
+    let of = |penalty: f64| {
+        let model = with_terms(&blank, &factors, ridge.solve(penalty));
+        let (output, held) = model.run(u);
+        let errors = output.iter().zip(y).skip(estimated).map(|(p, y)| (p - y).powi(2));
+        let tried = TriedNarx {
+            outputs: blank.outputs,
+            inputs: blank.inputs,
+            degree,
+            penalty: penalty / (estimated - from) as f64,
+            relative_error: (errors.sum::<f64>() / (y.len() - estimated) as f64).sqrt(),
+            bounded: held == 0,
+        };
+        (tried, model)
+    };
+    let all = ridge.chosen().into_iter().take(PENALTIES).map(of);
+    all.min_by(|a, b| a.0.relative_error.total_cmp(&b.0.relative_error))
+}
+
+/// The same structure and penalty on all samples.
+fn refit(model: &NarxModel, tried: &TriedNarx, u: &[f64], y: &[f64]) -> Option<NarxModel> {
+    let factors: Vec<Vec<usize>> = model.terms.iter().map(|t| t.factors.clone()).collect();
+    let from = model.outputs.max(model.inputs + model.delay);
+    let ridge = Ridge::new(&columns_of(model, &factors, u, y), y, from)?;
+    let samples = (y.len() - from) as f64;
+    Some(with_terms(model, &factors, ridge.solve(tried.penalty * samples)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn monomials_are_all_products_once() {
+        let all = monomials(3, 3);
+        // (3 + 3 choose 3) less the constant.
+        assert_eq!(all.len(), 19);
+        let mut sorted = all.clone();
+        sorted.sort();
+        sorted.dedup();
+        assert_eq!(sorted.len(), 19);
+        assert!(all.iter().all(|m| m.windows(2).all(|w| w[0] <= w[1])));
+    }
+}

@@ -1,0 +1,132 @@
+//! Ridge regression for all penalties at once, from the spectrum of the columns' correlations.
+
+use super::super::sandwich::normal_equations;
+use crate::linalg;
+
+/// Penalties that are tried, relative to the number of samples: from the first, each so many times the one before.
+const SMALLEST: f64 = 1e-10;
+const FACTOR: f64 = 10.0;
+const PENALTIES: usize = 11;
+
+/// The least-squares problem of a constant and columns, which the penalty sees at zero mean and unit variance.
+pub(super) struct Ridge {
+    /// Mean and standard deviation of every column, and the output's mean.
+    scales: Vec<(f64, f64)>,
+    level: f64,
+    samples: f64,
+    output_squares: f64,
+    /// Eigenvalues of the columns' correlation matrix, times the samples; the eigenvectors one after the other.
+    values: Vec<f64>,
+    vectors: Vec<f64>,
+    /// The products of output and columns in the eigenvectors' coordinates.
+    products: Vec<f64>,
+}
+
+impl Ridge {
+    /// From the samples `from..`; `None` if there are no columns or the decomposition fails.
+    pub fn new(columns: &[Vec<f64>], y: &[f64], from: usize) -> Option<Ridge> {
+        let n = columns.len();
+        let samples = y.len().checked_sub(from).filter(|s| *s > 1)? as f64;
+        let ones = vec![1.0; y.len()];
+        let minus: Vec<f64> = y.iter().map(|y| -y).collect();
+        let mut all = columns.to_vec();
+        all.push(ones);
+        let equations = normal_equations(&minus, &all, from);
+        let (size, normal) = (n + 1, &equations.normal);
+        let mean = |i: usize| normal[i * size + n] / samples;
+        let covariance = |i: usize, j: usize| normal[i * size + j] / samples - mean(i) * mean(j);
+        let scales: Vec<(f64, f64)> = (0..n)
+            .map(|i| {
+                let variance = covariance(i, i);
+                let floor = 1e-12 * normal[i * size + i] / samples;
+                (mean(i), if variance > floor { variance.sqrt() } else { f64::INFINITY })
+            })
+            .collect();
+        let level = equations.descent[n] / samples;
+        let mut correlations = vec![0.0; n * n];
+        for i in 0..n {
+            for j in 0..n {
+                correlations[i * n + j] = samples * covariance(i, j) / (scales[i].1 * scales[j].1);
+            }
+        }
+        let (values, vectors) = linalg::symmetric_eigen(&correlations, n)?;
+        let with_output: Vec<f64> = (0..n)
+            .map(|i| (equations.descent[i] - samples * mean(i) * level) / scales[i].1)
+            .collect();
+        let products = (vectors.chunks_exact(n))
+            .map(|v| v.iter().zip(&with_output).map(|(v, b)| v * b).sum())
+            .collect();
+        Some(Ridge {
+            output_squares: equations.cost - samples * level * level,
+            scales,
+            level,
+            samples,
+            values: values.iter().map(|v| v.max(0.0)).collect(),
+            vectors,
+            products,
+        })
+    }
+
+    /// The penalties to try.
+    fn penalties(&self) -> impl Iterator<Item = f64> {
+        let first = SMALLEST * self.samples;
+        (0..PENALTIES).map(move |i| first * FACTOR.powi(i as i32))
+    }
+
+    /// The penalty with the least generalised cross-validation score (Golub, Heath & Wahba 1979), and the larger ones.
+    pub fn chosen(&self) -> Vec<f64> {
+        let all: Vec<f64> = self.penalties().collect();
+        let scores: Vec<f64> = all.iter().map(|p| self.score(*p)).collect();
+        let best = (0..all.len()).min_by(|i, j| scores[*i].total_cmp(&scores[*j])).unwrap_or(0);
+        all[best..].to_vec()
+    }
+
+    /// Generalised cross-validation.
+    fn score(&self, penalty: f64) -> f64 {
+        let (mut explained, mut degrees) = (0.0, 1.0);
+        for (value, product) in self.values.iter().zip(&self.products) {
+            explained += product * product * (value + 2.0 * penalty) / (value + penalty).powi(2);
+            degrees += value / (value + penalty);
+        }
+        let left = self.samples - degrees;
+        if left > 0.0 {
+            self.samples * (self.output_squares - explained).max(0.0) / (left * left)
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// The constant and the columns' coefficients.
+    pub fn solve(&self, penalty: f64) -> (f64, Vec<f64>) {
+        let n = self.scales.len();
+        let mut c = vec![0.0; n];
+        for (k, vector) in self.vectors.chunks_exact(n).enumerate() {
+            let weight = self.products[k] / (self.values[k] + penalty);
+            c.iter_mut().zip(vector).for_each(|(c, v)| *c += weight * v);
+        }
+        c.iter_mut().zip(&self.scales).for_each(|(c, s)| *c /= s.1);
+        let constant = self.level - c.iter().zip(&self.scales).map(|(c, s)| c * s.0).sum::<f64>();
+        (constant, c)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tiny_penalty_gives_least_squares_and_a_huge_one_the_mean() {
+        let x: Vec<f64> = (0..50).map(|i| (0.7 * f64::from(i)).sin() + 3.0).collect();
+        let z: Vec<f64> = x.iter().map(|x| x * x).collect();
+        let y: Vec<f64> = x.iter().map(|x| 2.0 - x + 0.5 * x * x).collect();
+        let columns = [x, vec![4.0; 50], z];
+        let ridge = Ridge::new(&columns, &y, 10).unwrap();
+        let (constant, c) = ridge.solve(1e-9);
+        assert!((constant - 2.0).abs() < 1e-5, "{constant} {c:?}");
+        assert!((c[0] + 1.0).abs() < 1e-5 && c[1] == 0.0 && (c[2] - 0.5).abs() < 1e-5, "{c:?}");
+        let (constant, _) = ridge.solve(1e12);
+        let mean = y[10..].iter().sum::<f64>() / 40.0;
+        assert!((constant - mean).abs() < 1e-6, "{constant} {mean}");
+        assert!(ridge.chosen()[0] < 1e-6);
+    }
+}

@@ -1,0 +1,430 @@
+//! The Volterra series of second order, regularised.
+//!
+//! $$ Y_n = h_0 + \sum_i h_1(i) U_{n-s-i} + \sum_{i,j} h_2(i, j) U_{n-s-i} U_{n-s-j} + e_n $$
+//! with far more coefficients than the record could determine, which a Gaussian prior makes smooth and decaying (Pillonetto &
+//! De Nicolao 2010; Birpoutsoukis, Marconato, Lataire & Schoukens 2017): the tuned-correlated (TC) kernel
+//! $c\,\lambda^{\max(i, k)}$ for $h_1$, and its product over both lags for $h_2$. The sizes $c$ and decays $\lambda$ of both, and
+//! the noise, maximise the marginal likelihood.
+//!
+//! TC is a sum of independent steps: $h_1(i) = \sum_{k \ge i} w_k$ with variances $c (\lambda^k - \lambda^{k+1})$. In running sums
+//! of the input the prior is diagonal, and the marginal likelihood needs one factorisation of the normal equations.
+
+use super::super::branches::{Columns, Signals, delays};
+use super::super::outcome::{Verdict, Warning};
+use super::super::sandwich::normal_equations;
+use super::judged;
+use crate::error::Result;
+use crate::linalg;
+use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::record::Record;
+
+/// Memories of both orders that are tried, the second with the best of the first.
+const FIRST_MEMORIES: [usize; 4] = [20, 40, 80, 160];
+const SECOND_MEMORIES: [usize; 3] = [6, 12, 20];
+/// The last so many samples are fitted at most.
+const MOST_SAMPLES: usize = 15_000;
+/// The search for the prior's parameters: first steps of ln c and of ln(lambda/(1 - lambda)), and the last share of them.
+const STEPS: [f64; 2] = [2.0, 1.0];
+const LAST_STEP: f64 = 0.1;
+const MOST_ROUNDS: usize = 60;
+/// Where the search starts.
+const START: [DecayPrior; 2] = [
+    DecayPrior { size: 1.0, decay: 0.9 },
+    DecayPrior { size: 0.1, decay: 0.7 },
+];
+/// Bounds of the sizes' and decays' logarithm and logit.
+const LOGARITHMS: [f64; 2] = [30.0, 7.0];
+
+/// The identification of a second-order Volterra series.
+///
+/// | parameter | purpose | valid range | default |
+/// |---|---|---|---|
+/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
+///
+/// ```
+/// use flexure::identify::Volterra;
+/// use flexure::record::Record;
+/// use rand::{RngExt, SeedableRng};
+///
+/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+/// let u: Vec<f64> = (0..2000).map(|_| random.random_range(-1.0..1.0)).collect();
+/// let y: Vec<f64> = (0..2000).map(|n| if n < 2 { 0.0 } else { u[n] + 0.5 * u[n - 1] * u[n - 2] }).collect();
+/// let result = Volterra::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+/// assert!(result.verdict.measures.fit_percent > 99.0);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Volterra {
+    /// The share of the record that the verdict is made on.
+    pub fresh_share: f64,
+}
+
+impl Default for Volterra {
+    fn default() -> Self {
+        Volterra { fresh_share: 0.25 }
+    }
+}
+
+/// Size and decay of a tuned-correlated prior.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DecayPrior {
+    /// c, relative to the noise's variance, for inputs and outputs of unit variance.
+    pub size: f64,
+    /// $\lambda$, between 0 and 1.
+    pub decay: f64,
+}
+
+/// A second-order Volterra series about the input's mean.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VolterraModel {
+    /// The delay s in samples.
+    pub delay: usize,
+    /// The input that the kernels' arguments are deviations from.
+    pub input_level: f64,
+    /// $h_0$, the output under that input.
+    pub constant: f64,
+    /// $h_1$.
+    pub first: Vec<f64>,
+    /// $h_2$, symmetric, row-major.
+    pub second: Vec<f64>,
+    /// The number of lags of $h_2$.
+    pub second_memory: usize,
+}
+
+impl VolterraModel {
+    /// The response to `input`, one value a sample; before the record the input is taken to be at its level.
+    pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
+        let deviation = |n: usize, lag: usize| n.checked_sub(self.delay + lag).map_or(0.0, |k| input[k] - self.input_level);
+        let mut recent = vec![0.0; self.first.len().max(self.second_memory)];
+        (0..input.len())
+            .map(|n| {
+                recent.iter_mut().enumerate().for_each(|(lag, u)| *u = deviation(n, lag));
+                let dot = |h: &[f64]| h.iter().zip(&recent).map(|(h, u)| h * u).sum::<f64>();
+                let rows = self.second.chunks_exact(self.second_memory.max(1));
+                let second: f64 = rows.zip(&recent).map(|(row, u)| u * dot(row)).sum();
+                self.constant + dot(&self.first) + second
+            })
+            .collect()
+    }
+}
+
+/// An identified Volterra series with all that was chosen on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VolterraIdentification {
+    /// The model, ready to simulate.
+    pub model: VolterraModel,
+    /// The priors of both kernels that maximise the marginal likelihood.
+    pub priors: [DecayPrior; 2],
+    /// The standard deviation of the noise, in the output's unit.
+    pub noise: f64,
+    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
+    pub fitted: usize,
+    /// The model's output over all samples.
+    pub predicted: Vec<f64>,
+    /// The verdict on the samples from `fitted` on.
+    pub verdict: Verdict,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}
+
+impl Volterra {
+    /// Identifies a model from `input` to `output`.
+    ///
+    /// # Errors
+    /// Those of [`Narx::identify`](super::Narx::identify).
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<VolterraIdentification> {
+        let what = "a Volterra fit (besides the fresh part)";
+        let columns = Columns::new(record, &[input], output, self.fresh_share, what)?;
+        let data = columns.signals();
+        let delay = delays(&data).first().copied().unwrap_or(0);
+        let best = search(&data, delay);
+        let (u, y) = (columns.inputs[0], columns.output);
+        let model = match &best {
+            Some(best) => best.model(delay, u.mean, [y.spread / u.spread, y.spread / u.spread.powi(2)], |h| y.back(h)),
+            None => VolterraModel {
+                delay,
+                input_level: u.mean,
+                constant: y.mean,
+                first: Vec::new(),
+                second: Vec::new(),
+                second_memory: 0,
+            },
+        };
+        let predicted = model.simulate(columns.u[0]);
+        let (verdict, warnings) = judged(&columns, &predicted)?;
+        Ok(VolterraIdentification {
+            model,
+            priors: best.as_ref().map_or(START, |b| b.priors),
+            noise: y.spread * best.as_ref().map_or(1.0, |b| b.variance.sqrt()),
+            fitted: columns.fitted,
+            predicted,
+            verdict,
+            warnings,
+        })
+    }
+}
+
+/// Lags of the first and of the second order.
+#[derive(Debug, Clone, Copy)]
+struct Memory {
+    first: usize,
+    second: usize,
+}
+
+impl Memory {
+    /// The pairs k <= l of the second order.
+    fn pairs(self) -> impl Iterator<Item = (usize, usize)> {
+        (0..self.second).flat_map(move |k| (k..self.second).map(move |l| (k, l)))
+    }
+
+    fn coefficients(self) -> usize {
+        1 + self.first + self.second * (self.second + 1) / 2
+    }
+}
+
+/// The most likely priors for a memory, and the coefficients of the running sums.
+struct Fit {
+    memory: Memory,
+    priors: [DecayPrior; 2],
+    /// Minus twice the logarithm of the marginal likelihood, but for a constant.
+    deviance: f64,
+    variance: f64,
+    coefficients: Vec<f64>,
+}
+
+/// Memories one after the other while the likelihood rises.
+fn search(data: &Signals, delay: usize) -> Option<Fit> {
+    let first = data.y.len().saturating_sub(MOST_SAMPLES);
+    let (u, y) = (&data.u[0][first..], &data.y[first..]);
+    let longest = FIRST_MEMORIES[FIRST_MEMORIES.len() - 1];
+    let from = (delay + longest).min(u.len() / 2);
+    let samples = (u.len() - from) as f64;
+    let mut best: Option<Fit> = None;
+    let small = SECOND_MEMORIES[0];
+    for first in FIRST_MEMORIES {
+        if !improves(&mut best, Memory { first, second: small }, u, y, delay, from, samples) {
+            break;
+        }
+    }
+    let first = best.as_ref()?.memory.first;
+    for second in &SECOND_MEMORIES[1..] {
+        if !improves(&mut best, Memory { first, second: *second }, u, y, delay, from, samples) {
+            break;
+        }
+    }
+    best
+}
+
+/// Whether a memory is likelier than the best one so far, whose place it then takes.
+fn improves(best: &mut Option<Fit>, memory: Memory, u: &[f64], y: &[f64], delay: usize, from: usize, samples: f64) -> bool {
+    if delay + memory.first.max(memory.second) > from {
+        return false;
+    }
+    let columns = running_sums(memory, u, delay);
+    let minus: Vec<f64> = y.iter().map(|y| -y).collect();
+    let equations = normal_equations(&minus, &columns, from);
+    let start = best.as_ref().map_or(START, |b| b.priors);
+    let Some(fit) = most_likely(memory, start, &equations, samples) else {
+        return false;
+    };
+    let better = best.as_ref().is_none_or(|b| fit.deviance < b.deviance);
+    if better {
+        *best = Some(fit);
+    }
+    better
+}
+
+/// A constant, the running sums of past inputs, and their products.
+fn running_sums(memory: Memory, u: &[f64], delay: usize) -> Vec<Vec<f64>> {
+    let at = |n: usize, lag: usize| n.checked_sub(delay + lag).map_or(0.0, |k| u[k]);
+    let mut sums: Vec<Vec<f64>> = Vec::new();
+    for lag in 0..memory.first.max(memory.second) {
+        let last = sums.last();
+        sums.push((0..u.len()).map(|n| at(n, lag) + last.map_or(0.0, |s| s[n])).collect());
+    }
+    let product = |(k, l): (usize, usize)| sums[k].iter().zip(&sums[l]).map(|(a, b)| a * b).collect();
+    let products: Vec<Vec<f64>> = memory.pairs().map(product).collect();
+    sums.truncate(memory.first);
+    std::iter::once(vec![1.0; u.len()]).chain(sums).chain(products).collect()
+}
+
+/// The prior variances of the steps w_k of a memory, for c = 1.
+fn steps(decay: f64, memory: usize) -> Vec<f64> {
+    let power = |k: usize| decay.powi(k as i32);
+    let last = memory.saturating_sub(1);
+    (0..memory)
+        .map(|k| if k == last { power(k) } else { power(k) - power(k + 1) })
+        .collect()
+}
+
+/// The prior standard deviations of all coefficients but the constant, whose own is large.
+fn deviations(memory: Memory, priors: [DecayPrior; 2]) -> Vec<f64> {
+    const CONSTANT: f64 = 1e4;
+    let [first, second] = priors;
+    let steps_of_second = steps(second.decay, memory.second);
+    let linear = steps(first.decay, memory.first).into_iter().map(|v| (first.size * v).sqrt());
+    // w_kl and w_lk are the same step twice off the diagonal.
+    let weight = |(k, l): (usize, usize)| if k == l { 1.0 } else { 2.0 };
+    let quadratic = memory
+        .pairs()
+        .map(|p| weight(p) * (second.size * steps_of_second[p.0] * steps_of_second[p.1]).sqrt());
+    std::iter::once(CONSTANT).chain(linear).chain(quadratic).collect()
+}
+
+/// Minus twice the log marginal likelihood, the noise variance, and the coefficients under these priors.
+fn evidence(memory: Memory, priors: [DecayPrior; 2], equations: &NormalEquations, samples: f64) -> Option<(f64, f64, Vec<f64>)> {
+    let d = deviations(memory, priors);
+    let n = d.len();
+    let mut matrix: Vec<f64> = (0..n * n).map(|k| equations.normal[k] * d[k / n] * d[k % n]).collect();
+    (0..n).for_each(|i| matrix[i * n + i] += 1.0);
+    let rhs: Vec<f64> = equations.descent.iter().zip(&d).map(|(b, d)| b * d).collect();
+    let (x, logarithm) = linalg::solve_with_determinant(&matrix, &rhs)?;
+    let explained: f64 = x.iter().zip(&rhs).map(|(x, b)| x * b).sum();
+    let variance = (equations.cost - explained).max(1e-12 * equations.cost) / samples;
+    let deviance = samples * variance.ln() + logarithm;
+    let coefficients = x.iter().zip(&d).map(|(x, d)| x * d).collect();
+    deviance.is_finite().then_some((deviance, variance, coefficients))
+}
+
+/// The priors of most marginal likelihood, one parameter at a time with shrinking steps.
+fn most_likely(memory: Memory, start: [DecayPrior; 2], equations: &NormalEquations, samples: f64) -> Option<Fit> {
+    if samples <= memory.coefficients() as f64 / 2.0 {
+        return None;
+    }
+    let free = |p: [DecayPrior; 2]| p.map(|p| [p.size.ln(), (p.decay / (1.0 - p.decay)).ln()]);
+    let priors = |q: [[f64; 2]; 2]| {
+        q.map(|[size, decay]| DecayPrior {
+            size: size.exp(),
+            decay: 1.0 / (1.0 + (-decay).exp()),
+        })
+    };
+    let fit = |q: [[f64; 2]; 2]| {
+        let (deviance, variance, coefficients) = evidence(memory, priors(q), equations, samples)?;
+        Some(Fit {
+            memory,
+            priors: priors(q),
+            deviance,
+            variance,
+            coefficients,
+        })
+    };
+    let mut at = free(start);
+    let mut best = fit(at)?;
+    let mut share = 1.0;
+    for _ in 0..MOST_ROUNDS {
+        let before = best.deviance;
+        for parameter in 0..4 {
+            let (order, kind) = (parameter / 2, parameter % 2);
+            for sign in [1.0, -1.0] {
+                let mut next = at;
+                let moved = next[order][kind] + sign * share * STEPS[kind];
+                next[order][kind] = moved.clamp(-LOGARITHMS[kind], LOGARITHMS[kind]);
+                if let Some(trial) = fit(next).filter(|t| t.deviance < best.deviance) {
+                    (at, best) = (next, trial);
+                    break;
+                }
+            }
+        }
+        if before - best.deviance < 0.1 {
+            share *= 0.5;
+            if share < LAST_STEP {
+                break;
+            }
+        }
+    }
+    Some(best)
+}
+
+impl Fit {
+    /// The kernels from the steps, in the record's units: gains of both orders, and the constant's unit.
+    fn model(&self, delay: usize, input_level: f64, gains: [f64; 2], constant: impl Fn(f64) -> f64) -> VolterraModel {
+        let Memory { first, second } = self.memory;
+        let (linear, quadratic) = self.coefficients[1..].split_at(first);
+        let mut h1 = linear.to_vec();
+        for k in (1..first).rev() {
+            h1[k - 1] += h1[k];
+        }
+        let mut h2 = vec![0.0; second * second];
+        for ((k, l), w) in self.memory.pairs().zip(quadratic) {
+            let half = if k == l { *w } else { 0.5 * w };
+            (h2[k * second + l], h2[l * second + k]) = (half, half);
+        }
+        for k in (0..second).rev() {
+            for l in (0..second).rev() {
+                let at = |k: usize, l: usize| if k < second && l < second { h2[k * second + l] } else { 0.0 };
+                h2[k * second + l] += at(k + 1, l) + at(k, l + 1) - at(k + 1, l + 1);
+            }
+        }
+        VolterraModel {
+            delay,
+            input_level,
+            constant: constant(self.coefficients[0]),
+            first: h1.iter().map(|h| gains[0] * h).collect(),
+            second: h2.iter().map(|h| gains[1] * h).collect(),
+            second_memory: second,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_have_the_covariance_of_the_tuned_correlated_kernel() {
+        let (decay, memory) = (0.8_f64, 5);
+        let v = steps(decay, memory);
+        for i in 0..memory {
+            for k in 0..memory {
+                let covariance: f64 = v[i.max(k)..].iter().sum();
+                assert!((covariance - decay.powi(i.max(k) as i32)).abs() < 1e-12, "{i} {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn kernels_and_running_sums_predict_the_same() {
+        let memory = Memory { first: 4, second: 3 };
+        let u: Vec<f64> = (0..40).map(|i| (0.9 * f64::from(i * i)).sin()).collect();
+        let coefficients: Vec<f64> = (0..memory.coefficients()).map(|i| (1.3 * i as f64).cos()).collect();
+        let columns = running_sums(memory, &u, 2);
+        let fit = Fit {
+            memory,
+            priors: START,
+            deviance: 0.0,
+            variance: 1.0,
+            coefficients: coefficients.clone(),
+        };
+        let model = fit.model(2, 0.0, [1.0, 1.0], |h| h);
+        for (n, got) in model.simulate(&u).into_iter().enumerate() {
+            let want: f64 = columns.iter().zip(&coefficients).map(|(c, w)| w * c[n]).sum();
+            assert!((got - want).abs() < 1e-10, "{n}: {got} {want}");
+        }
+    }
+
+    #[test]
+    fn the_evidence_is_that_of_the_gaussian_process() {
+        // Brute force: -2 log N(y; 0, s (Phi P Phi' + I)) with the noise variance s profiled.
+        let memory = Memory { first: 3, second: 2 };
+        let n = 15;
+        let u: Vec<f64> = (0..n).map(|i| (1.7 * i as f64).sin()).collect();
+        let y: Vec<f64> = (0..n).map(|i| (0.8 * i as f64).cos()).collect();
+        let columns = running_sums(memory, &u, 0);
+        let d = deviations(memory, START);
+        let mut covariance = vec![0.0; n * n];
+        for (i, row) in covariance.chunks_exact_mut(n).enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                let both = columns.iter().zip(&d).map(|(c, d)| d * d * c[i] * c[j]);
+                *entry = both.sum::<f64>() + f64::from(u8::from(i == j));
+            }
+        }
+        let (x, logarithm) = linalg::solve_with_determinant(&covariance, &y).unwrap();
+        let quadratic: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
+        let want = n as f64 * (quadratic / n as f64).ln() + logarithm;
+        let minus: Vec<f64> = y.iter().map(|y| -y).collect();
+        let equations = normal_equations(&minus, &columns, 0);
+        let (got, variance, _) = evidence(memory, START, &equations, n as f64).unwrap();
+        assert!((got - want).abs() < 1e-5 * want.abs(), "{got} {want}");
+        assert!((variance - quadratic / n as f64).abs() < 1e-5 * variance);
+    }
+}

@@ -1,0 +1,66 @@
+use flexure::Error;
+use flexure::identify::MultipleInputs;
+use flexure::record::Record;
+
+use crate::common::{Known, dead_zone, fit, identity, noisy, saturation, uniform};
+
+/// A dead zone with a resonance and a saturation with one pole and a delay.
+const PAIR: [Known; 2] = [
+    Known {
+        f: dead_zone,
+        b: &[0.3, 0.1],
+        a: &[1.0, -1.2, 0.6],
+        g: identity,
+    },
+    Known {
+        f: saturation,
+        b: &[0.0, 0.0, 0.5],
+        a: &[1.0, -0.7],
+        g: identity,
+    },
+];
+
+fn sum(p: &[f64], q: &[f64]) -> Vec<f64> {
+    PAIR[0].run(p).iter().zip(PAIR[1].run(q)).map(|(a, b)| a + b + 3.0).collect()
+}
+
+#[test]
+fn two_branches_with_poles_of_their_own_come_back() {
+    let (p, q) = (uniform(10_000, 1), uniform(10_000, 2));
+    // Correlated inputs.
+    let q: Vec<f64> = p.iter().zip(q).map(|(p, q)| 0.4 * p + 0.6 * q).collect();
+    let y = noisy(sum(&p, &q), 0.01, 3);
+    let record = Record::new([("p", p), ("q", q), ("y", y)]).unwrap();
+    let result = MultipleInputs::default().identify(&record, &["p", "q"], "y").unwrap();
+    println!("{:?}", result.tried.last());
+    let orders: Vec<(usize, usize)> = result.branches.iter().map(|b| (b.order, b.delay)).collect();
+    assert_eq!(orders, [(2, 0), (1, 2)], "{:?}", result.branches.iter().map(|b| &b.linear).collect::<Vec<_>>());
+    for (branch, known) in result.branches.iter().zip(&PAIR) {
+        for (got, want) in branch.linear.a().iter().zip(known.a) {
+            assert!((got - want).abs() < 0.02, "{:?}", branch.linear);
+        }
+    }
+    let (p, q) = (uniform(4000, 5), uniform(4000, 6));
+    let q: Vec<f64> = p.iter().zip(q).map(|(p, q)| 0.4 * p + 0.6 * q).collect();
+    let reached = fit(&sum(&p, &q), &result.model.simulate(&[&p, &q]).unwrap());
+    println!("{reached}");
+    assert!(reached > 99.0, "{reached}");
+    assert!(result.holds());
+}
+
+#[test]
+fn what_cannot_be_identified_is_refused_in_words() {
+    let record = Record::new([("p", uniform(400, 1)), ("q", uniform(400, 2)), ("y", uniform(400, 3))]).unwrap();
+    let all = MultipleInputs::default();
+    let error = all.identify(&record, &["p", "p"], "y").unwrap_err();
+    assert_eq!(error.to_string(), "two columns are named 'p'; column names must differ");
+    assert!(matches!(all.identify(&record, &[], "y").unwrap_err(), Error::TooShort { .. }));
+    assert!(matches!(all.identify(&record, &["p", "q"], "y").unwrap_err(), Error::TooShort { got: 300, .. }));
+    let longer = Record::new([("p", uniform(600, 1)), ("q", uniform(600, 2)), ("y", uniform(600, 3))]).unwrap();
+    let result = all.identify(&longer, &["p", "q"], "y").unwrap();
+    assert!(result.predicted.iter().all(|v| v.is_finite()));
+    let error = result.model.simulate(&[&[1.0]]).unwrap_err();
+    assert!(matches!(error, Error::LengthMismatch { got: 1, expected: 2, .. }), "{error}");
+    let error = result.model.simulate(&[&[1.0], &[]]).unwrap_err();
+    assert!(error.to_string().contains("input 1"), "{error}");
+}
