@@ -3,3 +3,4 @@
 mod common;
 mod hammerstein_wiener;
 mod multiple_inputs;
+mod reference;
