@@ -164,6 +164,17 @@ pub fn distinct_columns(input: &str, output: &str) -> Result<(), Usage> {
     Ok(())
 }
 
+/// Refuses an output that is also an input, and an input that is named twice.
+pub fn distinct_inputs(inputs: &[&str], output: &str) -> Result<(), Usage> {
+    for (i, input) in inputs.iter().enumerate() {
+        distinct_columns(input, output)?;
+        if inputs[..i].contains(input) {
+            return Err(Usage(format!("--input names '{input}' twice; name every column once")));
+        }
+    }
+    Ok(())
+}
+
 /// A kernel by name.
 pub fn kernel(text: &str) -> Result<Kernel, String> {
     Kernel::ALL.into_iter().find(|k| k.name() == text).ok_or_else(|| {

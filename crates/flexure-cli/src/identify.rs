@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::identify::{Calibration, HammersteinWiener, Narx, Volterra, WienerHammerstein};
+use flexure::identify::{Calibration, HammersteinWiener, MultipleInputs, Narx, Volterra, WienerHammerstein};
 use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::{ArmMotion, Page};
 
@@ -19,6 +19,7 @@ use crate::output::{command_line, print, print_note};
 use crate::page::{self, Decoration};
 use crate::progress::{spinning, spinning_through};
 use crate::references::ReferenceMethod;
+use crate::several_inputs;
 use crate::simulate::read_arm;
 use crate::structure::{Found, Structure, Task};
 
@@ -34,7 +35,7 @@ use crate::structure::{Found, Structure, Task};
 pub struct Arguments {
     /// The record.
     record: PathBuf,
-    /// The input's column.
+    /// The input's column; A,B for several with --structure multiple-inputs.
     #[arg(long, value_name = "COLUMN")]
     input: String,
     /// The output's column.
@@ -109,6 +110,14 @@ impl Arguments {
         }
     }
 
+    /// The inputs' columns: one, but for a structure with several.
+    fn inputs(&self) -> Vec<&str> {
+        match self.structure {
+            Structure::MultipleInputs => several_inputs::columns(&self.input),
+            _ => vec![&self.input],
+        }
+    }
+
     /// The first option that was given of those that only Hammerstein models have.
     fn of_hammerstein_alone(&self) -> Option<&'static str> {
         let given = [
@@ -134,11 +143,12 @@ impl Arguments {
                 Task::Cascade(CascadeMethod::WienerHammerstein(WienerHammerstein { fresh_share }))
             }
             Structure::HammersteinWiener => Task::HammersteinWiener(HammersteinWiener { fresh_share }),
+            Structure::MultipleInputs => Task::MultipleInputs(MultipleInputs { fresh_share }),
             Structure::Narx => Task::Reference(ReferenceMethod::Narx(Narx { fresh_share })),
             Structure::Volterra => Task::Reference(ReferenceMethod::Volterra(Volterra { fresh_share })),
         };
         self.structure.refuse(self.of_hammerstein_alone())?;
-        if matches!(task, Task::Reference(_)) {
+        if matches!(task, Task::Reference(_) | Task::MultipleInputs(_)) {
             let report = self.report.as_ref().map(|_| "--report");
             self.structure.refuse_output(self.model.as_ref().map(|_| "--model").or(report))?;
         }
@@ -161,7 +171,8 @@ impl Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments::distinct_columns(&arguments.input, &arguments.output)?;
+    let inputs = arguments.inputs();
+    arguments::distinct_inputs(&inputs, &arguments.output)?;
     arguments::distinct_points(&arguments.known)?;
     let (task, note) = arguments.task()?;
     for path in [&arguments.model, &arguments.report].into_iter().flatten() {
@@ -174,7 +185,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let signals = Signals {
         input: &arguments.input,
         output: &arguments.output,
-        sample_time: arguments::sample_time(&file, arguments.sample_time, &[&arguments.input, &arguments.output])?,
+        sample_time: {
+            let columns = [&inputs[..], &[&arguments.output]].concat();
+            arguments::sample_time(&file, arguments.sample_time, &columns)?
+        },
     };
     let found = match task {
         Task::Hammerstein(method) => {
@@ -184,7 +198,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
         Task::Cascade(method) => Found::Cascade(signals, Box::new(cascade(&file, &signals, &method)?)),
         Task::HammersteinWiener(method) => {
-            let result = located(&file, &signals, |stage| {
+            let result = located(&file, &inputs, &signals, |stage| {
                 method.identify_with(&file.record, signals.input, signals.output, &mut |now| {
                     stage(now.name());
                     ControlFlow::Continue(())
@@ -192,8 +206,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             });
             Found::HammersteinWiener(signals, Box::new(result?))
         }
+        Task::MultipleInputs(method) => {
+            let result = located(&file, &inputs, &signals, |stage| {
+                several_inputs::identify(&method, &file.record, &signals, stage)
+            });
+            Found::MultipleInputs(signals, Box::new(result?))
+        }
         Task::Reference(method) => {
-            let result = located(&file, &signals, |_| method.identify(&file.record, signals.input, signals.output));
+            let result = located(&file, &inputs, &signals, |_| method.identify(&file.record, signals.input, signals.output));
             Found::Reference(signals, Box::new(result?))
         }
     };
@@ -233,7 +253,7 @@ pub fn hammerstein(file: &RecordFile, context: &Context) -> Result<Estimate> {
 
 /// Identifies any other cascade, and says in which file and line an error lies.
 fn cascade(file: &RecordFile, signals: &Signals, method: &CascadeMethod) -> Result<Cascade> {
-    located(file, signals, |stage| {
+    located(file, &[signals.input], signals, |stage| {
         method.identify(&file.record, signals.input, signals.output, stage)
     })
 }
@@ -241,10 +261,13 @@ fn cascade(file: &RecordFile, signals: &Signals, method: &CascadeMethod) -> Resu
 /// Identifies under a spinner that shows the stages, and says in which file and line an error lies.
 fn located<T: Send>(
     file: &RecordFile,
+    inputs: &[&str],
     signals: &Signals,
     work: impl FnOnce(&dyn Fn(&'static str)) -> flexure::Result<T> + Send,
 ) -> Result<T> {
-    file.finite(signals.input)?;
+    for input in inputs {
+        file.finite(input)?;
+    }
     file.finite(signals.output)?;
     spinning_through("identifying", work).map_err(|error| file.locate(error).into())
 }

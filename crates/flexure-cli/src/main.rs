@@ -18,6 +18,7 @@ mod prediction;
 mod progress;
 mod references;
 mod regress;
+mod several_inputs;
 mod simulate;
 mod structure;
 mod study;

@@ -2,7 +2,9 @@
 
 use anyhow::Result;
 use clap::ValueEnum;
-use flexure::identify::{HammersteinWiener, HammersteinWienerIdentification};
+use flexure::identify::{
+    HammersteinWiener, HammersteinWienerIdentification, MultipleInputs, MultipleInputsIdentification,
+};
 use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::Page;
 use serde_json::Value;
@@ -14,6 +16,7 @@ use crate::nonlinear_ends;
 use crate::outcome::{self, Context, Signals};
 use crate::page::{self, Decoration};
 use crate::references::{Reference, ReferenceMethod};
+use crate::several_inputs;
 
 /// A structure by name.
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -24,6 +27,8 @@ pub enum Structure {
     WienerHammerstein,
     /// A static nonlinearity, linear dynamics, a static nonlinearity.
     HammersteinWiener,
+    /// Several inputs, --input A,B: each through a static nonlinearity and linear dynamics of its own.
+    MultipleInputs,
     /// A polynomial of past outputs and inputs: a reference without blocks.
     Narx,
     /// A regularised Volterra series of second order: a reference without blocks.
@@ -37,6 +42,7 @@ impl Structure {
             Structure::Hammerstein => "hammerstein",
             Structure::WienerHammerstein => "wiener-hammerstein",
             Structure::HammersteinWiener => "hammerstein-wiener",
+            Structure::MultipleInputs => "multiple-inputs",
             Structure::Narx => "narx",
             Structure::Volterra => "volterra",
         }
@@ -53,11 +59,12 @@ impl Structure {
         })
     }
 
-    /// Refuses the first output that was asked for of those that only models of blocks have.
+    /// Refuses the first output that was asked for of those that only a chain of blocks from one input has.
     pub fn refuse_output(self, asked: Option<&str>) -> Result<(), Usage> {
         asked.map_or(Ok(()), |option| {
             Err(Usage(format!(
-                "{option} is for models of blocks, which --structure {} is not; take its result from the text or from --json",
+                "{option} is for chains of blocks from one input, which --structure {} is not; take its result from the text or \
+                 from --json",
                 self.name()
             )))
         })
@@ -72,6 +79,8 @@ pub enum Task {
     Cascade(CascadeMethod),
     /// Two nonlinearities.
     HammersteinWiener(HammersteinWiener),
+    /// Several inputs.
+    MultipleInputs(MultipleInputs),
     /// A model without blocks.
     Reference(ReferenceMethod),
 }
@@ -84,6 +93,8 @@ pub enum Found<'a> {
     Cascade(Signals<'a>, Box<Cascade>),
     /// Two nonlinearities.
     HammersteinWiener(Signals<'a>, Box<HammersteinWienerIdentification>),
+    /// Several inputs.
+    MultipleInputs(Signals<'a>, Box<MultipleInputsIdentification>),
     /// A model without blocks.
     Reference(Signals<'a>, Box<Reference>),
 }
@@ -95,17 +106,18 @@ impl Found<'_> {
             Found::Hammerstein(context, estimate) => outcome::identification_json(estimate, context),
             Found::Cascade(signals, cascade) => cascade.json(signals),
             Found::HammersteinWiener(signals, result) => nonlinear_ends::json(result, signals),
+            Found::MultipleInputs(signals, result) => several_inputs::json(result, signals),
             Found::Reference(signals, reference) => reference.json(signals),
         }
     }
 
-    /// The file from which `predict` and `validate` work; `None` for a model without blocks.
+    /// The file from which `predict` and `validate` work; `None` for what is no chain of blocks from one input.
     pub fn model_file(&self) -> Option<ModelFile> {
         Some(match self {
             Found::Hammerstein(context, estimate) => outcome::model_file(estimate, context),
             Found::Cascade(signals, cascade) => cascade.model_file(signals),
             Found::HammersteinWiener(signals, result) => nonlinear_ends::model_file(result, signals),
-            Found::Reference(..) => return None,
+            Found::MultipleInputs(..) | Found::Reference(..) => return None,
         })
     }
 
@@ -115,17 +127,18 @@ impl Found<'_> {
             Found::Hammerstein(context, estimate) => outcome::summary(estimate, context),
             Found::Cascade(signals, cascade) => cascade.summary(signals),
             Found::HammersteinWiener(signals, result) => nonlinear_ends::summary(result, signals),
+            Found::MultipleInputs(signals, result) => several_inputs::summary(result, signals),
             Found::Reference(signals, reference) => reference.summary(signals),
         }
     }
 
-    /// The page that shows everything; `None` for a model without blocks.
+    /// The page that shows everything; `None` for what is no chain of blocks from one input.
     pub fn page(&self, file: &RecordFile, decoration: Decoration) -> Result<Option<Page>> {
         let page = match self {
             Found::Hammerstein(context, estimate) => page::hammerstein::page(file, context, estimate, decoration),
             Found::Cascade(signals, cascade) => page::cascade::page(file, signals, cascade, decoration),
             Found::HammersteinWiener(signals, result) => page::nonlinear_ends::page(file, signals, result, decoration),
-            Found::Reference(..) => return Ok(None),
+            Found::MultipleInputs(..) | Found::Reference(..) => return Ok(None),
         };
         page.map(Some)
     }

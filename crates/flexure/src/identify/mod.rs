@@ -2,6 +2,9 @@
 //!
 //! [`PlainHammerstein`] is the paper's algorithm as it stands; [`RefinedHammerstein`] starts from it and comes near the
 //! accuracy of an estimator that knows the linear part.
+//!
+//! [`HammersteinWiener`] has a nonlinearity at either end, [`MultipleInputs`] a Hammerstein branch for every input; [`Narx`] and
+//! [`Volterra`] are references without blocks.
 
 mod branches;
 mod calibration;

@@ -1,0 +1,80 @@
+//! Systems of several inputs: what was identified, as JSON and in words.
+
+use flexure::Record;
+use flexure::identify::{MultipleInputs, MultipleInputsIdentification, Verdict};
+use serde_json::{Value, json};
+
+use crate::cascade::{LinearBlock, linear_lines};
+use crate::nonlinear_ends::{pieces_words, tried_json};
+use crate::outcome::{self, Signals};
+use crate::structure::Structure;
+
+/// The columns of a list, separated by commas.
+pub fn columns(list: &str) -> Vec<&str> {
+    list.split(',').map(str::trim).collect()
+}
+
+/// Identifies the system from the inputs of a list to `output`; `stage` is told what is being done.
+pub fn identify(
+    method: &MultipleInputs,
+    record: &Record,
+    signals: &Signals,
+    stage: &dyn Fn(&'static str),
+) -> flexure::Result<MultipleInputsIdentification> {
+    method.identify_with(record, &columns(signals.input), signals.output, &mut |now| {
+        stage(now.name());
+        std::ops::ControlFlow::Continue(())
+    })
+}
+
+/// The verdict against the input that the error has most to do with: one that refutes the model, if there is one.
+fn worst(result: &MultipleInputsIdentification) -> Option<&Verdict> {
+    (result.verdicts.iter()).find(|v| !v.holds()).or(result.verdicts.first())
+}
+
+/// The object that `identify --json` prints.
+pub fn json(result: &MultipleInputsIdentification, signals: &Signals) -> Value {
+    let branches = result.branches.iter().map(|b| {
+        json!({
+            "input": b.input,
+            "order": b.order,
+            "delay": b.delay,
+            "nonlinearity": { "x": b.nonlinearity.x(), "y": b.nonlinearity.y(), "breakpoints": b.breakpoints },
+            "linear": outcome::linear_json(&b.linear),
+        })
+    });
+    let mut object = json!({
+        "structure": Structure::MultipleInputs.name(),
+        "method": "prediction-error",
+        "inputs": columns(signals.input),
+        "branches": branches.collect::<Vec<_>>(),
+        "output_offset": result.output_offset,
+        "tried": result.tried.iter().map(tried_json).collect::<Vec<_>>(),
+    });
+    if let Some(verdict) = worst(result) {
+        let judged = outcome::judged_json(signals, result.fitted, verdict, &result.warnings);
+        outcome::extend(&mut object, judged);
+    }
+    object
+}
+
+/// A short account for a terminal.
+pub fn summary(result: &MultipleInputsIdentification, signals: &Signals) -> String {
+    let inputs: Vec<String> = columns(signals.input).iter().map(|c| format!("'{c}'")).collect();
+    let mut lines = vec![format!("Model from {} to '{}'", inputs.join(", "), signals.output)];
+    lines.extend(worst(result).map(outcome::fit_line));
+    for branch in &result.branches {
+        lines.push(format!("  from '{}'", branch.input));
+        lines.push(format!("  nonlinearity        {}", pieces_words(&branch.breakpoints)));
+        lines.extend(linear_lines(&LinearBlock {
+            key: "linear",
+            title: "Linear part",
+            system: branch.linear.clone(),
+        }));
+    }
+    lines.push(format!("  output offset       {}", outcome::number(result.output_offset)));
+    lines.push(format!("  structures tried    {}", result.tried.len()));
+    lines.extend(worst(result).map(|v| format!("  {}", v.words())));
+    lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));
+    lines.join("\n")
+}

@@ -1,0 +1,157 @@
+//! `flexure identify --structure`: two nonlinearities, and the references without blocks.
+
+mod common;
+
+use common::{Folder, interpolate, numbers};
+use flexure::Record;
+use flexure::linear::TransferFunction;
+use flexure_io::{read_record, write_record};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use serde_json::Value;
+
+const IDENTIFY: &str = "identify r.csv --input u --output y --structure";
+
+/// A parabola, one pole after a delay of 2, a saturation.
+fn write(folder: &Folder, name: &str, samples: usize, seed: u64) {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let u: Vec<f64> = (0..samples).map(|_| rng.random_range(-1.0..1.0)).collect();
+    let v: Vec<f64> = u.iter().map(|u| u + 0.5 * u * u).collect();
+    let linear = TransferFunction::new(vec![0.0, 0.0, 0.4], vec![1.0, -0.6]).unwrap();
+    let mut noise = || 0.003 * rng.random_range(-1.0..1.0);
+    let y = linear.simulate_from_mean(&v).iter().map(|x| x.tanh() + noise()).collect();
+    let record = Record::new([("u", u), ("y", y)]).unwrap();
+    write_record(folder.path(name), &record).unwrap();
+}
+
+#[test]
+fn a_hammerstein_wiener_model_comes_back_and_predicts() {
+    let folder = Folder::new();
+    write(&folder, "r.csv", 3000, 1);
+    let found = folder.json(&format!("{IDENTIFY} hammerstein-wiener -o model.json --report page.html"));
+    assert_eq!(found["structure"], "hammerstein-wiener");
+    assert!(found["fit_percent"].as_f64().unwrap() > 98.0, "{}", found["verdict"]);
+    assert_eq!((&found["order"], &found["delay"]), (&1.into(), &2.into()));
+    let a = numbers(&found["linear"]["a"]);
+    assert!((a[1] + 0.6).abs() < 0.01, "{a:?}");
+    // The scale is a convention: the composition with the static gain is not.
+    let curve = |name: &str, at: f64| interpolate(&numbers(&found[name]["x"]), &numbers(&found[name]["y"]), at);
+    for u in [-0.8, -0.3, 0.2, 0.7] {
+        let steady = curve("output_nonlinearity", curve("nonlinearity", u));
+        let want = f64::tanh(u + 0.5 * u * u);
+        assert!((steady - want).abs() < 0.05, "{u}: {steady} {want}");
+    }
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    let blocks = model["block"]["series"].as_array().unwrap();
+    let kinds: Vec<&String> = blocks.iter().flat_map(|b| b.as_object().unwrap().keys()).collect();
+    assert_eq!(kinds, ["static", "linear", "static"]);
+    let told = model["identification"].as_object().unwrap();
+    assert!(told.contains_key("input_breakpoints") && told.contains_key("tried"), "{told:?}");
+    for twice in ["linear", "nonlinearity", "output_nonlinearity"] {
+        assert!(!told.contains_key(twice), "{twice}");
+    }
+    write(&folder, "fresh.csv", 900, 2);
+    folder.done("predict model.json fresh.csv --input u -o predicted.csv");
+    assert_eq!(read_record(folder.path("predicted.csv")).unwrap().record.len(), 900);
+    let judged = folder.json("validate model.json fresh.csv --input u --output y");
+    assert!(judged["fit_percent"].as_f64().unwrap() > 98.0, "{judged}");
+    let page = folder.read("page.html");
+    for words in [
+        "A Hammerstein-Wiener model (a static nonlinearity, linear dynamics, a static nonlinearity)",
+        "Nonlinearity at the output",
+        "Order 1, delay 2",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    let words = folder.done(&format!("{IDENTIFY} hammerstein-wiener"));
+    for line in [
+        "Hammerstein-Wiener model from 'u' to 'y'\n",
+        "\n  nonlinearity        cubic spline of ",
+        "\n  linear              order 1, delay 2",
+        "\n  at the output       cubic spline of ",
+    ] {
+        assert!(words.contains(line), "{line}: {words}");
+    }
+}
+
+#[test]
+fn references_tell_how_far_one_gets() {
+    let folder = Folder::new();
+    write(&folder, "r.csv", 2000, 3);
+    for (name, title) in [("narx", "Polynomial NARX"), ("volterra", "Second-order Volterra")] {
+        let found = folder.json(&format!("{IDENTIFY} {name}"));
+        assert_eq!(found["structure"], name);
+        assert!(found["fit_percent"].as_f64().unwrap() > 75.0, "{name} {}", found["fit_percent"]);
+        let words = folder.done(&format!("{IDENTIFY} {name}"));
+        assert!(words.starts_with(&format!("{title} model from 'u' to 'y'\n")), "{words}");
+        assert!(words.contains("A reference without blocks"), "{words}");
+        for (option, short) in [("--model new.json", "--model"), ("--report new.html", "--report")] {
+            folder.misused(
+                &format!("{IDENTIFY} {name} {option}"),
+                &format!(
+                    "{short} is for chains of blocks from one input, which --structure {name} is not; take its result from the text or \
+                     from --json"
+                ),
+            );
+        }
+        folder.misused(
+            &format!("{IDENTIFY} {name} --order 2"),
+            &format!(
+                "--order is an option of --structure hammerstein, not of --structure {name}; leave it out, or choose --structure \
+                 hammerstein"
+            ),
+        );
+    }
+    let volterra = folder.json(&format!("{IDENTIFY} volterra"));
+    let rows = volterra["second"].as_array().unwrap();
+    assert_eq!(rows.len(), rows[0].as_array().unwrap().len());
+    let narx = folder.json(&format!("{IDENTIFY} narx"));
+    assert_eq!(narx["bounded"], true);
+    assert!(!narx["terms"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn several_inputs_come_back() {
+    let folder = Folder::new();
+    let mut rng = Pcg64::seed_from_u64(5);
+    let mut input = || -> Vec<f64> { (0..3000).map(|_| rng.random_range(-1.0..1.0)).collect() };
+    let (p, q, e) = (input(), input(), input());
+    let mut y = vec![0.0; 3000];
+    for n in 1..3000 {
+        y[n] = 0.6 * y[n - 1] + p[n].powi(2) + q[n - 1].tanh();
+    }
+    let y = y.iter().zip(&e).map(|(y, e)| y + 1.0 + 0.01 * e).collect();
+    let record = Record::new([("p", p), ("q", q), ("y", y)]).unwrap();
+    write_record(folder.path("r.csv"), &record).unwrap();
+    let identify = "identify r.csv --input p,q --output y --structure multiple-inputs";
+    let found = folder.json(identify);
+    assert!(found["fit_percent"].as_f64().unwrap() > 98.0, "{}", found["verdict"]);
+    assert_eq!(found["inputs"], serde_json::json!(["p", "q"]));
+    let branches = found["branches"].as_array().unwrap();
+    assert_eq!((branches.len(), &branches[1]["delay"]), (2, &1.into()));
+    let words = folder.done(identify);
+    assert!(words.starts_with("Model from 'p', 'q' to 'y'\n") && words.contains("\n  from 'q'\n"), "{words}");
+    folder.misused(
+        "identify r.csv --input p,p --output y --structure multiple-inputs",
+        "--input names 'p' twice; name every column once",
+    );
+    folder.misused(
+        "identify r.csv --input p,y --output y --structure multiple-inputs",
+        "--input and --output are both 'y'; name two different columns",
+    );
+}
+
+#[test]
+fn records_that_cannot_be_used_are_refused() {
+    let folder = Folder::new();
+    let rows: String = (0..600)
+        .map(|k| format!("{},{}\n", k % 7, if k == 11 { "nan" } else { "1.5" }))
+        .collect();
+    folder.write("r.csv", format!("u,y\n{rows}"));
+    for name in ["hammerstein-wiener", "narx", "volterra"] {
+        folder.failed(
+            &format!("{IDENTIFY} {name}"),
+            "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample",
+        );
+    }
+}
