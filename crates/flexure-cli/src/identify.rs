@@ -150,7 +150,8 @@ impl Arguments {
         self.structure.refuse(self.of_hammerstein_alone())?;
         if matches!(task, Task::Reference(_) | Task::MultipleInputs(_)) {
             let report = self.report.as_ref().map(|_| "--report");
-            self.structure.refuse_output(self.model.as_ref().map(|_| "--model").or(report))?;
+            self.structure
+                .refuse_output(self.model.as_ref().map(|_| "--model").or(report))?;
         }
         Ok((task, None))
     }
@@ -213,7 +214,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             Found::MultipleInputs(signals, Box::new(result?))
         }
         Task::Reference(method) => {
-            let result = located(&file, &inputs, &signals, |_| method.identify(&file.record, signals.input, signals.output));
+            let result = located(&file, &inputs, &signals, |_| {
+                method.identify(&file.record, signals.input, signals.output)
+            });
             Found::Reference(signals, Box::new(result?))
         }
     };

@@ -93,12 +93,18 @@ pub fn pieces_words(breakpoints: &[f64]) -> String {
 /// A short account for a terminal.
 pub fn summary(result: &HammersteinWienerIdentification, signals: &Signals) -> String {
     let mut lines = vec![
-        format!("Hammerstein-Wiener model from '{}' to '{}'", signals.input, signals.output),
+        format!(
+            "Hammerstein-Wiener model from '{}' to '{}'",
+            signals.input, signals.output
+        ),
         outcome::fit_line(&result.verdict),
         format!("  nonlinearity        {}", pieces_words(&result.input_breakpoints)),
     ];
     lines.extend(linear_lines(&linear_block(result)));
-    lines.push(format!("  at the output       {}", pieces_words(&result.output_breakpoints)));
+    lines.push(format!(
+        "  at the output       {}",
+        pieces_words(&result.output_breakpoints)
+    ));
     lines.push(format!("  structures tried    {}", result.tried.len()));
     lines.push(format!("  {}", result.verdict.words()));
     lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));

@@ -106,7 +106,11 @@ fn narx_lines(result: &NarxIdentification) -> Vec<String> {
             "  lags                {} past outputs, {} past inputs, delay {}",
             model.outputs, model.inputs, model.delay
         ),
-        format!("  polynomial          degree {}, {} terms", result.degree, model.terms.len()),
+        format!(
+            "  polynomial          degree {}, {} terms",
+            result.degree,
+            model.terms.len()
+        ),
         format!("  free run            {free}"),
         format!("  structures tried    {}", result.tried.len()),
     ]
@@ -133,8 +137,14 @@ fn volterra_lines(result: &VolterraIdentification) -> Vec<String> {
     let [first, second] = result.priors.map(|p| number(p.decay));
     vec![
         format!("  delay               {}", model.delay),
-        format!("  first order         {} lags, decay {first} a sample", model.first.len()),
-        format!("  second order        {} lags, decay {second} a sample", model.second_memory),
+        format!(
+            "  first order         {} lags, decay {first} a sample",
+            model.first.len()
+        ),
+        format!(
+            "  second order        {} lags, decay {second} a sample",
+            model.second_memory
+        ),
         format!("  noise               deviation {}", number(result.noise)),
     ]
 }

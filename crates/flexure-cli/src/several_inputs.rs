@@ -29,7 +29,9 @@ pub fn identify(
 
 /// The verdict against the input that the error has most to do with: one that refutes the model, if there is one.
 fn worst(result: &MultipleInputsIdentification) -> Option<&Verdict> {
-    (result.verdicts.iter()).find(|v| !v.holds()).or(result.verdicts.first())
+    (result.verdicts.iter())
+        .find(|v| !v.holds())
+        .or(result.verdicts.first())
 }
 
 /// The object that `identify --json` prints.
@@ -72,7 +74,10 @@ pub fn summary(result: &MultipleInputsIdentification, signals: &Signals) -> Stri
             system: branch.linear.clone(),
         }));
     }
-    lines.push(format!("  output offset       {}", outcome::number(result.output_offset)));
+    lines.push(format!(
+        "  output offset       {}",
+        outcome::number(result.output_offset)
+    ));
     lines.push(format!("  structures tried    {}", result.tried.len()));
     lines.extend(worst(result).map(|v| format!("  {}", v.words())));
     lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));

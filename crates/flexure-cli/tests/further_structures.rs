@@ -19,7 +19,11 @@ fn write(folder: &Folder, name: &str, samples: usize, seed: u64) {
     let v: Vec<f64> = u.iter().map(|u| u + 0.5 * u * u).collect();
     let linear = TransferFunction::new(vec![0.0, 0.0, 0.4], vec![1.0, -0.6]).unwrap();
     let mut noise = || 0.003 * rng.random_range(-1.0..1.0);
-    let y = linear.simulate_from_mean(&v).iter().map(|x| x.tanh() + noise()).collect();
+    let y = linear
+        .simulate_from_mean(&v)
+        .iter()
+        .map(|x| x.tanh() + noise())
+        .collect();
     let record = Record::new([("u", u), ("y", y)]).unwrap();
     write_record(folder.path(name), &record).unwrap();
 }
@@ -28,7 +32,9 @@ fn write(folder: &Folder, name: &str, samples: usize, seed: u64) {
 fn a_hammerstein_wiener_model_comes_back_and_predicts() {
     let folder = Folder::new();
     write(&folder, "r.csv", 3000, 1);
-    let found = folder.json(&format!("{IDENTIFY} hammerstein-wiener -o model.json --report page.html"));
+    let found = folder.json(&format!(
+        "{IDENTIFY} hammerstein-wiener -o model.json --report page.html"
+    ));
     assert_eq!(found["structure"], "hammerstein-wiener");
     assert!(found["fit_percent"].as_f64().unwrap() > 98.0, "{}", found["verdict"]);
     assert_eq!((&found["order"], &found["delay"]), (&1.into(), &2.into()));
@@ -46,7 +52,10 @@ fn a_hammerstein_wiener_model_comes_back_and_predicts() {
     let kinds: Vec<&String> = blocks.iter().flat_map(|b| b.as_object().unwrap().keys()).collect();
     assert_eq!(kinds, ["static", "linear", "static"]);
     let told = model["identification"].as_object().unwrap();
-    assert!(told.contains_key("input_breakpoints") && told.contains_key("tried"), "{told:?}");
+    assert!(
+        told.contains_key("input_breakpoints") && told.contains_key("tried"),
+        "{told:?}"
+    );
     for twice in ["linear", "nonlinearity", "output_nonlinearity"] {
         assert!(!told.contains_key(twice), "{twice}");
     }
@@ -81,9 +90,16 @@ fn references_tell_how_far_one_gets() {
     for (name, title) in [("narx", "Polynomial NARX"), ("volterra", "Second-order Volterra")] {
         let found = folder.json(&format!("{IDENTIFY} {name}"));
         assert_eq!(found["structure"], name);
-        assert!(found["fit_percent"].as_f64().unwrap() > 75.0, "{name} {}", found["fit_percent"]);
+        assert!(
+            found["fit_percent"].as_f64().unwrap() > 75.0,
+            "{name} {}",
+            found["fit_percent"]
+        );
         let words = folder.done(&format!("{IDENTIFY} {name}"));
-        assert!(words.starts_with(&format!("{title} model from 'u' to 'y'\n")), "{words}");
+        assert!(
+            words.starts_with(&format!("{title} model from 'u' to 'y'\n")),
+            "{words}"
+        );
         assert!(words.contains("A reference without blocks"), "{words}");
         for (option, short) in [("--model new.json", "--model"), ("--report new.html", "--report")] {
             folder.misused(
@@ -130,7 +146,10 @@ fn several_inputs_come_back() {
     let branches = found["branches"].as_array().unwrap();
     assert_eq!((branches.len(), &branches[1]["delay"]), (2, &1.into()));
     let words = folder.done(identify);
-    assert!(words.starts_with("Model from 'p', 'q' to 'y'\n") && words.contains("\n  from 'q'\n"), "{words}");
+    assert!(
+        words.starts_with("Model from 'p', 'q' to 'y'\n") && words.contains("\n  from 'q'\n"),
+        "{words}"
+    );
     folder.misused(
         "identify r.csv --input p,p --output y --structure multiple-inputs",
         "--input names 'p' twice; name every column once",

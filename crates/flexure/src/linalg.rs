@@ -44,7 +44,10 @@ pub fn symmetric_eigen(rows: &[f64], n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         return None;
     }
     let eigen = nalgebra::SymmetricEigen::try_new(DMatrix::from_row_slice(n, n, rows), f64::EPSILON, 10_000)?;
-    Some((eigen.eigenvalues.as_slice().to_vec(), eigen.eigenvectors.as_slice().to_vec()))
+    Some((
+        eigen.eigenvalues.as_slice().to_vec(),
+        eigen.eigenvectors.as_slice().to_vec(),
+    ))
 }
 
 /// The inverse of a symmetric positive definite row-major matrix of `n` rows; `None` if it is not.

@@ -54,7 +54,11 @@ fn facts(signals: &Signals, result: &HammersteinWienerIdentification) -> Vec<Fac
     );
     let mut facts = fit_facts(&result.verdict, signals.output).to_vec();
     facts.extend([
-        fact("Poles", result.order.to_string(), "of the linear part, by Schwarz's criterion"),
+        fact(
+            "Poles",
+            result.order.to_string(),
+            "of the linear part, by Schwarz's criterion",
+        ),
         fact("Delay", samples(result.delay), "of the linear part"),
         fact("Pieces", both, "cubic ones, of the nonlinearities at input and output"),
         samples_fact(result.predicted.len(), result.fitted, ""),
@@ -92,8 +96,16 @@ fn choices(result: &HammersteinWienerIdentification) -> Vec<Choice> {
             result.order.to_string(),
             "poles, numerator coefficients and delay added and taken away while Schwarz's criterion of the free-run error falls",
         ),
-        choice("Nonlinearity at the input", pieces_words(&result.input_breakpoints), spline),
-        choice("Nonlinearity at the output", pieces_words(&result.output_breakpoints), spline),
+        choice(
+            "Nonlinearity at the input",
+            pieces_words(&result.input_breakpoints),
+            spline,
+        ),
+        choice(
+            "Nonlinearity at the output",
+            pieces_words(&result.output_breakpoints),
+            spline,
+        ),
     ]
 }
 

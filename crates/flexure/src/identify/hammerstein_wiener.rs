@@ -207,7 +207,9 @@ impl Blocks {
             Some(shape) => tabulated(shape, abscissa, ordinate)?,
             None => {
                 let x = system.inner(&data.u);
-                let ends = x.iter().fold((system.offset - 1.0, system.offset + 1.0), |(l, h), x| (l.min(*x), h.max(*x)));
+                let ends = x.iter().fold((system.offset - 1.0, system.offset + 1.0), |(l, h), x| {
+                    (l.min(*x), h.max(*x))
+                });
                 let mut identity = Shape::new(&[ends.0, ends.1]);
                 identity.straighten();
                 tabulated(&identity, abscissa, ordinate)?

@@ -200,7 +200,12 @@ impl MultipleInputs {
         let (branches, output_offset) = in_units(&system, &data, &columns, inputs)?;
         let model = MultipleInputsModel {
             blocks: (branches.iter())
-                .map(|b| Block::Series(vec![Block::Static(b.nonlinearity.clone()), Block::Linear(b.linear.clone())]))
+                .map(|b| {
+                    Block::Series(vec![
+                        Block::Static(b.nonlinearity.clone()),
+                        Block::Linear(b.linear.clone()),
+                    ])
+                })
                 .collect(),
             offset: output_offset,
         };
@@ -213,7 +218,10 @@ impl MultipleInputs {
         let judged = |u: &&[f64]| Verdict::new(&u[fresh.clone()], &columns.y[fresh.clone()], &predicted[fresh.clone()]);
         let verdicts: Vec<Verdict> = columns.u.iter().map(judged).collect::<Result<_>>()?;
         let mut warnings = Vec::new();
-        columns.u.iter().for_each(|u| warn_of_levels(&u[..fitted], &mut warnings));
+        columns
+            .u
+            .iter()
+            .for_each(|u| warn_of_levels(&u[..fitted], &mut warnings));
         if let Some(fit_percent) = verdicts.first().map(|v| v.measures.fit_percent).filter(|f| *f <= 0.0) {
             warnings.push(Warning::Useless { fit_percent });
         }

@@ -61,7 +61,10 @@ fn a_dead_zone_before_and_a_saturation_behind_come_back() {
     let v: Vec<f64> = u.iter().map(|u| result.input_nonlinearity.value(*u)).collect();
     let (mu, mv) = (u.iter().sum::<f64>() / n, v.iter().sum::<f64>() / n);
     let slope = u.iter().zip(&v).map(|(u, v)| (u - mu) * (v - mv)).sum::<f64>() / (n * spread(u).powi(2));
-    assert!((slope - 1.0).abs() < 1e-3 && (mu - mv).abs() < 1e-3, "{slope} {mu} {mv}");
+    assert!(
+        (slope - 1.0).abs() < 1e-3 && (mu - mv).abs() < 1e-3,
+        "{slope} {mu} {mv}"
+    );
 }
 
 #[test]
@@ -88,7 +91,12 @@ fn a_hammerstein_system_has_a_nearly_straight_output_nonlinearity() {
     };
     let record = known.record(10_000, 3, 0.01);
     let result = identify(&record);
-    let v: Vec<f64> = record.column("u").unwrap().iter().map(|u| result.input_nonlinearity.value(*u)).collect();
+    let v: Vec<f64> = record
+        .column("u")
+        .unwrap()
+        .iter()
+        .map(|u| result.input_nonlinearity.value(*u))
+        .collect();
     let (low, high) = middle(result.linear.simulate_from_mean(&v));
     let bend = bend(&result.output_nonlinearity, low, high);
     println!("{bend} {}", truth_fit(&known, &result));
@@ -133,9 +141,19 @@ fn odd_records_give_a_finite_stable_model_or_an_error() {
     let wave: Vec<f64> = (0..n).map(|i| (0.1 * i as f64).sin()).collect();
     let binary: Vec<f64> = uniform(n, 1).iter().map(|u| u.signum()).collect();
     let noise = uniform(n, 2);
-    let one = |i: usize| (0..n).map(|k| f64::from(u8::from(k == i || k == n - 10))).collect::<Vec<f64>>();
+    let one = |i: usize| {
+        (0..n)
+            .map(|k| f64::from(u8::from(k == i || k == n - 10)))
+            .collect::<Vec<f64>>()
+    };
     let even: Vec<f64> = noise.iter().map(|u| u * u).collect();
-    let integrated: Vec<f64> = noise.iter().scan(0.0, |s, u| { *s += u; Some(*s) }).collect();
+    let integrated: Vec<f64> = noise
+        .iter()
+        .scan(0.0, |s, u| {
+            *s += u;
+            Some(*s)
+        })
+        .collect();
     let huge: Vec<f64> = noise.iter().map(|u| 1e120 * u).collect();
     let cases = [
         (binary.clone(), noisy(binary.clone(), 0.1, 1)),
@@ -146,7 +164,10 @@ fn odd_records_give_a_finite_stable_model_or_an_error() {
         (wave, noise.clone()),
         (one(20), one(25)),
         (noise.clone(), binary),
-        (noise.clone(), noise.iter().map(|u| f64::from(u8::from(*u > 1.9))).collect()),
+        (
+            noise.clone(),
+            noise.iter().map(|u| f64::from(u8::from(*u > 1.9))).collect(),
+        ),
         (huge.clone(), noise.iter().map(|u| 1e-120 * u).collect()),
         (noise.clone(), huge),
     ];
@@ -173,7 +194,9 @@ fn what_cannot_be_identified_is_refused_in_words() {
     );
     let error = HammersteinWiener::default().identify(&record, "u", "z").unwrap_err();
     assert!(matches!(error, Error::MissingColumn { .. }), "{error}");
-    let error = HammersteinWiener { fresh_share: 0.99 }.identify(&record, "u", "y").unwrap_err();
+    let error = HammersteinWiener { fresh_share: 0.99 }
+        .identify(&record, "u", "y")
+        .unwrap_err();
     assert!(error.to_string().contains("the fresh share is 0.99"), "{error}");
     let flat = Record::new([("u", vec![1.0; 400]), ("y", uniform(400, 1))]).unwrap();
     let error = HammersteinWiener::default().identify(&flat, "u", "y").unwrap_err();

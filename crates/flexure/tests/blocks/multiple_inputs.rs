@@ -21,7 +21,12 @@ const PAIR: [Known; 2] = [
 ];
 
 fn sum(p: &[f64], q: &[f64]) -> Vec<f64> {
-    PAIR[0].run(p).iter().zip(PAIR[1].run(q)).map(|(a, b)| a + b + 3.0).collect()
+    PAIR[0]
+        .run(p)
+        .iter()
+        .zip(PAIR[1].run(q))
+        .map(|(a, b)| a + b + 3.0)
+        .collect()
 }
 
 #[test]
@@ -34,7 +39,12 @@ fn two_branches_with_poles_of_their_own_come_back() {
     let result = MultipleInputs::default().identify(&record, &["p", "q"], "y").unwrap();
     println!("{:?}", result.tried.last());
     let orders: Vec<(usize, usize)> = result.branches.iter().map(|b| (b.order, b.delay)).collect();
-    assert_eq!(orders, [(2, 0), (1, 2)], "{:?}", result.branches.iter().map(|b| &b.linear).collect::<Vec<_>>());
+    assert_eq!(
+        orders,
+        [(2, 0), (1, 2)],
+        "{:?}",
+        result.branches.iter().map(|b| &b.linear).collect::<Vec<_>>()
+    );
     for (branch, known) in result.branches.iter().zip(&PAIR) {
         for (got, want) in branch.linear.a().iter().zip(known.a) {
             assert!((got - want).abs() < 0.02, "{:?}", branch.linear);
@@ -54,13 +64,29 @@ fn what_cannot_be_identified_is_refused_in_words() {
     let all = MultipleInputs::default();
     let error = all.identify(&record, &["p", "p"], "y").unwrap_err();
     assert_eq!(error.to_string(), "two columns are named 'p'; column names must differ");
-    assert!(matches!(all.identify(&record, &[], "y").unwrap_err(), Error::TooShort { .. }));
-    assert!(matches!(all.identify(&record, &["p", "q"], "y").unwrap_err(), Error::TooShort { got: 300, .. }));
+    assert!(matches!(
+        all.identify(&record, &[], "y").unwrap_err(),
+        Error::TooShort { .. }
+    ));
+    assert!(matches!(
+        all.identify(&record, &["p", "q"], "y").unwrap_err(),
+        Error::TooShort { got: 300, .. }
+    ));
     let longer = Record::new([("p", uniform(600, 1)), ("q", uniform(600, 2)), ("y", uniform(600, 3))]).unwrap();
     let result = all.identify(&longer, &["p", "q"], "y").unwrap();
     assert!(result.predicted.iter().all(|v| v.is_finite()));
     let error = result.model.simulate(&[&[1.0]]).unwrap_err();
-    assert!(matches!(error, Error::LengthMismatch { got: 1, expected: 2, .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            Error::LengthMismatch {
+                got: 1,
+                expected: 2,
+                ..
+            }
+        ),
+        "{error}"
+    );
     let error = result.model.simulate(&[&[1.0], &[]]).unwrap_err();
     assert!(error.to_string().contains("input 1"), "{error}");
 }

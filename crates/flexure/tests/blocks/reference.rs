@@ -9,16 +9,22 @@ fn narx_comes_near_a_system_with_feedback() {
     let run = |u: &[f64]| {
         let mut y = vec![0.0; u.len()];
         for n in 2..u.len() {
-            y[n] = 1.2 * y[n - 1] - 0.5 * y[n - 2] + 0.3 * u[n - 1] - 0.05 * y[n - 1].powi(3) + 0.1 * u[n - 1] * y[n - 2];
+            y[n] =
+                1.2 * y[n - 1] - 0.5 * y[n - 2] + 0.3 * u[n - 1] - 0.05 * y[n - 1].powi(3) + 0.1 * u[n - 1] * y[n - 2];
         }
         y
     };
     let u = uniform(6000, 1);
     let y = noisy(run(&u), 0.003, 1);
-    let result = Narx::default().identify(&Record::new([("u", u), ("y", y)]).unwrap(), "u", "y").unwrap();
+    let result = Narx::default()
+        .identify(&Record::new([("u", u), ("y", y)]).unwrap(), "u", "y")
+        .unwrap();
     let fresh = uniform(3000, 2);
     let reached = fit(&run(&fresh), &result.model.simulate(&fresh));
-    println!("{reached} {} {} {}", result.model.outputs, result.model.inputs, result.degree);
+    println!(
+        "{reached} {} {} {}",
+        result.model.outputs, result.model.inputs, result.degree
+    );
     assert!(reached > 97.0, "{reached}");
     assert!(result.bounded && result.degree == 3 && result.model.delay <= 1);
     assert!(result.verdict.measures.fit_percent > 97.0);
@@ -69,7 +75,11 @@ fn volterra_kernels_of_a_wiener_square_come_back() {
             assert_eq!(h2, model.second[k * model.second_memory + i]);
         }
     }
-    assert!((result.noise / (0.03 * spread(record.column("y").unwrap())) - 1.0).abs() < 0.2, "{}", result.noise);
+    assert!(
+        (result.noise / (0.03 * spread(record.column("y").unwrap())) - 1.0).abs() < 0.2,
+        "{}",
+        result.noise
+    );
 }
 
 #[test]

@@ -47,7 +47,10 @@ fn every_derivative_agrees_with_a_difference() {
     for last in [false, true] {
         let loss = Loss::new(system(last), &data);
         let p = loss.start();
-        assert_eq!(p.len(), (5 + 2 + 3 - 2) + (4 + 1 + 1 - 2) + 1 + if last { 6 } else { 0 });
+        assert_eq!(
+            p.len(),
+            (5 + 2 + 3 - 2) + (4 + 1 + 1 - 2) + 1 + if last { 6 } else { 0 }
+        );
         let (residuals, jacobian) = loss.linearise(&p);
         assert_eq!(residuals, loss.residuals(&p).unwrap());
         for (i, column) in jacobian.iter().enumerate() {
@@ -59,7 +62,10 @@ fn every_derivative_agrees_with_a_difference() {
             };
             for ((a, b), c) in at(h).iter().zip(at(-h)).zip(column) {
                 let difference = (a - b) / (2.0 * h);
-                assert!((difference - c).abs() < 1e-6 * (1.0 + c.abs()), "{last} {i}: {difference} {c}");
+                assert!(
+                    (difference - c).abs() < 1e-6 * (1.0 + c.abs()),
+                    "{last} {i}: {difference} {c}"
+                );
             }
         }
     }

@@ -62,7 +62,8 @@ pub(super) fn with_pieces(system: &System, part: Part, pieces: usize, data: &Sig
     let on = |mut at: Vec<f64>| {
         // Breakpoints of a curve over another range, brought to this one.
         let (first, length) = (at[0], at[at.len() - 1] - at[0]);
-        at.iter_mut().for_each(|x| *x = low + (*x - first) / length * (high - low));
+        at.iter_mut()
+            .for_each(|x| *x = low + (*x - first) / length * (high - low));
         if let Some(last) = at.last_mut() {
             *last = high;
         }

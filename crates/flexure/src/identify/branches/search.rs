@@ -109,7 +109,13 @@ pub(in crate::identify) fn find(data: &Signals, last: bool, monitor: &mut Monito
     monitor.stage = Stage::Screening;
     round.truncate(SURVIVORS);
     for c in &mut round {
-        *c = fitted(Candidate::new(c.system.clone(), &medium), &medium, TRIAL_STEPS, 1e-3, monitor);
+        *c = fitted(
+            Candidate::new(c.system.clone(), &medium),
+            &medium,
+            TRIAL_STEPS,
+            1e-3,
+            monitor,
+        );
         for part in c.system.parts() {
             let pieces = SCREENING_PIECES.max(c.system.pieces(part));
             if let Some(finer) = with_pieces(&c.system, part, pieces, &medium) {
@@ -121,7 +127,9 @@ pub(in crate::identify) fn find(data: &Signals, last: bool, monitor: &mut Monito
         }
         tried.push(c.tried(&medium));
     }
-    let best = round.into_iter().min_by(|a, b| a.bic(&medium).total_cmp(&b.bic(&medium)))?;
+    let best = round
+        .into_iter()
+        .min_by(|a, b| a.bic(&medium).total_cmp(&b.bic(&medium)))?;
     monitor.stage = Stage::Structure;
     medium.dependence = medium.dependence_of(&best.system.run(&medium.u));
     let best = pieces(best, &medium, monitor, &mut tried);
@@ -292,7 +300,10 @@ fn neighbours(system: &System) -> Vec<System> {
             push(with(g.b[1..].to_vec()), delay + 1);
         }
         if delay > 0 {
-            push(with(std::iter::once(0.0).chain(g.b.iter().copied()).collect()), delay - 1);
+            push(
+                with(std::iter::once(0.0).chain(g.b.iter().copied()).collect()),
+                delay - 1,
+            );
         }
     }
     all

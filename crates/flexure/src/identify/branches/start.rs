@@ -109,7 +109,9 @@ pub(super) fn branches(data: &Signals, order: usize, delays: &[usize]) -> Option
             break;
         };
         let first = p.len() - 1 - order;
-        let a: Vec<f64> = std::iter::once(1.0).chain(p[first..first + order].iter().copied()).collect();
+        let a: Vec<f64> = std::iter::once(1.0)
+            .chain(p[first..first + order].iter().copied())
+            .collect();
         let Some(linear) = Rational::from_polynomials(vec![1.0], &a) else {
             break;
         };

@@ -164,6 +164,10 @@ impl Signals {
         let power = |r: &f64| ((r / covariance[0]).powi(2) - noise).max(0.0);
         let sum: f64 = covariance[1..].iter().map(power).sum();
         let most = (errors.len() as f64 / FEWEST_ERRORS).max(1.0);
-        if sum.is_finite() { (1.0 + 2.0 * sum).min(most) } else { 1.0 }
+        if sum.is_finite() {
+            (1.0 + 2.0 * sum).min(most)
+        } else {
+            1.0
+        }
     }
 }

@@ -109,7 +109,11 @@ impl NarxModel {
         for n in 0..u.len() {
             self.fill(&mut lagged, &y, u, n);
             let value = self.value(&lagged);
-            let within = if value.is_nan() { 0.0 } else { value.clamp(self.held.0, self.held.1) };
+            let within = if value.is_nan() {
+                0.0
+            } else {
+                value.clamp(self.held.0, self.held.1)
+            };
             held += usize::from(within != value);
             y.push(within);
         }
@@ -199,9 +203,9 @@ impl Narx {
             held: (low - span, high + span),
         };
         let mut structures = Vec::new();
-        for (outputs, more, degree) in (0..=MOST_LAGS).flat_map(|a| {
-            (0..=MORE_INPUTS).flat_map(move |m| (1..=LARGEST_DEGREE).map(move |d| (a, m, d)))
-        }) {
+        for (outputs, more, degree) in (0..=MOST_LAGS)
+            .flat_map(|a| (0..=MORE_INPUTS).flat_map(move |m| (1..=LARGEST_DEGREE).map(move |d| (a, m, d))))
+        {
             let inputs = outputs.max(1) + more;
             if monomials(outputs + inputs, degree).len() <= MOST_TERMS {
                 structures.push((outputs, inputs, degree));

@@ -39,7 +39,14 @@ impl Ridge {
             .map(|i| {
                 let variance = covariance(i, i);
                 let floor = 1e-12 * normal[i * size + i] / samples;
-                (mean(i), if variance > floor { variance.sqrt() } else { f64::INFINITY })
+                (
+                    mean(i),
+                    if variance > floor {
+                        variance.sqrt()
+                    } else {
+                        f64::INFINITY
+                    },
+                )
             })
             .collect();
         let level = equations.descent[n] / samples;
@@ -77,7 +84,9 @@ impl Ridge {
     pub fn chosen(&self) -> Vec<f64> {
         let all: Vec<f64> = self.penalties().collect();
         let scores: Vec<f64> = all.iter().map(|p| self.score(*p)).collect();
-        let best = (0..all.len()).min_by(|i, j| scores[*i].total_cmp(&scores[*j])).unwrap_or(0);
+        let best = (0..all.len())
+            .min_by(|i, j| scores[*i].total_cmp(&scores[*j]))
+            .unwrap_or(0);
         all[best..].to_vec()
     }
 
@@ -123,7 +132,10 @@ mod tests {
         let ridge = Ridge::new(&columns, &y, 10).unwrap();
         let (constant, c) = ridge.solve(1e-9);
         assert!((constant - 2.0).abs() < 1e-5, "{constant} {c:?}");
-        assert!((c[0] + 1.0).abs() < 1e-5 && c[1] == 0.0 && (c[2] - 0.5).abs() < 1e-5, "{c:?}");
+        assert!(
+            (c[0] + 1.0).abs() < 1e-5 && c[1] == 0.0 && (c[2] - 0.5).abs() < 1e-5,
+            "{c:?}"
+        );
         let (constant, _) = ridge.solve(1e12);
         let mean = y[10..].iter().sum::<f64>() / 40.0;
         assert!((constant - mean).abs() < 1e-6, "{constant} {mean}");

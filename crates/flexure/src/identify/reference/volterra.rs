@@ -94,11 +94,17 @@ pub struct VolterraModel {
 impl VolterraModel {
     /// The response to `input`, one value a sample; before the record the input is taken to be at its level.
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
-        let deviation = |n: usize, lag: usize| n.checked_sub(self.delay + lag).map_or(0.0, |k| input[k] - self.input_level);
+        let deviation = |n: usize, lag: usize| {
+            n.checked_sub(self.delay + lag)
+                .map_or(0.0, |k| input[k] - self.input_level)
+        };
         let mut recent = vec![0.0; self.first.len().max(self.second_memory)];
         (0..input.len())
             .map(|n| {
-                recent.iter_mut().enumerate().for_each(|(lag, u)| *u = deviation(n, lag));
+                recent
+                    .iter_mut()
+                    .enumerate()
+                    .for_each(|(lag, u)| *u = deviation(n, lag));
                 let dot = |h: &[f64]| h.iter().zip(&recent).map(|(h, u)| h * u).sum::<f64>();
                 let rows = self.second.chunks_exact(self.second_memory.max(1));
                 let second: f64 = rows.zip(&recent).map(|(row, u)| u * dot(row)).sum();
@@ -140,7 +146,9 @@ impl Volterra {
         let best = search(&data, delay);
         let (u, y) = (columns.inputs[0], columns.output);
         let model = match &best {
-            Some(best) => best.model(delay, u.mean, [y.spread / u.spread, y.spread / u.spread.powi(2)], |h| y.back(h)),
+            Some(best) => best.model(delay, u.mean, [y.spread / u.spread, y.spread / u.spread.powi(2)], |h| {
+                y.back(h)
+            }),
             None => VolterraModel {
                 delay,
                 input_level: u.mean,
@@ -216,7 +224,15 @@ fn search(data: &Signals, delay: usize) -> Option<Fit> {
 }
 
 /// Whether a memory is likelier than the best one so far, whose place it then takes.
-fn improves(best: &mut Option<Fit>, memory: Memory, u: &[f64], y: &[f64], delay: usize, from: usize, samples: f64) -> bool {
+fn improves(
+    best: &mut Option<Fit>,
+    memory: Memory,
+    u: &[f64],
+    y: &[f64],
+    delay: usize,
+    from: usize,
+    samples: f64,
+) -> bool {
     if delay + memory.first.max(memory.second) > from {
         return false;
     }
@@ -245,7 +261,10 @@ fn running_sums(memory: Memory, u: &[f64], delay: usize) -> Vec<Vec<f64>> {
     let product = |(k, l): (usize, usize)| sums[k].iter().zip(&sums[l]).map(|(a, b)| a * b).collect();
     let products: Vec<Vec<f64>> = memory.pairs().map(product).collect();
     sums.truncate(memory.first);
-    std::iter::once(vec![1.0; u.len()]).chain(sums).chain(products).collect()
+    std::iter::once(vec![1.0; u.len()])
+        .chain(sums)
+        .chain(products)
+        .collect()
 }
 
 /// The prior variances of the steps w_k of a memory, for c = 1.
@@ -262,7 +281,9 @@ fn deviations(memory: Memory, priors: [DecayPrior; 2]) -> Vec<f64> {
     const CONSTANT: f64 = 1e4;
     let [first, second] = priors;
     let steps_of_second = steps(second.decay, memory.second);
-    let linear = steps(first.decay, memory.first).into_iter().map(|v| (first.size * v).sqrt());
+    let linear = steps(first.decay, memory.first)
+        .into_iter()
+        .map(|v| (first.size * v).sqrt());
     // w_kl and w_lk are the same step twice off the diagonal.
     let weight = |(k, l): (usize, usize)| if k == l { 1.0 } else { 2.0 };
     let quadratic = memory
@@ -272,7 +293,12 @@ fn deviations(memory: Memory, priors: [DecayPrior; 2]) -> Vec<f64> {
 }
 
 /// Minus twice the log marginal likelihood, the noise variance, and the coefficients under these priors.
-fn evidence(memory: Memory, priors: [DecayPrior; 2], equations: &NormalEquations, samples: f64) -> Option<(f64, f64, Vec<f64>)> {
+fn evidence(
+    memory: Memory,
+    priors: [DecayPrior; 2],
+    equations: &NormalEquations,
+    samples: f64,
+) -> Option<(f64, f64, Vec<f64>)> {
     let d = deviations(memory, priors);
     let n = d.len();
     let mut matrix: Vec<f64> = (0..n * n).map(|k| equations.normal[k] * d[k / n] * d[k % n]).collect();
@@ -351,7 +377,13 @@ impl Fit {
         }
         for k in (0..second).rev() {
             for l in (0..second).rev() {
-                let at = |k: usize, l: usize| if k < second && l < second { h2[k * second + l] } else { 0.0 };
+                let at = |k: usize, l: usize| {
+                    if k < second && l < second {
+                        h2[k * second + l]
+                    } else {
+                        0.0
+                    }
+                };
                 h2[k * second + l] += at(k + 1, l) + at(k, l + 1) - at(k + 1, l + 1);
             }
         }
@@ -367,64 +399,5 @@ impl Fit {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn steps_have_the_covariance_of_the_tuned_correlated_kernel() {
-        let (decay, memory) = (0.8_f64, 5);
-        let v = steps(decay, memory);
-        for i in 0..memory {
-            for k in 0..memory {
-                let covariance: f64 = v[i.max(k)..].iter().sum();
-                assert!((covariance - decay.powi(i.max(k) as i32)).abs() < 1e-12, "{i} {k}");
-            }
-        }
-    }
-
-    #[test]
-    fn kernels_and_running_sums_predict_the_same() {
-        let memory = Memory { first: 4, second: 3 };
-        let u: Vec<f64> = (0..40).map(|i| (0.9 * f64::from(i * i)).sin()).collect();
-        let coefficients: Vec<f64> = (0..memory.coefficients()).map(|i| (1.3 * i as f64).cos()).collect();
-        let columns = running_sums(memory, &u, 2);
-        let fit = Fit {
-            memory,
-            priors: START,
-            deviance: 0.0,
-            variance: 1.0,
-            coefficients: coefficients.clone(),
-        };
-        let model = fit.model(2, 0.0, [1.0, 1.0], |h| h);
-        for (n, got) in model.simulate(&u).into_iter().enumerate() {
-            let want: f64 = columns.iter().zip(&coefficients).map(|(c, w)| w * c[n]).sum();
-            assert!((got - want).abs() < 1e-10, "{n}: {got} {want}");
-        }
-    }
-
-    #[test]
-    fn the_evidence_is_that_of_the_gaussian_process() {
-        // Brute force: -2 log N(y; 0, s (Phi P Phi' + I)) with the noise variance s profiled.
-        let memory = Memory { first: 3, second: 2 };
-        let n = 15;
-        let u: Vec<f64> = (0..n).map(|i| (1.7 * i as f64).sin()).collect();
-        let y: Vec<f64> = (0..n).map(|i| (0.8 * i as f64).cos()).collect();
-        let columns = running_sums(memory, &u, 0);
-        let d = deviations(memory, START);
-        let mut covariance = vec![0.0; n * n];
-        for (i, row) in covariance.chunks_exact_mut(n).enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                let both = columns.iter().zip(&d).map(|(c, d)| d * d * c[i] * c[j]);
-                *entry = both.sum::<f64>() + f64::from(u8::from(i == j));
-            }
-        }
-        let (x, logarithm) = linalg::solve_with_determinant(&covariance, &y).unwrap();
-        let quadratic: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
-        let want = n as f64 * (quadratic / n as f64).ln() + logarithm;
-        let minus: Vec<f64> = y.iter().map(|y| -y).collect();
-        let equations = normal_equations(&minus, &columns, 0);
-        let (got, variance, _) = evidence(memory, START, &equations, n as f64).unwrap();
-        assert!((got - want).abs() < 1e-5 * want.abs(), "{got} {want}");
-        assert!((variance - quadratic / n as f64).abs() < 1e-5 * variance);
-    }
-}
+#[path = "volterra_tests.rs"]
+mod tests;

@@ -47,6 +47,7 @@ pub use monitor::Stage;
 use outcome::Blocks;
 pub use outcome::{ApproximationScore, Intersample, SandwichIdentification};
 pub use refine::TriedStructure;
+use refine::{Found, find};
 pub(super) use {
     approximation::{approximate, solve},
     descent::{Residuals, descend},
@@ -58,7 +59,6 @@ pub(super) use {
     shape::{Local, Roughness, Shape, thinned},
     structure::changes,
 };
-use refine::{Found, find};
 
 /// The fewest samples that are worth a fit.
 const FEWEST: usize = 200;

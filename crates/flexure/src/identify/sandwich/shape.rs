@@ -177,7 +177,12 @@ impl Shape {
 
 /// Breakpoints without those that would leave an interval with fewer than `fewest` of the sorted samples, or one of the
 /// outermost, whose slope goes on beyond the data, with fewer than `fewest_outside`.
-pub(in crate::identify) fn thinned(breakpoints: &[f64], sorted: &[f64], fewest: usize, fewest_outside: usize) -> Vec<f64> {
+pub(in crate::identify) fn thinned(
+    breakpoints: &[f64],
+    sorted: &[f64],
+    fewest: usize,
+    fewest_outside: usize,
+) -> Vec<f64> {
     let last = breakpoints.len() - 1;
     let total = sorted.len();
     let mut kept = vec![breakpoints[0]];
