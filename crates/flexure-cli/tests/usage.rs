@@ -125,8 +125,9 @@ fn values_out_of_range() {
             "'metre' for '--unit <UNIT>'\n  [possible values: static-gain, first-coefficient]",
         ),
         (
-            "--structure volterra",
-            "'volterra' for '--structure <STRUCTURE>'\n  [possible values: hammerstein, wiener-hammerstein]",
+            "--structure fuzzy",
+            "'fuzzy' for '--structure <STRUCTURE>'\n  [possible values: hammerstein, wiener-hammerstein, hammerstein-wiener, multiple-inputs, \
+             narx, volterra]",
         ),
         (
             "--method magic",
