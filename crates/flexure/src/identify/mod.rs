@@ -10,7 +10,9 @@ pub mod hammerstein;
 mod impulse;
 mod outcome;
 mod refined;
+mod samples;
 mod sandwich;
+mod wiener;
 
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
@@ -20,3 +22,4 @@ pub use refined::{
     RefinedIdentification,
 };
 pub use sandwich::{ApproximationScore, SandwichIdentification, Stage, TriedStructure, WienerHammerstein};
+pub use wiener::{Wiener, WienerIdentification, WienerStart};

@@ -24,7 +24,7 @@ const DELAY_SLACK: usize = 6;
 
 /// A linear model and its sum of squared errors.
 #[derive(Debug, Clone)]
-pub(super) struct Approximation {
+pub(in crate::identify) struct Approximation {
     pub system: Rational,
     pub squares: f64,
 }
@@ -60,7 +60,7 @@ impl Residuals for OutputError<'_> {
 }
 
 /// The approximation of the given order; `None` if none was found.
-pub(super) fn approximate(data: &Data, order: usize, monitor: &mut Monitor<'_>) -> Option<Approximation> {
+pub(in crate::identify) fn approximate(data: &Data, order: usize, monitor: &mut Monitor<'_>) -> Option<Approximation> {
     let start = steiglitz_mcbride(data, order)?;
     let problem = OutputError {
         data,

@@ -12,7 +12,7 @@ use super::shape::{Local, Shape};
 
 /// Linear, static, linear.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Sandwich {
+pub(in crate::identify) struct Sandwich {
     pub front: Rational,
     pub shape: Shape,
     pub back: Rational,
@@ -52,7 +52,7 @@ impl Sandwich {
 
 /// A record, the first samples of which only let the initial state decay.
 #[derive(Debug, Clone)]
-pub(super) struct Data {
+pub(in crate::identify) struct Data {
     pub u: Vec<f64>,
     pub y: Vec<f64>,
     /// Samples from here on count.

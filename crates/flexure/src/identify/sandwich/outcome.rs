@@ -1,12 +1,12 @@
 //! What the identification of a sandwich returns, in the record's units.
 
 use super::super::outcome::{Verdict, Warning};
-use super::Scales;
 use super::loss::Sandwich;
 use super::rational::Rational;
 use super::refine::TriedStructure;
 use crate::error::Result;
 use crate::linear::TransferFunction;
+use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
 use crate::nonlinearity::{Curve, Outside};
 
@@ -59,8 +59,42 @@ pub struct SandwichIdentification {
     pub warnings: Vec<Warning>,
 }
 
+/// A signal's mean and standard deviation.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::identify) struct Scale {
+    pub mean: f64,
+    pub spread: f64,
+}
+
+impl Scale {
+    /// The samples at zero mean and unit variance.
+    pub fn standardised(&self, samples: &[f64]) -> Vec<f64> {
+        samples.iter().map(|x| (x - self.mean) / self.spread).collect()
+    }
+}
+
+/// The scales of input and output.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::identify) struct Scales {
+    pub input: Scale,
+    pub output: Scale,
+}
+
+impl Scales {
+    pub fn new(u: &[f64], y: &[f64]) -> Scales {
+        let of = |v: &[f64]| Scale {
+            mean: mean(v),
+            spread: variance(v).sqrt(),
+        };
+        Scales {
+            input: of(u),
+            output: of(y),
+        }
+    }
+}
+
 /// The blocks in the record's units and the conventional scale.
-pub(super) struct Blocks {
+pub(in crate::identify) struct Blocks {
     pub front: TransferFunction,
     pub curve: Curve,
     pub breakpoints: Vec<f64>,
@@ -85,8 +119,8 @@ impl Blocks {
 }
 
 /// The sandwich of scaled signals, in the record's units; the delay goes to the front.
-pub(super) fn blocks(s: &Sandwich, scales: &Scales, delay: usize) -> Result<Blocks> {
-    let ((input_mean, input_spread), (output_mean, output_spread)) = (scales.input, scales.output);
+pub(in crate::identify) fn blocks(s: &Sandwich, scales: &Scales, delay: usize) -> Result<Blocks> {
+    let (input, output) = (scales.input, scales.output);
     let (front_gain, _) = conventional_gain(&s.front, delay)?;
     let (back_gain, back_static) = conventional_gain(&s.back, 0)?;
     let scaled = |g: &Rational, gain: f64, delay: usize| {
@@ -95,14 +129,14 @@ pub(super) fn blocks(s: &Sandwich, scales: &Scales, delay: usize) -> Result<Bloc
         Rational { b, sections }.transfer_function(delay)
     };
     // The scaled front's output is (gain / spread) times the new one's, less what the input's mean contributes.
-    let centre = s.front.static_gain() * input_mean / input_spread;
-    let abscissa = |x: f64| (x + centre) * input_spread / front_gain;
-    let mut offset = output_mean + output_spread * s.offset;
+    let centre = s.front.static_gain() * input.mean / input.spread;
+    let abscissa = |x: f64| (x + centre) * input.spread / front_gain;
+    let mut offset = output.mean + output.spread * s.offset;
     let mut level = 0.0;
     if back_static {
         (level, offset) = (offset, 0.0);
     }
-    let ordinate = |x: f64| level + output_spread * back_gain * s.shape.value(x);
+    let ordinate = |x: f64| level + output.spread * back_gain * s.shape.value(x);
     let breakpoints = s.shape.breakpoints();
     let (low, high) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
     let even = (0..POINTS).map(|i| low + (high - low) * i as f64 / (POINTS - 1) as f64);

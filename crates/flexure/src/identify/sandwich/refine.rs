@@ -1,29 +1,15 @@
-//! From the best splits to the model: screening, structure, and the last fit on all samples.
+//! A candidate made better: all parameters fitted, pieces of the nonlinearity, poles and numerator coefficients.
 
-use super::approximation::{Approximation, approximate};
 use super::descent::descend;
-use super::loss::{Data, Sandwich, SandwichLoss};
-use super::monitor::{Monitor, Stage};
-use super::outcome::ApproximationScore;
-use super::rational::Rational;
-use super::shape::{Roughness, Shape, thinned};
-use super::split::{Candidate, fit_coefficients, fit_shape, split};
-use super::structure::neighbours;
+use super::loss::{Data, SandwichLoss};
+use super::monitor::Monitor;
+use super::shape::{Roughness, thinned};
+use super::split::{Candidate, fit_coefficients};
+use super::structure::{Form, neighbours};
 use crate::linear::correlation::{cross_covariance, variance};
 
-/// Largest order of the linear approximation.
-const LARGEST_ORDER: usize = 10;
-/// Orders of the approximation from which splits are made: the best by Schwarz's criterion and its neighbours.
-const SPLIT_ORDERS: std::ops::RangeInclusive<isize> = -1..=2;
-/// Samples that the splits, the screening, and the choice of structure are made on.
-const SPLIT_SAMPLES: usize = 5_000;
-const SCREENING_SAMPLES: usize = 10_000;
-const STRUCTURE_SAMPLES: usize = 20_000;
-/// Splits of every order that are screened, those that survive the first round, and the second.
-const SCREENED: usize = 8;
-const SURVIVORS: [usize; 2] = [8, 3];
-/// Pieces of the nonlinearity in the screening's second round.
-const SCREENING_PIECES: usize = 16;
+/// Samples that the structure is chosen on.
+pub(super) const STRUCTURE_SAMPLES: usize = 20_000;
 /// Pieces that are tried, relative to the present number.
 const PIECES: [f64; 6] = [0.7, 1.0, 1.4, 2.0, 2.8, 4.0];
 const MOST_PIECES: usize = 64;
@@ -37,9 +23,8 @@ const LAGS: usize = 100;
 const EVEN: f64 = 0.3;
 /// Rounds of structural change.
 const ROUNDS: usize = 16;
-/// Steps that judge a structural change, and those of the last fit.
-const TRIAL_STEPS: usize = 12;
-const LAST_STEPS: usize = 80;
+/// Steps that judge a structural change.
+pub(super) const TRIAL_STEPS: usize = 12;
 
 /// A structure that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,37 +47,8 @@ pub struct TriedStructure {
     pub bic: f64,
 }
 
-/// What the search found.
-#[derive(Debug, Clone)]
-pub(super) struct Found {
-    pub sandwich: Sandwich,
-    pub approximations: Vec<ApproximationScore>,
-    pub tried: Vec<TriedStructure>,
-}
-
-impl Found {
-    /// What is left where no linear approximation was found: a static nonlinearity, or a constant.
-    pub fn nothing(data: &Data) -> Found {
-        let pass = Rational {
-            b: vec![1.0],
-            sections: Vec::new(),
-        };
-        let constant = Sandwich {
-            front: pass.clone(),
-            shape: Shape::new(&[-1.0, 1.0]),
-            back: pass.clone(),
-            offset: 0.0,
-        };
-        Found {
-            sandwich: fit_shape(pass.clone(), pass, data).map_or(constant, |c| c.sandwich),
-            approximations: Vec::new(),
-            tried: Vec::new(),
-        }
-    }
-}
-
 /// Schwarz's criterion of a sum of squares, for as many independent errors as the samples are worth.
-fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
+pub(super) fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
     let samples = data.counted() as f64;
     let n = samples / data.dependence;
     n * (squares.max(f64::MIN_POSITIVE) / samples).ln() + parameters as f64 * n.ln()
@@ -100,7 +56,7 @@ fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
 
 /// $1 + 2 \sum_j \rho_j^2$ of the errors: a comparison of two models with errors of this autocorrelation varies as much
 /// as one with so many times fewer independent errors (Bartlett 1946).
-fn dependence(c: &Candidate, data: &Data) -> f64 {
+pub(super) fn dependence(c: &Candidate, data: &Data) -> f64 {
     let output = c.sandwich.run(&data.u);
     let errors: Vec<f64> = output.iter().zip(&data.y).skip(data.from).map(|(p, y)| p - y).collect();
     let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
@@ -120,7 +76,7 @@ impl Candidate {
         self.sandwich.parameters().len() - 3
     }
 
-    pub(super) fn bic(&self, data: &Data) -> f64 {
+    pub(in crate::identify) fn bic(&self, data: &Data) -> f64 {
         bic(self.squares, self.parameters(), data)
     }
 
@@ -139,111 +95,8 @@ impl Candidate {
     }
 }
 
-/// The search, on data of unit variance and zero mean.
-pub(super) fn find(data: &Data, monitor: &mut Monitor<'_>) -> Option<Found> {
-    let approximated = data.head(STRUCTURE_SAMPLES);
-    let approximations = approximations(&approximated, monitor);
-    let best = (0..approximations.len()).min_by(|i, j| approximations[*i].1.total_cmp(&approximations[*j].1))?;
-    let settling = approximations[best].0.system.settling(1e-4);
-    let mut data = data.clone();
-    data.from = settling.clamp(data.y.len() / 100, data.y.len() / 10);
-    let mut found = Found {
-        approximations: approximations
-            .iter()
-            .map(|(a, _)| ApproximationScore {
-                order: a.system.order(),
-                relative_error: (a.squares / approximated.counted() as f64).sqrt(),
-            })
-            .collect(),
-        ..screen(&data, &approximations, best, monitor)?
-    };
-    let mut medium = data.head(STRUCTURE_SAMPLES);
-    monitor.stage = Stage::Structure;
-    let start = Candidate {
-        squares: medium.squares(&found.sandwich.run(&medium.u)),
-        sandwich: found.sandwich,
-    };
-    let start = fitted(start, &medium, TRIAL_STEPS, 1e-4, monitor);
-    medium.dependence = dependence(&start, &medium);
-    let start = pieces(start, &medium, TRIAL_STEPS, monitor, &mut found.tried);
-    let chosen = restructure(start, &medium, monitor, &mut found.tried);
-    monitor.stage = Stage::Refinement;
-    let whole = Candidate {
-        squares: data.squares(&chosen.sandwich.run(&data.u)),
-        sandwich: chosen.sandwich,
-    };
-    let whole = fitted(whole, &data, TRIAL_STEPS, 1e-4, monitor);
-    data.dependence = dependence(&whole, &data);
-    let whole = restructure(whole, &data, monitor, &mut found.tried);
-    let whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut found.tried);
-    let last = fitted(whole, &data, LAST_STEPS, 1e-6, monitor);
-    found.tried.push(last.tried(&data));
-    found.sandwich = last.sandwich;
-    Some(found)
-}
-
-/// Linear approximations with Schwarz's criterion.
-fn approximations(data: &Data, monitor: &mut Monitor<'_>) -> Vec<(Approximation, f64)> {
-    let score = |a: Approximation| {
-        let score = bic(a.squares, a.system.parameters().len(), data);
-        (a, score)
-    };
-    (1..=LARGEST_ORDER.min(data.counted() / 20))
-        .filter_map(|order| approximate(data, order, monitor).map(score))
-        .collect()
-}
-
-/// The best candidate after short fits, more thorough from round to round.
-fn screen(
-    data: &Data,
-    approximations: &[(Approximation, f64)],
-    best: usize,
-    monitor: &mut Monitor<'_>,
-) -> Option<Found> {
-    monitor.stage = Stage::Split;
-    let (tiny, small) = (data.head(SPLIT_SAMPLES), data.head(SCREENING_SAMPLES));
-    let order = approximations[best].0.system.order() as isize;
-    let mut candidates = Vec::new();
-    for (a, _) in approximations {
-        if SPLIT_ORDERS.contains(&(a.system.order() as isize - order)) && monitor.keep_on() {
-            candidates.extend(split(&a.system, &tiny).into_iter().take(SCREENED));
-        }
-    }
-    monitor.stage = Stage::Screening;
-    let mut tried = Vec::new();
-    let mut round: Vec<Candidate> = candidates
-        .into_iter()
-        .map(|mut c| {
-            let s = &mut c.sandwich;
-            s.front.b.resize(s.front.b.len().max(s.front.order() + 1), 0.0);
-            s.back.b.resize(s.back.b.len().max(s.back.order() + 1), 0.0);
-            c.squares = small.squares(&s.run(&small.u));
-            fitted(c, &small, TRIAL_STEPS, 1e-3, monitor)
-        })
-        .collect();
-    for survivors in SURVIVORS {
-        round.sort_by(|a, b| a.bic(&small).total_cmp(&b.bic(&small)));
-        tried.extend(round.iter().map(|c| c.tried(&small)));
-        round.truncate(survivors);
-        round = round
-            .into_iter()
-            .map(|c| {
-                let finer = with_pieces(&c, SCREENING_PIECES, &small).unwrap_or(c);
-                fitted(finer, &small, 2 * TRIAL_STEPS, 1e-4, monitor)
-            })
-            .collect();
-    }
-    round.sort_by(|a, b| a.bic(&small).total_cmp(&b.bic(&small)));
-    tried.extend(round.iter().map(|c| c.tried(&small)));
-    Some(Found {
-        sandwich: round.into_iter().next()?.sandwich,
-        approximations: Vec::new(),
-        tried,
-    })
-}
-
 /// All parameters fitted from where they are; what was, if that fails.
-pub(super) fn fitted(c: Candidate, data: &Data, steps: usize, tolerance: f64, monitor: &mut Monitor<'_>) -> Candidate {
+pub(in crate::identify) fn fitted(c: Candidate, data: &Data, steps: usize, tolerance: f64, monitor: &mut Monitor<'_>) -> Candidate {
     let loss = SandwichLoss::new(c.sandwich.clone(), data);
     match descend(&loss, loss.start(), steps, tolerance, monitor) {
         Some((p, squares)) => Candidate {
@@ -258,7 +111,7 @@ pub(super) fn fitted(c: Candidate, data: &Data, steps: usize, tolerance: f64, mo
 ///
 /// Where it is rough is read from the present curve, which is good for smooth ones, and from one on many even breakpoints,
 /// which shows kinks; the better of the two is taken.
-fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
+pub(super) fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
     let s = &c.sandwich;
     let mut sorted = s.front.run(&data.u)[data.from..].to_vec();
     let spread = variance(&sorted).sqrt();
@@ -289,7 +142,7 @@ fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
 }
 
 /// More and more pieces while Schwarz's criterion falls.
-fn pieces(
+pub(super) fn pieces(
     mut best: Candidate,
     data: &Data,
     steps: usize,
@@ -321,15 +174,16 @@ fn pieces(
 }
 
 /// The structural change that lowers Schwarz's criterion most, over and over.
-fn restructure(
+pub(super) fn restructure(
     mut best: Candidate,
+    form: Form,
     data: &Data,
     monitor: &mut Monitor<'_>,
     tried: &mut Vec<TriedStructure>,
 ) -> Candidate {
     for _ in 0..ROUNDS {
         let mut next: Option<Candidate> = None;
-        for sandwich in neighbours(&best.sandwich) {
+        for sandwich in neighbours(&best.sandwich, form) {
             if monitor.stopped().is_some() {
                 return best;
             }
