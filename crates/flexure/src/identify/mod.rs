@@ -3,20 +3,24 @@
 //! [`PlainHammerstein`] is the paper's algorithm as it stands; [`RefinedHammerstein`] starts from it and comes near the
 //! accuracy of an estimator that knows the linear part.
 
+mod auto;
 mod calibration;
 mod checks;
 mod dependence;
 pub mod hammerstein;
 mod impulse;
 mod outcome;
+mod output_error;
 mod refined;
 mod samples;
 mod sandwich;
 mod wiener;
 
+pub use auto::{Auto, AutoIdentification, Identified, Refutation, Structure, StructureCandidate};
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
+pub use output_error::{Linear, LinearIdentification};
 pub use refined::{
     Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
     RefinedIdentification,

@@ -44,7 +44,7 @@ pub use outcome::{ApproximationScore, SandwichIdentification};
 pub use refine::TriedStructure;
 use search::splits;
 pub(super) use {
-    approximation::approximate,
+    approximation::{approximate, restructured},
     loss::Data,
     monitor::Monitor,
     outcome::{Scale, blocks},
@@ -133,7 +133,7 @@ pub(super) fn fit(samples: &Samples<'_>, prepared: &Prepared, monitor: &mut Moni
     let found = search(starts, Form::Sandwich, &prepared.data, monitor);
     monitor.finished()?;
     let found = found.unwrap_or_else(|| Found::nothing(&prepared.data));
-    let blocks = blocks(&found.sandwich, &prepared.scales, prepared.delay)?;
+    let blocks = blocks(&found.sandwich, prepared)?;
     let model = blocks.model()?;
     let (predicted, verdict, mut warnings) = samples.judged(&model)?;
     if !(prepared.explained() >= WEAK) {

@@ -4,6 +4,7 @@ use super::super::outcome::{Verdict, Warning};
 use super::loss::Sandwich;
 use super::rational::Rational;
 use super::refine::TriedStructure;
+use super::search::Prepared;
 use crate::error::Result;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
@@ -118,9 +119,14 @@ impl Blocks {
     }
 }
 
-/// The sandwich of scaled signals, in the record's units; the delay goes to the front.
-pub(in crate::identify) fn blocks(s: &Sandwich, scales: &Scales, delay: usize) -> Result<Blocks> {
-    let (input, output) = (scales.input, scales.output);
+/// The sandwich of prepared signals, in the record's units; the delay goes to the front.
+///
+/// The nonlinearity is tabulated where the fit's samples are and where it has breakpoints.
+pub(in crate::identify) fn blocks(s: &Sandwich, prepared: &Prepared) -> Result<Blocks> {
+    let Prepared {
+        scales, data, delay, ..
+    } = prepared;
+    let (input, output, delay) = (scales.input, scales.output, *delay);
     let (front_gain, _) = conventional_gain(&s.front, delay)?;
     let (back_gain, back_static) = conventional_gain(&s.back, 0)?;
     let scaled = |g: &Rational, gain: f64, delay: usize| {
@@ -138,10 +144,16 @@ pub(in crate::identify) fn blocks(s: &Sandwich, scales: &Scales, delay: usize) -
     }
     let ordinate = |x: f64| level + output.spread * back_gain * s.shape.value(x);
     let breakpoints = s.shape.breakpoints();
-    let (low, high) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
+    let w = &s.front.run(&data.u)[data.from..];
+    let all = || w.iter().chain(breakpoints);
+    let low = all().copied().fold(f64::INFINITY, f64::min);
+    let high = all().copied().fold(f64::NEG_INFINITY, f64::max);
     let even = (0..POINTS).map(|i| low + (high - low) * i as f64 / (POINTS - 1) as f64);
     let mut inner: Vec<f64> = even.chain(breakpoints.iter().copied()).collect();
     inner.sort_unstable_by(f64::total_cmp);
+    // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
+    let nearest = 1e-9 * (high - low);
+    inner.dedup_by(|b, a| *b - *a <= nearest);
     let mut points: Vec<(f64, f64)> = inner.into_iter().map(|x| (abscissa(x), ordinate(x))).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     points.dedup_by(|b, a| b.0 <= a.0);

@@ -54,10 +54,9 @@ pub(super) fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
     n * (squares.max(f64::MIN_POSITIVE) / samples).ln() + parameters as f64 * n.ln()
 }
 
-/// $1 + 2 \sum_j \rho_j^2$ of the errors: a comparison of two models with errors of this autocorrelation varies as much
+/// $1 + 2 \sum_j \rho_j^2$ of the output's errors: a comparison of two models with errors of this autocorrelation varies as much
 /// as one with so many times fewer independent errors (Bartlett 1946).
-pub(super) fn dependence(c: &Candidate, data: &Data) -> f64 {
-    let output = c.sandwich.run(&data.u);
+pub(super) fn dependence(output: &[f64], data: &Data) -> f64 {
     let errors: Vec<f64> = output.iter().zip(&data.y).skip(data.from).map(|(p, y)| p - y).collect();
     let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
     let noise = 1.0 / errors.len() as f64;
@@ -67,6 +66,14 @@ pub(super) fn dependence(c: &Candidate, data: &Data) -> f64 {
         (1.0 + 2.0 * sum).min(errors.len() as f64 / 20.0)
     } else {
         1.0
+    }
+}
+
+impl TriedStructure {
+    /// The number of parameters that the data determine: all but the blocks' scales.
+    pub fn parameters(&self) -> usize {
+        // A cubic spline has three parameters more than pieces; both linear blocks' scales are the nonlinearity's.
+        self.front_order + self.front_numerator + self.back_order + self.back_numerator + self.pieces + 1
     }
 }
 

@@ -46,7 +46,7 @@ pub(in crate::identify) struct Prepared {
 #[derive(Debug, Clone)]
 pub(in crate::identify) struct Scored {
     pub system: Rational,
-    /// Relative to the output's standard deviation.
+    /// The RMS of its simulation error relative to the output's standard deviation.
     pub relative_error: f64,
     bic: f64,
 }
@@ -186,7 +186,7 @@ pub(in crate::identify) fn search(
         sandwich: screened,
     };
     let start = fitted(start, &medium, TRIAL_STEPS, 1e-4, monitor);
-    medium.dependence = dependence(&start, &medium);
+    medium.dependence = dependence(&start.sandwich.run(&medium.u), &medium);
     let start = pieces(start, &medium, TRIAL_STEPS, monitor, &mut tried);
     let chosen = restructure(start, form, &medium, monitor, &mut tried);
     monitor.stage = Stage::Refinement;
@@ -196,7 +196,7 @@ pub(in crate::identify) fn search(
         sandwich: chosen.sandwich,
     };
     let whole = fitted(whole, &data, TRIAL_STEPS, 1e-4, monitor);
-    data.dependence = dependence(&whole, &data);
+    data.dependence = dependence(&whole.sandwich.run(&data.u), &data);
     let whole = restructure(whole, form, &data, monitor, &mut tried);
     let whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut tried);
     let last = fitted(whole, &data, LAST_STEPS, 1e-6, monitor);

@@ -155,7 +155,7 @@ pub(super) fn fit(samples: &Samples<'_>, linear: &Prepared, monitor: &mut Monito
     let found = search(candidates, Form::Wiener, &prepared.data, monitor);
     monitor.finished()?;
     let found = found.unwrap_or_else(|| Found::nothing(&prepared.data));
-    let blocks = blocks(&found.sandwich, &prepared.scales, prepared.delay)?;
+    let blocks = blocks(&found.sandwich, prepared)?;
     let model = Block::Series(vec![
         Block::Linear(blocks.front.clone()),
         Block::Static(blocks.curve.clone()),
