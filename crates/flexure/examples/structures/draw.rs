@@ -38,7 +38,14 @@ pub struct Drawn {
 }
 
 pub const NONLINEARITIES: [&str; 8] = [
-    "limiter", "dead zone", "cubic", "tanh", "parabola", "one-sided", "|x|", "x^2",
+    "limiter",
+    "dead zone",
+    "cubic",
+    "tanh",
+    "parabola",
+    "one-sided",
+    "|x|",
+    "x^2",
 ];
 
 fn nonlinearity(name: &str, x: f64) -> f64 {
@@ -97,7 +104,10 @@ fn block(rng: &mut Pcg64) -> flexure::Result<TransferFunction> {
 pub fn moments(v: &[f64]) -> (f64, f64) {
     let n = v.len() as f64;
     let mean = v.iter().sum::<f64>() / n;
-    (mean, (v.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt())
+    (
+        mean,
+        (v.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt(),
+    )
 }
 
 /// The share of the second signal's variance that is not linear in the first.
@@ -158,7 +168,10 @@ pub fn draw(kind: Kind, seed: u64, n: usize, noise: f64) -> flexure::Result<Draw
         Kind::Sandwich => {
             let (g, h) = (block(rng)?, block(rng)?);
             let (z, name) = bent(rng, &g.simulate(&u), false);
-            (h.simulate(&z), format!("{} poles, {name}, {} poles", poles(&g), poles(&h)))
+            (
+                h.simulate(&z),
+                format!("{} poles, {name}, {} poles", poles(&g), poles(&h)),
+            )
         }
         Kind::Duffing => duffing(rng, &u),
     };

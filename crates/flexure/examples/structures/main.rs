@@ -33,8 +33,45 @@ fn main() -> flexure::Result<()> {
                 let (drawn, result, seconds) = one(*kind, seed)?;
                 line(name, seed, &drawn, &result, seconds);
                 if !seeds.is_empty() {
+                    let record = Record::new([("u", drawn.u.clone()), ("y", drawn.y.clone())])?;
+                    let r = flexure::identify::WienerHammerstein::default().identify(&record, "u", "y")?;
+                    let dump: String = (0..10_000)
+                        .map(|t| format!("{} {} {} {}\n", drawn.u[t], drawn.y[t], drawn.y0[t], r.predicted[t]))
+                        .collect();
+                    std::fs::write("/tmp/wt-wiener-dump.txt", dump).unwrap();
+                    let w = flexure::Block::Linear(r.front.clone()).simulate(&drawn.u);
+                    let z = flexure::Block::Static(r.nonlinearity.clone()).simulate(&w);
+                    println!(
+                        "{:?} {:?} {:?}\n {:?}",
+                        r.front, r.back, r.breakpoints, r.verdict.measures
+                    );
+                    let mm = |v: &[f64]| {
+                        (
+                            v.iter().copied().fold(f64::INFINITY, f64::min),
+                            v.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+                        )
+                    };
+                    println!(
+                        "w {:?} {:?} z {:?} {:?} y {:?} {:?} off {}",
+                        mm(&w[..7500]),
+                        mm(&w[7500..]),
+                        mm(&z[..7500]),
+                        mm(&z[7500..]),
+                        mm(&r.predicted[..7500]),
+                        mm(&r.predicted[7500..]),
+                        r.output_offset
+                    );
+                    let x = r.nonlinearity.x();
+                    let n = x.len();
+                    println!("{:?} {:?}", &x[n - 3..], &r.nonlinearity.y()[n - 3..]);
+                    println!("{:?} {:?}", &x[..3], &r.nonlinearity.y()[..3]);
                     result.reasons.iter().for_each(|r| println!("    {r}"));
-                    result.candidates.iter().for_each(|c| println!("    {}: {:.4} % {} {}", c.structure, c.fit_percent, c.parameters, c.verdict));
+                    result.candidates.iter().for_each(|c| {
+                        println!(
+                            "    {}: {:.4} % {} {}",
+                            c.structure, c.fit_percent, c.parameters, c.verdict
+                        )
+                    });
                 }
             }
         }
@@ -48,17 +85,25 @@ fn main() -> flexure::Result<()> {
         for seed in 1..=count {
             let (drawn, result, seconds) = one(kind, seed)?;
             line(name, seed, &drawn, &result, seconds);
-            let named = result.supported.and_then(|s| Structure::ALL.iter().position(|t| *t == s));
+            let named = result
+                .supported
+                .and_then(|s| Structure::ALL.iter().position(|t| *t == s));
             row[named.unwrap_or(4)] += 1;
             right += usize::from(result.supported.is_some() && result.supported == truth(kind));
         }
         matrix.push((name, row));
     }
-    println!("\n{:<12} {:>8} {:>12} {:>8} {:>18} {:>6}", "true", "linear", "Hammerstein", "Wiener", "Wiener-Hammerstein", "none");
+    println!(
+        "\n{:<12} {:>8} {:>12} {:>8} {:>18} {:>6}",
+        "true", "linear", "Hammerstein", "Wiener", "Wiener-Hammerstein", "none"
+    );
     for (name, [a, b, c, d, e]) in matrix {
         println!("{name:<12} {a:>8} {b:>12} {c:>8} {d:>18} {e:>6}");
     }
-    println!("{right} of 100 named rightly, {:.1} s in all", start.elapsed().as_secs_f64());
+    println!(
+        "{right} of 100 named rightly, {:.1} s in all",
+        start.elapsed().as_secs_f64()
+    );
     Ok(())
 }
 
@@ -84,7 +129,14 @@ fn line(kind: &str, seed: u64, drawn: &Drawn, result: &AutoIdentification, secon
     let fits: Vec<String> = result
         .candidates
         .iter()
-        .map(|c| format!("{} {:.2}{}", &c.structure.name()[..1], c.fit_percent, if c.refuted_by.is_empty() { "" } else { "*" }))
+        .map(|c| {
+            format!(
+                "{} {:.2}{}",
+                &c.structure.name()[..1],
+                c.fit_percent,
+                if c.refuted_by.is_empty() { "" } else { "*" }
+            )
+        })
         .collect();
     println!(
         "{kind:<11} {seed:>2} {:<38} -> {:<18} {}  tie {} not noise {:.3} {seconds:.1} s",

@@ -125,7 +125,11 @@ pub(super) fn fit(
     };
     let linear = scaled.transfer_function(prepared.delay)?;
     let output_offset = output.mean - scaled.static_gain() * input.mean;
-    let line = Curve::new(vec![0.0, output.spread], vec![output_offset, output.spread + output_offset], Outside::Linear)?;
+    let line = Curve::new(
+        vec![0.0, output.spread],
+        vec![output_offset, output.spread + output_offset],
+        Outside::Linear,
+    )?;
     let model = Block::Series(vec![Block::Linear(linear.clone()), Block::Static(line)]);
     let (predicted, verdict, warnings) = samples.judged(&model)?;
     Ok(LinearIdentification {

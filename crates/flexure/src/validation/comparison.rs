@@ -126,7 +126,11 @@ mod tests {
         let m = d.iter().sum::<f64>() / 500.0;
         let c = |k: usize| (k..500).map(|t| (d[t] - m) * (d[t - k] - m)).sum::<f64>() / 500.0;
         let v = c(0) + 2.0 * (1..=8).map(|k| (1.0 - k as f64 / 9.0) * c(k)).sum::<f64>();
-        assert!((test.statistic - m / (v / 500.0).sqrt()).abs() < 1e-9, "{}", test.statistic);
+        assert!(
+            (test.statistic - m / (v / 500.0).sqrt()).abs() < 1e-9,
+            "{}",
+            test.statistic
+        );
         let same = PairedComparison::new(&a, &a).unwrap();
         assert_eq!((same.statistic, same.p_value), (0.0, 0.5));
     }

@@ -108,7 +108,12 @@ pub(super) fn judge(candidates: &[Judged<'_>], u: &[f64]) -> Judgement {
     let refuted_by: Vec<Vec<Refutation>> = candidates
         .iter()
         .zip(worse)
-        .map(|(c, worse)| worse.into_iter().chain(c.failed().into_iter().map(Refutation::Test)).collect())
+        .map(|(c, worse)| {
+            worse
+                .into_iter()
+                .chain(c.failed().into_iter().map(Refutation::Test))
+                .collect()
+        })
         .collect();
     let c = &candidates[chosen];
     let not_noise = if refuted_by[chosen].is_empty() {

@@ -30,11 +30,11 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use super::outcome::{Verdict, Warning};
+use super::output_error::{LinearIdentification, fit as fit_linear};
 use super::refined::{RefinedHammerstein, RefinedIdentification};
 use super::samples::Samples;
 use super::sandwich::{Monitor, SandwichIdentification, Stage, fit as fit_sandwich};
 use super::wiener::{WienerIdentification, fit as fit_wiener};
-use super::output_error::{LinearIdentification, fit as fit_linear};
 use crate::error::Result;
 use crate::model::Block;
 use crate::record::Record;

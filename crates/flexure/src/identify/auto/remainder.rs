@@ -11,6 +11,8 @@ use crate::linear::correlation::{mean, variance};
 const LAGS: usize = 12;
 /// Samples of a half that a regressor needs.
 const SAMPLES_PER_REGRESSOR: usize = 10;
+/// Standard deviations at which input and prediction are cut.
+const MODERATE: f64 = 4.0;
 /// Added to the regressors' variance, as a share.
 const RIDGE: f64 = 1e-6;
 
@@ -21,7 +23,7 @@ pub(super) fn explained(error: &[f64], u: &[f64], predicted: &[f64]) -> f64 {
     if lags == 0 {
         return 0.0;
     }
-    let (u, p) = (standardised(u), standardised(predicted));
+    let (u, p) = (moderate(u), moderate(predicted));
     let power = |v: &[f64], k: i32| standardised(&v.iter().map(|x| x.powi(k)).collect::<Vec<f64>>());
     let signals = [power(&u, 2), power(&p, 2), power(&p, 3), u, p];
     let columns: Vec<&[f64]> = signals
@@ -56,6 +58,11 @@ pub(super) fn explained(error: &[f64], u: &[f64], predicted: &[f64]) -> f64 {
         }
     }
     if all > 0.0 { (1.0 - left / all).max(0.0) } else { 0.0 }
+}
+
+/// The signal in standard deviations, cut where single samples would decide a regression on powers.
+fn moderate(v: &[f64]) -> Vec<f64> {
+    standardised(v).iter().map(|x| x.clamp(-MODERATE, MODERATE)).collect()
 }
 
 fn standardised(v: &[f64]) -> Vec<f64> {

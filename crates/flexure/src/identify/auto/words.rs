@@ -43,7 +43,9 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) 
             "The data support {name}: no simpler structure predicts as well. A test sees that it is not exact, but only \
              {percent:.1} % of its squared error is anything but noise."
         ),
-        (false, 0) => format!("The data support none of the structures: the best, {name}, explains nothing or could not be tested."),
+        (false, 0) => format!(
+            "The data support none of the structures: the best, {name}, explains nothing or could not be tested."
+        ),
         (false, _) => format!(
             "The data support none of these structures: the best, {name}, is refuted, and at least {percent:.1} % of its \
              squared error is not noise but depends on the input. Nonlinear feedback or parallel branches would do that."
@@ -51,11 +53,17 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) 
     }];
     for i in &judgement.ties {
         let other = candidates[*i].structure;
-        all.push(format!("{other} predicts as well as {name}: these data do not tell them apart."));
+        all.push(format!(
+            "{other} predicts as well as {name}: these data do not tell them apart."
+        ));
     }
     for c in candidates.iter().filter(|c| !c.refuted_by.is_empty()) {
         let by: Vec<String> = c.refuted_by.iter().map(Refutation::to_string).collect();
-        all.push(format!("{} is refuted by {}.", capitalised(c.structure), by.join("; by ")));
+        all.push(format!(
+            "{} is refuted by {}.",
+            capitalised(c.structure),
+            by.join("; by ")
+        ));
     }
     let skipped: Vec<&str> = Structure::ALL
         .iter()
@@ -63,7 +71,10 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) 
         .map(|s| s.name())
         .collect();
     if !skipped.is_empty() {
-        all.push(format!("Not fitted, as a simpler structure leaves white noise: {}.", skipped.join(", ")));
+        all.push(format!(
+            "Not fitted, as a simpler structure leaves white noise: {}.",
+            skipped.join(", ")
+        ));
     }
     all
 }

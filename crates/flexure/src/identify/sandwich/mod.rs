@@ -120,7 +120,13 @@ impl WienerHammerstein {
         output: &str,
         progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
     ) -> Result<SandwichIdentification> {
-        let samples = Samples::new(record, input, output, self.fresh_share, "a Wiener-Hammerstein fit (besides the fresh part)")?;
+        let samples = Samples::new(
+            record,
+            input,
+            output,
+            self.fresh_share,
+            "a Wiener-Hammerstein fit (besides the fresh part)",
+        )?;
         let mut monitor = Monitor::new(progress);
         let prepared = samples.prepared(&mut monitor);
         fit(&samples, &prepared, &mut monitor)
@@ -128,7 +134,11 @@ impl WienerHammerstein {
 }
 
 /// The identification from linear approximations on.
-pub(super) fn fit(samples: &Samples<'_>, prepared: &Prepared, monitor: &mut Monitor<'_>) -> Result<SandwichIdentification> {
+pub(super) fn fit(
+    samples: &Samples<'_>,
+    prepared: &Prepared,
+    monitor: &mut Monitor<'_>,
+) -> Result<SandwichIdentification> {
     let starts = splits(prepared, monitor);
     let found = search(starts, Form::Sandwich, &prepared.data, monitor);
     monitor.finished()?;

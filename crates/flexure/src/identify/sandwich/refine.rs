@@ -17,6 +17,8 @@ const MOST_PIECES: usize = 64;
 const FINEST_PIECES: usize = 800;
 /// The outermost pieces have at least so many times the samples of the others.
 const OUTSIDE: usize = 2;
+/// A fit with breakpoints brought back may have a sum of squares so many times that of the fit before.
+const DEARER: f64 = 1.05;
 /// Lags of the errors' autocorrelation.
 const LAGS: usize = 100;
 /// The share of the breakpoints that are spread evenly.
@@ -103,7 +105,13 @@ impl Candidate {
 }
 
 /// All parameters fitted from where they are; what was, if that fails.
-pub(in crate::identify) fn fitted(c: Candidate, data: &Data, steps: usize, tolerance: f64, monitor: &mut Monitor<'_>) -> Candidate {
+pub(in crate::identify) fn fitted(
+    c: Candidate,
+    data: &Data,
+    steps: usize,
+    tolerance: f64,
+    monitor: &mut Monitor<'_>,
+) -> Candidate {
     let loss = SandwichLoss::new(c.sandwich.clone(), data);
     match descend(&loss, loss.start(), steps, tolerance, monitor) {
         Some((p, squares)) => Candidate {
@@ -127,7 +135,7 @@ pub(super) fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<C
     }
     sorted.sort_unstable_by(f64::total_cmp);
     let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
-    let fewest = (data.counted() / FINEST_PIECES).clamp(8, 50);
+    let fewest = fewest_in_piece(data);
     let on = |at: Vec<f64>| {
         let mut at = at;
         let last = at.len() - 1;
@@ -146,6 +154,35 @@ pub(super) fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<C
     });
     let both = [smooth, kinked].into_iter().flatten();
     both.min_by(|a, b| a.squares.total_cmp(&b.squares))
+}
+
+/// The same blocks with the nonlinearity's outermost breakpoints brought back to where the samples are, if the descent has left them
+/// outside: pieces without samples have coefficients that nothing determines.
+pub(super) fn anchored(c: Candidate, data: &Data) -> Candidate {
+    let s = &c.sandwich;
+    let mut sorted = s.front.run(&data.u)[data.from..].to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
+    let present = s.shape.breakpoints();
+    let (first, last) = (present[0].max(low), present[present.len() - 1].min(high));
+    if first == present[0] && last == present[present.len() - 1] || !(first < last) {
+        return c;
+    }
+    let inside = present
+        .iter()
+        .copied()
+        .filter(|x| (first..last).contains(x) && *x > first);
+    let at: Vec<f64> = std::iter::once(first).chain(inside).chain([last]).collect();
+    let fewest = fewest_in_piece(data);
+    let at = thinned(&at, &sorted, fewest, OUTSIDE * fewest);
+    let moved = fit_coefficients(s.front.clone(), &at, s.back.clone(), data);
+    // A little worse is worth it: it is the price of what the pieces outside did for samples inside.
+    moved.filter(|m| m.squares <= DEARER * c.squares).unwrap_or(c)
+}
+
+/// The fewest samples in a piece of the nonlinearity.
+fn fewest_in_piece(data: &Data) -> usize {
+    (data.counted() / FINEST_PIECES).clamp(8, 50)
 }
 
 /// More and more pieces while Schwarz's criterion falls.

@@ -6,7 +6,7 @@ use super::monitor::{Monitor, Stage};
 use super::outcome::{ApproximationScore, Scales};
 use super::rational::Rational;
 use super::refine::{
-    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, bic, dependence, fitted, pieces, restructure, with_pieces,
+    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, pieces, restructure, with_pieces,
 };
 use super::shape::Shape;
 use super::split::{Candidate, fit_shape, split};
@@ -60,7 +60,10 @@ impl Prepared {
         prepared.approximations = approximations(&prepared.data.head(STRUCTURE_SAMPLES), monitor);
         let n = prepared.data.y.len();
         if let Some(best) = prepared.best() {
-            prepared.data.from = prepared.approximations[best].system.settling(1e-4).clamp(n / 100, n / 10);
+            prepared.data.from = prepared.approximations[best]
+                .system
+                .settling(1e-4)
+                .clamp(n / 100, n / 10);
         }
         prepared
     }
@@ -69,7 +72,10 @@ impl Prepared {
     pub fn with_delay(u: &[f64], y: &[f64], delay: usize) -> Prepared {
         let scales = Scales::new(u, y);
         let first = u.len().saturating_sub(MOST_SAMPLES);
-        let (u, y) = (scales.input.standardised(&u[first..]), scales.output.standardised(&y[first..]));
+        let (u, y) = (
+            scales.input.standardised(&u[first..]),
+            scales.output.standardised(&y[first..]),
+        );
         let mut prepared = Prepared {
             scales,
             data: Data {
@@ -93,7 +99,8 @@ impl Prepared {
 
     /// The best approximation by Schwarz's criterion.
     pub fn best(&self) -> Option<usize> {
-        (0..self.approximations.len()).min_by(|i, j| self.approximations[*i].bic.total_cmp(&self.approximations[*j].bic))
+        (0..self.approximations.len())
+            .min_by(|i, j| self.approximations[*i].bic.total_cmp(&self.approximations[*j].bic))
     }
 
     /// The best approximation and those of nearly its order.
@@ -199,7 +206,8 @@ pub(in crate::identify) fn search(
     data.dependence = dependence(&whole.sandwich.run(&data.u), &data);
     let whole = restructure(whole, form, &data, monitor, &mut tried);
     let whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut tried);
-    let last = fitted(whole, &data, LAST_STEPS, 1e-6, monitor);
+    let last = fitted(anchored(whole, &data), &data, LAST_STEPS, 1e-6, monitor);
+    let last = anchored(last, &data);
     tried.push(last.tried(&data));
     Some(Found {
         sandwich: last.sandwich,

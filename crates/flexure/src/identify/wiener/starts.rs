@@ -3,8 +3,8 @@
 
 use super::super::dependence::Dependence;
 use super::super::sandwich::{
-    Candidate, Data, LARGEST_ORDER, Monitor, Prepared, Rational, START_SAMPLES, Scale, Stage, WEAK, approximate, fit_shape,
-    fitted,
+    Candidate, Data, LARGEST_ORDER, Monitor, Prepared, Rational, START_SAMPLES, Scale, Stage, WEAK, approximate,
+    fit_shape, fitted,
 };
 use super::WienerStart;
 use super::directions::directions;
@@ -34,7 +34,9 @@ pub(super) fn starts(prepared: &Prepared, monitor: &mut Monitor<'_>) -> (Vec<Can
     monitor.stage = Stage::Correlation;
     let few = prepared.data.head(START_SAMPLES);
     let linear = prepared.starting().into_iter();
-    let mut candidates: Vec<Candidate> = linear.filter_map(|g| fit_shape(g.clone(), Rational::pass(), &few)).collect();
+    let mut candidates: Vec<Candidate> = linear
+        .filter_map(|g| fit_shape(g.clone(), Rational::pass(), &few))
+        .collect();
     let least = candidates.iter().map(|c| c.squares).fold(f64::INFINITY, f64::min);
     match from_moments(&prepared.data, &few, monitor) {
         Some(response) if response.squares < least => {
