@@ -32,12 +32,10 @@ pub struct Drawn {
     pub u: Vec<f64>,
     /// With noise.
     pub y: Vec<f64>,
-    /// Without.
-    pub y0: Vec<f64>,
     pub words: String,
 }
 
-pub const NONLINEARITIES: [&str; 8] = [
+const NONLINEARITIES: [&str; 8] = [
     "limiter",
     "dead zone",
     "cubic",
@@ -61,7 +59,7 @@ fn nonlinearity(name: &str, x: f64) -> f64 {
     }
 }
 
-pub fn normal(rng: &mut Pcg64) -> f64 {
+fn normal(rng: &mut Pcg64) -> f64 {
     StandardNormal.sample(rng)
 }
 
@@ -101,7 +99,8 @@ fn block(rng: &mut Pcg64) -> flexure::Result<TransferFunction> {
     }
 }
 
-pub fn moments(v: &[f64]) -> (f64, f64) {
+/// Mean and standard deviation.
+fn moments(v: &[f64]) -> (f64, f64) {
     let n = v.len() as f64;
     let mean = v.iter().sum::<f64>() / n;
     (
@@ -182,7 +181,6 @@ pub fn draw(kind: Kind, seed: u64, n: usize, noise: f64) -> flexure::Result<Draw
         words: format!("{words}, {colour}"),
         u,
         y,
-        y0,
     })
 }
 

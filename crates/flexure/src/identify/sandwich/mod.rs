@@ -100,8 +100,7 @@ impl WienerHammerstein {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`] (fewer
-    /// than 200 samples for the fit), [`Error::Unit`], [`Error::InvalidParameter`] for a parameter outside its range.
+    /// Those of [`Wiener::identify`](super::Wiener::identify).
     pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<SandwichIdentification> {
         self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
     }
@@ -112,7 +111,8 @@ impl WienerHammerstein {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`] if `progress` stopped it.
+    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`](crate::Error::IdentificationStopped) if
+    /// `progress` stopped it.
     pub fn identify_with(
         &self,
         record: &Record,

@@ -245,3 +245,49 @@ pub(super) fn restructure(
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::super::loss::Sandwich;
+    use super::super::rational::Rational;
+    use super::super::shape::Shape;
+    use super::*;
+
+    #[test]
+    fn pieces_without_samples_are_taken_away_and_others_stay() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        let u: Vec<f64> = (0..2000).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let y: Vec<f64> = u.iter().map(|u| u.max(0.0)).collect();
+        let data = Data {
+            u,
+            y,
+            from: 0,
+            dependence: 1.0,
+        };
+        let candidate = |breakpoints: &[f64]| {
+            let mut shape = Shape::new(breakpoints);
+            let last = shape.c.len() - 1;
+            shape.c.fill(0.5);
+            // Nothing that the samples, all below 1, would notice much.
+            shape.c[last] = 1e3;
+            let sandwich = Sandwich {
+                front: Rational::pass(),
+                shape,
+                back: Rational::pass(),
+                offset: 0.0,
+            };
+            let squares = data.squares(&sandwich.run(&data.u));
+            Candidate { sandwich, squares }
+        };
+        let outside = anchored(candidate(&[-2.0, -0.5, 0.0, 0.5, 0.999, 3.0]), &data);
+        let at = outside.sandwich.shape.breakpoints();
+        assert!(at[0] >= -1.0 && at[at.len() - 1] <= 1.0 && at.contains(&0.5), "{at:?}");
+        let beyond = outside.sandwich.shape.value(1.5);
+        assert!((beyond - 1.5).abs() < 0.2, "{beyond}");
+        let inside = candidate(&[-0.9, 0.0, 0.9]);
+        let same = anchored(inside.clone(), &data);
+        assert_eq!(same.sandwich, inside.sandwich);
+    }
+}
