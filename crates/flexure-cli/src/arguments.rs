@@ -121,6 +121,12 @@ pub fn count(text: &str) -> Result<usize, String> {
     text.parse().map_err(|_| "expected a whole number from 0".to_owned())
 }
 
+/// A whole number from 1.
+pub fn count_from_one(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|n| *n >= 1);
+    count.ok_or_else(|| "expected a whole number from 1".to_owned())
+}
+
 /// The share of a record that is kept from the fit.
 pub fn fresh_share(text: &str) -> Result<f64, String> {
     match f64::from_str(text) {

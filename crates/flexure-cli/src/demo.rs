@@ -13,8 +13,8 @@ use flexure_report::data::ArmMotion;
 use serde_json::json;
 
 use crate::estimate::{Estimate, Method};
-use crate::identify::{identify, write_files};
-use crate::outcome::{Context, identification_json, summary};
+use crate::identify::{hammerstein, write_files};
+use crate::outcome::{Context, Signals, identification_json, model_file, summary};
 use crate::output::{command_line, print};
 use crate::page::{self, Decoration, Truth};
 use crate::simulate::simulate;
@@ -65,22 +65,21 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     // From here on, what `flexure identify` does with anybody's record.
     let record = read_record(&paths[1])?;
     let context = Context {
-        input: "tau2",
-        output: "dq2",
-        sample_time: Some(arm.run.sample_time),
+        signals: Signals {
+            input: "tau2",
+            output: "dq2",
+            sample_time: Some(arm.run.sample_time),
+        },
         method: Method::Refined {
             method: RefinedHammerstein::default(),
             form: None,
         },
     };
-    let result = identify(&record, &context)?;
+    let result = hammerstein(&record, &context)?;
+    let page = page::hammerstein::page(&record, &context, &result, decoration(&arm, &record, &result, out)?)?;
     write_files(
-        &record,
-        &context,
-        &result,
-        Some(&paths[2]),
-        Some(&paths[3]),
-        |file, context, result| page::page(file, context, result, decoration(&arm, file, result, out)?),
+        Some((&paths[2], model_file(&result, &context))),
+        Some((&paths[3], page)),
     )?;
     if arguments.json {
         let mut object = identification_json(&result, &context);

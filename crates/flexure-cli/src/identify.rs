@@ -5,18 +5,20 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::identify::Calibration;
-use flexure_io::{RecordFile, check_writable, read_record, write_atomically, write_model};
-use flexure_report::data::ArmMotion;
+use flexure::identify::{Calibration, WienerHammerstein};
+use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
+use flexure_report::data::{ArmMotion, Page};
 
 use crate::arguments::{self, Auto};
+use crate::cascade::{Cascade, CascadeMethod};
 use crate::estimate::Estimate;
 use crate::method::{self, MethodName, PlainOptions, RefinedOptions, Shared};
-use crate::outcome::{Context, identification_json, model_file, summary};
+use crate::outcome::{Context, Signals};
 use crate::output::{command_line, print, print_note};
 use crate::page::{self, Decoration};
-use crate::progress::spinning;
+use crate::progress::{spinning, spinning_through};
 use crate::simulate::read_arm;
+use crate::structure::{Found, Structure, Task};
 
 /// Identify a block-oriented model from an input-output record.
 ///
@@ -39,18 +41,18 @@ pub struct Arguments {
     /// The structure of the model.
     #[arg(long, value_enum, default_value = "hammerstein")]
     structure: Structure,
-    /// The method: refined unless an option of plain alone is given.
+    /// The method for a Hammerstein model: refined unless an option of plain alone is given.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
-    /// Order of the linear part.
+    /// Order of a Hammerstein model's linear part.
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_order)]
     order: Auto<usize>,
-    /// Delay in samples.
+    /// Delay of a Hammerstein model in samples.
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_count)]
     delay: Auto<usize>,
-    /// Convention for the scale between the blocks.
-    #[arg(long, value_enum, default_value = "static-gain", conflicts_with = "known")]
-    unit: Unit,
+    /// Convention for the scale between a Hammerstein model's blocks; static-gain unless given.
+    #[arg(long, value_enum, conflicts_with = "known")]
+    unit: Option<Unit>,
     /// A point at which the nonlinearity is known, twice: fixes scale and offset in place of --unit.
     #[arg(long, value_name = "X=PHI", num_args = 2, allow_hyphen_values = true, value_parser = arguments::known_point)]
     known: Vec<[f64; 2]>,
@@ -79,12 +81,6 @@ pub struct Arguments {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Structure {
-    /// A static nonlinearity, then linear dynamics.
-    Hammerstein,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
 enum Unit {
     /// The linear part's static gain is 1.
     StaticGain,
@@ -95,8 +91,7 @@ enum Unit {
 impl Arguments {
     /// What was given that both methods have.
     fn shared(&self) -> Shared {
-        let Structure::Hammerstein = self.structure;
-        let calibration = match (self.known.as_slice(), self.unit) {
+        let calibration = match (self.known.as_slice(), self.unit.unwrap_or(Unit::StaticGain)) {
             ([p, q], _) => Calibration::TwoPoints {
                 x: [p[0], q[0]],
                 phi: [p[1], q[1]],
@@ -112,8 +107,36 @@ impl Arguments {
         }
     }
 
+    /// The first option that was given of those that only Hammerstein models have.
+    fn of_hammerstein_alone(&self) -> Option<&'static str> {
+        let given = [
+            (self.method.is_some(), "--method"),
+            (self.order.given().is_some(), "--order"),
+            (self.delay.given().is_some(), "--delay"),
+            (self.unit.is_some(), "--unit"),
+            (!self.known.is_empty(), "--known"),
+        ];
+        let first = given.into_iter().find(|g| g.0).map(|g| g.1);
+        first.or(self.refined.first_given()).or(self.plain.first_given())
+    }
+
+    /// What is to be done, and what the user should be told of the choice.
+    fn task(&self) -> Result<(Task, Option<String>)> {
+        let method = match self.structure {
+            Structure::Hammerstein => {
+                let (method, note) = method::choose(self.method, self.shared(), &self.refined, &self.plain)?;
+                return Ok((Task::Hammerstein(method), note));
+            }
+            Structure::WienerHammerstein => CascadeMethod::WienerHammerstein(WienerHammerstein {
+                fresh_share: self.fresh,
+            }),
+        };
+        self.structure.refuse(self.of_hammerstein_alone())?;
+        Ok((Task::Cascade(method), None))
+    }
+
     /// The arm in motion, for a record that has its angles.
-    fn moving_arm(&self, file: &RecordFile, context: &Context) -> Result<Option<ArmMotion>> {
+    fn moving_arm(&self, file: &RecordFile, signals: &Signals) -> Result<Option<ArmMotion>> {
         let (lengths, known) = match &self.arm {
             Some(path) => (read_arm(path)?.arm.links.map(|link| link.length), ""),
             None => (
@@ -122,7 +145,7 @@ impl Arguments {
             ),
         };
         let caption = format!("The record's angles, seen from above the plane of motion.{known}");
-        Ok(page::arm_motion(&file.record, lengths, context.sample_time, caption))
+        Ok(page::arm_motion(&file.record, lengths, signals.sample_time, caption))
     }
 }
 
@@ -130,12 +153,7 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments::distinct_columns(&arguments.input, &arguments.output)?;
     arguments::distinct_points(&arguments.known)?;
-    let (method, note) = method::choose(
-        arguments.method,
-        arguments.shared(),
-        &arguments.refined,
-        &arguments.plain,
-    )?;
+    let (task, note) = arguments.task()?;
     for path in [&arguments.model, &arguments.report].into_iter().flatten() {
         check_writable(path)?;
     }
@@ -143,75 +161,71 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         print_note(&note);
     }
     let file = spinning("reading", || read_record(&arguments.record))?;
-    let context = Context {
+    let signals = Signals {
         input: &arguments.input,
         output: &arguments.output,
         sample_time: arguments::sample_time(&file, arguments.sample_time, &[&arguments.input, &arguments.output])?,
-        method,
     };
-    let result = identify(&file, &context)?;
-    let arm = arguments.moving_arm(&file, &context)?;
-    let command = command_line(std::env::args_os().skip(1));
-    write_files(
-        &file,
-        &context,
-        &result,
-        arguments.model.as_ref(),
-        arguments.report.as_ref(),
-        |file, context, result| {
-            page::page(
-                file,
-                context,
-                result,
-                Decoration {
-                    command: Some(command),
-                    arm,
-                    ..Decoration::default()
-                },
-            )
-        },
-    )?;
+    let found = match task {
+        Task::Hammerstein(method) => {
+            let context = Context { signals, method };
+            let estimate = hammerstein(&file, &context)?;
+            Found::Hammerstein(context, Box::new(estimate))
+        }
+        Task::Cascade(method) => Found::Cascade(signals, Box::new(cascade(&file, &signals, &method)?)),
+    };
+    let page = match &arguments.report {
+        Some(path) => {
+            let decoration = Decoration {
+                command: Some(command_line(std::env::args_os().skip(1))),
+                arm: arguments.moving_arm(&file, &signals)?,
+                ..Decoration::default()
+            };
+            Some((path, found.page(&file, decoration)?))
+        }
+        None => None,
+    };
+    write_files(arguments.model.as_ref().map(|path| (path, found.model_file())), page)?;
     if arguments.json {
-        return print(&identification_json(&result, &context).to_string());
+        return print(&found.json().to_string());
     }
     let written = [&arguments.model, &arguments.report].into_iter().flatten();
-    let mut lines = vec![summary(&result, &context)];
+    let mut lines = vec![found.summary()];
     lines.extend(written.map(|path| format!("wrote {}", path.display())));
     print(&lines.join("\n"))
 }
 
-/// Identifies, and says in which file and line an error lies.
-pub fn identify(file: &RecordFile, context: &Context) -> Result<Estimate> {
-    file.finite(context.input)?;
+/// Identifies a Hammerstein model, and says in which file and line an error lies.
+pub fn hammerstein(file: &RecordFile, context: &Context) -> Result<Estimate> {
+    let Signals { input, output, .. } = context.signals;
+    file.finite(input)?;
     if context.method.skips_missing() {
-        file.column(context.output)?;
+        file.column(output)?;
     } else {
-        file.finite(context.output)?;
+        file.finite(output)?;
     }
-    spinning("identifying", || {
-        context.method.identify(&file.record, context.input, context.output)
+    spinning("identifying", || context.method.identify(&file.record, input, output))
+        .map_err(|error| file.locate(error).into())
+}
+
+/// Identifies any other cascade, and says in which file and line an error lies.
+fn cascade(file: &RecordFile, signals: &Signals, method: &CascadeMethod) -> Result<Cascade> {
+    file.finite(signals.input)?;
+    file.finite(signals.output)?;
+    spinning_through("identifying", |stage| {
+        method.identify(&file.record, signals.input, signals.output, stage)
     })
     .map_err(|error| file.locate(error).into())
 }
 
 /// Writes the model and the page, where asked for; neither if the page cannot be made.
-pub fn write_files(
-    file: &RecordFile,
-    context: &Context,
-    result: &Estimate,
-    model: Option<&PathBuf>,
-    report: Option<&PathBuf>,
-    page: impl FnOnce(&RecordFile, &Context, &Estimate) -> Result<flexure_report::data::Page>,
-) -> Result<()> {
-    let rendered = match report {
-        Some(path) => {
-            let html = flexure_report::render(&page(file, context, result)?).context("the report")?;
-            Some((path, html))
-        }
+pub fn write_files(model: Option<(&PathBuf, ModelFile)>, page: Option<(&PathBuf, Page)>) -> Result<()> {
+    let rendered = match page {
+        Some((path, page)) => Some((path, flexure_report::render(&page).context("the report")?)),
         None => None,
     };
-    if let Some(path) = model {
-        write_model(path, &model_file(result, context))?;
+    if let Some((path, model)) = model {
+        write_model(path, &model)?;
     }
     if let Some((path, html)) = rendered {
         write_atomically(path, |out| out.write_all(html.as_bytes()))?;

@@ -3,18 +3,22 @@
 //! Exit codes: 0 done, 1 the data or the fit failed, 2 wrong usage.
 
 mod arguments;
-mod choices;
+mod cascade;
 mod demo;
 mod estimate;
 mod identify;
+mod joint;
 mod method;
 mod outcome;
 mod output;
 mod page;
 mod predict;
+mod prediction;
 mod progress;
 mod regress;
 mod simulate;
+mod structure;
+mod study;
 mod tuning;
 mod validate;
 
@@ -35,7 +39,9 @@ struct Cli {
 enum Command {
     Demo(demo::Arguments),
     Simulate(simulate::Arguments),
+    Study(study::Arguments),
     Identify(identify::Arguments),
+    Joint(Box<joint::Arguments>),
     Predict(predict::Arguments),
     Regress(Box<regress::Arguments>),
     Validate(validate::Arguments),
@@ -45,7 +51,9 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Joint(arguments) => joint::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
         Command::Regress(arguments) => regress::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),

@@ -105,7 +105,7 @@ pub fn choose(
 
 impl RefinedOptions {
     /// The first of these options that was given.
-    fn first_given(&self) -> Option<&'static str> {
+    pub fn first_given(&self) -> Option<&'static str> {
         let given = [(self.form.is_some(), "--form"), (self.missing, "--missing")];
         given.into_iter().find(|g| g.0).map(|g| g.1)
     }
@@ -132,7 +132,7 @@ impl RefinedOptions {
 
 impl PlainOptions {
     /// The first of these options that was given.
-    fn first_given(&self) -> Option<&'static str> {
+    pub fn first_given(&self) -> Option<&'static str> {
         let given = [
             (self.lag.is_some(), "--lag"),
             (self.nonlinearity.is_some(), "--nonlinearity"),

@@ -1,10 +1,8 @@
 //! An identification and a verdict as JSON, as a model file and in words.
 
-use anyhow::{Result, bail};
-use flexure::Block;
-use flexure::identify::{FormFit, Psi, Verdict};
-use flexure::nonlinearity::Curve;
-use flexure_io::{ModelFile, RecordFile};
+use flexure::identify::{FormFit, Psi, Verdict, Warning};
+use flexure::linear::{Complex, TransferFunction};
+use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
 use crate::estimate::{self, Estimate, Method, Own, Plain, Refined};
@@ -14,14 +12,21 @@ use crate::tuning;
 /// Share of the impulse response that is left when a system counts as settled.
 pub const SETTLED: f64 = 0.01;
 
-/// What the identification was asked for, beside its result.
-pub struct Context<'a> {
+/// The signals that a model is identified from.
+#[derive(Clone, Copy)]
+pub struct Signals<'a> {
     /// The input's column.
     pub input: &'a str,
     /// The output's column.
     pub output: &'a str,
     /// s; `None` if unknown.
     pub sample_time: Option<f64>,
+}
+
+/// What the identification of a Hammerstein model was asked for, beside its result.
+pub struct Context<'a> {
+    /// Columns and sample time.
+    pub signals: Signals<'a>,
     /// The method with the choices that were given.
     pub method: Method,
 }
@@ -29,45 +34,24 @@ pub struct Context<'a> {
 /// The object that `identify --json` prints.
 pub fn identification_json(result: &Estimate, context: &Context) -> Value {
     let curve = &result.nonlinearity;
-    let linear = &result.linear;
-    let complex = |list: Option<Vec<_>>| -> Vec<[f64; 2]> {
-        list.unwrap_or_default()
-            .iter()
-            .map(|z: &flexure::linear::Complex<f64>| [z.re, z.im])
-            .collect()
-    };
     let mut object = json!({
         "structure": "hammerstein",
         "method": context.method.name(),
-        "input": context.input,
-        "output": context.output,
-        "sample_time": context.sample_time,
         "order": result.order.order,
         "delay": result.delay,
-        "fit_percent": result.verdict.measures.fit_percent,
-        "rms": result.verdict.measures.rms,
-        "r_squared": result.verdict.measures.r_squared,
-        "samples_fitted": result.fitted,
-        "samples_fresh": result.verdict.measures.samples,
-        "holds": result.verdict.holds(),
-        "verdict": result.verdict.words(),
-        "residual_tests": tests_json(&result.verdict),
         "nonlinearity": { "x": curve.x(), "y": curve.y(), "lower": result.band_edge(-1.0), "upper": result.band_edge(1.0) },
-        "linear": {
-            "b": linear.b(),
-            "a": linear.a(),
-            "poles": complex(linear.poles()),
-            "zeros": complex(linear.zeros()),
-            "static_gain": linear.static_gain(),
-        },
+        "linear": linear_json(&result.linear),
         "output_offset": result.output_offset,
         "order_scores": {
             "order": result.order.scores.iter().map(|s| s.order).collect::<Vec<_>>(),
             "bic": result.order.scores.iter().map(|s| s.bic).collect::<Vec<_>>(),
         },
         "hankel_singular_values": result.order.hankel_singular_values,
-        "warnings": result.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
     });
+    extend(
+        &mut object,
+        judged_json(&context.signals, result.fitted, &result.verdict, &result.warnings),
+    );
     let own = match &result.own {
         Own::Plain(own) => plain_json(own),
         Own::Refined(own) => {
@@ -77,10 +61,49 @@ pub fn identification_json(result: &Estimate, context: &Context) -> Value {
             refined_json(own)
         }
     };
-    if let (Value::Object(fields), Value::Object(own)) = (&mut object, own) {
-        fields.extend(own);
-    }
+    extend(&mut object, own);
     object
+}
+
+/// What every structure's object has.
+pub fn judged_json(signals: &Signals, fitted: usize, verdict: &Verdict, warnings: &[Warning]) -> Value {
+    json!({
+        "input": signals.input,
+        "output": signals.output,
+        "sample_time": signals.sample_time,
+        "fit_percent": verdict.measures.fit_percent,
+        "rms": verdict.measures.rms,
+        "r_squared": verdict.measures.r_squared,
+        "samples_fitted": fitted,
+        "samples_fresh": verdict.measures.samples,
+        "holds": verdict.holds(),
+        "verdict": verdict.words(),
+        "residual_tests": tests_json(verdict),
+        "warnings": warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
+}
+
+/// A linear part.
+pub fn linear_json(linear: &TransferFunction) -> Value {
+    json!({
+        "b": linear.b(),
+        "a": linear.a(),
+        "poles": parts(linear.poles()),
+        "zeros": parts(linear.zeros()),
+        "static_gain": linear.static_gain(),
+    })
+}
+
+/// Real and imaginary parts.
+pub fn parts(list: Option<Vec<Complex<f64>>>) -> Vec<[f64; 2]> {
+    list.unwrap_or_default().iter().map(|z| [z.re, z.im]).collect()
+}
+
+/// Adds the fields of another object.
+pub fn extend(object: &mut Value, other: Value) {
+    if let (Value::Object(fields), Value::Object(other)) = (object, other) {
+        fields.extend(other);
+    }
 }
 
 /// What only the plain method has.
@@ -154,9 +177,32 @@ pub fn tests_json(verdict: &Verdict) -> Value {
 
 /// The file from which `predict` and `validate` work.
 pub fn model_file(result: &Estimate, context: &Context) -> ModelFile {
-    let mut details = identification_json(result, context);
-    if let Value::Object(fields) = &mut details {
-        // What the model itself says already.
+    let mut details = details(identification_json(result, context));
+    if let Some(Value::Object(linear)) = details.get_mut("linear") {
+        linear.retain(|name, _| name.ends_with("_errors"));
+    }
+    ModelFile {
+        flexure: ModelFile::CURRENT.to_owned(),
+        structure: "hammerstein".to_owned(),
+        method: context.method.name().to_owned(),
+        input: context.signals.input.to_owned(),
+        output: context.signals.output.to_owned(),
+        sample_time: context.signals.sample_time,
+        delay: result.delay,
+        order: result.order.order,
+        settling: Some(result.model.settling(SETTLED)),
+        noise_model: match &result.own {
+            Own::Refined(own) if own.refined => Some(own.noise_model.clone()),
+            _ => None,
+        },
+        block: result.model.clone(),
+        identification: details,
+    }
+}
+
+/// Of an identification's object, what a model file does not say already.
+pub fn details(mut object: Value) -> Value {
+    if let Value::Object(fields) = &mut object {
         for field in [
             "structure",
             "method",
@@ -170,23 +216,8 @@ pub fn model_file(result: &Estimate, context: &Context) -> ModelFile {
         ] {
             fields.remove(field);
         }
-        if let Some(Value::Object(linear)) = fields.get_mut("linear") {
-            linear.retain(|name, _| name.ends_with("_errors"));
-        }
     }
-    ModelFile {
-        flexure: ModelFile::CURRENT.to_owned(),
-        structure: "hammerstein".to_owned(),
-        method: context.method.name().to_owned(),
-        input: context.input.to_owned(),
-        output: context.output.to_owned(),
-        sample_time: context.sample_time,
-        delay: result.delay,
-        order: result.order.order,
-        settling: Some(result.model.settling(SETTLED)),
-        block: result.model.clone(),
-        identification: details,
-    }
+    object
 }
 
 /// A short account for a terminal.
@@ -216,16 +247,11 @@ pub fn summary(result: &Estimate, context: &Context) -> String {
     let mut lines = vec![
         format!(
             "Hammerstein model from '{}' to '{}', method {}",
-            context.input,
-            context.output,
+            context.signals.input,
+            context.signals.output,
             context.method.name()
         ),
-        format!(
-            "  fit on fresh data   {:.2} %  (RMS error {}, {} samples)",
-            verdict.measures.fit_percent,
-            number(verdict.measures.rms),
-            verdict.measures.samples
-        ),
+        fit_line(verdict),
         format!("  nonlinearity        {estimated}"),
         format!(
             "  linear part         order {}, delay {}, static gain {}",
@@ -258,8 +284,18 @@ pub fn summary(result: &Estimate, context: &Context) -> String {
     lines.join("\n")
 }
 
+/// How well a model does on fresh data.
+pub fn fit_line(verdict: &Verdict) -> String {
+    format!(
+        "  fit on fresh data   {:.2} %  (RMS error {}, {} samples)",
+        verdict.measures.fit_percent,
+        number(verdict.measures.rms),
+        verdict.measures.samples
+    )
+}
+
 /// Coefficients in brackets, each with its standard error where there is one.
-fn coefficients(c: &[f64], errors: Option<&[f64]>) -> String {
+pub fn coefficients(c: &[f64], errors: Option<&[f64]>) -> String {
     let list = c.iter().enumerate().map(|(i, &v)| {
         let error = errors.and_then(|e| estimate::standard_error(*e.get(i)?));
         match error {
@@ -270,99 +306,15 @@ fn coefficients(c: &[f64], errors: Option<&[f64]>) -> String {
     format!("[{}]", list.collect::<Vec<_>>().join(", "))
 }
 
-/// The free-run output of a model under a column of a record.
-///
-/// # Errors
-/// Those of [`RecordFile::finite`]; names the first sample for which the model has no finite output.
-pub fn predict(block: &Block, file: &RecordFile, input: &str) -> Result<Vec<f64>> {
-    let u = file.finite(input)?;
-    let y = block.simulate(u);
-    let Some(first) = y.iter().position(|v| !v.is_finite()) else {
-        return Ok(y);
-    };
-    // A linear part starts from its input's mean, so that one unknown value spoils the output from the start.
-    let unknown = entered(block).and_then(|curve| {
-        let sample = u.iter().position(|&u| curve.value(u).is_nan())?;
-        Some((curve.x(), sample))
-    });
-    let (sample, problem) = match unknown {
-        Some((x, sample)) => (
-            sample,
-            format!(
-                "column '{input}' is {} at sample {sample}, but the model's nonlinearity is known only from {} to {}; cut such \
-                 samples off, or identify the model from a record with a wider range",
-                u[sample],
-                x[0],
-                x[x.len() - 1]
-            ),
-        ),
-        None => (
-            first,
-            format!(
-                "the model's output is {} at sample {first}; check that column '{input}' is in the unit in which the model was identified",
-                y[first]
-            ),
-        ),
-    };
-    let line = file.line(sample).map_or(String::new(), |line| format!(", line {line}"));
-    bail!("{}{line}: {problem}", file.path.display());
-}
-
-/// The nonlinearity that the input enters, if it enters one.
-fn entered(block: &Block) -> Option<&Curve> {
-    match block {
-        Block::Static(curve) => Some(curve),
-        Block::Series(blocks) => blocks.first().and_then(entered),
-        Block::Linear(_) | Block::Parallel(_) => None,
-    }
-}
-
-/// What of an input lies outside the abscissas of the nonlinearity that it enters.
-pub struct Outside {
-    /// How many samples.
-    pub samples: usize,
-    /// Whether the nonlinearity has the value of the nearest end at all of them.
-    held: bool,
-}
-
-impl Outside {
-    /// Looks through `input`.
-    pub fn new(block: &Block, input: &[f64]) -> Self {
-        let mut found = Outside { samples: 0, held: true };
-        let Some(curve) = entered(block) else { return found };
-        let (x, last) = (curve.x(), curve.x().len() - 1);
-        for &u in input.iter().filter(|&&u| !curve.covers(u)) {
-            let end = if u < x[0] { 0 } else { last };
-            found.samples += 1;
-            found.held &= curve.value(u) == curve.y()[end];
-        }
-        found
-    }
-
-    /// What the user should know about it.
-    pub fn warning(&self) -> Option<String> {
-        let there = if self.held {
-            "held at its end value"
-        } else {
-            "continued straight"
-        };
-        (self.samples > 0).then(|| {
-            format!(
-                "warning: {} input samples lie outside the range in which the nonlinearity was identified; there it is {there}",
-                self.samples
-            )
-        })
-    }
-}
-
 /// A number to four digits, without an exponent where it is of everyday size.
 pub fn number(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || (1e-3..1e5).contains(&size) {
+        let rounded = format!("{size:.3e}").parse().unwrap_or(size);
         let decimals = if size == 0.0 {
             0
         } else {
-            (3 - size.log10().floor() as i32).max(0) as usize
+            (3 - f64::log10(rounded).floor() as i32).max(0) as usize
         };
         format!("{value:.decimals$}")
     } else {
@@ -376,7 +328,10 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        let shown = [0.0, 0.17391, 2.15, 1234.6, -99999.0, 1e-4, 2.5e7].map(number);
-        assert_eq!(shown, ["0", "0.1739", "2.150", "1235", "-99999", "1.000e-4", "2.500e7"]);
+        let shown = [0.0, 0.17391, 0.99999, 2.15, 1234.6, -99999.0, 1e-4, 2.5e7].map(number);
+        assert_eq!(
+            shown,
+            ["0", "0.1739", "1.000", "2.150", "1235", "-99999", "1.000e-4", "2.500e7"]
+        );
     }
 }

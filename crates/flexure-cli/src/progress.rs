@@ -1,5 +1,6 @@
 //! A spinner or a bar on the terminal's error stream for work of over a second.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::Thread;
 use std::time::Duration;
@@ -51,15 +52,21 @@ impl Drop for Progress {
 }
 
 /// Runs `work` under a spinner that appears after a second.
-pub fn spinning<T>(what: &'static str, work: impl FnOnce() -> T + Send) -> T
-where
-    T: Send,
-{
+pub fn spinning<T: Send>(what: &'static str, work: impl FnOnce() -> T + Send) -> T {
+    spinning_through(what, |_| work())
+}
+
+/// Runs `work` under a spinner that appears after a second, and shows the stage that `work` last told.
+pub fn spinning_through<T: Send>(what: &'static str, work: impl FnOnce(&dyn Fn(&'static str)) -> T + Send) -> T {
     let done = AtomicBool::new(false);
+    let stage = Mutex::new(None);
     std::thread::scope(|scope| {
         let ticker = scope.spawn(|| {
             let progress = Progress::new(what, 0.0);
             while !done.load(Ordering::Relaxed) {
+                if let Some(stage) = stage.lock().ok().and_then(|mut told| told.take()) {
+                    progress.bar.set_message(format!("{what}: {stage}"));
+                }
                 progress.at(0.0);
                 progress.bar.tick();
                 std::thread::park_timeout(Duration::from_millis(50));
@@ -67,7 +74,11 @@ where
         });
         // Also when `work` panics, or the scope would wait for the ticker for ever.
         let _stop = Stop(&done, ticker.thread());
-        work()
+        work(&|now| {
+            if let Ok(mut told) = stage.lock() {
+                *told = Some(now);
+            }
+        })
     })
 }
 

@@ -8,8 +8,9 @@ use flexure_io::{read_model, read_record};
 use serde_json::json;
 
 use crate::arguments;
-use crate::outcome::{self, Outside, number, tests_json};
+use crate::outcome::{SETTLED, number, tests_json};
 use crate::output::print;
+use crate::prediction::{FreeRun, Outside, Start};
 use crate::progress::spinning;
 
 /// Judge a model on a record that was not used for its fit.
@@ -33,6 +34,10 @@ pub struct Arguments {
     /// tenth of the record, as the state at the start is not known.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
+    /// The state in which the record begins: estimate if fewer samples are skipped than the model takes to settle, and the
+    /// record has enough, else steady.
+    #[arg(long, value_enum)]
+    initial_state: Option<Start>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -45,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let file = spinning("reading", || read_record(&arguments.record))?;
     arguments::same_sample_time(&file, model.sample_time, &[&arguments.input, &arguments.output])?;
     let (u, y) = (file.finite(&arguments.input)?, file.finite(&arguments.output)?);
-    let settling = model.settling.unwrap_or_else(|| model.block.settling(outcome::SETTLED));
+    let settling = model.settling.unwrap_or_else(|| model.block.settling(SETTLED));
     let skip = arguments.skip.unwrap_or_else(|| settling.min(u.len() / 10));
     if skip >= u.len() {
         bail!(
@@ -54,7 +59,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             u.len()
         );
     }
-    let predicted = outcome::predict(&model.block, &file, &arguments.input)?;
+    let start = arguments.initial_state.unwrap_or(match skip < settling {
+        true if Start::enough(&model.block, y.len()) => Start::Estimate,
+        _ => Start::Steady,
+    });
+    let known = Some(y).filter(|_| start == Start::Estimate);
+    let free = FreeRun::new(&model.block, &file, &arguments.input, known)?;
+    let predicted = &free.output;
     let verdict = Verdict::new(&u[skip..], &y[skip..], &predicted[skip..])
         .map_err(|error| file.locate(named(error, &arguments.output)))?;
     if is_constant(&u[skip..]) {
@@ -69,6 +80,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "r_squared": verdict.measures.r_squared,
             "samples": verdict.measures.samples,
             "skipped": skip,
+            "initial_state": free.start().name(),
+            "initial_state_samples": free.estimated_from,
             "holds": verdict.holds(),
             "verdict": verdict.words(),
             "residual_tests": tests_json(&verdict),
@@ -82,6 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         number(verdict.measures.rms),
         verdict.measures.samples
     )];
+    lines.push(format!("free run {}", free.words()));
     for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
         lines.push(format!(
             "  {:<62} {} (statistic {:.1}, limit {:.1}, p = {:.2e})",

@@ -4,7 +4,9 @@ mod common;
 
 use common::Folder;
 
-const COMMANDS: [&str; 6] = ["demo", "simulate", "identify", "predict", "regress", "validate"];
+const COMMANDS: [&str; 8] = [
+    "demo", "simulate", "study", "identify", "joint", "predict", "regress", "validate",
+];
 
 #[test]
 fn every_command_has_help_with_an_example() {
@@ -123,8 +125,8 @@ fn values_out_of_range() {
             "'metre' for '--unit <UNIT>'\n  [possible values: static-gain, first-coefficient]",
         ),
         (
-            "--structure wiener",
-            "'wiener' for '--structure <STRUCTURE>'\n  [possible values: hammerstein]",
+            "--structure volterra",
+            "'volterra' for '--structure <STRUCTURE>'\n  [possible values: hammerstein, wiener-hammerstein]",
         ),
         (
             "--method magic",

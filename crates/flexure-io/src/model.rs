@@ -40,6 +40,10 @@ pub struct ModelFile {
     /// The samples after which a prediction no longer depends on the unknown state at its start.
     #[serde(default)]
     pub settling: Option<usize>,
+    /// The autoregression 1, r_1, r_2, ... that whitens the output error, for predictions from the measured output. `None` without
+    /// a model of the noise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_model: Option<Vec<f64>>,
     /// How the model was found, for readers; nothing that predicting needs.
     #[serde(default)]
     pub identification: serde_json::Value,
@@ -55,6 +59,11 @@ impl ModelFile {
             && !(h > 0.0 && h.is_finite())
         {
             return Some(format!("sample_time is {h}, but must be positive and finite, or null"));
+        }
+        if let Some(noise) = &self.noise_model
+            && noise.first() != Some(&1.0)
+        {
+            return Some(format!("noise_model is {noise:?}, but must start with 1, or be null"));
         }
         if let Some(problem) = block_problem(&self.block) {
             return Some(problem);

@@ -122,6 +122,7 @@ fn model() -> ModelFile {
         order: 1,
         block: Block::Series(vec![Block::Static(curve), Block::Linear(system)]),
         settling: Some(40),
+        noise_model: Some(vec![1.0, -0.3]),
         identification: serde_json::json!({"bandwidth": 0.1}),
     }
 }
@@ -176,6 +177,13 @@ fn bad_models_are_refused_with_the_place() {
     assert_eq!(
         message(&write_model(&path, &negative).unwrap_err(), &dir),
         "m.json: sample_time is -1, but must be positive and finite, or null"
+    );
+    assert_eq!(
+        text(
+            good.replace("-0.3", "-0.3, 0.1")
+                .replacen("1.0,\n    -0.3", "2.0,\n    -0.3", 1)
+        ),
+        "m.json: noise_model is [2.0, -0.3, 0.1], but must start with 1, or be null"
     );
     for length in 0..good.trim_end().len() {
         std::fs::write(&path, &good[..length]).unwrap();

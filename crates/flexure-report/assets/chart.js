@@ -13,6 +13,7 @@ function line(label, colourName, { width = 2, dash, area, unlisted, dots, points
     label,
     colourName,
     scale: scale ?? "y",
+    pxAlign: 0,
     dash,
     width: hidden ? 0 : width,
     class: [area && "area", unlisted && "unlisted", dots && "dots"].filter(Boolean).join(" ") || undefined,

@@ -5,7 +5,7 @@ function plotNonlinearity(n) {
 }
 
 /** An estimate with its band, over the data's density or over the data themselves. */
-function plotCurve(host, n, cloud) {
+function plotCurve(host, n, cloud, dashed = "truth") {
   const [series, data, bands] = [[], [], []];
   const add = (s, d) => {
     series.push(s);
@@ -22,7 +22,7 @@ function plotCurve(host, n, cloud) {
     add(line("lower edge", "--model", { unlisted: true, hidden: true }), n.lower);
     bands.push({ series: [series.length - 1, series.length], fill: () => colour("--soft") });
   }
-  if (n.truth.length) add(line("truth", "--truth", { width: 2, dash: [8, 5] }), n.truth);
+  if (n.truth.length) add(line(dashed, "--truth", { width: 2, dash: [8, 5] }), n.truth);
   add(line("estimate", "--model", { width: n.points ? 1.3 : 2.6, points: n.points && 10 }), n.y);
   chart(host, {
     at: n.x,

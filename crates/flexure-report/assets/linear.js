@@ -1,7 +1,7 @@
-/* The linear part: impulse response, Bode plots, poles and zeros. */
+/* The linear parts, each with its own number: impulse response, Bode plots, poles and zeros. */
 
-function plotImpulse(linear) {
-  const host = byId("plot-impulse");
+function plotImpulse(linear, k) {
+  const host = byId(`plot-impulse-${k}`);
   if (!host) return;
   const count = Math.max(linear.impulse.length, linear.impulse_estimate.length);
   const lags = Array.from({ length: count }, (_, k) => k);
@@ -30,21 +30,21 @@ function plotImpulse(linear) {
   });
 }
 
-function plotBode(linear) {
-  if (!byId("plot-magnitude")) return;
+function plotBode(linear, k) {
+  if (!byId(`plot-magnitude-${k}`)) return;
   const at = linear.frequency;
   const x = { label: `frequency (${linear.frequency_unit})`, log: true };
   const decades = at.length > 1 ? Math.log10(at.at(-1) / at[0]) : 0;
   if (decades < 1) x.log = false;
-  const group = new Group("bode", [at[0], at.at(-1)], 0);
+  const group = new Group(`bode-${k}`, [at[0], at.at(-1)], 0);
   const common = { at, x: { ...x, range: (u, low, high) => [low, high] }, legend: false, group };
-  chart(byId("plot-magnitude"), {
+  chart(byId(`plot-magnitude-${k}`), {
     ...common,
     y: { label: "magnitude (dB)", range: () => widened(extent(linear.magnitude_db)) },
     series: [line("magnitude", "--model")],
     data: [linear.magnitude_db],
   });
-  chart(byId("plot-phase"), {
+  chart(byId(`plot-phase-${k}`), {
     ...common,
     y: { label: "phase (degrees)", range: () => widened(extent(linear.phase_deg)), step: [1, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1800] },
     series: [line("phase", "--model")],
@@ -53,8 +53,8 @@ function plotBode(linear) {
 }
 
 /** Poles and zeros around the unit circle, as an SVG with equal scales. */
-function plotRoots(linear) {
-  const host = byId("plot-roots");
+function plotRoots(linear, k) {
+  const host = byId(`plot-roots-${k}`);
   if (!host) return;
   const finite = (list) => list.filter((r) => r.every(Number.isFinite));
   const [poles, zeros] = [finite(linear.poles), finite(linear.zeros)];
@@ -84,7 +84,7 @@ function plotRoots(linear) {
   parts.push(`${poleMark(left + 8, 10)}<text class="root-legend" x="${left + 20}" y="14">${poles.length === 1 ? "1 pole" : `${poles.length} poles`}</text>`);
   parts.push(`${zeroMark(left + 98, 10)}<text class="root-legend" x="${left + 110}" y="14">${zeros.length === 1 ? "1 zero" : `${zeros.length} zeros`}</text></svg>`);
   host.innerHTML = parts.join("");
-  byId("roots-caption").textContent = rootCaption(poles, zeros, inside);
+  byId(`roots-caption-${k}`).textContent = rootCaption(poles, zeros, inside);
 }
 
 const poleMark = (x, y) => `<path class="root-pole" d="M${x - 5} ${y - 5} L${x + 5} ${y + 5} M${x - 5} ${y + 5} L${x + 5} ${y - 5}"/>`;

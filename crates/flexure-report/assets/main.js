@@ -2,9 +2,11 @@
 
 startTheme();
 if (page.nonlinearity) plotNonlinearity(page.nonlinearity);
-plotImpulse(page.linear);
-plotBode(page.linear);
-plotRoots(page.linear);
+page.linear.forEach((part, k) => {
+  plotImpulse(part, k);
+  plotBode(part, k);
+  plotRoots(part, k);
+});
 if (page.prediction) plotPrediction(page.prediction);
 plotResiduals(page.residuals);
 page.scores.forEach((score, i) => score && plotScore(score, i));

@@ -2,20 +2,20 @@
 
 const READABLE = 0.55; // points a pixel: more are a blot at first sight, so a longer fresh part opens zoomed
 
-function plotPrediction(p) {
+function plotPrediction(p, suffix = "") {
   const at = gridValues(p.time);
-  const group = gridGroup("prediction", p.time);
+  const group = gridGroup(`prediction${suffix}`, p.time);
   const x = { label: p.time.label };
   const common = { at, group };
   const measured = line("measured", "--measured", { width: 4 });
-  chart(byId("plot-prediction"), {
+  chart(byId(`plot-prediction${suffix}`), {
     ...common,
     x: { ...x, ticks: false },
     y: { label: p.y_label },
     series: [measured, line("predicted", "--model", { width: 1.5 })],
     data: [p.measured, p.predicted],
   });
-  chart(byId("plot-error"), {
+  chart(byId(`plot-error${suffix}`), {
     ...common,
     x,
     y: { label: `error${p.y_label.match(/ \([^()]*\)$/)?.[0] ?? ""}` },
@@ -23,9 +23,9 @@ function plotPrediction(p) {
     data: [p.error],
     below: (u) => drawLevel(u, "y", 0, "--limit"),
   });
-  plotOverview(byId("plot-overview"), at, p, group);
-  group.buttons(byId("tools-prediction"));
-  const points = Math.round(READABLE * byId("plot-prediction").clientWidth);
+  plotOverview(byId(`plot-overview${suffix}`), at, p, group);
+  group.buttons(byId(`tools-prediction${suffix}`));
+  const points = Math.round(READABLE * byId(`plot-prediction${suffix}`).clientWidth);
   if (at.length > 2 * points) group.show(at[0], at[points]);
 }
 

@@ -1,6 +1,6 @@
 //! Whether a page's data fit together, before anything is drawn from them.
 
-use crate::data::{ArmMotion, Axis, LinearPart, Nonlinearity, Page, ScoreCurve};
+use crate::data::{ArmMotion, Axis, LinearPart, Nonlinearity, Page, Prediction, ScoreCurve, Table};
 use crate::{Error, Result};
 
 /// Checks lengths, axes and abscissas; values may be NaN or infinite, they become gaps.
@@ -17,17 +17,10 @@ pub(crate) fn page(page: &Page) -> Result<()> {
         }
     }
     nonlinearity("nonlinearity", &page.nonlinearity)?;
-    linear(&page.linear)?;
-    let prediction = &page.prediction;
-    same(
-        "prediction.predicted".into(),
-        prediction.predicted.len(),
-        prediction.measured.len(),
-        "measured sample",
-    )?;
-    if !prediction.measured.is_empty() {
-        axis("prediction.time", &prediction.time)?;
+    for (k, part) in page.linear.iter().enumerate() {
+        linear(&format!("linear[{k}]"), part)?;
     }
+    prediction("prediction", &page.prediction)?;
     let residuals = &page.residuals;
     increasing("residuals.cross_lags".into(), &residuals.cross_lags)?;
     same(
@@ -41,7 +34,20 @@ pub(crate) fn page(page: &Page) -> Result<()> {
             score(&format!("choices[{k}].curve"), curve)?;
         }
     }
+    if let Some(candidates) = &page.candidates {
+        table("candidates", candidates)?;
+    }
     page.arm.as_ref().map_or(Ok(()), arm)
+}
+
+/// Checks a measured signal against a computed one; `part` is its path.
+pub(crate) fn prediction(part: &str, p: &Prediction) -> Result<()> {
+    let (got, need) = (p.predicted.len(), p.measured.len());
+    same(format!("{part}.predicted"), got, need, "measured sample")?;
+    match need {
+        0 => Ok(()),
+        _ => axis(&format!("{part}.time"), &p.time),
+    }
 }
 
 /// Checks a curve with its band; `part` is its path.
@@ -56,20 +62,18 @@ pub(crate) fn nonlinearity(part: &str, n: &Nonlinearity) -> Result<()> {
     optional(&format!("{part}.truth"), n.truth.len(), need, "abscissa")
 }
 
-fn linear(l: &LinearPart) -> Result<()> {
-    increasing("linear.frequency".into(), &l.frequency)?;
-    same(
-        "linear.magnitude_db".into(),
-        l.magnitude_db.len(),
-        l.frequency.len(),
-        "frequency",
-    )?;
-    same(
-        "linear.phase_deg".into(),
-        l.phase_deg.len(),
-        l.frequency.len(),
-        "frequency",
-    )
+fn linear(part: &str, l: &LinearPart) -> Result<()> {
+    increasing(format!("{part}.frequency"), &l.frequency)?;
+    let need = l.frequency.len();
+    same(format!("{part}.magnitude_db"), l.magnitude_db.len(), need, "frequency")?;
+    same(format!("{part}.phase_deg"), l.phase_deg.len(), need, "frequency")
+}
+
+fn table(part: &str, t: &Table) -> Result<()> {
+    for (k, row) in t.rows.iter().enumerate() {
+        same(format!("{part}.rows[{k}]"), row.len(), t.columns.len(), "column")?;
+    }
+    Ok(())
 }
 
 pub(crate) fn score(part: &str, curve: &ScoreCurve) -> Result<()> {

@@ -5,8 +5,12 @@
 
 use serde::Serialize;
 
+mod joint;
 mod regression;
+mod study;
+pub use joint::{Comparison, JointCurve, JointPage, ParameterTable};
 pub use regression::{RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
+pub use study::{RateLine, RatePlot, RateRow, StudyPage, StudySection};
 
 /// Everything on the page of an identification.
 #[derive(Debug, Clone, Serialize)]
@@ -27,14 +31,16 @@ pub struct Page {
     pub fresh_from: usize,
     /// The estimated nonlinearity.
     pub nonlinearity: Nonlinearity,
-    /// The linear part.
-    pub linear: LinearPart,
+    /// The linear parts, in the order in which the signal runs through them.
+    pub linear: Vec<LinearPart>,
     /// Measured against predicted on the fresh part.
     pub prediction: Prediction,
     /// Residual tests on the fresh part.
     pub residuals: Residuals,
     /// What was chosen from data and why.
     pub choices: Vec<Choice>,
+    /// The candidates that were compared, for a choice that no curve shows.
+    pub candidates: Option<Table>,
     /// Warnings, in words.
     pub warnings: Vec<String>,
     /// The moving arm, for arm records.
@@ -114,9 +120,13 @@ pub struct Nonlinearity {
     pub truth_label: String,
 }
 
-/// The linear part.
+/// A linear part.
 #[derive(Debug, Clone, Serialize)]
 pub struct LinearPart {
+    /// The heading, for example "Linear part".
+    pub title: String,
+    /// What is said beside the transfer function, for example "Order 3, static gain 1."; may be empty.
+    pub words: String,
     /// Numerator in z^-1.
     pub b: Vec<f64>,
     /// Denominator in z^-1.
@@ -221,6 +231,21 @@ pub struct ScoreCurve {
     pub y: Vec<f64>,
     /// The chosen candidate.
     pub chosen: f64,
+}
+
+/// A table of candidates.
+#[derive(Debug, Clone, Serialize)]
+pub struct Table {
+    /// The heading, for example "Structures that were tried".
+    pub title: String,
+    /// A sentence or two below it: what was compared, and by what.
+    pub words: String,
+    /// The columns' names; those but the first are set as numbers.
+    pub columns: Vec<String>,
+    /// The rows, each with as many cells as there are columns, ready to print.
+    pub rows: Vec<Vec<String>>,
+    /// The row that was chosen, marked.
+    pub chosen: Option<usize>,
 }
 
 /// A two-link arm in motion.

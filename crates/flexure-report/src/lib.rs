@@ -1,7 +1,7 @@
-//! One self-contained offline HTML page that shows an identification or a regression.
+//! One self-contained offline HTML page that shows an identification, a regression or a convergence study.
 //!
-//! [`render`] turns a [`data::Page`] of plain values, and [`render_regression`] a [`data::RegressionPage`], into one HTML document: style, scripts, plots ([uPlot], embedded)
-//! and data are all inside, nothing is ever fetched, and a content security policy in the page forbids it. The text is
+//! [`render`] turns a [`data::Page`] of plain values, [`render_regression`] a [`data::RegressionPage`] and [`render_study`] a
+//! [`data::StudyPage`] into one HTML document: style, scripts, plots ([uPlot], embedded) and data are all inside, nothing is ever fetched, and a content security policy in the page forbids it. The text is
 //! ordinary HTML, readable without scripts; the data ride along as JSON for the plots.
 //!
 //! How large records stay small is described in [`limits`].
@@ -12,11 +12,13 @@ mod check;
 pub mod data;
 mod decimate;
 mod error;
+mod joint;
 pub mod limits;
 mod payload;
 mod regression;
 mod render;
+mod study;
 mod text;
 
 pub use error::{Error, Result};
-pub use render::{render, render_regression};
+pub use render::{render, render_joint, render_regression, render_study};

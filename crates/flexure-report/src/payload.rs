@@ -10,7 +10,7 @@ use crate::limits;
 #[derive(Serialize)]
 pub(crate) struct Payload<'a> {
     pub nonlinearity: Option<NonlinearityPlot>,
-    pub linear: LinearPart,
+    pub linear: Vec<LinearPart>,
     pub prediction: Option<PredictionPlot<'a>>,
     pub residuals: ResidualPlot<'a>,
     pub scores: Vec<Option<ScoreCurve>>,
@@ -74,7 +74,7 @@ struct SignalPlot<'a> {
 pub(crate) fn payload(page: &Page) -> Payload<'_> {
     Payload {
         nonlinearity: (!page.nonlinearity.x.is_empty()).then(|| nonlinearity(&page.nonlinearity)),
-        linear: linear(&page.linear),
+        linear: page.linear.iter().map(linear).collect(),
         prediction: (!page.prediction.measured.is_empty()).then(|| prediction(&page.prediction)),
         residuals: residuals(&page.residuals),
         scores: page.choices.iter().map(score).collect(),
@@ -130,6 +130,8 @@ fn linear(l: &LinearPart) -> LinearPart {
     let thin = |v: &[f64]| thin(&v[positive..], limits::CURVE_POINTS);
     let rounded = |v: &[f64]| head(v, limits::LAGS);
     LinearPart {
+        title: l.title.clone(),
+        words: l.words.clone(),
         b: l.b.clone(),
         a: l.a.clone(),
         impulse: rounded(&l.impulse),
@@ -144,7 +146,8 @@ fn linear(l: &LinearPart) -> LinearPart {
     }
 }
 
-fn prediction(p: &Prediction) -> PredictionPlot<'_> {
+/// A measured signal against a computed one, reduced to what is drawn.
+pub(crate) fn prediction(p: &Prediction) -> PredictionPlot<'_> {
     let bucket = bucket(p.measured.len(), limits::PREDICTION_POINTS);
     let error: Vec<f64> = p.measured.iter().zip(&p.predicted).map(|(y, yh)| y - yh).collect();
     let measured = min_max(&p.measured, bucket);

@@ -6,17 +6,19 @@ use minijinja::{AutoEscape, Environment, context};
 
 use serde::Serialize;
 
-use crate::data::{Page, RegressionPage};
+use crate::data::{JointPage, Page, RegressionPage, StudyPage};
 use crate::payload::payload;
 use crate::text::text;
-use crate::{Result, check, regression};
+use crate::{Result, check, joint, regression, study};
 
 /// The templates by the names under which they include one another.
-const TEMPLATES: [(&str, &str); 4] = [
+const TEMPLATES: [(&str, &str); 6] = [
     ("base.html", include_str!("../assets/base.html")),
     ("parts.html", include_str!("../assets/parts.html")),
     ("identification.html", include_str!("../assets/identification.html")),
+    ("joint.html", include_str!("../assets/joint.html")),
     ("regression.html", include_str!("../assets/regression.html")),
+    ("study.html", include_str!("../assets/study.html")),
 ];
 
 const STYLES: [&str; 3] = [
@@ -46,11 +48,15 @@ const IDENTIFICATION: [&str; 5] = [
     include_str!("../assets/main.js"),
 ];
 
+const JOINT: [&str; 2] = [include_str!("../assets/signals.js"), include_str!("../assets/joint.js")];
+
 const REGRESSION: [&str; 3] = [
     include_str!("../assets/distribution.js"),
     include_str!("../assets/surface.js"),
     include_str!("../assets/regression.js"),
 ];
+
+const STUDY: [&str; 1] = [include_str!("../assets/study.js")];
 
 /// The page as one HTML document that needs nothing else.
 ///
@@ -81,6 +87,29 @@ pub fn render_regression(page: &RegressionPage) -> Result<String> {
         regression::text(page, &payload),
         &payload,
     )
+}
+
+/// The page of a convergence study as one HTML document that needs nothing else.
+///
+/// # Errors
+///
+/// [`crate::Error::Length`], [`crate::Error::NotIncreasing`] and [`crate::Error::NotPositive`] if the page's data contradict
+/// one another.
+pub fn render_study(page: &StudyPage) -> Result<String> {
+    study::check(page)?;
+    document("study.html", &STUDY, study::text(page), &study::payload(page))
+}
+
+/// The page of a joint's friction and stiffness as one HTML document that needs nothing else.
+///
+/// # Errors
+///
+/// [`crate::Error::Length`], [`crate::Error::NotIncreasing`] and [`crate::Error::Axis`] if the page's data contradict one
+/// another.
+pub fn render_joint(page: &JointPage) -> Result<String> {
+    joint::check(page)?;
+    let payload = joint::payload(page);
+    document("joint.html", &JOINT, joint::text(page, &payload), &payload)
 }
 
 /// Fills in a template with the page's words, and embeds its scripts and the data that they plot.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::data::{Choice, Fact, Page, ScoreCurve, Test, Verdict};
+use crate::data::{Choice, Fact, LinearPart, Page, ScoreCurve, Table, Test, Verdict};
 use crate::limits;
 use crate::payload::Payload;
 
@@ -17,7 +17,8 @@ pub(crate) struct Text<'a> {
     tests: Vec<TestRow<'a>>,
     choices: Vec<ChoiceText<'a>>,
     nonlinearity: Option<NonlinearityText<'a>>,
-    linear: LinearText,
+    linear: Vec<LinearText<'a>>,
+    candidates: Option<&'a Table>,
     prediction: Option<PredictionText<'a>>,
     residuals: ResidualText,
     record: Option<RecordText>,
@@ -53,7 +54,11 @@ struct NonlinearityText<'a> {
 }
 
 #[derive(Serialize)]
-struct LinearText {
+struct LinearText<'a> {
+    title: &'a str,
+    words: &'a str,
+    /// The place among all linear parts, which its plots are named by.
+    index: usize,
     any: bool,
     impulse: bool,
     estimate: bool,
@@ -115,7 +120,10 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             .nonlinearity
             .as_ref()
             .map(|plot| nonlinearity(page, plot.points)),
-        linear: linear(page),
+        linear: (page.linear.iter().enumerate().map(linear))
+            .filter(|part| part.any)
+            .collect(),
+        candidates: page.candidates.as_ref().filter(|table| !table.rows.is_empty()),
         prediction: payload.prediction.as_ref().map(|plot| PredictionText {
             fit: number(page.prediction.fit_percent, 4),
             rms: number(page.prediction.rms, 4),
@@ -181,8 +189,7 @@ fn nonlinearity(page: &Page, points: bool) -> NonlinearityText<'_> {
     }
 }
 
-fn linear(page: &Page) -> LinearText {
-    let l = &page.linear;
+fn linear((index, l): (usize, &LinearPart)) -> LinearText<'_> {
     let (impulse, bode) = (
         l.impulse.len() + l.impulse_estimate.len() > 0,
         l.frequency.iter().any(|&f| f > 0.0),
@@ -190,6 +197,9 @@ fn linear(page: &Page) -> LinearText {
     let roots = l.poles.len() + l.zeros.len() > 0;
     let equation = (!l.b.is_empty() && !l.a.is_empty()).then(|| [polynomial(&l.b), polynomial(&l.a)]);
     LinearText {
+        title: &l.title,
+        words: &l.words,
+        index,
         any: impulse || bode || roots || equation.is_some(),
         impulse,
         estimate: !l.impulse_estimate.is_empty(),

@@ -10,7 +10,7 @@ mod system;
 mod common;
 
 use common::{data, words};
-use flexure_report::data::Page;
+use flexure_report::data::{Page, Table};
 use flexure_report::{Error, render};
 use serde_json::Value;
 
@@ -24,6 +24,7 @@ fn words_cannot_become_markup_or_end_the_data() {
     let clean = html(&pages::full());
     let mut page = pages::full();
     let (fact, signal) = (&mut page.facts[0], &mut page.record[0]);
+    let part = &mut page.linear[0];
     let (test, choice) = (&mut page.residuals.tests[0], &mut page.choices[0]);
     for text in [
         &mut page.title,
@@ -38,6 +39,8 @@ fn words_cannot_become_markup_or_end_the_data() {
         &mut page.nonlinearity.x_label,
         &mut page.nonlinearity.band_label,
         &mut page.nonlinearity.truth_label,
+        &mut part.title,
+        &mut part.words,
         &mut page.prediction.y_label,
         &mut page.residuals.level,
         &mut test.name,
@@ -114,7 +117,7 @@ fn values_that_are_not_finite_become_gaps() {
     page.prediction.fit_percent = f64::NAN;
     page.residuals.limit = f64::NAN;
     page.residuals.tests[0].p_value = f64::NAN;
-    page.linear.poles[0][1] = f64::NAN;
+    page.linear[0].poles[0][1] = f64::NAN;
     page.arm.as_mut().expect("an arm").q[0][7] = f64::NAN;
     let html = html(&page);
     let data = data(&html);
@@ -125,7 +128,7 @@ fn values_that_are_not_finite_become_gaps() {
         ("/prediction/predicted/5", "prediction"),
         ("/prediction/error/5", "error"),
         ("/residuals/limit", "limit"),
-        ("/linear/poles/0/1", "pole"),
+        ("/linear/0/poles/0/1", "pole"),
         ("/arm/q/0/7", "angle"),
     ] {
         assert_eq!(data.pointer(pointer), Some(&Value::Null), "{name}");
@@ -208,7 +211,7 @@ fn parts_without_data_leave_no_empty_boxes() {
     for list in [&mut page.nonlinearity.x, &mut page.nonlinearity.y] {
         list.clear();
     }
-    let linear = &mut page.linear;
+    let linear = &mut page.linear[0];
     for list in [&mut linear.b, &mut linear.a, &mut linear.impulse, &mut linear.frequency] {
         list.clear();
     }
@@ -270,6 +273,55 @@ fn a_nonlinearity_known_at_few_points_shows_them() {
     }
     let (points, words) = words_of(11);
     assert!(points == false && words.contains("The estimated curve") && !words.contains(said));
+}
+
+#[test]
+fn every_linear_part_has_a_section_and_plots_of_its_own() {
+    let mut page = pages::full();
+    let mut back = page.linear[0].clone();
+    back.title = "Behind the nonlinearity".into();
+    back.zeros.clear();
+    back.poles.clear();
+    page.linear.push(back);
+    let html = html(&page);
+    for (id, heading) in [("linear", "Linear part"), ("linear-1", "Behind the nonlinearity")] {
+        assert!(html.contains(&format!(r#"<section class="part" id="{id}""#)), "{id}");
+        assert!(html.contains(&format!(r##"href="#{id}">{heading}"##)), "{heading}");
+    }
+    let plots = |name: &str| [0, 1].map(|k| html.matches(&format!(r#"id="plot-{name}-{k}""#)).count());
+    assert_eq!(["impulse", "magnitude", "phase"].map(plots), [[1, 1]; 3]);
+    assert_eq!(plots("roots"), [1, 0], "the second has none");
+    assert_eq!(data(&html)["linear"].as_array().expect("a list").len(), 2);
+}
+
+#[test]
+fn candidates_stand_in_a_table_with_the_chosen_one_marked() {
+    let table = Table {
+        title: "Structures <tried>".into(),
+        words: "By their error.".into(),
+        columns: ["structure", "error"].map(String::from).to_vec(),
+        rows: vec![vec!["linear".into(), "0.4".into()], vec!["Wiener".into(), "0.1".into()]],
+        chosen: Some(1),
+    };
+    let with = |table: Table| Page {
+        candidates: Some(table),
+        ..pages::full()
+    };
+    let text = words(&html(&with(table.clone())));
+    assert!(text.contains("Structures &lt;tried&gt;</h2>") && text.contains(r#"data-name="error">0.4</td>"#));
+    let (before, after) = text.split_once(r#"<tr class="chosen-row">"#).expect("a marked row");
+    assert!(before.contains(">linear</th>") && after.contains(">Wiener</th>"));
+    let empty = Table {
+        rows: Vec::new(),
+        ..table.clone()
+    };
+    assert!(!words(&html(&with(empty))).contains("candidates-heading"));
+    let mut ragged = with(table);
+    ragged.candidates.as_mut().expect("a table").rows[0].pop();
+    assert_eq!(
+        render(&ragged).expect_err("refused").to_string(),
+        "candidates.rows[0] has 1 values where 2 are needed: give one for each column"
+    );
 }
 
 #[test]

@@ -89,6 +89,7 @@ fn main() -> Result<(), rayon::ThreadPoolBuildError> {
     );
     let grid: Vec<f64> = (0..1000).map(|i| -2.0 + 4.0 * f64::from(i) / 999.0).collect();
     let twenty: Vec<f64> = (0..20).map(|i| 0.01 * 200f64.powf(f64::from(i) / 19.0)).collect();
+    let fifty: Vec<f64> = (0..50).map(|i| 0.02 * 100f64.powf(f64::from(i) / 49.0)).collect();
     let most = std::env::var("KERNEL_BENCH_MOST").ok().and_then(|v| v.parse().ok());
     let sizes = [1_000, 10_000, 100_000, 1_000_000, 10_000_000];
     for n in sizes.into_iter().filter(|n| *n <= most.unwrap_or(10_000_000)) {
@@ -115,6 +116,10 @@ fn main() -> Result<(), rayon::ThreadPoolBuildError> {
         row(&pools, "exact leave-one-out, 20 bandwidths", n, || {
             let method = search(Kernel::Epanechnikov, Degree::Constant, exact);
             method.exact_scores(&x, &y, None, &twenty).is_ok()
+        });
+        row(&pools, "binned leave-one-out, 50 bandwidths", n, || {
+            let method = search(Kernel::Epanechnikov, Degree::Constant, binned);
+            method.binned_scores(&x, &y, &fifty).is_ok()
         });
         for (job, kernel, degree, scoring) in [
             ("search, exact", Kernel::Epanechnikov, Degree::Constant, exact),

@@ -261,6 +261,38 @@ pub enum Error {
         /// What it was doing.
         stage: &'static str,
     },
+    /// An angle jumps by a whole turn.
+    #[error(
+        "column '{column}' jumps by {jump} at sample {sample}, a whole turn: the encoder wraps at 2 pi; unwrap the angle first \
+         (add a turn from that sample on)"
+    )]
+    WrappedAngle {
+        /// The column's name.
+        column: String,
+        /// The sample after the jump, from 0.
+        sample: usize,
+        /// The jump, rad.
+        jump: f64,
+    },
+    /// A record is sampled too slowly for the motion in it.
+    #[error(
+        "a sample time of {step} s is too long: the motion still stands out at {band:.4} Hz, and what happens between the \
+         samples is lost; sample faster, or excite more slowly"
+    )]
+    SampledTooSlowly {
+        /// The sample time, s.
+        step: f64,
+        /// The highest frequency at which the motion was seen, Hz.
+        band: f64,
+    },
+    /// A motion does not tell what is asked of it.
+    #[error(
+        "the motion does not tell {what}: it is too slow, too regular or too short; move at several speeds in both directions"
+    )]
+    TooLittleMotion {
+        /// What it should tell.
+        what: &'static str,
+    },
 }
 
 /// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.

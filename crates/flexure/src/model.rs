@@ -38,14 +38,49 @@ impl Block {
                 }
                 signal
             }
+            Block::Parallel(blocks) => added(blocks.iter().map(|b| b.simulate(input)), input.len()),
+        }
+    }
+
+    /// The number of states of all linear blocks.
+    pub fn states(&self) -> usize {
+        match self {
+            Block::Static(_) => 0,
+            Block::Linear(system) => system.states(),
+            Block::Series(blocks) | Block::Parallel(blocks) => blocks.iter().map(Block::states).sum(),
+        }
+    }
+
+    /// What enters every linear block on average over a free run under `input`, in the order in which the blocks stand.
+    pub(crate) fn levels(&self, input: &[f64], levels: &mut Vec<f64>) -> Vec<f64> {
+        match self {
+            Block::Static(_) => self.simulate(input),
+            Block::Linear(system) => {
+                levels.push(input.iter().sum::<f64>() / input.len().max(1) as f64);
+                system.simulate_from_mean(input)
+            }
+            Block::Series(blocks) => (blocks.iter()).fold(input.to_vec(), |signal, b| b.levels(&signal, levels)),
+            Block::Parallel(blocks) => added(blocks.iter().map(|b| b.levels(input, levels)), input.len()),
+        }
+    }
+
+    /// The response to `input` where every linear block starts in the steady state that belongs to its level, plus its
+    /// states ([`TransferFunction::simulate_from`]); both in the order in which the blocks stand.
+    pub(crate) fn simulate_from(&self, input: &[f64], levels: &mut &[f64], states: &mut &[f64]) -> Vec<f64> {
+        match self {
+            Block::Static(_) => self.simulate(input),
+            Block::Linear(system) => {
+                let (level, others) = levels.split_first().unwrap_or((&0.0, &[]));
+                let (own, rest) = states.split_at(system.states().min(states.len()));
+                (*levels, *states) = (others, rest);
+                system.simulate_from(input, *level, own)
+            }
+            Block::Series(blocks) => {
+                (blocks.iter()).fold(input.to_vec(), |signal, b| b.simulate_from(&signal, levels, states))
+            }
             Block::Parallel(blocks) => {
-                let mut sum = vec![0.0; input.len()];
-                for block in blocks {
-                    for (total, value) in sum.iter_mut().zip(block.simulate(input)) {
-                        *total += value;
-                    }
-                }
-                sum
+                let each = blocks.iter().map(|b| b.simulate_from(input, levels, states));
+                added(each, input.len())
             }
         }
     }
@@ -60,4 +95,13 @@ impl Block {
             Block::Parallel(blocks) => blocks.iter().map(|b| b.settling(share)).max().unwrap_or(0),
         }
     }
+}
+
+/// The sum of signals.
+fn added(signals: impl Iterator<Item = Vec<f64>>, samples: usize) -> Vec<f64> {
+    let mut sum = vec![0.0; samples];
+    for signal in signals {
+        sum.iter_mut().zip(signal).for_each(|(total, value)| *total += value);
+    }
+    sum
 }

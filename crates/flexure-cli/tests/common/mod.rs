@@ -146,6 +146,34 @@ pub fn known(samples: usize, seed: u64) -> Record {
     KnownHammerstein::usual(KnownNonlinearity::DeadZone, damped).simulate(samples, seed)
 }
 
+/// Linear interpolation, held at its end values: NumPy's `interp`.
+pub fn interpolate(x: &[f64], y: &[f64], at: f64) -> f64 {
+    let last = x.len() - 1;
+    if at <= x[0] {
+        return y[0];
+    }
+    if at >= x[last] {
+        return y[last];
+    }
+    let i = (0..last).rfind(|&i| x[i] <= at).unwrap();
+    y[i] + (y[i + 1] - y[i]) * (at - x[i]) / (x[i + 1] - x[i])
+}
+
+/// The difference equation a(z) y = b(z) w, with w at `before` for ever before its first sample and the
+/// output settled: SciPy's `lfilter` with `zi = lfilter_zi(b, a) * before`.
+pub fn filter(b: &[f64], a: &[f64], w: &[f64], before: f64) -> Vec<f64> {
+    let settled = before * b.iter().sum::<f64>() / a.iter().sum::<f64>();
+    let mut y: Vec<f64> = Vec::new();
+    for n in 0..w.len() {
+        let input = |i: usize| if n >= i { w[n - i] } else { before };
+        let output = |i: usize| if n >= i { y[n - i] } else { settled };
+        let forward: f64 = b.iter().enumerate().map(|(i, b)| b * input(i)).sum();
+        let back: f64 = a.iter().enumerate().skip(1).map(|(i, a)| a * output(i)).sum();
+        y.push((forward - back) / a[0]);
+    }
+    y
+}
+
 /// The numbers of a JSON array.
 pub fn numbers(value: &Value) -> Vec<f64> {
     let list = value.as_array().unwrap_or_else(|| panic!("{value} is no array"));

@@ -59,7 +59,7 @@ pub fn full() -> Page {
         time: axis("time", "s", 0.0, SAMPLE_TIME),
         fresh_from: fresh,
         nonlinearity,
-        linear,
+        linear: vec![linear],
         prediction,
         residuals: Residuals {
             autocorrelation: (0..=40).map(|lag| correlation(&error, &error, lag)).collect(),
@@ -130,6 +130,7 @@ pub fn full() -> Page {
                 "The curve is known at −3 and 3 N m, which fixes scale and offset.",
             ),
         ],
+        candidates: None,
         warnings: vec!["Only 31 samples have an input beyond ±7.5 N m: the curve is uncertain there.".into()],
         arm: Some(arm),
         command: Some("flexure demo --out flexure-demo --preset space-arm --seed 1".into()),
@@ -163,11 +164,12 @@ pub fn bare() -> Page {
     }
     (n.x_label, n.y_label) = ("u".into(), "intermediate signal".into());
     page.prediction.y_label = "y".into();
-    page.linear.impulse_estimate.clear();
-    page.linear.impulse_limit = 0.0;
-    page.linear.frequency_unit = "cycles/sample".into();
-    page.linear.frequency.iter_mut().for_each(|f| *f *= SAMPLE_TIME);
-    page.linear.zeros.push([-7.3, 0.0]);
+    let linear = &mut page.linear[0];
+    linear.impulse_estimate.clear();
+    linear.impulse_limit = 0.0;
+    linear.frequency_unit = "cycles/sample".into();
+    linear.frequency.iter_mut().for_each(|f| *f *= SAMPLE_TIME);
+    linear.zeros.push([-7.3, 0.0]);
     page.residuals.tests[0] = test(
         "Whiteness (Ljung-Box, 25 lags)",
         1.031e4,

@@ -7,4 +7,5 @@ mod text;
 
 pub(crate) use check::check;
 pub(crate) use payload::payload;
+pub(crate) use scatter::{Cloud, cloud};
 pub(crate) use text::text;

@@ -19,6 +19,7 @@ mod checks;
 mod dependence;
 pub mod hammerstein;
 mod impulse;
+pub mod joint;
 mod outcome;
 mod output_error;
 mod refined;
@@ -35,5 +36,5 @@ pub use refined::{
     Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
     RefinedIdentification,
 };
-pub use sandwich::{ApproximationScore, SandwichIdentification, Stage, TriedStructure, WienerHammerstein};
+pub use sandwich::{ApproximationScore, Intersample, SandwichIdentification, Stage, TriedStructure, WienerHammerstein};
 pub use wiener::{Wiener, WienerIdentification, WienerStart};

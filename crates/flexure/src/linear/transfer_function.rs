@@ -100,9 +100,29 @@ impl TransferFunction {
             return self.simulate(input);
         }
         let mean = input.iter().sum::<f64>() / input.len() as f64;
-        let centred: Vec<f64> = input.iter().map(|u| u - mean).collect();
-        let mut output = self.simulate(&centred);
-        output.iter_mut().for_each(|y| *y += gain * mean);
+        self.simulate_from(input, mean, &vec![0.0; self.states()])
+    }
+
+    /// The number of states of the transposed direct form II.
+    pub fn states(&self) -> usize {
+        self.a.len().max(self.b.len()) - 1
+    }
+
+    /// The response to `input` from the steady state that belongs to a constant input `level`, plus `state`: the states s of the
+    /// transposed direct form II, y_n = b_0 u_n + s_1, of which those missing are zero.
+    ///
+    /// A system without a steady state (a pole at 1) takes `level` for zero.
+    pub fn simulate_from(&self, input: &[f64], level: f64, state: &[f64]) -> Vec<f64> {
+        let gain = self.static_gain();
+        let level = if gain.is_finite() { level } else { 0.0 };
+        let centred: Vec<f64> = input.iter().map(|u| u - level).collect();
+        // The last one stays zero.
+        let mut all: Vec<f64> = state.iter().copied().take(self.states()).collect();
+        all.resize(self.states() + 1, 0.0);
+        let mut output = self.run(&centred, &mut all);
+        if level != 0.0 {
+            output.iter_mut().for_each(|y| *y += gain * level);
+        }
         output
     }
 

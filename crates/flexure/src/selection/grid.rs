@@ -1,4 +1,5 @@
-//! The bandwidth with the lowest score: a logarithmic grid, then a finer one around its best.
+//! The bandwidth with the lowest score: a logarithmic grid, as the score may have several minima, then smaller steps around
+//! its best and the lowest point of a parabola.
 
 use rayon::prelude::*;
 
@@ -6,8 +7,8 @@ use super::{BandwidthSearch, Score};
 
 /// Bandwidths of the logarithmic grid.
 const COARSE: usize = 20;
-/// Bandwidths tried between the best of the grid and each of its neighbours.
-const FINE: usize = 3;
+/// Steps into which the grid's on either side of the best is divided.
+const STEPS: usize = 3;
 /// The smallest bandwidth tried, as a share of the data's extent, whatever the number of points.
 const SMALLEST: f64 = 1e-4;
 /// Relative difference of two scores that counts as none.
@@ -16,8 +17,10 @@ const FLAT: f64 = 1e-9;
 /// The bandwidths worth trying, by the logarithm of their ratio to the smallest: the unit of x changes nothing.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grid {
-    smallest: f64,
-    step: f64,
+    /// The smallest bandwidth.
+    pub smallest: f64,
+    /// The largest bandwidth.
+    pub largest: f64,
 }
 
 impl Grid {
@@ -27,47 +30,26 @@ impl Grid {
     pub fn new(sorted: &[f64]) -> Self {
         let extent = bulk(sorted);
         let smallest = extent * (3.0 / sorted.len() as f64).clamp(SMALLEST, 0.2);
-        let largest = extent.max(2.0 * smallest);
         Grid {
             smallest,
-            step: (largest / smallest).ln() / (COARSE - 1) as f64,
+            largest: extent.max(2.0 * smallest),
         }
-    }
-
-    fn at(&self, position: f64) -> f64 {
-        self.smallest * (self.step * position).exp()
     }
 
     /// The nearest bandwidth that could be tried.
     pub fn clamp(&self, bandwidth: f64) -> f64 {
         // NaN becomes the largest.
-        bandwidth.min(self.at((COARSE - 1) as f64)).max(self.smallest)
+        bandwidth.min(self.largest).max(self.smallest)
     }
 
     /// The whole search, all bandwidths of a round in parallel; of equal scores the smoothest wins.
     pub fn search(&self, score: impl Fn(f64) -> f64 + Sync) -> BandwidthSearch {
-        let tried = |positions: Vec<f64>| -> Vec<Score> {
-            positions
-                .into_par_iter()
-                .map(|position| self.at(position))
-                .map(|bandwidth| Score {
-                    bandwidth,
-                    error: score(bandwidth),
-                })
-                .collect()
-        };
-        let mut curve = tried((0..COARSE).map(|i| i as f64).collect());
-        let best = lowest(&curve);
-        let inside = 0 < best && best < COARSE - 1;
-        let next = &curve[best.clamp(1, COARSE - 2)];
-        // A score that does not depend on the bandwidth (an input of a few levels) has no edge.
-        let at_edge = !inside && next.error - curve[best].error > FLAT * next.error;
-        if inside {
-            let part = |k: usize| (k as f64 - FINE as f64 - 1.0) / (FINE + 1) as f64;
-            let between = (1..2 * FINE + 2).filter(|&k| k != FINE + 1);
-            curve.extend(tried(between.map(|k| best as f64 + part(k)).collect()));
-            curve.sort_by(|a, b| a.bandwidth.total_cmp(&b.bandwidth));
-        }
+        self.search_by(|bandwidths| bandwidths.par_iter().map(|&h| score(h)).collect())
+    }
+
+    /// [`search`](Self::search), with the scores of many bandwidths at a time.
+    pub fn search_by(&self, scores: impl Fn(&[f64]) -> Vec<f64>) -> BandwidthSearch {
+        let (curve, at_edge) = self.curve(COARSE, scores);
         BandwidthSearch {
             bandwidth: curve[lowest(&curve)].bandwidth,
             curve,
@@ -75,6 +57,52 @@ impl Grid {
             binning: None,
         }
     }
+
+    /// All candidates of a search that begins with `count` bandwidths, and whether the best is at the edge.
+    pub fn curve(&self, count: usize, scores: impl Fn(&[f64]) -> Vec<f64>) -> (Vec<Score>, bool) {
+        let step = (self.largest / self.smallest).ln() / (count - 1) as f64;
+        let scores = |positions: &[f64]| {
+            let bandwidths: Vec<f64> = positions.iter().map(|t| self.smallest * (step * t).exp()).collect();
+            scored(&bandwidths, scores(&bandwidths))
+        };
+        let places: Vec<f64> = (0..count).map(|i| i as f64).collect();
+        let mut curve = scores(&places);
+        let best = lowest(&curve);
+        let inside = 0 < best && best < count - 1;
+        let next = &curve[best.clamp(1, count - 2)];
+        // A score that does not depend on the bandwidth (an input of a few levels) has no edge.
+        let at_edge = !inside && next.error - curve[best].error > FLAT * next.error;
+        if inside {
+            let part = 1.0 / STEPS as f64;
+            let near: Vec<f64> = (1..2 * STEPS)
+                .filter(|&k| k != STEPS)
+                .map(|k| best as f64 - 1.0 + part * k as f64)
+                .collect();
+            insert(&mut curve, scores(&near));
+            // The neighbours of the best are now one step away from it.
+            let best = lowest(&curve);
+            let [below, here, above] = [best - 1, best, best + 1].map(|i| curve[i].error);
+            let bend = below - 2.0 * here + above;
+            let shift = 0.5 * (below - above) / bend;
+            // Outside, where the best is next to the grid's neighbour, the steps differ, and it is near enough.
+            if shift.abs() <= 1.0 && shift != 0.0 {
+                let place = (curve[best].bandwidth / self.smallest).ln() / step;
+                insert(&mut curve, scores(&[place + part * shift]));
+            }
+        }
+        (curve, at_edge)
+    }
+}
+
+/// Bandwidths and their scores.
+pub(super) fn scored(bandwidths: &[f64], errors: Vec<f64>) -> Vec<Score> {
+    let score = |(&bandwidth, error)| Score { bandwidth, error };
+    bandwidths.iter().zip(errors).map(score).collect()
+}
+
+fn insert(curve: &mut Vec<Score>, scores: Vec<Score>) {
+    curve.extend(scores);
+    curve.sort_by(|a, b| a.bandwidth.total_cmp(&b.bandwidth));
 }
 
 /// Twice the length that holds the middle four fifths of the data, but not more than all; 1 for a constant.
@@ -88,7 +116,7 @@ pub(crate) fn bulk(sorted: &[f64]) -> f64 {
 }
 
 /// The index of the lowest score; of equal ones the last, the smoothest.
-fn lowest(curve: &[Score]) -> usize {
+pub(super) fn lowest(curve: &[Score]) -> usize {
     (0..curve.len())
         .rev()
         .min_by(|&i, &j| curve[i].error.total_cmp(&curve[j].error))
@@ -104,12 +132,25 @@ mod tests {
     }
 
     #[test]
-    fn the_minimum_is_found_to_a_fraction_of_a_step() {
+    fn the_minimum_of_a_parabola_is_found_exactly() {
         let grid = Grid::new(&evenly(1000));
         let search = grid.search(|h| (h / 0.05).ln().powi(2));
-        assert!((search.bandwidth / 0.05).ln().abs() <= 0.5 * grid.step / (FINE + 1) as f64 * 1.0001);
-        assert_eq!(search.curve.len(), COARSE + 2 * FINE);
+        assert!((search.bandwidth / 0.05 - 1.0).abs() < 1e-9, "{}", search.bandwidth);
+        assert_eq!(search.curve.len(), COARSE + 2 * (STEPS - 1) + 1);
         assert!(search.curve.windows(2).all(|w| w[0].bandwidth < w[1].bandwidth) && !search.at_edge);
+    }
+
+    #[test]
+    fn other_minima_are_found_to_a_part_of_a_step() {
+        let grid = Grid::new(&evenly(1000));
+        let step = (grid.largest / grid.smallest).ln() / (COARSE - 1) as f64;
+        // Far from a parabola, with a second minimum.
+        for target in [0.011_f64, 0.047, 0.2] {
+            let score = |h: f64| (h / target).ln().abs().sqrt().min(0.7 + (h / 0.9).ln().abs());
+            let search = grid.search(score);
+            let off = (search.bandwidth / target).ln().abs();
+            assert!(off <= 0.5 * step / STEPS as f64 * 1.0001, "{target}: {off}");
+        }
     }
 
     #[test]

@@ -1,16 +1,22 @@
 //! Experiments on the algorithms themselves.
 //!
 //! [`rates`] measures how fast the plain estimator converges and puts that beside Theorems 1 and 2; [`estimators`]
-//! does so for every estimator of a static nonlinearity, beside the theory of each.
+//! does so for every estimator of a static nonlinearity, beside the theory of each; [`refined`] for the refined identification.
+//!
+//! A [`Study`] is any list of [`Experiment`]s; a [`Checkpoint`] of it can be saved and resumed.
 
 pub mod estimators;
 mod fit;
+mod plan;
 pub mod rates;
+pub mod refined;
 mod sample;
 mod setting;
 mod table;
 
 pub use estimators::{ErrorNorm, EstimatorSetting, EstimatorStudy, Method, Regressand, Schedule};
-pub use rates::{Checkpoint, RateStudy};
+pub use plan::{Checkpoint, Experiment, OneRun, Study};
+pub use rates::RateStudy;
+pub use refined::{RefinedSetting, RefinedStudy};
 pub use setting::{Bandwidth, Data, Input, Norm, Setting, Target};
-pub use table::{Experiment, FINITE_SAMPLES, LEVEL, RatePoint, RateResult, RateTable};
+pub use table::{FINITE_SAMPLES, LEVEL, RatePoint, RateResult, RateTable};

@@ -41,30 +41,21 @@
 //!   h, so its L2 norm is h^(1/2), as if p were 1/2: h ~ n^(-1/2) balances it with the variance, and the L2 error is
 //!   of order n^(-1/4).
 
-use std::collections::BTreeMap;
-use std::ops::ControlFlow;
-
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-
+use super::plan::{Experiment, OneRun, Study};
 use super::sample::Sampler;
 use super::setting::{Data, Input, Setting, Target};
-use super::table::{RatePoint, RateResult, RateTable};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::linear::TransferFunction;
 use crate::systems::{KnownNonlinearity, known_linear_parts};
 
-/// The fewest runs that give a standard error worth the name.
-const FEWEST_RUNS: usize = 20;
-
-/// A convergence study: every setting at every number of samples, many times.
+/// The convergence study of the plain estimator.
 ///
-/// | parameter | purpose | valid range | quick | full |
-/// |---|---|---|---|---|
-/// | `settings` | what is measured | not empty | 18 points + 7 nonlinearities | the same |
-/// | `lengths` | numbers of samples n | at least two, increasing, from 10 | 1,000 to 64,000 | 1,000 to 1,000,000 |
-/// | `runs` | Monte Carlo runs for each | at least 20 | 200 | 400 |
-/// | `seed` | of all random numbers | | 1 | 1 |
+/// | parameter | quick | full |
+/// |---|---|---|
+/// | `settings` | 18 points + 7 nonlinearities | the same |
+/// | `lengths` | 1,000 to 64,000 | 1,000 to 1,000,000 |
+/// | `runs` | 200 | 400 |
+/// | `seed` | 1 | 1 |
 ///
 /// ```no_run
 /// use std::ops::ControlFlow;
@@ -73,17 +64,7 @@ const FEWEST_RUNS: usize = 20;
 /// println!("{table}");
 /// # Ok::<(), flexure::Error>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RateStudy {
-    /// What is measured.
-    pub settings: Vec<Setting>,
-    /// The numbers of samples, increasing.
-    pub lengths: Vec<usize>,
-    /// Monte Carlo runs for each setting and number of samples.
-    pub runs: usize,
-    /// Seed of all random numbers.
-    pub seed: u64,
-}
+pub type RateStudy = Study<Setting>;
 
 impl RateStudy {
     /// The settings of Theorems 1 and 2 and the seven nonlinearities: well under a minute on two cores.
@@ -104,77 +85,29 @@ impl RateStudy {
             ..RateStudy::quick()
         }
     }
+}
 
-    /// Runs the whole study. `progress` is called now and then with the samples simulated so far and in
-    /// all, and stops the study by returning [`ControlFlow::Break`]; see [`Checkpoint`] for one that can be resumed.
-    ///
-    /// The result depends on the study alone, not on the number of threads.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] for a study outside the valid ranges,
-    /// [`Error::Stopped`] if `progress` stopped it.
-    pub fn run(&self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<RateTable> {
-        Checkpoint::new(self.clone()).run(progress)
+impl Experiment for Setting {
+    fn name(&self) -> String {
+        Setting::name(self)
+    }
+
+    fn exponent(&self) -> f64 {
+        self.exponent
+    }
+
+    fn sharp(&self) -> bool {
+        self.sharp
     }
 
     fn check(&self) -> Result<()> {
-        check_plan(self.settings.len(), &self.lengths, self.runs)?;
-        self.settings.iter().try_for_each(Setting::check)
+        self.problems()
     }
 
-    /// The samples of one setting at one n.
-    fn cost(&self, n: usize) -> usize {
-        n.saturating_mul(self.runs)
+    fn prepared(&self) -> OneRun<'_> {
+        let sampler = Sampler::new(self);
+        Box::new(move |n, seed| sampler.squared_error(n, seed))
     }
-}
-
-/// The number of settings, the lengths and the runs of a study.
-pub(super) fn check_plan(settings: usize, lengths: &[usize], runs: usize) -> Result<()> {
-    for (what, need, got, requirement) in [
-        ("settings", 1, settings, "at least 1"),
-        ("lengths", 2, lengths.len(), "at least 2"),
-        ("runs", FEWEST_RUNS, runs, "at least 20"),
-    ] {
-        if got < need {
-            return Err(Error::InvalidParameter {
-                name: format!("the number of {what} of a rate study"),
-                value: got as f64,
-                requirement,
-            });
-        }
-    }
-    let mut previous = 9;
-    for (i, &n) in lengths.iter().enumerate() {
-        if n <= previous {
-            return Err(Error::InvalidParameter {
-                name: format!("lengths[{i}]"),
-                value: n as f64,
-                requirement: "at least 10, and greater than the one before it",
-            });
-        }
-        previous = n;
-    }
-    Ok(())
-}
-
-/// The runs between two calls of a study's progress: about a second.
-pub(super) fn batch(n: usize, runs: usize) -> usize {
-    (20_000_000 / n).clamp(1, runs)
-}
-
-/// One seed for each setting, n and run, whatever else the study contains.
-pub(super) fn seed_of(seed: u64, setting: usize, n: usize, run: usize) -> u64 {
-    [setting, n, run]
-        .iter()
-        .fold(seed, |state, &v| mix(state.wrapping_add(mix(v as u64))))
-}
-
-/// The finaliser of SplitMix64 (Steele, Lea & Flood 2014) after its increment.
-fn mix(v: u64) -> u64 {
-    let v = v.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let v = (v ^ (v >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let v = (v ^ (v >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    v ^ (v >> 31)
 }
 
 /// The three classes at their worst point, from static and Hammerstein data, for the three inputs.
@@ -208,74 +141,6 @@ pub fn known_settings() -> Vec<Setting> {
         .into_iter()
         .map(|phi| Setting::over_the_interior(phi, linear.clone(), 1))
         .collect()
-}
-
-/// A study with what it has measured so far: save it, and a study that was stopped goes on where it was.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Checkpoint {
-    study: RateStudy,
-    /// By setting, then n.
-    done: BTreeMap<usize, BTreeMap<usize, RatePoint>>,
-}
-
-impl Checkpoint {
-    /// A study of which nothing has been measured.
-    pub fn new(study: RateStudy) -> Self {
-        Checkpoint {
-            study,
-            done: BTreeMap::new(),
-        }
-    }
-
-    /// The study.
-    pub fn study(&self) -> &RateStudy {
-        &self.study
-    }
-
-    /// Measures what is missing. As [`RateStudy::run`], but what was measured before a stop is kept in `self`.
-    ///
-    /// # Errors
-    /// Those of [`RateStudy::run`].
-    pub fn run(&mut self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<RateTable> {
-        self.study.check()?;
-        let study = &self.study;
-        let each: usize = study.lengths.iter().map(|&n| study.cost(n)).sum();
-        let total = each.saturating_mul(study.settings.len());
-        let mut spent: usize = self.done.values().flat_map(|d| d.keys()).map(|&n| study.cost(n)).sum();
-        for (s, setting) in study.settings.iter().enumerate() {
-            let done = self.done.entry(s).or_default();
-            let sampler = Sampler::new(setting);
-            for &n in &study.lengths {
-                if done.contains_key(&n) {
-                    continue;
-                }
-                let mut errors = Vec::with_capacity(study.runs);
-                let batch = batch(n, study.runs);
-                for first in (0..study.runs).step_by(batch) {
-                    if progress(spent, total).is_break() {
-                        return Err(Error::Stopped { done: spent, total });
-                    }
-                    let runs = first..study.runs.min(first + batch);
-                    spent += n * runs.len();
-                    let squared: Result<Vec<Option<f64>>> = runs
-                        .into_par_iter()
-                        .map(|run| sampler.squared_error(n, seed_of(study.seed, s, n, run)))
-                        .collect();
-                    errors.extend(squared?);
-                }
-                done.insert(n, RatePoint::new(n, &errors));
-            }
-        }
-        // The last call is only news; there is nothing left to stop.
-        let _ = progress(total, total);
-        let results = study.settings.iter().enumerate().map(|(s, setting)| {
-            let points = self.done.get(&s).into_iter().flat_map(|d| d.values().copied());
-            RateResult::new(setting.clone(), points.collect(), study.settings.len())
-        });
-        Ok(RateTable {
-            results: results.collect(),
-        })
-    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,10 @@
 //! The theorems' exponents, measured; and that a study would notice wrong ones.
 
+use std::ops::ControlFlow;
+
 use super::*;
-use crate::study::{Bandwidth, FINITE_SAMPLES, RateResult};
+use crate::error::Error;
+use crate::study::{Bandwidth, Checkpoint, FINITE_SAMPLES, RateResult, RateTable};
 
 fn study(settings: Vec<Setting>, lengths: &[usize], runs: usize) -> RateStudy {
     RateStudy {

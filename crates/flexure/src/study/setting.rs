@@ -302,7 +302,7 @@ impl Setting {
     /// # Errors
     /// [`Error::InvalidParameter`] for a bandwidth, an interval, a noise or an input range that makes no sense, and
     /// for an unstable linear part.
-    pub(super) fn check(&self) -> Result<()> {
+    pub(super) fn problems(&self) -> Result<()> {
         let require = |name: &str, value: f64, valid: bool, requirement: &'static str| {
             if valid {
                 return Ok(());

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::fit::slope;
+use super::plan::Experiment;
 use super::setting::Setting;
 
 /// The level of a setting's interval, and of all verdicts of a table together.
@@ -45,32 +46,6 @@ impl RatePoint {
             runs: known.len(),
             missing: squared.len() - known.len(),
         }
-    }
-}
-
-/// What a table must know of a setting.
-pub trait Experiment {
-    /// A name of one line.
-    fn name(&self) -> String;
-
-    /// The exponent of the error in n that theory gives.
-    fn exponent(&self) -> f64;
-
-    /// Whether the error is of exactly that order, or the exponent a bound, below which the error may fall.
-    fn sharp(&self) -> bool;
-}
-
-impl Experiment for Setting {
-    fn name(&self) -> String {
-        Setting::name(self)
-    }
-
-    fn exponent(&self) -> f64 {
-        self.exponent
-    }
-
-    fn sharp(&self) -> bool {
-        self.sharp
     }
 }
 

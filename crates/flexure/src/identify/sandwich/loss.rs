@@ -2,12 +2,13 @@
 //!
 //! With $w = G_1 u$, $z = f(w)$, $y = G_2 z + o$ and a front parameter p,
 //! $\partial y/\partial p = G_2\,[f'(w)\,\partial w/\partial p]$; for a coefficient $a_i$ of a section A of either block,
-//! $\partial G/\partial a_i = -z^{-i} G / A$.
+//! $\partial G/\partial a_i = -z^{-i} G / A$. With an instant between the samples, z is a sum of two such signals, each through
+//! numerators of its own.
 
 use rayon::prelude::*;
 
 use super::descent::Residuals;
-use super::rational::Rational;
+use super::rational::{Rational, convolved};
 use super::shape::{Local, Shape};
 
 /// Linear, static, linear.
@@ -16,22 +17,58 @@ pub(in crate::identify) struct Sandwich {
     pub front: Rational,
     pub shape: Shape,
     pub back: Rational,
+    /// The instant between the samples, if the nonlinearity acts there too.
+    pub between: Option<Between>,
     /// Added to the output; free only where the back's static gain vanishes.
     pub offset: f64,
 }
 
+/// Numerators, over the denominators of front and back, of the signal's way through an instant between the samples.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::identify) struct Between {
+    pub front: Vec<f64>,
+    pub back: Vec<f64>,
+}
+
 impl Sandwich {
     pub fn run(&self, u: &[f64]) -> Vec<f64> {
-        let z: Vec<f64> = self.front.run(u).iter().map(|w| self.shape.value(*w)).collect();
-        let mut y = self.back.run(&z);
-        y.iter_mut().for_each(|y| *y += self.offset);
-        y
+        let all_pole = self.front.all_pole(u);
+        let mut sum = vec![self.offset; u.len()];
+        for (front, back) in self.instants() {
+            let w = convolved(front, &all_pole);
+            let z: Vec<f64> = w.iter().map(|w| self.shape.value(*w)).collect();
+            add(&mut sum, &convolved(back, &self.back.all_pole(&z)));
+        }
+        sum
+    }
+
+    /// The intermediate signal at every instant in a sampling interval.
+    pub fn intermediate(&self, u: &[f64]) -> impl Iterator<Item = Vec<f64>> {
+        let all_pole = self.front.all_pole(u);
+        self.instants().map(move |(front, _)| convolved(front, &all_pole))
+    }
+
+    /// The numerators of front and back for every instant in a sampling interval.
+    pub fn instants(&self) -> impl Iterator<Item = (&[f64], &[f64])> {
+        let between = self.between.iter().map(|b| (&*b.front, &*b.back));
+        std::iter::once((&*self.front.b, &*self.back.b)).chain(between)
+    }
+
+    /// The back for a signal that is the same at all instants.
+    pub fn whole_back(&self) -> Rational {
+        let mut whole = self.back.clone();
+        if let Some(between) = &self.between {
+            whole.b.resize(whole.b.len().max(between.back.len()), 0.0);
+            whole.b.iter_mut().zip(&between.back).for_each(|(b, more)| *b += more);
+        }
+        whole
     }
 
     pub fn parameters(&self) -> Vec<f64> {
         let mut p = self.front.parameters();
         p.extend(&self.shape.c);
         p.extend(self.back.parameters());
+        p.extend(self.between.iter().flat_map(|b| b.front.iter().chain(&b.back)));
         p.push(self.offset);
         p
     }
@@ -39,12 +76,20 @@ impl Sandwich {
     pub fn with(&self, p: &[f64]) -> Sandwich {
         let first = self.front.b.len() + self.front.order();
         let second = first + self.shape.c.len();
+        let third = second + self.back.b.len() + self.back.order();
         let mut shape = self.shape.clone();
         shape.c.copy_from_slice(&p[first..second]);
         Sandwich {
             front: self.front.with(&p[..first]),
             shape,
-            back: self.back.with(&p[second..p.len() - 1]),
+            back: self.back.with(&p[second..third]),
+            between: self.between.as_ref().map(|b| {
+                let (front, back) = p[third..p.len() - 1].split_at(b.front.len());
+                Between {
+                    front: front.to_vec(),
+                    back: back.to_vec(),
+                }
+            }),
             offset: p[p.len() - 1],
         }
     }
@@ -83,15 +128,54 @@ impl Data {
     }
 }
 
-/// One column of the Jacobian.
+/// One column of the Jacobian; numerators are those of an instant.
 #[derive(Clone, Copy)]
 enum Column {
-    FrontNumerator(usize),
+    FrontNumerator(usize, usize),
     FrontSection(usize, usize),
     Coefficient(usize),
-    BackNumerator(usize),
+    BackNumerator(usize, usize),
     BackSection(usize, usize),
     Offset,
+}
+
+/// The signals of one instant in every sampling interval.
+struct Instant<'a> {
+    w: Vec<f64>,
+    local: Vec<Local>,
+    /// f'(w).
+    slope: Vec<f64>,
+    /// f(w) through the back's denominator.
+    back_pole: Vec<f64>,
+    /// The back's numerator.
+    back: &'a [f64],
+}
+
+impl<'a> Instant<'a> {
+    fn new(s: &Sandwich, w: Vec<f64>, back: &'a [f64]) -> Self {
+        let local: Vec<Local> = w.iter().map(|w| s.shape.local(*w)).collect();
+        let (z, slope): (Vec<f64>, Vec<f64>) = local.iter().map(|l| s.shape.combine(l)).unzip();
+        Instant {
+            back_pole: s.back.all_pole(&z),
+            w,
+            local,
+            slope,
+            back,
+        }
+    }
+
+    /// The B-spline `j` of the intermediate signal.
+    fn spline(&self, j: usize) -> Vec<f64> {
+        let value = |l: &Local| match j.checked_sub(l.first) {
+            Some(k) if k < 4 => l.values[k],
+            _ => 0.0,
+        };
+        self.local.iter().map(value).collect()
+    }
+}
+
+fn add(sum: &mut [f64], more: &[f64]) {
+    sum.iter_mut().zip(more).for_each(|(s, m)| *s += m);
 }
 
 /// The simulation error of a sandwich on a record, over its parameters but for those that fix the scales.
@@ -130,44 +214,48 @@ impl<'a> SandwichLoss<'a> {
     fn derivatives(&self, s: &Sandwich) -> (Vec<f64>, Vec<Vec<f64>>) {
         let Data { u, y, .. } = self.data;
         let all_pole = s.front.all_pole(u);
-        let w = s.front.numerator(&all_pole);
-        let local: Vec<Local> = w.iter().map(|w| s.shape.local(*w)).collect();
-        let (z, slope): (Vec<f64>, Vec<f64>) = local.iter().map(|l| s.shape.combine(l)).unzip();
-        let back_pole = s.back.all_pole(&z);
-        let response = s.back.numerator(&back_pole);
-        let residuals = response.iter().zip(y).map(|(p, y)| p + s.offset - y).collect();
-        let by_section: Vec<Vec<f64>> = s.front.sections.par_iter().map(|a| a.run(&w)).collect();
-        let back_section: Vec<Vec<f64>> = s.back.sections.par_iter().map(|a| a.run(&response)).collect();
-        let through = |of: &[f64], lag: usize, sign: f64| {
-            let mut inner = vec![0.0; w.len()];
-            let from = lag.min(w.len());
-            for ((i, v), d) in inner[from..].iter_mut().zip(of).zip(&slope[from..]) {
-                *i = sign * v * d;
+        let instants: Vec<Instant> = (s.instants())
+            .map(|(front, back)| Instant::new(s, convolved(front, &all_pole), back))
+            .collect();
+        let mut output = vec![s.offset; u.len()];
+        instants
+            .iter()
+            .for_each(|i| add(&mut output, &convolved(i.back, &i.back_pole)));
+        let residuals = output.iter().zip(y).map(|(p, y)| p - y).collect();
+        output.iter_mut().for_each(|y| *y -= s.offset);
+        let by_section: Vec<Vec<Vec<f64>>> = (s.front.sections.par_iter())
+            .map(|a| instants.iter().map(|i| a.run(&i.w)).collect())
+            .collect();
+        let back_section: Vec<Vec<f64>> = s.back.sections.par_iter().map(|a| a.run(&output)).collect();
+        // What changes of the intermediate signal do to the output.
+        let through = |parts: &mut dyn Iterator<Item = (&Instant, &Vec<f64>)>, lag: usize, sign: f64| {
+            let mut sum = vec![0.0; u.len()];
+            for (instant, of) in parts {
+                let mut inner = vec![0.0; u.len()];
+                let from = lag.min(u.len());
+                for ((i, v), d) in inner[from..].iter_mut().zip(of).zip(&instant.slope[from..]) {
+                    *i = sign * v * d;
+                }
+                add(&mut sum, &convolved(instant.back, &inner));
             }
-            s.back.run(&inner)
+            s.back.all_pole(&sum)
         };
         let jacobian = self
             .columns
             .par_iter()
             .map(|column| match *column {
-                Column::FrontNumerator(i) => through(&all_pole, i, 1.0),
-                Column::FrontSection(k, i) => through(&by_section[k], i, -1.0),
+                Column::FrontNumerator(m, i) => through(&mut std::iter::once((&instants[m], &all_pole)), i, 1.0),
+                Column::FrontSection(k, i) => through(&mut instants.iter().zip(&by_section[k]), i, -1.0),
                 Column::Coefficient(j) => {
-                    let inner: Vec<f64> = local
-                        .iter()
-                        .map(|l| {
-                            if (l.first..l.first + 4).contains(&j) {
-                                l.values[j - l.first]
-                            } else {
-                                0.0
-                            }
-                        })
-                        .collect();
-                    s.back.run(&inner)
+                    let mut sum = vec![0.0; u.len()];
+                    for instant in &instants {
+                        add(&mut sum, &convolved(instant.back, &instant.spline(j)));
+                    }
+                    s.back.all_pole(&sum)
                 }
-                Column::BackNumerator(i) => delayed(&back_pole, i, 1.0),
+                Column::BackNumerator(m, i) => delayed(&instants[m].back_pole, i, 1.0),
                 Column::BackSection(k, i) => delayed(&back_section[k], i, -1.0),
-                Column::Offset => vec![1.0; w.len()],
+                Column::Offset => vec![1.0; u.len()],
             })
             .collect();
         (residuals, jacobian)
@@ -205,16 +293,20 @@ fn free_columns(s: &Sandwich) -> (Vec<usize>, Vec<Column>) {
     };
     let fixed = largest(&s.back.b);
     let mut all: Vec<Option<Column>> = Vec::new();
-    all.extend((0..s.front.b.len()).map(|i| Some(Column::FrontNumerator(i))));
+    all.extend((0..s.front.b.len()).map(|i| Some(Column::FrontNumerator(0, i))));
     all.extend(
         sections(&s.front)
             .iter()
             .map(|&(k, i)| Some(Column::FrontSection(k, i))),
     );
     all.extend((0..s.shape.c.len()).map(|j| Some(Column::Coefficient(j))));
-    all.extend((0..s.back.b.len()).map(|i| (Some(i) != fixed).then_some(Column::BackNumerator(i))));
+    all.extend((0..s.back.b.len()).map(|i| (Some(i) != fixed).then_some(Column::BackNumerator(0, i))));
     all.extend(sections(&s.back).iter().map(|&(k, i)| Some(Column::BackSection(k, i))));
-    all.push(blocks_constants(&s.back).then_some(Column::Offset));
+    if let Some(between) = &s.between {
+        all.extend((0..between.front.len()).map(|i| Some(Column::FrontNumerator(1, i))));
+        all.extend((0..between.back.len()).map(|i| Some(Column::BackNumerator(1, i))));
+    }
+    all.push(blocks_constants(&s.whole_back()).then_some(Column::Offset));
     all.into_iter().enumerate().filter_map(|(i, c)| Some((i, c?))).unzip()
 }
 

@@ -25,23 +25,45 @@ fn sandwich(constants: bool) -> Sandwich {
             b: if constants { vec![0.4, 1.0] } else { vec![1.0, -1.0] },
             sections: vec![single(-0.7), pair(0.3, 0.2)],
         },
+        between: None,
         offset: 0.2,
+    }
+}
+
+/// The same with an instant between the samples, whose numerators are longer than the others.
+fn with_instant(constants: bool) -> Sandwich {
+    Sandwich {
+        between: Some(Between {
+            front: vec![0.1, 0.2, 0.05, 0.1],
+            back: vec![0.3, if constants { 0.2 } else { -0.3 }, 0.0],
+        }),
+        ..sandwich(constants)
     }
 }
 
 #[test]
 fn every_derivative_agrees_with_a_difference() {
-    for constants in [true, false] {
+    for (constants, between) in [(true, false), (false, false), (true, true), (false, true)] {
         let data = Data {
             u: noise(200, 1),
             y: noise(200, 2),
             from: 20,
             dependence: 1.0,
         };
-        let loss = SandwichLoss::new(sandwich(constants), &data);
+        let loss = SandwichLoss::new(
+            if between {
+                with_instant(constants)
+            } else {
+                sandwich(constants)
+            },
+            &data,
+        );
         let p = loss.start();
         // 3 + 3 of the front, 7 coefficients, 2 + 3 of the back less the one that fixes the scale.
-        assert_eq!(p.len(), 3 + 3 + 7 + 2 + 3 - 1 + usize::from(!constants));
+        assert_eq!(
+            p.len(),
+            3 + 3 + 7 + 2 + 3 - 1 + if between { 4 + 3 } else { 0 } + usize::from(!constants)
+        );
         let (residuals, jacobian) = loss.linearise(&p);
         assert_eq!(residuals, loss.residuals(&p).unwrap());
         for (i, column) in jacobian.iter().enumerate() {

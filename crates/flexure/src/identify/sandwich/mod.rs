@@ -10,7 +10,9 @@
 //!    fewer of them from round to round;
 //! 4. poles, numerator coefficients and pieces of the nonlinearity, a cubic spline with breakpoints where it is rough,
 //!    added and taken away while Schwarz's criterion falls;
-//! 5. a last refinement on all samples.
+//! 5. a second instant in every sampling interval, at which the nonlinearity acts too, if Schwarz's criterion asks for it: a
+//!    continuous-time nonlinearity bends the signal between the samples as well;
+//! 6. a last refinement on all samples.
 //!
 //! The input need not be white; the step from 1 to 2 is exact for a Gaussian one (Bussgang's theorem), and a good start
 //! for others. A nonlinearity that is even about the intermediate signal's mean leaves no linear approximation to start from.
@@ -20,6 +22,7 @@
 
 mod approximation;
 mod descent;
+mod intersample;
 mod loss;
 mod monitor;
 mod outcome;
@@ -40,7 +43,7 @@ use super::samples::Samples;
 use crate::error::Result;
 use crate::record::Record;
 pub use monitor::Stage;
-pub use outcome::{ApproximationScore, SandwichIdentification};
+pub use outcome::{ApproximationScore, Intersample, SandwichIdentification};
 pub use refine::TriedStructure;
 use search::splits;
 pub(super) use {
@@ -156,6 +159,7 @@ pub(super) fn fit(
         front: blocks.front,
         nonlinearity: blocks.curve,
         back: blocks.back,
+        intersample: blocks.intersample,
         output_offset: blocks.offset,
         front_order: found.sandwich.front.order(),
         back_order: found.sandwich.back.order(),

@@ -5,7 +5,7 @@ use super::loss::Sandwich;
 use super::rational::Rational;
 use super::refine::TriedStructure;
 use super::search::Prepared;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
@@ -27,13 +27,32 @@ pub struct ApproximationScore {
     pub relative_error: f64,
 }
 
+/// The linear blocks of the second of two branches that have the same nonlinearity: the model is
+/// $y = G_2 f(G_1 u) + G_2' f(G_1' u)$.
+///
+/// A nonlinearity in continuous time bends the signal between the samples too, which sampling folds back into the
+/// output's band. $G_1'$ has the poles of $G_1$ and gives the intermediate signal at an instant between the samples, half-way at the
+/// start of the search; $G_2'$ has the poles of $G_2$. The static gains of $G_2$ and $G_2'$ then sum to one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intersample {
+    /// $G_1'$.
+    pub front: TransferFunction,
+    /// $G_2'$.
+    pub back: TransferFunction,
+    /// The nonlinearity again; its abscissas differ if the input has a mean and the two fronts' static gains differ.
+    pub nonlinearity: Curve,
+}
+
 /// An identified sandwich with all that was chosen on the way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SandwichIdentification {
-    /// The model, ready to simulate: `Series([Linear, Static, Linear])`, and the output offset where there is one.
+    /// The model, ready to simulate: `Series([Linear, Static, Linear])`, of which `Parallel` takes two for an instant between
+    /// the samples, and the output offset where there is one.
     pub model: Block,
     /// The first linear block, of unit static or peak gain. Always stable.
     pub front: TransferFunction,
+    /// The way through an instant between the samples, where the data show that the nonlinearity acts there too.
+    pub intersample: Option<Intersample>,
     /// The static nonlinearity, a cubic spline in tabulated form, straight on beyond the range of the fit.
     pub nonlinearity: Curve,
     /// The last linear block, of unit static or peak gain. Always stable.
@@ -100,17 +119,25 @@ pub(in crate::identify) struct Blocks {
     pub curve: Curve,
     pub breakpoints: Vec<f64>,
     pub back: TransferFunction,
+    pub intersample: Option<Intersample>,
     pub offset: f64,
 }
 
 impl Blocks {
     /// The blocks in cascade.
     pub fn model(&self) -> Result<Block> {
-        let mut blocks = vec![
-            Block::Linear(self.front.clone()),
-            Block::Static(self.curve.clone()),
-            Block::Linear(self.back.clone()),
-        ];
+        let branch = |front: &TransferFunction, curve: &Curve, back: &TransferFunction| {
+            vec![
+                Block::Linear(front.clone()),
+                Block::Static(curve.clone()),
+                Block::Linear(back.clone()),
+            ]
+        };
+        let mut blocks = branch(&self.front, &self.curve, &self.back);
+        if let Some(between) = &self.intersample {
+            let second = branch(&between.front, &between.nonlinearity, &between.back);
+            blocks = vec![Block::Parallel(vec![Block::Series(blocks), Block::Series(second)])];
+        }
         if self.offset != 0.0 {
             let ordinates = vec![self.offset, 1.0 + self.offset];
             blocks.push(Block::Static(Curve::new(vec![0.0, 1.0], ordinates, Outside::Linear)?));
@@ -128,15 +155,14 @@ pub(in crate::identify) fn blocks(s: &Sandwich, prepared: &Prepared) -> Result<B
     } = prepared;
     let (input, output, delay) = (scales.input, scales.output, *delay);
     let (front_gain, _) = conventional_gain(&s.front, delay)?;
-    let (back_gain, back_static) = conventional_gain(&s.back, 0)?;
-    let scaled = |g: &Rational, gain: f64, delay: usize| {
-        let b = g.b.iter().map(|b| b / gain).collect();
-        let sections = g.sections.clone();
-        Rational { b, sections }.transfer_function(delay)
+    let (back_gain, back_static) = conventional_gain(&s.whole_back(), 0)?;
+    let over = |b: &[f64], g: &Rational, gain: f64| Rational {
+        b: b.iter().map(|b| b / gain).collect(),
+        sections: g.sections.clone(),
     };
     // The scaled front's output is (gain / spread) times the new one's, less what the input's mean contributes.
-    let centre = s.front.static_gain() * input.mean / input.spread;
-    let abscissa = |x: f64| (x + centre) * input.spread / front_gain;
+    let abscissa = |x: f64, front: &Rational| x * input.spread / front_gain + front.static_gain() * input.mean;
+    let front = over(&s.front.b, &s.front, front_gain);
     let mut offset = output.mean + output.spread * s.offset;
     let mut level = 0.0;
     if back_static {
@@ -144,27 +170,42 @@ pub(in crate::identify) fn blocks(s: &Sandwich, prepared: &Prepared) -> Result<B
     }
     let ordinate = |x: f64| level + output.spread * back_gain * s.shape.value(x);
     let breakpoints = s.shape.breakpoints();
-    let w = &s.front.run(&data.u)[data.from..];
-    let all = || w.iter().chain(breakpoints);
-    let low = all().copied().fold(f64::INFINITY, f64::min);
-    let high = all().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (mut low, mut high) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
+    for w in s.intermediate(&data.u) {
+        low = w[data.from..].iter().copied().fold(low, f64::min);
+        high = w[data.from..].iter().copied().fold(high, f64::max);
+    }
     let even = (0..POINTS).map(|i| low + (high - low) * i as f64 / (POINTS - 1) as f64);
     let mut inner: Vec<f64> = even.chain(breakpoints.iter().copied()).collect();
     inner.sort_unstable_by(f64::total_cmp);
     // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
     let nearest = 1e-9 * (high - low);
     inner.dedup_by(|b, a| *b - *a <= nearest);
-    let mut points: Vec<(f64, f64)> = inner.into_iter().map(|x| (abscissa(x), ordinate(x))).collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    points.dedup_by(|b, a| b.0 <= a.0);
-    let (x, y) = points.into_iter().unzip();
-    let mut breakpoints: Vec<f64> = breakpoints.iter().map(|x| abscissa(*x)).collect();
+    let curve = |front: &Rational| {
+        let mut points: Vec<(f64, f64)> = inner.iter().map(|x| (abscissa(*x, front), ordinate(*x))).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points.dedup_by(|b, a| b.0 <= a.0);
+        let (x, y) = points.into_iter().unzip();
+        Curve::new(x, y, Outside::Linear)
+    };
+    let mut breakpoints: Vec<f64> = breakpoints.iter().map(|x| abscissa(*x, &front)).collect();
     breakpoints.sort_unstable_by(f64::total_cmp);
+    let intersample = (s.between.as_ref())
+        .map(|between| {
+            let front = over(&between.front, &s.front, front_gain);
+            Ok::<_, Error>(Intersample {
+                nonlinearity: curve(&front)?,
+                front: front.transfer_function(delay)?,
+                back: over(&between.back, &s.back, back_gain).transfer_function(0)?,
+            })
+        })
+        .transpose()?;
     Ok(Blocks {
-        front: scaled(&s.front, front_gain, delay)?,
-        curve: Curve::new(x, y, Outside::Linear)?,
+        curve: curve(&front)?,
+        front: front.transfer_function(delay)?,
         breakpoints,
-        back: scaled(&s.back, back_gain, 0)?,
+        back: over(&s.back.b, &s.back, back_gain).transfer_function(0)?,
+        intersample,
         offset,
     })
 }

@@ -55,6 +55,16 @@ fn cascade<const K: usize>(a: [[f64; 2]; K], input: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// $\sum_i b_i z^{-i}$ applied to a signal.
+pub(super) fn convolved(b: &[f64], signal: &[f64]) -> Vec<f64> {
+    let n = signal.len();
+    let mut output = vec![0.0; n];
+    for (i, b) in b.iter().enumerate().take_while(|(i, _)| *i < n) {
+        output[i..].iter_mut().zip(signal).for_each(|(y, v)| *y += b * v);
+    }
+    output
+}
+
 /// $\sum_i b_i z^{-i} / \prod_k A_k(z)$.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::identify) struct Rational {
@@ -142,12 +152,7 @@ impl Rational {
 
     /// The numerator applied to the response of the denominator.
     pub fn numerator(&self, all_pole: &[f64]) -> Vec<f64> {
-        let n = all_pole.len();
-        let mut output = vec![0.0; n];
-        for (i, b) in self.b.iter().enumerate().take_while(|(i, _)| *i < n) {
-            output[i..].iter_mut().zip(all_pole).for_each(|(y, v)| *y += b * v);
-        }
-        output
+        convolved(&self.b, all_pole)
     }
 
     /// The response to `input` from rest.

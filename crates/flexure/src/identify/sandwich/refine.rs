@@ -1,10 +1,11 @@
 //! A candidate made better: all parameters fitted, pieces of the nonlinearity, poles and numerator coefficients.
 
 use super::descent::descend;
+use super::intersample::with_instant_between;
 use super::loss::{Data, SandwichLoss};
 use super::monitor::Monitor;
 use super::shape::{Roughness, thinned};
-use super::split::{Candidate, fit_coefficients};
+use super::split::{Candidate, refit_coefficients};
 use super::structure::{Form, neighbours};
 use crate::linear::correlation::{cross_covariance, variance};
 
@@ -41,6 +42,8 @@ pub struct TriedStructure {
     pub back_numerator: usize,
     /// Cubic pieces of the nonlinearity.
     pub pieces: usize,
+    /// Instants in a sampling interval at which the nonlinearity acts: 1, or 2.
+    pub instants: usize,
     /// Samples that it was tried on.
     pub samples: usize,
     /// RMS of the simulation error there, relative to the output's standard deviation.
@@ -75,7 +78,11 @@ impl TriedStructure {
     /// The number of parameters that the data determine: all but the blocks' scales.
     pub fn parameters(&self) -> usize {
         // A cubic spline has three parameters more than pieces; both linear blocks' scales are the nonlinearity's.
-        self.front_order + self.front_numerator + self.back_order + self.back_numerator + self.pieces + 1
+        let numerators = |instant: usize| match instant {
+            0 => self.front_numerator + self.back_numerator,
+            _ => self.front_numerator.max(self.front_order + 1) + self.back_numerator.max(self.back_order + 1),
+        };
+        self.front_order + self.back_order + (0..self.instants).map(numerators).sum::<usize>() + self.pieces + 1
     }
 }
 
@@ -97,6 +104,7 @@ impl Candidate {
             back_order: s.back.order(),
             back_numerator: s.back.b.len(),
             pieces: s.shape.breakpoints().len() - 1,
+            instants: s.instants().count(),
             samples: data.counted(),
             relative_error: (self.squares / data.counted() as f64).sqrt(),
             bic: self.bic(data),
@@ -141,10 +149,11 @@ pub(super) fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<C
         let last = at.len() - 1;
         (at[0], at[last]) = (low, high);
         let at = thinned(&at, &sorted, fewest, OUTSIDE * fewest);
-        let mut front = s.front.clone();
-        front.b.iter_mut().for_each(|b| *b /= spread);
+        let mut scaled = s.clone();
+        let between = scaled.between.iter_mut().flat_map(|b| &mut b.front);
+        scaled.front.b.iter_mut().chain(between).for_each(|b| *b /= spread);
         let at: Vec<f64> = at.iter().map(|x| x / spread).collect();
-        fit_coefficients(front, &at, s.back.clone(), data)
+        refit_coefficients(scaled, &at, data)
     };
     let smooth = on(s.shape.denser(pieces, Roughness::Fourth, EVEN));
     let even = (0..=MOST_PIECES).map(|i| low + (high - low) * i as f64 / MOST_PIECES as f64);
@@ -160,7 +169,7 @@ pub(super) fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<C
 /// outside: pieces without samples have coefficients that nothing determines.
 pub(super) fn anchored(c: Candidate, data: &Data) -> Candidate {
     let s = &c.sandwich;
-    let mut sorted = s.front.run(&data.u)[data.from..].to_vec();
+    let mut sorted: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
     let present = s.shape.breakpoints();
@@ -175,7 +184,7 @@ pub(super) fn anchored(c: Candidate, data: &Data) -> Candidate {
     let at: Vec<f64> = std::iter::once(first).chain(inside).chain([last]).collect();
     let fewest = fewest_in_piece(data);
     let at = thinned(&at, &sorted, fewest, OUTSIDE * fewest);
-    let moved = fit_coefficients(s.front.clone(), &at, s.back.clone(), data);
+    let moved = refit_coefficients(s.clone(), &at, data);
     // A little worse is worth it: it is the price of what the pieces outside did for samples inside.
     moved.filter(|m| m.squares <= DEARER * c.squares).unwrap_or(c)
 }
@@ -215,6 +224,28 @@ pub(super) fn pieces(
         }
     }
     best
+}
+
+/// With the nonlinearity acting between the samples too, if that lowers Schwarz's criterion.
+pub(super) fn intersample(
+    best: Candidate,
+    data: &Data,
+    monitor: &mut Monitor<'_>,
+    tried: &mut Vec<TriedStructure>,
+) -> Candidate {
+    if !monitor.keep_on() {
+        return best;
+    }
+    let Some(start) = with_instant_between(&best.sandwich, data) else {
+        return best;
+    };
+    let next = fitted(start, data, 2 * TRIAL_STEPS, 1e-4, monitor);
+    tried.push(next.tried(data));
+    if next.bic(data) < best.bic(data) {
+        pieces(next, data, TRIAL_STEPS, monitor, tried)
+    } else {
+        best
+    }
 }
 
 /// The structural change that lowers Schwarz's criterion most, over and over.
@@ -276,6 +307,7 @@ mod tests {
                 front: Rational::pass(),
                 shape,
                 back: Rational::pass(),
+                between: None,
                 offset: 0.0,
             };
             let squares = data.squares(&sandwich.run(&data.u));

@@ -6,7 +6,8 @@ use super::monitor::{Monitor, Stage};
 use super::outcome::{ApproximationScore, Scales};
 use super::rational::Rational;
 use super::refine::{
-    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, pieces, restructure, with_pieces,
+    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, intersample, pieces,
+    restructure, with_pieces,
 };
 use super::shape::Shape;
 use super::split::{Candidate, fit_shape, split};
@@ -155,6 +156,7 @@ impl Found {
             front: Rational::pass(),
             shape: Shape::new(&[-1.0, 1.0]),
             back: Rational::pass(),
+            between: None,
             offset: 0.0,
         };
         Found {
@@ -205,7 +207,10 @@ pub(in crate::identify) fn search(
     let whole = fitted(whole, &data, TRIAL_STEPS, 1e-4, monitor);
     data.dependence = dependence(&whole.sandwich.run(&data.u), &data);
     let whole = restructure(whole, form, &data, monitor, &mut tried);
-    let whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut tried);
+    let mut whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut tried);
+    if form == Form::Sandwich {
+        whole = intersample(whole, &data, monitor, &mut tried);
+    }
     let last = fitted(anchored(whole, &data), &data, LAST_STEPS, 1e-6, monitor);
     let last = anchored(last, &data);
     tried.push(last.tried(&data));

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::approximation::solve;
 use super::loss::{Data, Sandwich};
 use super::products::normal_equations;
-use super::rational::{Rational, groups};
+use super::rational::{Rational, convolved, groups};
 use super::shape::{Shape, thinned};
 use crate::linear::Complex;
 use crate::linear::correlation::{mean, variance};
@@ -138,25 +138,37 @@ pub(in crate::identify) fn fit_shape(mut front: Rational, back: Rational, data: 
 
 /// The sandwich of these linear blocks with the best spline on these breakpoints.
 pub(super) fn fit_coefficients(front: Rational, breakpoints: &[f64], back: Rational, data: &Data) -> Option<Candidate> {
-    let mut shape = Shape::new(breakpoints);
-    let w = front.run(&data.u);
-    let mut columns = vec![vec![0.0; w.len()]; shape.c.len()];
-    for (t, w) in w.iter().enumerate() {
-        let local = shape.local(*w);
-        for (k, v) in local.values.iter().enumerate() {
-            columns[local.first + k][t] = *v;
-        }
-    }
-    let columns: Vec<Vec<f64>> = columns.par_iter().map(|c| back.run(c)).collect();
-    let level = mean(&data.y[data.from..]);
-    let minus: Vec<f64> = data.y.iter().map(|y| level - y).collect();
-    shape.c = solve(&normal_equations(&minus, &columns, data.from))?;
-    let sandwich = Sandwich {
+    let shape = Shape::new(breakpoints);
+    let linear = Sandwich {
         front,
         shape,
         back,
-        offset: level,
+        between: None,
+        offset: 0.0,
     };
+    refit_coefficients(linear, breakpoints, data)
+}
+
+/// The linear blocks of a sandwich with the best spline on these breakpoints.
+pub(super) fn refit_coefficients(mut sandwich: Sandwich, breakpoints: &[f64], data: &Data) -> Option<Candidate> {
+    sandwich.shape = Shape::new(breakpoints);
+    let (shape, back) = (&sandwich.shape, &sandwich.back);
+    let all_pole = sandwich.front.all_pole(&data.u);
+    let mut columns = vec![vec![0.0; all_pole.len()]; shape.c.len()];
+    for (front, numerator) in sandwich.instants() {
+        for (t, w) in convolved(front, &all_pole).iter().enumerate() {
+            let local = shape.local(*w);
+            for (column, v) in columns[local.first..].iter_mut().zip(local.values) {
+                let later = column[t..].iter_mut().zip(numerator);
+                later.for_each(|(c, b)| *c += b * v);
+            }
+        }
+    }
+    let columns: Vec<Vec<f64>> = columns.par_iter().map(|c| back.all_pole(c)).collect();
+    let level = mean(&data.y[data.from..]);
+    let minus: Vec<f64> = data.y.iter().map(|y| level - y).collect();
+    sandwich.shape.c = solve(&normal_equations(&minus, &columns, data.from))?;
+    sandwich.offset = level;
     let squares = data.squares(&sandwich.run(&data.u));
     squares.is_finite().then_some(Candidate { sandwich, squares })
 }

@@ -20,7 +20,7 @@ pub(in crate::identify) enum Form {
     Sandwich,
 }
 
-/// Cascades of this form with one structural change, that start where `s` is (or nearly, where something was removed).
+/// Cascades of this form, without an instant between the samples, with one structural change, that start where `s` is (or nearly, where something was removed).
 pub(super) fn neighbours(s: &Sandwich, form: Form) -> Vec<Sandwich> {
     let front = changes(&s.front)
         .into_iter()

@@ -82,6 +82,7 @@ fn a_known_sandwich_comes_back_with_its_orders_and_all_blocks() {
     assert!(fit > 99.0, "{fit}");
     assert!(result.verdict.holds(), "{}", result.verdict.words());
     assert!(result.front.is_stable() && result.back.is_stable());
+    assert_eq!(result.intersample, None);
 }
 
 #[test]
@@ -221,8 +222,54 @@ fn what_cannot_be_identified_is_refused() {
     ));
 }
 
+/// A limiter in continuous time, sampled: between the samples it does something that a discrete sandwich cannot.
+#[test]
+fn a_nonlinearity_between_the_samples_is_found() {
+    const FINE: usize = 8;
+    let (n, mean) = (6000, 0.3);
+    let low = |g: f64| TransferFunction::new(vec![(1.0 - g) * (1.0 - g)], vec![1.0, -2.0 * g, g * g]).unwrap();
+    let fine = low(0.95).simulate(&low(0.9).simulate(&gaussian(FINE * n, 11)));
+    let fine: Vec<f64> = fine.iter().map(|v| mean + 20.0 * v).collect();
+    let w = low(0.93).simulate_from_mean(&fine);
+    let z: Vec<f64> = w.iter().map(|w| w.clamp(-1.0, 0.8)).collect();
+    let y = low(0.96).simulate_from_mean(&z);
+    let sampled = |v: &[f64]| -> Vec<f64> { v.iter().copied().step_by(FINE).collect() };
+    let (u, mut y) = (sampled(&fine), sampled(&y));
+    for (y, e) in y.iter_mut().zip(gaussian(n, 12)) {
+        *y += 5e-5 * e;
+    }
+    let result = identify(&Record::new([("u", u), ("y", y)]).unwrap());
+    let chosen = result.tried.last().unwrap();
+    let discrete = (result.tried.iter())
+        .filter(|t| t.samples == chosen.samples && t.instants == 1)
+        .map(|t| t.relative_error)
+        .fold(f64::INFINITY, f64::min);
+    println!(
+        "{:.2e} instead of {discrete:.2e}, {}",
+        chosen.relative_error,
+        result.verdict.words()
+    );
+    assert_eq!(chosen.instants, 2);
+    assert!(
+        chosen.relative_error < 0.8 * discrete,
+        "{} {discrete}",
+        chosen.relative_error
+    );
+    let between = result.intersample.unwrap();
+    assert_eq!(
+        (between.front.a(), between.back.a()),
+        (result.front.a(), result.back.a())
+    );
+    let gain = result.back.static_gain() + between.back.static_gain();
+    assert!((gain - 1.0).abs() < 1e-9, "{gain}");
+    // In the record's units, mean and all, the two branches are as good as they were found.
+    let spread = result.verdict.measures.rms / (1.0 - result.verdict.measures.r_squared).sqrt();
+    let fresh = result.verdict.measures.rms / spread;
+    assert!(fresh < 1.5 * chosen.relative_error, "{fresh} {}", chosen.relative_error);
+}
+
 /// The SYSID 2009 benchmark's circuit. Published on its test part: 43.4 mV linear, 0.28 mV the best block-structured model,
-/// 0.241 mV the best of all; those use 100,000 samples for the fit.
+/// 0.241 mV the best of all; those use 100,000 samples for the fit. On its first 80,000 and the next 20,000: 0.238 mV.
 #[test]
 fn the_benchmark_circuit() {
     let folder = std::env::var("FLEXURE_DATA")
@@ -243,5 +290,5 @@ fn the_benchmark_circuit() {
         "{error:.4} mV with {} and {} poles",
         result.front_order, result.back_order
     );
-    assert!(error < 0.32, "{error} mV");
+    assert!(error < 0.26, "{error} mV");
 }

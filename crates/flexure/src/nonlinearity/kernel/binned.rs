@@ -7,11 +7,18 @@
 
 use rayon::prelude::*;
 
+use std::ops::Range;
+
 use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
-use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
+use super::piece::{Visit, at_own_points};
+use super::sorted::mean;
+use super::sums::DIRECT_BELOW;
+use super::{Degree, Kernel, Sorted, Sums};
 
 /// Points that are put in bins at a time: bins end with them, whatever the number of threads.
 const CHUNK: usize = 1 << 16;
+/// Most parts in which points in no order are taken, each with bins of its own.
+const PARTS: usize = 8;
 /// A point whose share in its own estimate is larger than 1 less this is left out by direct summation.
 const ALONE: f64 = 1e-3;
 
@@ -47,7 +54,6 @@ impl Pyramid {
     /// Puts unweighted data in bins for bandwidths between `smallest` and `largest`, `per_bandwidth` of them
     /// to a bandwidth at least and twice as many at most.
     pub fn new(data: &Sorted, smallest: f64, largest: f64, per_bandwidth: f64) -> Self {
-        let narrowest = smallest / per_bandwidth;
         let point = |i: usize| Bin {
             count: 1.0,
             x: data.x[i],
@@ -56,8 +62,27 @@ impl Pyramid {
             xy: 0.0,
             yy: 0.0,
         };
+        let narrowest = smallest / per_bandwidth;
+        Self::over(
+            Bins::new(data.len(), point, narrowest),
+            narrowest,
+            largest,
+            per_bandwidth,
+        )
+    }
+
+    /// The same from points that are in no order: faster, unless they lie in few of very many bins.
+    pub fn scattered(x: &[f64], y: &[f64], smallest: f64, largest: f64, per_bandwidth: f64) -> Self {
+        let narrowest = smallest / per_bandwidth;
+        match Bins::scattered(x, y, narrowest) {
+            Some(bins) => Self::over(bins, narrowest, largest, per_bandwidth),
+            None => Self::new(&Sorted::new(x, y), smallest, largest, per_bandwidth),
+        }
+    }
+
+    fn over(finest: Bins, narrowest: f64, largest: f64, per_bandwidth: f64) -> Self {
         let mut pyramid = Pyramid {
-            levels: vec![Bins::new(data.len(), point, narrowest)],
+            levels: vec![finest],
             narrowest,
             per_bandwidth,
         };
@@ -96,10 +121,53 @@ impl Bins {
             .into_par_iter()
             .map(|k| gather((k * CHUNK..count.min((k + 1) * CHUNK)).map(&item), first, width))
             .collect();
-        let column = |f: fn(&Bin) -> f64| -> Vec<f64> { bins.iter().flatten().map(f).collect() };
+        Self::of(&bins.concat())
+    }
+
+    /// Brings points together that are in no order; nothing where there would be more bins than points.
+    fn scattered(x: &[f64], y: &[f64], width: f64) -> Option<Self> {
+        let (low, high) = (x.par_chunks(CHUNK))
+            .map(|x| {
+                x.iter()
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)))
+            })
+            .reduce(
+                || (f64::INFINITY, f64::NEG_INFINITY),
+                |a, b| (a.0.min(b.0), a.1.max(b.1)),
+            );
+        let places = (high - low) / width;
+        if !(places < x.len() as f64) {
+            return None;
+        }
+        // Sums about the bins' middles and the mean.
+        let (count, mean) = (places as usize + 1, mean(y, None));
+        let middle = |k: usize| low + (k as f64 + 0.5) * width;
+        let part = CHUNK.max(x.len().div_ceil(PARTS));
+        let parts: Vec<Vec<Products>> = (x.par_chunks(part))
+            .zip(y.par_chunks(part))
+            .map(|(x, y)| {
+                let mut bins = vec![Products::default(); count];
+                for (x, y) in x.iter().zip(y) {
+                    let k = (((x - low) / width) as usize).min(count - 1);
+                    bins[k].add(x - middle(k), y - mean);
+                }
+                bins
+            })
+            .collect();
+        let bins: Vec<Bin> = (0..count)
+            .filter_map(|k| {
+                let sums = parts.iter().fold(Products::default(), |sum, part| sum.plus(part[k]));
+                (sums.count > 0.0).then(|| sums.about_mean([middle(k), mean]))
+            })
+            .collect();
+        Some(Self::of(&bins))
+    }
+
+    fn of(bins: &[Bin]) -> Self {
+        let column = |f: fn(&Bin) -> f64| -> Vec<f64> { bins.iter().map(f).collect() };
         Bins {
             data: Sorted::centred(column(|b| b.x), column(|b| b.y), Some(column(|b| b.count))),
-            products: bins.iter().flatten().map(|b| [b.xx, b.xy, b.yy]).collect(),
+            products: bins.iter().map(|b| [b.xx, b.xy, b.yy]).collect(),
         }
     }
 
@@ -117,42 +185,83 @@ impl Bins {
 
     fn score(&self, kernel: Kernel, degree: Degree, h: f64) -> f64 {
         let data = &self.data;
-        // The estimate with all points, and the factor that takes a point's own share out of its residual.
-        let mut fits = vec![(0.0, 1.0); data.len()];
-        let visit = |b: usize, sums: Sums| {
-            let Some(fit) = sums.fit(degree) else { return };
-            let rest = 1.0 - fit.leverage;
-            fits[b] = if data.weight(b) > 1.0 || rest > ALONE {
-                (fit.value, 1.0 / rest)
-            } else {
-                let others = data.direct_sums(kernel, degree, h, data.x[b], Some(b)).fit(degree);
-                let value = others.map_or_else(|| data.nearest(data.x[b], Some(b)), |fit| fit.value);
-                (value, 1.0)
-            };
+        let mut fits = Fits {
+            data,
+            kernel,
+            degree,
+            h,
+            fits: vec![[0.0, 1.0]; data.len()],
         };
         match kernel {
-            Kernel::Gaussian => gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, h, &data.x, visit),
-            _ => for_each_sum(data, kernel, degree, h, &data.x, visit),
+            Kernel::Gaussian => {
+                let visit = |b: usize, sums: Sums| fits.visit(b, sums);
+                gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, h, &data.x, visit);
+            }
+            _ => at_own_points(data, kernel, degree, &mut |pass| pass(h, 0..data.len(), &mut fits)),
         }
+        let fits = fits.fits;
         let (mut sum, mut total) = (0.0, 0.0);
-        for (b, (fit, factor)) in fits.iter().enumerate() {
+        for (b, &[fit, factor]) in fits.iter().enumerate() {
             // The tangent's slope, from the neighbours in reach.
             let below = b - usize::from(b > 0 && data.x[b] - data.x[b - 1] <= h);
             let above = b + usize::from(b + 1 < data.len() && data.x[b + 1] - data.x[b] <= h);
             let run = data.x[above] - data.x[below];
             let slope = if run > 0.0 {
-                (fits[above].0 - fits[below].0) / run
+                (fits[above][0] - fits[below][0]) / run
             } else {
                 0.0
             };
-            let Bin {
-                count, y, xx, xy, yy, ..
-            } = self.bin(b);
-            let about_tangent = yy + count * (y - fit).powi(2) + slope * (slope * xx - 2.0 * xy);
+            let (count, residual, [xx, xy, yy]) = (data.weight(b), data.y[b] - fit, self.products[b]);
+            let about_tangent = yy + count * residual * residual + slope * (slope * xx - 2.0 * xy);
             sum += factor * factor * about_tangent;
             total += count;
         }
         sum / total
+    }
+}
+
+/// The estimates at bins.
+struct Fits<'a> {
+    data: &'a Sorted,
+    kernel: Kernel,
+    degree: Degree,
+    h: f64,
+    /// The estimate with all points, and the factor that takes a point's own share out of its residual.
+    fits: Vec<[f64; 2]>,
+}
+
+impl Visit for Fits<'_> {
+    fn visit(&mut self, b: usize, mut sums: Sums) {
+        let Fits {
+            data,
+            kernel,
+            degree,
+            h,
+            ..
+        } = *self;
+        if kernel != Kernel::Gaussian && !sums.reliable(degree) {
+            sums = data.direct_sums(kernel, degree, h, data.x[b], None);
+        }
+        let Some(fit) = sums.fit(degree) else { return };
+        let rest = 1.0 - fit.leverage;
+        self.fits[b] = if data.weight(b) > 1.0 || rest > ALONE {
+            [fit.value, 1.0 / rest]
+        } else {
+            let others = data.direct_sums(kernel, degree, h, data.x[b], Some(b)).fit(degree);
+            let value = others.map_or_else(|| data.nearest(data.x[b], Some(b)), |fit| fit.value);
+            [value, 1.0]
+        };
+    }
+
+    fn constants(&mut self, bins: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool {
+        let mut least = f64::INFINITY;
+        for (fit, &[s, t]) in self.fits[bins].iter_mut().zip(sums) {
+            // A point's share in its estimate is 1/s.
+            let rest = s - 1.0;
+            *fit = [t / s, s / rest];
+            least = if rest < least { rest } else { least };
+        }
+        least > ALONE && least > DIRECT_BELOW * most
     }
 }
 
@@ -188,7 +297,7 @@ fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> 
 }
 
 /// Sums of deviations and of their products.
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 struct Products {
     count: f64,
     x: f64,
@@ -199,6 +308,29 @@ struct Products {
 }
 
 impl Products {
+    /// Adds a point by its deviations.
+    #[inline(always)]
+    fn add(&mut self, dx: f64, dy: f64) {
+        self.count += 1.0;
+        self.x += dx;
+        self.y += dy;
+        self.xx += dx * dx;
+        self.xy += dx * dy;
+        self.yy += dy * dy;
+    }
+
+    /// The sums over both, from one origin.
+    fn plus(self, other: Self) -> Self {
+        Products {
+            count: self.count + other.count,
+            x: self.x + other.x,
+            y: self.y + other.y,
+            xx: self.xx + other.xx,
+            xy: self.xy + other.xy,
+            yy: self.yy + other.yy,
+        }
+    }
+
     fn about_mean(&self, origin: [f64; 2]) -> Bin {
         let (x, y) = (self.x / self.count, self.y / self.count);
         Bin {

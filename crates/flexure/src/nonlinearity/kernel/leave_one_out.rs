@@ -4,98 +4,67 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::piece::{self, Coefficients, Job};
-use super::sums::residual_without;
-use super::sweep::{Grains, TILE};
+use super::piece::{Visit, at_own_points};
+use super::sums::{DIRECT_BELOW, residual_without};
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 
-/// Points are taken in at most so many parts, each of at least so many points: the parts do not depend on
-/// the number of threads, nor does therefore the score.
-const PARTS: usize = 16;
-const PART: usize = 1 << 13;
+/// Points are summed in parts of at least so many: the parts do not depend on the number of threads, nor does
+/// therefore the score.
+const PART: usize = 1 << 14;
+/// Residuals that are taken at a time.
+const LANES: usize = 4;
 
 /// The exact leave-one-out scores sum_i w_i (Y_i - m_{n,-i}(X_i))^2 / sum_i w_i of bandwidths.
 ///
 /// A point without any other in reach is predicted by its nearest neighbours.
 pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
     let total: f64 = (0..data.len()).map(|i| data.weight(i)).sum();
-    let mut scores = match kernel {
-        Kernel::Gaussian => (bandwidths.par_iter())
-            .map(|&h| {
+    let mut scores = Vec::new();
+    if kernel == Kernel::Gaussian {
+        let score = |&h: &f64| {
+            let mut errors = Errors::new(data, kernel, degree, h);
+            for_each_sum(data, kernel, degree, h, &data.x, |i, sums| errors.visit(i, sums));
+            errors.sum
+        };
+        bandwidths.par_iter().map(score).collect_into_vec(&mut scores);
+    } else {
+        at_own_points(data, kernel, degree, &mut |pass| {
+            scores = sums_over_parts(data, bandwidths, |h, points| {
                 let mut errors = Errors::new(data, kernel, degree, h);
-                for_each_sum(data, kernel, degree, h, &data.x, |i, sums| errors.add(degree, i, sums));
-                errors.finish()
-            })
-            .collect(),
-        _ => {
-            let mut job = Scores {
-                data,
-                kernel,
-                bandwidths,
-                scores: Vec::new(),
-            };
-            piece::perform(&mut job, kernel, degree);
-            job.scores
-        }
-    };
+                pass(h, points, &mut errors);
+                errors.sum
+            });
+        });
+    }
     scores.iter_mut().for_each(|score| *score /= total);
     scores
 }
 
-/// The sums of the squared errors for each bandwidth, for a kernel of bounded support.
-struct Scores<'a> {
-    data: &'a Sorted,
-    kernel: Kernel,
-    bandwidths: &'a [f64],
-    scores: Vec<f64>,
+/// Sums `part(h, points)` over all parts, for each bandwidth.
+fn sums_over_parts(data: &Sorted, bandwidths: &[f64], part: impl Fn(f64, Range<usize>) -> f64 + Sync) -> Vec<f64> {
+    let n = data.len();
+    let parts = |(k, &h): (usize, &f64)| {
+        let size = part_size(&data.x, h);
+        (0..n).step_by(size).map(move |first| (k, first..n.min(first + size)))
+    };
+    let tasks: Vec<(usize, Range<usize>)> = bandwidths.iter().enumerate().flat_map(parts).collect();
+    let sums: Vec<f64> = (tasks.par_iter())
+        .map(|(k, points)| part(bandwidths[*k], points.clone()))
+        .collect();
+    let mut scores = vec![0.0; bandwidths.len()];
+    for ((k, _), sum) in tasks.iter().zip(sums) {
+        scores[*k] += sum;
+    }
+    scores
 }
 
-impl Scores<'_> {
-    /// Sums `part(h, points)` over all parts, for each bandwidth.
-    fn sum(&mut self, part: impl Fn(f64, Range<usize>) -> f64 + Sync) {
-        let n = self.data.len();
-        let size = PART.max(n.div_ceil(PARTS));
-        let parts = n.div_ceil(size);
-        let sums: Vec<f64> = (0..parts * self.bandwidths.len())
-            .into_par_iter()
-            .map(|task| {
-                let k = task % parts;
-                part(self.bandwidths[task / parts], k * size..n.min((k + 1) * size))
-            })
-            .collect();
-        self.scores = sums.chunks(parts).map(|sums| sums.iter().sum()).collect();
-    }
+/// Not much less than a window holds: the windows of a part are searched for from the first one on.
+fn part_size(x: &[f64], h: f64) -> usize {
+    let parts = 0.25 * (x[x.len() - 1] - x[0]) / h;
+    PART.max(x.len().div_ceil((parts as usize).max(1)))
 }
 
-impl Job for Scores<'_> {
-    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>) {
-        let degree = if N > M { Degree::Linear } else { Degree::Constant };
-        let (data, kernel) = (self.data, self.kernel);
-        let grains = Grains::<N>::new(data);
-        self.sum(|h, range| {
-            let mut errors = Errors::new(data, kernel, degree, h);
-            let at = (&data.x[..], range);
-            piece::whole(data, &grains, h, at, coefficients, |i, sums| {
-                errors.add(degree, i, sums)
-            });
-            errors.finish()
-        });
-    }
-
-    fn halves<const N: usize>(&mut self) {
-        let degree = if N > 2 { Degree::Linear } else { Degree::Constant };
-        let (data, kernel) = (self.data, self.kernel);
-        let grains = Grains::<N>::new(data);
-        self.sum(|h, range| {
-            let mut errors = Errors::new(data, kernel, degree, h);
-            let at = (&data.x[..], range);
-            piece::halves(data, &grains, h, at, |i, sums| errors.add(degree, i, sums));
-            errors.finish()
-        });
-    }
-}
-
-/// The sum of the squared leave-one-out errors over points that are visited in order, without gaps.
+/// The sum of the squared leave-one-out errors.
 struct Errors<'a> {
     data: &'a Sorted,
     kernel: Kernel,
@@ -104,17 +73,6 @@ struct Errors<'a> {
     /// The last point whose sums had to be made directly, as many may have one abscissa.
     last: (f64, Sums),
     sum: f64,
-    /// The local constant's sums over the points before `next`, of which several are worked off at once.
-    waiting: Waiting,
-    next: usize,
-}
-
-/// s, t and the mass of [`Sums`] at `count` points.
-struct Waiting {
-    s: [f64; TILE],
-    t: [f64; TILE],
-    mass: [f64; TILE],
-    count: usize,
 }
 
 impl<'a> Errors<'a> {
@@ -126,78 +84,7 @@ impl<'a> Errors<'a> {
             h,
             last: (f64::NAN, Sums::NONE),
             sum: 0.0,
-            waiting: Waiting {
-                s: [0.0; TILE],
-                t: [0.0; TILE],
-                mass: [0.0; TILE],
-                count: 0,
-            },
-            next: 0,
         }
-    }
-
-    /// Adds point `i`; `degree` is [`Self::degree`], known to the compiler.
-    #[inline(always)]
-    fn add(&mut self, degree: Degree, i: usize, sums: Sums) {
-        if degree == Degree::Constant {
-            let waiting = &mut self.waiting;
-            let k = waiting.count % TILE;
-            waiting.s[k] = sums.s[0];
-            waiting.t[k] = sums.t[0];
-            waiting.mass[k] = sums.mass[0];
-            waiting.count += 1;
-            self.next = i + 1;
-            if waiting.count == TILE {
-                self.work_off();
-            }
-            return;
-        }
-        let (y, w) = (self.data.y[i], self.data.weight(i));
-        let reliable = sums.reliable(degree);
-        let residual = reliable.then(|| sums.residual_without(degree, y, w)).flatten();
-        let residual = residual.unwrap_or_else(|| self.direct(i, sums));
-        self.sum += w * residual * residual;
-    }
-
-    /// Adds the points that wait.
-    #[inline(never)]
-    fn work_off(&mut self) {
-        let Waiting { s, t, mass, count } = &self.waiting;
-        let count = *count;
-        let first = self.next - count;
-        let (s, t, mass) = (&s[..count], &t[..count], &mass[..count]);
-        let y = &self.data.y[first..self.next];
-        // Two at a time, whose sums stay apart.
-        let (mut sums, mut reliable) = ([0.0; 2], true);
-        for k in 0..count {
-            let w = self.data.weight(first + k);
-            let (residual, fast) = residual_without(y[k], w, s[k], t[k], mass[k]);
-            reliable &= fast;
-            sums[k % 2] += w * residual * residual;
-        }
-        if reliable {
-            self.sum += sums[0] + sums[1];
-        } else {
-            for k in 0..count {
-                let (y, w) = (self.data.y[first + k], self.data.weight(first + k));
-                let sums = Sums {
-                    mass: [self.waiting.mass[k], 0.0],
-                    s: [self.waiting.s[k], 0.0, 0.0],
-                    t: [self.waiting.t[k], 0.0],
-                    at: 0.0,
-                };
-                let (residual, fast) = residual_without(y, w, sums.s[0], sums.t[0], sums.mass[0]);
-                let residual = if fast { residual } else { self.direct(first + k, sums) };
-                self.sum += w * residual * residual;
-            }
-        }
-        self.waiting.count = 0;
-    }
-
-    /// The sum over all points.
-    fn finish(mut self) -> f64 {
-        self.work_off();
-        self.sum
     }
 
     /// The residual of a point where the fast `sums` will not do.
@@ -224,4 +111,54 @@ impl<'a> Errors<'a> {
             y - fit.map_or_else(|| data.nearest(x, Some(i)), |fit| fit.value)
         })
     }
+}
+
+impl Visit for Errors<'_> {
+    fn visit(&mut self, i: usize, sums: Sums) {
+        let (y, w) = (self.data.y[i], self.data.weight(i));
+        let reliable = self.degree == Degree::Constant || sums.reliable(self.degree);
+        let residual = reliable.then(|| sums.residual_without(self.degree, y, w)).flatten();
+        let residual = residual.unwrap_or_else(|| self.direct(i, sums));
+        self.sum += w * residual * residual;
+    }
+
+    fn constants(&mut self, points: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool {
+        let y = &self.data.y[points.clone()];
+        let (sum, least) = match self.data.weights() {
+            None => squares(y, sums, |_| 1.0),
+            Some(w) => {
+                let w = &w[points];
+                squares(y, sums, |k| w[k])
+            }
+        };
+        let enough = least > DIRECT_BELOW * most && !sum.is_nan();
+        if enough {
+            self.sum += sum;
+        }
+        enough
+    }
+}
+
+/// The weighted sum of the squared residuals from the local constants without each point, and the least of the
+/// others' sums of K.
+#[inline(always)]
+fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> (f64, f64) {
+    // Several at a time, that none waits for the one before.
+    let (mut sum, mut least) = ([0.0; LANES], [f64::INFINITY; LANES]);
+    let mut add = |k: usize, lane: usize| {
+        let w = weight(k);
+        let (residual, rest) = residual_without(y[k], w, sums[k]);
+        sum[lane] += w * residual * residual;
+        least[lane] = if rest < least[lane] { rest } else { least[lane] };
+    };
+    let whole = y.len() / LANES * LANES;
+    for first in (0..whole).step_by(LANES) {
+        for lane in 0..LANES {
+            add(first + lane, lane);
+        }
+    }
+    for k in whole..y.len() {
+        add(k, 0);
+    }
+    (sum.iter().sum(), least.into_iter().fold(f64::INFINITY, f64::min))
 }

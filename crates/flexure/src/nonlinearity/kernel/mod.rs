@@ -25,6 +25,7 @@ mod regression;
 mod scatter;
 mod sort;
 mod sorted;
+mod staircase;
 mod sums;
 mod sweep;
 mod window;

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::sweep::{Grains, Sweep};
+use super::staircase::{Abscissas, Windows};
+use super::sweep::{Grains, STRETCH, Sweep};
 use super::window::{Items, Slider};
 use super::{Degree, Kernel, Sorted, Sums};
 
@@ -100,6 +101,66 @@ impl Job for AtPoints<'_> {
             (self.at, 0..self.at.len()),
             &mut *self.visit,
         );
+    }
+}
+
+/// What is done with the sums at the data's own points.
+pub trait Visit {
+    /// For point `i`.
+    fn visit(&mut self, i: usize, sums: Sums);
+
+    /// For many points at once by the local constants' s and t alone, where no mass exceeds `most`. Returns
+    /// whether that was enough: if not, every point will be visited.
+    fn constants(&mut self, points: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool;
+}
+
+/// Visits the data's own points of a range, for a bandwidth.
+pub type Pass<'a> = dyn Fn(f64, Range<usize>, &mut dyn Visit) + Sync + 'a;
+
+/// Calls `run` with what visits the data's own points, for a kernel of bounded support.
+pub fn at_own_points(data: &Sorted, kernel: Kernel, degree: Degree, run: &mut dyn FnMut(&Pass<'_>)) {
+    perform(&mut AtOwnPoints { data, run }, kernel, degree);
+}
+
+struct AtOwnPoints<'a> {
+    data: &'a Sorted,
+    run: &'a mut dyn FnMut(&Pass<'_>),
+}
+
+impl Job for AtOwnPoints<'_> {
+    fn whole<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>) {
+        let data = self.data;
+        let grains = Grains::<N>::new(data);
+        let abscissas = Abscissas::new(&data.x);
+        (self.run)(&|h, points, visitor| {
+            let mut constants = [[0.0; 2]; STRETCH];
+            let mut sweep = Sweep::new(data, &grains, h);
+            let mut windows = Windows::new(&abscissas, h, points);
+            while let Some((points, starts, ends)) = windows.next() {
+                let at = &data.x[points.clone()];
+                sweep.stretches(at, (starts, ends), coefficients, |k, stretch| {
+                    let points = points.start + k..points.start + k + stretch.len();
+                    if N == M {
+                        let constants = &mut constants[..points.len()];
+                        stretch.constants(constants);
+                        if visitor.constants(points.clone(), constants, stretch.most()) {
+                            return;
+                        }
+                    }
+                    for (k, i) in points.enumerate() {
+                        visitor.visit(i, stretch.sums(k));
+                    }
+                });
+            }
+        });
+    }
+
+    fn halves<const N: usize>(&mut self) {
+        let data = self.data;
+        let grains = Grains::<N>::new(data);
+        (self.run)(&|h, points, visitor| {
+            halves(data, &grains, h, (&data.x, points), |i, sums| visitor.visit(i, sums));
+        });
     }
 }
 

@@ -15,8 +15,9 @@ const PART: usize = 1 << 16;
 /// Most buckets, and the points of each where these are fewer.
 const BUCKETS: usize = 2048;
 const BUCKET: usize = 256;
-/// Points of which the range is found.
+/// Points of which the range is found, and how many times as many there are at least.
 const SAMPLE: usize = 1000;
+const PER_SAMPLE: usize = 8;
 /// More points than this with one place are sorted by comparison.
 const CROWD: usize = 24;
 
@@ -86,7 +87,11 @@ struct Places {
 impl Places {
     /// Places of equal width for most of the points; those at the ends go on for ever.
     fn of_bulk(x: &[f64], count: usize) -> Self {
-        let mut sample: Vec<f64> = x.iter().step_by(x.len().div_ceil(SAMPLE)).copied().collect();
+        let mut sample: Vec<f64> = x
+            .iter()
+            .step_by(x.len().div_ceil(SAMPLE).max(PER_SAMPLE))
+            .copied()
+            .collect();
         sample.sort_unstable_by(f64::total_cmp);
         let tail = sample.len() / 50;
         let (low, high) = (sample[tail], sample[sample.len() - 1 - tail]);

@@ -57,6 +57,11 @@ impl Sorted {
         self.w.is_some()
     }
 
+    /// The weights, where there are any.
+    pub fn weights(&self) -> Option<&[f64]> {
+        self.w.as_deref()
+    }
+
     /// The weight of point `i`.
     #[inline(always)]
     pub fn weight(&self, i: usize) -> f64 {
@@ -70,16 +75,6 @@ impl Sorted {
         match &self.w {
             None => points.for_each(|(&x, &y)| each(x, 1.0, y)),
             Some(w) => points.zip(&w[range]).for_each(|((&x, &y), &w)| each(x, w, w * y)),
-        }
-    }
-
-    /// [`for_each`](Self::for_each) from the last to the first.
-    #[inline(always)]
-    pub fn for_each_reversed(&self, range: Range<usize>, mut each: impl FnMut(f64, f64, f64)) {
-        let points = self.x[range.clone()].iter().zip(&self.y[range.clone()]);
-        match &self.w {
-            None => points.rev().for_each(|(&x, &y)| each(x, 1.0, y)),
-            Some(w) => points.zip(&w[range]).rev().for_each(|((&x, &y), &w)| each(x, w, w * y)),
         }
     }
 

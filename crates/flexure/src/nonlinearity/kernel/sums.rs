@@ -19,7 +19,7 @@ pub enum Degree {
 
 /// Below this share of the largest possible sum a fast sum is replaced by the direct one: there the
 /// weights are so small that the moments' rounding would show.
-const DIRECT_BELOW: f64 = 1e-3;
+pub(super) const DIRECT_BELOW: f64 = 1e-3;
 
 /// Abscissas whose standard deviation is below this share of the bandwidth count as one.
 const ONE_ABSCISSA: f64 = 1e-9;
@@ -140,8 +140,8 @@ impl Sums {
     #[inline(always)]
     pub fn residual_without(&self, degree: Degree, y: f64, w: f64) -> Option<f64> {
         if degree == Degree::Constant {
-            let (residual, reliable) = residual_without(y, w, self.s[0], self.t[0], self.mass[0]);
-            return reliable.then_some(residual);
+            let (residual, rest) = residual_without(y, w, [self.s[0], self.t[0]]);
+            return (rest > DIRECT_BELOW * self.mass[0]).then_some(residual);
         }
         let fit = self.fit(degree)?;
         let rest = 1.0 - w * fit.leverage;
@@ -149,13 +149,13 @@ impl Sums {
     }
 }
 
-/// The residual of an ordinate `y`, of weight `w`, from the local constant without it, and whether the others'
-/// share in the sums, of the mass in reach, is large enough to tell by.
+/// The residual of an ordinate `y`, of weight `w`, from the local constant without it, and the others' sum of K, too
+/// small a share of which in the mass in reach says nothing.
 #[inline(always)]
-pub(super) fn residual_without(y: f64, w: f64, s: f64, t: f64, mass: f64) -> (f64, bool) {
+pub(super) fn residual_without(y: f64, w: f64, [s, t]: [f64; 2]) -> (f64, f64) {
     // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1), one division.
     let rest = s - w;
-    ((y * s - t) / rest, rest > DIRECT_BELOW * mass)
+    ((y * s - t) / rest, rest)
 }
 
 impl std::ops::Add for Sums {

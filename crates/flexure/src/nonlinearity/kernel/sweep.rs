@@ -4,22 +4,23 @@
 //! grain's moments count from its own middle and serve every bandwidth. What is left, at the window's ends, is
 //! kept ready as running sums over the points of a short run: those that end where the grains begin, and
 //! those that start where the grains end, which hold the grains as well. Every window is so the sum of one of
-//! either kind, until one of its ends leaves its run.
+//! either kind. The windows of a stretch of points share their runs; the next stretch gets its own.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::window::{Frame, Items, Moments, Slider, both_beyond, first_beyond};
+use super::piece::Coefficients;
+use super::window::{Frame, Items, Moments, Slider, first_beyond};
 use super::{Sorted, Sums};
 
 /// Points of a grain.
 const GRAIN: usize = 32;
-/// Points whose running sums are kept at either end of the window, about.
-const RUN: usize = 128;
-
-/// Points whose windows are found at a time.
-pub const TILE: usize = 64;
+/// Most points of a stretch, and by how many their windows' ends move less.
+pub const STRETCH: usize = 128;
+const RUN: u32 = 160;
+/// Room for a run of RUN points and what it takes to begin and to end with a grain; a power of two.
+const ROOM: usize = 256;
 
 /// The moments of GRAIN neighbouring points about their middle, in half widths.
 struct Grain<const N: usize> {
@@ -72,6 +73,67 @@ impl<const N: usize> Items<N> for Grains<N> {
     }
 }
 
+/// Neighbouring points whose windows all begin and end on the same two runs.
+pub struct Stretch<'a, F, const N: usize> {
+    frame: Frame,
+    coefficients: F,
+    at: &'a [f64],
+    /// The windows, and where the runs begin.
+    starts: &'a [u32],
+    ends: &'a [u32],
+    low: usize,
+    high: usize,
+    below: &'a [Moments<N>; ROOM],
+    above: &'a [Moments<N>; ROOM],
+}
+
+impl<F, const N: usize> Stretch<'_, F, N> {
+    pub fn len(&self) -> usize {
+        self.at.len()
+    }
+
+    /// The moments over a window.
+    #[inline(always)]
+    fn window(&self, start: u32, end: u32) -> Moments<N> {
+        // The remainders tell the compiler that the places are in the runs.
+        let (low, high) = (start as usize - self.low, end as usize - self.high);
+        self.below[low % ROOM].plus(&self.above[high % ROOM])
+    }
+
+    /// The sums at the k-th of the points.
+    #[inline(always)]
+    pub fn sums<const M: usize>(&self, k: usize) -> Sums
+    where
+        F: Coefficients<M>,
+    {
+        let moments = self.window(self.starts[k], self.ends[k]);
+        Sums::combined(&moments, self.frame.u(self.at[k]), self.coefficients)
+    }
+
+    /// s and t of the local constants' sums at all the points.
+    #[inline(never)]
+    pub fn constants<const M: usize>(&self, sums: &mut [[f64; 2]])
+    where
+        F: Coefficients<M>,
+    {
+        let points = self.starts.iter().zip(self.ends).zip(self.at);
+        for (((&start, &end), &q), sum) in points.zip(sums) {
+            let Moments(moments) = self.window(start, end);
+            let coefficients = (self.coefficients)(self.frame.u(q));
+            *sum = [0.0; 2];
+            for (c, moment) in coefficients.iter().zip(&moments) {
+                *sum = [sum[0] + c * moment[0], sum[1] + c * moment[1]];
+            }
+        }
+    }
+
+    /// A mass that none of the windows exceeds.
+    pub fn most(&self) -> f64 {
+        let (first, last) = (self.starts[0], self.ends[self.ends.len() - 1]);
+        self.window(first, last).0[0][0]
+    }
+}
+
 /// A window that moves upward over sorted points.
 pub struct Sweep<'a, const N: usize> {
     data: &'a Sorted,
@@ -80,12 +142,12 @@ pub struct Sweep<'a, const N: usize> {
     /// The window.
     lo: usize,
     hi: usize,
-    /// Moments of the points i..end of the lower run for each i of it.
-    below: Vec<Moments<N>>,
-    low: usize,
-    /// Moments of the grains between the runs and of the points up to i of the upper run, for each i.
-    above: Vec<Moments<N>>,
-    high: usize,
+    /// Moments of the points i..low.end for each i of `low`.
+    below: Box<[Moments<N>; ROOM]>,
+    low: Range<usize>,
+    /// Moments of the grains between the runs and of the points of the upper run up to i, for each i of `high`.
+    above: Box<[Moments<N>; ROOM]>,
+    high: Range<usize>,
 }
 
 impl<'a, const N: usize> Sweep<'a, N> {
@@ -99,10 +161,10 @@ impl<'a, const N: usize> Sweep<'a, N> {
             grains: Slider::new(grains, h),
             lo: 0,
             hi: 0,
-            below: Vec::with_capacity(RUN + 1),
-            low: 0,
-            above: Vec::with_capacity(RUN + GRAIN + 1),
-            high: 0,
+            below: Box::new([Moments::ZERO; ROOM]),
+            low: 0..0,
+            above: Box::new([Moments::ZERO; ROOM]),
+            high: 0..0,
         }
     }
 
@@ -115,68 +177,81 @@ impl<'a, const N: usize> Sweep<'a, N> {
         at: &[f64],
         range: Range<usize>,
         (below, within): (impl Fn(f64, f64) -> bool, impl Fn(f64, f64) -> bool),
-        coefficients: impl Fn(f64) -> [f64; M],
+        coefficients: impl Coefficients<M>,
         mut visit: impl FnMut(usize, Sums),
     ) {
         let x = &self.data.x[..];
-        let (mut lo, mut hi) = (self.lo, self.hi);
-        let Range { start: mut j, end } = range;
-        // The windows first, then their sums: both loops are short, and wait for nothing.
-        let mut windows = [[0; 2]; TILE];
-        while j < end {
-            lo = first_beyond(x, lo, |x| below(x, at[j]));
-            hi = first_beyond(x, hi.max(lo), |x| within(x, at[j]));
-            if lo == hi {
-                j += 1;
-                continue;
-            }
-            if lo < self.low || lo >= self.low + self.below.len() || hi >= self.high + self.above.len() {
-                self.reposition(lo, hi);
-            }
-            // As long as the window's ends stay on their runs.
-            let (low, high) = (self.low, self.high);
-            let (lows, highs) = (&self.below[..], &self.above[..]);
-            let (low_end, high_end) = (low + lows.len(), high + highs.len());
-            let at = &at[j..end.min(j + TILE)];
+        let (mut starts, mut ends) = ([0; STRETCH], [0; STRETCH]);
+        let Range { start: mut first, end } = range;
+        while first < end {
             let mut count = 0;
-            while count < at.len() {
-                let q = at[count];
-                if let Some(&next) = at.get(count + 1)
-                    && let Some([lo0, lo1]) = both_beyond(x, lo, |x| below(x, q), |x| below(x, next))
-                    && let Some([hi0, hi1]) = both_beyond(x, hi, |x| within(x, q), |x| within(x, next))
-                    && lo1 < low_end
-                    && hi1 < high_end
-                {
-                    windows[count] = [lo0 - low, hi0 - high];
-                    windows[count + 1] = [lo1 - low, hi1 - high];
-                    (lo, hi) = (lo1, hi1);
-                    count += 2;
-                    continue;
-                }
-                lo = first_beyond(x, lo, |x| below(x, q));
-                hi = first_beyond(x, hi, |x| within(x, q));
-                if lo >= low_end || hi >= high_end {
+            for &q in &at[first..end.min(first + STRETCH)] {
+                self.lo = first_beyond(x, self.lo, |x| below(x, q));
+                self.hi = first_beyond(x, self.hi.max(self.lo), |x| within(x, q));
+                if self.lo == self.hi {
                     break;
                 }
-                windows[count] = [lo - low, hi - high];
+                (starts[count], ends[count]) = (self.lo as u32, self.hi as u32);
                 count += 1;
             }
-            for (k, ([lo, hi], q)) in windows.iter().zip(at).enumerate().take(count) {
-                let moments = lows[*lo].plus(&highs[*hi]);
-                visit(j + k, Sums::combined(&moments, self.frame.u(*q), &coefficients));
-            }
-            j += count;
+            let windows = (&starts[..count], &ends[..count]);
+            self.stretches(&at[first..first + count], windows, coefficients, |k, stretch| {
+                for i in 0..stretch.len() {
+                    visit(first + k + i, stretch.sums(i));
+                }
+            });
+            // Where there are none, the point has no data in its window.
+            first += count.max(1);
         }
-        (self.lo, self.hi) = (lo, hi);
     }
 
-    /// Makes the runs anew for the window lo..hi, which has a point.
+    /// Visits the increasing points `at`, which have the windows `starts` to `ends`, none of them empty: a stretch at
+    /// a time, with the index of its first point.
+    #[inline(always)]
+    pub fn stretches<F: Coefficients<M>, const M: usize>(
+        &mut self,
+        at: &[f64],
+        (starts, ends): (&[u32], &[u32]),
+        coefficients: F,
+        mut visit: impl FnMut(usize, &Stretch<'_, F, N>),
+    ) {
+        let mut first = 0;
+        while first < at.len() {
+            let (starts, ends) = (&starts[first..], &ends[first..]);
+            let count = self.make_runs(starts, ends);
+            let stretch = Stretch {
+                frame: self.frame,
+                coefficients,
+                at: &at[first..first + count],
+                starts: &starts[..count],
+                ends: &ends[..count],
+                low: self.low.start,
+                high: self.high.start,
+                below: &self.below,
+                above: &self.above,
+            };
+            visit(first, &stretch);
+            first += count;
+        }
+    }
+
+    /// Makes the runs for the first of these windows and as many more as they serve, and tells how many.
     #[inline(never)]
-    fn reposition(&mut self, lo: usize, hi: usize) {
-        let (mut end, mut start) = (hi, hi);
-        if hi - lo > RUN {
-            end = (lo + RUN) / GRAIN * GRAIN;
-            start = hi / GRAIN * GRAIN;
+    fn make_runs(&mut self, starts: &[u32], ends: &[u32]) -> usize {
+        let (lo, hi) = (starts[0], ends[0]);
+        let mut count = starts.len().min(STRETCH);
+        if starts[count - 1] - lo >= RUN || ends[count - 1] - hi >= RUN {
+            // The windows move upward.
+            count = starts[..count].partition_point(|&start| start - lo < RUN);
+            count = ends[..count].partition_point(|&end| end - hi < RUN);
+        }
+        let (lo, hi) = (lo as usize, hi as usize);
+        let mut end = (starts[count - 1] as usize / GRAIN + 1) * GRAIN;
+        let mut start = hi / GRAIN * GRAIN;
+        if end > start {
+            // Narrow windows: all must hold the point where the runs meet.
+            (end, start) = (hi, hi);
+            count = starts[..count].partition_point(|&start| (start as usize) < hi);
         }
         let mut core = Moments::ZERO;
         self.frame.anchor = self.data.x[hi - 1];
@@ -187,28 +262,50 @@ impl<'a, const N: usize> Sweep<'a, N> {
                 (core, self.frame) = (moments, view.frame);
             }
         }
+        self.low = lo..end;
+        self.high = start..ends[count - 1] as usize + 1;
+        match self.data.weights() {
+            None => self.fill(core, |_, y| (1.0, y)),
+            Some(w) => self.fill(core, |i, y| (w[i], w[i] * y)),
+        }
+        count
+    }
+
+    /// Fills the runs, of which the upper one begins with `core`; `weighted(i, y)` are w and w y.
+    #[inline(always)]
+    fn fill(&mut self, core: Moments<N>, weighted: impl Fn(usize, f64) -> (f64, f64)) {
+        let Sorted { x, y, .. } = self.data;
         let frame = self.frame;
-        self.low = lo;
-        // Not the empty run: the window would have left the anchor behind.
-        self.below.resize(end - lo, Moments::ZERO);
-        let mut sum = Moments::ZERO;
-        let mut run = self.below.iter_mut().rev();
-        self.data.for_each_reversed(lo..end, |x, w, wy| {
-            sum.push(frame.u(x), w, wy);
-            if let Some(run) = run.next() {
-                *run = sum;
-            }
-        });
-        let last = self.data.len().min(start + RUN + GRAIN);
-        self.high = start;
-        self.above.resize(last - start + 1, Moments::ZERO);
+        let push = |sum: &mut Moments<N>, first: usize, k: usize, (x, y): (&[f64], &[f64])| {
+            let (w, wy) = weighted(first + k, y[k]);
+            sum.push(frame.u(x[k]), w, wy);
+            *sum
+        };
+        let (low, high) = (self.low.clone(), self.high.start..self.high.end - 1);
+        // Both runs at once, as every sum must wait for the one before; then what one has more than the other.
+        let both = low.len().min(high.len());
+        let (mut lower, mut upper) = (Moments::ZERO, core);
         self.above[0] = core;
-        let mut run = self.above[1..].iter_mut();
-        self.data.for_each(start..last, |x, w, wy| {
-            core.push(frame.u(x), w, wy);
-            if let Some(run) = run.next() {
-                *run = core;
+        let above = &mut self.above[1..high.len() + 1];
+        let points = (&x[high.clone()], &y[high.clone()]);
+        {
+            let first = low.end - both;
+            let below = &mut self.below[low.len() - both..low.len()];
+            let above = &mut above[..both];
+            let points_below = (&x[first..low.end], &y[first..low.end]);
+            let points = (&points.0[..both], &points.1[..both]);
+            for k in 0..both {
+                above[k] = push(&mut upper, high.start, k, points);
+                let k = both - 1 - k;
+                below[k] = push(&mut lower, first, k, points_below);
             }
-        });
+        }
+        for k in both..high.len() {
+            above[k] = push(&mut upper, high.start, k, points);
+        }
+        let points = (&x[low.clone()], &y[low.clone()]);
+        for k in (0..low.len() - both).rev() {
+            self.below[k] = push(&mut lower, low.start, k, points);
+        }
     }
 }

@@ -235,22 +235,6 @@ pub fn first_beyond(x: &[f64], start: usize, holds: impl Fn(f64) -> bool) -> usi
     far_beyond(x, i, holds)
 }
 
-/// The first indices from `start` on at which `holds` and `next` are false, true values coming first and `next`
-/// holding wherever `holds` does; nothing where they are far. It takes hardly longer than a single search, as
-/// the second does not wait for the first.
-#[inline(always)]
-pub fn both_beyond(
-    x: &[f64],
-    start: usize,
-    holds: impl Fn(f64) -> bool,
-    next: impl Fn(f64) -> bool,
-) -> Option<[usize; 2]> {
-    let eight = x.get(start..start + 8)?;
-    let first: usize = eight[..4].iter().map(|&v| usize::from(holds(v))).sum();
-    let second: usize = eight.iter().map(|&v| usize::from(next(v))).sum();
-    (first < 4 && second < 8).then_some([start + first, start + second])
-}
-
 /// Steps of four before the search for a far index begins.
 const FOURS: usize = 4;
 

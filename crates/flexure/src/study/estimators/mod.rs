@@ -48,25 +48,17 @@
 mod run;
 mod setting;
 
-use std::ops::ControlFlow;
-
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-
-use super::rates::{batch, check_plan, seed_of};
-use super::table::{RatePoint, RateResult, RateTable};
-use crate::error::{Error, Result};
-use run::squared_error;
+use super::plan::Study;
 pub use setting::{ErrorNorm, EstimatorSetting, Method, Regressand, Schedule, estimator_settings, network_settings};
 
-/// A convergence study of estimators: every setting at every number of points, many times.
+/// The convergence study of the static estimators. A run in which a parameter is beyond the data counts as missing.
 ///
-/// | parameter | purpose | valid range | quick | full |
-/// |---|---|---|---|---|
-/// | `settings` | what is measured | not empty | [`estimator_settings`] | the same |
-/// | `lengths` | numbers of points n | at least two, increasing, from 10 | 256 to 16,384 | 256 to 131,072 |
-/// | `runs` | Monte Carlo runs for each | at least 20 | 150 | 400 |
-/// | `seed` | of all random numbers | | 1 | 1 |
+/// | parameter | quick | full |
+/// |---|---|---|
+/// | `settings` | [`estimator_settings`] | the same |
+/// | `lengths` | 256 to 16,384 | 256 to 131,072 |
+/// | `runs` | 150 | 400 |
+/// | `seed` | 1 | 1 |
 ///
 /// The lengths are powers of 8 apart, so that the cells of the Haar series can follow their schedule.
 ///
@@ -77,17 +69,7 @@ pub use setting::{ErrorNorm, EstimatorSetting, Method, Regressand, Schedule, est
 /// println!("{table}");
 /// # Ok::<(), flexure::Error>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct EstimatorStudy {
-    /// What is measured.
-    pub settings: Vec<EstimatorSetting>,
-    /// The numbers of points, increasing.
-    pub lengths: Vec<usize>,
-    /// Monte Carlo runs for each setting and number of points.
-    pub runs: usize,
-    /// Seed of all random numbers.
-    pub seed: u64,
-}
+pub type EstimatorStudy = Study<EstimatorSetting>;
 
 impl EstimatorStudy {
     /// All estimators but the network: under half a minute on two cores.
@@ -126,50 +108,6 @@ impl EstimatorStudy {
             runs: 40,
             ..EstimatorStudy::quick_network()
         }
-    }
-
-    /// Runs the whole study. `progress` is called now and then with the points drawn so far and in all, and
-    /// stops the study by returning [`ControlFlow::Break`].
-    ///
-    /// The result depends on the study alone, not on the number of threads.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] for a study outside the valid ranges, [`Error::Stopped`] if `progress` stopped it,
-    /// and those of the estimators, but for a parameter beyond the data, which counts as a missing run.
-    pub fn run(
-        &self,
-        progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
-    ) -> Result<RateTable<EstimatorSetting>> {
-        check_plan(self.settings.len(), &self.lengths, self.runs)?;
-        self.settings.iter().try_for_each(EstimatorSetting::check)?;
-        let each: usize = self.lengths.iter().map(|n| n.saturating_mul(self.runs)).sum();
-        let total = each.saturating_mul(self.settings.len());
-        let mut spent = 0;
-        let mut results = Vec::with_capacity(self.settings.len());
-        for (s, setting) in self.settings.iter().enumerate() {
-            let mut points = Vec::with_capacity(self.lengths.len());
-            for &n in &self.lengths {
-                let mut errors = Vec::with_capacity(self.runs);
-                let batch = batch(n, self.runs);
-                for first in (0..self.runs).step_by(batch) {
-                    if progress(spent, total).is_break() {
-                        return Err(Error::Stopped { done: spent, total });
-                    }
-                    let runs = first..self.runs.min(first + batch);
-                    spent += n * runs.len();
-                    let squared: Result<Vec<Option<f64>>> = runs
-                        .into_par_iter()
-                        .map(|run| squared_error(setting, n, seed_of(self.seed, s, n, run)))
-                        .collect();
-                    errors.extend(squared?);
-                }
-                points.push(RatePoint::new(n, &errors));
-            }
-            results.push(RateResult::new(setting.clone(), points, self.settings.len()));
-        }
-        // The last call is only news; there is nothing left to stop.
-        let _ = progress(total, total);
-        Ok(RateTable { results })
     }
 }
 

@@ -4,8 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use serde::{Deserialize, Serialize};
 
+use super::super::plan::{Experiment, OneRun};
 use super::super::setting::Input;
-use super::super::table::Experiment;
+use super::run::squared_error;
 use crate::error::{Error, Result};
 
 /// An estimator of a static nonlinearity; its schedule says what its one parameter is.
@@ -183,10 +184,12 @@ impl Experiment for EstimatorSetting {
     fn sharp(&self) -> bool {
         self.sharp
     }
-}
 
-impl EstimatorSetting {
-    pub(super) fn check(&self) -> Result<()> {
+    fn prepared(&self) -> OneRun<'_> {
+        Box::new(|n, seed| squared_error(self, n, seed))
+    }
+
+    fn check(&self) -> Result<()> {
         let require = |name: &str, value: f64, valid: bool, requirement: &'static str| {
             if valid {
                 return Ok(());

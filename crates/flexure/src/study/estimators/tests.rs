@@ -1,7 +1,10 @@
 //! That the estimators converge as theory says, and that the study would notice if one did not.
 
+use std::ops::ControlFlow;
+
 use super::*;
-use crate::study::{Experiment, Input};
+
+use crate::study::{Experiment, Input, RateTable};
 
 fn run(settings: Vec<EstimatorSetting>, lengths: &[usize], runs: usize) -> RateTable<EstimatorSetting> {
     let study = EstimatorStudy {

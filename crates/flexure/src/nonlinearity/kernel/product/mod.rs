@@ -22,7 +22,7 @@ use super::{Degree, Kernel};
 use crate::nonlinearity::Outside;
 use crate::nonlinearity::estimator::Checked;
 use cells::Cells;
-use sums::{Columns, Local, Sums, SumsOver, Told, UNWEIGHTED_DIMENSIONS, Window};
+use sums::{Columns, Local, Sums, SumsOver, Told, Window};
 
 /// Exponent of the Gaussian beyond which a point does not count beside one at the centre.
 const NEGLIGIBLE: f64 = 40.0;
@@ -95,8 +95,8 @@ impl Product {
         let total = data.w.map_or(n as f64, |w| w.iter().sum());
         // Twice: the second pass removes the rounding of the first where the offset is large.
         let about = |c: f64| match data.w {
-            None => data.y.iter().map(|y| y - c).sum::<f64>() / total,
-            Some(w) => data.y.iter().zip(w).map(|(y, w)| w * (y - c)).sum::<f64>() / total,
+            None => sum(data.y, |_, y| y - c) / total,
+            Some(w) => sum(data.y, |i, y| w[i] * (y - c)) / total,
         };
         let first = about(data.y[0]) + data.y[0];
         let mean = first + about(first);
@@ -107,11 +107,7 @@ impl Product {
             points: Columns {
                 x: data.x.iter().map(|column| gather(column)).collect(),
                 y: order.iter().map(|&i| data.y[i as usize] - mean).collect(),
-                w: match data.w {
-                    Some(w) => gather(w),
-                    None if h.len() <= UNWEIGHTED_DIMENSIONS => Vec::new(),
-                    None => vec![1.0; n],
-                },
+                w: data.w.map_or_else(Vec::new, gather),
             },
             mean,
             total,
@@ -197,6 +193,21 @@ impl Product {
         };
         (need > self.reach * (1.0 + 1e-9)).then(|| need / self.reach)
     }
+}
+
+/// The sum of `term(i, values[i])`, in parts that do not wait for each other.
+#[inline(always)]
+fn sum(values: &[f64], term: impl Fn(usize, f64) -> f64) -> f64 {
+    let (chunks, rest) = values.as_chunks::<8>();
+    let mut parts = [0.0; 8];
+    for (c, chunk) in chunks.iter().enumerate() {
+        for l in 0..8 {
+            parts[l] += term(8 * c + l, chunk[l]);
+        }
+    }
+    let done = values.len() - rest.len();
+    let rest: f64 = rest.iter().enumerate().map(|(l, &v)| term(done + l, v)).sum();
+    parts.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]

@@ -3,13 +3,11 @@
 use std::ops::Range;
 
 use super::super::{Degree, Kernel};
-use super::profile::{Biweight, Epanechnikov, Gaussian, Profile, Triangular, Triweight, Uniform};
+use super::profile;
 
 /// A direction in which the points in reach have a standard deviation below this share of the bandwidth counts as
 /// none.
 pub const NO_EXTENT: f64 = 1e-8;
-/// Up to so many dimensions there is code of its own for points without weights.
-pub const UNWEIGHTED_DIMENSIONS: usize = 3;
 /// Below this share of the sum about the point, a sum about the points' mean has lost too many digits.
 const RELIABLE: f64 = 1e-3;
 
@@ -19,7 +17,7 @@ pub struct Columns {
     pub x: Vec<Vec<f64>>,
     /// Centred ordinates.
     pub y: Vec<f64>,
-    /// Empty where all weights are 1, in no more than [`UNWEIGHTED_DIMENSIONS`].
+    /// Empty where all weights are 1.
     pub w: Vec<f64>,
 }
 
@@ -58,41 +56,17 @@ impl<const D: usize, const L: usize> Sums<D, L> {
         t1: [[0.0; L]; D],
     };
 
+    /// Adds as many points as there are lanes, with the weights `k`.
     #[inline(always)]
-    fn add<P: Profile, const LINEAR: bool>(
-        &mut self,
-        profile: P,
-        window: &Window<D>,
-        x: [&[f64; L]; D],
-        y: &[f64; L],
-        w: Option<&[f64; L]>,
-    ) {
-        let mut k = [profile.start(); L];
-        let mut u = [[0.0; L]; D];
-        for j in 0..D {
-            for l in 0..L {
-                u[j][l] = x[j][l] - window.at[j];
-            }
-            profile.factor(&u[j], window.h[j], window.per_h[j], &mut k);
-            for l in 0..L {
-                u[j][l] *= window.per_h[j];
-            }
-        }
-        profile.finish(&mut k);
-        if let Some(w) = w {
-            for l in 0..L {
-                k[l] *= w[l];
-            }
-        }
+    fn add<const LINEAR: bool>(&mut self, k: &[f64; L], u: [&[f64; L]; D], y: &[f64; L]) {
         for l in 0..L {
             self.s0[l] += k[l];
             self.t0[l] += k[l] * y[l];
         }
         if LINEAR {
             for j in 0..D {
-                let mut ku = [0.0; L];
+                let ku: [f64; L] = std::array::from_fn(|l| k[l] * u[j][l]);
                 for l in 0..L {
-                    ku[l] = k[l] * u[j][l];
                     self.s1[j][l] += ku[l];
                     self.t1[j][l] += ku[l] * y[l];
                 }
@@ -104,44 +78,120 @@ impl<const D: usize, const L: usize> Sums<D, L> {
             }
         }
     }
+
+    /// The sums of all lanes.
+    fn folded(&self) -> Sums<D, 1> {
+        let fold = |lanes: &[f64; L]| [lanes.iter().sum::<f64>()];
+        Sums {
+            s0: fold(&self.s0),
+            s1: std::array::from_fn(|j| fold(&self.s1[j])),
+            s2: std::array::from_fn(|i| std::array::from_fn(|j| fold(&self.s2[i][j]))),
+            t0: fold(&self.t0),
+            t1: std::array::from_fn(|j| fold(&self.t1[j])),
+        }
+    }
 }
 
-/// The sums over the runs of points.
+/// Points whose weights are found together.
+const BLOCK: usize = 64;
+
+/// The sums over the runs of points: first the weights of a block of points, then the sums over them.
 #[inline(never)]
-fn over_runs<P: Profile, const D: usize, const L: usize, const LINEAR: bool, const WEIGHTED: bool>(
-    profile: P,
+fn over_runs<const D: usize, const L: usize, const LINEAR: bool>(
+    kernel: Kernel,
     points: &Columns,
     runs: &[Range<usize>],
     window: &Window<D>,
 ) -> Sums<D, 1> {
-    let mut lanes = Sums::<D, L>::ZERO;
-    let mut single = Sums::<D, 1>::ZERO;
+    let mut sums = Sums::<D, L>::ZERO;
+    let mut k = [0.0; BLOCK];
+    let mut y = [0.0; BLOCK];
+    let mut u = [[0.0; BLOCK]; D];
+    let mut filled = 0;
     for run in runs {
-        let x: [(&[[f64; L]], &[f64]); D] = std::array::from_fn(|j| points.x[j][run.clone()].as_chunks::<L>());
-        let y = points.y[run.clone()].as_chunks::<L>();
-        let w = if WEIGHTED {
-            points.w[run.clone()].as_chunks::<L>()
-        } else {
-            (&[][..], &[][..])
-        };
-        for (c, y) in y.0.iter().enumerate() {
-            let w = WEIGHTED.then(|| &w.0[c]);
-            lanes.add::<P, LINEAR>(profile, window, std::array::from_fn(|j| &x[j].0[c]), y, w);
-        }
-        for (i, y) in y.1.iter().enumerate() {
-            let w = WEIGHTED.then(|| std::array::from_ref(&w.1[i]));
-            let x = std::array::from_fn(|j| std::array::from_ref(&x[j].1[i]));
-            single.add::<P, LINEAR>(profile, window, x, std::array::from_ref(y), w);
+        let mut rest = run.clone();
+        while !rest.is_empty() {
+            let part = rest.start..rest.end.min(rest.start + BLOCK - filled);
+            let to = filled..filled + part.len();
+            rest.start = part.end;
+            filled = to.end;
+            let x: [&[f64]; D] = std::array::from_fn(|j| &points.x[j][part.clone()]);
+            weigh(kernel, window, x, &mut k[to.clone()]);
+            if !points.w.is_empty() {
+                times(&mut k[to.clone()], &points.w[part.clone()]);
+            }
+            y[to.clone()].copy_from_slice(&points.y[part]);
+            if LINEAR {
+                for j in 0..D {
+                    scaled(&mut u[j][to.clone()], x[j], window.at[j], window.per_h[j]);
+                }
+            }
+            if filled == BLOCK {
+                add_block::<D, L, LINEAR>(&mut sums, &k, &u, &y, BLOCK / L);
+                filled = 0;
+            }
         }
     }
-    let fold = |one: [f64; 1], many: [f64; L]| [one[0] + many.iter().sum::<f64>()];
-    Sums {
-        s0: fold(single.s0, lanes.s0),
-        s1: std::array::from_fn(|j| fold(single.s1[j], lanes.s1[j])),
-        s2: std::array::from_fn(|i| std::array::from_fn(|j| fold(single.s2[i][j], lanes.s2[i][j]))),
-        t0: fold(single.t0, lanes.t0),
-        t1: std::array::from_fn(|j| fold(single.t1[j], lanes.t1[j])),
+    let chunks = filled.div_ceil(L);
+    k[filled..chunks * L].fill(0.0);
+    add_block::<D, L, LINEAR>(&mut sums, &k, &u, &y, chunks);
+    sums.folded()
+}
+
+/// Adds the points of this many chunks of a block.
+#[inline(always)]
+fn add_block<const D: usize, const L: usize, const LINEAR: bool>(
+    sums: &mut Sums<D, L>,
+    k: &[f64; BLOCK],
+    u: &[[f64; BLOCK]; D],
+    y: &[f64; BLOCK],
+    chunks: usize,
+) {
+    let chunks_of = |values| -> &[[f64; L]] { <[f64]>::as_chunks(values).0 };
+    let (k, y) = (chunks_of(&k[..]), chunks_of(&y[..]));
+    let u: [_; D] = std::array::from_fn(|j| chunks_of(&u[j][..]));
+    let mut lanes = *sums;
+    for c in 0..chunks.min(BLOCK / L) {
+        lanes.add::<LINEAR>(&k[c], std::array::from_fn(|j| &u[j][c]), &y[c]);
     }
+    *sums = lanes;
+}
+
+/// The products of the kernels: for Epanechnikov's in one pass, for the others in one a dimension.
+///
+/// Loops over points, not over fixed groups of these: the compiler vectorises those across the dimensions.
+#[inline(always)]
+fn weigh<const D: usize>(kernel: Kernel, window: &Window<D>, x: [&[f64]; D], k: &mut [f64]) {
+    if kernel == Kernel::Epanechnikov {
+        let n = k.len();
+        let x: [&[f64]; D] = std::array::from_fn(|j| &x[j][..n]);
+        for i in 0..n {
+            let mut product = 1.0;
+            for j in 0..D {
+                let u = (x[j][i] - window.at[j]) * window.per_h[j];
+                product *= profile::positive(1.0 - u * u);
+            }
+            k[i] = product;
+        }
+    } else {
+        profile::start(kernel, k);
+        for j in 0..D {
+            profile::factor(kernel, x[j], window.at[j], window.h[j], k);
+        }
+        profile::finish(kernel, k);
+    }
+}
+
+/// Multiplies the kernel by the points' weights.
+#[inline(always)]
+fn times(k: &mut [f64], w: &[f64]) {
+    k.iter_mut().zip(w).for_each(|(k, w)| *k *= w);
+}
+
+/// u = (x - at)/h.
+#[inline(always)]
+fn scaled(u: &mut [f64], x: &[f64], at: f64, per_h: f64) {
+    u.iter_mut().zip(x).for_each(|(u, x)| *u = (x - at) * per_h);
 }
 
 /// The fit at one point.
@@ -232,50 +282,21 @@ impl<const D: usize> Sums<D, 1> {
 #[derive(Clone, Copy)]
 pub struct SumsOver<const D: usize> {
     kernel: Kernel,
-    over: fn(Kernel, &Columns, &[Range<usize>], &Window<D>) -> Sums<D, 1>,
+    degree: Degree,
 }
 
 impl<const D: usize> SumsOver<D> {
-    /// In few dimensions every kernel has code of its own.
+    /// The sums that a fit of this degree needs.
     pub fn new(kernel: Kernel, degree: Degree) -> Self {
-        let over = match (D <= UNWEIGHTED_DIMENSIONS, degree) {
-            (true, Degree::Constant) => by_kernel::<D, 4, false>,
-            (true, Degree::Linear) => by_kernel::<D, 2, true>,
-            (false, Degree::Constant) => over_runs::<Kernel, D, 4, false, true>,
-            (false, Degree::Linear) => over_runs::<Kernel, D, 2, true, true>,
-        };
-        SumsOver { kernel, over }
+        SumsOver { kernel, degree }
     }
 
     /// The sums over the runs of points.
     #[inline(always)]
     pub fn over(&self, points: &Columns, runs: &[Range<usize>], window: &Window<D>) -> Sums<D, 1> {
-        (self.over)(self.kernel, points, runs, window)
-    }
-}
-
-/// More lanes than those of [`SumsOver::new`] do not fit into the registers.
-fn by_kernel<const D: usize, const L: usize, const LINEAR: bool>(
-    kernel: Kernel,
-    points: &Columns,
-    runs: &[Range<usize>],
-    window: &Window<D>,
-) -> Sums<D, 1> {
-    macro_rules! by {
-        ($profile:expr) => {
-            if points.w.is_empty() {
-                over_runs::<_, D, L, LINEAR, false>($profile, points, runs, window)
-            } else {
-                over_runs::<_, D, L, LINEAR, true>($profile, points, runs, window)
-            }
-        };
-    }
-    match kernel {
-        Kernel::Uniform => by!(Uniform),
-        Kernel::Triangular => by!(Triangular),
-        Kernel::Epanechnikov => by!(Epanechnikov),
-        Kernel::Biweight => by!(Biweight),
-        Kernel::Triweight => by!(Triweight),
-        Kernel::Gaussian => by!(Gaussian),
+        match self.degree {
+            Degree::Constant => over_runs::<D, 4, false>(self.kernel, points, runs, window),
+            Degree::Linear => over_runs::<D, 4, true>(self.kernel, points, runs, window),
+        }
     }
 }

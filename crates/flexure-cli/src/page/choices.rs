@@ -97,7 +97,7 @@ fn refined(context: &Context, result: &Estimate, own: &Refined) -> Vec<Choice> {
 fn plain(context: &Context, method: &PlainHammerstein, result: &Estimate, own: &Plain) -> Vec<Choice> {
     let estimator = own.estimator;
     let scores = own.scores.as_ref();
-    let scores = scores.map(|s| tuning::score_curve(estimator, s, &[own.parameter], context.input));
+    let scores = scores.map(|s| tuning::score_curve(estimator, s, &[own.parameter], context.signals.input));
     vec![
         choice(
             &tuning::capitalised(estimator.parameter()),
@@ -121,7 +121,7 @@ fn plain(context: &Context, method: &PlainHammerstein, result: &Estimate, own: &
         choice(
             "Correlation",
             match own.psi {
-                Psi::Input => format!("with {}", context.input),
+                Psi::Input => format!("with {}", context.signals.input),
                 Psi::Nonlinearity => "with the estimated nonlinearity".to_owned(),
                 Psi::DeconvolvedNonlinearity => "with the estimated nonlinearity, deconvolved".to_owned(),
             },

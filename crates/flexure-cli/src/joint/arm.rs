@@ -1,0 +1,179 @@
+//! The identified joint as an arm: simulated against its own record, and as an arm file.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use flexure::identify::joint::FlexibleAxis;
+use flexure::manipulator::{
+    Arm, ArmParameters, Drive, Friction, JointParameters, Link, LinkDynamics, Model, Parts, SimulationOptions, State,
+    simulate,
+};
+use flexure_io::arm::{ArmFile, DriveKind, Excitation, Kind, Run};
+
+use super::Arguments;
+use super::data::Log;
+use crate::simulate::read_arm;
+
+/// The mass of a link that is not there, kg; its length, m.
+const NOTHING: f64 = 1e-9;
+
+/// The identified joint under the recorded torque.
+pub struct Simulated {
+    /// The link's angle, rad.
+    pub link: Vec<f64>,
+    /// The root mean square of measured less simulated, rad.
+    pub rms: f64,
+    /// 100 (1 - |q - qh| / |q - mean q|).
+    pub fit_percent: f64,
+    /// The same of the link's velocity.
+    pub velocity_fit_percent: f64,
+}
+
+/// The identified joint.
+fn joint(axis: &FlexibleAxis) -> JointParameters {
+    let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
+    let of = |name: &str| stiffness.parameter(name).map_or(0.0, |p| p.value);
+    let g = |name: &str| friction.parameter(name).map_or(0.0, |p| p.value).max(0.0);
+    let linear = of("a2");
+    JointParameters {
+        motor_inertia: axis.motor_inertia.value,
+        stiffness: linear,
+        cubic: of("a1").max(0.0),
+        linear,
+        windup: of("ksw").clamp(0.0, 0.999 * linear.max(0.0)),
+        windup_sharpness: of("asw"),
+        friction: Some(Friction([g("g1"), g("g2"), g("g3"), g("g4"), g("g5"), g("g6")])),
+        locked: false,
+    }
+}
+
+/// The arm with the identified joint: that of the template, or a single link of the identified inertia.
+fn arm(axis: &FlexibleAxis, arguments: &Arguments) -> Result<ArmParameters> {
+    let moving = usize::from(arguments.joint) - 1;
+    let inertia = axis.model.friction.inertia.value;
+    let mut arm = match &arguments.template {
+        Some(path) => read_arm(path)?.arm,
+        None => {
+            let link = |inertia| Link {
+                mass: NOTHING,
+                length: 1.0,
+                com: 0.0,
+                inertia,
+            };
+            let other = JointParameters {
+                locked: true,
+                ..joint(axis)
+            };
+            let mut links = [link(0.0); 2];
+            links[moving] = link(inertia);
+            ArmParameters {
+                model: Model::Nonlinear,
+                links,
+                joints: [other; 2],
+                parts: Parts::of(Model::Nonlinear),
+            }
+        }
+    };
+    arm.model = Model::Nonlinear;
+    arm.joints[moving] = joint(axis);
+    arm.joints[1 - moving].locked = true;
+    // The other joint is locked at zero: what the geometry leaves is the link's own inertia.
+    let geometry = LinkDynamics::new(&arm.links);
+    let mass = geometry.inertia(0.0)[moving][moving];
+    let own = arm.links[moving].inertia + inertia - mass;
+    if !(own >= 0.0) {
+        bail!(
+            "the template's links have an inertia of {mass} kg m^2 about joint {} without the moment of inertia of link {}, more than \
+             the {inertia} kg m^2 that were identified; check the template, or leave it out",
+            moving + 1,
+            moving + 1
+        );
+    }
+    arm.links[moving].inertia = own;
+    Ok(arm)
+}
+
+/// Simulates the joint under its recorded torque, held from sample to sample; `None` where that fails.
+pub fn simulated(axis: &FlexibleAxis, log: &Log) -> Result<Option<Simulated>> {
+    let n = log.position.len();
+    let link = Link {
+        mass: NOTHING,
+        length: 1.0,
+        com: 0.0,
+        inertia: axis.model.friction.inertia.value - NOTHING,
+    };
+    let own = joint(axis);
+    let parameters = ArmParameters {
+        model: Model::Nonlinear,
+        links: [link, Link { inertia: 0.0, ..link }],
+        joints: [own, JointParameters { locked: true, ..own }],
+        parts: Parts::of(Model::Nonlinear),
+    };
+    let Ok(arm) = Arm::new(parameters) else {
+        return Ok(None);
+    };
+    let options = SimulationOptions {
+        initial: State {
+            q: [log.position[0], 0.0],
+            qm: [log.motor[0], 0.0],
+            dq: [axis.velocity[0], 0.0],
+            dqm: [axis.velocity[0], 0.0],
+        },
+        ..SimulationOptions::new((n - 1) as f64 * log.sample_time, log.sample_time)?
+    };
+    let rows = options.sampling.rows();
+    // Rounding may make the last row one too many.
+    let mut torque = log.torque.clone();
+    torque.resize(rows, 0.0);
+    let Ok(record) = simulate(&arm, &Drive::Held([&torque, &vec![0.0; rows]]), &options) else {
+        return Ok(None);
+    };
+    let (link, velocity) = (record.column("q1")?.to_vec(), record.column("dq1")?);
+    let (rms, fit_percent) = super::rigid::fit(&log.position, &link);
+    let (_, velocity_fit_percent) = super::rigid::fit(&axis.velocity, velocity);
+    Ok(Some(Simulated {
+        link,
+        rms,
+        fit_percent,
+        velocity_fit_percent,
+    }))
+}
+
+/// The text of the arm file: the joint with the run of its record, excited by that where an arm file can name it.
+pub fn arm_file(axis: &FlexibleAxis, log: &Log, arguments: &Arguments) -> Result<String> {
+    let moving = usize::from(arguments.joint) - 1;
+    let mut initial = State::default();
+    initial.q[moving] = log.position[0];
+    initial.qm[moving] = log.motor[0];
+    initial.dq[moving] = axis.velocity[0];
+    initial.dqm[moving] = axis.velocity[0];
+    let mut excitation = Excitation::zero();
+    let named = arguments.torque == format!("tau{}", moving + 1) && log.torque_constant == 1.0;
+    let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
+    let beside = arguments
+        .arm
+        .as_ref()
+        .is_some_and(|arm| folder(arm) == folder(&arguments.record));
+    if named && beside && log.has_both_torques {
+        excitation.kind = Kind::Record;
+        excitation.drive = DriveKind::Torque;
+        excitation.file = Some(log.file.clone());
+    }
+    let file = ArmFile {
+        arm: arm(axis, arguments)?,
+        initial,
+        run: Run {
+            duration: (log.position.len() - 1) as f64 * log.sample_time,
+            sample_time: log.sample_time,
+            rtol: 1e-9,
+            atol: 1e-12,
+            max_steps: 10_000_000,
+        },
+        excitation,
+        noise: None,
+    };
+    let text = file.to_toml()?;
+    // What is written must read back.
+    ArmFile::from_toml_str(&text, "the identified arm")?;
+    Ok(text)
+}

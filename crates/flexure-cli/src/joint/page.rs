@@ -1,0 +1,236 @@
+//! A joint as the page that shows it.
+
+use flexure::bands::Band;
+use flexure::identify::joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis};
+use flexure_report::data::{
+    Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
+};
+
+use super::Arguments;
+use super::arm::Simulated;
+use super::data::Log;
+use super::rigid::{Replay, fit};
+use super::words::{Units, lack_words, parameter_words, with_error};
+use crate::outcome::number;
+
+/// The page of a rigid axis.
+pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], arguments: &Arguments, command: String) -> JointPage {
+    let units = Units::of(arguments.prismatic);
+    let best = &axis.forms[axis.best];
+    let velocity = format!("velocity ({}/s)", units.position);
+    let mut motions = vec![torque(log, &axis.reconstructed, &units)];
+    motions.extend(replays.iter().map(|r| motion(log, &r.position, r.drive, &units)));
+    JointPage {
+        title: "A rigid axis".to_owned(),
+        subtitle: subtitle(log),
+        facts: vec![
+            inertia("Inertia", axis.inertia, units.inertia()),
+            lack(best),
+            samples(log),
+        ],
+        warnings: axis.findings.iter().map(ToString::to_string).collect(),
+        curves: vec![JointCurve {
+            heading: "Friction".to_owned(),
+            caption: "The torque that inertia and position-dependent terms leave, over the velocity, with the free curve and its \
+                      band; dashed the form with the smallest BIC."
+                .to_owned(),
+            curve: curve(&axis.friction, [&velocity, &format!("torque ({})", units.torque)], |v| best.torque(v), best),
+            points: Scatter {
+                x: axis.velocity.clone(),
+                y: axis.partial.clone(),
+            },
+        }],
+        tables: axis.forms.iter().map(|f| table(f, &units)).collect(),
+        motions,
+        command: Some(command),
+    }
+}
+
+/// The page of a flexible joint.
+pub fn flexible(
+    axis: &FlexibleAxis,
+    log: &Log,
+    replay: Option<&Simulated>,
+    _arguments: &Arguments,
+    command: String,
+) -> JointPage {
+    let units = Units::of(false);
+    let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
+    let mut motions = vec![torque(log, &axis.reconstructed, &units)];
+    motions.extend(replay.map(|r| motion(log, &r.link, "under the recorded torque", &units)));
+    let cloud = |x: &[f64], y: &[f64]| Scatter {
+        x: x.to_vec(),
+        y: y.to_vec(),
+    };
+    let deflection = "deflection (rad)";
+    JointPage {
+        title: "A flexible joint".to_owned(),
+        subtitle: subtitle(log),
+        facts: vec![
+            inertia("Motor inertia", axis.motor_inertia, "kg m²"),
+            inertia("Link inertia", axis.link_inertia, "kg m²"),
+            Fact {
+                name: "Encoder skew".to_owned(),
+                value: format!("{:.3} ms", 1e3 * axis.skew.value),
+                note: match axis.findings.iter().any(|f| matches!(f, Finding::EncoderSkew { .. })) {
+                    true => "by which the link's samples are late; corrected".to_owned(),
+                    false => format!("not told from none (standard error {:.3} ms)", 1e3 * axis.skew.standard_error),
+                },
+            },
+            samples(log),
+        ],
+        warnings: axis.findings.iter().map(ToString::to_string).collect(),
+        curves: vec![
+            JointCurve {
+                heading: "Stiffness".to_owned(),
+                caption: "The stiffness k(d) = κ(d)/d with its band: a dip at zero is a soft wind-up.".to_owned(),
+                curve: curve(
+                    &axis.secant,
+                    [deflection, "stiffness (N m/rad)"],
+                    |d| if d == 0.0 { f64::NAN } else { stiffness.torque(d) / d },
+                    stiffness,
+                ),
+                points: Scatter::default(),
+            },
+            JointCurve {
+                heading: "Elastic torque".to_owned(),
+                caption: "The torque that the motor's inertia leaves, over the deflection, with the free curve.".to_owned(),
+                curve: curve(&axis.stiffness, [deflection, "torque (N m)"], |d| stiffness.torque(d), stiffness),
+                points: cloud(&axis.deflection, &axis.partial_stiffness),
+            },
+            JointCurve {
+                heading: "Friction".to_owned(),
+                caption: "The elastic torque that the link's inertia leaves, over the link's velocity, with the free curve and its \
+                          band."
+                    .to_owned(),
+                curve: curve(&axis.friction, ["velocity (rad/s)", "torque (N m)"], |v| friction.torque(v), friction),
+                points: cloud(&axis.velocity, &axis.partial_friction),
+            },
+        ],
+        tables: [stiffness, friction]
+            .into_iter()
+            .chain(&axis.stiffness_forms)
+            .chain(&axis.friction_forms)
+            .map(|f| table(f, &units))
+            .collect(),
+        motions,
+        command: Some(command),
+    }
+}
+
+fn subtitle(log: &Log) -> String {
+    format!(
+        "Friction, stiffness and inertia from {} samples of {}.",
+        log.position.len(),
+        log.file
+    )
+}
+
+fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
+    Fact {
+        name: name.to_owned(),
+        value: format!("{} {unit}", number(value.value)),
+        note: match value.standard_error > 0.0 {
+            true => format!("standard error {}", number(value.standard_error)),
+            false => "as given".to_owned(),
+        },
+    }
+}
+
+fn samples(log: &Log) -> Fact {
+    Fact {
+        name: "Samples".to_owned(),
+        value: log.position.len().to_string(),
+        note: format!("{} s apart", number(log.sample_time)),
+    }
+}
+
+fn lack(best: &Fitted) -> Fact {
+    Fact {
+        name: "Best form".to_owned(),
+        value: format!("{:.1} %", 100.0 * best.lack_of_fit.distance),
+        note: format!("root mean square distance of {} from the free curve", best.form.title()),
+    }
+}
+
+fn curve(band: &Band, [x, y]: [&str; 2], form: impl Fn(f64) -> f64, fitted: &Fitted) -> Nonlinearity {
+    Nonlinearity {
+        x_label: x.to_owned(),
+        y_label: y.to_owned(),
+        x: band.x[0].clone(),
+        y: band.estimate.clone(),
+        lower: band.lower.clone(),
+        upper: band.upper.clone(),
+        band_label: format!("{} % pointwise", 100.0 * band.level),
+        density: Vec::new(),
+        truth: band.x[0].iter().map(|&x| form(x)).collect(),
+        truth_label: fitted.form.title().to_owned(),
+    }
+}
+
+fn table(form: &Fitted, units: &Units) -> ParameterTable {
+    let title = form.form.title();
+    let mut rows: Vec<[String; 2]> = Vec::new();
+    if form.inertia.value.is_finite() {
+        let value = with_error(form.inertia.value, form.inertia.standard_error);
+        rows.push(["inertia".to_owned(), format!("{value} {}", units.inertia())]);
+    }
+    for parameter in &form.parameters {
+        let unit = units.of_curve(parameter.unit, form.form.is_stiffness());
+        let words = parameter_words(parameter, &unit);
+        let words = words.strip_prefix(&parameter.symbol).unwrap_or(&words).trim();
+        rows.push([parameter.symbol.clone(), words.to_owned()]);
+    }
+    ParameterTable {
+        heading: title[..1].to_uppercase() + &title[1..],
+        rows,
+        note: lack_words(form),
+    }
+}
+
+fn time(log: &Log) -> Axis {
+    Axis {
+        name: "time".to_owned(),
+        unit: "s".to_owned(),
+        start: 0.0,
+        step: log.sample_time,
+    }
+}
+
+fn comparison(log: &Log, heading: String, y_label: String, measured: &[f64], predicted: &[f64]) -> Comparison {
+    let n = measured.len().min(predicted.len());
+    let (rms, fit_percent) = fit(measured, predicted);
+    Comparison {
+        heading,
+        prediction: Prediction {
+            y_label,
+            time: time(log),
+            measured: measured[..n].to_vec(),
+            predicted: predicted[..n].to_vec(),
+            fit_percent,
+            rms,
+        },
+    }
+}
+
+fn torque(log: &Log, reconstructed: &[f64], units: &Units) -> Comparison {
+    let heading = "Torque: measured against reconstructed from the motion".to_owned();
+    comparison(
+        log,
+        heading,
+        format!("torque ({})", units.torque),
+        &log.torque,
+        reconstructed,
+    )
+}
+
+fn motion(log: &Log, simulated: &[f64], drive: &str, units: &Units) -> Comparison {
+    let heading = format!("Motion: measured against simulated {drive}");
+    comparison(
+        log,
+        heading,
+        format!("position ({})", units.position),
+        &log.position,
+        simulated,
+    )
+}

@@ -1,0 +1,126 @@
+//! `flexure study`: experiments on the algorithms themselves.
+
+mod page;
+mod parts;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use clap::ValueEnum;
+use flexure_io::{check_writable, write_atomically};
+use serde_json::json;
+
+use crate::output::{command_line, print, print_note};
+use crate::progress::Progress;
+use parts::{Part, Parts, Plan};
+
+/// Measure how fast the estimators converge, beside what theory says.
+///
+/// Simulates every setting at several numbers of samples, many times, and puts the slope of log error over log n beside the
+/// exponent of Theorem 1 (static data), Theorem 2 (Hammerstein data) or of the estimator's own theory. The default takes under a
+/// minute; --full goes up to a million samples, and with --resume can be stopped and continued.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  flexure study rates --report rates.html\n  flexure study rates --full --resume rates-state.json --report rates.html"
+)]
+pub struct Arguments {
+    /// The experiment.
+    #[arg(value_enum)]
+    what: What,
+    /// Its parts, separated by commas: plain (Theorems 1 and 2), refined, estimators (every static estimator
+    /// but the network), networks.
+    #[arg(
+        long,
+        value_name = "PART[,PART...]",
+        value_enum,
+        value_delimiter = ',',
+        default_value = "plain,refined"
+    )]
+    parts: Vec<Part>,
+    /// More samples and more runs: about half an hour.
+    #[arg(long)]
+    full: bool,
+    /// Numbers of samples, at least two, increasing, instead of each part's own.
+    #[arg(long, value_name = "N,N[,N...]", value_delimiter = ',')]
+    lengths: Vec<usize>,
+    /// Monte Carlo runs of each setting and number of samples, at least 20, instead of each part's own.
+    #[arg(long, value_name = "N")]
+    runs: Option<usize>,
+    /// Seed of all random numbers.
+    #[arg(long, value_name = "N", default_value = "1")]
+    seed: u64,
+    /// Keep what has been measured here, and go on from it if it exists.
+    #[arg(long, value_name = "STATE.json")]
+    resume: Option<PathBuf>,
+    /// Write a page with the plots here.
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum What {
+    /// Convergence rates.
+    Rates,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let What::Rates = arguments.what;
+    for path in [&arguments.report, &arguments.resume].into_iter().flatten() {
+        check_writable(path)?;
+    }
+    let plan = Plan {
+        parts: arguments.parts.clone(),
+        full: arguments.full,
+        lengths: arguments.lengths.clone(),
+        runs: arguments.runs,
+        seed: arguments.seed,
+    };
+    let mut parts = Parts::new(&plan);
+    if let Some(path) = &arguments.resume
+        && path.exists()
+    {
+        parts = parts::load(path, &parts)?;
+        print_note(&format!(
+            "going on from {}: {:.0} % done",
+            path.display(),
+            100.0 * parts.done()
+        ));
+    }
+    let progress = Progress::new("measuring", 1.0);
+    while parts.step(&|share| progress.at(share))? {
+        if let Some(path) = &arguments.resume {
+            parts::save(path, &parts)?;
+        }
+    }
+    drop(progress);
+    let outcome = parts.outcome();
+    if let Some(path) = &arguments.report {
+        let page = page::page(&outcome, command_line(std::env::args_os().skip(1)));
+        let html = flexure_report::render_study(&page).context("the report")?;
+        write_atomically(path, |out| out.write_all(html.as_bytes()))?;
+    }
+    if arguments.json {
+        return print(&json!(outcome).to_string());
+    }
+    let mut lines = Vec::new();
+    if let Some(table) = &outcome.plain {
+        lines.push(format!("Plain estimate, Theorems 1 and 2\n\n{table}"));
+    }
+    if let Some(table) = &outcome.refined {
+        lines.push(format!("Refined identification\n\n{table}"));
+    }
+    if let Some(table) = &outcome.estimators {
+        lines.push(format!("Static estimators\n\n{table}"));
+    }
+    if let Some(table) = &outcome.networks {
+        lines.push(format!("Networks\n\n{table}"));
+    }
+    lines.push(outcome.words());
+    lines.extend(arguments.report.iter().map(|path| format!("wrote {}", path.display())));
+    print(&lines.join("\n"))
+}

@@ -1,0 +1,179 @@
+//! `predict --horizon`, and the initial state of `predict` and `validate`.
+
+mod common;
+
+use common::{Folder, numbers};
+use flexure::Record;
+use flexure::linear::TransferFunction;
+use flexure_io::{read_record, write_record};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use serde_json::Value;
+
+const PREDICT: &str = "predict model.json fresh.csv --input u -o p.csv";
+
+/// A limiter and a slowly ringing linear part, with output noise of its own colour.
+fn record(samples: usize, seed: u64) -> Record {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let u: Vec<f64> = (0..samples).map(|_| rng.random_range(-2.0..2.0)).collect();
+    let e: Vec<f64> = (0..samples).map(|_| rng.random_range(-0.1..0.1)).collect();
+    let run =
+        |b: &[f64], a: &[f64], signal: &[f64]| TransferFunction::new(b.to_vec(), a.to_vec()).unwrap().simulate(signal);
+    let limited: Vec<f64> = u.iter().map(|u| u.clamp(-1.0, 0.6)).collect();
+    let y = run(&[0.2, 0.1], &[1.0, -1.75, 0.85], &limited);
+    let noise = run(&[1.0], &[1.0, -0.9], &e);
+    let y = y.iter().zip(noise).map(|(y, v)| y + v).collect();
+    Record::new([("u", u), ("y", y)]).unwrap()
+}
+
+/// A folder with a model, and a record that is the end of a longer one.
+fn folder(fresh: usize, method: &str) -> Folder {
+    let folder = Folder::new();
+    write_record(folder.path("r.csv"), &record(4000, 1)).unwrap();
+    folder.done(&format!(
+        "identify r.csv --input u --output y -o model.json --method {method}"
+    ));
+    let long = record(500 + fresh, 2);
+    let end = |name: &str| long.column(name).unwrap()[500..].to_vec();
+    let fresh = Record::new([("u", end("u")), ("y", end("y"))]).unwrap();
+    write_record(folder.path("fresh.csv"), &fresh).unwrap();
+    folder
+}
+
+fn column(folder: &Folder, file: &str, name: &str) -> Vec<f64> {
+    read_record(folder.path(file))
+        .unwrap()
+        .record
+        .column(name)
+        .unwrap()
+        .to_vec()
+}
+
+#[test]
+fn the_noise_model_looks_ahead() {
+    let folder = folder(300, "refined");
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    let r = numbers(&model["noise_model"]);
+    assert!(r.len() > 1 && r[0] == 1.0, "{r:?}");
+    folder.done(PREDICT);
+    let free = column(&folder, "p.csv", "y");
+    let measured = column(&folder, "fresh.csv", "y");
+    let v: Vec<f64> = measured.iter().zip(&free).map(|(y, s)| y - s).collect();
+    let mut fits = Vec::new();
+    for horizon in [1, 3, 20, 1000] {
+        let options = format!("{PREDICT} --output y --initial-state steady --horizon {horizon}");
+        let found = folder.json(&options);
+        assert_eq!(
+            (&found["horizon"], &found["noise_model_used"]),
+            (&horizon.into(), &true.into())
+        );
+        fits.push(found["fit_percent"].as_f64().unwrap());
+        // The autoregression run on from what was known, one step after the other.
+        for (t, got) in column(&folder, "p.csv", "y").iter().enumerate() {
+            let mut known = v[..(t + 1).saturating_sub(horizon)].to_vec();
+            let past = known.len();
+            while past > 0 && known.len() <= t {
+                let next = -known.iter().rev().zip(&r[1..]).map(|(v, r)| v * r).sum::<f64>();
+                known.push(next);
+            }
+            let want = free[t] + if past > 0 { known[t] } else { 0.0 };
+            assert!((got - want).abs() < 1e-9, "{horizon} {t}: {got} {want}");
+        }
+        let words = folder.done(&options);
+        assert!(words.contains(&format!("\npredicted {horizon} sample")), "{words}");
+        assert!(
+            words.contains(" ahead, by the noise model, an autoregression of order "),
+            "{words}"
+        );
+    }
+    let run = folder.json(&format!("{PREDICT} --output y --initial-state steady"))["fit_percent"]
+        .as_f64()
+        .unwrap();
+    println!("free run {run}, ahead {fits:?}");
+    assert!(fits[0] > fits[1] && fits[1] > run, "{fits:?} {run}");
+    assert!((fits[3] - run).abs() < 1e-9);
+}
+
+#[test]
+fn without_a_noise_model_the_prediction_is_the_free_run_and_that_is_said() {
+    let folder = folder(300, "plain");
+    folder.done(PREDICT);
+    let free = folder.read("p.csv");
+    let options = format!("{PREDICT} --output y --initial-state steady --horizon 2");
+    let words = folder.done(&options);
+    assert!(
+        words.contains("predicted 2 samples ahead, the model has no noise model: the same as the free run\n"),
+        "{words}"
+    );
+    assert_eq!(folder.read("p.csv"), free);
+    assert_eq!(folder.json(&options)["noise_model_used"], false);
+}
+
+#[test]
+fn the_initial_state_of_a_short_record_is_estimated() {
+    let folder = folder(60, "refined");
+    let validate = "validate model.json fresh.csv --input u --output y";
+    let fit = |options: &str| folder.json(&format!("{validate} {options}"));
+    let (default, steady) = (fit("--skip 0"), fit("--skip 0 --initial-state steady"));
+    assert_eq!(
+        (&default["initial_state"], &steady["initial_state"]),
+        (&"estimate".into(), &"steady".into())
+    );
+    assert!(default["initial_state_samples"].as_u64().unwrap() <= 60);
+    assert_eq!(steady["initial_state_samples"], Value::Null);
+    let percent = |object: &Value| object["fit_percent"].as_f64().unwrap();
+    println!("estimated {}, steady {}", percent(&default), percent(&steady));
+    assert!(percent(&default) > percent(&steady) + 5.0);
+    // Where the start is skipped, it does not matter.
+    assert_eq!(fit("--skip 59 --initial-state estimate")["initial_state"], "estimate");
+    let words = folder.done(&format!("{validate} --skip 0"));
+    assert!(
+        words.contains("\nfree run from the state estimated from the first "),
+        "{words}"
+    );
+
+    // The same in predict, once the output is named.
+    folder.done(PREDICT);
+    let without = column(&folder, "p.csv", "y");
+    let found = folder.json(&format!("{PREDICT} --output y"));
+    assert_eq!(found["initial_state"], "estimate");
+    assert!((percent(&found) - percent(&default)).abs() < 1e-9);
+    assert_ne!(column(&folder, "p.csv", "y"), without);
+    let words = folder.done(&format!("{PREDICT} --output y --initial-state steady"));
+    assert!(
+        words.contains("\nfree run from the steady state that belongs to the mean input\nfit "),
+        "{words}"
+    );
+    assert_eq!(column(&folder, "p.csv", "y"), without);
+}
+
+#[test]
+fn what_cannot_be_done_is_refused() {
+    let folder = folder(60, "refined");
+    folder.misused(
+        &format!("{PREDICT} --initial-state estimate"),
+        "--initial-state estimate needs the measured output; name its column by --output, or choose steady",
+    );
+    folder.misused(
+        &format!("{PREDICT} --output u"),
+        "--input and --output are both 'u'; name two different columns",
+    );
+    folder.misused(
+        &format!("{PREDICT} --output y --horizon 0"),
+        "invalid value '0' for '--horizon <K>': expected a whole number from 1",
+    );
+    let outcome = folder.run(&format!("{PREDICT} --horizon 1"));
+    assert_eq!(outcome.code, Some(2));
+    assert!(outcome.stderr.contains("--output <COLUMN>"), "{outcome:?}");
+    folder.write("fresh.csv", "u,y\n1,2\n");
+    let outcome = folder.run(&format!("{PREDICT} --output y --initial-state estimate"));
+    assert_eq!(outcome.code, Some(1));
+    assert!(
+        outcome
+            .stderr
+            .starts_with("error: fresh.csv: the estimation of an initial state needs at least "),
+        "{outcome:?}"
+    );
+    // Unless it was asked for.
+    assert_eq!(folder.json(&format!("{PREDICT} --output y"))["initial_state"], "steady");
+}

@@ -1,0 +1,156 @@
+//! `flexure joint`: from a log to curves, parameters and an arm that moves the same way.
+
+mod common;
+
+use std::path::PathBuf;
+
+use common::{Folder, numbers};
+use serde_json::Value;
+
+/// The shoulder of the space arm with its elbow locked, excited by a multisine of this seed, with noise of this scale.
+fn shoulder(seed: u64, noise: f64) -> String {
+    let link = "[[arm.link]]\nmass = 1.5075\nlength = 4.5\ncom = 2.25\ninertia = 2.544\n";
+    let joint = "[[arm.joint]]\nmotor_inertia = 1.0\ncubic = 500.0\nlinear = 500.0\nwindup = 10.0\nwindup_sharpness = 3000.0\n\
+                 friction = [0.5, 150.0, 50.0, 2.0, 100.0, 0.5]\n";
+    format!(
+        "[arm]\nmodel = \"nonlinear\"\n{link}{link}{joint}{joint}locked = true\n[run]\nduration = 40.0\nsample_time = 0.001\n\
+         [excitation]\nkind = \"multisine\"\nseed = {seed}\namplitude = 8.0\nf_min = 0.05\nf_max = 5.0\n\
+         [noise]\nstd = {{ tau1 = {}, q1 = {}, qm1 = {} }}\n",
+        0.1 * noise,
+        1e-5 * noise,
+        1e-5 * noise
+    )
+}
+
+fn value(form: &Value, symbol: &str) -> f64 {
+    form["parameters"][symbol]["value"].as_f64().unwrap()
+}
+
+#[test]
+fn the_identified_arm_moves_as_the_true_one_under_a_fresh_torque() {
+    let folder = Folder::new();
+    folder.write("truth.toml", shoulder(1, 1.0));
+    folder.done("simulate truth.toml -o log.csv");
+    let found = folder.json(
+        "joint log.csv --motor qm1 --link q1 --torque tau1 --arm arm.toml --stiffness stiffness.csv --friction friction.csv \
+         --report report.html",
+    );
+    assert_eq!(found["joint"], "flexible");
+    // 1.5075 (2.25^2 + 4.5^2 + 2.25^2 + 2 4.5 2.25) + 2 2.544
+    let inertia = found["link_inertia"]["value"].as_f64().unwrap();
+    assert!((inertia - 81.405).abs() < 0.4, "{inertia}");
+    let motor = found["motor_inertia"]["value"].as_f64().unwrap();
+    assert!((motor - 1.0).abs() < 0.005, "{motor}");
+    let stiffness = &found["model"]["stiffness"];
+    assert!((value(stiffness, "ksw") - 10.0).abs() < 1.0, "{stiffness}");
+    assert!((value(stiffness, "a2") - 500.0).abs() < 1.0, "{stiffness}");
+    let secant = &found["secant_stiffness"];
+    let (d, k) = (numbers(&secant["x"]), numbers(&secant["y"]));
+    let middle = d.iter().position(|d| *d == 0.0).unwrap();
+    let beside = d.iter().position(|d| *d > 0.03).unwrap();
+    assert!(k[middle] < k[beside] - 5.0, "no dip: {} {}", k[middle], k[beside]);
+    for (file, header) in [
+        (
+            "stiffness.csv",
+            "deflection,torque,lower,upper,stiffness,stiffness_lower,stiffness_upper",
+        ),
+        ("friction.csv", "velocity,torque,lower,upper"),
+    ] {
+        assert!(folder.read(file).starts_with(header), "{file}");
+    }
+    let page = folder.read("report.html");
+    assert!(page.starts_with("<!") && page.contains("Elastic torque"));
+
+    // Another multisine: the true arm, and the identified one under the same torque.
+    folder.write("fresh.toml", shoulder(7, 0.0));
+    folder.done("simulate fresh.toml -o fresh.csv");
+    let arm = folder.read("arm.toml");
+    assert!(arm.contains("file = \"log.csv\""), "{arm}");
+    folder.write("again.toml", arm.replace("log.csv", "fresh.csv"));
+    folder.done("simulate again.toml -o again.csv");
+    let velocity = |name: &str| -> Vec<f64> {
+        let file = flexure_io::read_record(folder.path(name)).unwrap();
+        file.finite("dq1").unwrap().to_vec()
+    };
+    let (true_one, again) = (velocity("fresh.csv"), velocity("again.csv"));
+    let (off, size) = true_one
+        .iter()
+        .zip(&again)
+        .fold((0.0, 0.0), |(o, s), (a, b)| (o + (a - b).powi(2), s + a * a));
+    let fit = 100.0 * (1.0 - (off / size).sqrt());
+    println!("fit on a fresh excitation: {fit:.2} %");
+    // The identified arm starts as the log did, with the encoders' noise, not at rest at zero.
+    assert!(fit > 98.0, "{fit}");
+}
+
+#[test]
+fn what_cannot_be_used_is_said() {
+    let folder = Folder::new();
+    folder.write("r.csv", "t,q,tau\n0,0,1\n0.1,0.1,2\n0.2,0.3,1\n");
+    folder.failed(
+        "joint r.csv --position q --torque tau",
+        "r.csv: a joint's friction and inertia needs at least 200 samples, but there are 3",
+    );
+    folder.failed(
+        "joint r.csv --position q --torque tau --torque-constant gtau",
+        "r.csv: --torque-constant gtau is neither a number nor a constant of the record; the record has no constants",
+    );
+    let rows: String = (0..300)
+        .map(|i| {
+            let t = 0.01 * f64::from(i);
+            format!("{t},{},{}\n", (3.0 + 2.0 * t) % (2.0 * std::f64::consts::PI), t.sin())
+        })
+        .collect();
+    folder.write("w.csv", format!("t,q,tau\n{rows}"));
+    let outcome = folder.run("joint w.csv --position q --torque tau");
+    assert_eq!(outcome.code, Some(1));
+    assert!(
+        outcome.stderr.contains("column 'q' jumps by -6.2") && outcome.stderr.contains("unwrap the angle first"),
+        "{outcome:?}"
+    );
+    folder.write("n.csv", "q,tau\n0,0\n1,1\n");
+    folder.failed(
+        "joint n.csv --position q --torque tau",
+        "n.csv: no column 't' tells the sample time; give it by --sample-time",
+    );
+}
+
+/// The electro-mechanical positioning system (EMPS): published M 95.1 kg, Fv 203.5 N s/m, Fc 20.4 N, offset -3.2 N.
+#[test]
+fn the_positioning_system() {
+    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data"));
+    let path = std::env::var_os("FLEXURE_DATA").map_or_else(beside, PathBuf::from);
+    let path = path.join("emps-estimation.mat");
+    if !path.is_file() {
+        println!("skipped: {} is not there", path.display());
+        return;
+    }
+    let folder = Folder::new();
+    std::fs::copy(path, folder.path("emps.mat")).unwrap();
+    let found = folder.json(
+        "joint emps.mat --position qm --torque vir --torque-constant gtau --prismatic --reference qg --kp kp --kv kv --report page.html",
+    );
+    let form = &found["forms"][0];
+    assert_eq!(form["form"], "coulomb_viscous");
+    let inertia = form["inertia"]["value"].as_f64().unwrap();
+    println!("M {inertia}, {}", form["parameters"]);
+    assert!((inertia - 95.1).abs() < 0.01 * 95.1, "{inertia}");
+    for (symbol, published, share) in [("Fv", 203.5, 0.02), ("Fc", 20.4, 0.03), ("F0", -3.2, 0.1)] {
+        let got = value(form, symbol);
+        assert!((got - published).abs() < share * published.abs(), "{symbol} = {got}");
+    }
+    // By SciPy, the textbook way: scripts/reference/joint.py, three of its standard errors.
+    for (symbol, scipy, error) in [
+        ("Fv", 202.5636, 1.5725),
+        ("Fc", 20.4935, 0.1391),
+        ("F0", -3.1710, 0.0607),
+    ] {
+        let got = value(form, symbol);
+        assert!((got - scipy).abs() < 3.0 * error, "{symbol} = {got}");
+    }
+    let closed = &found["replays"][1];
+    assert_eq!(closed["drive"], "in the position loop");
+    assert!(closed["rms"].as_f64().unwrap() < 2e-5, "{closed}");
+    let open = &found["replays"][0];
+    assert!(open["rms"].as_f64().unwrap() < 0.007, "{open}");
+}

@@ -1,0 +1,231 @@
+//! `flexure identify --structure`: other cascades than Hammerstein models.
+
+mod common;
+
+use common::{Folder, filter, interpolate, numbers};
+use flexure::linear::TransferFunction;
+use flexure::nonlinearity::{Curve, Outside};
+use flexure::{Block, Record};
+use flexure_io::{read_record, write_record};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use serde_json::Value;
+
+const IDENTIFY: &str = "identify r.csv --input u --output y --structure wiener-hammerstein";
+
+/// Two poles, an asymmetric limiter, one pole; both linear parts of unit static gain.
+fn sandwich() -> Block {
+    let linear = |b: &[f64], a: &[f64]| Block::Linear(TransferFunction::new(b.to_vec(), a.to_vec()).unwrap());
+    let limiter = Curve::new(vec![-0.6, 0.8], vec![-0.6, 0.8], Outside::Nearest).unwrap();
+    Block::Series(vec![
+        linear(&[0.3, 0.1], &[1.0, -1.1, 0.5]),
+        Block::Static(limiter),
+        linear(&[0.0, 0.5], &[1.0, -0.5]),
+    ])
+}
+
+/// A record of the sandwich under a Gaussian input, with white noise of a hundredth of the output's size.
+fn write(folder: &Folder, name: &str, samples: usize, seed: u64) -> Record {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let mut normal = |n: usize| -> Vec<f64> { (0..n).map(|_| StandardNormal.sample(&mut rng)).collect() };
+    let u = normal(samples);
+    let noise = normal(samples);
+    let y = sandwich().simulate(&u);
+    let y = y.iter().zip(noise).map(|(y, e)| y + 0.005 * e).collect();
+    let record = Record::new([("u", u), ("y", y)]).unwrap();
+    write_record(folder.path(name), &record).unwrap();
+    record
+}
+
+fn near(found: &[f64], truth: &[f64], tolerance: f64) -> bool {
+    found.len() == truth.len() && found.iter().zip(truth).all(|(f, t)| (f - t).abs() < tolerance)
+}
+
+#[test]
+fn a_sandwich_comes_back_and_predicts() {
+    let folder = Folder::new();
+    write(&folder, "r.csv", 5000, 1);
+    let found = folder.json(&format!("{IDENTIFY} -o model.json --report page.html"));
+    assert_eq!(found["structure"], "wiener-hammerstein");
+    assert_eq!(found["method"], "prediction-error");
+    assert!(found["fit_percent"].as_f64().unwrap() > 97.0, "{}", found["verdict"]);
+    assert_eq!(found["holds"], true, "{}", found["verdict"]);
+    assert_eq!(
+        (&found["samples_fitted"], &found["samples_fresh"]),
+        (&3750.into(), &1250.into())
+    );
+    // Blocks, of which each has unit static gain.
+    let (front, back) = (&found["front"], &found["back"]);
+    assert_eq!([&front["order"], &back["order"], &found["order"]], [2, 1, 3]);
+    assert!(near(&numbers(&front["a"]), &[1.0, -1.1, 0.5], 0.02), "{front}");
+    assert!(near(&numbers(&back["a"]), &[1.0, -0.5], 0.02), "{back}");
+    for block in [front, back] {
+        assert!((block["static_gain"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+        assert_eq!(
+            block["poles"].as_array().unwrap().len() as u64,
+            block["order"].as_u64().unwrap()
+        );
+        for pole in block["poles"].as_array().unwrap() {
+            let [re, im] = [0, 1].map(|k| pole[k].as_f64().unwrap());
+            assert!(re.hypot(im) < 1.0);
+        }
+    }
+    let (x, y) = (
+        numbers(&found["nonlinearity"]["x"]),
+        numbers(&found["nonlinearity"]["y"]),
+    );
+    for at in [-1.0, -0.4, 0.0, 0.5, 1.2] {
+        let value = interpolate(&x, &y, at);
+        assert!((value - f64::clamp(at, -0.6, 0.8)).abs() < 0.03, "{at}: {value}");
+    }
+    assert!(found["tried"].as_array().unwrap().len() > 10);
+    assert!(!found["approximations"].as_array().unwrap().is_empty());
+    check_model(&folder);
+    check_prediction(&folder);
+    check_page(&folder.read("page.html"));
+}
+
+/// The model's file: three blocks in series.
+fn check_model(folder: &Folder) {
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    assert_eq!(model["structure"], "wiener-hammerstein");
+    let blocks = model["block"]["series"].as_array().unwrap();
+    let kinds: Vec<&String> = blocks.iter().flat_map(|b| b.as_object().unwrap().keys()).collect();
+    assert_eq!(kinds, ["linear", "static", "linear"]);
+    let told = model["identification"].as_object().unwrap();
+    assert!(
+        told.contains_key("breakpoints") && told.contains_key("tried"),
+        "{told:?}"
+    );
+    for twice in ["front", "back", "nonlinearity", "structure"] {
+        assert!(!told.contains_key(twice), "{twice}");
+    }
+}
+
+/// `predict` and `validate` against filtering, interpolation and filtering.
+fn check_prediction(folder: &Folder) {
+    let fresh = write(folder, "fresh.csv", 800, 2);
+    let words = folder.done("predict model.json fresh.csv --input u -o predicted.csv");
+    assert!(
+        !words.contains("warning") || words.contains("samples behind the first linear part lie outside"),
+        "{words}"
+    );
+    let predicted = read_record(folder.path("predicted.csv")).unwrap();
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    let blocks = &model["block"]["series"];
+    let through = |block: &Value, signal: &[f64]| {
+        let mean = signal.iter().sum::<f64>() / signal.len() as f64;
+        filter(
+            &numbers(&block["linear"]["b"]),
+            &numbers(&block["linear"]["a"]),
+            signal,
+            mean,
+        )
+    };
+    let w = through(&blocks[0], fresh.column("u").unwrap());
+    let (x, f) = (numbers(&blocks[1]["static"]["x"]), numbers(&blocks[1]["static"]["y"]));
+    let outside = w.iter().filter(|w| **w < x[0] || **w > x[x.len() - 1]).count();
+    let z: Vec<f64> = w.iter().map(|w| straight(&x, &f, *w)).collect();
+    let y = through(&blocks[2], &z);
+    for (sample, (got, want)) in predicted.record.column("y").unwrap().iter().zip(&y).enumerate() {
+        assert!(
+            (got - want).abs() < 1e-9 * want.abs().max(1.0),
+            "{sample}: {got} {want}"
+        );
+    }
+    let object = folder.json("predict model.json fresh.csv --input u -o predicted.csv");
+    assert_eq!(object["samples_outside_range"], outside);
+    let judged = folder.json("validate model.json fresh.csv --input u --output y");
+    assert!(judged["fit_percent"].as_f64().unwrap() > 97.0, "{judged}");
+}
+
+/// Interpolation, straight on beyond the ends.
+fn straight(x: &[f64], y: &[f64], at: f64) -> f64 {
+    let last = x.len() - 2;
+    let i = x.partition_point(|x| *x <= at).saturating_sub(1).min(last);
+    y[i] + (y[i + 1] - y[i]) * (at - x[i]) / (x[i + 1] - x[i])
+}
+
+fn check_page(page: &str) {
+    for words in [
+        "A Wiener-Hammerstein model (linear dynamics, a static nonlinearity, linear dynamics)",
+        "Front linear part",
+        "Back linear part",
+        "Order 2, delay ",
+        "Structures that were tried",
+        "chosen-row",
+        "intermediate signal, behind the first linear part",
+        "Pieces of the nonlinearity",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn words_tell_both_linear_parts() {
+    let folder = Folder::new();
+    write(&folder, "r.csv", 2000, 3);
+    let words = folder.done(IDENTIFY);
+    for line in [
+        "Wiener-Hammerstein model from 'u' to 'y'\n",
+        "\n  front               order ",
+        "\n  nonlinearity        cubic spline of ",
+        "\n  back                order ",
+        "\n    poles ",
+        "\n    zeros ",
+        "\n  structures tried    ",
+    ] {
+        assert!(words.contains(line), "{line}: {words}");
+    }
+}
+
+#[test]
+fn options_of_hammerstein_models_are_refused() {
+    let folder = Folder::new();
+    folder.known("r.csv", 600, 1);
+    for option in [
+        "--method refined",
+        "--method plain",
+        "--order 2",
+        "--delay 0",
+        "--unit static-gain",
+        "--known 0=0 1=1",
+        "--form friction",
+        "--missing",
+        "--kernel uniform",
+        "--lag 0",
+    ] {
+        let name = option.split(' ').next().unwrap();
+        folder.misused(
+            &format!("{IDENTIFY} -o new.json {option}"),
+            &format!(
+                "{name} is an option of --structure hammerstein, not of --structure wiener-hammerstein; leave it out, or choose \
+                 --structure hammerstein"
+            ),
+        );
+    }
+    // What is automatic anyway may be said.
+    let message =
+        "r.csv: a Wiener-Hammerstein fit (besides the fresh part) needs at least 200 samples, but there are 150";
+    folder.known("r.csv", 200, 1);
+    folder.failed(&format!("{IDENTIFY} --order auto --delay auto -o new.json"), message);
+}
+
+#[test]
+fn records_that_cannot_be_used_are_refused() {
+    let folder = Folder::new();
+    let rows: String = (0..600)
+        .map(|k| format!("{},{}\n", k % 7, if k == 11 { "nan" } else { "1.5" }))
+        .collect();
+    folder.write("r.csv", format!("u,y\n{rows}"));
+    folder.failed(
+        &format!("{IDENTIFY} -o new.json"),
+        "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample",
+    );
+    folder.write("r.csv", format!("u,y\n{}", rows.replace("nan", "1.5")));
+    let outcome = folder.run(&format!("{IDENTIFY} -o new.json"));
+    assert_eq!(outcome.code, Some(1));
+    assert!(outcome.stderr.contains("column 'y' is constant"), "{outcome:?}");
+    assert!(!folder.path("new.json").exists());
+}

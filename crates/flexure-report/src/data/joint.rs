@@ -1,0 +1,59 @@
+//! What the page of a joint shows.
+
+use serde::Serialize;
+
+use super::{Fact, Nonlinearity, Prediction, Scatter};
+
+/// Everything on the page of a joint's friction and stiffness.
+#[derive(Debug, Clone, Serialize)]
+pub struct JointPage {
+    /// The heading.
+    pub title: String,
+    /// One sentence below it: what was identified from what.
+    pub subtitle: String,
+    /// The headline numbers, in order.
+    pub facts: Vec<Fact>,
+    /// Warnings, in words.
+    pub warnings: Vec<String>,
+    /// The estimated curves.
+    pub curves: Vec<JointCurve>,
+    /// The physical parameters, a table a form.
+    pub tables: Vec<ParameterTable>,
+    /// Measured against reconstructed and simulated signals.
+    pub motions: Vec<Comparison>,
+    /// How to make this page again: a command line.
+    pub command: Option<String>,
+}
+
+/// An estimated curve over its data.
+#[derive(Debug, Clone, Serialize)]
+pub struct JointCurve {
+    /// For example "Friction".
+    pub heading: String,
+    /// A sentence below the plot.
+    pub caption: String,
+    /// The curve with its band; its `truth` is the physical form fitted to it.
+    pub curve: Nonlinearity,
+    /// Its data, or none.
+    pub points: Scatter,
+}
+
+/// The parameters of a form.
+#[derive(Debug, Clone, Serialize)]
+pub struct ParameterTable {
+    /// The form.
+    pub heading: String,
+    /// Symbol, and value with error and unit.
+    pub rows: Vec<[String; 2]>,
+    /// A sentence below it.
+    pub note: String,
+}
+
+/// A measured signal against a computed one.
+#[derive(Debug, Clone, Serialize)]
+pub struct Comparison {
+    /// What is compared.
+    pub heading: String,
+    /// The signals.
+    pub prediction: Prediction,
+}

@@ -1,0 +1,121 @@
+//! The page of a joint: checked, reduced to what is plotted, and put into words.
+
+use serde::Serialize;
+
+use crate::Result;
+use crate::check;
+use crate::data::{Fact, JointPage, ParameterTable};
+use crate::payload::{NonlinearityPlot, PredictionPlot, nonlinearity, prediction};
+use crate::regression::{Cloud, cloud};
+use crate::text::count;
+
+/// Everything that is plotted.
+#[derive(Serialize)]
+pub(crate) struct Payload<'a> {
+    curves: Vec<CurvePlot>,
+    motions: Vec<PredictionPlot<'a>>,
+}
+
+#[derive(Serialize)]
+struct CurvePlot {
+    curve: NonlinearityPlot,
+    points: Option<Cloud>,
+}
+
+/// What the template shows as text.
+#[derive(Serialize)]
+pub(crate) struct Text<'a> {
+    title: &'a str,
+    subtitle: &'a str,
+    facts: &'a [Fact],
+    warnings: &'a [String],
+    curves: Vec<CurveText<'a>>,
+    tables: &'a [ParameterTable],
+    motions: Vec<MotionText<'a>>,
+    command: Option<&'a str>,
+    version: &'static str,
+}
+
+#[derive(Serialize)]
+struct CurveText<'a> {
+    heading: &'a str,
+    caption: &'a str,
+    form: &'a str,
+    outside: Option<String>,
+}
+
+#[derive(Serialize)]
+struct MotionText<'a> {
+    heading: &'a str,
+    fit: String,
+    rms: String,
+    bucket: usize,
+}
+
+/// Checks lengths and abscissas; values may be NaN or infinite, they become gaps.
+pub(crate) fn check(page: &JointPage) -> Result<()> {
+    for (k, curve) in page.curves.iter().enumerate() {
+        check::nonlinearity(&format!("curves[{k}].curve"), &curve.curve)?;
+        let points = &curve.points;
+        check::same(
+            format!("curves[{k}].points.y"),
+            points.y.len(),
+            points.x.len(),
+            "abscissa",
+        )?;
+    }
+    for (k, motion) in page.motions.iter().enumerate() {
+        check::prediction(&format!("motions[{k}].prediction"), &motion.prediction)?;
+    }
+    Ok(())
+}
+
+/// Reduces a checked page to what its plots need.
+pub(crate) fn payload(page: &JointPage) -> Payload<'_> {
+    Payload {
+        curves: page
+            .curves
+            .iter()
+            .map(|c| CurvePlot {
+                curve: nonlinearity(&c.curve),
+                points: cloud(&c.points),
+            })
+            .collect(),
+        motions: page.motions.iter().map(|m| prediction(&m.prediction)).collect(),
+    }
+}
+
+/// The page's words.
+pub(crate) fn text<'a>(page: &'a JointPage, payload: &Payload<'_>) -> Text<'a> {
+    let curves = page.curves.iter().zip(&payload.curves);
+    let motions = page.motions.iter().zip(&payload.motions);
+    Text {
+        title: &page.title,
+        subtitle: &page.subtitle,
+        facts: &page.facts,
+        warnings: &page.warnings,
+        curves: curves
+            .map(|(c, plot)| CurveText {
+                heading: &c.heading,
+                caption: &c.caption,
+                form: &c.curve.truth_label,
+                outside: plot
+                    .points
+                    .as_ref()
+                    .filter(|cloud| cloud.outside > 0)
+                    .map(|cloud| count(cloud.outside)),
+            })
+            .collect(),
+        tables: &page.tables,
+        motions: motions
+            .map(|(m, plot)| MotionText {
+                heading: &m.heading,
+                fit: format!("{:.2}", m.prediction.fit_percent),
+                rms: format!("{:.3e}", m.prediction.rms),
+                bucket: plot.time.bucket,
+            })
+            .collect(),
+        command: page.command.as_deref(),
+        version: env!("CARGO_PKG_VERSION"),
+    }
+}

@@ -1,0 +1,112 @@
+//! The splines in which the unknown curves are written.
+
+use crate::nonlinearity::spline::basis::CubicSplines;
+
+/// Points an interval must hold, at least.
+const FEWEST: usize = 20;
+/// And as a share of all points.
+const SHARE: f64 = 1e-3;
+/// How much denser the breakpoints lie at zero than at the ends.
+const DENSER: f64 = 100.0;
+
+/// Cubic splines over the range of some points, with breakpoints that lie the closer the nearer to zero.
+///
+/// Friction changes fastest where the velocity changes sign, a soft wind-up is a matter of small deflections.
+#[derive(Debug, Clone)]
+pub(super) struct Basis {
+    splines: CubicSplines,
+    low: f64,
+    high: f64,
+}
+
+impl Basis {
+    /// `pieces` intervals on either side of zero, fewer where there are not enough points; `x` has a range.
+    pub fn new(x: &[f64], pieces: usize) -> Basis {
+        let mut sorted = x.to_vec();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
+        let unit = low.abs().max(high.abs()) / DENSER;
+        let (from, to) = ((low / unit).asinh(), (high / unit).asinh());
+        let count = 2 * pieces;
+        let fewest = FEWEST.max((x.len() as f64 * SHARE) as usize);
+        let below = |b: f64| sorted.partition_point(|v| *v < b);
+        let mut inner: Vec<f64> = Vec::new();
+        let mut before = 0;
+        for i in 1..count {
+            let breakpoint = unit * (from + (to - from) * i as f64 / count as f64).sinh();
+            let rank = below(breakpoint);
+            if rank >= before + fewest && sorted.len() - rank >= fewest {
+                inner.push(breakpoint);
+                before = rank;
+            }
+        }
+        let breakpoints: Vec<f64> = std::iter::once(0.0)
+            .chain(inner.iter().map(|b| (b - low) / (high - low)))
+            .chain([1.0])
+            .collect();
+        Basis {
+            splines: CubicSplines::new(&breakpoints),
+            low,
+            high,
+        }
+    }
+
+    /// The number of splines.
+    pub fn len(&self) -> usize {
+        self.splines.len()
+    }
+
+    /// The first of the four splines that do not vanish at x, and their values; the nearest end's beyond the range.
+    pub fn at(&self, x: f64) -> (usize, [f64; 4]) {
+        self.splines
+            .values(((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0))
+    }
+
+    /// The values of every spline at the points x, each times its factor.
+    pub fn columns(&self, x: &[f64], factor: impl Fn(f64) -> f64) -> Vec<Vec<f64>> {
+        let mut columns = vec![vec![0.0; x.len()]; self.len()];
+        for (i, &x) in x.iter().enumerate() {
+            let (first, values) = self.at(x);
+            let factor = factor(x);
+            for (k, v) in values.iter().enumerate() {
+                columns[first + k][i] = factor * v;
+            }
+        }
+        columns
+    }
+
+    /// The spline with these coefficients at x.
+    pub fn value(&self, coefficients: &[f64], x: f64) -> f64 {
+        let (first, values) = self.at(x);
+        values.iter().zip(&coefficients[first..]).map(|(v, c)| v * c).sum()
+    }
+
+    /// The variance of [`Basis::value`], from the coefficients' covariance: `covariance(i, j)`.
+    pub fn variance(&self, covariance: impl Fn(usize, usize) -> f64, x: f64) -> f64 {
+        let (first, values) = self.at(x);
+        let mut total = 0.0;
+        for (i, a) in values.iter().enumerate() {
+            for (j, b) in values.iter().enumerate() {
+                total += a * b * covariance(first + i, first + j);
+            }
+        }
+        total.max(0.0)
+    }
+
+    /// `points` abscissas over the range, closer to each other near zero; zero is one if it is in the range.
+    pub fn grid(&self, points: usize) -> Vec<f64> {
+        let unit = self.low.abs().max(self.high.abs()) / 10.0;
+        let (from, to) = ((self.low / unit).asinh(), (self.high / unit).asinh());
+        let mut grid: Vec<f64> = (0..points)
+            .map(|i| (unit * (from + (to - from) * i as f64 / (points - 1) as f64).sinh()).clamp(self.low, self.high))
+            .collect();
+        if self.low < 0.0 && self.high > 0.0 {
+            let zero = grid.iter().enumerate().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            if let Some((at, _)) = zero {
+                grid[at] = 0.0;
+            }
+        }
+        grid.dedup();
+        grid
+    }
+}

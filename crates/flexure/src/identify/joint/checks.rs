@@ -1,0 +1,155 @@
+//! What is refused, and what is warned of, in a joint's log.
+
+use super::outcome::Finding;
+use super::smooth::Noise;
+use crate::error::{Error, Result, check_size};
+
+/// The fewest samples that are looked at.
+pub(super) const FEWEST: usize = 200;
+/// A jump by a turn may be off by this share of it.
+const TURN: f64 = 0.2;
+/// Samples in a row at the extreme torque that tell of clipping, and all of them as a share of the record.
+const CLIPPED_RUN: usize = 5;
+const CLIPPED_SHARE: f64 = 0.002;
+/// Less of the time than this in one direction is none.
+const ONE_WAY: f64 = 0.02;
+/// Fewer reversals than this are too few to tell friction.
+const FEWEST_REVERSALS: usize = 6;
+/// A spectrum that still falls by this where only noise should be belongs to the motion.
+const STEEP: f64 = 3.0;
+
+/// Refuses a column of a joint's log that cannot be used at all.
+pub(super) fn column(name: &str, samples: &[f64], length: usize) -> Result<()> {
+    if samples.len() != length {
+        return Err(Error::LengthMismatch {
+            name: name.to_owned(),
+            got: samples.len(),
+            expected: length,
+        });
+    }
+    if length < FEWEST {
+        return Err(Error::TooShort {
+            what: "a joint's friction and inertia",
+            need: FEWEST,
+            got: length,
+        });
+    }
+    if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
+        return Err(Error::NonFinite {
+            column: name.to_owned(),
+            sample,
+            value: samples[sample],
+        });
+    }
+    check_size(name, samples)?;
+    if samples.iter().all(|v| *v == samples[0]) {
+        return Err(Error::Constant {
+            column: name.to_owned(),
+            value: samples[0],
+        });
+    }
+    Ok(())
+}
+
+/// Refuses a sample time or a level out of range.
+pub(super) fn settings(sample_time: f64, level: f64) -> Result<()> {
+    for (name, value, inside, requirement) in [
+        (
+            "the sample time",
+            sample_time,
+            sample_time > 0.0 && sample_time.is_finite(),
+            "positive and finite, in s",
+        ),
+        (
+            "the level of a confidence band",
+            level,
+            level > 0.0 && level < 1.0,
+            "strictly between 0 and 1, for example 0.95",
+        ),
+    ] {
+        if !inside {
+            return Err(Error::InvalidParameter {
+                name: name.to_owned(),
+                value,
+                requirement,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses an angle that jumps by a turn.
+pub(super) fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
+    const TWO_PI: f64 = 2.0 * std::f64::consts::PI;
+    let mut steps: Vec<f64> = q.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let found = steps.iter().position(|s| (s - TWO_PI).abs() < TURN * TWO_PI);
+    let Some(at) = found else {
+        return Ok(());
+    };
+    // A motion that fast everywhere is no jump.
+    let middle = steps.len() / 2;
+    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    if median > 0.1 * TWO_PI {
+        return Ok(());
+    }
+    Err(Error::WrappedAngle {
+        column: name.to_owned(),
+        sample: at + 1,
+        jump: q[at + 1] - q[at],
+    })
+}
+
+/// Whether the torque stays at an extreme.
+pub(super) fn clipped(tau: &[f64]) -> Option<Finding> {
+    let mut found: Option<(usize, f64)> = None;
+    for extreme in [
+        tau.iter().copied().fold(f64::INFINITY, f64::min),
+        tau.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+    ] {
+        let (mut all, mut run, mut longest) = (0, 0, 0);
+        for &v in tau {
+            run = if v == extreme { run + 1 } else { 0 };
+            all += usize::from(v == extreme);
+            longest = longest.max(run);
+        }
+        let clipped = longest >= CLIPPED_RUN && all as f64 > CLIPPED_SHARE * tau.len() as f64;
+        // A torque of few levels is at its extreme on purpose.
+        if clipped && !few_levels(tau) && found.is_none_or(|f| all > f.0) {
+            found = Some((all, extreme));
+        }
+    }
+    found.map(|(samples, value)| Finding::ClippedTorque { samples, value })
+}
+
+/// Whether the samples repeat their predecessor most of the time: steps, not a clipped curve.
+fn few_levels(tau: &[f64]) -> bool {
+    let held = tau.windows(2).filter(|w| w[0] == w[1]).count();
+    2 * held > tau.len()
+}
+
+/// What is wrong with the motion: in one direction only, or too few reversals; velocities within `resolution` are rest.
+pub(super) fn motion(v: &[f64], resolution: f64) -> Option<Finding> {
+    let fastest = v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let moving = resolution.max(0.02 * fastest);
+    let forward = v.iter().filter(|v| **v > moving).count() as f64;
+    let back = v.iter().filter(|v| **v < -moving).count() as f64;
+    let share = forward.min(back) / (forward + back).max(1.0);
+    if share < ONE_WAY {
+        return Some(Finding::NeverReverses { share });
+    }
+    let directions: Vec<bool> = v.iter().filter(|v| v.abs() > moving).map(|v| *v > 0.0).collect();
+    let reversals = directions.windows(2).filter(|w| w[0] != w[1]).count();
+    (reversals < FEWEST_REVERSALS).then_some(Finding::FewReversals { reversals })
+}
+
+/// Refuses a record whose motion goes on up to the highest frequencies, so that no noise is to be seen, or one that
+/// is too short to look for it.
+pub(super) fn resolved(noises: &[Noise], samples: usize, step: f64) -> Result<()> {
+    match noises.iter().find(|n| n.unresolved) {
+        // Long enough for equations below the frequency where the trouble begins.
+        Some(noise) if noise.fall > STEEP || samples < 4 * FEWEST => {
+            Err(Error::SampledTooSlowly { step, band: noise.band })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,238 @@
+//! Weighted least squares over complex equations with real unknowns.
+
+use rayon::prelude::*;
+
+use crate::linalg::{self, Complex};
+
+/// Added to the scaled normal equations' diagonal: what the data do not tell stays finite.
+const RIDGE: f64 = 1e-10;
+
+/// A column of unknown factor: its entries in each of the stacked blocks of equations, or none.
+pub(super) type Column = Vec<Option<Vec<Complex<f64>>>>;
+
+/// Stacked blocks of complex equations `sum_j columns[j] x_j = right`, one line a frequency.
+pub(super) struct Equations<'a> {
+    /// The columns.
+    pub columns: Vec<Column>,
+    /// The right-hand side of each block.
+    pub right: Vec<Vec<Complex<f64>>>,
+    /// The mean square of the noise in each line of each block.
+    pub noise: Vec<&'a [f64]>,
+    /// Columns that are themselves noisy: their number, the block, and the mean square of the error of each line.
+    ///
+    /// What this adds to the normal equations is taken off again (errors in variables; Fuller 1987), as it would pull
+    /// inertias towards zero.
+    pub noisy: Vec<(usize, usize, &'a [f64])>,
+}
+
+/// No more than this share of a column's square may be noise.
+const MOSTLY_NOISE: f64 = 0.5;
+
+/// A solution.
+#[derive(Clone)]
+pub(super) struct Solution {
+    /// The unknowns.
+    pub x: Vec<f64>,
+    /// Their covariance for the noise as it was given, row-major.
+    pub covariance: Vec<f64>,
+    /// What the right-hand sides have left, block by block.
+    pub residuals: Vec<Vec<Complex<f64>>>,
+    /// The weighted sum of squares of the residuals, one real and one imaginary part a line.
+    pub squares: f64,
+}
+
+impl Solution {
+    /// The standard error of an unknown.
+    pub fn error(&self, i: usize) -> f64 {
+        self.covariance[i * self.x.len() + i].max(0.0).sqrt()
+    }
+}
+
+impl Equations<'_> {
+    /// sum over all lines of Re(conj(a) b) times the weights.
+    pub(super) fn product(weights: &[Vec<f64>], a: &Column, b: &Column) -> f64 {
+        let blocks = weights.iter().zip(a.iter().zip(b));
+        blocks
+            .map(|(w, pair)| match pair {
+                (Some(a), Some(b)) => {
+                    let lines = w.iter().zip(a.iter().zip(b));
+                    lines.map(|(w, (a, b))| w * (a.re * b.re + a.im * b.im)).sum()
+                }
+                _ => 0.0,
+            })
+            .sum()
+    }
+
+    /// The normal matrix for the weights, row-major.
+    fn normal(&self, weights: &[Vec<f64>]) -> Vec<f64> {
+        let n = self.columns.len();
+        let rows: Vec<Vec<f64>> = (0..n)
+            .into_par_iter()
+            .map(|i| {
+                let row = &self.columns[i];
+                (0..=i).map(|j| Self::product(weights, row, &self.columns[j])).collect()
+            })
+            .collect();
+        let mut normal = vec![0.0; n * n];
+        for (i, row) in rows.iter().enumerate() {
+            for (j, v) in row.iter().enumerate() {
+                normal[i * n + j] = *v;
+                normal[j * n + i] = *v;
+            }
+        }
+        normal
+    }
+
+    /// The weighted least-squares solution; `None` if the equations do not determine it in double precision.
+    pub fn solve(&self) -> Option<Solution> {
+        let n = self.columns.len();
+        // The real and the imaginary part each have half the noise's mean square.
+        let weights: Vec<Vec<f64>> = self.noise.iter().map(|s| s.iter().map(|s| 2.0 / s).collect()).collect();
+        let mut normal = self.normal(&weights);
+        for &(column, block, errors) in &self.noisy {
+            let excess: f64 = weights[block].iter().zip(errors).map(|(w, e)| w * e).sum();
+            let entry = &mut normal[column * n + column];
+            *entry -= excess.min(MOSTLY_NOISE * *entry);
+        }
+        let right: Column = self.right.iter().map(|r| Some(r.clone())).collect();
+        let moment: Vec<f64> = self
+            .columns
+            .iter()
+            .map(|c| Self::product(&weights, c, &right))
+            .collect();
+        let scale: Vec<f64> = (0..n)
+            .map(|i| normal[i * n + i].sqrt())
+            .map(|s| if s > 0.0 && s.is_finite() { s } else { 1.0 })
+            .collect();
+        let mut scaled = normal.clone();
+        for i in 0..n {
+            for j in 0..n {
+                scaled[i * n + j] /= scale[i] * scale[j];
+            }
+            scaled[i * n + i] += RIDGE;
+        }
+        let moment: Vec<f64> = moment.iter().zip(&scale).map(|(m, s)| m / s).collect();
+        let solution = linalg::solve_positive_definite(&scaled, &moment)?;
+        let mut covariance = linalg::inverse_positive_definite(&scaled, n)?;
+        for i in 0..n {
+            for j in 0..n {
+                covariance[i * n + j] /= scale[i] * scale[j];
+            }
+        }
+        let x: Vec<f64> = solution.iter().zip(&scale).map(|(x, s)| x / s).collect();
+        let residuals = self.residuals(&x);
+        let squares = weights
+            .iter()
+            .zip(&residuals)
+            .map(|(w, r)| w.iter().zip(r).map(|(w, r)| w * r.norm_sqr()).sum::<f64>())
+            .sum();
+        Some(Solution {
+            x,
+            covariance,
+            residuals,
+            squares,
+        })
+    }
+
+    fn residuals(&self, x: &[f64]) -> Vec<Vec<Complex<f64>>> {
+        let mut residuals = self.right.clone();
+        for (column, x) in self.columns.iter().zip(x) {
+            for (block, residual) in column.iter().zip(&mut residuals) {
+                if let Some(lines) = block {
+                    residual.iter_mut().zip(lines).for_each(|(r, v)| *r -= v * *x);
+                }
+            }
+        }
+        residuals
+    }
+
+    /// The covariance whatever the noise's spectrum is, from that of the residuals (White 1980, in frequency).
+    ///
+    /// Where the weights are right it is the solution's own but for chance; the larger of the two variances counts.
+    pub fn robust(&self, solution: &Solution) -> Vec<f64> {
+        let n = self.columns.len();
+        let blocks = self.noise.iter().zip(&solution.residuals);
+        let meat: Vec<Vec<f64>> = blocks
+            .map(|(s, r)| {
+                let power = smoothed(r);
+                s.iter().zip(&power).map(|(s, p)| 2.0 * p / (s * s)).collect()
+            })
+            .collect();
+        let middle = self.normal(&meat);
+        let c = &solution.covariance;
+        let times = |a: &[f64], b: &[f64]| -> Vec<f64> {
+            let mut product = vec![0.0; n * n];
+            for i in 0..n {
+                for k in 0..n {
+                    let v = a[i * n + k];
+                    for j in 0..n {
+                        product[i * n + j] += v * b[k * n + j];
+                    }
+                }
+            }
+            product
+        };
+        let mut robust = times(&times(c, &middle), c);
+        for i in 0..n {
+            // Never less than the weights say.
+            let grow = (c[i * n + i] / robust[i * n + i].max(f64::MIN_POSITIVE))
+                .sqrt()
+                .max(1.0);
+            for j in 0..n {
+                robust[i * n + j] *= grow;
+                robust[j * n + i] *= grow;
+            }
+        }
+        robust
+    }
+}
+
+/// The running mean of the residuals' squared size over a fiftieth of the lines.
+fn smoothed(residuals: &[Complex<f64>]) -> Vec<f64> {
+    let n = residuals.len();
+    let half = (n / 100).max(6).min(n / 2);
+    let mut sums = vec![0.0];
+    for r in residuals {
+        sums.push(sums[sums.len() - 1] + r.norm_sqr());
+    }
+    (0..n)
+        .map(|k| {
+            let (from, to) = (k.saturating_sub(half), (k + half + 1).min(n));
+            (sums[to] - sums[from]) / (to - from) as f64
+        })
+        .collect()
+}
+
+/// The noise of one equation: white, beside a part whose spectrum is known.
+pub(super) struct NoiseModel {
+    /// The mean square of each line.
+    pub lines: Vec<f64>,
+}
+
+impl NoiseModel {
+    /// Fits the white part to residuals by Whittle's likelihood.
+    pub fn fit(residuals: &[Complex<f64>], known: &[f64]) -> NoiseModel {
+        let n = residuals.len() as f64;
+        let power: Vec<f64> = residuals.iter().map(|r| r.norm_sqr()).collect();
+        let mean = power.iter().sum::<f64>() / n;
+        let floor = 1e-9 * mean + f64::MIN_POSITIVE;
+        let mut white = mean.max(floor);
+        for _ in 0..100 {
+            let (mut above, mut below) = (0.0, 0.0);
+            for (p, k) in power.iter().zip(known) {
+                let s = white + k;
+                above += p / (s * s);
+                below += 1.0 / s;
+            }
+            let next = (white * (above / below).sqrt()).max(floor);
+            let settled = (next - white).abs() < 1e-6 * white;
+            white = next;
+            if settled {
+                break;
+            }
+        }
+        NoiseModel {
+            lines: known.iter().map(|k| white + k).collect(),
+        }
+    }
+}

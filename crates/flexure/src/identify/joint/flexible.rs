@@ -1,0 +1,284 @@
+//! A flexible joint: motor and link inertia, stiffness and friction from both angles and the torque.
+//!
+//! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad 0 = \kappa(d) - M \ddot q - f(\dot q), \qquad \kappa(d) = k(d)\, d. $$
+//!
+//! The motor's equation alone tells kappa, their sum M and f; both together, each line with the weight of its
+//! noise, tell all of them best: the second equation has no torque in it, and so none of its noise.
+
+use super::alignment::{Alignment, NEGLIGIBLE, SIGNIFICANT, align};
+use super::checks;
+use super::fourier::Modulation;
+use super::outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound};
+use super::pair::{Free, Pair};
+use super::rigid::{FEWEST_LINES, RESOLVED, RigidJoint, band, least_band};
+use super::smooth::{Noise, Reflected};
+use crate::error::{Error, Result};
+
+/// The highest frequency of the equations as a share of the sampling rate, and in bands of the motion.
+const HIGHEST: f64 = 0.1;
+const BANDS: f64 = 3.0;
+/// The deflection is flexibility if it has this many times the encoders' noise power in the band of the motion.
+const FLEXIBLE: f64 = 3.0;
+
+/// The log of a flexible joint, and what is known of it.
+///
+/// | field | unit | range |
+/// |---|---|---|
+/// | `motor`, `link` | rad, both on the link's side of the gear | finite, not constant, not wrapped; at least 200 samples |
+/// | `torque` | N m on the link's side | finite, not constant, as long |
+/// | `sample_time` | s | positive |
+/// | `motor_inertia` | kg m^2 on the link's side, if known | positive |
+/// | `level` | of the bands | between 0 and 1 |
+#[derive(Debug, Clone, Copy)]
+pub struct FlexibleJoint<'a> {
+    /// The motor's angle.
+    pub motor: &'a [f64],
+    /// The link's angle.
+    pub link: &'a [f64],
+    /// The motor's torque.
+    pub torque: &'a [f64],
+    /// The sample time, s.
+    pub sample_time: f64,
+    /// The motor's inertia, if it is known.
+    pub motor_inertia: Option<f64>,
+    /// The level of the bands.
+    pub level: f64,
+}
+
+/// A log with what its spectra tell.
+pub(super) struct Motion<'a> {
+    pub motor: &'a [f64],
+    pub link: &'a [f64],
+    pub torque: &'a [f64],
+    pub step: f64,
+    pub motor_inertia: Option<f64>,
+    pub motor_noise: Noise,
+    pub link_noise: Noise,
+}
+
+impl FlexibleJoint<'_> {
+    fn check(&self) -> Result<()> {
+        let n = self.link.len();
+        for (name, column) in [("motor", self.motor), ("link", self.link), ("torque", self.torque)] {
+            checks::column(name, column, n)?;
+        }
+        checks::settings(self.sample_time, self.level)?;
+        if let Some(value) = self.motor_inertia
+            && !(value > 0.0 && value.is_finite())
+        {
+            return Err(Error::InvalidParameter {
+                name: "the motor's inertia".to_owned(),
+                value,
+                requirement: "positive and finite, in kg m^2",
+            });
+        }
+        checks::unwrapped("motor", self.motor)?;
+        checks::unwrapped("link", self.link)
+    }
+
+    /// Identifies the joint, as a rigid one if its motor and link do not move against each other.
+    ///
+    /// # Errors
+    /// As [`RigidJoint::identify`].
+    pub fn identify(&self) -> Result<JointFound> {
+        self.check()?;
+        let step = self.sample_time;
+        let motion = Motion {
+            motor: self.motor,
+            link: self.link,
+            torque: self.torque,
+            step,
+            motor_inertia: self.motor_inertia,
+            motor_noise: Noise::of(self.motor, step),
+            link_noise: Noise::of(self.link, step),
+        };
+        checks::resolved(&[motion.motor_noise, motion.link_noise], self.link.len(), step)?;
+        let widest = motion.motor_noise.band.max(motion.link_noise.band);
+        let highest = (HIGHEST / step).min((BANDS * widest).max(least_band(self.link.len(), step)));
+        let modulation = Modulation::new(self.link.len(), step, highest);
+        if modulation.len() < FEWEST_LINES {
+            return Err(Error::TooShort {
+                what: "the equations of motion at enough frequencies",
+                need: (FEWEST_LINES as f64 / (highest * step)).ceil() as usize,
+                got: self.link.len(),
+            });
+        }
+        if let Some(findings) = motion.no_flexibility(&modulation) {
+            // The motor's clock is the torque's.
+            let mut axis = RigidJoint {
+                position: self.motor,
+                torque: self.torque,
+                velocity: None,
+                sample_time: step,
+                extras: &[],
+                level: self.level,
+            }
+            .identify()?;
+            axis.findings.splice(0..0, findings);
+            return Ok(JointFound::Rigid(axis));
+        }
+        let untold = || Error::TooLittleMotion {
+            what: "inertias, stiffness and friction of the joint",
+        };
+        let alignment = align(&motion, &modulation).ok_or_else(untold)?;
+        let shifted = match alignment.skew {
+            (skew, _, true) => Reflected::new(self.link, step).shifted(skew),
+            _ => self.link.to_vec(),
+        };
+        let pair = Pair::new(&motion, &modulation, &alignment, &shifted);
+        let free = pair.free(&motion).ok_or_else(untold)?;
+        let found = self.outcome(&motion, &pair, &free, &alignment, &shifted);
+        found
+            .map(|axis| JointFound::Flexible(Box::new(axis)))
+            .ok_or_else(untold)
+    }
+
+    fn outcome(
+        &self,
+        motion: &Motion,
+        pair: &Pair,
+        free: &Free,
+        alignment: &Alignment,
+        link: &[f64],
+    ) -> Option<FlexibleAxis> {
+        let equations = pair.both(free);
+        let solution = equations.solve()?;
+        let covariance = equations.robust(&solution);
+        let n = solution.x.len();
+        let error = |i: usize| covariance[i * n + i].max(0.0).sqrt();
+        let estimated = |i: usize| Estimated {
+            value: solution.x[i],
+            standard_error: error(i),
+        };
+        // Unknowns: the motor's inertia if it is not known, k, M, f.
+        let first = usize::from(pair.motor.is_some());
+        let (stiff, link_at) = (&free.stiffness.0, first + free.stiffness.0.len());
+        let k = &solution.x[first..link_at];
+        let f = &solution.x[link_at + 1..];
+        let part = |from: usize| {
+            let covariance = &covariance;
+            move |i: usize, j: usize| covariance[(from + i) * n + from + j]
+        };
+        let secant = band(stiff, k, self.level, part(first));
+        let kappa: Vec<f64> = pair.d.iter().map(|&d| stiff.value(k, d) * d).collect();
+        let curve: Vec<f64> = pair.v.iter().map(|&v| free.friction.0.value(f, v)).collect();
+        let motor_inertia = match self.motor_inertia {
+            Some(value) => Estimated {
+                value,
+                standard_error: 0.0,
+            },
+            None => estimated(0),
+        };
+        let resolution = RESOLVED * motion.link_noise.velocity_sd(self.sample_time);
+        let (stiffness_forms, friction_forms) = pair.forms(free, &solution, (&kappa, &curve), resolution)?;
+        let best = |forms: &[Fitted]| (0..forms.len()).min_by(|&a, &b| forms[a].bic.total_cmp(&forms[b].bic));
+        let model = pair.model(
+            free,
+            &solution,
+            [&stiffness_forms, &friction_forms],
+            [&kappa, &curve],
+            resolution,
+        )?;
+        let acceleration = |q: &[f64], cut_off: f64| {
+            let v = Reflected::new(q, self.sample_time).velocity(cut_off);
+            Reflected::new(&v, self.sample_time).velocity(cut_off)
+        };
+        let motor = acceleration(self.motor, motion.motor_noise.cut_off());
+        let link = acceleration(link, motion.link_noise.cut_off());
+        let inertia = solution.x[link_at];
+        Some(FlexibleAxis {
+            motor_inertia,
+            link_inertia: estimated(link_at),
+            best_stiffness: best(&stiffness_forms)?,
+            best_friction: best(&friction_forms)?,
+            stiffness: super::outcome::torque_band(&secant),
+            secant,
+            friction: band(&free.friction.0, f, self.level, part(link_at + 1)),
+            stiffness_forms,
+            friction_forms,
+            model,
+            skew: Estimated {
+                value: alignment.skew.0,
+                standard_error: alignment.skew.1,
+            },
+            cut_off: motion.link_noise.cut_off(),
+            highest: pair.modulation.omega[pair.modulation.len() - 1] / (2.0 * std::f64::consts::PI),
+            sample_time: self.sample_time,
+            partial_stiffness: (0..kappa.len())
+                .map(|i| self.torque[i] - motor_inertia.value * motor[i])
+                .collect(),
+            partial_friction: (0..kappa.len()).map(|i| kappa[i] - inertia * link[i]).collect(),
+            reconstructed: (0..kappa.len())
+                .map(|i| kappa[i] + motor_inertia.value * motor[i])
+                .collect(),
+            deflection: pair.d.clone(),
+            velocity: pair.v.clone(),
+            findings: self.findings(motion, alignment, &pair.v, resolution),
+        })
+    }
+
+    fn findings(&self, motion: &Motion, alignment: &Alignment, v: &[f64], resolution: f64) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        findings.extend(checks::clipped(self.torque));
+        findings.extend(checks::motion(v, resolution));
+        for noise in [motion.motor_noise, motion.link_noise] {
+            if noise.unresolved && findings.iter().all(|f| !matches!(f, Finding::SampledTooSlowly { .. })) {
+                findings.push(Finding::SampledTooSlowly {
+                    step: self.sample_time,
+                    band: noise.band,
+                });
+            }
+        }
+        if let (skew, standard_error, true) = alignment.skew {
+            findings.push(Finding::EncoderSkew { skew, standard_error });
+        }
+        if let (delay, true) = alignment.delay {
+            findings.push(Finding::TorqueDelay {
+                delay,
+                held: alignment.held,
+            });
+        }
+        findings
+    }
+}
+
+impl Motion<'_> {
+    /// Whether the deflection is no more than the encoders' noise, and a skew between them.
+    fn no_flexibility(&self, modulation: &Modulation) -> Option<Vec<Finding>> {
+        let v = Reflected::new(self.link, self.step).velocity(self.link_noise.cut_off());
+        let n = v.len() as f64;
+        let d: Vec<f64> = self.motor.iter().zip(self.link).map(|(m, q)| m - q).collect();
+        let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
+        let (centre, speed) = (mean(&d), mean(&v));
+        let both = d.iter().zip(&v);
+        let (product, square) = both.fold((0.0, 0.0), |(p, s), (d, v)| {
+            (p + (d - centre) * (v - speed), s + (v - speed).powi(2))
+        });
+        let skew = product / square.max(f64::MIN_POSITIVE);
+        let rest: Vec<f64> = d.iter().zip(&v).map(|(d, v)| d - centre - skew * (v - speed)).collect();
+        let band = 2.0 * std::f64::consts::PI * self.link_noise.band;
+        let lines = modulation.of(&rest);
+        let inside: Vec<f64> = lines
+            .iter()
+            .zip(&modulation.omega)
+            .filter(|(_, w)| **w <= band)
+            .map(|(v, _)| v.norm_sqr())
+            .collect();
+        let power = inside.iter().sum::<f64>() / inside.len().max(1) as f64;
+        let noise = self.motor_noise.sd.powi(2) + self.link_noise.sd.powi(2);
+        // White noise spreads over all frequencies up to half the sampling rate.
+        let share = (2.0 * self.step * self.link_noise.band).min(1.0);
+        if !(power < FLEXIBLE * noise) {
+            return None;
+        }
+        let mut findings = vec![Finding::NoFlexibility {
+            deflection: (power * share).sqrt(),
+            noise: (noise * share).sqrt(),
+        }];
+        let standard_error = (noise / square).sqrt();
+        if skew.abs() > SIGNIFICANT * standard_error && skew.abs() > NEGLIGIBLE * self.step {
+            findings.push(Finding::EncoderSkew { skew, standard_error });
+        }
+        Some(findings)
+    }
+}

@@ -1,0 +1,230 @@
+//! The physical forms of a joint's curves: what they are made of, and their names.
+
+use serde::Serialize;
+
+/// One term of a form: a function of the velocity or deflection x with a factor to be estimated, and shape
+/// parameters inside, of which the logarithms are estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Term {
+    /// 1.
+    Constant,
+    /// x.
+    Linear,
+    /// x^3.
+    Cubic,
+    /// sign x, softened within the velocity's own resolution.
+    Sign,
+    /// tanh(a x).
+    Tanh,
+    /// tanh(a x) - tanh(b x), of (12).
+    TanhDifference,
+    /// exp(-(x / a)^2) sign x (Stribeck; Armstrong-Helouvry, Dupont & Canudas de Wit 1994).
+    Stribeck,
+    /// -x exp(-a x^2), the soft wind-up (11).
+    Windup,
+}
+
+impl Term {
+    /// The number of shape parameters.
+    pub(super) fn shapes(self) -> usize {
+        match self {
+            Term::Constant | Term::Linear | Term::Cubic | Term::Sign => 0,
+            Term::Tanh | Term::Stribeck | Term::Windup => 1,
+            Term::TanhDifference => 2,
+        }
+    }
+
+    /// The term at x for the logarithms `t` of its shape parameters; `width` softens signs.
+    pub(super) fn value(self, x: f64, t: &[f64], width: f64) -> f64 {
+        match self {
+            Term::Constant => 1.0,
+            Term::Linear => x,
+            Term::Cubic => x * x * x,
+            Term::Sign => soft_sign(x, width),
+            Term::Tanh => (t[0].exp() * x).tanh(),
+            Term::TanhDifference => (t[0].exp() * x).tanh() - (t[1].exp() * x).tanh(),
+            Term::Stribeck => (-(x * (-t[0]).exp()).powi(2)).exp() * soft_sign(x, width),
+            Term::Windup => -x * (-t[0].exp() * x * x).exp(),
+        }
+    }
+
+    /// The derivative of [`Term::value`] by the k-th logarithm.
+    pub(super) fn by_shape(self, x: f64, t: &[f64], k: usize, width: f64) -> f64 {
+        let tanh_slope = |t: f64| {
+            let z = t.exp() * x;
+            z / z.cosh().powi(2)
+        };
+        let slope = match self {
+            Term::Constant | Term::Linear | Term::Cubic | Term::Sign => 0.0,
+            Term::Tanh => tanh_slope(t[0]),
+            Term::TanhDifference => [1.0, -1.0][k] * tanh_slope(t[k]),
+            Term::Stribeck => 2.0 * (x * (-t[0]).exp()).powi(2) * self.value(x, t, width),
+            Term::Windup => -t[0].exp() * x * x * self.value(x, t, width),
+        };
+        if slope.is_finite() { slope } else { 0.0 }
+    }
+}
+
+fn soft_sign(x: f64, width: f64) -> f64 {
+    match width > 0.0 {
+        true => (x / width).clamp(-1.0, 1.0),
+        false if x == 0.0 => 0.0,
+        false => x.signum(),
+    }
+}
+
+/// A form of a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FormName {
+    /// Coulomb, viscous and offset: `Fc sign v + Fv v + F0`.
+    CoulombViscous,
+    /// Those with the Stribeck effect: `(Fc + (Fs - Fc) exp(-(v / vs)^2)) sign v + Fv v + F0`.
+    Stribeck,
+    /// `g4 tanh(g5 v) + g6 v`, (12) without its Stribeck part.
+    SmoothCoulomb,
+    /// (12): `g1 [tanh(g2 v) - tanh(g3 v)] + g4 tanh(g5 v) + g6 v`.
+    SmoothStribeck,
+    /// `a2 d`.
+    LinearStiffness,
+    /// `a1 d^3 + a2 d`, (10) without wind-up.
+    CubicStiffness,
+    /// (10)-(11): `a1 d^3 + a2 d - ksw exp(-asw d^2) d`.
+    Windup,
+}
+
+impl FormName {
+    /// In words.
+    pub fn title(self) -> &'static str {
+        match self {
+            FormName::CoulombViscous => "Coulomb and viscous friction with an offset",
+            FormName::Stribeck => "Coulomb, viscous and Stribeck friction with an offset",
+            FormName::SmoothCoulomb => "smooth Coulomb and viscous friction, (12) with g1 = 0",
+            FormName::SmoothStribeck => "friction (12)",
+            FormName::LinearStiffness => "linear stiffness",
+            FormName::CubicStiffness => "cubic stiffness, (10) without wind-up",
+            FormName::Windup => "stiffness (10) with soft wind-up (11)",
+        }
+    }
+
+    /// Whether it is a form of stiffness, not of friction.
+    pub fn is_stiffness(self) -> bool {
+        matches!(
+            self,
+            FormName::LinearStiffness | FormName::CubicStiffness | FormName::Windup
+        )
+    }
+
+    /// The terms; `offset` adds a constant to the smooth forms of friction, which have none of their own.
+    pub(super) fn terms(self, offset: bool) -> Vec<Term> {
+        let mut terms = match self {
+            FormName::CoulombViscous => vec![Term::Sign, Term::Linear, Term::Constant],
+            FormName::Stribeck => vec![Term::Sign, Term::Linear, Term::Stribeck, Term::Constant],
+            FormName::SmoothCoulomb => vec![Term::Tanh, Term::Linear],
+            FormName::SmoothStribeck => vec![Term::TanhDifference, Term::Tanh, Term::Linear],
+            FormName::LinearStiffness => vec![Term::Linear],
+            FormName::CubicStiffness => vec![Term::Linear, Term::Cubic],
+            FormName::Windup => vec![Term::Linear, Term::Cubic, Term::Windup],
+        };
+        if offset && matches!(self, FormName::SmoothCoulomb | FormName::SmoothStribeck) {
+            terms.push(Term::Constant);
+        }
+        terms
+    }
+
+    /// The symbols of the terms' factors and of the shape parameters, each with the powers of torque and of x in
+    /// its unit.
+    pub(super) fn symbols(self, offset: bool) -> Symbols {
+        const TORQUE: [i32; 2] = [1, 0];
+        const SLOPE: [i32; 2] = [1, -1];
+        let (mut factors, shapes) = match self {
+            FormName::CoulombViscous => (vec![("Fc", TORQUE), ("Fv", SLOPE), ("F0", TORQUE)], vec![]),
+            FormName::Stribeck => (
+                vec![("Fc", TORQUE), ("Fv", SLOPE), ("Fs-Fc", TORQUE), ("F0", TORQUE)],
+                vec![("vs", [0, 1])],
+            ),
+            FormName::SmoothCoulomb => (vec![("g4", TORQUE), ("g6", SLOPE)], vec![("g5", [0, -1])]),
+            FormName::SmoothStribeck => (
+                vec![("g1", TORQUE), ("g4", TORQUE), ("g6", SLOPE)],
+                vec![("g2", [0, -1]), ("g3", [0, -1]), ("g5", [0, -1])],
+            ),
+            FormName::LinearStiffness => (vec![("a2", SLOPE)], vec![]),
+            FormName::CubicStiffness => (vec![("a2", SLOPE), ("a1", [1, -3])], vec![]),
+            FormName::Windup => (
+                vec![("a2", SLOPE), ("a1", [1, -3]), ("ksw", SLOPE)],
+                vec![("asw", [0, -2])],
+            ),
+        };
+        if offset && matches!(self, FormName::SmoothCoulomb | FormName::SmoothStribeck) {
+            factors.push(("F0", TORQUE));
+        }
+        Symbols { factors, shapes }
+    }
+}
+
+/// The parameters' symbols with the powers of torque and of the abscissa in their units.
+pub(super) struct Symbols {
+    pub factors: Vec<(&'static str, [i32; 2])>,
+    pub shapes: Vec<(&'static str, [i32; 2])>,
+}
+
+/// A form with its terms' factors and the logarithms of its shape parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shaped {
+    pub terms: Vec<Term>,
+    pub factors: Vec<f64>,
+    pub logs: Vec<f64>,
+    /// The width within which signs are softened.
+    pub width: f64,
+}
+
+impl Shaped {
+    /// The shape parameters of each term.
+    pub fn split<'a>(terms: &'a [Term], logs: &'a [f64]) -> impl Iterator<Item = (Term, usize, &'a [f64])> {
+        let mut at = 0;
+        terms.iter().map(move |&term| {
+            let from = at;
+            at += term.shapes();
+            (term, from, &logs[from..at])
+        })
+    }
+
+    /// The curve at x.
+    pub fn value(&self, x: f64) -> f64 {
+        Self::split(&self.terms, &self.logs)
+            .zip(&self.factors)
+            .map(|((term, _, t), c)| c * term.value(x, t, self.width))
+            .sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_by_shape_are_difference_quotients() {
+        let h = 1e-6;
+        for (term, t) in [
+            (Term::Tanh, vec![2.0]),
+            (Term::TanhDifference, vec![3.0, 1.0]),
+            (Term::Stribeck, vec![-1.0]),
+            (Term::Windup, vec![1.5]),
+        ] {
+            for k in 0..t.len() {
+                for x in [-0.7, -0.1, 0.02, 0.4] {
+                    let moved = |by: f64| {
+                        let mut t = t.clone();
+                        t[k] += by;
+                        term.value(x, &t, 0.0)
+                    };
+                    let want = (moved(h) - moved(-h)) / (2.0 * h);
+                    let got = term.by_shape(x, &t, k, 0.0);
+                    assert!((got - want).abs() < 1e-8, "{term:?} {x}: {got} {want}");
+                }
+            }
+        }
+        assert_eq!(Term::Tanh.by_shape(1e6, &[5.0], 0, 0.0), 0.0);
+    }
+}

@@ -1,0 +1,46 @@
+//! Friction, stiffness and inertia of a joint from its logs (Krzyzak & Sasiadek, section VIII).
+//!
+//! The structure of the equations of motion is known, the curves in them are not: with d = qm - q,
+//!
+//! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad \kappa(d) = M \ddot q + f(\dot q), $$
+//!
+//! or for a rigid axis $\tau = M \ddot q + f(\dot q)$. That is linear in the inertias and free in kappa and f: a partially linear
+//! model with additive curves (Robinson 1988; by series, Donald & Newey 1994). Noisy angles are not differentiated
+//! twice: the equations are multiplied by a window and Fourier transformed, which moves the derivatives to the window. Each
+//! equation gets the weight that its noise has at each frequency: the torque's, white, and the encoders', which
+//! grows with the square of the frequency in an acceleration.
+//!
+//! The physical forms, friction (12) and stiffness (10)-(11) beside the textbook ones, are fitted to the same equations with
+//! the same weights, and tested against the free curves.
+//!
+//! | item | what |
+//! |---|---|
+//! | [`RigidJoint`] | position and torque: a rigid axis |
+//! | [`FlexibleJoint`] | motor and link position and torque: a flexible joint |
+//! | [`RigidAxis`], [`FlexibleAxis`] | what was found |
+//! | [`Finding`] | what to know before trusting it |
+
+mod alignment;
+mod basis;
+mod checks;
+mod equations;
+mod flexible;
+mod forms;
+mod fourier;
+mod judge;
+mod outcome;
+mod pair;
+mod parametric;
+mod replay;
+mod rigid;
+mod shaping;
+mod smooth;
+
+#[cfg(test)]
+mod tests;
+
+pub use flexible::FlexibleJoint;
+pub use forms::{FormName, Term};
+pub use outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound, JointModel, LackOfFit, Parameter, RigidAxis};
+pub use replay::AxisDrive;
+pub use rigid::{Extra, RigidJoint};

@@ -1,0 +1,229 @@
+//! The two equations of motion of a flexible joint, and the free curves in them.
+
+use super::alignment::{Alignment, stiffness_columns};
+use super::basis::Basis;
+use super::equations::{Column, Equations, NoiseModel, Solution};
+use super::flexible::Motion;
+use super::fourier::Modulation;
+use super::rigid::{ROUNDS, undersmoothed};
+use super::smooth::{Noise, Reflected};
+use crate::linalg::Complex;
+
+/// Intervals on either side of zero that are tried for the stiffness and for the friction curve.
+const STIFFNESS_PIECES: [usize; 5] = [3, 5, 7, 10, 14];
+const FRICTION_PIECES: [usize; 5] = [9, 13, 18, 25, 34];
+
+/// The two equations of motion, transformed.
+pub(super) struct Pair<'a> {
+    pub modulation: &'a Modulation,
+    /// The deflection and the link's velocity at every sample.
+    pub d: Vec<f64>,
+    pub v: Vec<f64>,
+    /// The torque less the known part of the motor's.
+    pub torque: Vec<Complex<f64>>,
+    /// The motor's acceleration; `None` if its inertia is known.
+    pub motor: Option<Vec<Complex<f64>>>,
+    /// Minus the link's acceleration.
+    pub link: Vec<Complex<f64>>,
+    /// The encoders' noise in the accelerations of motor and link.
+    encoder: [Vec<f64>; 2],
+}
+
+/// The free curves.
+pub(super) struct Free {
+    pub stiffness: (Basis, Vec<Vec<Complex<f64>>>),
+    /// Minus the splines.
+    pub friction: (Basis, Vec<Vec<Complex<f64>>>),
+    pub noise: [Vec<f64>; 2],
+}
+
+impl Pair<'_> {
+    pub fn new<'a>(motion: &Motion, modulation: &'a Modulation, alignment: &Alignment, link: &[f64]) -> Pair<'a> {
+        let mut torque = alignment.torque(modulation, motion.torque, motion.step);
+        let motor = modulation.of_acceleration(motion.motor);
+        if let Some(known) = motion.motor_inertia {
+            torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known);
+        }
+        let encoder = |noise: &Noise| modulation.omega.iter().map(|w| (noise.sd * w * w).powi(2)).collect();
+        Pair {
+            d: motion.motor.iter().zip(link).map(|(m, q)| m - q).collect(),
+            v: Reflected::new(link, motion.step).velocity(motion.link_noise.cut_off()),
+            link: modulation.of_acceleration(link).into_iter().map(|v| -v).collect(),
+            encoder: [encoder(&motion.motor_noise), encoder(&motion.link_noise)],
+            motor: motion.motor_inertia.is_none().then_some(motor),
+            torque,
+            modulation,
+        }
+    }
+
+    /// The noise of an equation with this inertia, from what it leaves.
+    fn noise(&self, residuals: &[Complex<f64>], which: usize, inertia: f64) -> Vec<f64> {
+        let known: Vec<f64> = self.encoder[which].iter().map(|e| inertia * inertia * e).collect();
+        NoiseModel::fit(residuals, &known).lines
+    }
+
+    pub(super) fn one(columns: impl Iterator<Item = Vec<Complex<f64>>>) -> Vec<Column> {
+        columns.map(|c| vec![Some(c)]).collect()
+    }
+
+    /// The motor's equation with a free stiffness curve, and the noise that it turns out to have.
+    pub(super) fn motor_side(&self, stiffness: &[Vec<Complex<f64>>], noise: &[f64]) -> Option<(Solution, Vec<f64>)> {
+        let columns = self.motor.iter().cloned().chain(stiffness.iter().cloned());
+        let solution = Equations {
+            columns: Self::one(columns),
+            right: vec![self.torque.clone()],
+            noise: vec![noise],
+            noisy: self.noisy_motor(),
+        }
+        .solve()?;
+        let inertia = if self.motor.is_some() { solution.x[0] } else { 0.0 };
+        let noise = self.noise(&solution.residuals[0], 0, inertia);
+        Some((solution, noise))
+    }
+
+    /// The sum of both equations, `tau = Jm qm'' + M q'' + f(q')`: the link's inertia and friction for a start.
+    fn sum(&self, friction: &[Vec<Complex<f64>>], band: f64) -> Option<Solution> {
+        let columns = self.motor.iter().chain([&self.link]).chain(friction).cloned();
+        let columns = Self::one(columns);
+        // Low frequencies, where the encoders' noise does no harm, begin.
+        let edge = std::f64::consts::PI * band;
+        let mut noise: Vec<f64> = self.modulation.omega.iter().map(|w| 1.0 + (w / edge).powi(8)).collect();
+        let at = usize::from(self.motor.is_some());
+        let mut solution = None;
+        for _ in 0..ROUNDS {
+            let mut found = Equations {
+                columns: columns.clone(),
+                right: vec![self.torque.clone()],
+                noise: vec![&noise],
+                noisy: self.noisy_motor().into_iter().chain([self.noisy_link(at, 0)]).collect(),
+            }
+            .solve()?;
+            // The columns of the link have the link equation's sign.
+            noise = self.noise(&found.residuals[0], 1, found.x[at]);
+            found.x[at..].iter_mut().for_each(|x| *x = -*x);
+            solution = Some(found);
+        }
+        solution
+    }
+
+    /// The residuals of the link's equation `kappa - M q'' - f = 0`.
+    fn link_residuals(&self, kappa: &[Complex<f64>], rest: &[(&[Complex<f64>], f64)]) -> Vec<Complex<f64>> {
+        let mut left = kappa.to_vec();
+        for (column, x) in rest {
+            left.iter_mut().zip(*column).for_each(|(l, c)| *l += c * *x);
+        }
+        left
+    }
+
+    /// The free curves with as many splines as pay for themselves, and the noise of both equations.
+    pub fn free(&self, motion: &Motion) -> Option<Free> {
+        let start = vec![1.0; self.modulation.len()];
+        let akaike = |s: &Solution, lines: usize| {
+            let observations = 2.0 * lines as f64;
+            observations * (s.squares / observations).ln() + 2.0 * s.x.len() as f64
+        };
+        let lines = self.modulation.len();
+        let coarse = Basis::new(&self.d, STIFFNESS_PIECES[1]);
+        let columns = stiffness_columns(self.modulation, &coarse, &self.d);
+        let mut motor_noise = start;
+        for _ in 0..2 {
+            motor_noise = self.motor_side(&columns, &motor_noise)?.1;
+        }
+        let curves = STIFFNESS_PIECES.iter().filter_map(|&pieces| {
+            let basis = Basis::new(&self.d, pieces);
+            let columns = stiffness_columns(self.modulation, &basis, &self.d);
+            let (solution, noise) = self.motor_side(&columns, &motor_noise)?;
+            Some((akaike(&solution, lines), (basis, columns), solution, noise))
+        });
+        let (_, stiffness, solution, motor_noise) = curves.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let from = usize::from(self.motor.is_some());
+        let kappa = combine(&stiffness.1, &solution.x[from..]);
+        let splines = |pieces: usize| {
+            let basis = Basis::new(&self.v, pieces);
+            let columns = self.modulation.of_all(&basis.columns(&self.v, |_| -1.0));
+            (basis, columns)
+        };
+        let (_, columns) = splines(FRICTION_PIECES[1]);
+        let sum = self.sum(&columns, motion.link_noise.band)?;
+        let at = usize::from(self.motor.is_some());
+        let mut rest: Vec<(&[Complex<f64>], f64)> = vec![(&self.link, sum.x[at])];
+        rest.extend(columns.iter().map(Vec::as_slice).zip(sum.x[at + 1..].iter().copied()));
+        let mut link_noise = self.noise(&self.link_residuals(&kappa, &rest), 1, sum.x[at]);
+        let right: Vec<Complex<f64>> = kappa.iter().map(|v| -v).collect();
+        let solved = |friction: &[Vec<Complex<f64>>], noise: &[f64]| {
+            let columns = std::iter::once(self.link.clone()).chain(friction.iter().cloned());
+            Equations {
+                columns: Self::one(columns),
+                right: vec![right.clone()],
+                noise: vec![noise],
+                noisy: vec![self.noisy_link(0, 0)],
+            }
+            .solve()
+        };
+        let coarse = solved(&columns, &link_noise)?;
+        link_noise = self.noise(&coarse.residuals[0], 1, coarse.x[0]);
+        let scores = FRICTION_PIECES
+            .iter()
+            .map(|&pieces| Some(akaike(&solved(&splines(pieces).1, &link_noise)?, lines)));
+        let friction = splines(undersmoothed(&FRICTION_PIECES, scores)?);
+        let fine = solved(&friction.1, &link_noise)?;
+        Some(Free {
+            noise: [motor_noise, self.noise(&fine.residuals[0], 1, fine.x[0])],
+            stiffness,
+            friction,
+        })
+    }
+
+    /// The columns of the inertias in both equations: of the motor, if it is not known, and of the link.
+    pub(super) fn inertias(&self) -> (Option<Column>, Column) {
+        let motor = self.motor.clone().map(|m| vec![Some(m), None]);
+        (motor, vec![None, Some(self.link.clone())])
+    }
+
+    /// The noise of the motor's acceleration, where its inertia is the first unknown.
+    pub(super) fn noisy_motor(&self) -> Vec<(usize, usize, &[f64])> {
+        let noisy = self.motor.is_some().then_some((0, 0, &self.encoder[0][..]));
+        noisy.into_iter().collect()
+    }
+
+    /// That of the link's acceleration, the unknown `at` of the equations of `block`.
+    pub(super) fn noisy_link(&self, at: usize, block: usize) -> (usize, usize, &[f64]) {
+        (at, block, &self.encoder[1])
+    }
+
+    pub(super) fn right(&self) -> Vec<Vec<Complex<f64>>> {
+        vec![self.torque.clone(), vec![Complex::new(0.0, 0.0); self.torque.len()]]
+    }
+
+    /// Both equations with free curves.
+    pub fn both<'b>(&'b self, free: &'b Free) -> Equations<'b> {
+        let (motor, link) = self.inertias();
+        let stiffness = free.stiffness.1.iter().map(|c| vec![Some(c.clone()), Some(c.clone())]);
+        let friction = free.friction.1.iter().map(|c| vec![None, Some(c.clone())]);
+        let link_at = usize::from(motor.is_some()) + free.stiffness.1.len();
+        Equations {
+            columns: motor
+                .into_iter()
+                .chain(stiffness)
+                .chain([link])
+                .chain(friction)
+                .collect(),
+            right: self.right(),
+            noise: free.noise.iter().map(Vec::as_slice).collect(),
+            noisy: self
+                .noisy_motor()
+                .into_iter()
+                .chain([self.noisy_link(link_at, 1)])
+                .collect(),
+        }
+    }
+}
+
+/// The sum of the columns, each times its factor.
+pub(super) fn combine(columns: &[Vec<Complex<f64>>], factors: &[f64]) -> Vec<Complex<f64>> {
+    let mut sum = vec![Complex::new(0.0, 0.0); columns.first().map_or(0, Vec::len)];
+    for (column, factor) in columns.iter().zip(factors) {
+        sum.iter_mut().zip(column).for_each(|(s, v)| *s += v * *factor);
+    }
+    sum
+}

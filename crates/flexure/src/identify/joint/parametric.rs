@@ -1,0 +1,195 @@
+//! The physical forms of a flexible joint's curves: each against its free curve in its own equation, then both together.
+
+use super::equations::{Column, Equations, Solution};
+use super::forms::FormName;
+use super::judge::{Against, fitted};
+use super::outcome::{Fitted, JointModel};
+use super::pair::{Free, Pair, combine};
+use super::shaping::{Shape, Shapely, Shaping};
+use crate::linalg::Complex;
+
+/// The noise of each block of equations, and the noisy ones of the fixed columns.
+type Noises<'a> = (Vec<&'a [f64]>, Vec<(usize, usize, &'a [f64])>);
+
+impl Pair<'_> {
+    /// The forms of the stiffness in the motor's equation, and those of the friction in the link's.
+    pub(super) fn forms(
+        &self,
+        free: &Free,
+        solution: &Solution,
+        (kappa, curve): (&[f64], &[f64]),
+        resolution: f64,
+    ) -> Option<(Vec<Fitted>, Vec<Fitted>)> {
+        let largest = self.d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        let sharp = |share: f64| -2.0 * (share * largest).ln();
+        let names = [
+            (FormName::LinearStiffness, vec![vec![]]),
+            (FormName::CubicStiffness, vec![vec![]]),
+            (
+                FormName::Windup,
+                [0.02, 0.06, 0.2, 0.5].map(|s| vec![sharp(s)]).to_vec(),
+            ),
+        ];
+        let (own, _) = self.motor_side(&free.stiffness.1, &free.noise[0])?;
+        let against = Against {
+            squares: own.squares,
+            unknowns: own.x.len(),
+            curve: kappa,
+            x: &self.d,
+            resolution: 1e-3 * largest,
+        };
+        let motor = Self::one(self.motor.iter().cloned());
+        let stiffness = names.into_iter().filter_map(|(form, starts)| {
+            let shapes = vec![self.shape(form, &self.d, vec![1.0], 0.0)];
+            let fixed = motor.clone();
+            let count = fixed.len();
+            let fit = self.shaping(
+                fixed,
+                vec![self.torque.clone()],
+                (vec![&free.noise[0]], self.noisy_motor()),
+                shapes,
+            );
+            Some(fitted(form, false, &fit.fit(&starts)?, (0, count, None), &against))
+        });
+        let stiffness: Vec<Fitted> = stiffness.collect();
+
+        let from = usize::from(self.motor.is_some());
+        let elastic = combine(&free.stiffness.1, &solution.x[from..]);
+        let right: Vec<Complex<f64>> = elastic.iter().map(|v| -v).collect();
+        let columns = std::iter::once(self.link.clone()).chain(free.friction.1.iter().cloned());
+        let own = Equations {
+            columns: Self::one(columns),
+            right: vec![right.clone()],
+            noise: vec![&free.noise[1]],
+            noisy: vec![self.noisy_link(0, 0)],
+        }
+        .solve()?;
+        let against = Against {
+            squares: own.squares,
+            unknowns: own.x.len(),
+            curve,
+            x: &self.v,
+            resolution,
+        };
+        let fastest = self.v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let friction = friction_starts(fastest).into_iter().filter_map(|(form, starts)| {
+            let shapes = vec![self.shape(form, &self.v, vec![-1.0], resolution)];
+            let fixed = Self::one([self.link.clone()].into_iter());
+            let fit = self.shaping(
+                fixed,
+                vec![right.clone()],
+                (vec![&free.noise[1]], vec![self.noisy_link(0, 0)]),
+                shapes,
+            );
+            Some(fitted(form, false, &fit.fit(&starts)?, (0, 1, Some(0)), &against))
+        });
+        Some((stiffness, friction.collect()))
+    }
+
+    fn shape<'b>(&self, form: FormName, x: &'b [f64], signs: Vec<f64>, width: f64) -> Shape<'b> {
+        Shape {
+            terms: form.terms(false),
+            x,
+            signs,
+            width,
+        }
+    }
+
+    fn shaping<'b>(
+        &'b self,
+        fixed: Vec<Column>,
+        right: Vec<Vec<Complex<f64>>>,
+        (noise, noisy): Noises<'b>,
+        shapes: Vec<Shape<'b>>,
+    ) -> Shaping<'b> {
+        Shaping {
+            fixed,
+            right,
+            noise,
+            noisy,
+            shapes,
+            modulation: self.modulation,
+        }
+    }
+
+    /// Both curves in the forms that an arm can have, in both equations.
+    pub(super) fn model(
+        &self,
+        free: &Free,
+        solution: &Solution,
+        [stiffness, friction]: [&[Fitted]; 2],
+        [kappa, curve]: [&[f64]; 2],
+        resolution: f64,
+    ) -> Option<JointModel> {
+        let stiff = best(stiffness, |f| {
+            let factor = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
+            factor("a2") > 0.0
+                && factor("a1") >= 0.0
+                && factor("ksw") >= 0.0
+                && factor("ksw") < factor("a2")
+                && f.parameter("asw").is_none_or(|p| p.identifiable)
+        })
+        .or_else(|| stiffness.first())?;
+        let rub = best(friction, |f| {
+            let smooth = matches!(f.form, FormName::SmoothCoulomb | FormName::SmoothStribeck);
+            let value = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
+            smooth && ["g1", "g4", "g6"].iter().all(|g| value(g) >= 0.0) && value("g2") >= value("g3")
+        })
+        .or_else(|| friction.iter().find(|f| f.form == FormName::SmoothCoulomb))?;
+        let (motor, link) = self.inertias();
+        let count = 1 + usize::from(motor.is_some());
+        let shapes = vec![
+            self.shape(stiff.form, &self.d, vec![1.0, 1.0], 0.0),
+            self.shape(rub.form, &self.v, vec![0.0, -1.0], resolution),
+        ];
+        let noise = free.noise.iter().map(Vec::as_slice).collect();
+        let fixed = motor.into_iter().chain([link]).collect();
+        let noisy = self
+            .noisy_motor()
+            .into_iter()
+            .chain([self.noisy_link(count - 1, 1)])
+            .collect();
+        let shaping = self.shaping(fixed, self.right(), (noise, noisy), shapes);
+        let logs = [stiff.shaped.logs.clone(), rub.shaped.logs.clone()].concat();
+        let fit: Shapely = shaping.fit(&[logs])?;
+        let against = |curve, x, resolution| Against {
+            squares: solution.squares,
+            unknowns: solution.x.len(),
+            curve,
+            x,
+            resolution,
+        };
+        let largest = self.d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        let stiffness = against(kappa, &self.d, 1e-3 * largest);
+        let friction = against(curve, &self.v, resolution);
+        let motor = self.motor.is_some().then_some(0);
+        Some(JointModel {
+            stiffness: fitted(stiff.form, false, &fit, (0, count, motor), &stiffness),
+            friction: fitted(rub.form, false, &fit, (1, count, Some(count - 1)), &friction),
+        })
+    }
+}
+
+fn best(forms: &[Fitted], allowed: impl Fn(&Fitted) -> bool) -> Option<&Fitted> {
+    let allowed = forms.iter().filter(|f| allowed(f));
+    allowed.min_by(|a, b| a.bic.total_cmp(&b.bic))
+}
+
+/// The forms of friction with the starts of their shape parameters' logarithms.
+pub(super) fn friction_starts(fastest: f64) -> [(FormName, Vec<Vec<f64>>); 4] {
+    let logs = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s / fastest).ln()).collect() };
+    let speeds = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s * fastest).ln()).collect() };
+    [
+        (FormName::CoulombViscous, vec![vec![]]),
+        (FormName::Stribeck, vec![speeds(&[0.03]), speeds(&[0.2])]),
+        (FormName::SmoothCoulomb, vec![logs(&[10.0]), logs(&[50.0])]),
+        (
+            FormName::SmoothStribeck,
+            vec![
+                logs(&[60.0, 20.0, 40.0]),
+                logs(&[20.0, 5.0, 50.0]),
+                logs(&[20.0, 5.0, 10.0]),
+            ],
+        ),
+    ]
+}

@@ -1,0 +1,72 @@
+//! A rigid axis in time: the motion that an identified axis would make.
+
+use super::outcome::{Fitted, RigidAxis};
+
+/// Integration steps a sample.
+const SUBSTEPS: usize = 8;
+
+/// What moves the axis.
+#[derive(Debug, Clone, Copy)]
+pub enum AxisDrive<'a> {
+    /// The torque, held from sample to sample.
+    Torque(&'a [f64]),
+    /// A position controller with a velocity loop inside:
+    /// `torque = torque_constant kv (kp (reference - q) - q')`, held from sample to sample.
+    Loop {
+        /// The reference of the position.
+        reference: &'a [f64],
+        /// The position's gain, 1/s.
+        kp: f64,
+        /// The velocity's gain, in the unit of the command a velocity.
+        kv: f64,
+        /// Torque a unit of command.
+        torque_constant: f64,
+    },
+}
+
+impl RigidAxis {
+    /// The positions of the axis with the friction of one of its forms, from a position and a velocity on.
+    ///
+    /// Runge-Kutta's method of order 4, eight steps a sample; one position a sample of the drive.
+    pub fn replay(&self, form: &Fitted, drive: AxisDrive, start: [f64; 2]) -> Vec<f64> {
+        let samples = match drive {
+            AxisDrive::Torque(torque) => torque.len(),
+            AxisDrive::Loop { reference, .. } => reference.len(),
+        };
+        let extra = |symbol: &str| {
+            let found = self.extras.iter().find(|e| e.symbol == symbol);
+            found.map_or(0.0, |e| e.value)
+        };
+        let [cosine, sine, spring] = ["gravity cos", "gravity sin", "spring"].map(extra);
+        let inertia = form.inertia.value;
+        let acceleration = |torque: f64, [q, v]: [f64; 2]| {
+            let position = cosine * q.cos() + sine * q.sin() + spring * q;
+            (torque - form.torque(v) - position) / inertia
+        };
+        let h = self.sample_time / SUBSTEPS as f64;
+        let mut state = start;
+        let mut motion = Vec::with_capacity(samples);
+        for i in 0..samples {
+            motion.push(state[0]);
+            let torque = match drive {
+                AxisDrive::Torque(torque) => torque[i],
+                AxisDrive::Loop {
+                    reference,
+                    kp,
+                    kv,
+                    torque_constant,
+                } => torque_constant * kv * (kp * (reference[i] - state[0]) - state[1]),
+            };
+            for _ in 0..SUBSTEPS {
+                let slope = |s: [f64; 2]| [s[1], acceleration(torque, s)];
+                let ahead = |k: [f64; 2], h: f64| [state[0] + h * k[0], state[1] + h * k[1]];
+                let k1 = slope(state);
+                let k2 = slope(ahead(k1, 0.5 * h));
+                let k3 = slope(ahead(k2, 0.5 * h));
+                let k4 = slope(ahead(k3, h));
+                state = std::array::from_fn(|j| state[j] + h / 6.0 * (k1[j] + 2.0 * (k2[j] + k3[j]) + k4[j]));
+            }
+        }
+        motion
+    }
+}

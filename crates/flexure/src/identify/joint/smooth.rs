@@ -1,0 +1,190 @@
+//! Zero-phase smoothing with a cut-off from the data, and shifts by a part of a sample.
+
+use realfft::RealFftPlanner;
+
+use crate::linalg::Complex;
+
+/// Half the order of the smoothing filter's squared gain, 1 / (1 + (f / fc)^16): flat, with little ringing.
+const STEEPNESS: i32 = 16;
+/// The cut-off in units of the frequency up to which the signal stands out of the noise.
+const MARGIN: f64 = 1.5;
+/// Samples of a segment of the averaged periodogram, at most.
+const SEGMENT: usize = 16_384;
+/// From this share of the sampling rate on, the periodogram is taken for noise.
+const NOISE_FROM: f64 = 0.35;
+/// A line this many times the noise belongs to the signal.
+const STANDS_OUT: f64 = 2.0;
+/// Lines on either side among which most must stand out.
+const NEIGHBOURS: usize = 3;
+/// White noise's spectrum does not fall by more than this from the lower to the upper half of where it is looked for.
+const FLAT: f64 = 1.5;
+
+/// What the spectrum of an encoder's angle tells of its noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Noise {
+    /// The standard deviation of the white part of a sample.
+    pub sd: f64,
+    /// The highest frequency at which the signal stands out of it, Hz.
+    pub band: f64,
+    /// Whether the signal reaches up to where the noise is looked for: sampled too slowly to tell.
+    pub unresolved: bool,
+    /// By how much the spectrum falls from the lower to the upper half of where only noise should be.
+    pub fall: f64,
+}
+
+impl Noise {
+    /// The white noise of a sampled position, and the band of the motion.
+    pub fn of(q: &[f64], step: f64) -> Noise {
+        // Second differences take the slow motion's leakage away; their gain is known.
+        let bent: Vec<f64> = q.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
+        let length = super::fourier::friendly(SEGMENT.min(bent.len() / 8).max(16).min(bent.len()));
+        let power = periodogram(&bent, length);
+        let share = |k: usize| k as f64 / length as f64;
+        let gain = |k: usize| (2.0 * (std::f64::consts::PI * share(k)).sin()).powi(4);
+        let power: Vec<f64> = (0..power.len()).map(|k| power[k] / gain(k).max(1e-30)).collect();
+        let median = |from: f64, to: f64| {
+            let mut part: Vec<f64> = (0..power.len())
+                .filter(|&k| (from..=to).contains(&share(k)))
+                .map(|k| power[k])
+                .collect();
+            part.sort_by(f64::total_cmp);
+            part.get(part.len() / 2).copied().unwrap_or(0.0)
+        };
+        let floor = median(NOISE_FROM, 0.5);
+        // A band, not a single line.
+        let half = NEIGHBOURS.min(power.len() / 8);
+        let last = (half..power.len() - half.min(power.len()))
+            .rev()
+            .find(|&k| {
+                let near = &power[k - half..=k + half];
+                let above = near.iter().filter(|p| **p > STANDS_OUT * floor).count();
+                share(k) < NOISE_FROM && 2 * above > near.len()
+            })
+            .unwrap_or(0);
+        let middle = 0.5 * (NOISE_FROM + 0.5);
+        let fall = median(NOISE_FROM, middle) / median(middle, 0.5).max(f64::MIN_POSITIVE);
+        Noise {
+            sd: floor.sqrt(),
+            band: share(last + 1) / step,
+            unresolved: share(last + 1) > NOISE_FROM - 0.1 && fall > FLAT,
+            fall,
+        }
+    }
+
+    /// The cut-off of the smoothing filter, Hz.
+    pub fn cut_off(&self) -> f64 {
+        MARGIN * self.band
+    }
+
+    /// The standard deviation of the smoothed velocity's noise.
+    pub fn velocity_sd(&self, step: f64) -> f64 {
+        let edge = 2.0 * std::f64::consts::PI * self.cut_off();
+        self.sd * edge * (2.0 * step * self.cut_off() / 3.0).sqrt()
+    }
+}
+
+/// The averaged periodogram with Hann windows that overlap by half: the variance a sample has at each frequency.
+fn periodogram(x: &[f64], length: usize) -> Vec<f64> {
+    let window: Vec<f64> = (0..length)
+        .map(|i| (std::f64::consts::PI * (i as f64 + 0.5) / length as f64).sin().powi(2))
+        .collect();
+    let norm: f64 = window.iter().map(|w| w * w).sum();
+    let fft = RealFftPlanner::new().plan_fft_forward(length);
+    let mut total = vec![0.0; length / 2 + 1];
+    let mut segments = 0;
+    let mut start = 0;
+    while start + length <= x.len() {
+        let mut part: Vec<f64> = window.iter().zip(&x[start..]).map(|(w, x)| w * x).collect();
+        let mut lines = fft.make_output_vec();
+        let _ = fft.process(&mut part, &mut lines);
+        total
+            .iter_mut()
+            .zip(&lines)
+            .for_each(|(t, v)| *t += v.norm_sqr() / norm);
+        segments += 1;
+        start += (length / 2).max(1);
+    }
+    total.iter_mut().for_each(|t| *t /= f64::from(segments.max(1)));
+    total
+}
+
+/// A signal continued at both ends by its reflection in the end point, as a spectrum to filter in.
+///
+/// That is how forward-backward filters treat the ends (Gustafsson 1996): the signal and its slope go on.
+pub(super) struct Reflected {
+    lines: Vec<Complex<f64>>,
+    /// The samples of the signal, and where it begins in the continued one.
+    samples: usize,
+    ahead: usize,
+    length: usize,
+    step: f64,
+    /// The straight line that was taken off: its value at the signal's begin and its slope a sample.
+    line: (f64, f64),
+}
+
+impl Reflected {
+    /// Continues the samples `x`, `step` s apart.
+    pub fn new(x: &[f64], step: f64) -> Self {
+        let n = x.len();
+        let ahead = (n - 1).min(n / 4 + 64);
+        let last = n - 1;
+        let front = (1..=ahead).rev().map(|i| 2.0 * x[0] - x[i]);
+        let back = (1..=ahead).map(|i| 2.0 * x[last] - x[last - i]);
+        let long: Vec<f64> = front.chain(x.iter().copied()).chain(back).collect();
+        // One period: with the line off, the last point would repeat the first.
+        let all = long.len();
+        let slope = (long[all - 1] - long[0]) / (all - 1) as f64;
+        // A length that transforms fast, the line running from end to end of it.
+        let length = all - 1;
+        let mut flat: Vec<f64> = (0..length).map(|i| long[i] - long[0] - slope * i as f64).collect();
+        let fft = RealFftPlanner::new().plan_fft_forward(length);
+        let mut lines = fft.make_output_vec();
+        let _ = fft.process(&mut flat, &mut lines);
+        Reflected {
+            lines,
+            samples: n,
+            ahead,
+            length,
+            step,
+            line: (long[0] + slope * ahead as f64, slope),
+        }
+    }
+
+    fn back(&self, response: impl Fn(f64) -> Complex<f64>) -> Vec<f64> {
+        let spacing = 2.0 * std::f64::consts::PI / (self.length as f64 * self.step);
+        let mut lines: Vec<Complex<f64>> = self
+            .lines
+            .iter()
+            .enumerate()
+            .map(|(k, v)| v * response(spacing * k as f64) / self.length as f64)
+            .collect();
+        // A real signal's lines at both ends are real.
+        let last = lines.len() - 1;
+        lines[0].im = 0.0;
+        if self.length.is_multiple_of(2) {
+            lines[last].im = 0.0;
+        }
+        let inverse = RealFftPlanner::new().plan_fft_inverse(self.length);
+        let mut long = inverse.make_output_vec();
+        let _ = inverse.process(&mut lines, &mut long);
+        long[self.ahead..self.ahead + self.samples].to_vec()
+    }
+
+    /// The smoothed first derivative with this cut-off in Hz.
+    pub fn velocity(&self, cut_off: f64) -> Vec<f64> {
+        let edge = 2.0 * std::f64::consts::PI * cut_off;
+        let mut v = self.back(|w| Complex::new(0.0, w) / (1.0 + (w / edge).powi(STEEPNESS)));
+        v.iter_mut().for_each(|v| *v += self.line.1 / self.step);
+        v
+    }
+
+    /// The signal `ahead` s later: x(t + ahead).
+    pub fn shifted(&self, ahead: f64) -> Vec<f64> {
+        let mut x = self.back(|w| Complex::new(0.0, w * ahead).exp());
+        let shift = ahead / self.step;
+        for (i, v) in x.iter_mut().enumerate() {
+            *v += self.line.0 + self.line.1 * (i as f64 + shift);
+        }
+        x
+    }
+}

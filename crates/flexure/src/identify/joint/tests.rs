@@ -1,0 +1,284 @@
+//! Known joints: what is identified is the truth, and what cannot be is said.
+
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use super::*;
+use crate::Error;
+use crate::manipulator::{Arm, Drive, Model, SimulationOptions, simulate, space_arm};
+
+const STEP: f64 = 1e-3;
+
+/// Sums of sines of the torque at incommensurable frequencies up to 4 Hz.
+fn torque(samples: usize, amplitude: f64) -> Vec<f64> {
+    let lines = [
+        (0.11, 0.0),
+        (0.29, 1.0),
+        (0.53, 2.1),
+        (0.97, 0.4),
+        (1.61, 5.1),
+        (2.43, 3.3),
+        (3.89, 4.2),
+    ];
+    let at = |t: f64| -> f64 { lines.iter().map(|(f, p)| (6.283 * f * t + p).sin()).sum() };
+    (0..samples).map(|i| amplitude * at(i as f64 * STEP)).collect()
+}
+
+fn noisy(x: &[f64], sd: f64, seed: u64) -> Vec<f64> {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    x.iter()
+        .map(|v| {
+            let e: f64 = StandardNormal.sample(&mut rng);
+            v + sd * e
+        })
+        .collect()
+}
+
+/// Motor angle, link angle and torque of the space arm's elbow with its shoulder locked, with noise; the link's inertia.
+fn elbow(seconds: f64) -> ([Vec<f64>; 3], f64) {
+    let mut parameters = space_arm(Model::Nonlinear);
+    parameters.joints[0].locked = true;
+    let arm = Arm::new(parameters).unwrap();
+    let options = SimulationOptions::new(seconds, STEP).unwrap();
+    let rows = options.sampling.rows();
+    let tau = torque(rows, 2.5);
+    let record = simulate(&arm, &Drive::Held([&vec![0.0; rows], &tau]), &options).unwrap();
+    let column = |name: &str, seed| noisy(record.column(name).unwrap(), 1e-5, seed);
+    let log = [column("qm2", 1), column("q2", 2), noisy(&tau, 0.05, 3)];
+    (log, arm.link_dynamics().inertia(0.0)[1][1])
+}
+
+fn flexible<'a>([motor, link, torque]: &'a [Vec<f64>; 3]) -> FlexibleJoint<'a> {
+    FlexibleJoint {
+        motor,
+        link,
+        torque,
+        sample_time: STEP,
+        motor_inertia: None,
+        level: 0.95,
+    }
+}
+
+fn found(joint: FlexibleJoint) -> FlexibleAxis {
+    match joint.identify().unwrap() {
+        JointFound::Flexible(axis) => *axis,
+        JointFound::Rigid(axis) => panic!("{:?}", axis.findings),
+    }
+}
+
+/// Relative L2 distance of a band's estimate from a function, and the share of its points that the band covers.
+fn distance(band: &crate::bands::Band, truth: impl Fn(f64) -> f64) -> (f64, f64) {
+    let (mut off, mut size, mut covered) = (0.0, 0.0, 0);
+    for (i, &x) in band.x[0].iter().enumerate() {
+        let y = truth(x);
+        off += (band.estimate[i] - y).powi(2);
+        size += y * y;
+        covered += usize::from((band.lower[i]..=band.upper[i]).contains(&y));
+    }
+    ((off / size).sqrt(), covered as f64 / band.x[0].len() as f64)
+}
+
+#[test]
+fn the_space_arms_elbow_is_found_with_its_wind_up() {
+    let (log, inertia) = elbow(40.0);
+    let axis = found(flexible(&log));
+    let near = |name: &str, value: f64, truth: f64, share: f64| {
+        assert!(
+            (value - truth).abs() < share * truth,
+            "{name} = {value}, but it is {truth}"
+        );
+    };
+    near("Jm", axis.motor_inertia.value, 1.0, 0.002);
+    near("M", axis.link_inertia.value, inertia, 0.002);
+    let arm = space_arm(Model::Nonlinear).joints[1];
+    let kappa = crate::manipulator::Stiffness {
+        cubic: arm.cubic,
+        linear: arm.linear,
+        windup: arm.windup,
+        windup_sharpness: arm.windup_sharpness,
+    };
+    let friction = arm.friction.unwrap();
+    for (name, (off, covered)) in [
+        ("kappa", distance(&axis.stiffness, |d| kappa.torque(d))),
+        ("friction", distance(&axis.friction, |v| friction.torque(v))),
+    ] {
+        assert!(off < 0.01, "{name} is {off} from the truth");
+        assert!(covered > 0.8, "the band of {name} covers {covered}");
+    }
+    let model = &axis.model;
+    assert_eq!(model.stiffness.form, FormName::Windup);
+    near("ksw", model.stiffness.parameter("ksw").unwrap().value, 10.0, 0.1);
+    near("asw", model.stiffness.parameter("asw").unwrap().value, 3000.0, 0.15);
+    // The forms without wind-up are refuted.
+    let cubic = axis
+        .stiffness_forms
+        .iter()
+        .find(|f| f.form == FormName::CubicStiffness)
+        .unwrap();
+    assert!(cubic.lack_of_fit.p_value < 1e-6);
+    // The torque is held: half a sample late, which is said.
+    assert!(
+        matches!(axis.findings[..], [Finding::TorqueDelay { held: true, .. }]),
+        "{:?}",
+        axis.findings
+    );
+}
+
+#[test]
+fn a_skew_between_the_encoders_is_found_and_taken_back() {
+    let (log, _) = elbow(30.0);
+    let late = 4;
+    let n = log[0].len();
+    let log = [
+        log[0][late..].to_vec(),
+        log[1][..n - late].to_vec(),
+        log[2][late..].to_vec(),
+    ];
+    let axis = found(flexible(&log));
+    assert!((axis.skew.value - 0.004).abs() < 1e-4, "{:?}", axis.skew);
+    let a2 = axis.model.stiffness.parameter("a2").unwrap().value;
+    assert!((a2 - 500.0).abs() < 2.0, "{a2}");
+    let said = axis.findings.iter().map(ToString::to_string).collect::<String>();
+    assert!(
+        said.contains("the link's samples are") && said.contains("later than the motor's"),
+        "{said}"
+    );
+}
+
+/// A rigid axis of inertia 20 with friction, by Euler's method with short steps; position and torque with noise.
+fn axis(samples: usize, bias: f64) -> (Vec<f64>, Vec<f64>) {
+    let tau: Vec<f64> = torque(samples, 3.0).iter().map(|t| t + bias).collect();
+    let (mut q, mut v) = (0.0, 0.0);
+    let mut position = Vec::new();
+    for t in &tau {
+        position.push(q);
+        for _ in 0..10 {
+            v += (t - 2.0 * (200.0_f64 * v).tanh() - 4.0 * v) / 20.0 * STEP / 10.0;
+            q += v * STEP / 10.0;
+        }
+    }
+    (noisy(&position, 1e-5, 5), noisy(&tau, 0.05, 6))
+}
+
+fn rigid<'a>(position: &'a [f64], torque: &'a [f64]) -> RigidJoint<'a> {
+    RigidJoint {
+        position,
+        torque,
+        velocity: None,
+        sample_time: STEP,
+        extras: &[],
+        level: 0.95,
+    }
+}
+
+#[test]
+fn a_rigid_axis_has_its_inertia_and_friction() {
+    let (position, torque) = axis(40_000, 0.0);
+    let found = rigid(&position, &torque).identify().unwrap();
+    assert!((found.inertia.value - 20.0).abs() < 0.05, "{:?}", found.inertia);
+    let (off, covered) = distance(&found.friction, |v| 2.0 * (200.0 * v).tanh() + 4.0 * v);
+    assert!(off < 0.02 && covered > 0.8, "{off} {covered}");
+    let form = found.forms.iter().find(|f| f.form == FormName::SmoothCoulomb).unwrap();
+    for (symbol, truth, tolerance) in [
+        ("g4", 2.0, 0.02),
+        ("g6", 4.0, 0.1),
+        ("g5", 200.0, 10.0),
+        ("F0", 0.0, 0.02),
+    ] {
+        let p = form.parameter(symbol).unwrap();
+        assert!((p.value - truth).abs() < tolerance, "{p:?}");
+    }
+    // The simulation holds the torque.
+    assert!(
+        matches!(found.findings[..], [Finding::TorqueDelay { held: true, .. }]),
+        "{:?}",
+        found.findings
+    );
+    // Twice the torque is twice all of it.
+    let double: Vec<f64> = torque.iter().map(|t| 2.0 * t).collect();
+    let twice = rigid(&position, &double).identify().unwrap();
+    assert!((twice.inertia.value - 2.0 * found.inertia.value).abs() < 1e-3 * found.inertia.value);
+    // The same motion comes back.
+    let start = [position[0], found.velocity[0]];
+    let smooth = found.forms.iter().find(|f| f.form == FormName::SmoothCoulomb).unwrap();
+    let replayed = found.replay(smooth, AxisDrive::Torque(&torque), start);
+    let error: f64 = replayed.iter().zip(&position).map(|(a, b)| (a - b).powi(2)).sum();
+    assert!((error / position.len() as f64).sqrt() < 0.05, "{error}");
+}
+
+#[test]
+fn a_rigid_joint_is_no_flexible_one_even_with_skewed_encoders() {
+    let (position, torque) = axis(30_000, 0.0);
+    let n = position.len();
+    let clean = noisy(&position, 1e-5, 9);
+    for late in [0, 4] {
+        let log = [
+            position[late..].to_vec(),
+            clean[..n - late].to_vec(),
+            torque[late..].to_vec(),
+        ];
+        let JointFound::Rigid(axis) = flexible(&log).identify().unwrap() else {
+            panic!("a flexible joint was seen");
+        };
+        assert!((axis.inertia.value - 20.0).abs() < 0.1, "{:?}", axis.inertia);
+        let said: Vec<String> = axis.findings.iter().map(ToString::to_string).collect();
+        assert!(said[0].starts_with("no flexibility is seen"), "{said:?}");
+        assert_eq!(said.iter().any(|s| s.contains("4.0")), late > 0, "{said:?}");
+    }
+}
+
+#[test]
+fn bad_logs_are_refused_or_remarked_on() {
+    let (position, torque) = axis(20_000, 0.0);
+    let message = |error: Error| error.to_string();
+    // Wrapped.
+    let wrapped: Vec<f64> = position
+        .iter()
+        .map(|q| (q + 3.1).rem_euclid(6.283_185_307_179_586))
+        .collect();
+    let error = rigid(&wrapped, &torque).identify();
+    if wrapped.windows(2).any(|w| (w[1] - w[0]).abs() > 6.0) {
+        assert!(message(error.unwrap_err()).contains("unwrap the angle first"));
+    }
+    // Too short.
+    let error = rigid(&position[..150], &torque[..150]).identify().unwrap_err();
+    assert_eq!(
+        message(error),
+        "a joint's friction and inertia needs at least 200 samples, but there are 150"
+    );
+    // Too slow.
+    let every = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(80).collect() };
+    let (q, t) = (every(&position), every(&torque));
+    let slow = RigidJoint {
+        sample_time: 0.08,
+        ..rigid(&q, &t)
+    };
+    let said = match slow.identify() {
+        Err(error) => message(error),
+        Ok(found) => found.findings.iter().map(ToString::to_string).collect(),
+    };
+    assert!(said.contains("sample faster"), "{said}");
+    // Clipped.
+    let clipped: Vec<f64> = torque.iter().map(|t| t.clamp(-5.0, 5.0)).collect();
+    let found = rigid(&position, &clipped).identify().unwrap();
+    assert!(
+        matches!(found.findings[0], Finding::ClippedTorque { .. }),
+        "{:?}",
+        found.findings
+    );
+    // One way.
+    let (position, torque) = axis(30_000, 25.0);
+    let found = rigid(&position, &torque).identify().unwrap();
+    assert!(
+        matches!(found.findings[0], Finding::NeverReverses { .. }),
+        "{:?}",
+        found.findings
+    );
+    // Nonsense.
+    let error = RigidJoint {
+        sample_time: f64::NAN,
+        ..rigid(&position, &torque)
+    };
+    assert!(matches!(error.identify(), Err(Error::InvalidParameter { .. })));
+}

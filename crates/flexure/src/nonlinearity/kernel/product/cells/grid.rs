@@ -1,0 +1,103 @@
+//! Every cell that could hold points has a number: that of its coordinates, the last one's digit last.
+
+use std::ops::Range;
+
+use super::{Ends, Rule, SLICES, push};
+
+/// Points whose cells are found together.
+const BLOCK: usize = 256;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    /// Cells along every dimension.
+    spans: Vec<usize>,
+    /// Cell c holds the points `starts[c]..starts[c + 1]`.
+    starts: Vec<u32>,
+}
+
+impl Grid {
+    /// The points, between `ends` along every dimension, are ordered by counting.
+    pub fn new(rule: &Rule, x: &[&[f64]], ends: &[(f64, f64)]) -> (Grid, Vec<u32>) {
+        let n = x[0].len();
+        let last = |(j, ends): (usize, &(f64, f64))| rule.coordinate(j, ends.1) as usize;
+        let spans: Vec<usize> = ends.iter().enumerate().map(|end| last(end) + 1).collect();
+        // Found twice rather than kept: new memory costs more than the arithmetic.
+        let mut keys = [0_u32; BLOCK];
+        let find = |keys: &mut [u32; BLOCK], block: Range<usize>| {
+            let keys = &mut keys[..block.len()];
+            keys.fill(0);
+            for (j, column) in x.iter().enumerate() {
+                let (origin, rate, span) = (rule.origin[j], rule.rate[j], spans[j] as u32);
+                for (key, x) in keys.iter_mut().zip(&column[block.clone()]) {
+                    // As signed, for which there is an instruction.
+                    *key = *key * span + ((x - origin) * rate) as i32 as u32;
+                }
+            }
+        };
+        let blocks = || (0..n).step_by(BLOCK).map(|start| start..n.min(start + BLOCK));
+        // Two cells ahead: after the counts have been added up `starts[c + 1]` is the start of cell c, and after
+        // all points have found their places its end.
+        let mut starts = vec![0_u32; spans.iter().product::<usize>() + 2];
+        for block in blocks() {
+            find(&mut keys, block.clone());
+            for &key in &keys[..block.len()] {
+                starts[key as usize + 2] += 1;
+            }
+        }
+        let mut total = 0;
+        for start in &mut starts {
+            total += *start;
+            *start = total;
+        }
+        let mut order = vec![0; n];
+        for block in blocks() {
+            find(&mut keys, block.clone());
+            for (i, &key) in block.zip(&keys) {
+                let start = &mut starts[key as usize + 1];
+                order[*start as usize] = i as u32;
+                *start += 1;
+            }
+        }
+        starts.pop();
+        (Grid { spans, starts }, order)
+    }
+
+    pub fn groups(&self) -> Vec<Range<usize>> {
+        let Some(&span) = self.spans.last() else {
+            return Vec::new();
+        };
+        let mut groups = Vec::new();
+        for row in (0..self.starts.len() - 1).step_by(span) {
+            for cell in (row..row + span).step_by(SLICES) {
+                let next = (cell + SLICES).min(row + span);
+                let group = self.starts[cell] as usize..self.starts[next] as usize;
+                if !group.is_empty() {
+                    groups.push(group);
+                }
+            }
+        }
+        groups
+    }
+
+    pub fn runs(&self, ends: &Ends, runs: &mut Vec<Range<usize>>) {
+        let mut within: [(usize, usize); super::MOST] = [(0, 0); super::MOST];
+        for (j, &span) in self.spans.iter().enumerate() {
+            let (low, high) = (ends[j].0.max(0), ends[j].1.min(span as i64 - 1));
+            if low > high {
+                return;
+            }
+            within[j] = (low as usize, high as usize);
+        }
+        self.descend(0, 0, &within[..self.spans.len()], runs);
+    }
+
+    /// The runs along the dimensions `within` from the `j`-th on, of the cells whose first digits are `before`.
+    fn descend(&self, j: usize, before: usize, within: &[(usize, usize)], runs: &mut Vec<Range<usize>>) {
+        let first = before * self.spans[j];
+        let (low, high) = (first + within[0].0, first + within[0].1);
+        match &within[1..] {
+            [] => push(self.starts[low] as usize..self.starts[high + 1] as usize, runs),
+            rest => (low..=high).for_each(|cell| self.descend(j + 1, cell, rest, runs)),
+        }
+    }
+}

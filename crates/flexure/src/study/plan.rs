@@ -1,0 +1,214 @@
+//! Monte Carlo studies: every setting at every number of samples, many times.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::table::{RatePoint, RateResult, RateTable};
+use crate::error::{Error, Result};
+
+/// The fewest runs that give a standard error worth the name.
+const FEWEST_RUNS: usize = 20;
+
+/// The mean squared error of one estimate, from so many samples drawn by this seed; nothing where there is no estimate.
+pub type OneRun<'a> = Box<dyn Fn(usize, u64) -> Result<Option<f64>> + Sync + 'a>;
+
+/// What a study measures: an estimator's error over the number of samples.
+pub trait Experiment {
+    /// A name of one line.
+    fn name(&self) -> String;
+
+    /// The exponent of the error in n that theory gives.
+    fn exponent(&self) -> f64;
+
+    /// Whether the error is of exactly that order, or the exponent a bound, below which the error may fall.
+    fn sharp(&self) -> bool;
+
+    /// Whether the setting makes sense.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a value outside its range.
+    fn check(&self) -> Result<()>;
+
+    /// One run of the experiment, everything prepared that does not change from run to run.
+    fn prepared(&self) -> OneRun<'_>;
+}
+
+/// A convergence study.
+///
+/// | parameter | purpose | valid range |
+/// |---|---|---|
+/// | `settings` | what is measured | not empty |
+/// | `lengths` | numbers of samples n | at least two, increasing, from 10 |
+/// | `runs` | Monte Carlo runs for each | at least 20 |
+/// | `seed` | of all random numbers | |
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Study<S> {
+    /// What is measured.
+    pub settings: Vec<S>,
+    /// The numbers of samples, increasing.
+    pub lengths: Vec<usize>,
+    /// Monte Carlo runs for each setting and number of samples.
+    pub runs: usize,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+impl<S: Experiment + Clone + Sync> Study<S> {
+    /// Runs the whole study. `progress` is called now and then with the samples drawn so far and in all, and stops the
+    /// study by returning [`ControlFlow::Break`]; see [`Checkpoint`] for one that can be resumed.
+    ///
+    /// The result depends on the study alone, not on the number of threads.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a study outside the valid ranges, [`Error::Stopped`] if `progress` stopped it, and
+    /// those of the estimators.
+    pub fn run(&self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<RateTable<S>> {
+        Checkpoint::new(self.clone()).run(progress)
+    }
+
+    fn check(&self) -> Result<()> {
+        for (what, need, got, requirement) in [
+            ("settings", 1, self.settings.len(), "at least 1"),
+            ("lengths", 2, self.lengths.len(), "at least 2"),
+            ("runs", FEWEST_RUNS, self.runs, "at least 20"),
+        ] {
+            if got < need {
+                return Err(Error::InvalidParameter {
+                    name: format!("the number of {what} of a rate study"),
+                    value: got as f64,
+                    requirement,
+                });
+            }
+        }
+        let mut previous = 9;
+        for (i, &n) in self.lengths.iter().enumerate() {
+            if n <= previous {
+                return Err(Error::InvalidParameter {
+                    name: format!("lengths[{i}]"),
+                    value: n as f64,
+                    requirement: "at least 10, and greater than the one before it",
+                });
+            }
+            previous = n;
+        }
+        self.settings.iter().try_for_each(S::check)
+    }
+
+    /// The samples of one setting at one n.
+    fn cost(&self, n: usize) -> usize {
+        n.saturating_mul(self.runs)
+    }
+
+    /// The runs between two calls of the progress: a second or so of the slower ones.
+    fn batch(&self, n: usize) -> usize {
+        (4_000_000 / n).clamp(1, self.runs)
+    }
+}
+
+/// One seed for each setting, n and run, whatever else the study contains.
+fn seed_of(seed: u64, setting: usize, n: usize, run: usize) -> u64 {
+    [setting, n, run]
+        .iter()
+        .fold(seed, |state, &v| mix(state.wrapping_add(mix(v as u64))))
+}
+
+/// The finaliser of SplitMix64 (Steele, Lea & Flood 2014) after its increment.
+fn mix(v: u64) -> u64 {
+    let v = v.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let v = (v ^ (v >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let v = (v ^ (v >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    v ^ (v >> 31)
+}
+
+/// A study with what it has measured so far: save it, and a study that was stopped goes on where it was.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint<S> {
+    study: Study<S>,
+    /// By setting, then n.
+    done: BTreeMap<usize, BTreeMap<usize, RatePoint>>,
+}
+
+impl<S: Experiment + Clone + Sync> Checkpoint<S> {
+    /// A study of which nothing has been measured.
+    pub fn new(study: Study<S>) -> Self {
+        Checkpoint {
+            study,
+            done: BTreeMap::new(),
+        }
+    }
+
+    /// The study.
+    pub fn study(&self) -> &Study<S> {
+        &self.study
+    }
+
+    /// The samples drawn for what has been measured.
+    pub fn spent(&self) -> usize {
+        let lengths = self.done.values().flat_map(|d| d.keys());
+        lengths.map(|&n| self.study.cost(n)).sum()
+    }
+
+    /// Measures what is missing. As [`Study::run`], but what was measured before a stop is kept in `self`.
+    ///
+    /// # Errors
+    /// Those of [`Study::run`].
+    pub fn run(&mut self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<RateTable<S>> {
+        while self.step(progress)? {}
+        // The last call is only news; there is nothing left to stop.
+        let _ = progress(self.spent(), self.total());
+        Ok(self.table())
+    }
+
+    /// The samples of the whole study.
+    pub fn total(&self) -> usize {
+        let each: usize = self.study.lengths.iter().map(|&n| self.study.cost(n)).sum();
+        each.saturating_mul(self.study.settings.len())
+    }
+
+    /// Measures the next missing error, of one setting at one n; false if none is missing. In between is the time to save.
+    ///
+    /// # Errors
+    /// Those of [`Study::run`]; what this step had measured before a stop is lost.
+    pub fn step(&mut self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<bool> {
+        self.study.check()?;
+        let study = &self.study;
+        let measured = |s: usize, n: usize| self.done.get(&s).is_some_and(|done| done.contains_key(&n));
+        let mut points = (0..study.settings.len()).flat_map(|s| study.lengths.iter().map(move |&n| (s, n)));
+        let Some((s, n)) = points.find(|&(s, n)| !measured(s, n)) else {
+            return Ok(false);
+        };
+        let (mut spent, total) = (self.spent(), self.total());
+        let one_run = study.settings[s].prepared();
+        let mut errors = Vec::with_capacity(study.runs);
+        let batch = study.batch(n);
+        for first in (0..study.runs).step_by(batch) {
+            if progress(spent, total).is_break() {
+                return Err(Error::Stopped { done: spent, total });
+            }
+            let runs = first..study.runs.min(first + batch);
+            spent += n * runs.len();
+            let squared: Result<Vec<Option<f64>>> = runs
+                .into_par_iter()
+                .map(|run| one_run(n, seed_of(study.seed, s, n, run)))
+                .collect();
+            errors.extend(squared?);
+        }
+        self.done.entry(s).or_default().insert(n, RatePoint::new(n, &errors));
+        Ok(true)
+    }
+
+    /// What has been measured so far.
+    pub fn table(&self) -> RateTable<S> {
+        let settings = &self.study.settings;
+        let result = |(s, setting): (usize, &S)| {
+            let points = self.done.get(&s).into_iter().flat_map(|d| d.values().copied());
+            RateResult::new(setting.clone(), points.collect(), settings.len())
+        };
+        RateTable {
+            results: settings.iter().enumerate().map(result).collect(),
+        }
+    }
+}
