@@ -64,7 +64,7 @@ struct Parts {
     nonlinearity: Nonlinearity,
     linear: Vec<LinearPart>,
     choices: Vec<Choice>,
-    candidates: Option<Table>,
+    candidates: Vec<Table>,
 }
 
 /// Puts the page together; the truth among the decorations is the parts' business.
@@ -137,7 +137,8 @@ fn assembled(file: &RecordFile, judged: &Judged, parts: Parts, decoration: Decor
     })
 }
 
-fn fact(name: &str, value: String, note: &str) -> Fact {
+/// A number with its name and a few words that explain it.
+pub fn fact(name: &str, value: String, note: &str) -> Fact {
     Fact {
         name: name.to_owned(),
         value,
