@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 
 use crate::outcome::{self, SETTLED, Signals, number};
 use crate::structure::Structure;
+use crate::tuning;
 
 /// What all methods of this kind do.
 const METHOD: &str = "prediction-error";
@@ -86,7 +87,7 @@ impl LinearBlock {
 /// An identified cascade with all that was chosen on the way.
 pub struct Cascade {
     pub structure: Structure,
-    /// For reading, for example "Wiener-Hammerstein".
+    /// For reading, within a sentence; for example "Wiener-Hammerstein".
     pub title: &'static str,
     /// What the structure is, in words.
     pub words: &'static str,
@@ -125,7 +126,7 @@ impl From<LinearIdentification> for Cascade {
     fn from(result: LinearIdentification) -> Self {
         Cascade {
             structure: Structure::Linear,
-            title: "Linear",
+            title: "linear",
             words: "linear dynamics alone",
             model: result.model,
             start: "the order of the linear approximation with the smallest Schwarz criterion",
@@ -259,6 +260,7 @@ impl Cascade {
         let mut object = json!({
             "structure": self.structure.name(),
             "method": METHOD,
+            "start": self.start,
             "order": self.order(),
             "delay": self.delay(),
             "nonlinearity": (self.nonlinearity.as_ref())
@@ -308,7 +310,12 @@ impl Cascade {
     /// A short account for a terminal.
     pub fn summary(&self, signals: &Signals) -> String {
         let mut lines = vec![
-            format!("{} model from '{}' to '{}'", self.title, signals.input, signals.output),
+            format!(
+                "{} model from '{}' to '{}'",
+                tuning::capitalised(self.title),
+                signals.input,
+                signals.output
+            ),
             outcome::fit_line(&self.verdict),
         ];
         lines.extend(self.front.iter().flat_map(linear_lines));
