@@ -2,7 +2,8 @@
 //!
 //! The error is regressed on powers of the input and of the prediction, each at several lags, on one half of the fresh samples and
 //! predicted on the other, in turn. What the regression explains there is not noise; the rest bounds the noise from above, without
-//! any assumption on its colour.
+//! any assumption on its colour. Few samples bear few regressors: regressions on the input alone, and on input and prediction, reach
+//! farther back then, and the one that explains most counts.
 
 use crate::linalg;
 use crate::linear::correlation::{mean, variance};
@@ -18,14 +19,21 @@ const RIDGE: f64 = 1e-6;
 
 /// The share of the error's variance that is explained out of sample; zero if nothing is, or the samples are too few.
 pub(super) fn explained(error: &[f64], u: &[f64], predicted: &[f64]) -> f64 {
+    let (u, p) = (moderate(u), moderate(predicted));
+    let power = |v: &[f64], k: i32| standardised(&v.iter().map(|x| x.powi(k)).collect::<Vec<f64>>());
+    let (u2, p2, p3) = (power(&u, 2), power(&p, 2), power(&p, 3));
+    let signals: [&[f64]; 5] = [&u, &p, &u2, &p2, &p3];
+    let sets = [1, 2, 5].map(|count| explained_by(error, &signals[..count]));
+    sets.into_iter().fold(0.0, f64::max)
+}
+
+/// The same by these signals, as far back as the samples allow.
+fn explained_by(error: &[f64], signals: &[&[f64]]) -> f64 {
     let n = error.len();
-    let lags = LAGS.min(n / 2 / SAMPLES_PER_REGRESSOR / 5);
+    let lags = LAGS.min(n / 2 / SAMPLES_PER_REGRESSOR / signals.len());
     if lags == 0 {
         return 0.0;
     }
-    let (u, p) = (moderate(u), moderate(predicted));
-    let power = |v: &[f64], k: i32| standardised(&v.iter().map(|x| x.powi(k)).collect::<Vec<f64>>());
-    let signals = [power(&u, 2), power(&p, 2), power(&p, 3), u, p];
     let columns: Vec<&[f64]> = signals
         .iter()
         .flat_map(|s| (0..lags).map(move |lag| &s[lags - 1 - lag..n - lag]))
@@ -94,6 +102,17 @@ mod tests {
             .collect();
         let share = explained(&missed, &u, &p);
         assert!((share - 2.0 / 3.0).abs() < 0.08, "{share}");
+    }
+
+    #[test]
+    fn few_samples_are_spent_on_lags_of_the_input() {
+        let (u, p, e) = (white(250, 4), white(250, 5), white(250, 6));
+        let late: Vec<f64> = (0..250)
+            .map(|t| e[t] + if t >= 9 { 2.0 * u[t - 9] } else { 0.0 })
+            .collect();
+        let share = explained(&late, &u, &p);
+        assert!(share > 0.6 && share < 0.9, "{share}");
+        assert!(explained(&e, &u, &p) < 0.1);
     }
 
     #[test]

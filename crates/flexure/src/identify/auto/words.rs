@@ -11,9 +11,23 @@ impl fmt::Display for Refutation {
             Refutation::Test(t) => write!(f, "the test '{}' (p {})", t.kind.name(), Probability(t.p_value)),
             Refutation::Comparison { better, ratio, p_value } => write!(
                 f,
-                "{better}, whose squared error is {ratio:.3} times smaller (p {})",
+                "{better}, whose squared error is {} times smaller (p {})",
+                Factor(*ratio),
                 Probability(*p_value)
             ),
+        }
+    }
+}
+
+/// A factor above 1: to three decimals where it is near 1, to whole numbers where it is large.
+struct Factor(f64);
+
+impl fmt::Display for Factor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            r if r < 10.0 => write!(f, "{r:.3}"),
+            r if r < 1e4 => write!(f, "{r:.0}"),
+            r => write!(f, "{r:.1e}"),
         }
     }
 }
