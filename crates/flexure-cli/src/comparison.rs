@@ -5,7 +5,6 @@ use flexure_report::data::{Page, Table};
 use serde_json::{Value, json};
 
 use crate::outcome::number;
-use crate::page::fact;
 use crate::structure;
 
 /// The outcome of a comparison of structures.
@@ -115,14 +114,14 @@ impl Comparison {
                 "The data support {structure} and {} alike",
                 self.as_good.iter().map(|s| s.name()).collect::<Vec<_>>().join(" and ")
             ),
-            None => "None of these structures: the data refute them all".to_owned(),
+            None if self.candidates.iter().all(|c| !c.refuted_by.is_empty()) => {
+                "None of these structures: the data refute them all".to_owned()
+            }
+            None => "None of these structures is supported by the data".to_owned(),
         };
         let first = self.reasons.first().cloned().into_iter().chain(self.reservation());
         let words: Vec<String> = first.chain([std::mem::take(&mut page.verdict.words)]).collect();
         page.verdict.words = words.join(" ");
-        let compared: Vec<&str> = Structure::ALL.iter().map(|s| s.name()).collect();
-        let note = format!("what the data support, of {}", compared.join(", "));
-        page.facts.insert(0, fact("Structure", self.answer(), &note));
         page.candidates.insert(0, self.table());
     }
 

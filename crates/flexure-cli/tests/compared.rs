@@ -176,7 +176,6 @@ fn the_structure_is_named_and_the_others_are_refuted() {
         "Structures that were compared",
         "Structures that were tried",
         "Wiener, whose squared error is",
-        "what the data support, of linear, Hammerstein, Wiener, Wiener-Hammerstein",
     ] {
         assert!(page.contains(words), "{words}");
     }
@@ -230,7 +229,7 @@ fn none_of_these_is_a_verdict() {
         assert!(words.contains(line), "{line}: {words}");
     }
     let page = folder.read("page.html");
-    assert!(page.contains("None of these structures: the data refute them all") && page.contains(">none of these<"));
+    assert!(page.contains("None of these structures: the data refute them all"));
     let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
     let comparison = &model["identification"]["comparison"];
     assert_eq!(

@@ -137,8 +137,7 @@ fn assembled(file: &RecordFile, judged: &Judged, parts: Parts, decoration: Decor
     })
 }
 
-/// A number with its name and a few words that explain it.
-pub fn fact(name: &str, value: String, note: &str) -> Fact {
+fn fact(name: &str, value: String, note: &str) -> Fact {
     Fact {
         name: name.to_owned(),
         value,
