@@ -14,6 +14,9 @@ const NORMAL_MAD: f64 = 0.674_489_750_196_082;
 pub(super) const AS_GOOD: f64 = 0.02;
 /// Of the error's variance, what a general function of the input may explain if the error is to be called noise.
 pub(super) const NEAR_NOISE: f64 = 0.1;
+/// The share of the output's variance that a candidate explains if its error is to be called small. A right structure with much
+/// noise is not refuted in the first place, and of a wrong one's large error the regression may find little.
+const MOST: f64 = 0.9;
 
 /// A candidate's fresh errors, and what was found about them.
 pub(super) struct Judged<'a> {
@@ -122,10 +125,11 @@ pub(super) fn judge(candidates: &[Judged<'_>], u: &[f64]) -> Judgement {
         explained(&c.errors, u, c.predicted)
     };
     let enough = c.verdict.measures.fit_percent > 0.0 && c.verdict.residuals.is_some();
+    let small = c.verdict.measures.r_squared >= MOST;
     Judgement {
         chosen,
         ties: tier.into_iter().filter(|i| *i != chosen).collect(),
-        supported: enough && (refuted_by[chosen].is_empty() || not_noise < NEAR_NOISE),
+        supported: enough && (refuted_by[chosen].is_empty() || not_noise < NEAR_NOISE && small),
         refuted_by,
         not_noise,
     }

@@ -196,7 +196,12 @@ fn identify_error(record: &Record, method: Auto) -> Error {
 
 /// Candidates that all predict the same of outputs with these errors.
 fn judged_with(errors: &[(Structure, Vec<f64>)], u: &[f64]) -> (usize, Vec<usize>, bool, f64) {
-    let predicted: Vec<f64> = u.iter().map(|u| 10.0 * u).collect();
+    judged_at(10.0, errors, u)
+}
+
+/// The same, with predictions of this size.
+fn judged_at(size: f64, errors: &[(Structure, Vec<f64>)], u: &[f64]) -> (usize, Vec<usize>, bool, f64) {
+    let predicted: Vec<f64> = u.iter().map(|u| size * u).collect();
     let with = |e: &[f64]| predicted.iter().zip(e).map(|(p, e)| p + e).collect();
     let outputs: Vec<Vec<f64>> = errors.iter().map(|(_, e)| with(e)).collect();
     let verdicts: Vec<Verdict> = outputs
@@ -249,6 +254,9 @@ fn a_few_wild_samples_decide_nothing_and_what_the_input_explains_does() {
     let missed = |share: f64| -> Vec<f64> { u.iter().zip(&e).map(|(u, e)| e + share * (u * u - 1.0)).collect() };
     let (_, _, supported, not_noise) = judged_with(&[(Structure::Linear, missed(0.15))], &u);
     assert!(supported && not_noise > 0.01 && not_noise < 0.1, "{not_noise}");
+    // The same where the error is not small beside the output.
+    let (_, _, supported, not_noise) = judged_at(1.0, &[(Structure::Linear, missed(0.15))], &u);
+    assert!(!supported && not_noise < 0.1, "{not_noise}");
     let (_, _, supported, not_noise) = judged_with(&[(Structure::Linear, missed(1.0))], &u);
     assert!(!supported && (not_noise - 2.0 / 3.0).abs() < 0.08, "{not_noise}");
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::judge::Judgement;
+use super::judge::{Judgement, NEAR_NOISE};
 use super::{Refutation, Structure, StructureCandidate};
 
 impl fmt::Display for Refutation {
@@ -54,11 +54,15 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) 
     let mut all = vec![match (judgement.supported, tests) {
         (true, 0) => format!("The data support {name}: no simpler structure predicts as well, and no test refutes it."),
         (true, _) => format!(
-            "The data support {name}: no simpler structure predicts as well. A test sees that it is not exact, but only \
-             {percent:.1} % of its squared error is anything but noise."
+            "The data support {name}: no simpler structure predicts as well. A test sees that it is not exact, but a \
+             regression of its error on the input finds only {percent:.1} % of the squared error to depend on it."
         ),
         (false, 0) => format!(
             "The data support none of the structures: the best, {name}, explains nothing or could not be tested."
+        ),
+        (false, _) if judgement.not_noise < NEAR_NOISE => format!(
+            "The data support none of these structures: the best, {name}, is refuted, and its error is too large to be taken for \
+             noise. Nonlinear feedback or parallel branches would do that."
         ),
         (false, _) => format!(
             "The data support none of these structures: the best, {name}, is refuted, and at least {percent:.1} % of its \
