@@ -11,7 +11,6 @@ use flexure::identify::{Auto, Linear, Structure, Verdict, Warning, Wiener, Wiene
 use proptest::prelude::*;
 
 use super::robustness::{Case, case, simulate};
-use super::*;
 
 /// Cases that run unless the environment names another number.
 const CASES: u32 = 10;
