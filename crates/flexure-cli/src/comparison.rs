@@ -93,13 +93,13 @@ impl Comparison {
     pub fn lines(&self, input: &str, output: &str) -> Vec<String> {
         let mut lines = vec![
             format!("Structure from '{input}' to '{output}': {}", self.answer()),
-            format!("  {:<20} {:>8} {:>11} {:>11}", "", "fit", "RMS error", "parameters"),
+            format!("  {:<20} {:>10} {:>11} {:>11}", "", "fit", "RMS error", "parameters"),
         ];
         lines.extend(self.candidates.iter().map(|c| {
             let refuted = if c.refuted_by.is_empty() { "" } else { "  refuted" };
             let (fit, rms) = (format!("{:.2} %", c.fit_percent), number(c.rms));
             let name = c.structure.name();
-            format!("  {name:<20} {fit:>8} {rms:>11} {:>11}{refuted}", c.parameters)
+            format!("  {name:<20} {fit:>10} {rms:>11} {:>11}{refuted}", c.parameters)
         }));
         lines.extend(self.sentences().map(|s| format!("  {s}")));
         lines
@@ -107,11 +107,15 @@ impl Comparison {
 
     /// Puts the comparison onto the page of the chosen structure.
     pub fn show_on(&self, page: &mut Page) {
-        page.verdict.holds = self.supported.is_some();
+        let exact = |c: &StructureCandidate| c.structure == self.chosen && c.refuted_by.is_empty();
+        page.verdict.holds = self.supported.is_some() && self.candidates.iter().any(exact);
+        let reserve = if page.verdict.holds { "" } else { ", though not exactly" };
         page.verdict.headline = match self.supported {
-            Some(structure) if self.as_good.is_empty() => format!("The data support one structure: {structure}"),
+            Some(structure) if self.as_good.is_empty() => {
+                format!("The data support one structure{reserve}: {structure}")
+            }
             Some(structure) => format!(
-                "The data support {structure} and {} alike",
+                "The data support {structure} and {} alike{reserve}",
                 self.as_good.iter().map(|s| s.name()).collect::<Vec<_>>().join(" and ")
             ),
             None if self.candidates.iter().all(|c| !c.refuted_by.is_empty()) => {
