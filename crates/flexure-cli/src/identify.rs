@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::identify::{Calibration, WienerHammerstein};
+use std::ops::ControlFlow;
+
+use flexure::identify::{self, AutoIdentification, Calibration, Linear, Wiener, WienerHammerstein};
 use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::{ArmMotion, Page};
 
@@ -122,17 +124,24 @@ impl Arguments {
 
     /// What is to be done, and what the user should be told of the choice.
     fn task(&self) -> Result<(Task, Option<String>)> {
-        let method = match self.structure {
+        let fresh_share = self.fresh;
+        let task = match self.structure {
             Structure::Hammerstein => {
                 let (method, note) = method::choose(self.method, self.shared(), &self.refined, &self.plain)?;
                 return Ok((Task::Hammerstein(method), note));
             }
-            Structure::WienerHammerstein => CascadeMethod::WienerHammerstein(WienerHammerstein {
-                fresh_share: self.fresh,
+            Structure::Auto => Task::Compare(identify::Auto {
+                fresh_share,
+                ..Default::default()
             }),
+            Structure::Linear => Task::Cascade(CascadeMethod::Linear(Linear { fresh_share })),
+            Structure::Wiener => Task::Cascade(CascadeMethod::Wiener(Wiener { fresh_share })),
+            Structure::WienerHammerstein => {
+                Task::Cascade(CascadeMethod::WienerHammerstein(WienerHammerstein { fresh_share }))
+            }
         };
         self.structure.refuse(self.of_hammerstein_alone())?;
-        Ok((Task::Cascade(method), None))
+        Ok((task, None))
     }
 
     /// The arm in motion, for a record that has its angles.
@@ -173,6 +182,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             Found::Hammerstein(context, Box::new(estimate))
         }
         Task::Cascade(method) => Found::Cascade(signals, Box::new(cascade(&file, &signals, &method)?)),
+        Task::Compare(method) => Found::compared(compare(&file, &signals, &method)?, signals, method),
     };
     let page = match &arguments.report {
         Some(path) => {
@@ -214,6 +224,20 @@ fn cascade(file: &RecordFile, signals: &Signals, method: &CascadeMethod) -> Resu
     file.finite(signals.output)?;
     spinning_through("identifying", |stage| {
         method.identify(&file.record, signals.input, signals.output, stage)
+    })
+    .map_err(|error| file.locate(error).into())
+}
+
+/// Identifies the structure, and says in which file and line an error lies.
+fn compare(file: &RecordFile, signals: &Signals, method: &identify::Auto) -> Result<AutoIdentification> {
+    file.finite(signals.input)?;
+    file.finite(signals.output)?;
+    spinning_through("identifying", |tell| {
+        let progress = &mut |structure: identify::Structure, stage: identify::Stage| {
+            tell(&format!("{structure}, {}", stage.name()));
+            ControlFlow::Continue(())
+        };
+        method.identify_with(&file.record, signals.input, signals.output, progress)
     })
     .map_err(|error| file.locate(error).into())
 }

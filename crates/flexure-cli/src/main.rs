@@ -4,6 +4,7 @@
 
 mod arguments;
 mod cascade;
+mod comparison;
 mod demo;
 mod estimate;
 mod identify;

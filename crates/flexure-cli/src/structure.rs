@@ -2,12 +2,14 @@
 
 use anyhow::Result;
 use clap::ValueEnum;
+use flexure::identify::{self, Auto, AutoIdentification, Identified, RefinedHammerstein};
 use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::Page;
 use serde_json::Value;
 
 use crate::arguments::Usage;
 use crate::cascade::{Cascade, CascadeMethod};
+use crate::comparison::Comparison;
 use crate::estimate::{Estimate, Method};
 use crate::outcome::{self, Context, Signals};
 use crate::page::{self, Decoration};
@@ -15,8 +17,14 @@ use crate::page::{self, Decoration};
 /// A structure by name.
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 pub enum Structure {
+    /// That of the others which the data support; or none of them.
+    Auto,
+    /// Linear dynamics alone.
+    Linear,
     /// A static nonlinearity, then linear dynamics.
     Hammerstein,
+    /// Linear dynamics, then a static nonlinearity.
+    Wiener,
     /// Linear dynamics, a static nonlinearity, linear dynamics.
     WienerHammerstein,
 }
@@ -25,7 +33,10 @@ impl Structure {
     /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
+            Structure::Auto => "auto",
+            Structure::Linear => "linear",
             Structure::Hammerstein => "hammerstein",
+            Structure::Wiener => "wiener",
             Structure::WienerHammerstein => "wiener-hammerstein",
         }
     }
@@ -42,12 +53,25 @@ impl Structure {
     }
 }
 
+impl From<identify::Structure> for Structure {
+    fn from(structure: identify::Structure) -> Self {
+        match structure {
+            identify::Structure::Linear => Structure::Linear,
+            identify::Structure::Hammerstein => Structure::Hammerstein,
+            identify::Structure::Wiener => Structure::Wiener,
+            identify::Structure::WienerHammerstein => Structure::WienerHammerstein,
+        }
+    }
+}
+
 /// What is to be identified, with the choices that were given.
 pub enum Task {
     /// A Hammerstein model by one of its methods.
     Hammerstein(Method),
     /// Any other cascade.
     Cascade(CascadeMethod),
+    /// The structure itself.
+    Compare(Auto),
 }
 
 /// What was identified.
@@ -56,14 +80,50 @@ pub enum Found<'a> {
     Hammerstein(Context<'a>, Box<Estimate>),
     /// Any other cascade.
     Cascade(Signals<'a>, Box<Cascade>),
+    /// The best of several structures, and how they compare.
+    Compared(Comparison, Box<Found<'a>>),
 }
 
-impl Found<'_> {
+impl<'a> Found<'a> {
+    /// The outcome of a comparison of structures by `method`.
+    pub fn compared(result: AutoIdentification, signals: Signals<'a>, method: Auto) -> Self {
+        let (comparison, chosen) = Comparison::split(result);
+        let chosen = match chosen {
+            Identified::Linear(result) => Found::Cascade(signals, Box::new(result.into())),
+            Identified::Wiener(result) => Found::Cascade(signals, Box::new(result.into())),
+            Identified::WienerHammerstein(result) => Found::Cascade(signals, Box::new(result.into())),
+            Identified::Hammerstein(result) => {
+                let method = RefinedHammerstein {
+                    fresh_share: method.fresh_share,
+                    ..Default::default()
+                };
+                let method = Method::Refined { method, form: None };
+                let estimate = Estimate::from_refined(result, None);
+                Found::Hammerstein(Context { signals, method }, Box::new(estimate))
+            }
+        };
+        Found::Compared(comparison, Box::new(chosen))
+    }
+
+    /// The columns.
+    fn signals(&self) -> Signals<'a> {
+        match self {
+            Found::Hammerstein(context, _) => context.signals,
+            Found::Cascade(signals, _) => *signals,
+            Found::Compared(_, chosen) => chosen.signals(),
+        }
+    }
+
     /// The object that `identify --json` prints.
     pub fn json(&self) -> Value {
         match self {
             Found::Hammerstein(context, estimate) => outcome::identification_json(estimate, context),
             Found::Cascade(signals, cascade) => cascade.json(signals),
+            Found::Compared(comparison, chosen) => {
+                let mut object = chosen.json();
+                object["comparison"] = comparison.json();
+                object
+            }
         }
     }
 
@@ -72,6 +132,11 @@ impl Found<'_> {
         match self {
             Found::Hammerstein(context, estimate) => outcome::model_file(estimate, context),
             Found::Cascade(signals, cascade) => cascade.model_file(signals),
+            Found::Compared(comparison, chosen) => {
+                let mut file = chosen.model_file();
+                file.identification["comparison"] = comparison.json();
+                file
+            }
         }
     }
 
@@ -80,6 +145,12 @@ impl Found<'_> {
         match self {
             Found::Hammerstein(context, estimate) => outcome::summary(estimate, context),
             Found::Cascade(signals, cascade) => cascade.summary(signals),
+            Found::Compared(comparison, chosen) => {
+                let signals = self.signals();
+                let mut lines = comparison.lines(signals.input, signals.output);
+                lines.push(chosen.summary());
+                lines.join("\n")
+            }
         }
     }
 
@@ -88,6 +159,11 @@ impl Found<'_> {
         match self {
             Found::Hammerstein(context, estimate) => page::hammerstein::page(file, context, estimate, decoration),
             Found::Cascade(signals, cascade) => page::cascade::page(file, signals, cascade, decoration),
+            Found::Compared(comparison, chosen) => {
+                let mut page = chosen.page(file, decoration)?;
+                comparison.show_on(&mut page);
+                Ok(page)
+            }
         }
     }
 }

@@ -128,7 +128,7 @@ fn values_out_of_range() {
         ),
         (
             "--structure volterra",
-            "'volterra' for '--structure <STRUCTURE>'\n  [possible values: hammerstein, wiener-hammerstein]",
+            "'volterra' for '--structure <STRUCTURE>'\n  [possible values: auto, linear, hammerstein, wiener, wiener-hammerstein]",
         ),
         (
             "--method magic",

@@ -1,8 +1,19 @@
 //! From a record to a model, with a verdict.
 //!
 //! [`PlainHammerstein`] is the paper's algorithm as it stands; [`RefinedHammerstein`] starts from it and comes near the
-//! accuracy of an estimator that knows the linear part.
+//! accuracy of an estimator that knows the linear part. [`Wiener`] and [`WienerHammerstein`] are the structures with linear
+//! dynamics before the nonlinearity, [`Linear`] the reference that has none, and [`Auto`] finds out which of them the data support.
+//!
+//! | structure | identification | even nonlinearity | coloured input | standard errors | missing outputs |
+//! |---|---|---|---|---|---|
+//! | linear | [`Linear`] | | yes | no | no |
+//! | static, linear | [`PlainHammerstein`] | yes | deconvolved | band | no |
+//! | static, linear | [`RefinedHammerstein`] | yes | yes | yes | yes |
+//! | linear, static | [`Wiener`] | yes | yes | no | no |
+//! | linear, static, linear | [`WienerHammerstein`] | no | yes | no | no |
+//! | any of these, or none | [`Auto`] | all but the last | yes | that of the chosen | no |
 
+mod auto;
 mod calibration;
 mod checks;
 mod dependence;
@@ -10,14 +21,20 @@ pub mod hammerstein;
 mod impulse;
 pub mod joint;
 mod outcome;
+mod output_error;
 mod refined;
+mod samples;
 mod sandwich;
+mod wiener;
 
+pub use auto::{Auto, AutoIdentification, Identified, Refutation, Structure, StructureCandidate};
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
+pub use output_error::{Linear, LinearIdentification};
 pub use refined::{
     Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
     RefinedIdentification,
 };
 pub use sandwich::{ApproximationScore, Intersample, SandwichIdentification, Stage, TriedStructure, WienerHammerstein};
+pub use wiener::{Wiener, WienerIdentification, WienerStart};

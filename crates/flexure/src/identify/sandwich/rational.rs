@@ -16,7 +16,7 @@ const REAL: f64 = 1e-9;
 
 /// $1/(1 + a_1 z^{-1} + a_2 z^{-2})$, or of first order.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Section {
+pub(in crate::identify) struct Section {
     pub a: [f64; 2],
     /// 1 or 2; a[1] is zero for 1.
     pub order: usize,
@@ -67,12 +67,20 @@ pub(super) fn convolved(b: &[f64], signal: &[f64]) -> Vec<f64> {
 
 /// $\sum_i b_i z^{-i} / \prod_k A_k(z)$.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Rational {
+pub(in crate::identify) struct Rational {
     pub b: Vec<f64>,
     pub sections: Vec<Section>,
 }
 
 impl Rational {
+    /// What lets everything pass as it is.
+    pub fn pass() -> Rational {
+        Rational {
+            b: vec![1.0],
+            sections: Vec::new(),
+        }
+    }
+
     /// From zeros and poles, both with their conjugates; the numerator's largest coefficient is 1.
     ///
     /// A zero at z0 outside the unit circle enters as $z^{-1} - 1/z_0$, so that zeros near infinity become a delay.

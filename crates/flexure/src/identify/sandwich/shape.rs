@@ -2,7 +2,7 @@
 
 /// A cubic spline in B-splines.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Shape {
+pub(in crate::identify) struct Shape {
     /// The breakpoints with the ends four times.
     knots: Vec<f64>,
     /// One coefficient a B-spline.
@@ -11,14 +11,14 @@ pub(super) struct Shape {
 
 /// The derivative whose size breakpoints are shared out by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Roughness {
+pub(in crate::identify) enum Roughness {
     Second,
     Fourth,
 }
 
 /// The four B-splines that do not vanish at a point.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Local {
+pub(in crate::identify) struct Local {
     /// The index of the first.
     pub first: usize,
     pub values: [f64; 4],
