@@ -52,6 +52,14 @@ pub(super) fn fitted(
     if form == FormName::Stribeck {
         breakaway(&mut parameters, fit, first_factor);
     }
+    for (factor, shapes) in [
+        ("Fs", &["vs"][..]),
+        ("g1", &["g2", "g3"]),
+        ("g4", &["g5"]),
+        ("ksw", &["asw"]),
+    ] {
+        shapeless(&mut parameters, factor, shapes);
+    }
     let lines: usize = fit.solution.residuals.iter().map(Vec::len).sum();
     let observations = 2.0 * lines as f64;
     let extra = (against.unknowns as f64 - n as f64).max(1.0);
@@ -140,6 +148,20 @@ fn shape(symbol: &str, unit: [i32; 2], log: f64, error: f64, against: &Against) 
         identifiable,
         range,
         remark,
+    }
+}
+
+/// Without its factor a term has no shape.
+fn shapeless(parameters: &mut [Parameter], factor: &str, shapes: &[&str]) {
+    if !parameters.iter().any(|p| p.symbol == factor && !p.identifiable) {
+        return;
+    }
+    for parameter in parameters.iter_mut().filter(|p| shapes.contains(&p.symbol.as_str())) {
+        if parameter.identifiable {
+            parameter.identifiable = false;
+            parameter.range = [f64::NAN; 2];
+            parameter.remark = format!("{factor}, whose term it shapes, is not told by these data");
+        }
     }
 }
 

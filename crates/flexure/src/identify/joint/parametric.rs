@@ -189,11 +189,11 @@ pub(super) fn of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
 /// The form of friction that an arm can have.
 pub(super) fn friction_of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
     let possible = |f: &Fitted| {
-        let smooth = matches!(f.form, FormName::SmoothCoulomb | FormName::SmoothStribeck);
         let value = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
-        smooth && ["g1", "g4", "g6"].iter().all(|g| value(g) >= 0.0) && value("g2") >= value("g3")
+        let told = f.parameter("g1").is_none_or(|g| g.identifiable);
+        f.form.is_smooth() && told && ["g1", "g4", "g6"].iter().all(|g| value(g) >= 0.0) && value("g2") >= value("g3")
     };
-    best(forms, possible).or_else(|| forms.iter().find(|f| f.form == FormName::SmoothCoulomb))
+    best(forms, possible).or_else(|| forms.iter().find(|f| f.form == FormName::SmoothDry))
 }
 
 fn best(forms: &[Fitted], allowed: impl Fn(&Fitted) -> bool) -> Option<&Fitted> {
@@ -202,12 +202,13 @@ fn best(forms: &[Fitted], allowed: impl Fn(&Fitted) -> bool) -> Option<&Fitted> 
 }
 
 /// The forms of friction with the starts of their shape parameters' logarithms.
-pub(super) fn friction_starts(fastest: f64) -> [(FormName, Vec<Vec<f64>>); 4] {
+pub(super) fn friction_starts(fastest: f64) -> [(FormName, Vec<Vec<f64>>); 5] {
     let logs = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s / fastest).ln()).collect() };
     let speeds = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s * fastest).ln()).collect() };
     [
         (FormName::CoulombViscous, vec![vec![]]),
         (FormName::Stribeck, vec![speeds(&[0.03]), speeds(&[0.2])]),
+        (FormName::SmoothDry, vec![logs(&[10.0]), logs(&[50.0])]),
         (FormName::SmoothCoulomb, vec![logs(&[10.0]), logs(&[50.0])]),
         (
             FormName::SmoothStribeck,
@@ -215,6 +216,7 @@ pub(super) fn friction_starts(fastest: f64) -> [(FormName, Vec<Vec<f64>>); 4] {
                 logs(&[60.0, 20.0, 40.0]),
                 logs(&[20.0, 5.0, 50.0]),
                 logs(&[20.0, 5.0, 10.0]),
+                logs(&[9.0, 3.0, 6.0]),
             ],
         ),
     ]

@@ -63,7 +63,6 @@ impl Whole<'_> {
                 modulation: self.modulation,
             };
             let fit = shaping.fit(&starts)?;
-            // Its inertia is the first of the constants that is the joint's own.
             Some(fitted(form, false, &fit, (0, CONSTANTS, None), &against))
         });
         Some([stiffness, friction.collect()])
