@@ -6,7 +6,7 @@ mod flexible;
 mod page;
 mod rigid;
 mod two_link;
-mod words;
+pub mod words;
 
 use std::path::PathBuf;
 

@@ -11,6 +11,9 @@ mod forms;
 mod links;
 mod outcome;
 
+#[cfg(test)]
+mod tests;
+
 use super::alignment::{Alignment, align};
 use super::checks;
 use super::equations::{Column, Equations, Solution};
