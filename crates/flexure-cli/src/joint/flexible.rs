@@ -13,7 +13,9 @@ use super::arm::{Simulated, arm_file, simulated};
 use super::data::Log;
 use super::page;
 use super::rigid;
-use super::words::{Units, findings, fitted_json, fitted_words, lack_words, parameter_words, with_error};
+use super::words::{
+    Units, findings, fitted_json, fitted_words, lack_words, nearness, parameter_words, range_words, with_error,
+};
 use crate::outcome::number;
 use crate::output::{command_line, print};
 use crate::progress::spinning;
@@ -140,9 +142,8 @@ fn words(axis: &FlexibleAxis, log: &Log, replay: Option<&Simulated>) -> Vec<Stri
     lines.extend(axis_words(axis, "link inertia"));
     if let Some(replay) = replay {
         lines.push(format!(
-            "  simulated under the recorded torque: link angle RMS error {} rad, fit {:.2} %; link velocity fit {:.2} %",
-            number(replay.rms),
-            replay.fit_percent,
+            "  simulated under the recorded torque: link angle {}; link velocity fit {:.2} %",
+            nearness(replay.rms, replay.fit_percent, "rad"),
             replay.velocity_fit_percent
         ));
     }
@@ -160,6 +161,8 @@ pub fn axis_words(axis: &FlexibleAxis, link: &str) -> Vec<String> {
     let mut lines = vec![
         inertia("motor inertia", axis.motor_inertia),
         inertia(link, axis.link_inertia),
+        range_words("stiffness", &axis.stiffness, "rad"),
+        range_words("friction", &axis.friction, "rad/s"),
     ];
     for form in [&axis.model.stiffness, &axis.model.friction] {
         let title = form.form.title();

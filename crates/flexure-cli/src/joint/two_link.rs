@@ -15,7 +15,7 @@ use serde_json::json;
 use super::arm::joint;
 use super::data::ArmLog;
 use super::flexible::{axis_json, axis_words, stiffness};
-use super::words::{findings, with_error};
+use super::words::{findings, nearness, with_error};
 use super::{Arguments, page, rigid};
 use crate::output::{command_line, print};
 use crate::progress::spinning;
@@ -131,9 +131,8 @@ fn words(arm: &TwoLinkArm, log: &ArmLog, replay: Option<&Replay>) -> Vec<String>
         lines.extend(axis_words(axis, "M at q2 = 0"));
         if let Some(replay) = replay {
             lines.push(format!(
-                "  simulated under the recorded torques: link angle RMS error {} rad, fit {:.2} %; link velocity fit {:.2} %",
-                crate::outcome::number(replay.rms[i]),
-                replay.fit_percent[i],
+                "  simulated under the recorded torques: link angle {}; link velocity fit {:.2} %",
+                nearness(replay.rms[i], replay.fit_percent[i], "rad"),
                 replay.velocity_fit_percent[i]
             ));
         }
