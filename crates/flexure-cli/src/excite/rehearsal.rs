@@ -134,7 +134,7 @@ impl Told {
         for (symbol, what) in [
             (
                 "ksw",
-                "a soft wind-up: none is seen beside the noise; load the joint less and more slowly around zero deflection",
+                "a soft wind-up: none is seen beside the noise within these deflections; load the joint more, and slowly through zero",
             ),
             (
                 "a1",
