@@ -11,6 +11,9 @@ use crate::linalg::Complex;
 /// The smallest distance of deflections that is told apart, as a share of the largest one.
 pub(super) const RESOLVED_DEFLECTION: f64 = 1e-3;
 
+/// The largest Stribeck factor g1 of friction as a multiple of the Coulomb friction g4.
+const LARGEST_STRIBECK: f64 = 5.0;
+
 /// The noise of each block of equations, and the noisy ones of the fixed columns.
 type Noises<'a> = (Vec<&'a [f64]>, Vec<(usize, usize, &'a [f64])>);
 
@@ -126,10 +129,27 @@ impl Pair<'_> {
         free: &Free,
         solution: &Solution,
         [stiffness, friction]: [&[Fitted]; 2],
+        curves: [&[f64]; 2],
+        resolution: f64,
+    ) -> Option<JointModel> {
+        let stiff = of_an_arm(stiffness)?;
+        let with = |simple: bool| {
+            let forms = [stiff, friction_of_an_arm(friction, simple)?];
+            self.model_of(free, solution, forms, curves, resolution)
+        };
+        with(false)
+            .filter(|model| possible_friction(&model.friction))
+            .or_else(|| with(true))
+    }
+
+    fn model_of(
+        &self,
+        free: &Free,
+        solution: &Solution,
+        [stiff, rub]: [&Fitted; 2],
         [kappa, curve]: [&[f64]; 2],
         resolution: f64,
     ) -> Option<JointModel> {
-        let (stiff, rub) = (of_an_arm(stiffness)?, friction_of_an_arm(friction)?);
         let (motor, link) = self.inertias();
         let count = 1 + usize::from(motor.is_some());
         let shapes = vec![
@@ -186,14 +206,22 @@ pub(super) fn of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
     best(forms, possible).or_else(|| forms.first())
 }
 
-/// The form of friction that an arm can have.
-pub(super) fn friction_of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
-    let possible = |f: &Fitted| {
-        let value = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
-        let told = f.parameter("g1").is_none_or(|g| g.identifiable);
-        f.form.is_smooth() && told && ["g1", "g4", "g6"].iter().all(|g| value(g) >= 0.0) && value("g2") >= value("g3")
-    };
-    best(forms, possible).or_else(|| forms.iter().find(|f| f.form == FormName::SmoothDry))
+/// Whether an arm can have this friction: (12) or a part of it, with a Stribeck part that is not the difference of two
+/// large and nearly equal terms.
+pub(super) fn possible_friction(f: &Fitted) -> bool {
+    let value = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
+    f.form.is_smooth()
+        && ["g1", "g4", "g6"].iter().all(|g| value(g) >= 0.0)
+        && value("g1") <= LARGEST_STRIBECK * value("g4")
+        && value("g2") >= value("g3")
+}
+
+/// The form of friction that an arm can have, a `simple` one without a Stribeck part.
+pub(super) fn friction_of_an_arm(forms: &[Fitted], simple: bool) -> Option<&Fitted> {
+    best(forms, |f| {
+        possible_friction(f) && !(simple && f.form == FormName::SmoothStribeck)
+    })
+    .or_else(|| forms.iter().find(|f| f.form == FormName::SmoothDry))
 }
 
 fn best(forms: &[Fitted], allowed: impl Fn(&Fitted) -> bool) -> Option<&Fitted> {

@@ -4,7 +4,9 @@ use super::super::equations::Solution;
 use super::super::judge::{Against, fitted};
 use super::super::outcome::{Estimated, Fitted, JointModel};
 use super::super::pair::combine;
-use super::super::parametric::{RESOLVED_DEFLECTION, friction_of_an_arm, friction_starts, of_an_arm, shape};
+use super::super::parametric::{
+    RESOLVED_DEFLECTION, friction_of_an_arm, friction_starts, of_an_arm, possible_friction, shape,
+};
 use super::super::shaping::Shaping;
 use super::{CONSTANTS, Whole};
 use crate::linalg::Complex;
@@ -76,6 +78,28 @@ impl Whole<'_> {
         curves: &[[Vec<f64>; 2]; 2],
         resolutions: [f64; 2],
     ) -> Option<Model> {
+        let with = |simple: [bool; 2]| self.model_of(solution, forms, curves, resolutions, simple);
+        let simple = match with([false; 2]) {
+            None => [true; 2],
+            Some(model) => {
+                let impossible = [0, 1].map(|joint| !possible_friction(&model.joints[joint].friction));
+                if impossible == [false; 2] {
+                    return Some(model);
+                }
+                impossible
+            }
+        };
+        with(simple)
+    }
+
+    fn model_of(
+        &self,
+        solution: &Solution,
+        forms: &[Forms; 2],
+        curves: &[[Vec<f64>; 2]; 2],
+        resolutions: [f64; 2],
+        simple: [bool; 2],
+    ) -> Option<Model> {
         let mut shapes = Vec::new();
         let (mut stiff_logs, mut rub_logs) = (Vec::new(), Vec::new());
         let mut names = Vec::new();
@@ -88,7 +112,7 @@ impl Whole<'_> {
             names.push(form.form);
         }
         for (joint, [_, friction]) in forms.iter().enumerate() {
-            let form = friction_of_an_arm(friction)?;
+            let form = friction_of_an_arm(friction, simple[joint])?;
             let mut signs = vec![0.0; 4];
             signs[2 + joint] = -1.0;
             shapes.push(shape(form.form, &self.pairs[joint].v, signs, resolutions[joint]));
