@@ -7,6 +7,7 @@ mod cascade;
 mod comparison;
 mod demo;
 mod estimate;
+mod excite;
 mod identify;
 mod joint;
 mod method;
@@ -39,6 +40,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Arguments),
+    Excite(Box<excite::Arguments>),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
     Identify(identify::Arguments),
@@ -51,6 +53,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Demo(arguments) => demo::run(&arguments),
+        Command::Excite(arguments) => excite::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
