@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 
 use flexure::identify::{
-    ApproximationScore, SandwichIdentification, TriedStructure, Verdict, Warning, WienerHammerstein,
+    ApproximationScore, Linear, LinearIdentification, SandwichIdentification, Stage, TriedStructure, Verdict, Warning,
+    Wiener, WienerHammerstein, WienerIdentification, WienerStart,
 };
 use flexure::linear::{Complex, TransferFunction};
 use flexure::nonlinearity::Curve;
@@ -13,6 +14,7 @@ use serde_json::{Value, json};
 
 use crate::outcome::{self, SETTLED, Signals, number};
 use crate::structure::Structure;
+use crate::tuning;
 
 /// What all methods of this kind do.
 const METHOD: &str = "prediction-error";
@@ -22,26 +24,27 @@ pub const INTERSAMPLE: &str = "the nonlinearity acts between the samples too: a 
 
 /// How to identify a cascade; the choices are made from data.
 pub enum CascadeMethod {
+    /// Linear alone.
+    Linear(Linear),
+    /// Linear, static.
+    Wiener(Wiener),
     /// Linear, static, linear.
     WienerHammerstein(WienerHammerstein),
 }
 
 impl CascadeMethod {
     /// Identifies the system from `input` to `output`; `stage` is told what is being done.
-    pub fn identify(
-        &self,
-        record: &Record,
-        input: &str,
-        output: &str,
-        stage: &dyn Fn(&'static str),
-    ) -> Result<Cascade> {
+    pub fn identify(&self, record: &Record, input: &str, output: &str, stage: &dyn Fn(&str)) -> Result<Cascade> {
+        let progress = &mut |now: Stage| {
+            stage(now.name());
+            ControlFlow::Continue(())
+        };
         match self {
-            CascadeMethod::WienerHammerstein(method) => method
-                .identify_with(record, input, output, &mut |now| {
-                    stage(now.name());
-                    ControlFlow::Continue(())
-                })
-                .map(Cascade::from),
+            CascadeMethod::Linear(method) => method.identify_with(record, input, output, progress).map(Cascade::from),
+            CascadeMethod::Wiener(method) => method.identify_with(record, input, output, progress).map(Cascade::from),
+            CascadeMethod::WienerHammerstein(method) => {
+                method.identify_with(record, input, output, progress).map(Cascade::from)
+            }
         }
     }
 }
@@ -56,6 +59,14 @@ pub struct LinearBlock {
 }
 
 impl LinearBlock {
+    /// Its name in words.
+    pub fn name(&self) -> &'static str {
+        match self.key {
+            "linear" => "linear part",
+            key => key,
+        }
+    }
+
     /// Samples by which it delays.
     pub fn delay(&self) -> usize {
         self.system.b().iter().take_while(|b| **b == 0.0).count()
@@ -76,14 +87,17 @@ impl LinearBlock {
 /// An identified cascade with all that was chosen on the way.
 pub struct Cascade {
     pub structure: Structure,
-    /// For reading, for example "Wiener-Hammerstein".
+    /// For reading, within a sentence; for example "Wiener-Hammerstein".
     pub title: &'static str,
     /// What the structure is, in words.
     pub words: &'static str,
     pub model: Block,
-    /// Before the nonlinearity, if there is a linear part.
+    /// What the search for the poles started from.
+    pub start: &'static str,
+    /// Before the nonlinearity, if there is a linear part; or the only one.
     pub front: Option<LinearBlock>,
-    pub nonlinearity: Curve,
+    /// None in a linear model.
+    pub nonlinearity: Option<Curve>,
     /// The nonlinearity's breakpoints, increasing.
     pub breakpoints: Vec<f64>,
     /// Behind the nonlinearity, if there is a linear part.
@@ -97,6 +111,68 @@ pub struct Cascade {
     pub predicted: Vec<f64>,
     pub verdict: Verdict,
     pub warnings: Vec<Warning>,
+}
+
+/// The only linear part of a model.
+fn only(system: TransferFunction) -> Option<LinearBlock> {
+    Some(LinearBlock {
+        key: "linear",
+        title: "Linear part",
+        system,
+    })
+}
+
+impl From<LinearIdentification> for Cascade {
+    fn from(result: LinearIdentification) -> Self {
+        Cascade {
+            structure: Structure::Linear,
+            title: "linear",
+            words: "linear dynamics alone",
+            model: result.model,
+            start: "the order of the linear approximation with the smallest Schwarz criterion",
+            front: only(result.linear),
+            nonlinearity: None,
+            breakpoints: Vec::new(),
+            back: None,
+            intersample: Vec::new(),
+            output_offset: result.output_offset,
+            approximations: result.approximations,
+            tried: Vec::new(),
+            fitted: result.fitted,
+            predicted: result.predicted,
+            verdict: result.verdict,
+            warnings: result.warnings,
+        }
+    }
+}
+
+impl From<WienerIdentification> for Cascade {
+    fn from(result: WienerIdentification) -> Self {
+        Cascade {
+            structure: Structure::Wiener,
+            title: "Wiener",
+            words: "linear dynamics, then a static nonlinearity",
+            model: result.model,
+            start: match result.start {
+                WienerStart::LinearApproximation => "those of the best linear approximation",
+                WienerStart::HigherMoments => {
+                    "those of an impulse response from higher moments of input and output, which did better than linear approximations"
+                }
+            },
+            front: only(result.linear),
+            nonlinearity: Some(result.nonlinearity),
+            breakpoints: result.breakpoints,
+            back: None,
+            intersample: Vec::new(),
+            output_offset: 0.0,
+            approximations: result.approximations,
+            tried: result.tried,
+            fitted: result.fitted,
+            predicted: result.predicted,
+            verdict: result.verdict,
+            warnings: result.warnings,
+        }
+    }
 }
 
 impl From<SandwichIdentification> for Cascade {
@@ -120,12 +196,13 @@ impl From<SandwichIdentification> for Cascade {
             title: "Wiener-Hammerstein",
             words: "linear dynamics, a static nonlinearity, linear dynamics",
             model: result.model,
+            start: "those of the best linear approximation, shared out in every way",
             front: Some(LinearBlock {
                 key: "front",
                 title: "Front linear part",
                 system: result.front,
             }),
-            nonlinearity: result.nonlinearity,
+            nonlinearity: Some(result.nonlinearity),
             breakpoints: result.breakpoints,
             back: Some(LinearBlock {
                 key: "back",
@@ -183,9 +260,11 @@ impl Cascade {
         let mut object = json!({
             "structure": self.structure.name(),
             "method": METHOD,
+            "start": self.start,
             "order": self.order(),
             "delay": self.delay(),
-            "nonlinearity": { "x": self.nonlinearity.x(), "y": self.nonlinearity.y(), "breakpoints": self.breakpoints },
+            "nonlinearity": (self.nonlinearity.as_ref())
+                .map(|curve| json!({ "x": curve.x(), "y": curve.y(), "breakpoints": self.breakpoints })),
             "output_offset": self.output_offset,
             "approximations": (self.approximations.iter())
                 .map(|a| json!({ "order": a.order, "relative_error": a.relative_error }))
@@ -208,7 +287,9 @@ impl Cascade {
         if let Value::Object(fields) = &mut details {
             // What the blocks themselves say already.
             self.all_linear().for_each(|block| drop(fields.remove(block.key)));
-            fields.insert("breakpoints".to_owned(), json!(self.breakpoints));
+            if self.nonlinearity.is_some() {
+                fields.insert("breakpoints".to_owned(), json!(self.breakpoints));
+            }
         }
         ModelFile {
             flexure: ModelFile::CURRENT.to_owned(),
@@ -229,17 +310,24 @@ impl Cascade {
     /// A short account for a terminal.
     pub fn summary(&self, signals: &Signals) -> String {
         let mut lines = vec![
-            format!("{} model from '{}' to '{}'", self.title, signals.input, signals.output),
+            format!(
+                "{} model from '{}' to '{}'",
+                tuning::capitalised(self.title),
+                signals.input,
+                signals.output
+            ),
             outcome::fit_line(&self.verdict),
         ];
         lines.extend(self.front.iter().flat_map(linear_lines));
-        let x = self.nonlinearity.x();
-        lines.push(format!(
-            "  nonlinearity        cubic spline of {} pieces on [{}, {}]",
-            self.pieces(),
-            number(self.breakpoints.first().copied().unwrap_or(x[0])),
-            number(self.breakpoints.last().copied().unwrap_or(x[x.len() - 1])),
-        ));
+        lines.extend(self.nonlinearity.as_ref().map(|curve| {
+            let x = curve.x();
+            format!(
+                "  nonlinearity        cubic spline of {} pieces on [{}, {}]",
+                self.pieces(),
+                number(self.breakpoints.first().copied().unwrap_or(x[0])),
+                number(self.breakpoints.last().copied().unwrap_or(x[x.len() - 1])),
+            )
+        }));
         lines.extend(self.back.iter().flat_map(linear_lines));
         if !self.intersample.is_empty() {
             lines.push(format!("  {INTERSAMPLE}:"));
@@ -248,7 +336,9 @@ impl Cascade {
         if self.output_offset != 0.0 {
             lines.push(format!("  output offset       {}", number(self.output_offset)));
         }
-        lines.push(format!("  structures tried    {}", self.tried.len()));
+        if !self.tried.is_empty() {
+            lines.push(format!("  structures tried    {}", self.tried.len()));
+        }
         lines.push(format!("  {}", self.verdict.words()));
         lines.extend(self.warnings.iter().map(|w| format!("  warning: {w}")));
         lines.join("\n")
@@ -273,7 +363,7 @@ fn tried_json(t: &TriedStructure) -> Value {
 pub fn linear_lines(block: &LinearBlock) -> Vec<String> {
     let system = &block.system;
     vec![
-        format!("  {:<19} {}", block.key, block.words()),
+        format!("  {:<19} {}", block.name(), block.words()),
         format!("    b = {}", outcome::coefficients(system.b(), None)),
         format!("    a = {}", outcome::coefficients(system.a(), None)),
         format!("    poles {}", roots(system.poles())),

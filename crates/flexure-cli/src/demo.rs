@@ -1,5 +1,7 @@
 //! `flexure demo`: simulate the space arm, identify its elbow, show it.
 
+mod views;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -32,12 +34,19 @@ const FRAME: f64 = 0.05;
 ///
 /// The shoulder is locked and a white torque, held for 20 s a sample, drives the elbow; the friction in the joint then shows as
 /// the dead zone of a Hammerstein model from torque to link velocity. DIR gets arm.toml, record.csv, model.json and report.html.
+///
+/// With --joint-views, the three ways of seeing the joint as a block-oriented system instead, a record and a page each: the static
+/// regression of joint torque on deflection; commanded deflection to link velocity, exactly a Hammerstein system with the
+/// stiffness as its nonlinearity; slow torque to velocity, where friction makes it an approximation.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  flexure demo --out flexure-demo")]
+#[command(after_help = "Examples:\n  flexure demo --out flexure-demo\n  flexure demo --joint-views --out joint-views")]
 pub struct Arguments {
     /// The folder for the results.
     #[arg(long, value_name = "DIR", default_value = "flexure-demo")]
     out: PathBuf,
+    /// Show the joint's stiffness and friction in the three block-oriented views.
+    #[arg(long)]
+    joint_views: bool,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -50,6 +59,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         bail!("{}: is a file; --out takes a folder", out.display());
     }
     std::fs::create_dir_all(out).with_context(|| format!("{}: the folder cannot be made", out.display()))?;
+    if arguments.joint_views {
+        return views::run(out, arguments.json);
+    }
     let text = preset_text(PRESET)?;
     let arm = ArmFile::from_toml_str(text, &format!("preset {PRESET}"))?;
     let paths: Vec<PathBuf> = ["arm.toml", "record.csv", "model.json", "report.html"]

@@ -142,7 +142,8 @@ impl Estimate {
         }
     }
 
-    fn from_refined(result: RefinedIdentification, form: Option<FormFit>) -> Self {
+    /// Of a refined identification, and the form that was fitted to its nonlinearity.
+    pub fn from_refined(result: RefinedIdentification, form: Option<FormFit>) -> Self {
         Estimate {
             model: result.model,
             nonlinearity: result.nonlinearity,

@@ -6,7 +6,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::identify::{Calibration, HammersteinWiener, MultipleInputs, Narx, Volterra, WienerHammerstein};
+use flexure::identify::{
+    self, AutoIdentification, Calibration, HammersteinWiener, Linear, MultipleInputs, Narx, Volterra, Wiener,
+    WienerHammerstein,
+};
 use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::{ArmMotion, Page};
 
@@ -139,6 +142,12 @@ impl Arguments {
                 let (method, note) = method::choose(self.method, self.shared(), &self.refined, &self.plain)?;
                 return Ok((Task::Hammerstein(method), note));
             }
+            Structure::Auto => Task::Compare(identify::Auto {
+                fresh_share,
+                ..Default::default()
+            }),
+            Structure::Linear => Task::Cascade(CascadeMethod::Linear(Linear { fresh_share })),
+            Structure::Wiener => Task::Cascade(CascadeMethod::Wiener(Wiener { fresh_share })),
             Structure::WienerHammerstein => {
                 Task::Cascade(CascadeMethod::WienerHammerstein(WienerHammerstein { fresh_share }))
             }
@@ -219,6 +228,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             });
             Found::Reference(signals, Box::new(result?))
         }
+        Task::Compare(method) => Found::compared(compare(&file, &signals, &method)?, signals, method),
     };
     let page = match &arguments.report {
         Some(path) => {
@@ -266,13 +276,24 @@ fn located<T: Send>(
     file: &RecordFile,
     inputs: &[&str],
     signals: &Signals,
-    work: impl FnOnce(&dyn Fn(&'static str)) -> flexure::Result<T> + Send,
+    work: impl FnOnce(&dyn Fn(&str)) -> flexure::Result<T> + Send,
 ) -> Result<T> {
     for input in inputs {
         file.finite(input)?;
     }
     file.finite(signals.output)?;
     spinning_through("identifying", work).map_err(|error| file.locate(error).into())
+}
+
+/// Identifies the structure, and says in which file and line an error lies.
+fn compare(file: &RecordFile, signals: &Signals, method: &identify::Auto) -> Result<AutoIdentification> {
+    located(file, &[signals.input], signals, |tell| {
+        let progress = &mut |structure: identify::Structure, stage: identify::Stage| {
+            tell(&format!("{structure}, {}", stage.name()));
+            ControlFlow::Continue(())
+        };
+        method.identify_with(&file.record, signals.input, signals.output, progress)
+    })
 }
 
 /// Writes the model and the page, where asked for; neither if the page cannot be made.

@@ -4,8 +4,10 @@
 
 mod arguments;
 mod cascade;
+mod comparison;
 mod demo;
 mod estimate;
+mod excite;
 mod identify;
 mod joint;
 mod method;
@@ -41,6 +43,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Arguments),
+    Excite(Box<excite::Arguments>),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
     Identify(identify::Arguments),
@@ -53,6 +56,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Demo(arguments) => demo::run(&arguments),
+        Command::Excite(arguments) => excite::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),

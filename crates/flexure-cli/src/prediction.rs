@@ -197,7 +197,8 @@ impl Outside {
         };
         found.direct = matches!(into, Cow::Borrowed(_));
         let (x, last) = (curve.x(), curve.x().len() - 1);
-        for &v in into.iter().filter(|&&v| !curve.covers(v)) {
+        // A line adds what a linear part cannot: an offset.
+        for &v in into.iter().filter(|&&v| !curve.covers(v) && !curve.is_line()) {
             let end = if v < x[0] { 0 } else { last };
             found.samples += 1;
             found.held &= curve.value(v) == curve.y()[end];

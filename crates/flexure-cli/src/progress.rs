@@ -57,9 +57,9 @@ pub fn spinning<T: Send>(what: &'static str, work: impl FnOnce() -> T + Send) ->
 }
 
 /// Runs `work` under a spinner that appears after a second, and shows the stage that `work` last told.
-pub fn spinning_through<T: Send>(what: &'static str, work: impl FnOnce(&dyn Fn(&'static str)) -> T + Send) -> T {
+pub fn spinning_through<T: Send>(what: &'static str, work: impl FnOnce(&dyn Fn(&str)) -> T + Send) -> T {
     let done = AtomicBool::new(false);
-    let stage = Mutex::new(None);
+    let stage: Mutex<Option<String>> = Mutex::new(None);
     std::thread::scope(|scope| {
         let ticker = scope.spawn(|| {
             let progress = Progress::new(what, 0.0);
@@ -76,7 +76,7 @@ pub fn spinning_through<T: Send>(what: &'static str, work: impl FnOnce(&dyn Fn(&
         let _stop = Stop(&done, ticker.thread());
         work(&|now| {
             if let Ok(mut told) = stage.lock() {
-                *told = Some(now);
+                *told = Some(now.to_owned());
             }
         })
     })

@@ -19,7 +19,7 @@ pub fn identify(
     method: &MultipleInputs,
     record: &Record,
     signals: &Signals,
-    stage: &dyn Fn(&'static str),
+    stage: &dyn Fn(&str),
 ) -> flexure::Result<MultipleInputsIdentification> {
     method.identify_with(record, &columns(signals.input), signals.output, &mut |now| {
         stage(now.name());

@@ -3,7 +3,8 @@
 use anyhow::Result;
 use clap::ValueEnum;
 use flexure::identify::{
-    HammersteinWiener, HammersteinWienerIdentification, MultipleInputs, MultipleInputsIdentification,
+    self, Auto, AutoIdentification, HammersteinWiener, HammersteinWienerIdentification, Identified, MultipleInputs,
+    MultipleInputsIdentification, RefinedHammerstein,
 };
 use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::Page;
@@ -11,6 +12,7 @@ use serde_json::Value;
 
 use crate::arguments::Usage;
 use crate::cascade::{Cascade, CascadeMethod};
+use crate::comparison::Comparison;
 use crate::estimate::{Estimate, Method};
 use crate::nonlinear_ends;
 use crate::outcome::{self, Context, Signals};
@@ -21,8 +23,14 @@ use crate::several_inputs;
 /// A structure by name.
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 pub enum Structure {
+    /// That of the others which the data support; or none of them.
+    Auto,
+    /// Linear dynamics alone.
+    Linear,
     /// A static nonlinearity, then linear dynamics.
     Hammerstein,
+    /// Linear dynamics, then a static nonlinearity.
+    Wiener,
     /// Linear dynamics, a static nonlinearity, linear dynamics.
     WienerHammerstein,
     /// A static nonlinearity, linear dynamics, a static nonlinearity.
@@ -39,7 +47,10 @@ impl Structure {
     /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
+            Structure::Auto => "auto",
+            Structure::Linear => "linear",
             Structure::Hammerstein => "hammerstein",
+            Structure::Wiener => "wiener",
             Structure::WienerHammerstein => "wiener-hammerstein",
             Structure::HammersteinWiener => "hammerstein-wiener",
             Structure::MultipleInputs => "multiple-inputs",
@@ -71,6 +82,17 @@ impl Structure {
     }
 }
 
+impl From<identify::Structure> for Structure {
+    fn from(structure: identify::Structure) -> Self {
+        match structure {
+            identify::Structure::Linear => Structure::Linear,
+            identify::Structure::Hammerstein => Structure::Hammerstein,
+            identify::Structure::Wiener => Structure::Wiener,
+            identify::Structure::WienerHammerstein => Structure::WienerHammerstein,
+        }
+    }
+}
+
 /// What is to be identified, with the choices that were given.
 pub enum Task {
     /// A Hammerstein model by one of its methods.
@@ -83,6 +105,8 @@ pub enum Task {
     MultipleInputs(MultipleInputs),
     /// A model without blocks.
     Reference(ReferenceMethod),
+    /// The structure itself.
+    Compare(Auto),
 }
 
 /// What was identified.
@@ -97,9 +121,43 @@ pub enum Found<'a> {
     MultipleInputs(Signals<'a>, Box<MultipleInputsIdentification>),
     /// A model without blocks.
     Reference(Signals<'a>, Box<Reference>),
+    /// The best of several structures, and how they compare.
+    Compared(Comparison, Box<Found<'a>>),
 }
 
-impl Found<'_> {
+impl<'a> Found<'a> {
+    /// The outcome of a comparison of structures by `method`.
+    pub fn compared(result: AutoIdentification, signals: Signals<'a>, method: Auto) -> Self {
+        let (comparison, chosen) = Comparison::split(result);
+        let chosen = match chosen {
+            Identified::Linear(result) => Found::Cascade(signals, Box::new(result.into())),
+            Identified::Wiener(result) => Found::Cascade(signals, Box::new(result.into())),
+            Identified::WienerHammerstein(result) => Found::Cascade(signals, Box::new(result.into())),
+            Identified::Hammerstein(result) => {
+                let method = RefinedHammerstein {
+                    fresh_share: method.fresh_share,
+                    ..Default::default()
+                };
+                let method = Method::Refined { method, form: None };
+                let estimate = Estimate::from_refined(result, None);
+                Found::Hammerstein(Context { signals, method }, Box::new(estimate))
+            }
+        };
+        Found::Compared(comparison, Box::new(chosen))
+    }
+
+    /// The columns.
+    fn signals(&self) -> Signals<'a> {
+        match self {
+            Found::Hammerstein(context, _) => context.signals,
+            Found::Cascade(signals, _)
+            | Found::HammersteinWiener(signals, _)
+            | Found::MultipleInputs(signals, _)
+            | Found::Reference(signals, _) => *signals,
+            Found::Compared(_, chosen) => chosen.signals(),
+        }
+    }
+
     /// The object that `identify --json` prints.
     pub fn json(&self) -> Value {
         match self {
@@ -108,6 +166,11 @@ impl Found<'_> {
             Found::HammersteinWiener(signals, result) => nonlinear_ends::json(result, signals),
             Found::MultipleInputs(signals, result) => several_inputs::json(result, signals),
             Found::Reference(signals, reference) => reference.json(signals),
+            Found::Compared(comparison, chosen) => {
+                let mut object = chosen.json();
+                object["comparison"] = comparison.json();
+                object
+            }
         }
     }
 
@@ -118,6 +181,11 @@ impl Found<'_> {
             Found::Cascade(signals, cascade) => cascade.model_file(signals),
             Found::HammersteinWiener(signals, result) => nonlinear_ends::model_file(result, signals),
             Found::MultipleInputs(..) | Found::Reference(..) => return None,
+            Found::Compared(comparison, chosen) => {
+                let mut file = chosen.model_file()?;
+                file.identification["comparison"] = comparison.json();
+                file
+            }
         })
     }
 
@@ -129,6 +197,12 @@ impl Found<'_> {
             Found::HammersteinWiener(signals, result) => nonlinear_ends::summary(result, signals),
             Found::MultipleInputs(signals, result) => several_inputs::summary(result, signals),
             Found::Reference(signals, reference) => reference.summary(signals),
+            Found::Compared(comparison, chosen) => {
+                let signals = self.signals();
+                let mut lines = comparison.lines(signals.input, signals.output);
+                lines.push(chosen.summary());
+                lines.join("\n")
+            }
         }
     }
 
@@ -139,6 +213,13 @@ impl Found<'_> {
             Found::Cascade(signals, cascade) => page::cascade::page(file, signals, cascade, decoration),
             Found::HammersteinWiener(signals, result) => page::nonlinear_ends::page(file, signals, result, decoration),
             Found::MultipleInputs(..) | Found::Reference(..) => return Ok(None),
+            Found::Compared(comparison, chosen) => {
+                let mut page = chosen.page(file, decoration)?;
+                if let Some(page) = &mut page {
+                    comparison.show_on(page);
+                }
+                return Ok(page);
+            }
         };
         page.map(Some)
     }

@@ -74,9 +74,21 @@ pub fn score_curve(name: EstimatorName, scores: &Scores, chosen: &[f64], x: &str
     }
 }
 
+/// How the parameter with the smallest score was found.
+pub fn smallest(criterion: &str, scores: &Scores) -> String {
+    match scores.binning_error {
+        None => format!("smallest {criterion}"),
+        Some(error) => format!(
+            "smallest exact {criterion} among those around the best on data in bins, which is off by at most {} %",
+            number(100.0 * error)
+        ),
+    }
+}
+
 /// The scores as JSON.
 pub fn scores_json(scores: &Scores) -> Value {
-    json!({ "criterion": scores.criterion, "parameter": scores.parameter, "score": scores.score, "at_edge": scores.at_edge })
+    json!({ "criterion": scores.criterion, "parameter": scores.parameter, "score": scores.score, "at_edge": scores.at_edge,
+        "binning_error": scores.binning_error })
 }
 
 /// Values of a parameter for reading: whole numbers as they are.

@@ -125,7 +125,7 @@ fn the_initial_state_of_a_short_record_is_estimated() {
     println!("estimated {}, steady {}", percent(&default), percent(&steady));
     assert!(percent(&default) > percent(&steady) + 5.0);
     // Where the start is skipped, it does not matter.
-    assert_eq!(fit("--skip 59 --initial-state estimate")["initial_state"], "estimate");
+    assert_eq!(fit("--skip 40 --initial-state estimate")["initial_state"], "estimate");
     let words = folder.done(&format!("{validate} --skip 0"));
     assert!(
         words.contains("\nfree run from the state estimated from the first "),

@@ -147,6 +147,18 @@ fn the_object_has_everything() {
 }
 
 #[test]
+fn a_search_on_data_in_bins_says_how_far_it_is_off() {
+    let folder = wave(25_000);
+    let object = folder.json(&format!("{REGRESS} --kernel gaussian --band-method none"));
+    let off = object["scores"]["binning_error"].as_f64().unwrap();
+    assert!(off > 0.0 && off < 1e-3, "{off}");
+    let words = folder.done(&format!("{REGRESS} --kernel gaussian --band-method none"));
+    assert!(words.contains("on data in bins, which is off by at most"), "{words}");
+    let exact = folder.json(&format!("{REGRESS} --band-method none"));
+    assert!(exact["scores"]["binning_error"].is_null());
+}
+
+#[test]
 fn a_given_parameter_is_taken_and_a_narrower_band_is_narrower() {
     let folder = wave(600);
     let object = folder.json(&format!("{REGRESS} --bandwidth 0.3 --kernel gaussian"));

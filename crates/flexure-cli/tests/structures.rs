@@ -27,11 +27,16 @@ fn sandwich() -> Block {
 
 /// A record of the sandwich under a Gaussian input, with white noise of a hundredth of the output's size.
 fn write(folder: &Folder, name: &str, samples: usize, seed: u64) -> Record {
+    write_of(&sandwich(), folder, name, samples, seed)
+}
+
+/// The same of any system with an output of about that size.
+fn write_of(system: &Block, folder: &Folder, name: &str, samples: usize, seed: u64) -> Record {
     let mut rng = Pcg64::seed_from_u64(seed);
     let mut normal = |n: usize| -> Vec<f64> { (0..n).map(|_| StandardNormal.sample(&mut rng)).collect() };
     let u = normal(samples);
     let noise = normal(samples);
-    let y = sandwich().simulate(&u);
+    let y = system.simulate(&u);
     let y = y.iter().zip(noise).map(|(y, e)| y + 0.005 * e).collect();
     let record = Record::new([("u", u), ("y", y)]).unwrap();
     write_record(folder.path(name), &record).unwrap();
@@ -197,19 +202,31 @@ fn options_of_hammerstein_models_are_refused() {
         "--lag 0",
     ] {
         let name = option.split(' ').next().unwrap();
-        folder.misused(
-            &format!("{IDENTIFY} -o new.json {option}"),
-            &format!(
-                "{name} is an option of --structure hammerstein, not of --structure wiener-hammerstein; leave it out, or choose \
-                 --structure hammerstein"
-            ),
-        );
+        for structure in ["auto", "linear", "wiener", "wiener-hammerstein"] {
+            folder.misused(
+                &format!("identify r.csv --input u --output y --structure {structure} -o new.json {option}"),
+                &format!(
+                    "{name} is an option of --structure hammerstein, not of --structure {structure}; leave it out, or choose \
+                     --structure hammerstein"
+                ),
+            );
+        }
     }
     // What is automatic anyway may be said.
     let message =
         "r.csv: a Wiener-Hammerstein fit (besides the fresh part) needs at least 200 samples, but there are 150";
     folder.known("r.csv", 200, 1);
     folder.failed(&format!("{IDENTIFY} --order auto --delay auto -o new.json"), message);
+    for (structure, what) in [
+        ("auto", "a comparison of structures"),
+        ("linear", "a linear fit"),
+        ("wiener", "a Wiener fit"),
+    ] {
+        folder.failed(
+            &format!("identify r.csv --input u --output y --structure {structure} -o new.json"),
+            &format!("r.csv: {what} (besides the fresh part) needs at least 200 samples, but there are 150"),
+        );
+    }
 }
 
 #[test]

@@ -47,8 +47,10 @@ fn the_examples_work() {
     folder.known("fresh.csv", 300, 2);
     for command in ["identify", "predict", "validate", "regress"] {
         let help = folder.done(&format!("{command} --help"));
-        let example = help.split("Example:\n  flexure ").nth(1).unwrap().trim();
-        folder.done(&example.split_whitespace().collect::<Vec<_>>().join(" "));
+        let (_, examples) = help.split_once("\nExample").unwrap_or_else(|| panic!("{help}"));
+        for example in examples.split("\n  flexure ").skip(1) {
+            folder.done(&example.split_whitespace().collect::<Vec<_>>().join(" "));
+        }
     }
 }
 
@@ -126,8 +128,8 @@ fn values_out_of_range() {
         ),
         (
             "--structure fuzzy",
-            "'fuzzy' for '--structure <STRUCTURE>'\n  [possible values: hammerstein, wiener-hammerstein, hammerstein-wiener, multiple-inputs, \
-             narx, volterra]",
+            "'fuzzy' for '--structure <STRUCTURE>'\n  [possible values: auto, linear, hammerstein, wiener, wiener-hammerstein, \
+             hammerstein-wiener, multiple-inputs, narx, volterra]",
         ),
         (
             "--method magic",

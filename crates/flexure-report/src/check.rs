@@ -34,8 +34,8 @@ pub(crate) fn page(page: &Page) -> Result<()> {
             score(&format!("choices[{k}].curve"), curve)?;
         }
     }
-    if let Some(candidates) = &page.candidates {
-        table("candidates", candidates)?;
+    for (k, candidates) in page.candidates.iter().enumerate() {
+        table(&format!("candidates[{k}]"), candidates)?;
     }
     page.arm.as_ref().map_or(Ok(()), arm)
 }

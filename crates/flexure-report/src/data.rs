@@ -39,8 +39,8 @@ pub struct Page {
     pub residuals: Residuals,
     /// What was chosen from data and why.
     pub choices: Vec<Choice>,
-    /// The candidates that were compared, for a choice that no curve shows.
-    pub candidates: Option<Table>,
+    /// Tables of candidates that were compared, for choices that no curve shows.
+    pub candidates: Vec<Table>,
     /// Warnings, in words.
     pub warnings: Vec<String>,
     /// The moving arm, for arm records.
@@ -246,6 +246,8 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
     /// The row that was chosen, marked.
     pub chosen: Option<usize>,
+    /// Whether the last column is words too, and set as such.
+    pub ends_in_words: bool,
 }
 
 /// A two-link arm in motion.

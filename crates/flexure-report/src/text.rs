@@ -18,7 +18,7 @@ pub(crate) struct Text<'a> {
     choices: Vec<ChoiceText<'a>>,
     nonlinearity: Option<NonlinearityText<'a>>,
     linear: Vec<LinearText<'a>>,
-    candidates: Option<&'a Table>,
+    candidates: Vec<&'a Table>,
     prediction: Option<PredictionText<'a>>,
     residuals: ResidualText,
     record: Option<RecordText>,
@@ -123,7 +123,9 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
         linear: (page.linear.iter().enumerate().map(linear))
             .filter(|part| part.any)
             .collect(),
-        candidates: page.candidates.as_ref().filter(|table| !table.rows.is_empty()),
+        candidates: (page.candidates.iter())
+            .filter(|table| !table.rows.is_empty())
+            .collect(),
         prediction: payload.prediction.as_ref().map(|plot| PredictionText {
             fit: number(page.prediction.fit_percent, 4),
             rms: number(page.prediction.rms, 4),

@@ -302,9 +302,10 @@ fn candidates_stand_in_a_table_with_the_chosen_one_marked() {
         columns: ["structure", "error"].map(String::from).to_vec(),
         rows: vec![vec!["linear".into(), "0.4".into()], vec!["Wiener".into(), "0.1".into()]],
         chosen: Some(1),
+        ends_in_words: false,
     };
     let with = |table: Table| Page {
-        candidates: Some(table),
+        candidates: vec![table],
         ..pages::full()
     };
     let text = words(&html(&with(table.clone())));
@@ -316,11 +317,20 @@ fn candidates_stand_in_a_table_with_the_chosen_one_marked() {
         ..table.clone()
     };
     assert!(!words(&html(&with(empty))).contains("candidates-heading"));
+    let mut both = with(table.clone());
+    both.candidates.push(Table {
+        title: "Sizes".into(),
+        ends_in_words: true,
+        ..table.clone()
+    });
+    let text = words(&html(&both));
+    assert!(text.contains(r#"id="candidates-heading-1""#) && text.contains(r#"id="candidates-heading-2">Sizes</h2>"#));
+    assert!(text.contains(r#"<td class="words" data-name="error">0.4</td>"#));
     let mut ragged = with(table);
-    ragged.candidates.as_mut().expect("a table").rows[0].pop();
+    ragged.candidates[0].rows[0].pop();
     assert_eq!(
         render(&ragged).expect_err("refused").to_string(),
-        "candidates.rows[0] has 1 values where 2 are needed: give one for each column"
+        "candidates[0].rows[0] has 1 values where 2 are needed: give one for each column"
     );
 }
 

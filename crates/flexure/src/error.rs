@@ -293,6 +293,20 @@ pub enum Error {
         /// What it should tell.
         what: &'static str,
     },
+    /// A joint of an arm with flexible joints shows no deflection.
+    #[error(
+        "no flexibility is seen at joint {joint}: motor and link differ by {deflection:.2e} rad in the band of the motion, where \
+         the encoders' noise alone makes {noise:.2e} rad; load it more, measure finer, or lock this joint and identify the \
+         other one by itself"
+    )]
+    RigidJointInArm {
+        /// 1, the shoulder, or 2, the elbow.
+        joint: usize,
+        /// The root mean square of the deflection in the band of the motion, rad.
+        deflection: f64,
+        /// That of the encoders' noise in this band, rad.
+        noise: f64,
+    },
 }
 
 /// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.

@@ -84,6 +84,21 @@ pub fn toeplitz_factor(column: &[f64]) -> Option<Vec<f64>> {
     Some(lower.as_slice().to_vec())
 }
 
+/// The unit vector x that maximises |x'Mx| / x'Tx, for a symmetric row-major M and the positive definite Toeplitz
+/// matrix T with the first column `column`; `None` if T is not positive definite or the iteration fails.
+pub fn dominant_relative_to_toeplitz(rows: &[f64], column: &[f64]) -> Option<Vec<f64>> {
+    let n = column.len();
+    let lower = toeplitz(column).cholesky()?.unpack();
+    // L^-1 M L^-T, symmetric as M is.
+    let half = lower.solve_lower_triangular(&DMatrix::from_row_slice(n, n, rows))?;
+    let whitened = lower.solve_lower_triangular(&half.transpose())?;
+    let eigen = nalgebra::SymmetricEigen::try_new(whitened, f64::EPSILON, 10_000)?;
+    let largest = eigen.eigenvalues.iamax();
+    let direction = lower.tr_solve_lower_triangular(&eigen.eigenvectors.column(largest))?;
+    let size = direction.norm();
+    (size > 0.0 && size.is_finite()).then(|| direction.iter().map(|v| v / size).collect())
+}
+
 /// The singular values of a row-major matrix, largest first. `None` if the decomposition fails.
 pub fn singular_values(rows: &[f64], columns: usize) -> Option<Vec<f64>> {
     let matrix = DMatrix::from_row_slice(rows.len() / columns, columns, rows);

@@ -18,8 +18,10 @@ use crate::simulate::read_arm;
 const NOTHING: f64 = 1e-9;
 
 /// The identified joint under the recorded torque.
+#[derive(serde::Serialize)]
 pub struct Simulated {
     /// The link's angle, rad.
+    #[serde(skip)]
     pub link: Vec<f64>,
     /// The root mean square of measured less simulated, rad.
     pub rms: f64,
@@ -30,7 +32,7 @@ pub struct Simulated {
 }
 
 /// The identified joint.
-fn joint(axis: &FlexibleAxis) -> JointParameters {
+pub fn joint(axis: &FlexibleAxis) -> JointParameters {
     let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
     let of = |name: &str| stiffness.parameter(name).map_or(0.0, |p| p.value);
     let g = |name: &str| friction.parameter(name).map_or(0.0, |p| p.value).max(0.0);

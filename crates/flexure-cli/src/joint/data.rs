@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use flexure_io::RecordFile;
 
 use super::Arguments;
-use crate::arguments::{TIME, sample_time};
+use crate::arguments::{TIME, Usage, sample_time};
 
 /// A number, or the name of one in the record.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,21 +82,12 @@ impl Log {
         let mut used = vec![position, arguments.torque.as_str()];
         used.extend(arguments.velocity.as_deref());
         used.extend(arguments.motor.as_deref());
-        let Some(sample_time) = sample_time(file, arguments.sample_time, &used)? else {
-            bail!(
-                "{}: no column '{TIME}' tells the sample time; give it by --sample-time",
-                file.path.display()
-            );
-        };
+        let sample_time = needed_sample_time(file, arguments, &used)?;
         let constant = arguments.torque_constant.value(file, "torque-constant")? * arguments.gear_ratio;
         let scaled =
             |name: &str, by: f64| -> Result<Vec<f64>> { Ok(file.finite(name)?.iter().map(|v| v * by).collect()) };
         Ok(Log {
-            file: file
-                .path
-                .file_name()
-                .map(|n| n.to_string_lossy().into_owned())
-                .unwrap_or_default(),
+            file: file_name(file),
             torque: scaled(&arguments.torque, constant)?,
             position: scaled(position, 1.0)?,
             motor: match &arguments.motor {
@@ -110,5 +101,90 @@ impl Log {
                 .iter()
                 .all(|name| file.record.names().iter().any(|n| n == name)),
         })
+    }
+}
+
+/// The log of a two-link arm.
+pub struct ArmLog {
+    /// The file's name without its folder.
+    pub file: String,
+    /// The torques on the links' side, N m.
+    pub torque: [Vec<f64>; 2],
+    /// The angles of the links.
+    pub link: [Vec<f64>; 2],
+    /// The angles of the motors, on the links' side of the gears.
+    pub motor: [Vec<f64>; 2],
+    /// s.
+    pub sample_time: f64,
+    /// Torque on the links' side a unit of the torque columns.
+    pub torque_constant: f64,
+}
+
+impl ArmLog {
+    /// The columns that the options name, of motors, links and torques; they must be finite.
+    pub fn read(file: &RecordFile, columns: &[[String; 2]; 3], arguments: &Arguments) -> Result<ArmLog> {
+        let used: Vec<&str> = columns.iter().flatten().map(String::as_str).collect();
+        let sample_time = needed_sample_time(file, arguments, &used)?;
+        let constant = arguments.torque_constant.value(file, "torque-constant")? * arguments.gear_ratio;
+        let scaled = |names: &[String; 2], by: f64| -> Result<[Vec<f64>; 2]> {
+            let column = |name: &str| -> Result<Vec<f64>> { Ok(file.finite(name)?.iter().map(|v| v * by).collect()) };
+            Ok([column(&names[0])?, column(&names[1])?])
+        };
+        Ok(ArmLog {
+            file: file_name(file),
+            motor: scaled(&columns[0], 1.0 / arguments.gear_ratio)?,
+            link: scaled(&columns[1], 1.0)?,
+            torque: scaled(&columns[2], constant)?,
+            sample_time,
+            torque_constant: constant,
+        })
+    }
+}
+
+/// The columns of motors, links and torques of an arm where the options name two of each, separated by a comma.
+///
+/// A name that is a column's as a whole is that column's.
+pub fn pairs(file: &RecordFile, arguments: &Arguments) -> Result<Option<[[String; 2]; 3]>> {
+    let names = [
+        ("motor", arguments.motor.as_deref().unwrap_or_default()),
+        ("link", arguments.link.as_deref().unwrap_or_default()),
+        ("torque", arguments.torque.as_str()),
+    ];
+    let split = names.map(|(_, text)| {
+        let whole = file.record.names().iter().any(|n| n == text);
+        let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+        match parts[..] {
+            [first, second] if !whole && !first.is_empty() && !second.is_empty() => {
+                Some([first.to_owned(), second.to_owned()])
+            }
+            _ => None,
+        }
+    });
+    match split {
+        [Some(motor), Some(link), Some(torque)] => Ok(Some([motor, link, torque])),
+        [None, None, None] => Ok(None),
+        split => {
+            let at = |i: usize| split[i].is_none();
+            let (name, text) = names[(0..3).find(|&i| at(i)).unwrap_or(0)];
+            Err(Usage(format!(
+                "--{name} {text}: a two-link arm needs two columns of each kind, as in --motor qm1,qm2 --link q1,q2 --torque tau1,tau2"
+            ))
+            .into())
+        }
+    }
+}
+
+fn file_name(file: &RecordFile) -> String {
+    let name = file.path.file_name();
+    name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+fn needed_sample_time(file: &RecordFile, arguments: &Arguments, used: &[&str]) -> Result<f64> {
+    match sample_time(file, arguments.sample_time, used)? {
+        Some(step) => Ok(step),
+        None => bail!(
+            "{}: no column '{TIME}' tells the sample time; give it by --sample-time",
+            file.path.display()
+        ),
     }
 }

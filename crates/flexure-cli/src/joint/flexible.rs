@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use anyhow::{Context as _, Result};
+use flexure::Record;
 use flexure::identify::joint::{Fitted, FlexibleAxis, FlexibleJoint, JointFound};
 use flexure_io::{RecordFile, write_atomically, write_record};
 use serde_json::json;
@@ -12,7 +13,9 @@ use super::arm::{Simulated, arm_file, simulated};
 use super::data::Log;
 use super::page;
 use super::rigid;
-use super::words::{Units, findings, fitted_json, fitted_words, lack_words, parameter_words, with_error};
+use super::words::{
+    Units, findings, fitted_json, fitted_words, lack_words, nearness, parameter_words, range_words, with_error,
+};
 use crate::outcome::number;
 use crate::output::{command_line, print};
 use crate::progress::spinning;
@@ -49,12 +52,7 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
         write_record(path, &rigid::curve(&axis.friction, "velocity", "torque")?)?;
     }
     if let Some(path) = &arguments.stiffness {
-        let mut record = rigid::curve(&axis.stiffness, "deflection", "torque")?;
-        let band = &axis.secant;
-        record.push("stiffness", band.estimate.clone())?;
-        record.push("stiffness_lower", band.lower.clone())?;
-        record.push("stiffness_upper", band.upper.clone())?;
-        write_record(path, &record)?;
+        write_record(path, &stiffness(&axis)?)?;
     }
     if let Some((path, text)) = arm {
         write_atomically(path, |out| out.write_all(text.as_bytes()))?;
@@ -81,16 +79,40 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
     print(&lines.join("\n"))
 }
 
+/// The stiffness curve as the columns of its file.
+pub fn stiffness(axis: &FlexibleAxis) -> Result<Record> {
+    let mut record = rigid::curve(&axis.stiffness, "deflection", "torque")?;
+    let band = &axis.secant;
+    record.push("stiffness", band.estimate.clone())?;
+    record.push("stiffness_lower", band.lower.clone())?;
+    record.push("stiffness_upper", band.upper.clone())?;
+    Ok(record)
+}
+
 fn json_of(axis: &FlexibleAxis, log: &Log, replay: Option<&Simulated>, arguments: &Arguments) -> serde_json::Value {
+    let mut object = axis_json(axis);
+    object["joint"] = json!("flexible");
+    object["samples"] = json!(log.position.len());
+    object["sample_time"] = json!(log.sample_time);
+    object["replay"] = json!(replay);
+    for (name, path) in [
+        ("friction_file", &arguments.friction),
+        ("stiffness_file", &arguments.stiffness),
+        ("arm", &arguments.arm),
+        ("report", &arguments.report),
+    ] {
+        object[name] = json!(path.as_ref().map(|p| p.display().to_string()));
+    }
+    object
+}
+
+/// What was found of a joint, as JSON.
+pub fn axis_json(axis: &FlexibleAxis) -> serde_json::Value {
     let units = Units::of(false);
     let list = |forms: &[Fitted], stiffness: bool| -> Vec<_> {
         forms.iter().map(|f| fitted_json(f, &units, stiffness)).collect()
     };
-    let shown = |p: &Option<std::path::PathBuf>| p.as_ref().map(|p| p.display().to_string());
     json!({
-        "joint": "flexible",
-        "samples": log.position.len(),
-        "sample_time": log.sample_time,
         "motor_inertia": axis.motor_inertia,
         "link_inertia": axis.link_inertia,
         "stiffness": rigid::curve_json(&axis.stiffness),
@@ -107,25 +129,40 @@ fn json_of(axis: &FlexibleAxis, log: &Log, replay: Option<&Simulated>, arguments
         "encoder_skew": axis.skew,
         "cut_off": axis.cut_off,
         "highest_frequency": axis.highest,
-        "replay": replay.map(|r| json!({ "rms": r.rms, "fit_percent": r.fit_percent, "velocity_fit_percent": r.velocity_fit_percent })),
         "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        "friction_file": shown(&arguments.friction),
-        "stiffness_file": shown(&arguments.stiffness),
-        "arm": shown(&arguments.arm),
-        "report": shown(&arguments.report),
     })
 }
 
 fn words(axis: &FlexibleAxis, log: &Log, replay: Option<&Simulated>) -> Vec<String> {
+    let mut lines = vec![format!(
+        "Flexible joint from {} samples of {}",
+        log.position.len(),
+        log.file
+    )];
+    lines.extend(axis_words(axis, "link inertia"));
+    if let Some(replay) = replay {
+        lines.push(format!(
+            "  simulated under the recorded torque: link angle {}; link velocity fit {:.2} %",
+            nearness(replay.rms, replay.fit_percent, "rad"),
+            replay.velocity_fit_percent
+        ));
+    }
+    lines.extend(findings(&axis.findings));
+    lines
+}
+
+/// What was found of a joint, in words; `link` names its link's inertia.
+pub fn axis_words(axis: &FlexibleAxis, link: &str) -> Vec<String> {
     let units = Units::of(false);
     let inertia = |name: &str, e: flexure::identify::joint::Estimated| match e.standard_error > 0.0 {
         true => format!("  {name:<14} {} kg m^2", with_error(e.value, e.standard_error)),
         false => format!("  {name:<14} {} kg m^2  (as given)", number(e.value)),
     };
     let mut lines = vec![
-        format!("Flexible joint from {} samples of {}", log.position.len(), log.file),
         inertia("motor inertia", axis.motor_inertia),
-        inertia("link inertia", axis.link_inertia),
+        inertia(link, axis.link_inertia),
+        range_words("stiffness", &axis.stiffness, "rad"),
+        range_words("friction", &axis.friction, "rad/s"),
     ];
     for form in [&axis.model.stiffness, &axis.model.friction] {
         let title = form.form.title();
@@ -149,14 +186,5 @@ fn words(axis: &FlexibleAxis, log: &Log, replay: Option<&Simulated>) -> Vec<Stri
             );
         }
     }
-    if let Some(replay) = replay {
-        lines.push(format!(
-            "  simulated under the recorded torque: link angle RMS error {} rad, fit {:.2} %; link velocity fit {:.2} %",
-            number(replay.rms),
-            replay.fit_percent,
-            replay.velocity_fit_percent
-        ));
-    }
-    lines.extend(findings(&axis.findings));
     lines
 }

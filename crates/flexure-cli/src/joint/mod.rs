@@ -5,7 +5,8 @@ mod data;
 mod flexible;
 mod page;
 mod rigid;
-mod words;
+mod two_link;
+pub mod words;
 
 use std::path::PathBuf;
 
@@ -19,7 +20,8 @@ use data::{Log, Number};
 /// Find a joint's friction, stiffness and inertia from its log.
 ///
 /// A rigid axis needs its position and torque (--position, --torque), a flexible joint the angles of motor and link and the
-/// torque (--motor, --link, --torque). Velocities and accelerations need not be logged. The curves of friction and stiffness are
+/// torque (--motor, --link, --torque), a two-link arm with its coupling two columns of each (--motor qm1,qm2 --link q1,q2
+/// --torque tau1,tau2; the curves of joint 1 are then written to files with -1 before their extension, of joint 2 with -2). Velocities and accelerations need not be logged. The curves of friction and stiffness are
 /// estimated without assuming a form, with confidence bands; then their physical parameters, each with a standard error, or
 /// with the range that the data support where they do not tell it. A record is CSV with a header, whitespace-separated
 /// columns without one (named c0, c1, ...), Parquet, or MAT v5.
@@ -28,20 +30,22 @@ use data::{Log, Number};
     flexure joint axis.csv --position q --torque tau --friction friction.csv --report report.html\n  \
     flexure joint axis.mat --position qm --torque vir --torque-constant gtau --prismatic \\\n    \
       --reference qg --kp kp --kv kv --json\n  \
-    flexure joint arm.csv --motor qm1 --link q1 --torque tau1 --arm arm.toml --stiffness k.csv")]
+    flexure joint arm.csv --motor qm1 --link q1 --torque tau1 --arm arm.toml --stiffness k.csv\n  \
+    flexure joint arm.csv --motor qm1,qm2 --link q1,q2 --torque tau1,tau2 --arm arm.toml --report arm.html\n  \
+    flexure simulate arm.toml -o again.csv")]
 pub struct Arguments {
     /// The record.
     record: PathBuf,
-    /// The column of the torque (or force, current, voltage: see --torque-constant).
+    /// The column of the torque (or force, current, voltage: see --torque-constant), or of those of both joints: tau1,tau2.
     #[arg(long, value_name = "COLUMN")]
     torque: String,
     /// The column of a rigid axis's position.
     #[arg(long, value_name = "COLUMN", conflicts_with_all = ["motor", "link"], required_unless_present_all = ["motor", "link"])]
     position: Option<String>,
-    /// The column of a flexible joint's motor angle.
+    /// The column of a flexible joint's motor angle, or of those of both joints: qm1,qm2.
     #[arg(long, value_name = "COLUMN", requires = "link")]
     motor: Option<String>,
-    /// The column of a flexible joint's link angle.
+    /// The column of a flexible joint's link angle, or of those of both joints: q1,q2.
     #[arg(long, value_name = "COLUMN", requires = "motor")]
     link: Option<String>,
     /// The column of the (link's) velocity; by default it is derived from the position.
@@ -87,13 +91,14 @@ pub struct Arguments {
     /// Write the stiffness curve here, as torque and as stiffness over the deflection: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv", requires = "motor")]
     stiffness: Option<PathBuf>,
-    /// Write the joint as an arm file here, for `flexure simulate`; the arm's other joint is locked.
+    /// Write the joint or arm as an arm file here, for `flexure simulate`; a single joint's other one is locked.
     #[arg(long, value_name = "ARM.toml", requires = "motor")]
     arm: Option<PathBuf>,
     /// Which joint of that arm it is: 1, the shoulder, or 2, the elbow.
     #[arg(long, value_name = "1|2", default_value = "1", value_parser = clap::value_parser!(u8).range(1..=2))]
     joint: u8,
-    /// Take the links of that arm from this arm file; the moving link's moment of inertia becomes what was identified.
+    /// Take the links of that arm from this arm file; the moving link's moment of inertia becomes what was identified (of a
+    /// two-link arm lengths, centres of mass and the mass of link 1 are taken).
     #[arg(long, value_name = "ARM.toml", requires = "arm")]
     template: Option<PathBuf>,
     /// Write a page that shows everything here.
@@ -113,6 +118,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         check_writable(path)?;
     }
     let file = spinning("reading", || read_record(&arguments.record))?;
+    if let Some(columns) = data::pairs(&file, arguments)? {
+        return two_link::run(&file, &columns, arguments);
+    }
     let log = Log::read(&file, arguments)?;
     match arguments.motor {
         Some(_) => flexible::run(&file, &log, arguments),

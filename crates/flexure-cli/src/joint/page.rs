@@ -1,15 +1,16 @@
 //! A joint as the page that shows it.
 
 use flexure::bands::Band;
-use flexure::identify::joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis};
+use flexure::identify::joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis, TwoLinkArm};
 use flexure_report::data::{
     Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
 };
 
 use super::Arguments;
 use super::arm::Simulated;
-use super::data::Log;
+use super::data::{ArmLog, Log};
 use super::rigid::{Replay, fit};
+use super::two_link::{Replay as ArmReplay, constants};
 use super::words::{Units, lack_words, parameter_words, with_error};
 use crate::outcome::number;
 
@@ -58,11 +59,6 @@ pub fn flexible(
     let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
     let mut motions = vec![torque(log, &axis.reconstructed, &units)];
     motions.extend(replay.map(|r| motion(log, &r.link, "under the recorded torque", &units)));
-    let cloud = |x: &[f64], y: &[f64]| Scatter {
-        x: x.to_vec(),
-        y: y.to_vec(),
-    };
-    let deflection = "deflection (rad)";
     JointPage {
         title: "A flexible joint".to_owned(),
         subtitle: subtitle(log),
@@ -74,13 +70,98 @@ pub fn flexible(
                 value: format!("{:.3} ms", 1e3 * axis.skew.value),
                 note: match axis.findings.iter().any(|f| matches!(f, Finding::EncoderSkew { .. })) {
                     true => "by which the link's samples are late; corrected".to_owned(),
-                    false => format!("not told from none (standard error {:.3} ms)", 1e3 * axis.skew.standard_error),
+                    false => format!(
+                        "not told from none (standard error {:.3} ms)",
+                        1e3 * axis.skew.standard_error
+                    ),
                 },
             },
             samples(log),
         ],
         warnings: axis.findings.iter().map(ToString::to_string).collect(),
-        curves: vec![
+        curves: joint_curves(axis, ""),
+        tables: [stiffness, friction]
+            .into_iter()
+            .chain(&axis.stiffness_forms)
+            .chain(&axis.friction_forms)
+            .map(|f| table(f, &units))
+            .collect(),
+        motions,
+        command: Some(command),
+    }
+}
+
+/// The page of a two-link arm.
+pub fn two_link(arm: &TwoLinkArm, log: &ArmLog, replay: Option<&ArmReplay>, command: String) -> JointPage {
+    let units = Units::of(false);
+    let mut facts: Vec<Fact> = constants(arm)
+        .into_iter()
+        .map(|(name, formula, value)| {
+            let fact = inertia(&(name[..1].to_uppercase() + &name[1..]), value, "kg m²");
+            Fact {
+                note: format!("{formula}; {}", fact.note),
+                ..fact
+            }
+        })
+        .collect();
+    let (mut warnings, mut curves, mut tables, mut motions) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for (i, (axis, name)) in arm.joints.iter().zip(["joint 1", "joint 2"]).enumerate() {
+        facts.push(inertia(&format!("Motor inertia, {name}"), axis.motor_inertia, "kg m²"));
+        warnings.extend(axis.findings.iter().map(|f| format!("{name}: {f}")));
+        curves.extend(joint_curves(axis, &format!(", {name}")));
+        let forms = [&axis.model.stiffness, &axis.model.friction].into_iter();
+        let forms = forms.chain(&axis.stiffness_forms).chain(&axis.friction_forms);
+        tables.extend(forms.enumerate().map(|(k, f)| {
+            let table = table(f, &units);
+            let all = if k < 2 { ", all equations together" } else { "" };
+            ParameterTable {
+                heading: format!("{} of {name}{all}", table.heading),
+                ..table
+            }
+        }));
+        let step = log.sample_time;
+        motions.push(comparison(
+            time(step),
+            format!("Torque of {name}: measured against reconstructed from the motion"),
+            "torque (N m)".to_owned(),
+            &log.torque[i],
+            &axis.reconstructed,
+        ));
+        motions.extend(replay.map(|r| {
+            comparison(
+                time(step),
+                format!("Motion of {name}: measured against simulated under the recorded torques"),
+                "angle (rad)".to_owned(),
+                &log.link[i],
+                &r.link[i],
+            )
+        }));
+    }
+    JointPage {
+        title: "A two-link arm".to_owned(),
+        subtitle: format!(
+            "Friction, stiffness and inertia of both joints from {} samples of {}.",
+            log.link[0].len(),
+            log.file
+        ),
+        facts,
+        warnings,
+        curves,
+        tables,
+        motions,
+        command: Some(command),
+    }
+}
+
+/// The curves of a flexible joint; `of` is added to their headings.
+fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
+    let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
+    let cloud = |x: &[f64], y: &[f64]| Scatter {
+        x: x.to_vec(),
+        y: y.to_vec(),
+    };
+    let deflection = "deflection (rad)";
+    let curves = vec![
             JointCurve {
                 heading: "Stiffness".to_owned(),
                 caption: "The stiffness k(d) = κ(d)/d with its band: a dip at zero is a soft wind-up.".to_owned(),
@@ -106,16 +187,14 @@ pub fn flexible(
                 curve: curve(&axis.friction, ["velocity (rad/s)", "torque (N m)"], |v| friction.torque(v), friction),
                 points: cloud(&axis.velocity, &axis.partial_friction),
             },
-        ],
-        tables: [stiffness, friction]
-            .into_iter()
-            .chain(&axis.stiffness_forms)
-            .chain(&axis.friction_forms)
-            .map(|f| table(f, &units))
-            .collect(),
-        motions,
-        command: Some(command),
-    }
+        ];
+    curves
+        .into_iter()
+        .map(|c| JointCurve {
+            heading: c.heading.clone() + of,
+            ..c
+        })
+        .collect()
 }
 
 fn subtitle(log: &Log) -> String {
@@ -188,23 +267,23 @@ fn table(form: &Fitted, units: &Units) -> ParameterTable {
     }
 }
 
-fn time(log: &Log) -> Axis {
+fn time(step: f64) -> Axis {
     Axis {
         name: "time".to_owned(),
         unit: "s".to_owned(),
         start: 0.0,
-        step: log.sample_time,
+        step,
     }
 }
 
-fn comparison(log: &Log, heading: String, y_label: String, measured: &[f64], predicted: &[f64]) -> Comparison {
+fn comparison(time: Axis, heading: String, y_label: String, measured: &[f64], predicted: &[f64]) -> Comparison {
     let n = measured.len().min(predicted.len());
     let (rms, fit_percent) = fit(measured, predicted);
     Comparison {
         heading,
         prediction: Prediction {
             y_label,
-            time: time(log),
+            time,
             measured: measured[..n].to_vec(),
             predicted: predicted[..n].to_vec(),
             fit_percent,
@@ -216,7 +295,7 @@ fn comparison(log: &Log, heading: String, y_label: String, measured: &[f64], pre
 fn torque(log: &Log, reconstructed: &[f64], units: &Units) -> Comparison {
     let heading = "Torque: measured against reconstructed from the motion".to_owned();
     comparison(
-        log,
+        time(log.sample_time),
         heading,
         format!("torque ({})", units.torque),
         &log.torque,
@@ -227,7 +306,7 @@ fn torque(log: &Log, reconstructed: &[f64], units: &Units) -> Comparison {
 fn motion(log: &Log, simulated: &[f64], drive: &str, units: &Units) -> Comparison {
     let heading = format!("Motion: measured against simulated {drive}");
     comparison(
-        log,
+        time(log.sample_time),
         heading,
         format!("position ({})", units.position),
         &log.position,

@@ -12,8 +12,7 @@ use serde_json::json;
 use super::Arguments;
 use super::data::Log;
 use super::page;
-use super::words::{Units, findings, fitted_json, fitted_words, with_error};
-use crate::outcome::number;
+use super::words::{Units, findings, fitted_json, fitted_words, nearness, range_words, with_error};
 use crate::output::{command_line, print};
 use crate::progress::spinning;
 
@@ -98,6 +97,8 @@ pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Argument
             units.inertia()
         ),
     ];
+    let velocity = format!("{}/s", units.position);
+    lines.push(range_words("friction", &axis.friction, &velocity));
     for extra in &axis.extras {
         let value = with_error(extra.value, extra.standard_error);
         lines.push(format!(
@@ -111,11 +112,9 @@ pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Argument
     }
     for replay in &replays {
         lines.push(format!(
-            "  simulated {}: RMS error {} {}, fit {:.2} %",
+            "  simulated {}: {}",
             replay.drive,
-            number(replay.rms),
-            units.position,
-            replay.fit_percent
+            nearness(replay.rms, replay.fit_percent, units.position)
         ));
     }
     lines.extend(findings(&axis.findings));

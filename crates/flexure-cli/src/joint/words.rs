@@ -1,5 +1,6 @@
 //! A joint in words and as JSON.
 
+use flexure::bands::Band;
 use flexure::identify::joint::{Finding, Fitted, Parameter};
 use serde_json::{Value, json};
 
@@ -158,6 +159,28 @@ pub fn fitted_json(form: &Fitted, units: &Units, stiffness: bool) -> Value {
         "lack_of_fit": form.lack_of_fit,
         "bic": form.bic,
     })
+}
+
+/// Over what a free curve was seen.
+pub fn range_words(what: &str, band: &Band, unit: &str) -> String {
+    let x = &band.x[0];
+    format!(
+        "  {what:<14} seen from {} to {} {unit}; beyond, these data say nothing",
+        number(x[0]),
+        number(x[x.len() - 1])
+    )
+}
+
+/// A fit below this, in percent, is that of a motion that has run away.
+const RUN_AWAY: f64 = -1000.0;
+
+/// How near a simulated motion is to the measured one.
+pub fn nearness(rms: f64, fit_percent: f64, unit: &str) -> String {
+    match fit_percent > RUN_AWAY {
+        true => format!("RMS error {} {unit}, fit {fit_percent:.2} %", number(rms)),
+        false => "it runs away from the measured motion: inertia and friction as they were found do not explain it"
+            .to_owned(),
+    }
 }
 
 /// What to know before trusting a result, a line each.

@@ -28,7 +28,7 @@ pub fn page(file: &RecordFile, signals: &Signals, result: &Cascade, decoration: 
             })
             .collect(),
         choices: choices(result),
-        candidates: structures(result),
+        candidates: structures(result).into_iter().collect(),
     };
     let judged = Judged {
         signals: *signals,
@@ -48,28 +48,49 @@ fn facts(signals: &Signals, result: &Cascade) -> Vec<Fact> {
         fact(
             "Poles",
             orders.join(" + "),
-            "of the linear parts, by Schwarz's criterion",
+            match result.back {
+                Some(_) => "of the linear parts, by Schwarz's criterion",
+                None => "of the linear part, by Schwarz's criterion",
+            },
         ),
-        fact("Delay", samples(result.delay()), "of all linear parts together"),
-        fact("Pieces", result.pieces().to_string(), "cubic ones, of the nonlinearity"),
-        samples_fact(result.predicted.len(), result.fitted, ""),
+        fact(
+            "Delay",
+            samples(result.delay()),
+            match result.back {
+                Some(_) => "of all linear parts together",
+                None => "leading zeros of the linear part's numerator",
+            },
+        ),
     ]);
+    if result.nonlinearity.is_some() {
+        let pieces = result.pieces().to_string();
+        facts.push(fact("Pieces", pieces, "cubic ones, of the nonlinearity"));
+    }
+    facts.push(samples_fact(result.predicted.len(), result.fitted, ""));
     facts
 }
 
+/// None of its points for a linear model.
 fn nonlinearity(u: &[f64], signals: &Signals, result: &Cascade) -> Nonlinearity {
-    let x = result.nonlinearity.x().to_vec();
+    let (x, y) = match &result.nonlinearity {
+        Some(curve) => (curve.x().to_vec(), curve.y().to_vec()),
+        None => Default::default(),
+    };
     Nonlinearity {
         x_label: match &result.front {
-            Some(_) => "intermediate signal, behind the first linear part".to_owned(),
+            Some(_) if result.back.is_some() => "intermediate signal, behind the first linear part".to_owned(),
+            Some(_) => "intermediate signal, behind the linear part".to_owned(),
             None => labelled(signals.input),
         },
         y_label: "nonlinearity's output".to_owned(),
-        y: result.nonlinearity.y().to_vec(),
+        y,
         lower: Vec::new(),
         upper: Vec::new(),
         band_label: String::new(),
-        density: density(&result.intermediate(u)[..result.fitted], &x),
+        density: match x.is_empty() {
+            true => Vec::new(),
+            false => density(&result.intermediate(u)[..result.fitted], &x),
+        },
         truth: Vec::new(),
         truth_label: String::new(),
         x,
@@ -78,7 +99,7 @@ fn nonlinearity(u: &[f64], signals: &Signals, result: &Cascade) -> Nonlinearity 
 
 fn choices(result: &Cascade) -> Vec<Choice> {
     let orders: Vec<String> = (result.linear())
-        .map(|block| format!("{} in the {}", block.order(), block.key))
+        .map(|block| format!("{} in the {}", block.order(), block.name()))
         .collect();
     let approximations = ScoreCurve {
         x_label: "order of the linear approximation".to_owned(),
@@ -89,38 +110,36 @@ fn choices(result: &Cascade) -> Vec<Choice> {
         chosen: result.order() as f64,
     };
     let shown = approximations.x.contains(&approximations.chosen);
-    let pieces = by_pieces(result);
+    let by_pieces = by_pieces(result);
     let intersample = (!result.intersample.is_empty()).then(|| Choice {
         name: "Between the samples".to_owned(),
         value: "2 instants".to_owned(),
         why: format!("{INTERSAMPLE}; chosen by Schwarz's criterion"),
         curve: None,
     });
-    let mut all = vec![
-        Choice {
-            name: "Poles".to_owned(),
-            value: orders.join(", "),
-            why: "those of the best linear approximation, shared out in every way; then poles and numerator coefficients added and \
-                  taken away while Schwarz's criterion of the free-run error falls"
-                .to_owned(),
-            curve: shown.then_some(approximations),
-        },
-        Choice {
-            name: "Pieces of the nonlinearity".to_owned(),
-            value: result.pieces().to_string(),
-            why: "smallest Schwarz criterion; breakpoints are dense where the curve bends".to_owned(),
-            curve: (pieces.len() > 1).then(|| ScoreCurve {
-                x_label: "pieces".to_owned(),
-                y_label: "Schwarz's criterion".to_owned(),
-                log_x: false,
-                x: pieces.iter().map(|p| p.pieces as f64).collect(),
-                y: pieces.iter().map(|p| p.bic).collect(),
-                chosen: result.pieces() as f64,
-            }),
-        },
-    ];
-    all.extend(intersample);
-    all
+    let poles = Choice {
+        name: "Poles".to_owned(),
+        value: orders.join(", "),
+        why: format!(
+            "{}; then poles and numerator coefficients added and taken away while Schwarz's criterion of the free-run error falls",
+            result.start
+        ),
+        curve: shown.then_some(approximations),
+    };
+    let pieces = result.nonlinearity.is_some().then(|| Choice {
+        name: "Pieces of the nonlinearity".to_owned(),
+        value: result.pieces().to_string(),
+        why: "smallest Schwarz criterion; breakpoints are dense where the curve bends".to_owned(),
+        curve: (by_pieces.len() > 1).then(|| ScoreCurve {
+            x_label: "pieces".to_owned(),
+            y_label: "Schwarz's criterion".to_owned(),
+            log_x: false,
+            x: by_pieces.iter().map(|p| p.pieces as f64).collect(),
+            y: by_pieces.iter().map(|p| p.bic).collect(),
+            chosen: result.pieces() as f64,
+        }),
+    });
+    [Some(poles), pieces, intersample].into_iter().flatten().collect()
 }
 
 /// The structures that were tried on all samples, best first, each once, and the last, which was chosen.
@@ -165,8 +184,16 @@ fn by_pieces(result: &Cascade) -> Vec<&TriedStructure> {
 
 fn structures(result: &Cascade) -> Option<Table> {
     let (all, chosen) = compared(result)?;
+    let columns = [
+        "front: poles / numerator coefficients",
+        "back: poles / numerator coefficients",
+        "instants a sample",
+        "pieces",
+        "error / output's spread",
+        "Schwarz's criterion",
+    ];
     let rows = all.iter().take(MOST_STRUCTURES).map(|t| {
-        vec![
+        [
             format!("{} / {}", t.front_order, t.front_numerator),
             format!("{} / {}", t.back_order, t.back_numerator),
             t.instants.to_string(),
@@ -175,7 +202,15 @@ fn structures(result: &Cascade) -> Option<Table> {
             format!("{:.0}", t.bic),
         ]
     });
-    let rows: Vec<Vec<String>> = rows.collect();
+    let mut rows: Vec<Vec<String>> = rows.map(Vec::from).collect();
+    let mut columns: Vec<String> = columns.map(String::from).to_vec();
+    if result.back.is_none() {
+        // Neither a back nor, without one, instants to choose.
+        for row in rows.iter_mut().chain([&mut columns]) {
+            row.drain(1..3);
+        }
+        columns[0] = "poles / numerator coefficients".to_owned();
+    }
     Some(Table {
         title: "Structures that were tried".to_owned(),
         words: format!(
@@ -186,17 +221,9 @@ fn structures(result: &Cascade) -> Option<Table> {
             all.len(),
             chosen.samples
         ),
-        columns: [
-            "front: poles / numerator coefficients",
-            "back: poles / numerator coefficients",
-            "instants a sample",
-            "pieces",
-            "error / output's spread",
-            "Schwarz's criterion",
-        ]
-        .map(String::from)
-        .to_vec(),
+        columns,
         chosen: all.iter().take(rows.len()).position(|t| shape(t) == shape(chosen)),
         rows,
+        ends_in_words: false,
     })
 }

@@ -97,6 +97,9 @@ fn refined(context: &Context, result: &Estimate, own: &Refined) -> Vec<Choice> {
 fn plain(context: &Context, method: &PlainHammerstein, result: &Estimate, own: &Plain) -> Vec<Choice> {
     let estimator = own.estimator;
     let scores = own.scores.as_ref();
+    let how = scores.map_or_else(String::new, |s| {
+        tuning::smallest("leave-one-out cross-validation error", s)
+    });
     let scores = scores.map(|s| tuning::score_curve(estimator, s, &[own.parameter], context.signals.input));
     vec![
         choice(
@@ -105,10 +108,7 @@ fn plain(context: &Context, method: &PlainHammerstein, result: &Estimate, own: &
                 true => format!("h = {} ({} kernel)", number(own.parameter), own.kernel.name()),
                 false => format!("{} ({})", tuning::list(&[own.parameter]), estimator.title()),
             },
-            given_or(
-                method.parameter.is_some(),
-                "smallest exact leave-one-out cross-validation error",
-            ),
+            given_or(method.parameter.is_some(), &how),
             scores,
         ),
         order(context, result, "free-run error"),

@@ -20,7 +20,7 @@ pub fn page(file: &RecordFile, context: &Context, result: &Estimate, mut decorat
         nonlinearity: nonlinearity(u, context, result, decoration.truth.take()),
         linear: vec![linear(context, result)],
         choices: choices(context, result),
-        candidates: None,
+        candidates: Vec::new(),
     };
     let judged = Judged {
         signals: context.signals,

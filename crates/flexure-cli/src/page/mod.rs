@@ -65,7 +65,7 @@ struct Parts {
     nonlinearity: Nonlinearity,
     linear: Vec<LinearPart>,
     choices: Vec<Choice>,
-    candidates: Option<Table>,
+    candidates: Vec<Table>,
 }
 
 /// Puts the page together; the truth among the decorations is the parts' business.

@@ -32,7 +32,7 @@ pub fn page(
             ..linear_part(block.title, &block.system, None, signals.sample_time)
         }],
         choices: choices(result),
-        candidates: Some(output(signals, result)),
+        candidates: vec![output(signals, result)],
     };
     let judged = Judged {
         signals: *signals,
@@ -123,5 +123,6 @@ fn output(signals: &Signals, result: &HammersteinWienerIdentification) -> Table 
         columns: vec!["linear part's output".to_owned(), labelled(signals.output)],
         rows: (0..VALUES).map(row).collect(),
         chosen: None,
+        ends_in_words: false,
     }
 }

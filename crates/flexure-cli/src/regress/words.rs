@@ -8,7 +8,7 @@ use super::data::Data;
 use super::estimate::{Estimate, Evaluated};
 use super::{Arguments, Outside};
 use crate::outcome::number;
-use crate::tuning::{capitalised, kernel_words, list, scores_json};
+use crate::tuning::{capitalised, kernel_words, list, scores_json, smallest};
 
 /// What the user should know before trusting the result.
 pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: &Arguments) -> Vec<String> {
@@ -152,7 +152,7 @@ pub fn summary(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[
 pub fn why(estimate: &Estimate) -> String {
     match (&estimate.method.tuning, &estimate.fit.scores) {
         (Tuning::Fixed(_), _) => "as given".to_owned(),
-        (_, Some(scores)) => format!("smallest {}", scores.criterion),
+        (_, Some(scores)) => smallest(scores.criterion, scores),
         (Tuning::FromData(rule), None) => match rule {
             Rule::PlugIn => "by the plug-in rule".to_owned(),
             rule => format!(

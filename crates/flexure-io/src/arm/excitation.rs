@@ -58,6 +58,8 @@ pub enum PhaseChoice {
     Random,
     /// Schroeder's, of low crest factor.
     Schroeder,
+    /// Optimised for the lowest crest factor.
+    LowCrest,
 }
 
 /// How a chirp's frequency rises.
@@ -128,7 +130,7 @@ impl<'de> Visitor<'de> for AmplitudeVisitor {
 /// | `amplitude` | all but zero, record | a number, or one for each joint; required |
 /// | `distribution` | white | `"uniform"` (default) or `"gaussian"` |
 /// | `f_min`, `f_max` | multisine, chirp | Hz; `0 <= f_min < f_max <= 1 / (2 sample_time)`; required |
-/// | `phases` | multisine | `"random"` (default) or `"schroeder"` |
+/// | `phases` | multisine | `"random"` (default), `"schroeder"` or `"low_crest"` |
 /// | `sweep` | chirp | `"linear"` (default) or `"logarithmic"` |
 /// | `hold` | prbs, multilevel | samples for which each value is held, at least 1; default 1 |
 /// | `order` | prbs | register length, 2 to 24; default: the least whose period covers the run |
@@ -282,6 +284,7 @@ impl Excitation {
                 let phases = match self.phases.unwrap_or_default() {
                     PhaseChoice::Random => Phases::Random { seed },
                     PhaseChoice::Schroeder => Phases::Schroeder,
+                    PhaseChoice::LowCrest => Phases::LowCrest { seed },
                 };
                 signal::multisine(n, time, amplitude, f_min, f_max, phases)
             }

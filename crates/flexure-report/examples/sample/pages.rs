@@ -130,7 +130,7 @@ pub fn full() -> Page {
                 "The curve is known at −3 and 3 N m, which fixes scale and offset.",
             ),
         ],
-        candidates: None,
+        candidates: Vec::new(),
         warnings: vec!["Only 31 samples have an input beyond ±7.5 N m: the curve is uncertain there.".into()],
         arm: Some(arm),
         command: Some("flexure demo --out flexure-demo --preset space-arm --seed 1".into()),

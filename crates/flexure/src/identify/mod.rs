@@ -1,11 +1,23 @@
 //! From a record to a model, with a verdict.
 //!
 //! [`PlainHammerstein`] is the paper's algorithm as it stands; [`RefinedHammerstein`] starts from it and comes near the
-//! accuracy of an estimator that knows the linear part.
-//!
+//! accuracy of an estimator that knows the linear part. [`Wiener`] and [`WienerHammerstein`] are the structures with linear
+//! dynamics before the nonlinearity, [`Linear`] the reference that has none, and [`Auto`] finds out which of them the data support.
 //! [`HammersteinWiener`] has a nonlinearity at either end, [`MultipleInputs`] a Hammerstein branch for every input; [`Narx`] and
 //! [`Volterra`] are references without blocks.
+//!
+//! | structure | identification | even nonlinearity | coloured input | standard errors | missing outputs |
+//! |---|---|---|---|---|---|
+//! | linear | [`Linear`] | | yes | no | no |
+//! | static, linear | [`PlainHammerstein`] | yes | deconvolved | band | no |
+//! | static, linear | [`RefinedHammerstein`] | yes | yes | yes | yes |
+//! | linear, static | [`Wiener`] | yes | yes | no | no |
+//! | linear, static, linear | [`WienerHammerstein`] | no | yes | no | no |
+//! | static, linear, static | [`HammersteinWiener`] | the first | yes | no | no |
+//! | static, linear, of every input | [`MultipleInputs`] | yes | yes | no | no |
+//! | any of the first five, or none | [`Auto`] | all but the last | yes | that of the chosen | no |
 
+mod auto;
 mod branches;
 mod calibration;
 mod checks;
@@ -16,16 +28,21 @@ mod impulse;
 pub mod joint;
 mod multiple_inputs;
 mod outcome;
+mod output_error;
 mod reference;
 mod refined;
+mod samples;
 mod sandwich;
+mod wiener;
 
+pub use auto::{Auto, AutoIdentification, Identified, Refutation, Structure, StructureCandidate};
 pub use branches::TriedBranches;
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
 pub use hammerstein_wiener::{HammersteinWiener, HammersteinWienerIdentification};
 pub use multiple_inputs::{InputBranch, MultipleInputs, MultipleInputsIdentification, MultipleInputsModel};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
+pub use output_error::{Linear, LinearIdentification};
 pub use reference::{
     DecayPrior, Narx, NarxIdentification, NarxModel, NarxTerm, TriedNarx, Volterra, VolterraIdentification,
     VolterraModel,
@@ -35,3 +52,4 @@ pub use refined::{
     RefinedIdentification,
 };
 pub use sandwich::{ApproximationScore, Intersample, SandwichIdentification, Stage, TriedStructure, WienerHammerstein};
+pub use wiener::{Wiener, WienerIdentification, WienerStart};

@@ -28,6 +28,16 @@ pub enum Drive<'a> {
     ///
     /// A locked joint keeps its initial deflection, whatever is commanded. A rigid arm has none.
     Deflection([&'a [f64]; 2]),
+    /// Motor angles in rad that servos follow, one sample a row for each joint: the torque
+    /// `kp (reference - qm) - kd qm'` of every row is held until the next.
+    ///
+    /// A rigid arm's motor angles are those of its links.
+    Servo {
+        /// The references.
+        reference: [&'a [f64]; 2],
+        /// The gains `[kp, kd]` of each joint, N m/rad and N m s/rad.
+        gains: [[f64; 2]; 2],
+    },
 }
 
 /// How an arm is simulated.
@@ -108,6 +118,31 @@ pub fn simulate_watched(
                     &mut Dop853::new(0.0, links, *tolerances)?,
                     |x, tau: &[f64; 2]| arm.rigid_derivative(x, *tau),
                     |k, _| input(k),
+                    sampling,
+                    &mut |_, x, tau| rows.push(*tau, link_state(x)),
+                    watch,
+                )?;
+            }
+        }
+        Drive::Servo { reference, gains } => {
+            check_samples(["r1", "r2"], reference, sampling.rows())?;
+            let servo = |k: usize, q: [f64; 2], dq: [f64; 2]| {
+                [0, 1].map(|i| gains[i][0] * (reference[i][k] - q[i]) - gains[i][1] * dq[i])
+            };
+            if flexible {
+                run_held(
+                    &mut Dop853::new(0.0, initial.to_array(), *tolerances)?,
+                    |x, tau: &[f64; 2]| arm.derivative(x, *tau),
+                    |k, x| servo(k, [x[2], x[3]], [x[6], x[7]]),
+                    sampling,
+                    &mut |_, x, tau| rows.push(*tau, State::from_array(*x)),
+                    watch,
+                )?;
+            } else {
+                run_held(
+                    &mut Dop853::new(0.0, links, *tolerances)?,
+                    |x, tau: &[f64; 2]| arm.rigid_derivative(x, *tau),
+                    |k, x| servo(k, [x[0], x[1]], [x[2], x[3]]),
                     sampling,
                     &mut |_, x, tau| rows.push(*tau, link_state(x)),
                     watch,

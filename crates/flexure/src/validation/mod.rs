@@ -1,16 +1,19 @@
 //! Does a model hold on data that were not used for its fit?
 //!
 //! [`FitMeasures`] says how near the prediction is, [`ResidualTests`] whether what it leaves behind
-//! still carries something that the input explains. [`estimate_initial_state`] takes the unknown start out of a comparison, and
-//! [`predict_ahead`] uses the measured output up to some samples ago.
+//! still carries something that the input explains, [`PairedComparison`] which of two models predicts better.
+//! [`estimate_initial_state`] takes the unknown start out of a comparison, and [`predict_ahead`] uses the measured output up to
+//! some samples ago.
 
 mod ahead;
+mod comparison;
 mod initial;
 mod measures;
 mod residuals;
 
 pub use ahead::predict_ahead;
+pub use comparison::PairedComparison;
 pub use initial::{InitialState, estimate_initial_state};
 pub use measures::FitMeasures;
 pub(crate) use residuals::whiteness;
-pub use residuals::{Correlations, ResidualTest, ResidualTests, TestKind};
+pub use residuals::{Correlations, LEVEL, ResidualTest, ResidualTests, TestKind};

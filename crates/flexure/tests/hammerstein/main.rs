@@ -1,6 +1,7 @@
 //! The plain Hammerstein identification through the public interface, on systems whose truth is known.
 
 mod calibration;
+mod cascades;
 mod colour;
 mod errors;
 mod invariance;

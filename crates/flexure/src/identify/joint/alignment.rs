@@ -53,11 +53,11 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
     let link = Reflected::new(motion.link, step);
     let torque = modulation.of(motion.torque);
     let rate = modulation.of_rate(motion.torque);
-    let motor = modulation.of_acceleration(motion.motor);
+    let motor = motion.rotor_acceleration(modulation);
     let encoder: Vec<f64> = modulation
         .omega
         .iter()
-        .map(|w| (motion.motor_noise.sd * w * w).powi(2))
+        .map(|w| (motion.rotor_sd() * w * w).powi(2))
         .collect();
     let mut noise = vec![1.0; modulation.len()];
     let (mut skew, mut skew_error, mut delay) = (0.0, f64::INFINITY, (0.0, f64::INFINITY));

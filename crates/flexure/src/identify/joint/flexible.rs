@@ -13,10 +13,11 @@ use super::pair::{Free, Pair};
 use super::rigid::{FEWEST_LINES, RESOLVED, RigidJoint, band, least_band};
 use super::smooth::{Noise, Reflected};
 use crate::error::{Error, Result};
+use crate::linalg::Complex;
 
 /// The highest frequency of the equations as a share of the sampling rate, and in bands of the motion.
-const HIGHEST: f64 = 0.1;
-const BANDS: f64 = 3.0;
+pub(super) const HIGHEST: f64 = 0.1;
+pub(super) const BANDS: f64 = 3.0;
 /// The deflection is flexibility if it has this many times the encoders' noise power in the band of the motion.
 const FLEXIBLE: f64 = 3.0;
 
@@ -54,6 +55,8 @@ pub(super) struct Motion<'a> {
     pub motor_inertia: Option<f64>,
     pub motor_noise: Noise,
     pub link_noise: Noise,
+    /// The angle of the link that the motor rides on, with its noise.
+    pub rides_on: Option<(&'a [f64], Noise)>,
 }
 
 impl FlexibleJoint<'_> {
@@ -91,6 +94,7 @@ impl FlexibleJoint<'_> {
             motor_inertia: self.motor_inertia,
             motor_noise: Noise::of(self.motor, step),
             link_noise: Noise::of(self.link, step),
+            rides_on: None,
         };
         checks::resolved(&[motion.motor_noise, motion.link_noise], self.link.len(), step)?;
         let widest = motion.motor_noise.band.max(motion.link_noise.band);
@@ -213,18 +217,38 @@ impl FlexibleJoint<'_> {
                 .collect(),
             deflection: pair.d.clone(),
             velocity: pair.v.clone(),
-            findings: self.findings(motion, alignment, &pair.v, resolution),
+            findings: motion.findings(alignment, &pair.v, resolution),
         })
     }
+}
 
-    fn findings(&self, motion: &Motion, alignment: &Alignment, v: &[f64], resolution: f64) -> Vec<Finding> {
+impl Motion<'_> {
+    /// The modulated integrals of the rotor's acceleration in space.
+    pub fn rotor_acceleration(&self, modulation: &Modulation) -> Vec<Complex<f64>> {
+        match self.rides_on {
+            None => modulation.of_acceleration(self.motor),
+            Some((carrier, _)) => {
+                let angle: Vec<f64> = self.motor.iter().zip(carrier).map(|(m, q)| m + q).collect();
+                modulation.of_acceleration(&angle)
+            }
+        }
+    }
+
+    /// The standard deviation of the noise in the rotor's angle in space.
+    pub fn rotor_sd(&self) -> f64 {
+        self.rides_on
+            .map_or(self.motor_noise.sd, |(_, noise)| self.motor_noise.sd.hypot(noise.sd))
+    }
+
+    /// What to know of the motion and its clocks before trusting what they tell.
+    pub fn findings(&self, alignment: &Alignment, v: &[f64], resolution: f64) -> Vec<Finding> {
         let mut findings = Vec::new();
         findings.extend(checks::clipped(self.torque));
         findings.extend(checks::motion(v, resolution));
-        for noise in [motion.motor_noise, motion.link_noise] {
+        for noise in [self.motor_noise, self.link_noise] {
             if noise.unresolved && findings.iter().all(|f| !matches!(f, Finding::SampledTooSlowly { .. })) {
                 findings.push(Finding::SampledTooSlowly {
-                    step: self.sample_time,
+                    step: self.step,
                     band: noise.band,
                 });
             }
@@ -240,11 +264,9 @@ impl FlexibleJoint<'_> {
         }
         findings
     }
-}
 
-impl Motion<'_> {
     /// Whether the deflection is no more than the encoders' noise, and a skew between them.
-    fn no_flexibility(&self, modulation: &Modulation) -> Option<Vec<Finding>> {
+    pub fn no_flexibility(&self, modulation: &Modulation) -> Option<Vec<Finding>> {
         let v = Reflected::new(self.link, self.step).velocity(self.link_noise.cut_off());
         let n = v.len() as f64;
         let d: Vec<f64> = self.motor.iter().zip(self.link).map(|(m, q)| m - q).collect();

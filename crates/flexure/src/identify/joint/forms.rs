@@ -82,6 +82,8 @@ pub enum FormName {
     CoulombViscous,
     /// Those with the Stribeck effect: `(Fc + (Fs - Fc) exp(-(v / vs)^2)) sign v + Fv v + F0`.
     Stribeck,
+    /// `g4 tanh(g5 v)`, (12) without its Stribeck and viscous parts.
+    SmoothDry,
     /// `g4 tanh(g5 v) + g6 v`, (12) without its Stribeck part.
     SmoothCoulomb,
     /// (12): `g1 [tanh(g2 v) - tanh(g3 v)] + g4 tanh(g5 v) + g6 v`.
@@ -100,6 +102,7 @@ impl FormName {
         match self {
             FormName::CoulombViscous => "Coulomb and viscous friction with an offset",
             FormName::Stribeck => "Coulomb, viscous and Stribeck friction with an offset",
+            FormName::SmoothDry => "smooth Coulomb friction, (12) with g1 = g6 = 0",
             FormName::SmoothCoulomb => "smooth Coulomb and viscous friction, (12) with g1 = 0",
             FormName::SmoothStribeck => "friction (12)",
             FormName::LinearStiffness => "linear stiffness",
@@ -116,18 +119,27 @@ impl FormName {
         )
     }
 
+    /// Whether it is a form of friction that an arm can have, (12) or a part of it.
+    pub(super) fn is_smooth(self) -> bool {
+        matches!(
+            self,
+            FormName::SmoothDry | FormName::SmoothCoulomb | FormName::SmoothStribeck
+        )
+    }
+
     /// The terms; `offset` adds a constant to the smooth forms of friction, which have none of their own.
     pub(super) fn terms(self, offset: bool) -> Vec<Term> {
         let mut terms = match self {
             FormName::CoulombViscous => vec![Term::Sign, Term::Linear, Term::Constant],
             FormName::Stribeck => vec![Term::Sign, Term::Linear, Term::Stribeck, Term::Constant],
+            FormName::SmoothDry => vec![Term::Tanh],
             FormName::SmoothCoulomb => vec![Term::Tanh, Term::Linear],
             FormName::SmoothStribeck => vec![Term::TanhDifference, Term::Tanh, Term::Linear],
             FormName::LinearStiffness => vec![Term::Linear],
             FormName::CubicStiffness => vec![Term::Linear, Term::Cubic],
             FormName::Windup => vec![Term::Linear, Term::Cubic, Term::Windup],
         };
-        if offset && matches!(self, FormName::SmoothCoulomb | FormName::SmoothStribeck) {
+        if offset && self.is_smooth() {
             terms.push(Term::Constant);
         }
         terms
@@ -144,6 +156,7 @@ impl FormName {
                 vec![("Fc", TORQUE), ("Fv", SLOPE), ("Fs-Fc", TORQUE), ("F0", TORQUE)],
                 vec![("vs", [0, 1])],
             ),
+            FormName::SmoothDry => (vec![("g4", TORQUE)], vec![("g5", [0, -1])]),
             FormName::SmoothCoulomb => (vec![("g4", TORQUE), ("g6", SLOPE)], vec![("g5", [0, -1])]),
             FormName::SmoothStribeck => (
                 vec![("g1", TORQUE), ("g4", TORQUE), ("g6", SLOPE)],
@@ -156,7 +169,7 @@ impl FormName {
                 vec![("asw", [0, -2])],
             ),
         };
-        if offset && matches!(self, FormName::SmoothCoulomb | FormName::SmoothStribeck) {
+        if offset && self.is_smooth() {
             factors.push(("F0", TORQUE));
         }
         Symbols { factors, shapes }

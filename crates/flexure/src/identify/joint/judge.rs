@@ -8,6 +8,8 @@ use super::shaping::Shapely;
 
 /// A parameter whose standard error is this share of it is not told by the data.
 const UNTOLD: f64 = 0.5;
+/// Logarithms of shape parameters nearer than this belong to terms that are alike.
+const ALIKE: f64 = 0.02;
 /// Half the width of an interval of 95 %, in standard errors.
 const NORMAL: f64 = 1.959_963_984_540_054;
 
@@ -51,6 +53,24 @@ pub(super) fn fitted(
     }
     if form == FormName::Stribeck {
         breakaway(&mut parameters, fit, first_factor);
+    }
+    if form == FormName::SmoothStribeck && (curve.logs[0] - curve.logs[1]).abs() < ALIKE {
+        for parameter in parameters
+            .iter_mut()
+            .filter(|p| ["g1", "g2", "g3"].contains(&&*p.symbol))
+        {
+            parameter.identifiable = false;
+            parameter.range = [f64::NAN; 2];
+            parameter.remark = "g2 and g3 are not told apart, and so g1 is not either".to_owned();
+        }
+    }
+    for (factor, shapes) in [
+        ("Fs", &["vs"][..]),
+        ("g1", &["g2", "g3"]),
+        ("g4", &["g5"]),
+        ("ksw", &["asw"]),
+    ] {
+        shapeless(&mut parameters, factor, shapes);
     }
     let lines: usize = fit.solution.residuals.iter().map(Vec::len).sum();
     let observations = 2.0 * lines as f64;
@@ -140,6 +160,20 @@ fn shape(symbol: &str, unit: [i32; 2], log: f64, error: f64, against: &Against) 
         identifiable,
         range,
         remark,
+    }
+}
+
+/// Without its factor a term has no shape.
+fn shapeless(parameters: &mut [Parameter], factor: &str, shapes: &[&str]) {
+    if !parameters.iter().any(|p| p.symbol == factor && !p.identifiable) {
+        return;
+    }
+    for parameter in parameters.iter_mut().filter(|p| shapes.contains(&p.symbol.as_str())) {
+        if parameter.identifiable {
+            parameter.identifiable = false;
+            parameter.range = [f64::NAN; 2];
+            parameter.remark = format!("{factor}, whose term it shapes, is not told by these data");
+        }
     }
 }
 

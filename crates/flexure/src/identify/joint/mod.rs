@@ -17,7 +17,8 @@
 //! |---|---|
 //! | [`RigidJoint`] | position and torque: a rigid axis |
 //! | [`FlexibleJoint`] | motor and link position and torque: a flexible joint |
-//! | [`RigidAxis`], [`FlexibleAxis`] | what was found |
+//! | [`TwoLinkLog`] | both motor and link angles and torques: a two-link arm with its coupling |
+//! | [`RigidAxis`], [`FlexibleAxis`], [`TwoLinkArm`] | what was found |
 //! | [`Finding`] | what to know before trusting it |
 
 mod alignment;
@@ -35,6 +36,7 @@ mod replay;
 mod rigid;
 mod shaping;
 mod smooth;
+mod two_link;
 
 #[cfg(test)]
 mod tests;
@@ -44,3 +46,4 @@ pub use forms::{FormName, Term};
 pub use outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound, JointModel, LackOfFit, Parameter, RigidAxis};
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};
+pub use two_link::{TwoLinkArm, TwoLinkLog};

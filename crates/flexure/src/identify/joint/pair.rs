@@ -6,12 +6,12 @@ use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::flexible::Motion;
 use super::fourier::Modulation;
 use super::rigid::{ROUNDS, undersmoothed};
-use super::smooth::{Noise, Reflected};
+use super::smooth::Reflected;
 use crate::linalg::Complex;
 
 /// Intervals on either side of zero that are tried for the stiffness and for the friction curve.
 const STIFFNESS_PIECES: [usize; 5] = [3, 5, 7, 10, 14];
-const FRICTION_PIECES: [usize; 5] = [9, 13, 18, 25, 34];
+pub(super) const FRICTION_PIECES: [usize; 5] = [9, 13, 18, 25, 34];
 
 /// The two equations of motion, transformed.
 pub(super) struct Pair<'a> {
@@ -26,30 +26,33 @@ pub(super) struct Pair<'a> {
     /// Minus the link's acceleration.
     pub link: Vec<Complex<f64>>,
     /// The encoders' noise in the accelerations of motor and link.
-    encoder: [Vec<f64>; 2],
+    pub encoder: [Vec<f64>; 2],
 }
+
+/// The splines of a free curve, and what they are in the equations.
+pub(super) type Splines = (Basis, Vec<Vec<Complex<f64>>>);
 
 /// The free curves.
 pub(super) struct Free {
-    pub stiffness: (Basis, Vec<Vec<Complex<f64>>>),
+    pub stiffness: Splines,
     /// Minus the splines.
-    pub friction: (Basis, Vec<Vec<Complex<f64>>>),
+    pub friction: Splines,
     pub noise: [Vec<f64>; 2],
 }
 
 impl Pair<'_> {
     pub fn new<'a>(motion: &Motion, modulation: &'a Modulation, alignment: &Alignment, link: &[f64]) -> Pair<'a> {
         let mut torque = alignment.torque(modulation, motion.torque, motion.step);
-        let motor = modulation.of_acceleration(motion.motor);
+        let motor = motion.rotor_acceleration(modulation);
         if let Some(known) = motion.motor_inertia {
             torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known);
         }
-        let encoder = |noise: &Noise| modulation.omega.iter().map(|w| (noise.sd * w * w).powi(2)).collect();
+        let encoder = |sd: f64| modulation.omega.iter().map(|w| (sd * w * w).powi(2)).collect();
         Pair {
             d: motion.motor.iter().zip(link).map(|(m, q)| m - q).collect(),
             v: Reflected::new(link, motion.step).velocity(motion.link_noise.cut_off()),
             link: modulation.of_acceleration(link).into_iter().map(|v| -v).collect(),
-            encoder: [encoder(&motion.motor_noise), encoder(&motion.link_noise)],
+            encoder: [encoder(motion.rotor_sd()), encoder(motion.link_noise.sd)],
             motor: motion.motor_inertia.is_none().then_some(motor),
             torque,
             modulation,
@@ -115,13 +118,9 @@ impl Pair<'_> {
         left
     }
 
-    /// The free curves with as many splines as pay for themselves, and the noise of both equations.
-    pub fn free(&self, motion: &Motion) -> Option<Free> {
+    /// The free stiffness curve with as many splines as pay for themselves, and the motor's equation with it.
+    pub fn stiffness(&self) -> Option<(Splines, Solution, Vec<f64>)> {
         let start = vec![1.0; self.modulation.len()];
-        let akaike = |s: &Solution, lines: usize| {
-            let observations = 2.0 * lines as f64;
-            observations * (s.squares / observations).ln() + 2.0 * s.x.len() as f64
-        };
         let lines = self.modulation.len();
         let coarse = Basis::new(&self.d, STIFFNESS_PIECES[1]);
         let columns = stiffness_columns(self.modulation, &coarse, &self.d);
@@ -135,14 +134,24 @@ impl Pair<'_> {
             let (solution, noise) = self.motor_side(&columns, &motor_noise)?;
             Some((akaike(&solution, lines), (basis, columns), solution, noise))
         });
-        let (_, stiffness, solution, motor_noise) = curves.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (_, stiffness, solution, noise) = curves.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((stiffness, solution, noise))
+    }
+
+    /// The link's velocity in `pieces` intervals on either side of zero: minus the splines of a friction curve.
+    pub fn friction_splines(&self, pieces: usize) -> Splines {
+        let basis = Basis::new(&self.v, pieces);
+        let columns = self.modulation.of_all(&basis.columns(&self.v, |_| -1.0));
+        (basis, columns)
+    }
+
+    /// The free curves with as many splines as pay for themselves, and the noise of both equations.
+    pub fn free(&self, motion: &Motion) -> Option<Free> {
+        let (stiffness, solution, motor_noise) = self.stiffness()?;
+        let lines = self.modulation.len();
         let from = usize::from(self.motor.is_some());
         let kappa = combine(&stiffness.1, &solution.x[from..]);
-        let splines = |pieces: usize| {
-            let basis = Basis::new(&self.v, pieces);
-            let columns = self.modulation.of_all(&basis.columns(&self.v, |_| -1.0));
-            (basis, columns)
-        };
+        let splines = |pieces: usize| self.friction_splines(pieces);
         let (_, columns) = splines(FRICTION_PIECES[1]);
         let sum = self.sum(&columns, motion.link_noise.band)?;
         let at = usize::from(self.motor.is_some());
@@ -217,6 +226,12 @@ impl Pair<'_> {
                 .collect(),
         }
     }
+}
+
+/// Akaike's criterion of a solution of so many equations.
+pub(super) fn akaike(s: &Solution, lines: usize) -> f64 {
+    let observations = 2.0 * lines as f64;
+    observations * (s.squares / observations).ln() + 2.0 * s.x.len() as f64
 }
 
 /// The sum of the columns, each times its factor.

@@ -8,19 +8,24 @@ use super::pair::{Free, Pair, combine};
 use super::shaping::{Shape, Shapely, Shaping};
 use crate::linalg::Complex;
 
+/// The smallest distance of deflections that is told apart, as a share of the largest one.
+pub(super) const RESOLVED_DEFLECTION: f64 = 1e-3;
+
+/// The largest Stribeck factor g1 of friction as a multiple of the Coulomb friction g4.
+const LARGEST_STRIBECK: f64 = 5.0;
+
 /// The noise of each block of equations, and the noisy ones of the fixed columns.
 type Noises<'a> = (Vec<&'a [f64]>, Vec<(usize, usize, &'a [f64])>);
 
 impl Pair<'_> {
-    /// The forms of the stiffness in the motor's equation, and those of the friction in the link's.
-    pub(super) fn forms(
+    /// The forms of the stiffness in the motor's equation, each against the free curve.
+    pub(super) fn stiffness_forms(
         &self,
-        free: &Free,
-        solution: &Solution,
-        (kappa, curve): (&[f64], &[f64]),
-        resolution: f64,
-    ) -> Option<(Vec<Fitted>, Vec<Fitted>)> {
-        let largest = self.d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        columns: &[Vec<Complex<f64>>],
+        noise: &[f64],
+        kappa: &[f64],
+    ) -> Option<Vec<Fitted>> {
+        let largest = self.largest_deflection();
         let sharp = |share: f64| -2.0 * (share * largest).ln();
         let names = [
             (FormName::LinearStiffness, vec![vec![]]),
@@ -30,29 +35,44 @@ impl Pair<'_> {
                 [0.02, 0.06, 0.2, 0.5].map(|s| vec![sharp(s)]).to_vec(),
             ),
         ];
-        let (own, _) = self.motor_side(&free.stiffness.1, &free.noise[0])?;
+        let (own, _) = self.motor_side(columns, noise)?;
         let against = Against {
             squares: own.squares,
             unknowns: own.x.len(),
             curve: kappa,
             x: &self.d,
-            resolution: 1e-3 * largest,
+            resolution: RESOLVED_DEFLECTION * largest,
         };
         let motor = Self::one(self.motor.iter().cloned());
-        let stiffness = names.into_iter().filter_map(|(form, starts)| {
-            let shapes = vec![self.shape(form, &self.d, vec![1.0], 0.0)];
+        let forms = names.into_iter().filter_map(|(form, starts)| {
+            let shapes = vec![shape(form, &self.d, vec![1.0], 0.0)];
             let fixed = motor.clone();
             let count = fixed.len();
             let fit = self.shaping(
                 fixed,
                 vec![self.torque.clone()],
-                (vec![&free.noise[0]], self.noisy_motor()),
+                (vec![noise], self.noisy_motor()),
                 shapes,
             );
             Some(fitted(form, false, &fit.fit(&starts)?, (0, count, None), &against))
         });
-        let stiffness: Vec<Fitted> = stiffness.collect();
+        Some(forms.collect())
+    }
 
+    /// The largest deflection, rad.
+    pub(super) fn largest_deflection(&self) -> f64 {
+        self.d.iter().fold(0.0_f64, |m, d| m.max(d.abs()))
+    }
+
+    /// The forms of the stiffness in the motor's equation, and those of the friction in the link's.
+    pub(super) fn forms(
+        &self,
+        free: &Free,
+        solution: &Solution,
+        (kappa, curve): (&[f64], &[f64]),
+        resolution: f64,
+    ) -> Option<(Vec<Fitted>, Vec<Fitted>)> {
+        let stiffness = self.stiffness_forms(&free.stiffness.1, &free.noise[0], kappa)?;
         let from = usize::from(self.motor.is_some());
         let elastic = combine(&free.stiffness.1, &solution.x[from..]);
         let right: Vec<Complex<f64>> = elastic.iter().map(|v| -v).collect();
@@ -73,7 +93,7 @@ impl Pair<'_> {
         };
         let fastest = self.v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let friction = friction_starts(fastest).into_iter().filter_map(|(form, starts)| {
-            let shapes = vec![self.shape(form, &self.v, vec![-1.0], resolution)];
+            let shapes = vec![shape(form, &self.v, vec![-1.0], resolution)];
             let fixed = Self::one([self.link.clone()].into_iter());
             let fit = self.shaping(
                 fixed,
@@ -84,15 +104,6 @@ impl Pair<'_> {
             Some(fitted(form, false, &fit.fit(&starts)?, (0, 1, Some(0)), &against))
         });
         Some((stiffness, friction.collect()))
-    }
-
-    fn shape<'b>(&self, form: FormName, x: &'b [f64], signs: Vec<f64>, width: f64) -> Shape<'b> {
-        Shape {
-            terms: form.terms(false),
-            x,
-            signs,
-            width,
-        }
     }
 
     fn shaping<'b>(
@@ -118,29 +129,32 @@ impl Pair<'_> {
         free: &Free,
         solution: &Solution,
         [stiffness, friction]: [&[Fitted]; 2],
+        curves: [&[f64]; 2],
+        resolution: f64,
+    ) -> Option<JointModel> {
+        let stiff = of_an_arm(stiffness)?;
+        let with = |simple: bool| {
+            let forms = [stiff, friction_of_an_arm(friction, simple)?];
+            self.model_of(free, solution, forms, curves, resolution)
+        };
+        with(false)
+            .filter(|model| possible_friction(&model.friction))
+            .or_else(|| with(true))
+    }
+
+    fn model_of(
+        &self,
+        free: &Free,
+        solution: &Solution,
+        [stiff, rub]: [&Fitted; 2],
         [kappa, curve]: [&[f64]; 2],
         resolution: f64,
     ) -> Option<JointModel> {
-        let stiff = best(stiffness, |f| {
-            let factor = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
-            factor("a2") > 0.0
-                && factor("a1") >= 0.0
-                && factor("ksw") >= 0.0
-                && factor("ksw") < factor("a2")
-                && f.parameter("asw").is_none_or(|p| p.identifiable)
-        })
-        .or_else(|| stiffness.first())?;
-        let rub = best(friction, |f| {
-            let smooth = matches!(f.form, FormName::SmoothCoulomb | FormName::SmoothStribeck);
-            let value = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
-            smooth && ["g1", "g4", "g6"].iter().all(|g| value(g) >= 0.0) && value("g2") >= value("g3")
-        })
-        .or_else(|| friction.iter().find(|f| f.form == FormName::SmoothCoulomb))?;
         let (motor, link) = self.inertias();
         let count = 1 + usize::from(motor.is_some());
         let shapes = vec![
-            self.shape(stiff.form, &self.d, vec![1.0, 1.0], 0.0),
-            self.shape(rub.form, &self.v, vec![0.0, -1.0], resolution),
+            shape(stiff.form, &self.d, vec![1.0, 1.0], 0.0),
+            shape(rub.form, &self.v, vec![0.0, -1.0], resolution),
         ];
         let noise = free.noise.iter().map(Vec::as_slice).collect();
         let fixed = motor.into_iter().chain([link]).collect();
@@ -159,8 +173,7 @@ impl Pair<'_> {
             x,
             resolution,
         };
-        let largest = self.d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
-        let stiffness = against(kappa, &self.d, 1e-3 * largest);
+        let stiffness = against(kappa, &self.d, RESOLVED_DEFLECTION * self.largest_deflection());
         let friction = against(curve, &self.v, resolution);
         let motor = self.motor.is_some().then_some(0);
         Some(JointModel {
@@ -170,18 +183,60 @@ impl Pair<'_> {
     }
 }
 
+/// The curve of a form.
+pub(super) fn shape(form: FormName, x: &[f64], signs: Vec<f64>, width: f64) -> Shape<'_> {
+    Shape {
+        terms: form.terms(false),
+        x,
+        signs,
+        width,
+    }
+}
+
+/// The form of stiffness that an arm can have.
+pub(super) fn of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
+    let possible = |f: &Fitted| {
+        let factor = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
+        factor("a2") > 0.0
+            && factor("a1") >= 0.0
+            && factor("ksw") >= 0.0
+            && factor("ksw") < factor("a2")
+            && f.parameter("asw").is_none_or(|p| p.identifiable)
+    };
+    best(forms, possible).or_else(|| forms.first())
+}
+
+/// Whether an arm can have this friction: (12) or a part of it, with a Stribeck part that is not the difference of two
+/// large and nearly equal terms.
+pub(super) fn possible_friction(f: &Fitted) -> bool {
+    let value = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
+    f.form.is_smooth()
+        && ["g1", "g4", "g6"].iter().all(|g| value(g) >= 0.0)
+        && value("g1") <= LARGEST_STRIBECK * value("g4")
+        && value("g2") >= value("g3")
+}
+
+/// The form of friction that an arm can have, a `simple` one without a Stribeck part.
+pub(super) fn friction_of_an_arm(forms: &[Fitted], simple: bool) -> Option<&Fitted> {
+    best(forms, |f| {
+        possible_friction(f) && !(simple && f.form == FormName::SmoothStribeck)
+    })
+    .or_else(|| forms.iter().find(|f| f.form == FormName::SmoothDry))
+}
+
 fn best(forms: &[Fitted], allowed: impl Fn(&Fitted) -> bool) -> Option<&Fitted> {
     let allowed = forms.iter().filter(|f| allowed(f));
     allowed.min_by(|a, b| a.bic.total_cmp(&b.bic))
 }
 
 /// The forms of friction with the starts of their shape parameters' logarithms.
-pub(super) fn friction_starts(fastest: f64) -> [(FormName, Vec<Vec<f64>>); 4] {
+pub(super) fn friction_starts(fastest: f64) -> [(FormName, Vec<Vec<f64>>); 5] {
     let logs = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s / fastest).ln()).collect() };
     let speeds = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s * fastest).ln()).collect() };
     [
         (FormName::CoulombViscous, vec![vec![]]),
         (FormName::Stribeck, vec![speeds(&[0.03]), speeds(&[0.2])]),
+        (FormName::SmoothDry, vec![logs(&[10.0]), logs(&[50.0])]),
         (FormName::SmoothCoulomb, vec![logs(&[10.0]), logs(&[50.0])]),
         (
             FormName::SmoothStribeck,
@@ -189,6 +244,7 @@ pub(super) fn friction_starts(fastest: f64) -> [(FormName, Vec<Vec<f64>>); 4] {
                 logs(&[60.0, 20.0, 40.0]),
                 logs(&[20.0, 5.0, 50.0]),
                 logs(&[20.0, 5.0, 10.0]),
+                logs(&[9.0, 3.0, 6.0]),
             ],
         ),
     ]

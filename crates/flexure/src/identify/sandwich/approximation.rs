@@ -8,12 +8,16 @@ use super::loss::{Data, delayed};
 use super::monitor::Monitor;
 use super::products::normal_equations;
 use super::rational::Rational;
+use super::refine::{bic, dependence};
+use super::structure::changes;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
 
 /// Passes of the Steiglitz-McBride iteration.
 const PASSES: usize = 12;
 const ITERATIONS: usize = 40;
+/// Rounds of structural change.
+const ROUNDS: usize = 16;
 const TOLERANCE: f64 = 1e-7;
 
 /// The longest pure delay that is looked for, the samples and the order of the search, and what is left to the numerators.
@@ -61,14 +65,38 @@ impl Residuals for OutputError<'_> {
 
 /// The approximation of the given order; `None` if none was found.
 pub(in crate::identify) fn approximate(data: &Data, order: usize, monitor: &mut Monitor<'_>) -> Option<Approximation> {
-    let start = steiglitz_mcbride(data, order)?;
-    let problem = OutputError {
-        data,
-        structure: start.system.clone(),
+    refitted(data, steiglitz_mcbride(data, order)?.system, monitor)
+}
+
+/// The approximation with poles and numerator coefficients added and taken away while Schwarz's criterion falls.
+pub(in crate::identify) fn restructured(data: &Data, start: &Rational, monitor: &mut Monitor<'_>) -> Approximation {
+    let mut data = data.clone();
+    let mut best = Approximation {
+        squares: data.squares(&start.run(&data.u)),
+        system: start.clone(),
     };
-    let (p, squares) = descend(&problem, start.system.parameters(), ITERATIONS, TOLERANCE, monitor)?;
+    best = refitted(&data, best.system.clone(), monitor).unwrap_or(best);
+    data.dependence = dependence(&best.system.run(&data.u), &data);
+    let score = |a: &Approximation| bic(a.squares, a.system.parameters().len(), &data);
+    for _ in 0..ROUNDS {
+        let near = changes(&best.system).into_iter();
+        let fits: Vec<Approximation> = near.filter_map(|g| refitted(&data, g, monitor)).collect();
+        let next = fits.into_iter().min_by(|a, b| score(a).total_cmp(&score(b)));
+        match next.filter(|n| score(n) < score(&best)) {
+            Some(n) => best = n,
+            None => break,
+        }
+    }
+    best
+}
+
+/// The output error minimised from this system on.
+fn refitted(data: &Data, structure: Rational, monitor: &mut Monitor<'_>) -> Option<Approximation> {
+    let start = structure.parameters();
+    let problem = OutputError { data, structure };
+    let (p, squares) = descend(&problem, start, ITERATIONS, TOLERANCE, monitor)?;
     Some(Approximation {
-        system: start.system.with(&p),
+        system: problem.structure.with(&p),
         squares,
     })
 }

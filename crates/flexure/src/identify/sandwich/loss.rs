@@ -13,7 +13,7 @@ use super::shape::{Local, Shape};
 
 /// Linear, static, linear.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Sandwich {
+pub(in crate::identify) struct Sandwich {
     pub front: Rational,
     pub shape: Shape,
     pub back: Rational,
@@ -25,7 +25,7 @@ pub(super) struct Sandwich {
 
 /// Numerators, over the denominators of front and back, of the signal's way through an instant between the samples.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Between {
+pub(in crate::identify) struct Between {
     pub front: Vec<f64>,
     pub back: Vec<f64>,
 }
@@ -40,6 +40,12 @@ impl Sandwich {
             add(&mut sum, &convolved(back, &self.back.all_pole(&z)));
         }
         sum
+    }
+
+    /// The intermediate signal at every instant in a sampling interval.
+    pub fn intermediate(&self, u: &[f64]) -> impl Iterator<Item = Vec<f64>> {
+        let all_pole = self.front.all_pole(u);
+        self.instants().map(move |(front, _)| convolved(front, &all_pole))
     }
 
     /// The numerators of front and back for every instant in a sampling interval.

@@ -29,6 +29,7 @@ mod outcome;
 mod products;
 mod rational;
 mod refine;
+mod search;
 mod shape;
 mod split;
 mod structure;
@@ -37,37 +38,31 @@ mod tests;
 
 use std::ops::ControlFlow;
 
-use super::checks::{must_vary, warn_of_levels};
-use super::outcome::{Verdict, Warning};
-use crate::error::{Error, Result};
-use crate::linear::correlation::{mean, variance};
+use super::outcome::Warning;
+use super::samples::Samples;
+use crate::error::Result;
 use crate::record::Record;
-use approximation::pure_delay;
 pub use monitor::Stage;
-use outcome::Blocks;
 pub use outcome::{ApproximationScore, Intersample, SandwichIdentification};
 pub use refine::TriedStructure;
-use refine::{Found, find};
+use search::splits;
 pub(super) use {
-    approximation::{approximate, solve},
+    approximation::{approximate, restructured, solve},
     descent::{Residuals, descend},
     loss::{Data, delayed},
     monitor::Monitor,
-    outcome::conventional_gain,
+    outcome::{Scale, blocks, conventional_gain},
     products::normal_equations,
     rational::Rational,
+    refine::fitted,
+    search::{Found, LARGEST_ORDER, Prepared, START_SAMPLES, search},
     shape::{Local, Roughness, Shape, thinned},
-    structure::changes,
+    split::{Candidate, fit_shape},
+    structure::{Form, changes},
 };
 
-/// The fewest samples that are worth a fit.
-const FEWEST: usize = 200;
-/// At most so many samples, the last ones, are fitted; more would only cost memory.
-const MOST_SAMPLES: usize = 200_000;
-/// Samples that do not count while the settling time is not known.
-const FIRST_LEFT_OUT: usize = 500;
 /// A linear approximation that explains less than this share of the output's variance is a weak start.
-const WEAK: f64 = 0.1;
+pub(super) const WEAK: f64 = 0.1;
 
 /// The identification of a sandwich.
 ///
@@ -111,8 +106,7 @@ impl WienerHammerstein {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`] (fewer
-    /// than 200 samples for the fit), [`Error::Unit`], [`Error::InvalidParameter`] for a parameter outside its range.
+    /// Those of [`Wiener::identify`](super::Wiener::identify).
     pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<SandwichIdentification> {
         self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
     }
@@ -123,7 +117,8 @@ impl WienerHammerstein {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`] if `progress` stopped it.
+    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`](crate::Error::IdentificationStopped) if
+    /// `progress` stopped it.
     pub fn identify_with(
         &self,
         record: &Record,
@@ -131,67 +126,35 @@ impl WienerHammerstein {
         output: &str,
         progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
     ) -> Result<SandwichIdentification> {
-        if !(0.05..=0.9).contains(&self.fresh_share) {
-            return Err(Error::InvalidParameter {
-                name: "the fresh share".to_owned(),
-                value: self.fresh_share,
-                requirement: "between 0.05 and 0.9",
-            });
-        }
-        let (u, y) = (record.finite(input)?, record.finite(output)?);
-        let fitted = u.len() - (self.fresh_share * u.len() as f64).round() as usize;
-        if fitted < FEWEST {
-            return Err(Error::TooShort {
-                what: "a Wiener-Hammerstein fit (besides the fresh part)",
-                need: FEWEST,
-                got: fitted,
-            });
-        }
-        for (column, samples) in [(input, u), (output, y)] {
-            must_vary(column, samples, 0..fitted, "used for the fit")?;
-            must_vary(column, samples, fitted..samples.len(), "kept for the verdict")?;
-        }
-        let mut warnings = Vec::new();
-        warn_of_levels(&u[..fitted], &mut warnings);
-        let scales = Scales::new(&u[..fitted], &y[..fitted]);
-        let first = fitted.saturating_sub(MOST_SAMPLES);
-        let mut data = scales.data(&u[first..fitted], &y[first..fitted]);
-        let delay = pure_delay(&data);
-        data.u.rotate_right(delay);
-        data.u[..delay].fill(0.0);
+        let samples = Samples::new(
+            record,
+            input,
+            output,
+            self.fresh_share,
+            "a Wiener-Hammerstein fit (besides the fresh part)",
+        )?;
         let mut monitor = Monitor::new(progress);
-        let found = find(&data, &mut monitor);
-        if let Some(stage) = monitor.stopped() {
-            return Err(Error::IdentificationStopped { stage: stage.name() });
-        }
-        let found = found.unwrap_or_else(|| Found::nothing(&data));
-        let blocks = outcome::blocks(&found.sandwich, &scales, delay)?;
-        judged(u, y, fitted, found, blocks, warnings)
+        let prepared = samples.prepared(&mut monitor);
+        fit(&samples, &prepared, &mut monitor)
     }
 }
 
-/// The free run over the whole record and the verdict on its fresh part.
-fn judged(
-    u: &[f64],
-    y: &[f64],
-    fitted: usize,
-    found: Found,
-    blocks: Blocks,
-    mut warnings: Vec<Warning>,
+/// The identification from linear approximations on.
+pub(super) fn fit(
+    samples: &Samples<'_>,
+    prepared: &Prepared,
+    monitor: &mut Monitor<'_>,
 ) -> Result<SandwichIdentification> {
+    let starts = splits(prepared, monitor);
+    let found = search(starts, Form::Sandwich, &prepared.data, monitor);
+    monitor.finished()?;
+    let found = found.unwrap_or_else(|| Found::nothing(&prepared.data));
+    let blocks = blocks(&found.sandwich, prepared)?;
     let model = blocks.model()?;
-    let predicted = model.simulate(u);
-    let verdict = Verdict::new(&u[fitted..], &y[fitted..], &predicted[fitted..])?;
-    let errors = found.approximations.iter().map(|a| a.relative_error);
-    let explained = 1.0 - errors.fold(1.0, f64::min).powi(2);
-    if !(explained >= WEAK) {
+    let (predicted, verdict, mut warnings) = samples.judged(&model)?;
+    if !(prepared.explained() >= WEAK) {
         warnings.push(Warning::WeakLinearApproximation {
-            percent: 100.0 * explained,
-        });
-    }
-    if verdict.measures.fit_percent <= 0.0 {
-        warnings.push(Warning::Useless {
-            fit_percent: verdict.measures.fit_percent,
+            percent: 100.0 * prepared.explained(),
         });
     }
     Ok(SandwichIdentification {
@@ -204,38 +167,11 @@ fn judged(
         front_order: found.sandwich.front.order(),
         back_order: found.sandwich.back.order(),
         breakpoints: blocks.breakpoints,
-        approximations: found.approximations,
+        approximations: prepared.scores(),
         tried: found.tried,
-        fitted,
+        fitted: samples.fitted,
         predicted,
         verdict,
         warnings,
     })
-}
-
-/// Means and standard deviations of input and output.
-struct Scales {
-    input: (f64, f64),
-    output: (f64, f64),
-}
-
-impl Scales {
-    fn new(u: &[f64], y: &[f64]) -> Scales {
-        let of = |v: &[f64]| (mean(v), variance(v).sqrt());
-        Scales {
-            input: of(u),
-            output: of(y),
-        }
-    }
-
-    /// The record at zero mean and unit variance.
-    fn data(&self, u: &[f64], y: &[f64]) -> Data {
-        let scaled = |v: &[f64], (mean, spread): (f64, f64)| v.iter().map(|x| (x - mean) / spread).collect();
-        Data {
-            u: scaled(u, self.input),
-            y: scaled(y, self.output),
-            from: (u.len() / 10).min(FIRST_LEFT_OUT),
-            dependence: 1.0,
-        }
-    }
 }

@@ -2,15 +2,19 @@
 
 use std::ops::ControlFlow;
 
+use crate::error::{Error, Result};
+
 /// What an identification is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Stage {
     /// Best linear approximations of several orders.
     Approximation,
-    /// Sharing out their poles and zeros.
+    /// Correlating the output, and functions of it, with the input's past.
+    Correlation,
+    /// Sharing out the approximations' poles and zeros.
     Split,
-    /// Refining the best splits on a part of the record.
+    /// Refining the best starts on a part of the record.
     Screening,
     /// Adding and removing poles, numerator coefficients and pieces of the nonlinearity.
     Structure,
@@ -23,8 +27,9 @@ impl Stage {
     pub fn name(self) -> &'static str {
         match self {
             Stage::Approximation => "approximating linearly",
+            Stage::Correlation => "correlating",
             Stage::Split => "splitting poles and zeros",
-            Stage::Screening => "screening the splits",
+            Stage::Screening => "screening the starts",
             Stage::Structure => "choosing the structure",
             Stage::Refinement => "refining on all samples",
         }
@@ -58,5 +63,16 @@ impl<'a> Monitor<'a> {
     /// The stage at which it was stopped, if it was.
     pub fn stopped(&self) -> Option<Stage> {
         self.stopped
+    }
+
+    /// Whether it was never stopped.
+    ///
+    /// # Errors
+    /// [`Error::IdentificationStopped`].
+    pub fn finished(&self) -> Result<()> {
+        match self.stopped {
+            Some(stage) => Err(Error::IdentificationStopped { stage: stage.name() }),
+            None => Ok(()),
+        }
     }
 }

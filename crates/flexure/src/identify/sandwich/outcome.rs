@@ -1,12 +1,13 @@
 //! What the identification of a sandwich returns, in the record's units.
 
 use super::super::outcome::{Verdict, Warning};
-use super::Scales;
 use super::loss::Sandwich;
 use super::rational::Rational;
 use super::refine::TriedStructure;
+use super::search::Prepared;
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
+use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
 use crate::nonlinearity::{Curve, Outside};
 
@@ -78,8 +79,42 @@ pub struct SandwichIdentification {
     pub warnings: Vec<Warning>,
 }
 
+/// A signal's mean and standard deviation.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::identify) struct Scale {
+    pub mean: f64,
+    pub spread: f64,
+}
+
+impl Scale {
+    /// The samples at zero mean and unit variance.
+    pub fn standardised(&self, samples: &[f64]) -> Vec<f64> {
+        samples.iter().map(|x| (x - self.mean) / self.spread).collect()
+    }
+}
+
+/// The scales of input and output.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::identify) struct Scales {
+    pub input: Scale,
+    pub output: Scale,
+}
+
+impl Scales {
+    pub fn new(u: &[f64], y: &[f64]) -> Scales {
+        let of = |v: &[f64]| Scale {
+            mean: mean(v),
+            spread: variance(v).sqrt(),
+        };
+        Scales {
+            input: of(u),
+            output: of(y),
+        }
+    }
+}
+
 /// The blocks in the record's units and the conventional scale.
-pub(super) struct Blocks {
+pub(in crate::identify) struct Blocks {
     pub front: TransferFunction,
     pub curve: Curve,
     pub breakpoints: Vec<f64>,
@@ -111,9 +146,14 @@ impl Blocks {
     }
 }
 
-/// The sandwich of scaled signals, in the record's units; the delay goes to the front.
-pub(super) fn blocks(s: &Sandwich, scales: &Scales, delay: usize) -> Result<Blocks> {
-    let ((input_mean, input_spread), (output_mean, output_spread)) = (scales.input, scales.output);
+/// The sandwich of prepared signals, in the record's units; the delay goes to the front.
+///
+/// The nonlinearity is tabulated where the fit's samples are and where it has breakpoints.
+pub(in crate::identify) fn blocks(s: &Sandwich, prepared: &Prepared) -> Result<Blocks> {
+    let Prepared {
+        scales, data, delay, ..
+    } = prepared;
+    let (input, output, delay) = (scales.input, scales.output, *delay);
     let (front_gain, _) = conventional_gain(&s.front, delay)?;
     let (back_gain, back_static) = conventional_gain(&s.whole_back(), 0)?;
     let over = |b: &[f64], g: &Rational, gain: f64| Rational {
@@ -121,19 +161,26 @@ pub(super) fn blocks(s: &Sandwich, scales: &Scales, delay: usize) -> Result<Bloc
         sections: g.sections.clone(),
     };
     // The scaled front's output is (gain / spread) times the new one's, less what the input's mean contributes.
-    let abscissa = |x: f64, front: &Rational| x * input_spread / front_gain + front.static_gain() * input_mean;
+    let abscissa = |x: f64, front: &Rational| x * input.spread / front_gain + front.static_gain() * input.mean;
     let front = over(&s.front.b, &s.front, front_gain);
-    let mut offset = output_mean + output_spread * s.offset;
+    let mut offset = output.mean + output.spread * s.offset;
     let mut level = 0.0;
     if back_static {
         (level, offset) = (offset, 0.0);
     }
-    let ordinate = |x: f64| level + output_spread * back_gain * s.shape.value(x);
+    let ordinate = |x: f64| level + output.spread * back_gain * s.shape.value(x);
     let breakpoints = s.shape.breakpoints();
-    let (low, high) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
+    let (mut low, mut high) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
+    for w in s.intermediate(&data.u) {
+        low = w[data.from..].iter().copied().fold(low, f64::min);
+        high = w[data.from..].iter().copied().fold(high, f64::max);
+    }
     let even = (0..POINTS).map(|i| low + (high - low) * i as f64 / (POINTS - 1) as f64);
     let mut inner: Vec<f64> = even.chain(breakpoints.iter().copied()).collect();
     inner.sort_unstable_by(f64::total_cmp);
+    // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
+    let nearest = 1e-9 * (high - low);
+    inner.dedup_by(|b, a| *b - *a <= nearest);
     let curve = |front: &Rational| {
         let mut points: Vec<(f64, f64)> = inner.iter().map(|x| (abscissa(*x, front), ordinate(*x))).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));

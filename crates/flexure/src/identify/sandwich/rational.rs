@@ -73,6 +73,14 @@ pub(in crate::identify) struct Rational {
 }
 
 impl Rational {
+    /// What lets everything pass as it is.
+    pub fn pass() -> Rational {
+        Rational {
+            b: vec![1.0],
+            sections: Vec::new(),
+        }
+    }
+
     /// From zeros and poles, both with their conjugates; the numerator's largest coefficient is 1.
     ///
     /// A zero at z0 outside the unit circle enters as $z^{-1} - 1/z_0$, so that zeros near infinity become a delay.

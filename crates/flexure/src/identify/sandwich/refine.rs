@@ -1,30 +1,16 @@
-//! From the best splits to the model: screening, structure, and the last fit on all samples.
+//! A candidate made better: all parameters fitted, pieces of the nonlinearity, poles and numerator coefficients.
 
-use super::approximation::{Approximation, approximate};
 use super::descent::descend;
 use super::intersample::with_instant_between;
-use super::loss::{Data, Sandwich, SandwichLoss};
-use super::monitor::{Monitor, Stage};
-use super::outcome::ApproximationScore;
-use super::rational::Rational;
-use super::shape::{Roughness, Shape, thinned};
-use super::split::{Candidate, fit_shape, refit_coefficients, split};
-use super::structure::neighbours;
+use super::loss::{Data, SandwichLoss};
+use super::monitor::Monitor;
+use super::shape::{Roughness, thinned};
+use super::split::{Candidate, refit_coefficients};
+use super::structure::{Form, neighbours};
 use crate::linear::correlation::{cross_covariance, variance};
 
-/// Largest order of the linear approximation.
-const LARGEST_ORDER: usize = 10;
-/// Orders of the approximation from which splits are made: the best by Schwarz's criterion and its neighbours.
-const SPLIT_ORDERS: std::ops::RangeInclusive<isize> = -1..=2;
-/// Samples that the splits, the screening, and the choice of structure are made on.
-const SPLIT_SAMPLES: usize = 5_000;
-const SCREENING_SAMPLES: usize = 10_000;
-const STRUCTURE_SAMPLES: usize = 20_000;
-/// Splits of every order that are screened, those that survive the first round, and the second.
-const SCREENED: usize = 8;
-const SURVIVORS: [usize; 2] = [8, 3];
-/// Pieces of the nonlinearity in the screening's second round.
-const SCREENING_PIECES: usize = 16;
+/// Samples that the structure is chosen on.
+pub(super) const STRUCTURE_SAMPLES: usize = 20_000;
 /// Pieces that are tried, relative to the present number.
 const PIECES: [f64; 6] = [0.7, 1.0, 1.4, 2.0, 2.8, 4.0];
 const MOST_PIECES: usize = 64;
@@ -32,15 +18,16 @@ const MOST_PIECES: usize = 64;
 const FINEST_PIECES: usize = 800;
 /// The outermost pieces have at least so many times the samples of the others.
 const OUTSIDE: usize = 2;
+/// A fit with breakpoints brought back may have a sum of squares so many times that of the fit before.
+const DEARER: f64 = 1.05;
 /// Lags of the errors' autocorrelation.
 const LAGS: usize = 100;
 /// The share of the breakpoints that are spread evenly.
 const EVEN: f64 = 0.3;
 /// Rounds of structural change.
 const ROUNDS: usize = 16;
-/// Steps that judge a structural change, and those of the last fit.
-const TRIAL_STEPS: usize = 12;
-const LAST_STEPS: usize = 80;
+/// Steps that judge a structural change.
+pub(super) const TRIAL_STEPS: usize = 12;
 
 /// A structure that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,47 +52,16 @@ pub struct TriedStructure {
     pub bic: f64,
 }
 
-/// What the search found.
-#[derive(Debug, Clone)]
-pub(super) struct Found {
-    pub sandwich: Sandwich,
-    pub approximations: Vec<ApproximationScore>,
-    pub tried: Vec<TriedStructure>,
-}
-
-impl Found {
-    /// What is left where no linear approximation was found: a static nonlinearity, or a constant.
-    pub fn nothing(data: &Data) -> Found {
-        let pass = Rational {
-            b: vec![1.0],
-            sections: Vec::new(),
-        };
-        let constant = Sandwich {
-            front: pass.clone(),
-            shape: Shape::new(&[-1.0, 1.0]),
-            back: pass.clone(),
-            between: None,
-            offset: 0.0,
-        };
-        Found {
-            sandwich: fit_shape(pass.clone(), pass, data).map_or(constant, |c| c.sandwich),
-            approximations: Vec::new(),
-            tried: Vec::new(),
-        }
-    }
-}
-
 /// Schwarz's criterion of a sum of squares, for as many independent errors as the samples are worth.
-fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
+pub(super) fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
     let samples = data.counted() as f64;
     let n = samples / data.dependence;
     n * (squares.max(f64::MIN_POSITIVE) / samples).ln() + parameters as f64 * n.ln()
 }
 
-/// $1 + 2 \sum_j \rho_j^2$ of the errors: a comparison of two models with errors of this autocorrelation varies as much
+/// $1 + 2 \sum_j \rho_j^2$ of the output's errors: a comparison of two models with errors of this autocorrelation varies as much
 /// as one with so many times fewer independent errors (Bartlett 1946).
-fn dependence(c: &Candidate, data: &Data) -> f64 {
-    let output = c.sandwich.run(&data.u);
+pub(super) fn dependence(output: &[f64], data: &Data) -> f64 {
     let errors: Vec<f64> = output.iter().zip(&data.y).skip(data.from).map(|(p, y)| p - y).collect();
     let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
     let noise = 1.0 / errors.len() as f64;
@@ -118,13 +74,25 @@ fn dependence(c: &Candidate, data: &Data) -> f64 {
     }
 }
 
+impl TriedStructure {
+    /// The number of parameters that the data determine: all but the blocks' scales.
+    pub fn parameters(&self) -> usize {
+        // A cubic spline has three parameters more than pieces; both linear blocks' scales are the nonlinearity's.
+        let numerators = |instant: usize| match instant {
+            0 => self.front_numerator + self.back_numerator,
+            _ => self.front_numerator.max(self.front_order + 1) + self.back_numerator.max(self.back_order + 1),
+        };
+        self.front_order + self.back_order + (0..self.instants).map(numerators).sum::<usize>() + self.pieces + 1
+    }
+}
+
 impl Candidate {
     fn parameters(&self) -> usize {
         // Three of them only fix scales.
         self.sandwich.parameters().len() - 3
     }
 
-    pub(super) fn bic(&self, data: &Data) -> f64 {
+    pub(in crate::identify) fn bic(&self, data: &Data) -> f64 {
         bic(self.squares, self.parameters(), data)
     }
 
@@ -144,112 +112,14 @@ impl Candidate {
     }
 }
 
-/// The search, on data of unit variance and zero mean.
-pub(super) fn find(data: &Data, monitor: &mut Monitor<'_>) -> Option<Found> {
-    let approximated = data.head(STRUCTURE_SAMPLES);
-    let approximations = approximations(&approximated, monitor);
-    let best = (0..approximations.len()).min_by(|i, j| approximations[*i].1.total_cmp(&approximations[*j].1))?;
-    let settling = approximations[best].0.system.settling(1e-4);
-    let mut data = data.clone();
-    data.from = settling.clamp(data.y.len() / 100, data.y.len() / 10);
-    let mut found = Found {
-        approximations: approximations
-            .iter()
-            .map(|(a, _)| ApproximationScore {
-                order: a.system.order(),
-                relative_error: (a.squares / approximated.counted() as f64).sqrt(),
-            })
-            .collect(),
-        ..screen(&data, &approximations, best, monitor)?
-    };
-    let mut medium = data.head(STRUCTURE_SAMPLES);
-    monitor.stage = Stage::Structure;
-    let start = Candidate {
-        squares: medium.squares(&found.sandwich.run(&medium.u)),
-        sandwich: found.sandwich,
-    };
-    let start = fitted(start, &medium, TRIAL_STEPS, 1e-4, monitor);
-    medium.dependence = dependence(&start, &medium);
-    let start = pieces(start, &medium, TRIAL_STEPS, monitor, &mut found.tried);
-    let chosen = restructure(start, &medium, monitor, &mut found.tried);
-    monitor.stage = Stage::Refinement;
-    let whole = Candidate {
-        squares: data.squares(&chosen.sandwich.run(&data.u)),
-        sandwich: chosen.sandwich,
-    };
-    let whole = fitted(whole, &data, TRIAL_STEPS, 1e-4, monitor);
-    data.dependence = dependence(&whole, &data);
-    let whole = restructure(whole, &data, monitor, &mut found.tried);
-    let whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut found.tried);
-    let whole = intersample(whole, &data, monitor, &mut found.tried);
-    let last = fitted(whole, &data, LAST_STEPS, 1e-6, monitor);
-    found.tried.push(last.tried(&data));
-    found.sandwich = last.sandwich;
-    Some(found)
-}
-
-/// Linear approximations with Schwarz's criterion.
-fn approximations(data: &Data, monitor: &mut Monitor<'_>) -> Vec<(Approximation, f64)> {
-    let score = |a: Approximation| {
-        let score = bic(a.squares, a.system.parameters().len(), data);
-        (a, score)
-    };
-    (1..=LARGEST_ORDER.min(data.counted() / 20))
-        .filter_map(|order| approximate(data, order, monitor).map(score))
-        .collect()
-}
-
-/// The best candidate after short fits, more thorough from round to round.
-fn screen(
-    data: &Data,
-    approximations: &[(Approximation, f64)],
-    best: usize,
-    monitor: &mut Monitor<'_>,
-) -> Option<Found> {
-    monitor.stage = Stage::Split;
-    let (tiny, small) = (data.head(SPLIT_SAMPLES), data.head(SCREENING_SAMPLES));
-    let order = approximations[best].0.system.order() as isize;
-    let mut candidates = Vec::new();
-    for (a, _) in approximations {
-        if SPLIT_ORDERS.contains(&(a.system.order() as isize - order)) && monitor.keep_on() {
-            candidates.extend(split(&a.system, &tiny).into_iter().take(SCREENED));
-        }
-    }
-    monitor.stage = Stage::Screening;
-    let mut tried = Vec::new();
-    let mut round: Vec<Candidate> = candidates
-        .into_iter()
-        .map(|mut c| {
-            let s = &mut c.sandwich;
-            s.front.b.resize(s.front.b.len().max(s.front.order() + 1), 0.0);
-            s.back.b.resize(s.back.b.len().max(s.back.order() + 1), 0.0);
-            c.squares = small.squares(&s.run(&small.u));
-            fitted(c, &small, TRIAL_STEPS, 1e-3, monitor)
-        })
-        .collect();
-    for survivors in SURVIVORS {
-        round.sort_by(|a, b| a.bic(&small).total_cmp(&b.bic(&small)));
-        tried.extend(round.iter().map(|c| c.tried(&small)));
-        round.truncate(survivors);
-        round = round
-            .into_iter()
-            .map(|c| {
-                let finer = with_pieces(&c, SCREENING_PIECES, &small).unwrap_or(c);
-                fitted(finer, &small, 2 * TRIAL_STEPS, 1e-4, monitor)
-            })
-            .collect();
-    }
-    round.sort_by(|a, b| a.bic(&small).total_cmp(&b.bic(&small)));
-    tried.extend(round.iter().map(|c| c.tried(&small)));
-    Some(Found {
-        sandwich: round.into_iter().next()?.sandwich,
-        approximations: Vec::new(),
-        tried,
-    })
-}
-
 /// All parameters fitted from where they are; what was, if that fails.
-pub(super) fn fitted(c: Candidate, data: &Data, steps: usize, tolerance: f64, monitor: &mut Monitor<'_>) -> Candidate {
+pub(in crate::identify) fn fitted(
+    c: Candidate,
+    data: &Data,
+    steps: usize,
+    tolerance: f64,
+    monitor: &mut Monitor<'_>,
+) -> Candidate {
     let loss = SandwichLoss::new(c.sandwich.clone(), data);
     match descend(&loss, loss.start(), steps, tolerance, monitor) {
         Some((p, squares)) => Candidate {
@@ -264,7 +134,7 @@ pub(super) fn fitted(c: Candidate, data: &Data, steps: usize, tolerance: f64, mo
 ///
 /// Where it is rough is read from the present curve, which is good for smooth ones, and from one on many even breakpoints,
 /// which shows kinks; the better of the two is taken.
-fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
+pub(super) fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
     let s = &c.sandwich;
     let mut sorted = s.front.run(&data.u)[data.from..].to_vec();
     let spread = variance(&sorted).sqrt();
@@ -273,7 +143,7 @@ fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
     }
     sorted.sort_unstable_by(f64::total_cmp);
     let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
-    let fewest = (data.counted() / FINEST_PIECES).clamp(8, 50);
+    let fewest = fewest_in_piece(data);
     let on = |at: Vec<f64>| {
         let mut at = at;
         let last = at.len() - 1;
@@ -295,8 +165,37 @@ fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
     both.min_by(|a, b| a.squares.total_cmp(&b.squares))
 }
 
+/// The same blocks with the nonlinearity's outermost breakpoints brought back to where the samples are, if the descent has left them
+/// outside: pieces without samples have coefficients that nothing determines.
+pub(super) fn anchored(c: Candidate, data: &Data) -> Candidate {
+    let s = &c.sandwich;
+    let mut sorted: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
+    let present = s.shape.breakpoints();
+    let (first, last) = (present[0].max(low), present[present.len() - 1].min(high));
+    if first == present[0] && last == present[present.len() - 1] || !(first < last) {
+        return c;
+    }
+    let inside = present
+        .iter()
+        .copied()
+        .filter(|x| (first..last).contains(x) && *x > first);
+    let at: Vec<f64> = std::iter::once(first).chain(inside).chain([last]).collect();
+    let fewest = fewest_in_piece(data);
+    let at = thinned(&at, &sorted, fewest, OUTSIDE * fewest);
+    let moved = refit_coefficients(s.clone(), &at, data);
+    // A little worse is worth it: it is the price of what the pieces outside did for samples inside.
+    moved.filter(|m| m.squares <= DEARER * c.squares).unwrap_or(c)
+}
+
+/// The fewest samples in a piece of the nonlinearity.
+fn fewest_in_piece(data: &Data) -> usize {
+    (data.counted() / FINEST_PIECES).clamp(8, 50)
+}
+
 /// More and more pieces while Schwarz's criterion falls.
-fn pieces(
+pub(super) fn pieces(
     mut best: Candidate,
     data: &Data,
     steps: usize,
@@ -328,7 +227,12 @@ fn pieces(
 }
 
 /// With the nonlinearity acting between the samples too, if that lowers Schwarz's criterion.
-fn intersample(best: Candidate, data: &Data, monitor: &mut Monitor<'_>, tried: &mut Vec<TriedStructure>) -> Candidate {
+pub(super) fn intersample(
+    best: Candidate,
+    data: &Data,
+    monitor: &mut Monitor<'_>,
+    tried: &mut Vec<TriedStructure>,
+) -> Candidate {
     if !monitor.keep_on() {
         return best;
     }
@@ -345,15 +249,16 @@ fn intersample(best: Candidate, data: &Data, monitor: &mut Monitor<'_>, tried: &
 }
 
 /// The structural change that lowers Schwarz's criterion most, over and over.
-fn restructure(
+pub(super) fn restructure(
     mut best: Candidate,
+    form: Form,
     data: &Data,
     monitor: &mut Monitor<'_>,
     tried: &mut Vec<TriedStructure>,
 ) -> Candidate {
     for _ in 0..ROUNDS {
         let mut next: Option<Candidate> = None;
-        for sandwich in neighbours(&best.sandwich) {
+        for sandwich in neighbours(&best.sandwich, form) {
             if monitor.stopped().is_some() {
                 return best;
             }
@@ -370,4 +275,51 @@ fn restructure(
         }
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::super::loss::Sandwich;
+    use super::super::rational::Rational;
+    use super::super::shape::Shape;
+    use super::*;
+
+    #[test]
+    fn pieces_without_samples_are_taken_away_and_others_stay() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        let u: Vec<f64> = (0..2000).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let y: Vec<f64> = u.iter().map(|u| u.max(0.0)).collect();
+        let data = Data {
+            u,
+            y,
+            from: 0,
+            dependence: 1.0,
+        };
+        let candidate = |breakpoints: &[f64]| {
+            let mut shape = Shape::new(breakpoints);
+            let last = shape.c.len() - 1;
+            shape.c.fill(0.5);
+            // Nothing that the samples, all below 1, would notice much.
+            shape.c[last] = 1e3;
+            let sandwich = Sandwich {
+                front: Rational::pass(),
+                shape,
+                back: Rational::pass(),
+                between: None,
+                offset: 0.0,
+            };
+            let squares = data.squares(&sandwich.run(&data.u));
+            Candidate { sandwich, squares }
+        };
+        let outside = anchored(candidate(&[-2.0, -0.5, 0.0, 0.5, 0.999, 3.0]), &data);
+        let at = outside.sandwich.shape.breakpoints();
+        assert!(at[0] >= -1.0 && at[at.len() - 1] <= 1.0 && at.contains(&0.5), "{at:?}");
+        let beyond = outside.sandwich.shape.value(1.5);
+        assert!((beyond - 1.5).abs() < 0.2, "{beyond}");
+        let inside = candidate(&[-0.9, 0.0, 0.9]);
+        let same = anchored(inside.clone(), &data);
+        assert_eq!(same.sandwich, inside.sandwich);
+    }
 }

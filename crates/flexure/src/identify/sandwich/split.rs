@@ -25,7 +25,7 @@ const MOST_SPLITS: usize = 40;
 
 /// A split and how well it does with the best nonlinearity for it.
 #[derive(Debug, Clone)]
-pub(super) struct Candidate {
+pub(in crate::identify) struct Candidate {
     pub sandwich: Sandwich,
     pub squares: f64,
 }
@@ -113,7 +113,7 @@ fn chosen(groups: &[(Complex<f64>, bool)], mask: usize, set: bool) -> Vec<Comple
 }
 
 /// The sandwich of these linear blocks and the best coarse nonlinearity between them.
-pub(super) fn fit_shape(mut front: Rational, back: Rational, data: &Data) -> Option<Candidate> {
+pub(in crate::identify) fn fit_shape(mut front: Rational, back: Rational, data: &Data) -> Option<Candidate> {
     let w = front.run(&data.u);
     let spread = variance(&w[data.from..]).sqrt();
     if !(spread > 1e-12 && spread.is_finite()) {

@@ -11,15 +11,29 @@ const MOST_POLES: usize = 12;
 /// A pole and a zero that are farther apart than this do not nearly cancel.
 const NEARLY: f64 = 0.3;
 
-/// Sandwiches without an instant between the samples, with one structural change, that start where `s` is (or nearly, where something was removed).
-pub(super) fn neighbours(s: &Sandwich) -> Vec<Sandwich> {
+/// The blocks that a cascade has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::identify) enum Form {
+    /// Linear, static.
+    Wiener,
+    /// Linear, static, linear.
+    Sandwich,
+}
+
+/// Cascades of this form, without an instant between the samples, with one structural change, that start where `s` is (or nearly, where something was removed).
+pub(super) fn neighbours(s: &Sandwich, form: Form) -> Vec<Sandwich> {
     let front = changes(&s.front)
         .into_iter()
         .map(|front| Sandwich { front, ..s.clone() });
-    let back = changes(&s.back).into_iter().map(|back| Sandwich { back, ..s.clone() });
+    let backs = match form {
+        Form::Wiener => Vec::new(),
+        Form::Sandwich => changes(&s.back),
+    };
+    let back = backs.into_iter().map(|back| Sandwich { back, ..s.clone() });
     front.chain(back).collect()
 }
 
+/// All changes of one linear block.
 pub(in crate::identify) fn changes(g: &Rational) -> Vec<Rational> {
     [longer(g), shorter(g), with_pole(g), cancelled(g)]
         .into_iter()

@@ -7,7 +7,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::*;
+use crate::Error;
 use crate::linear::TransferFunction;
+use crate::linear::correlation::variance;
 use crate::model::Block;
 use crate::nonlinearity::{Curve, Outside};
 

@@ -109,6 +109,7 @@ where
             parameter: s.curve.iter().map(|c| (shown.candidate)(c.parameter)).collect(),
             score: s.curve.iter().map(|c| c.score(s.criterion)).collect(),
             at_edge: s.at_edge,
+            binning_error: None,
         });
         let left_out = search.and_then(chosen).map(|c| c.leave_one_out);
         return Ok(named(method, (shown.value)(&fit), fit, scores, left_out));
@@ -122,6 +123,7 @@ where
         parameter: candidates.iter().map(|&p| (shown.candidate)(p)).collect(),
         score: found.curve.iter().map(|c| c.error).collect(),
         at_edge: found.at_edge,
+        binning_error: None,
     };
     let fit = make(Choice::Fixed(found.parameter)).fit(x, y, weights)?;
     Ok(named(method, (shown.value)(&fit), fit, Some(scores), None))
@@ -184,6 +186,7 @@ fn local_bandwidth(method: &NamedEstimator, (x, y, weights): Data) -> Result<Nam
         parameter: global.curve.iter().map(|c| c.bandwidth).collect(),
         score: global.curve.iter().map(|c| c.error).collect(),
         at_edge: global.at_edge,
+        binning_error: kernels::binning_error(global),
     };
     Ok(named(method, global.bandwidth, fit, Some(scores), None))
 }

@@ -87,12 +87,18 @@ fn score_at(scores: &Scores, parameter: f64) -> Option<f64> {
     Some(scores.score[place])
 }
 
+/// What putting the data in bins cost the scores of `search`.
+pub(super) fn binning_error(search: &BandwidthSearch) -> Option<f64> {
+    search.binning.as_ref().map(|binning| binning.error)
+}
+
 fn scores(search: &BandwidthSearch, criterion: &'static str) -> Scores {
     Scores {
         criterion,
         parameter: search.curve.iter().map(|c| c.bandwidth).collect(),
         score: search.curve.iter().map(|c| c.error).collect(),
         at_edge: search.at_edge,
+        binning_error: binning_error(search),
     }
 }
 
@@ -140,6 +146,7 @@ fn product(method: &NamedEstimator, degree: Degree, (x, y, weights): Data) -> Re
         parameter: factors.iter().map(|f| f * mean).collect(),
         score: found.curve.iter().map(|c| c.error).collect(),
         at_edge: found.at_edge,
+        binning_error: None,
     };
     let fit = with(scaled(found.parameter)).fit(x, y, weights)?;
     Ok(named(fit, Some(scores), None))
@@ -177,6 +184,7 @@ fn profile(search: &KernelSearch) -> Scores {
         parameter: kept.iter().map(|k| k.0).collect(),
         score: kept.iter().map(|k| k.1).collect(),
         at_edge: false,
+        binning_error: None,
     }
 }
 

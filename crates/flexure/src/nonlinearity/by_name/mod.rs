@@ -262,6 +262,9 @@ pub struct Scores {
     pub score: Vec<f64>,
     /// Whether the best is the first or the last one tried where more could have been tried.
     pub at_edge: bool,
+    /// Where the scores come from data in bins, as with very many points: the largest relative difference to the exact
+    /// scores around the best. The best itself is then chosen among exact ones.
+    pub binning_error: Option<f64>,
 }
 
 impl NamedEstimator {

@@ -197,7 +197,9 @@ impl Bins {
                 let visit = |b: usize, sums: Sums| fits.visit(b, sums);
                 gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, h, &data.x, visit);
             }
-            _ => at_own_points(data, kernel, degree, &mut |pass| pass(h, 0..data.len(), &mut fits)),
+            _ => at_own_points(data, kernel, degree, &mut |pass| {
+                pass(h, 0..data.len(), &mut Vec::new(), &mut fits)
+            }),
         }
         let fits = fits.fits;
         let (mut sum, mut total) = (0.0, 0.0);

@@ -29,9 +29,9 @@ pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, bandw
         bandwidths.par_iter().map(score).collect_into_vec(&mut scores);
     } else {
         at_own_points(data, kernel, degree, &mut |pass| {
-            scores = sums_over_parts(data, bandwidths, |h, points| {
+            scores = sums_over_parts(data, bandwidths, |h, points, room| {
                 let mut errors = Errors::new(data, kernel, degree, h);
-                pass(h, points, &mut errors);
+                pass(h, points, room, &mut errors);
                 errors.sum
             });
         });
@@ -40,16 +40,22 @@ pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, bandw
     scores
 }
 
-/// Sums `part(h, points)` over all parts, for each bandwidth.
-fn sums_over_parts(data: &Sorted, bandwidths: &[f64], part: impl Fn(f64, Range<usize>) -> f64 + Sync) -> Vec<f64> {
+/// Sums `part(h, points, room)` over all parts, for each bandwidth; the room may be used again.
+fn sums_over_parts(
+    data: &Sorted,
+    bandwidths: &[f64],
+    part: impl Fn(f64, Range<usize>, &mut Vec<u32>) -> f64 + Sync,
+) -> Vec<f64> {
     let n = data.len();
     let parts = |(k, &h): (usize, &f64)| {
         let size = part_size(&data.x, h);
         (0..n).step_by(size).map(move |first| (k, first..n.min(first + size)))
     };
-    let tasks: Vec<(usize, Range<usize>)> = bandwidths.iter().enumerate().flat_map(parts).collect();
+    let mut tasks: Vec<(usize, Range<usize>)> = bandwidths.iter().enumerate().flat_map(parts).collect();
+    // All bandwidths' parts of a region follow one another while its points are in the cache.
+    tasks.sort_by_key(|(_, points)| points.start);
     let sums: Vec<f64> = (tasks.par_iter())
-        .map(|(k, points)| part(bandwidths[*k], points.clone()))
+        .map_init(Vec::new, |room, (k, points)| part(bandwidths[*k], points.clone(), room))
         .collect();
     let mut scores = vec![0.0; bandwidths.len()];
     for ((k, _), sum) in tasks.iter().zip(sums) {

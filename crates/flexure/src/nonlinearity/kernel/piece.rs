@@ -114,8 +114,8 @@ pub trait Visit {
     fn constants(&mut self, points: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool;
 }
 
-/// Visits the data's own points of a range, for a bandwidth.
-pub type Pass<'a> = dyn Fn(f64, Range<usize>, &mut dyn Visit) + Sync + 'a;
+/// Visits the data's own points of a range, for a bandwidth; the room may be used again.
+pub type Pass<'a> = dyn Fn(f64, Range<usize>, &mut Vec<u32>, &mut dyn Visit) + Sync + 'a;
 
 /// Calls `run` with what visits the data's own points, for a kernel of bounded support.
 pub fn at_own_points(data: &Sorted, kernel: Kernel, degree: Degree, run: &mut dyn FnMut(&Pass<'_>)) {
@@ -132,10 +132,10 @@ impl Job for AtOwnPoints<'_> {
         let data = self.data;
         let grains = Grains::<N>::new(data);
         let abscissas = Abscissas::new(&data.x);
-        (self.run)(&|h, points, visitor| {
+        (self.run)(&|h, points, room, visitor| {
             let mut constants = [[0.0; 2]; STRETCH];
             let mut sweep = Sweep::new(data, &grains, h);
-            let mut windows = Windows::new(&abscissas, h, points);
+            let mut windows = Windows::new(&abscissas, h, points, room);
             while let Some((points, starts, ends)) = windows.next() {
                 let at = &data.x[points.clone()];
                 sweep.stretches(at, (starts, ends), coefficients, |k, stretch| {
@@ -158,7 +158,7 @@ impl Job for AtOwnPoints<'_> {
     fn halves<const N: usize>(&mut self) {
         let data = self.data;
         let grains = Grains::<N>::new(data);
-        (self.run)(&|h, points, visitor| {
+        (self.run)(&|h, points, _, visitor| {
             halves(data, &grains, h, (&data.x, points), |i, sums| visitor.visit(i, sums));
         });
     }

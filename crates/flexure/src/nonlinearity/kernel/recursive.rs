@@ -272,6 +272,24 @@ mod tests {
     }
 
     #[test]
+    fn ten_shards_of_many_points_give_what_one_gives() {
+        let data = stream(200_000);
+        let run = method(Kernel::Epanechnikov, RecursiveForm::WolvertonWagner);
+        let sums = |from: usize, part: &[(f64, f64)]| {
+            let mut sums = run.start_from(from as u64, &AT).unwrap();
+            part.iter().for_each(|&(x, y)| sums.push(x, y - 1e6).unwrap());
+            sums
+        };
+        let one = sums(0, &data).finish();
+        let mut parts = data.chunks(20_000).enumerate().map(|(k, part)| sums(k * 20_000, part));
+        let mut whole = parts.next().unwrap();
+        parts.for_each(|part| whole.merge(&part).unwrap());
+        for (a, b) in one.iter().zip(whole.finish()).filter(|(a, _)| !a.is_nan()) {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+    }
+
+    #[test]
     fn the_estimate_converges() {
         let mut sums = method(Kernel::Epanechnikov, RecursiveForm::WolvertonWagner)
             .start(&AT)

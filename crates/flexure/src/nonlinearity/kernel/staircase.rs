@@ -32,7 +32,7 @@ pub struct Windows<'a> {
     /// Where it ends: the windows of all further points of the range end alike.
     last: (usize, usize),
     /// The starts of all windows of the range, as far as they are known.
-    starts: Vec<u32>,
+    starts: &'a mut [u32],
     /// The ends of the windows that the last tile of steps has found.
     ends: Box<[u32; TILE]>,
     /// For each j of a tile the i where the walk left it and, from TILE on, for each i the j, both counted from
@@ -41,15 +41,16 @@ pub struct Windows<'a> {
 }
 
 impl<'a> Windows<'a> {
-    /// Those of the points `range`, of which there must be one.
-    pub fn new(abscissas: &'a Abscissas<'a>, h: f64, range: Range<usize>) -> Self {
+    /// Those of the points `range`, of which there must be one. The starts are kept in `room`, which may be used again.
+    pub fn new(abscissas: &'a Abscissas<'a>, h: f64, range: Range<usize>, room: &'a mut Vec<u32>) -> Self {
         let x = abscissas.x;
         let start = |i: usize| x[..=i].partition_point(|&v| x[i] - v > h);
         let end = |i: usize| i + x[i..].partition_point(|&v| v - x[i] <= h);
         let (i, last) = (start(range.start), end(range.end - 1));
         let j = end(i);
         // All points up to j are in the first window and have its start.
-        let mut starts = vec![0; range.len()];
+        room.resize(range.len().max(room.len()), 0);
+        let starts = &mut room[..range.len()];
         starts[..j.min(range.end) - range.start].fill(i as u32);
         Windows {
             abscissas,
@@ -183,13 +184,14 @@ mod tests {
             ];
             for x in &lines {
                 let abscissas = Abscissas::new(x);
+                let mut room = Vec::new();
                 for h in [1e-300, 1e-10, 1e-3, 1.0 / 6.0, 0.3, 0.9, 2.0, 1e9] {
                     for range in [0..n, n / 3..n / 2, n / 2..n, n - 1..n] {
                         if range.is_empty() {
                             continue;
                         }
                         let (mut starts, mut ends) = (Vec::new(), Vec::new());
-                        let mut windows = Windows::new(&abscissas, h, range.clone());
+                        let mut windows = Windows::new(&abscissas, h, range.clone(), &mut room);
                         while let Some((points, some_starts, some_ends)) = windows.next() {
                             assert!(points.start == range.start + starts.len() && !points.is_empty());
                             starts.extend_from_slice(some_starts);

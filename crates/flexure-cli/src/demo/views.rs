@@ -1,0 +1,362 @@
+//! The three block-oriented views of a joint (Krzyzak & Sasiadek, section VIII), each on a simulated record with known truth.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use flexure::Record;
+use flexure::bands::{BandKind, RobustBand};
+use flexure::identify::RefinedHammerstein;
+use flexure::manipulator::{Friction, Stiffness, add_noise};
+use flexure::nonlinearity::{Degree, Kernel, KernelRegression};
+use flexure::selection::{BandwidthRule, choose_bandwidth};
+use flexure_io::arm::{Amplitude, ArmFile, DriveKind, Excitation, Kind, preset_text};
+use flexure_io::{check_writable, read_record, write_atomically, write_record};
+use flexure_report::data::{Fact, JointCurve, JointPage, Nonlinearity, Scatter};
+use serde_json::{Value, json};
+
+use super::{JOINT, PRESET, alignment, steady_velocity};
+use crate::estimate::{Estimate, Method};
+use crate::identify::{hammerstein, write_files};
+use crate::outcome::{Context, Signals, number, summary};
+use crate::output::{command_line, print};
+use crate::page::{self, Decoration, Truth};
+use crate::simulate::simulate;
+
+/// Noise of an angle, rad.
+const ENCODER: f64 = 1e-5;
+/// Noise of a torque or a velocity, as a share of its root mean square.
+const NOISE: f64 = 0.01;
+/// Points of a curve.
+const POINTS: usize = 201;
+
+/// A view: its name, what it found beside the truth, and the words for it.
+struct View {
+    name: &'static str,
+    values: Value,
+    words: Vec<String>,
+}
+
+/// Simulates, identifies and writes all three views into the folder.
+pub fn run(out: &Path, json: bool) -> Result<()> {
+    let files = |view: &str| ["csv", "html"].map(|kind| out.join(format!("{view}.{kind}")));
+    let names = ["1-stiffness", "2-deflection-to-velocity", "3-torque-to-velocity"];
+    for path in names.iter().flat_map(|name| files(name)) {
+        check_writable(&path)?;
+    }
+    let command = command_line(["demo".into(), "--joint-views".into(), "--out".into(), out.into()]);
+    let views = [
+        stiffness(&files(names[0]), &command)?,
+        deflection(&files(names[1]), &command)?,
+        torque(&files(names[2]), &command)?,
+    ];
+    if json {
+        let object: serde_json::Map<String, Value> = views
+            .into_iter()
+            .map(|view| (view.name.to_owned(), view.values))
+            .collect();
+        return print(&Value::Object(object).to_string());
+    }
+    let mut lines = Vec::new();
+    for (view, name) in views.into_iter().zip(names) {
+        lines.extend(view.words);
+        lines.extend(files(name).iter().map(|path| format!("  wrote {}", path.display())));
+    }
+    print(&lines.join("\n"))
+}
+
+/// The arm of the preset, with another run and excitation.
+fn arm(duration: f64, sample_time: f64, excitation: Excitation) -> Result<ArmFile> {
+    let mut arm = ArmFile::from_toml_str(preset_text(PRESET)?, &format!("preset {PRESET}"))?;
+    arm.run.duration = duration;
+    arm.run.sample_time = sample_time;
+    arm.excitation = excitation;
+    arm.noise = None;
+    Ok(arm)
+}
+
+/// The true stiffness of the elbow.
+fn true_stiffness(arm: &ArmFile) -> Stiffness {
+    let joint = arm.arm.joints[JOINT];
+    Stiffness {
+        cubic: joint.cubic,
+        linear: joint.linear,
+        windup: joint.windup,
+        windup_sharpness: joint.windup_sharpness,
+    }
+}
+
+fn rms(x: &[f64]) -> f64 {
+    (x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64).sqrt()
+}
+
+/// Root mean square of `y` less `truth`, as a share of the truth's own.
+fn distance(y: &[f64], truth: &[f64]) -> f64 {
+    let off: Vec<f64> = y.iter().zip(truth).map(|(a, b)| a - b).collect();
+    rms(&off) / rms(truth)
+}
+
+/// Job 1: deflection to joint torque, a static regression.
+fn stiffness([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
+    let arm = arm(
+        60.0,
+        0.01,
+        Excitation {
+            kind: Kind::Multisine,
+            amplitude: Some(Amplitude::Same(20.0)),
+            f_min: Some(0.05),
+            f_max: Some(3.0),
+            ..Excitation::zero()
+        },
+    )?;
+    let kappa = true_stiffness(&arm);
+    let motion = simulate(&arm, Path::new(""))?;
+    let both = motion.column("qm2")?.iter().zip(motion.column("q2")?);
+    let d: Vec<f64> = both.map(|(m, q)| m - q).collect();
+    let torque: Vec<f64> = d.iter().map(|&d| kappa.torque(d)).collect();
+    let size = NOISE * rms(&torque);
+    let log = Record::new([("t", motion.column("t")?.to_vec()), ("d", d), ("torque", torque)])?;
+    let log = add_noise(&log, 1, &[("d", ENCODER * 2.0_f64.sqrt()), ("torque", size)])?;
+    write_record(record, &log)?;
+    let (x, y) = (log.column("d")?, log.column("torque")?);
+    let kernel = Kernel::Epanechnikov;
+    let bandwidth = choose_bandwidth(BandwidthRule::default(), kernel, Degree::Linear, x, y, None)?.bandwidth();
+    let fit = KernelRegression { kernel, bandwidth }
+        .fit(x, y)?
+        .with_degree(Degree::Linear);
+    let (low, high) = (
+        x.iter().copied().fold(f64::INFINITY, f64::min),
+        x.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let at: Vec<f64> = (0..POINTS)
+        .map(|i| low + (high - low) * i as f64 / (POINTS - 1) as f64)
+        .collect();
+    let band = RobustBand {
+        kind: BandKind::Simultaneous,
+        ..RobustBand::default()
+    }
+    .for_kernel(&fit, &at)?;
+    let truth: Vec<f64> = at.iter().map(|&d| kappa.torque(d)).collect();
+    let error = distance(&band.estimate, &truth);
+    let inside = |i: &usize| (band.lower[*i]..=band.upper[*i]).contains(&truth[*i]);
+    let covered = (0..POINTS).filter(inside).count() as f64 / POINTS as f64;
+    let fact = |name: &str, value: String, note: &str| Fact {
+        name: name.to_owned(),
+        value,
+        note: note.to_owned(),
+    };
+    let page = JointPage {
+        title: "Job 1: the stiffness as a static regression".to_owned(),
+        subtitle:
+            "Joint torque over deflection of the space arm's elbow, a local linear kernel estimate of E(torque | d)."
+                .to_owned(),
+        facts: vec![
+            fact(
+                "Distance from the truth",
+                format!("{:.2} %", 100.0 * error),
+                "relative L2 over all deflections",
+            ),
+            fact(
+                "Band",
+                format!("covers {:.0} %", 100.0 * covered),
+                "of the true curve; 95 % simultaneous",
+            ),
+            fact("Bandwidth", format!("{} rad", number(bandwidth)), "by leave-one-out"),
+            fact("Samples", x.len().to_string(), "0.01 s apart"),
+        ],
+        warnings: Vec::new(),
+        curves: vec![JointCurve {
+            heading: "Elastic torque".to_owned(),
+            caption:
+                "The measured joint torque over the deflection, with the estimate, its band, and the simulated truth."
+                    .to_owned(),
+            curve: Nonlinearity {
+                x_label: "deflection (rad)".to_owned(),
+                y_label: "torque (N m)".to_owned(),
+                x: at,
+                y: band.estimate.clone(),
+                lower: band.lower.clone(),
+                upper: band.upper.clone(),
+                band_label: "95 % simultaneous".to_owned(),
+                density: Vec::new(),
+                truth,
+                truth_label: "true stiffness (10)-(11)".to_owned(),
+            },
+            points: Scatter {
+                x: x.to_vec(),
+                y: y.to_vec(),
+            },
+        }],
+        tables: Vec::new(),
+        motions: Vec::new(),
+        command: Some(command.to_owned()),
+    };
+    let html = flexure_report::render_joint(&page).context("the report")?;
+    write_atomically(report, |out| std::io::Write::write_all(out, html.as_bytes()))?;
+    Ok(View {
+        name: "stiffness",
+        words: vec![
+            "Job 1, static: deflection to joint torque".to_owned(),
+            format!(
+                "  distance from the true stiffness curve {:.2} %; the band covers {:.0} % of it",
+                100.0 * error,
+                100.0 * covered
+            ),
+        ],
+        values: json!({ "error": error, "covered": covered, "bandwidth": bandwidth }),
+    })
+}
+
+/// Simulates a record with noise on the velocity, writes it, and identifies a Hammerstein model from `input` to it.
+fn identified<'a>(
+    arm: &ArmFile,
+    input: &'a str,
+    record: &Path,
+) -> Result<(flexure_io::RecordFile, Context<'a>, Estimate)> {
+    let mut log = simulate(arm, Path::new(""))?;
+    if arm.noise.is_none() {
+        let size = NOISE * rms(log.column("dq2")?);
+        log = add_noise(&log, 1, &[("dq2", size)])?;
+    }
+    let both = log.column("qm2")?.iter().zip(log.column("q2")?);
+    let d: Vec<f64> = both.map(|(m, q)| m - q).collect();
+    log.push("d2", d)?;
+    write_record(record, &log)?;
+    let file = read_record(record)?;
+    let context = Context {
+        signals: Signals {
+            input,
+            output: "dq2",
+            sample_time: Some(arm.run.sample_time),
+        },
+        method: Method::Refined {
+            method: RefinedHammerstein::default(),
+            form: None,
+        },
+    };
+    let result = hammerstein(&file, &context)?;
+    Ok((file, context, result))
+}
+
+/// Job 2: deflection to link velocity with viscous friction, exactly a Hammerstein system.
+fn deflection([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
+    let step = 4.0;
+    let mut arm = arm(
+        4000.0 * step,
+        step,
+        Excitation {
+            kind: Kind::White,
+            drive: DriveKind::Deflection,
+            amplitude: Some(Amplitude::Same(0.3)),
+            ..Excitation::zero()
+        },
+    )?;
+    let viscous = arm.arm.joints[JOINT].friction.unwrap_or_default().0[5];
+    arm.arm.joints[JOINT].friction = Some(Friction([0.0, 0.0, 0.0, 0.0, 0.0, viscous]));
+    let inertia = flexure::manipulator::LinkDynamics::new(&arm.arm.links).elbow;
+    let kappa = true_stiffness(&arm);
+    let (file, context, result) = identified(&arm, "d2", record)?;
+    let pole = (-viscous * step / inertia).exp();
+    let found = result.linear.poles().unwrap_or_default();
+    let nearest = found
+        .iter()
+        .map(|p| p.re)
+        .min_by(|a, b| (a - pole).abs().total_cmp(&(b - pole).abs()));
+    let nearest = nearest.unwrap_or(f64::NAN);
+    // With a static gain of 1, the nonlinearity is the velocity at which friction takes up the elastic torque.
+    let curve = &result.nonlinearity;
+    let truth: Vec<f64> = curve.x().iter().map(|&d| kappa.torque(d) / viscous).collect();
+    let error = distance(curve.y(), &truth);
+    let lines = vec![
+        "Job 2, Hammerstein: commanded deflection to link velocity, viscous friction".to_owned(),
+        format!(
+            "  distance from the true curve k(d) d / g6 {:.2} %, nothing aligned",
+            100.0 * error
+        ),
+        format!(
+            "  pole {nearest:.5}, exp(-g6 T / M) = {pole:.5}: {:.2} % off",
+            100.0 * (nearest / pole - 1.0).abs()
+        ),
+    ];
+    let decoration = Decoration {
+        title: Some("Job 2: from deflection to velocity, exactly a Hammerstein system".to_owned()),
+        command: Some(command.to_owned()),
+        truth: Some(Truth {
+            phi: Box::new(move |d| kappa.torque(d) / viscous),
+            label: "simulated stiffness torque (10)-(11) over g6, not aligned".to_owned(),
+        }),
+        remark: Some(format!("The pole is {nearest:.5}; exp(-g6 T / M) is {pole:.5}.")),
+        arm: None,
+    };
+    view(
+        "deflection",
+        report,
+        (file, context, result),
+        decoration,
+        lines,
+        json!({
+            "error": error,
+            "pole": nearest,
+            "true_pole": pole,
+        }),
+    )
+}
+
+/// Job 3: torque, sampled slowly, to link velocity: friction as a dead zone, an approximation.
+fn torque([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
+    let arm = ArmFile::from_toml_str(preset_text(PRESET)?, &format!("preset {PRESET}"))?;
+    let friction = arm.arm.joints[JOINT].friction.unwrap_or_default();
+    let (file, context, result) = identified(&arm, "tau2", record)?;
+    let [a, b] = alignment(&result, &friction);
+    let curve = &result.nonlinearity;
+    let truth: Vec<f64> = curve
+        .x()
+        .iter()
+        .map(|&tau| a * steady_velocity(&friction, tau) + b)
+        .collect();
+    let error = distance(curve.y(), &truth);
+    let mut lines = vec![
+        "Job 3, approximation: torque, sampled slowly, to link velocity".to_owned(),
+        format!(
+            "  distance from the steady velocity under friction, a dead zone, {:.2} % after alignment",
+            100.0 * error
+        ),
+    ];
+    if !result.verdict.holds() {
+        lines.push(
+            "  the model is refuted, as it should be: friction acts on the velocity, which is feedback, not a static block ahead of \
+             the dynamics; near the dead zone's edges the link stops the sooner the slower it is, which no fixed pole can follow"
+                .to_owned(),
+        );
+    }
+    let values = json!({ "error": error, "holds": result.verdict.holds(), "verdict": result.verdict.words() });
+    let decoration = Decoration {
+        title: Some("Job 3: from slow torque to velocity, the dead zone of friction".to_owned()),
+        command: Some(command.to_owned()),
+        truth: Some(Truth {
+            phi: Box::new(move |tau| a * steady_velocity(&friction, tau) + b),
+            label: "steady velocity under the simulated friction (12), scaled and shifted onto the estimate".to_owned(),
+        }),
+        remark: (!result.verdict.holds()).then(|| {
+            "That is as it should be: friction acts on the velocity, which is feedback, and a static nonlinearity before a linear \
+             part can only come near it."
+                .to_owned()
+        }),
+        arm: None,
+    };
+    view("torque", report, (file, context, result), decoration, lines, values)
+}
+
+fn view(
+    name: &'static str,
+    report: &PathBuf,
+    (file, context, result): (flexure_io::RecordFile, Context, Estimate),
+    decoration: Decoration,
+    mut words: Vec<String>,
+    mut values: Value,
+) -> Result<View> {
+    words.extend(summary(&result, &context).lines().map(|line| format!("  {line}")));
+    values["fit_percent"] = json!(result.verdict.measures.fit_percent);
+    let page = page::hammerstein::page(&file, &context, &result, decoration)?;
+    write_files(None, Some((report, page)))?;
+    Ok(View { name, values, words })
+}

@@ -1,0 +1,342 @@
+//! `flexure excite`: a record that excites an arm as much as its limits allow, and what it can tell.
+
+mod rehearsal;
+mod signals;
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use clap::{ArgGroup, ValueEnum};
+use flexure::Record;
+use flexure::manipulator::{Arm, Drive, LinkDynamics, Model, SimulationOptions, simulate};
+use flexure_io::arm::{ArmFile, preset_text};
+use flexure_io::{check_record_writable, write_record};
+use serde_json::json;
+
+use crate::arguments;
+use crate::output::print;
+use crate::progress::spinning;
+use crate::simulate::read_arm;
+
+/// Write torques, or references for position servos, that excite an arm within its limits.
+///
+/// The signals are made as large as the limits allow, which is checked by simulating the arm; they act on the joints that are not
+/// locked, differently on each. Then the experiment is rehearsed: the simulated record, with noise, goes through what `flexure
+/// joint` does, and what such a record can and cannot tell is said.
+#[derive(clap::Args)]
+#[command(group(ArgGroup::new("source").required(true).args(["arm", "preset"])))]
+#[command(after_help = "Examples:\n  \
+    flexure excite --preset space-arm --max-torque 40,20 --max-velocity 2 -o excitation.csv\n  \
+    flexure excite arm.toml --kind chirp --f-max 3 --max-torque 10 --max-position 1.5 -o chirp.csv\n  \
+    flexure excite arm.toml --reference --f-max 1 --max-torque 40 --max-position 0.5 -o reference.csv\n\n\
+    An arm file plays the torques: [excitation] kind = \"record\", file = \"excitation.csv\".")]
+pub struct Arguments {
+    /// The arm file.
+    #[arg(value_name = "ARM.toml")]
+    arm: Option<PathBuf>,
+    /// A preset in place of an arm file.
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    /// The signal.
+    #[arg(long, value_enum, default_value = "multisine")]
+    kind: SignalKind,
+    /// Write angles for position servos of the motors, not torques.
+    #[arg(long)]
+    reference: bool,
+    /// The largest torque of the motors in N m: one number, or one for each joint.
+    #[arg(long, value_name = "TAU[,TAU]", value_delimiter = ',', required = true, value_parser = arguments::positive)]
+    max_torque: Vec<f64>,
+    /// The largest distance of the links from where they start, in rad.
+    #[arg(long, value_name = "Q[,Q]", value_delimiter = ',', value_parser = arguments::positive)]
+    max_position: Vec<f64>,
+    /// The largest velocity of the links relative to each other, in rad/s.
+    #[arg(long, value_name = "V[,V]", value_delimiter = ',', value_parser = arguments::positive)]
+    max_velocity: Vec<f64>,
+    /// Duration in s.
+    #[arg(long, value_name = "S", default_value = "60", value_parser = arguments::positive)]
+    duration: f64,
+    /// Sample time in s.
+    #[arg(long, value_name = "S", default_value = "0.001", value_parser = arguments::positive)]
+    sample_time: f64,
+    /// The lowest frequency of a multisine or chirp, Hz.
+    #[arg(long, value_name = "HZ", default_value = "0.05", value_parser = arguments::positive)]
+    f_min: f64,
+    /// The highest frequency of a multisine or chirp, Hz.
+    #[arg(long, value_name = "HZ", default_value = "3", value_parser = arguments::positive)]
+    f_max: f64,
+    /// Time for which each level of a multilevel signal is held, s.
+    #[arg(long, value_name = "S", default_value = "0.5", value_parser = arguments::positive)]
+    hold: f64,
+    /// Number of levels of a multilevel signal.
+    #[arg(long, value_name = "N", default_value = "7", value_parser = clap::value_parser!(u16).range(2..))]
+    levels: u16,
+    /// Seed of the phases or levels, and of the rehearsal's noise.
+    #[arg(long, value_name = "N", default_value = "1")]
+    seed: u64,
+    /// Standard deviation of the encoders' noise in the rehearsal, rad.
+    #[arg(long, value_name = "RAD", default_value = "1e-5", value_parser = arguments::positive)]
+    encoder_noise: f64,
+    /// Standard deviation of the torques' noise in the rehearsal, as a share of the largest torque.
+    #[arg(long, value_name = "SHARE", default_value = "0.01", value_parser = arguments::positive)]
+    torque_noise: f64,
+    /// Write the record here: .csv or .parquet, with columns t, tau1, tau2 (references: t, r1, r2).
+    #[arg(short = 'o', long = "out", value_name = "RECORD")]
+    out: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SignalKind {
+    /// Harmonics of equal size with the phases of a low crest factor.
+    Multisine,
+    /// A sine of rising frequency.
+    Chirp,
+    /// Random levels, held.
+    Multilevel,
+}
+
+/// Rounds of simulating and reducing.
+const ROUNDS: usize = 20;
+/// Limits are approached to within this share.
+const NEAR: f64 = 0.97;
+
+/// Limits of each joint; infinite where there is none.
+struct Limits {
+    torque: [f64; 2],
+    position: [f64; 2],
+    velocity: [f64; 2],
+}
+
+impl Limits {
+    fn new(arguments: &Arguments) -> Result<Limits> {
+        let each = |name: &str, given: &[f64]| match *given {
+            [] => Ok([f64::INFINITY; 2]),
+            [same] => Ok([same; 2]),
+            [first, second] => Ok([first, second]),
+            _ => Err(arguments::Usage(format!(
+                "--{name}: one number, or one for each of the two joints"
+            ))),
+        };
+        Ok(Limits {
+            torque: each("max-torque", &arguments.max_torque)?,
+            position: each("max-position", &arguments.max_position)?,
+            velocity: each("max-velocity", &arguments.max_velocity)?,
+        })
+    }
+}
+
+/// A checked experiment.
+struct Experiment {
+    /// The signals as they are written, torques or references.
+    signals: [Vec<f64>; 2],
+    /// The arm's motion, without noise.
+    motion: Record,
+    /// The largest torque, distance from the start and velocity that each joint reaches.
+    reached: [[f64; 3]; 2],
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    check_record_writable(&arguments.out)?;
+    let limits = Limits::new(arguments)?;
+    let file = match (&arguments.arm, &arguments.preset) {
+        (Some(path), _) => read_arm(path)?,
+        (None, name) => {
+            let name = name.as_deref().unwrap_or_default();
+            ArmFile::from_toml_str(preset_text(name)?, &format!("preset {name}"))?
+        }
+    };
+    let arm = Arm::new(file.arm)?;
+    if arm.model() == Model::Rigid {
+        bail!(
+            "the arm's joints are rigid; `flexure excite` rehearses the identification of flexible ones (model = \"nonlinear\" or \"linear\")"
+        );
+    }
+    let free = file.arm.joints.map(|j| !j.locked);
+    if free == [false; 2] {
+        bail!("both joints of the arm are locked: there is nothing to excite; remove 'locked = true' from one");
+    }
+    let options = SimulationOptions {
+        initial: file.initial,
+        ..SimulationOptions::new(arguments.duration, arguments.sample_time)?
+    };
+    let gains = gains(&arm, &file, arguments);
+    let found = spinning("simulating", || {
+        experiment(&arm, &options, free, &limits, gains, arguments)
+    })?;
+    let names = if arguments.reference {
+        ["t", "r1", "r2"]
+    } else {
+        ["t", "tau1", "tau2"]
+    };
+    let record = Record::new([
+        (names[0], found.motion.column("t")?.to_vec()),
+        (names[1], found.signals[0].clone()),
+        (names[2], found.signals[1].clone()),
+    ])?;
+    let rehearsed = spinning("rehearsing", || rehearsal::rehearse(&found, free, &limits, arguments))?;
+    write_record(&arguments.out, &record)?;
+    let crest = [0, 1].map(|i| signals::crest_factor(&found.signals[i]));
+    if arguments.json {
+        let reached = |k: usize| [0, 1].map(|i| found.reached[i][k]);
+        let object = json!({
+            "record": arguments.out.display().to_string(),
+            "samples": record.len(),
+            "sample_time": arguments.sample_time,
+            "signal": if arguments.reference { "reference" } else { "torque" },
+            "gains": arguments.reference.then_some(gains),
+            "crest_factor": crest,
+            "largest_torque": reached(0),
+            "largest_position": reached(1),
+            "largest_velocity": reached(2),
+            "can": rehearsed.can,
+            "cannot": rehearsed.cannot,
+        });
+        return print(&object.to_string());
+    }
+    let mut lines = Vec::new();
+    for i in (0..2).filter(|&i| free[i]) {
+        let of = |value: f64, limit: f64, unit: &str| match limit.is_finite() {
+            true => format!("{value:.3} of {limit} {unit}"),
+            false => format!("{value:.3} {unit}"),
+        };
+        let [torque, position, velocity] = found.reached[i];
+        lines.push(format!(
+            "Joint {}: crest factor {:.2}; torque up to {}, link {} from its start, velocity {}",
+            i + 1,
+            crest[i],
+            of(torque, limits.torque[i], "N m"),
+            of(position, limits.position[i], "rad"),
+            of(velocity, limits.velocity[i], "rad/s")
+        ));
+        if arguments.reference {
+            let [kp, kd] = gains[i];
+            lines.push(format!(
+                "  in a servo with torque = kp (reference - motor angle) - kd motor velocity, kp = {kp:.4} N m/rad, kd = {kd:.4} N m s/rad"
+            ));
+        }
+    }
+    for (title, items) in [("It can tell", &rehearsed.can), ("It cannot tell", &rehearsed.cannot)] {
+        if !items.is_empty() {
+            lines.push(format!("{title}:"));
+            lines.extend(items.iter().map(|item| format!("  {item}")));
+        }
+    }
+    lines.push(format!(
+        "wrote {} ({} samples of {})",
+        arguments.out.display(),
+        record.len(),
+        names.join(", ")
+    ));
+    print(&lines.join("\n"))
+}
+
+/// Gains `[kp, kd]` of servos that follow the reference well and are far from instability by sampling.
+fn gains(arm: &Arm, file: &ArmFile, arguments: &Arguments) -> [[f64; 2]; 2] {
+    let mass = LinkDynamics::inertia(&arm.link_dynamics(), file.initial.q[1]);
+    [0, 1].map(|i| {
+        let motor = file.arm.joints[i].motor_inertia;
+        let inertia = mass[i][i] + motor;
+        let sampled = 0.15 * motor / (arguments.sample_time * inertia);
+        let pace = (4.0 * std::f64::consts::PI * arguments.f_max).min(sampled);
+        [inertia * pace * pace, 2.0 * inertia * pace]
+    })
+}
+
+/// Makes the signals as large as the limits allow.
+fn experiment(
+    arm: &Arm,
+    options: &SimulationOptions,
+    free: [bool; 2],
+    limits: &Limits,
+    gains: [[f64; 2]; 2],
+    arguments: &Arguments,
+) -> Result<Experiment> {
+    let rows = options.sampling.rows();
+    let unit = signals::unit(rows, free, arguments)?;
+    let start = [options.initial.qm, options.initial.q];
+    let mut scale = match arguments.reference {
+        false => limits.torque,
+        true => [0, 1].map(|i| limits.position[i].min(1.0)),
+    };
+    let mut least = [0.0, 0.0];
+    // With the sum of both joints' shares of their nearest limits.
+    let mut best: Option<(f64, Experiment)> = None;
+    for _ in 0..ROUNDS {
+        let signals = [0, 1].map(|i| -> Vec<f64> {
+            let about = if arguments.reference { start[0][i] } else { 0.0 };
+            unit[i].iter().map(|v| about + scale[i] * v).collect()
+        });
+        let columns = [signals[0].as_slice(), signals[1].as_slice()];
+        let drive = match arguments.reference {
+            false => Drive::Held(columns),
+            true => Drive::Servo {
+                reference: columns,
+                gains,
+            },
+        };
+        let motion = simulate(arm, &drive, options)?;
+        let largest = |name: &str, about: f64| -> Result<f64> {
+            Ok(motion
+                .column(name)?
+                .iter()
+                .fold(0.0_f64, |m, v| m.max((v - about).abs())))
+        };
+        let mut reached = [[0.0; 3]; 2];
+        for (i, reached) in reached.iter_mut().enumerate() {
+            let joint = i + 1;
+            *reached = [
+                largest(&format!("tau{joint}"), 0.0)?,
+                largest(&format!("q{joint}"), start[1][i])?,
+                largest(&format!("dq{joint}"), 0.0)?,
+            ];
+        }
+        let over = [0, 1].map(|i| {
+            let limit = [limits.torque[i], limits.position[i], limits.velocity[i]];
+            let ratio = |k: usize| reached[i][k] / limit[k];
+            if free[i] {
+                ratio(0).max(ratio(1)).max(ratio(2))
+            } else {
+                0.0
+            }
+        });
+        // The torques themselves may reach their limit exactly.
+        let allowed = over.iter().all(|r| *r <= 1.0 + 1e-9);
+        if allowed {
+            least = scale;
+            let use_made = over[0] + over[1];
+            if best.as_ref().is_none_or(|b| use_made > b.0) {
+                let found = Experiment {
+                    signals,
+                    motion,
+                    reached,
+                };
+                best = Some((use_made, found));
+            }
+            if [0, 1].iter().all(|&i| !free[i] || over[i] >= NEAR) {
+                break;
+            }
+        }
+        // Responses are not proportional to their cause: halves of the way once a smaller one is allowed.
+        for i in 0..2 {
+            if over[i] > 1.0 + 1e-9 {
+                let aimed = scale[i] * (0.99 / over[i]).max(0.3);
+                scale[i] = if least[i] > 0.0 {
+                    aimed.max(0.5 * (least[i] + scale[i]))
+                } else {
+                    aimed
+                };
+            } else if allowed && over[i] > 0.0 {
+                scale[i] *= (0.99 / over[i]).min(2.0);
+            }
+        }
+    }
+    best.map(|b| b.1).ok_or_else(|| {
+        anyhow::anyhow!(
+            "no amplitude was found for which the simulated arm keeps within its limits; raise --max-position or --max-velocity, or \
+             raise --f-min, as slow torques let an arm without gravity drift far"
+        )
+    })
+}

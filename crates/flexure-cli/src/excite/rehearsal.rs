@@ -1,0 +1,165 @@
+//! What a simulated experiment tells when it is identified.
+
+use anyhow::Result;
+use flexure::bands::Band;
+use flexure::identify::joint::{Estimated, Finding, FlexibleAxis, FlexibleJoint, JointFound, TwoLinkLog};
+use flexure::manipulator::add_noise;
+
+use super::{Arguments, Experiment, Limits};
+use crate::joint::words::{Units, parameter_words};
+use crate::outcome::number;
+
+/// A standard error, or half a band's width, above this share is a poor estimate.
+const POOR: f64 = 0.1;
+
+/// What can and cannot be told, in words.
+#[derive(Default)]
+pub struct Told {
+    pub can: Vec<String>,
+    pub cannot: Vec<String>,
+}
+
+/// Identifies the experiment's motion with noise.
+pub fn rehearse(experiment: &Experiment, free: [bool; 2], limits: &Limits, arguments: &Arguments) -> Result<Told> {
+    let mut noise: Vec<(String, f64)> = Vec::new();
+    for i in (0..2).filter(|&i| free[i]) {
+        noise.push((format!("q{}", i + 1), arguments.encoder_noise));
+        noise.push((format!("qm{}", i + 1), arguments.encoder_noise));
+        noise.push((format!("tau{}", i + 1), arguments.torque_noise * limits.torque[i]));
+    }
+    let noise: Vec<(&str, f64)> = noise.iter().map(|(name, sd)| (name.as_str(), *sd)).collect();
+    let log = add_noise(&experiment.motion, arguments.seed, &noise)?;
+    let columns = |name: &str| -> Result<[&[f64]; 2]> {
+        Ok([log.column(&format!("{name}1"))?, log.column(&format!("{name}2"))?])
+    };
+    let (motor, link, torque) = (columns("qm")?, columns("q")?, columns("tau")?);
+    let mut told = Told::default();
+    if free == [true; 2] {
+        let log = TwoLinkLog {
+            motor,
+            link,
+            torque,
+            sample_time: arguments.sample_time,
+            level: 0.95,
+        };
+        match log.identify() {
+            Err(error) => told.cannot.push(format!("anything of the arm as a whole: {error}")),
+            Ok(arm) => {
+                told.number("the shoulder's inertia", arm.shoulder);
+                told.number("the elbow's inertia", arm.elbow);
+                told.number("the inertial coupling m2 l1 lc2", arm.coupling);
+                told.cannot.push(
+                    "masses, lengths and centres of mass of the links one by one: the motion depends on three constants of them"
+                        .to_owned(),
+                );
+                for (i, axis) in arm.joints.iter().enumerate() {
+                    told.joint(axis, &format!("joint {}: ", i + 1));
+                }
+            }
+        }
+        return Ok(told);
+    }
+    let joint = usize::from(!free[0]);
+    let log = FlexibleJoint {
+        motor: motor[joint],
+        link: link[joint],
+        torque: torque[joint],
+        sample_time: arguments.sample_time,
+        motor_inertia: None,
+        level: 0.95,
+    };
+    match log.identify() {
+        Err(error) => told.cannot.push(format!("anything of the joint: {error}")),
+        Ok(JointFound::Rigid(axis)) => told.cannot.extend(axis.findings.iter().map(ToString::to_string)),
+        Ok(JointFound::Flexible(axis)) => {
+            told.number("the link's inertia", axis.link_inertia);
+            told.joint(&axis, "");
+        }
+    }
+    Ok(told)
+}
+
+impl Told {
+    fn number(&mut self, what: &str, e: Estimated) {
+        let share = e.standard_error / e.value.abs();
+        let words = format!(
+            "{what}: {} kg m^2 with a standard error of {:.2} %",
+            number(e.value),
+            100.0 * share
+        );
+        self.sort(share < POOR, words);
+    }
+
+    fn sort(&mut self, can: bool, words: String) {
+        match can {
+            true => self.can.push(words),
+            false => self.cannot.push(words),
+        }
+    }
+
+    fn joint(&mut self, axis: &FlexibleAxis, of: &str) {
+        self.number(&format!("{of}the motor's inertia"), axis.motor_inertia);
+        for (name, band, unit) in [
+            ("stiffness", &axis.stiffness, "rad"),
+            ("friction", &axis.friction, "rad/s"),
+        ] {
+            let x = &band.x[0];
+            let width = width(band);
+            self.sort(
+                width < POOR,
+                format!(
+                    "{of}the {name} curve from {} to {} {unit}, the band's half width {:.2} % of it; beyond, nothing",
+                    number(x[0]),
+                    number(x[x.len() - 1]),
+                    100.0 * width
+                ),
+            );
+        }
+        let units = Units::of(false);
+        for form in [&axis.model.stiffness, &axis.model.friction] {
+            for p in &form.parameters {
+                let unit = units.of_curve(p.unit, form.form.is_stiffness());
+                let words = parameter_words(p, &unit);
+                self.sort(
+                    p.identifiable,
+                    format!("{of}{}", words.split_whitespace().collect::<Vec<_>>().join(" ")),
+                );
+            }
+        }
+        let has = |symbol: &str| {
+            [&axis.model.stiffness, &axis.model.friction]
+                .iter()
+                .any(|f| f.parameter(symbol).is_some())
+        };
+        for (symbol, what) in [
+            (
+                "ksw",
+                "a soft wind-up: none is seen beside the noise within these deflections; load the joint more, and slowly through zero",
+            ),
+            (
+                "a1",
+                "a cubic stiffness: the deflections are too small for it; load the joint more",
+            ),
+            (
+                "g1",
+                "the Stribeck part g1, g2, g3 of friction; move more often through velocities near zero",
+            ),
+            ("g6", "viscous friction g6; move faster"),
+        ] {
+            if !has(symbol) {
+                self.cannot.push(format!("{of}{what}"));
+            }
+        }
+        // Half a sample of a held torque is as it should be.
+        let worth = |f: &&Finding| !matches!(f, Finding::TorqueDelay { held: true, .. });
+        self.cannot
+            .extend(axis.findings.iter().filter(worth).map(|f| format!("{of}{f}")));
+    }
+}
+
+/// Half the band's width over the curve, both as root mean squares.
+fn width(band: &Band) -> f64 {
+    let halves = band.upper.iter().zip(&band.lower).map(|(u, l)| 0.5 * (u - l));
+    let square = |x: &mut dyn Iterator<Item = f64>| x.map(|v| v * v).sum::<f64>();
+    (square(&mut halves.into_iter()) / square(&mut band.estimate.iter().copied())).sqrt()
+}

@@ -1,0 +1,249 @@
+//! `flexure identify --structure auto|linear|wiener`.
+
+mod common;
+
+use common::{Folder, numbers};
+use flexure::linear::TransferFunction;
+use flexure::nonlinearity::{Curve, Outside};
+use flexure::{Block, Record};
+use flexure_io::write_record;
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use serde_json::Value;
+
+const IDENTIFY: &str = "identify r.csv --input u --output y --structure";
+
+/// Two poles of unit static gain.
+fn linear() -> Block {
+    Block::Linear(TransferFunction::new(vec![0.3, 0.1], vec![1.0, -1.1, 0.5]).unwrap())
+}
+
+/// The same, then a limiter.
+fn wiener() -> Block {
+    let limiter = Curve::new(vec![-0.6, 0.8], vec![-0.6, 0.8], Outside::Nearest).unwrap();
+    Block::Series(vec![linear(), Block::Static(limiter)])
+}
+
+/// Writes a record of a system under a Gaussian input of mean 0.4, with white noise of about a hundredth of the output's size.
+fn write(folder: &Folder, name: &str, system: &Block, samples: usize, seed: u64) {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    let u: Vec<f64> = (0..samples).map(|_| 0.4 + normal()).collect();
+    let y = system.simulate(&u).iter().map(|y| y + 0.005 * normal()).collect();
+    write_record(folder.path(name), &Record::new([("u", u), ("y", y)]).unwrap()).unwrap();
+}
+
+/// The kinds of blocks in series in a model's file.
+fn kinds(model: &Value) -> Vec<&String> {
+    let blocks = model["block"]["series"].as_array().unwrap();
+    blocks.iter().flat_map(|b| b.as_object().unwrap().keys()).collect()
+}
+
+/// Predicts and judges a fresh record with the model; returns the words of the prediction.
+fn used(folder: &Folder, system: &Block) -> String {
+    write(folder, "fresh.csv", system, 800, 9);
+    let judged = folder.json("validate model.json fresh.csv --input u --output y");
+    assert!(judged["fit_percent"].as_f64().unwrap() > 97.0, "{judged}");
+    folder.done("predict model.json fresh.csv --input u --output y --horizon 3 -o predicted.csv")
+}
+
+#[test]
+fn a_wiener_model_comes_back_and_predicts() {
+    let folder = Folder::new();
+    write(&folder, "r.csv", &wiener(), 3000, 1);
+    let found = folder.json(&format!("{IDENTIFY} wiener -o model.json --report page.html"));
+    assert_eq!(found["structure"], "wiener");
+    assert_eq!(found["method"], "prediction-error");
+    assert_eq!(found["holds"], true, "{}", found["verdict"]);
+    assert_eq!(found["start"], "those of the best linear approximation");
+    let block = &found["linear"];
+    for (got, want) in numbers(&block["a"]).iter().zip([1.0, -1.1, 0.5]) {
+        assert!((got - want).abs() < 0.02, "{block}");
+    }
+    assert!((block["static_gain"].as_f64().unwrap() - 1.0).abs() < 1e-9);
+    assert!(found.get("comparison").is_none() && found.get("front").is_none());
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    assert_eq!((&model["structure"], kinds(&model).len()), (&"wiener".into(), 2));
+    used(&folder, &wiener());
+    let page = folder.read("page.html");
+    for words in [
+        "A Wiener model (linear dynamics, then a static nonlinearity)",
+        "intermediate signal, behind the linear part",
+        "Structures that were tried",
+        "numerator coefficients</th>",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert!(
+        !page.contains("instants a sample") && !page.contains("front: poles") && !page.contains("Back linear part")
+    );
+    let words = folder.done(&format!("{IDENTIFY} wiener"));
+    for line in [
+        "Wiener model from 'u' to 'y'\n",
+        "\n  linear part         order 2, delay ",
+        "\n  nonlinearity        cubic spline of ",
+    ] {
+        assert!(words.contains(line), "{line}: {words}");
+    }
+}
+
+#[test]
+fn a_linear_model_comes_back_and_knows_no_range() {
+    let folder = Folder::new();
+    let system = Block::Series(vec![
+        linear(),
+        Block::Static(Curve::new(vec![0.0, 1.0], vec![5.0, 6.0], Outside::Linear).unwrap()),
+    ]);
+    write(&folder, "r.csv", &system, 2000, 2);
+    let found = folder.json(&format!("{IDENTIFY} linear -o model.json --report page.html"));
+    assert_eq!(found["structure"], "linear");
+    assert_eq!((&found["order"], &found["nonlinearity"]), (&2.into(), &Value::Null));
+    assert_eq!(found["holds"], true, "{}", found["verdict"]);
+    assert!(
+        (found["output_offset"].as_f64().unwrap() - 5.0).abs() < 0.01,
+        "{}",
+        found["output_offset"]
+    );
+    let words = used(&folder, &system);
+    assert!(!words.contains("warning"), "{words}");
+    let page = folder.read("page.html");
+    assert!(
+        page.contains("A linear model (linear dynamics alone) identified from"),
+        "subtitle"
+    );
+    for absent in [
+        "id=\"nonlinearity\"",
+        "Pieces of the nonlinearity",
+        "Structures that were tried",
+    ] {
+        assert!(!page.contains(absent), "{absent}");
+    }
+    let words = folder.done(&format!("{IDENTIFY} linear"));
+    assert!(
+        words.starts_with("Linear model from 'u' to 'y'\n") && words.contains("\n  output offset       5.0"),
+        "{words}"
+    );
+    assert!(
+        !words.contains("spline") && !words.contains("structures tried"),
+        "{words}"
+    );
+}
+
+#[test]
+fn the_structure_is_named_and_the_others_are_refuted() {
+    let folder = Folder::new();
+    write(&folder, "r.csv", &wiener(), 2500, 3);
+    let words = folder.done(&format!("{IDENTIFY} auto -o model.json --report page.html"));
+    for line in [
+        "Structure from 'u' to 'y': Wiener\n",
+        "\n  The data support Wiener: ",
+        "\n  Linear is refuted by Wiener, whose squared error is ",
+        "\n  Hammerstein is refuted by ",
+        "\nWiener model from 'u' to 'y'\n",
+    ] {
+        assert!(words.contains(line), "{line}: {words}");
+    }
+    let found = folder.json(&format!("{IDENTIFY} auto"));
+    let comparison = &found["comparison"];
+    assert_eq!(
+        (&found["structure"], &comparison["supported"]),
+        (&"wiener".into(), &"wiener".into())
+    );
+    let candidates = comparison["candidates"].as_array().unwrap();
+    for c in candidates {
+        let refuted = c["refuted_by"].as_array().unwrap();
+        match c["structure"].as_str().unwrap() {
+            "linear" | "hammerstein" => {
+                assert_eq!(
+                    (&refuted[0]["by"], &refuted[0]["better"]),
+                    (&"comparison".into(), &"wiener".into())
+                );
+                assert!(refuted[0]["squared_error_ratio"].as_f64().unwrap() > 1.02);
+                let test = refuted.iter().find(|r| r["by"] == "test").unwrap();
+                assert!(
+                    words.contains(&format!("the test '{}'", test["test"].as_str().unwrap())),
+                    "{test}"
+                );
+            }
+            _ => assert!(refuted.is_empty(), "{c}"),
+        }
+    }
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    assert_eq!(&model["identification"]["comparison"], comparison);
+    used(&folder, &wiener());
+    let page = folder.read("page.html");
+    for words in [
+        "The data support one structure: Wiener",
+        "Structures that were compared",
+        "Structures that were tried",
+        "Wiener, whose squared error is",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn a_hammerstein_system_gets_the_refined_model() {
+    let folder = Folder::new();
+    folder.known("r.csv", 2000, 5);
+    let found = folder.json(&format!("{IDENTIFY} auto -o model.json"));
+    assert_eq!(
+        found["comparison"]["supported"], "hammerstein",
+        "{}",
+        found["comparison"]["reasons"]
+    );
+    let alone = folder.json(&format!("{IDENTIFY} hammerstein -o alone.json"));
+    assert_eq!(
+        (&found["method"], &found["linear"]),
+        (&"refined".into(), &alone["linear"])
+    );
+    let block = |name: &str| -> Value { serde_json::from_str::<Value>(&folder.read(name)).unwrap()["block"].take() };
+    assert_eq!(block("model.json"), block("alone.json"));
+}
+
+/// A mass on a hardening spring, by small explicit steps: the nonlinearity is in the feedback path.
+#[test]
+fn none_of_these_is_a_verdict() {
+    let folder = Folder::new();
+    let mut rng = Pcg64::seed_from_u64(3);
+    let u: Vec<f64> = (0..2500).map(|_| rng.random_range(-1.7..1.7)).collect();
+    let (mut x, mut v) = (0.0_f64, 0.0);
+    let y: Vec<f64> = u
+        .iter()
+        .map(|u| {
+            let now = x;
+            for _ in 0..100 {
+                v += 0.007 * (u - 0.6 * v - x - 0.8 * x * x * x);
+                x += 0.007 * v;
+            }
+            now
+        })
+        .collect();
+    write_record(folder.path("r.csv"), &Record::new([("u", u), ("y", y)]).unwrap()).unwrap();
+    let words = folder.done(&format!("{IDENTIFY} auto -o model.json --report page.html"));
+    for line in [
+        "Structure from 'u' to 'y': none of these\n",
+        "\n  The data support none of these structures: the best, ",
+        "Nonlinear feedback or parallel branches would do that.\n",
+        "\n  The model is the best of these structures, ",
+    ] {
+        assert!(words.contains(line), "{line}: {words}");
+    }
+    let page = folder.read("page.html");
+    assert!(page.contains("None of these structures: the data refute them all"));
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    let comparison = &model["identification"]["comparison"];
+    assert_eq!(
+        (&comparison["supported"], &comparison["best"]),
+        (&Value::Null, &model["structure"])
+    );
+    assert!(
+        comparison["candidates"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|c| c["refuted_by"] != Value::Array(Vec::new()))
+    );
+    folder.json("validate model.json r.csv --input u --output y");
+}

@@ -1,0 +1,212 @@
+//! The random systems.
+//!
+//! - A linear block has 1 to 4 poles and as many zeros less one, real or in pairs, of moduli 0.2 to 0.9 (zeros 1.3). It is drawn
+//!   again until its memory is visible: at least 20 % of the impulse response's energy outside its largest coefficient.
+//! - A nonlinearity acts on a signal of zero mean and unit variance. It is drawn again until it is visible: at least 2 % of its
+//!   output's variance is not linear in its input. A sandwich has none that is even, which no linear approximation can see.
+//! - The input is white Gaussian, white uniform, or Gaussian of autocorrelation 0.6^k, in turn.
+
+use flexure::linear::TransferFunction;
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+/// Samples for transients to decay.
+const BEFORE: usize = 500;
+const MEMORY: f64 = 0.2;
+const BEND: f64 = 0.02;
+
+/// What a drawn system is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Linear,
+    Hammerstein,
+    Wiener,
+    Sandwich,
+    /// A mass on a spring of cubic stiffness: nonlinear feedback.
+    Duffing,
+}
+
+/// A record of a drawn system.
+pub struct Drawn {
+    pub u: Vec<f64>,
+    /// With noise.
+    pub y: Vec<f64>,
+    pub words: String,
+}
+
+const NONLINEARITIES: [&str; 8] = [
+    "limiter",
+    "dead zone",
+    "cubic",
+    "tanh",
+    "parabola",
+    "one-sided",
+    "|x|",
+    "x^2",
+];
+
+fn nonlinearity(name: &str, x: f64) -> f64 {
+    match name {
+        "limiter" => x.clamp(-0.7, 1.0),
+        "dead zone" => (x - 0.5).max(0.0) + (x + 0.7).min(0.0),
+        "cubic" => x + 0.4 * x * x * x,
+        "tanh" => (2.0 * x).tanh(),
+        "parabola" => x + 0.4 * x * x,
+        "one-sided" => x.max(0.0),
+        "|x|" => x.abs(),
+        _ => x * x,
+    }
+}
+
+fn normal(rng: &mut Pcg64) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+/// A monic polynomial in z^-1 with random real roots and pairs, of moduli from 0.2 to `largest`.
+fn polynomial(rng: &mut Pcg64, order: usize, largest: f64) -> Vec<f64> {
+    let mut c = vec![1.0];
+    while c.len() <= order {
+        let radius = rng.random_range(0.2..largest);
+        let pair = order + 1 - c.len() >= 2 && rng.random_bool(0.6);
+        let factor = if pair {
+            let angle: f64 = rng.random_range(0.1..2.6);
+            vec![1.0, -2.0 * radius * angle.cos(), radius * radius]
+        } else {
+            vec![1.0, if rng.random_bool(0.3) { radius } else { -radius }]
+        };
+        let mut product = vec![0.0; c.len() + factor.len() - 1];
+        for (i, p) in c.iter().enumerate() {
+            for (j, q) in factor.iter().enumerate() {
+                product[i + j] += p * q;
+            }
+        }
+        c = product;
+    }
+    c
+}
+
+fn block(rng: &mut Pcg64) -> flexure::Result<TransferFunction> {
+    loop {
+        let order = rng.random_range(1..=4);
+        let a = polynomial(rng, order, 0.9);
+        let g = TransferFunction::new(polynomial(rng, order - 1, 1.3), a)?;
+        let energy: Vec<f64> = g.impulse_response(200).iter().map(|k| k * k).collect();
+        let largest = energy.iter().fold(0.0_f64, |m, e| m.max(*e));
+        if largest <= (1.0 - MEMORY) * energy.iter().sum::<f64>() {
+            return Ok(g);
+        }
+    }
+}
+
+/// Mean and standard deviation.
+fn moments(v: &[f64]) -> (f64, f64) {
+    let n = v.len() as f64;
+    let mean = v.iter().sum::<f64>() / n;
+    (
+        mean,
+        (v.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n).sqrt(),
+    )
+}
+
+/// The share of the second signal's variance that is not linear in the first.
+fn bend(x: &[f64], z: &[f64]) -> f64 {
+    let ((mx, sx), (mz, sz)) = (moments(x), moments(z));
+    let cross = x.iter().zip(z).map(|(x, z)| (x - mx) * (z - mz)).sum::<f64>() / x.len() as f64;
+    1.0 - (cross / (sx * sz)).powi(2)
+}
+
+fn input(rng: &mut Pcg64, n: usize, colour: u64) -> (Vec<f64>, &'static str) {
+    match colour % 3 {
+        0 => ((0..n).map(|_| normal(rng)).collect(), "Gaussian"),
+        1 => ((0..n).map(|_| rng.random_range(-1.732..1.732)).collect(), "uniform"),
+        _ => {
+            let mut last = 0.0;
+            let next = |_| {
+                last = 0.6 * last + 0.8 * normal(rng);
+                last
+            };
+            ((0..n).map(next).collect(), "coloured")
+        }
+    }
+}
+
+/// A random nonlinearity of the signal, standardised.
+fn bent(rng: &mut Pcg64, w: &[f64], even: bool) -> (Vec<f64>, &'static str) {
+    let (mean, spread) = moments(w);
+    let x: Vec<f64> = w.iter().map(|w| (w - mean) / spread).collect();
+    loop {
+        let name = NONLINEARITIES[rng.random_range(0..NONLINEARITIES.len() - if even { 0 } else { 2 })];
+        let z: Vec<f64> = x.iter().map(|x| nonlinearity(name, *x)).collect();
+        if bend(&x, &z) >= BEND {
+            return (z, name);
+        }
+    }
+}
+
+/// The n samples of a system of this kind, with white noise of `noise` times the output's standard deviation.
+pub fn draw(kind: Kind, seed: u64, n: usize, noise: f64) -> flexure::Result<Drawn> {
+    let mut rng = Pcg64::seed_from_u64(1000 * kind as u64 + seed);
+    let rng = &mut rng;
+    let (u, colour) = input(rng, n + BEFORE, seed);
+    let poles = |g: &TransferFunction| g.a().len() - 1;
+    let (y0, words) = match kind {
+        Kind::Linear => {
+            let g = block(rng)?;
+            (g.simulate(&u), format!("{} poles", poles(&g)))
+        }
+        Kind::Hammerstein => {
+            let (g, (z, name)) = (block(rng)?, bent(rng, &u, true));
+            (g.simulate(&z), format!("{name}, {} poles", poles(&g)))
+        }
+        Kind::Wiener => {
+            let g = block(rng)?;
+            let (z, name) = bent(rng, &g.simulate(&u), true);
+            (z, format!("{} poles, {name}", poles(&g)))
+        }
+        Kind::Sandwich => {
+            let (g, h) = (block(rng)?, block(rng)?);
+            let (z, name) = bent(rng, &g.simulate(&u), false);
+            (
+                h.simulate(&z),
+                format!("{} poles, {name}, {} poles", poles(&g), poles(&h)),
+            )
+        }
+        Kind::Duffing => duffing(rng, &u),
+    };
+    let (u, y0) = (u[BEFORE..].to_vec(), y0[BEFORE..].to_vec());
+    let size = noise * moments(&y0).1;
+    let y = y0.iter().map(|y| y + size * normal(rng)).collect();
+    Ok(Drawn {
+        words: format!("{words}, {colour}"),
+        u,
+        y,
+    })
+}
+
+/// $\ddot y + 2 \zeta \dot y + y + k y^3 = u$, the input held over intervals of 0.5 to 1, by Runge and Kutta's method.
+fn duffing(rng: &mut Pcg64, u: &[f64]) -> (Vec<f64>, String) {
+    let damping: f64 = rng.random_range(0.1..0.4);
+    let stiffness: f64 = rng.random_range(0.3..1.0);
+    let step: f64 = rng.random_range(0.5..1.0);
+    const SUBSTEPS: usize = 20;
+    let h = step / SUBSTEPS as f64;
+    let (mut x, mut v) = (0.0, 0.0);
+    let y = u
+        .iter()
+        .map(|u| {
+            let acceleration = |x: f64, v: f64| u - 2.0 * damping * v - x - stiffness * x * x * x;
+            let now = x;
+            for _ in 0..SUBSTEPS {
+                let (k1, l1) = (v, acceleration(x, v));
+                let (k2, l2) = (v + 0.5 * h * l1, acceleration(x + 0.5 * h * k1, v + 0.5 * h * l1));
+                let (k3, l3) = (v + 0.5 * h * l2, acceleration(x + 0.5 * h * k2, v + 0.5 * h * l2));
+                let (k4, l4) = (v + h * l3, acceleration(x + h * k3, v + h * l3));
+                x += h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4);
+                v += h / 6.0 * (l1 + 2.0 * (l2 + l3) + l4);
+            }
+            now
+        })
+        .collect();
+    (y, format!("damping {damping:.2}, k {stiffness:.2}, step {step:.2}"))
+}

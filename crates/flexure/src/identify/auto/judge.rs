@@ -1,0 +1,141 @@
+//! Which of the candidates the fresh samples support: tests and comparisons, no fits.
+
+use super::remainder::explained;
+use super::{Refutation, Structure};
+use crate::identify::outcome::Verdict;
+use crate::linear::correlation::mean;
+use crate::validation::{LEVEL, PairedComparison, ResidualTest};
+
+/// Robust standard deviations at which errors are cut before they are compared.
+const CUT: f64 = 6.0;
+/// The median absolute deviation of a normal variable of unit variance.
+const NORMAL_MAD: f64 = 0.674_489_750_196_082;
+/// A mean squared error larger by less than this share is as good: the candidates' own estimation errors differ.
+pub(super) const AS_GOOD: f64 = 0.02;
+/// Of the error's variance, what a general function of the input may explain if the error is to be called noise.
+pub(super) const NEAR_NOISE: f64 = 0.1;
+/// The share of the output's variance that a candidate explains if its error is to be called small. A right structure with much
+/// noise is not refuted in the first place, and of a wrong one's large error the regression may find little.
+const MOST: f64 = 0.9;
+
+/// A candidate's fresh errors, and what was found about them.
+pub(super) struct Judged<'a> {
+    pub structure: Structure,
+    pub verdict: &'a Verdict,
+    predicted: &'a [f64],
+    /// Fresh errors, cut.
+    errors: Vec<f64>,
+}
+
+impl<'a> Judged<'a> {
+    pub fn new(structure: Structure, verdict: &'a Verdict, y: &[f64], predicted: &'a [f64]) -> Judged<'a> {
+        let errors: Vec<f64> = y.iter().zip(predicted).map(|(y, p)| y - p).collect();
+        Judged {
+            structure,
+            verdict,
+            predicted,
+            errors: cut(errors),
+        }
+    }
+
+    fn mean_square(&self) -> f64 {
+        mean(&self.errors.iter().map(|e| e * e).collect::<Vec<f64>>())
+    }
+
+    /// The residual tests that reject the candidate, the level shared out among them.
+    pub fn failed(&self) -> Vec<ResidualTest> {
+        let tests: Vec<ResidualTest> = self.verdict.residuals.iter().flat_map(|r| r.tests.clone()).collect();
+        let asked = tests.iter().filter(|t| t.kind.refutes()).count();
+        let level = LEVEL / asked.max(1) as f64;
+        let rejects = |t: &ResidualTest| t.kind.refutes() && t.p_value < level;
+        tests.into_iter().filter(rejects).collect()
+    }
+
+    /// Whether no test finds anything in the errors, not even a colour of their own.
+    pub fn leaves_white_noise(&self) -> bool {
+        let passed = |t: &ResidualTest| t.passed();
+        let residuals = self.verdict.residuals.as_ref();
+        self.verdict.measures.fit_percent > 0.0 && residuals.is_some_and(|r| r.tests.iter().all(passed))
+    }
+}
+
+/// Errors cut at several robust standard deviations: a few samples where a candidate extrapolates decide nothing.
+fn cut(mut errors: Vec<f64>) -> Vec<f64> {
+    let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
+    sizes.sort_unstable_by(f64::total_cmp);
+    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    if median > 0.0 {
+        let limit = CUT * median / NORMAL_MAD;
+        errors.iter_mut().for_each(|e| *e = e.clamp(-limit, limit));
+    }
+    errors
+}
+
+/// The outcome for all candidates.
+pub(super) struct Judgement {
+    /// The candidate's index.
+    pub chosen: usize,
+    /// Others of the same complexity that are as good.
+    pub ties: Vec<usize>,
+    /// What refutes each.
+    pub refuted_by: Vec<Vec<Refutation>>,
+    /// The share of the chosen one's error that is not noise.
+    pub not_noise: f64,
+    pub supported: bool,
+}
+
+/// Judges candidates, at least one, in order of complexity, on the fresh samples of this input.
+pub(super) fn judge(candidates: &[Judged<'_>], u: &[f64]) -> Judgement {
+    let squares: Vec<f64> = candidates.iter().map(Judged::mean_square).collect();
+    let best = smallest(&squares, 0..candidates.len());
+    let level = LEVEL / candidates.len().saturating_sub(1).max(1) as f64;
+    // Against the best one only: the others are no better.
+    let worse: Vec<Option<Refutation>> = (0..candidates.len())
+        .map(|i| {
+            let test = PairedComparison::new(&candidates[i].errors, &candidates[best].errors).ok()?;
+            let excess = squares[i] / squares[best] - 1.0;
+            (test.p_value < level && excess > AS_GOOD).then(|| Refutation::Comparison {
+                better: candidates[best].structure,
+                ratio: squares[i] / squares[best],
+                p_value: test.p_value,
+            })
+        })
+        .collect();
+    let as_good: Vec<usize> = (0..candidates.len()).filter(|i| worse[*i].is_none()).collect();
+    let simplest = as_good.iter().map(|i| candidates[*i].structure.complexity()).min();
+    let tier = as_good
+        .into_iter()
+        .filter(|i| Some(candidates[*i].structure.complexity()) == simplest);
+    let tier: Vec<usize> = tier.collect();
+    let chosen = smallest(&squares, tier.iter().copied());
+    let refuted_by: Vec<Vec<Refutation>> = candidates
+        .iter()
+        .zip(worse)
+        .map(|(c, worse)| {
+            worse
+                .into_iter()
+                .chain(c.failed().into_iter().map(Refutation::Test))
+                .collect()
+        })
+        .collect();
+    let c = &candidates[chosen];
+    let not_noise = if refuted_by[chosen].is_empty() {
+        0.0
+    } else {
+        explained(&c.errors, u, c.predicted)
+    };
+    let enough = c.verdict.measures.fit_percent > 0.0 && c.verdict.residuals.is_some();
+    let small = c.verdict.measures.r_squared >= MOST;
+    Judgement {
+        chosen,
+        ties: tier.into_iter().filter(|i| *i != chosen).collect(),
+        supported: enough && (refuted_by[chosen].is_empty() || not_noise < NEAR_NOISE && small),
+        refuted_by,
+        not_noise,
+    }
+}
+
+fn smallest(values: &[f64], among: impl IntoIterator<Item = usize>) -> usize {
+    let least = among.into_iter().min_by(|i, j| values[*i].total_cmp(&values[*j]));
+    least.unwrap_or(0)
+}

@@ -1,0 +1,123 @@
+//! How much of a model's error a general function of the input would still explain.
+//!
+//! The error is regressed on powers of the input and of the prediction, each at several lags, on one half of the fresh samples and
+//! predicted on the other, in turn. What the regression explains there is not noise; the rest bounds the noise from above, without
+//! any assumption on its colour. Few samples bear few regressors: regressions on the input alone, and on input and prediction, reach
+//! farther back then, and the one that explains most counts.
+
+use crate::linalg;
+use crate::linear::correlation::{mean, variance};
+
+/// Lags of every signal.
+const LAGS: usize = 12;
+/// Samples of a half that a regressor needs.
+const SAMPLES_PER_REGRESSOR: usize = 10;
+/// Standard deviations at which input and prediction are cut.
+const MODERATE: f64 = 4.0;
+/// Added to the regressors' variance, as a share.
+const RIDGE: f64 = 1e-6;
+
+/// The share of the error's variance that is explained out of sample; zero if nothing is, or the samples are too few.
+pub(super) fn explained(error: &[f64], u: &[f64], predicted: &[f64]) -> f64 {
+    let (u, p) = (moderate(u), moderate(predicted));
+    let power = |v: &[f64], k: i32| standardised(&v.iter().map(|x| x.powi(k)).collect::<Vec<f64>>());
+    let (u2, p2, p3) = (power(&u, 2), power(&p, 2), power(&p, 3));
+    let signals: [&[f64]; 5] = [&u, &p, &u2, &p2, &p3];
+    let sets = [1, 2, 5].map(|count| explained_by(error, &signals[..count]));
+    sets.into_iter().fold(0.0, f64::max)
+}
+
+/// The same by these signals, as far back as the samples allow.
+fn explained_by(error: &[f64], signals: &[&[f64]]) -> f64 {
+    let n = error.len();
+    let lags = LAGS.min(n / 2 / SAMPLES_PER_REGRESSOR / signals.len());
+    if lags == 0 {
+        return 0.0;
+    }
+    let columns: Vec<&[f64]> = signals
+        .iter()
+        .flat_map(|s| (0..lags).map(move |lag| &s[lags - 1 - lag..n - lag]))
+        .collect();
+    let error = &error[lags - 1..];
+    let half = error.len() / 2;
+    let (mut left, mut all) = (0.0, 0.0);
+    for (fit, test) in [(0..half, half..error.len()), (half..error.len(), 0..half)] {
+        let level = mean(&error[fit.clone()]);
+        let target: Vec<f64> = error[fit.clone()].iter().map(|e| e - level).collect();
+        let size = columns.len();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut normal = vec![0.0; size * size];
+        for i in 0..size {
+            for j in 0..=i {
+                let product = dot(&columns[i][fit.clone()], &columns[j][fit.clone()]);
+                normal[i * size + j] = product;
+                normal[j * size + i] = product;
+            }
+            normal[i * size + i] += RIDGE * fit.len() as f64;
+        }
+        let moment: Vec<f64> = columns.iter().map(|c| dot(&c[fit.clone()], &target)).collect();
+        let Some(c) = linalg::solve_positive_definite(&normal, &moment) else {
+            return 0.0;
+        };
+        for t in test {
+            let guess: f64 = columns.iter().zip(&c).map(|(x, c)| c * x[t]).sum();
+            left += (error[t] - level - guess).powi(2);
+            all += (error[t] - level).powi(2);
+        }
+    }
+    if all > 0.0 { (1.0 - left / all).max(0.0) } else { 0.0 }
+}
+
+/// The signal in standard deviations, cut where single samples would decide a regression on powers.
+fn moderate(v: &[f64]) -> Vec<f64> {
+    standardised(v).iter().map(|x| x.clamp(-MODERATE, MODERATE)).collect()
+}
+
+fn standardised(v: &[f64]) -> Vec<f64> {
+    let (centre, spread) = (mean(v), variance(v).sqrt());
+    let unit = if spread > 0.0 { spread } else { 1.0 };
+    v.iter().map(|x| (x - centre) / unit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    fn white(n: usize, seed: u64) -> Vec<f64> {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+        (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
+    }
+
+    #[test]
+    fn noise_of_any_colour_is_not_explained_and_a_missed_function_is() {
+        let (u, p, e) = (white(2500, 1), white(2500, 2), white(2500, 3));
+        assert!(explained(&e, &u, &p) < 0.02);
+        let smooth: Vec<f64> = e.windows(5).map(|w| w.iter().sum()).collect();
+        assert!(explained(&smooth, &u[4..], &p[4..]) < 0.1);
+        let missed: Vec<f64> = (0..2500)
+            .map(|t| e[t] + if t >= 3 { p[t - 3] * p[t - 3] } else { 0.0 })
+            .collect();
+        let share = explained(&missed, &u, &p);
+        assert!((share - 2.0 / 3.0).abs() < 0.08, "{share}");
+    }
+
+    #[test]
+    fn few_samples_are_spent_on_lags_of_the_input() {
+        let (u, p, e) = (white(250, 4), white(250, 5), white(250, 6));
+        let late: Vec<f64> = (0..250)
+            .map(|t| e[t] + if t >= 9 { 2.0 * u[t - 9] } else { 0.0 })
+            .collect();
+        let share = explained(&late, &u, &p);
+        assert!(share > 0.6 && share < 0.9, "{share}");
+        assert!(explained(&e, &u, &p) < 0.1);
+    }
+
+    #[test]
+    fn too_few_samples_and_constants_explain_nothing() {
+        assert_eq!(explained(&[1.0; 30], &[1.0; 30], &[1.0; 30]), 0.0);
+        assert_eq!(explained(&[0.0; 2000], &[1.0; 2000], &[1.0; 2000]), 0.0);
+    }
+}

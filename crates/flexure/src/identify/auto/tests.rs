@@ -1,0 +1,262 @@
+//! Structures named from small records, and the rules of the judgement on errors made up for them.
+
+use std::ops::ControlFlow;
+
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use super::judge::{Judged, judge};
+use super::*;
+use crate::Error;
+use crate::linear::TransferFunction;
+use crate::linear::correlation::variance;
+
+fn gaussian(n: usize, seed: u64) -> Vec<f64> {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
+}
+
+/// A record with white noise of 30 dB.
+fn record(u: Vec<f64>, y: &[f64]) -> Record {
+    let size = 0.03 * variance(y).sqrt();
+    let noise = gaussian(u.len(), 77);
+    let y = y.iter().zip(noise).map(|(y, e)| y + size * e).collect();
+    Record::new([("u", u), ("y", y)]).unwrap()
+}
+
+fn filtered(b: &[f64], a: &[f64], u: &[f64]) -> Vec<f64> {
+    TransferFunction::new(b.to_vec(), a.to_vec()).unwrap().simulate(u)
+}
+
+fn bent(w: &[f64]) -> Vec<f64> {
+    w.iter().map(|w| w.clamp(-0.7, 1.0)).collect()
+}
+
+/// A record of every structure.
+fn of(structure: Structure) -> Record {
+    let u = gaussian(3000, 1 + structure.complexity() as u64);
+    let front = |u: &[f64]| filtered(&[0.5, 0.2], &[1.0, -1.0, 0.5], u);
+    let back = |z: &[f64]| filtered(&[1.0, 0.5], &[1.0, -0.7], z);
+    let y = match structure {
+        Structure::Linear => front(&u),
+        Structure::Hammerstein => back(&bent(&u)),
+        Structure::Wiener => bent(&front(&u)),
+        Structure::WienerHammerstein => back(&bent(&front(&u))),
+    };
+    record(u, &y)
+}
+
+fn identify(record: &Record) -> AutoIdentification {
+    Auto::default().identify(record, "u", "y").unwrap()
+}
+
+#[test]
+fn every_structure_is_named_and_the_others_are_refuted() {
+    for structure in Structure::ALL {
+        let result = identify(&of(structure));
+        assert_eq!(result.supported, Some(structure), "{:?}", result.reasons);
+        assert_eq!(result.chosen.structure(), structure);
+        assert!(result.as_good.is_empty() && result.not_noise < 0.1);
+        for c in &result.candidates {
+            let poorer = c.structure != structure && c.structure.complexity() <= structure.complexity();
+            let compared = |r: &Refutation| matches!(r, Refutation::Comparison { ratio, .. } if *ratio > 1.02);
+            assert_eq!(c.refuted_by.first().is_some_and(compared), poorer, "{c:?}");
+            assert!(c.parameters > 0 && c.rms > 0.0);
+        }
+        assert!(
+            result.reasons[0].contains(&format!("support {structure}")),
+            "{:?}",
+            result.reasons
+        );
+        let chosen = result.candidates.iter().find(|c| c.structure == structure).unwrap();
+        assert!(chosen.fit_percent > 96.0, "{}", chosen.fit_percent);
+        let verdict = result.chosen.verdict();
+        assert_eq!(
+            (chosen.fit_percent, chosen.rms),
+            (verdict.measures.fit_percent, verdict.measures.rms)
+        );
+    }
+}
+
+/// A mass on a hardening spring, by small explicit steps: the nonlinearity is in the feedback path.
+#[test]
+fn nonlinear_feedback_is_none_of_them() {
+    let mut rng = Pcg64::seed_from_u64(3);
+    let u: Vec<f64> = (0..2500).map(|_| rng.random_range(-1.7..1.7)).collect();
+    let (mut x, mut v) = (0.0_f64, 0.0);
+    let y: Vec<f64> = u
+        .iter()
+        .map(|u| {
+            let now = x;
+            for _ in 0..100 {
+                v += 0.007 * (u - 0.6 * v - x - 0.8 * x * x * x);
+                x += 0.007 * v;
+            }
+            now
+        })
+        .collect();
+    let result = identify(&record(u, &y));
+    assert_eq!(result.supported, None, "{:?}", result.reasons);
+    assert_eq!(result.candidates.len(), 4);
+    assert!(result.candidates.iter().all(|c| !c.refuted_by.is_empty()));
+    assert!(result.not_noise > 0.5, "{}", result.not_noise);
+    assert!(result.reasons[0].contains("none of these") && result.reasons[0].contains("feedback"));
+}
+
+#[test]
+fn a_static_system_is_as_much_hammerstein_as_wiener() {
+    let u = gaussian(2000, 4);
+    let y = bent(&u);
+    let result = identify(&record(u, &y));
+    assert!(
+        result.supported.is_some_and(|s| s.complexity() == 2),
+        "{:?}",
+        result.reasons
+    );
+    assert_eq!(result.as_good.len(), 1);
+    assert!(result.reasons.iter().any(|r| r.contains("do not tell them apart")));
+}
+
+#[test]
+fn it_can_be_stopped_in_every_structure_says_what_it_does_and_repeats_itself() {
+    let record = {
+        let u = gaussian(700, 5);
+        let y = filtered(&[1.0, 0.5], &[1.0, -0.7], &bent(&filtered(&[0.5], &[1.0, -0.7], &u)));
+        record(u, &y)
+    };
+    for stop in Structure::ALL {
+        let mut seen = Vec::new();
+        let progress = &mut |structure, _| {
+            seen.push(structure);
+            if structure == stop {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let error = Auto::default().identify_with(&record, "u", "y", progress).unwrap_err();
+        assert!(matches!(error, Error::IdentificationStopped { .. }), "{error}");
+        assert_eq!(seen.last(), Some(&stop));
+    }
+    assert_eq!(identify(&record), identify(&record));
+}
+
+#[test]
+fn exhaustive_fits_all_and_the_default_says_what_it_left_out() {
+    let u = gaussian(1500, 6);
+    let y = filtered(&[0.5, 0.2], &[1.0, -1.0, 0.5], &u);
+    let record = record(u, &y);
+    let short = identify(&record);
+    assert_eq!(short.candidates.len(), 1);
+    assert!(
+        short
+            .reasons
+            .iter()
+            .any(|r| r.contains("Not fitted") && r.contains("Wiener-Hammerstein"))
+    );
+    let all = Auto {
+        exhaustive: true,
+        ..Auto::default()
+    }
+    .identify(&record, "u", "y")
+    .unwrap();
+    assert_eq!(all.candidates.len(), 4);
+    assert_eq!(all.supported, Some(Structure::Linear));
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused() {
+    let short = Record::new([("u", gaussian(250, 7)), ("y", gaussian(250, 8))]).unwrap();
+    let error = identify_error(&short, Auto::default());
+    assert!(
+        matches!(
+            error,
+            Error::TooShort {
+                need: 200,
+                got: 187,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    let error = identify_error(
+        &short,
+        Auto {
+            fresh_share: f64::NAN,
+            exhaustive: false,
+        },
+    );
+    assert!(matches!(error, Error::InvalidParameter { .. }), "{error}");
+}
+
+fn identify_error(record: &Record, method: Auto) -> Error {
+    method.identify(record, "u", "y").unwrap_err()
+}
+
+/// Candidates that all predict the same of outputs with these errors.
+fn judged_with(errors: &[(Structure, Vec<f64>)], u: &[f64]) -> (usize, Vec<usize>, bool, f64) {
+    judged_at(10.0, errors, u)
+}
+
+/// The same, with predictions of this size.
+fn judged_at(size: f64, errors: &[(Structure, Vec<f64>)], u: &[f64]) -> (usize, Vec<usize>, bool, f64) {
+    let predicted: Vec<f64> = u.iter().map(|u| size * u).collect();
+    let with = |e: &[f64]| predicted.iter().zip(e).map(|(p, e)| p + e).collect();
+    let outputs: Vec<Vec<f64>> = errors.iter().map(|(_, e)| with(e)).collect();
+    let verdicts: Vec<Verdict> = outputs
+        .iter()
+        .map(|y| Verdict::new(u, y, &predicted).unwrap())
+        .collect();
+    let candidates: Vec<Judged<'_>> = (0..errors.len())
+        .map(|i| Judged::new(errors[i].0, &verdicts[i], &outputs[i], &predicted))
+        .collect();
+    let j = judge(&candidates, u);
+    (j.chosen, j.ties, j.supported, j.not_noise)
+}
+
+#[test]
+fn the_simplest_that_is_not_significantly_worse_wins() {
+    let (u, e) = (gaussian(2500, 10), gaussian(2500, 11));
+    let scaled = |by: f64| -> Vec<f64> { e.iter().map(|e| by * e).collect() };
+    let with = |by: f64| {
+        [
+            (Structure::Linear, scaled(by)),
+            (Structure::WienerHammerstein, scaled(1.0)),
+        ]
+    };
+    // Half a percent is significant where the errors are the same but for a factor, and yet as good; five percent is not.
+    assert_eq!(judged_with(&with(1.0025), &u).0, 0);
+    assert_eq!(judged_with(&with(1.025), &u).0, 1);
+    // Independent errors that differ by chance.
+    let chance = [
+        (Structure::Linear, gaussian(2500, 12)),
+        (Structure::Hammerstein, gaussian(2500, 13)),
+    ];
+    assert_eq!(judged_with(&chance, &u).0, 0);
+    let (chosen, ties, supported, _) = judged_with(
+        &[
+            (Structure::Hammerstein, scaled(1.001)),
+            (Structure::Wiener, scaled(1.0)),
+        ],
+        &u,
+    );
+    assert_eq!((chosen, ties, supported), (1, vec![0], true));
+}
+
+#[test]
+fn a_few_wild_samples_decide_nothing_and_what_the_input_explains_does() {
+    let (u, e) = (gaussian(2500, 14), gaussian(2500, 15));
+    let mut wild = e.clone();
+    (wild[100], wild[2000]) = (60.0, -80.0);
+    let (chosen, _, supported, _) = judged_with(&[(Structure::Linear, wild), (Structure::Hammerstein, e.clone())], &u);
+    assert_eq!((chosen, supported), (0, true));
+    let missed = |share: f64| -> Vec<f64> { u.iter().zip(&e).map(|(u, e)| e + share * (u * u - 1.0)).collect() };
+    let (_, _, supported, not_noise) = judged_with(&[(Structure::Linear, missed(0.15))], &u);
+    assert!(supported && not_noise > 0.01 && not_noise < 0.1, "{not_noise}");
+    // The same where the error is not small beside the output.
+    let (_, _, supported, not_noise) = judged_at(1.0, &[(Structure::Linear, missed(0.15))], &u);
+    assert!(!supported && not_noise < 0.1, "{not_noise}");
+    let (_, _, supported, not_noise) = judged_with(&[(Structure::Linear, missed(1.0))], &u);
+    assert!(!supported && (not_noise - 2.0 / 3.0).abs() < 0.08, "{not_noise}");
+}

@@ -1,0 +1,103 @@
+//! The reasons in sentences.
+
+use std::fmt;
+
+use super::judge::{Judgement, NEAR_NOISE};
+use super::{Refutation, Structure, StructureCandidate};
+
+impl fmt::Display for Refutation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Refutation::Test(t) => write!(f, "the test '{}' (p {})", t.kind.name(), Probability(t.p_value)),
+            Refutation::Comparison { better, ratio, p_value } => write!(
+                f,
+                "{better}, whose squared error is {} times smaller (p {})",
+                Factor(*ratio),
+                Probability(*p_value)
+            ),
+        }
+    }
+}
+
+/// A factor above 1: to three decimals where it is near 1, to whole numbers where it is large.
+struct Factor(f64);
+
+impl fmt::Display for Factor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            r if r < 10.0 => write!(f, "{r:.3}"),
+            r if r < 1e4 => write!(f, "{r:.0}"),
+            r => write!(f, "{r:.1e}"),
+        }
+    }
+}
+
+/// A p-value as it is usually written.
+struct Probability(f64);
+
+impl fmt::Display for Probability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0 < 1e-6 {
+            f.write_str("below 1e-6")
+        } else {
+            write!(f, "= {:.2e}", self.0)
+        }
+    }
+}
+
+/// What is supported and why, then what refutes each candidate, then what was not fitted.
+pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) -> Vec<String> {
+    let chosen = &candidates[judgement.chosen];
+    let name = chosen.structure;
+    let percent = 100.0 * judgement.not_noise;
+    let tests = chosen.refuted_by.len();
+    let mut all = vec![match (judgement.supported, tests) {
+        (true, 0) => format!("The data support {name}: no simpler structure predicts as well, and no test refutes it."),
+        (true, _) => format!(
+            "The data support {name}: no simpler structure predicts as well. A test sees that it is not exact, but a \
+             regression of its error on the input finds only {percent:.1} % of the squared error to depend on it."
+        ),
+        (false, 0) => format!(
+            "The data support none of the structures: the best, {name}, explains nothing or could not be tested."
+        ),
+        (false, _) if judgement.not_noise < NEAR_NOISE => format!(
+            "The data support none of these structures: the best, {name}, is refuted, and its error is too large to be taken for \
+             noise. Nonlinear feedback or parallel branches would do that."
+        ),
+        (false, _) => format!(
+            "The data support none of these structures: the best, {name}, is refuted, and at least {percent:.1} % of its \
+             squared error is not noise but depends on the input. Nonlinear feedback or parallel branches would do that."
+        ),
+    }];
+    for i in &judgement.ties {
+        let other = candidates[*i].structure;
+        all.push(format!(
+            "{other} predicts as well as {name}: these data do not tell them apart."
+        ));
+    }
+    for c in candidates.iter().filter(|c| !c.refuted_by.is_empty()) {
+        let by: Vec<String> = c.refuted_by.iter().map(Refutation::to_string).collect();
+        all.push(format!(
+            "{} is refuted by {}.",
+            capitalised(c.structure),
+            by.join("; by ")
+        ));
+    }
+    let skipped: Vec<&str> = Structure::ALL
+        .iter()
+        .filter(|s| candidates.iter().all(|c| c.structure != **s))
+        .map(|s| s.name())
+        .collect();
+    if !skipped.is_empty() {
+        all.push(format!(
+            "Not fitted, as a simpler structure leaves white noise: {}.",
+            skipped.join(", ")
+        ));
+    }
+    all
+}
+
+fn capitalised(s: Structure) -> String {
+    let name = s.name();
+    name[..1].to_uppercase() + &name[1..]
+}

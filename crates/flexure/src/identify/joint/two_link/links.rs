@@ -1,0 +1,173 @@
+//! The equations of the two links.
+//!
+//! With `c = cos q2`, the equations (4)-(7) of the links under the elastic torques are
+//!
+//! $$ \kappa_1 = s\,\ddot q_1 + e\,\ddot q_2 + p\,\tfrac{d}{dt}[c\,(2\dot q_1 + \dot q_2)] + J_{m2}\ddot q_{m2} + f_1, $$
+//!
+//! $$ \kappa_2 = e\,(\ddot q_1 + \ddot q_2) + p\,\{\tfrac{d}{dt}[c\,\dot q_1] + \sin q_2\, \dot q_1 (\dot q_1 + \dot q_2)\} + f_2, $$
+//!
+//! linear in the arm's constants s (shoulder), e (elbow) and p (coupling) of
+//! [`LinkDynamics`](crate::manipulator::LinkDynamics).
+
+use super::super::equations::{Column, Equations, NoiseModel, Solution};
+use super::super::fourier::Modulation;
+use super::super::pair::{FRICTION_PIECES, Pair, Splines, akaike};
+use super::super::rigid::{ROUNDS, undersmoothed};
+use crate::linalg::Complex;
+
+/// The number of the links' constants.
+pub(super) const CONSTANTS: usize = 3;
+
+/// The two links' motion in their equations.
+pub(super) struct Links {
+    /// Minus what belongs to the shoulder's, the elbow's and the coupling constant in the equations of link 1 and link 2.
+    pub constants: [Column; CONSTANTS],
+    /// Minus the acceleration of motor 2 in its bearing, which acts on link 1.
+    pub rotor: Vec<Complex<f64>>,
+    /// The encoders' noise in the accelerations of link 1 and 2 and of motor 2.
+    encoder: [Vec<f64>; 3],
+    /// The means of cos q2 and of its square.
+    cosine: [f64; 2],
+}
+
+/// The free friction curves, and the noise of the links' equations.
+pub(super) struct FreeLinks {
+    pub friction: [Splines; 2],
+    pub noise: [Vec<f64>; 2],
+}
+
+impl Links {
+    /// From the angles of the links and of motor 2, the links' velocities and the standard deviations of the angles' noise.
+    pub fn new(modulation: &Modulation, q: [&[f64]; 2], v: [&[f64]; 2], motor: &[f64], sd: [f64; 3]) -> Links {
+        let n = q[0].len();
+        let negative = |lines: Vec<Complex<f64>>| -> Vec<Complex<f64>> { lines.into_iter().map(|v| -v).collect() };
+        let along = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(f).collect() };
+        let [first, second] = q.map(|q| negative(modulation.of_acceleration(q)));
+        let both: Vec<Complex<f64>> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
+        let swing = along(&|i| q[1][i].cos() * (2.0 * v[0][i] + v[1][i]));
+        let carried = along(&|i| q[1][i].cos() * v[0][i]);
+        let centrifugal = along(&|i| q[1][i].sin() * v[0][i] * (v[0][i] + v[1][i]));
+        let on_second = modulation
+            .of_rate(&carried)
+            .into_iter()
+            .zip(modulation.of(&centrifugal));
+        let mean = |power: i32| q[1].iter().map(|q| q.cos().powi(power)).sum::<f64>() / n as f64;
+        Links {
+            constants: [
+                vec![Some(first), None],
+                vec![Some(second), Some(both)],
+                vec![
+                    Some(negative(modulation.of_rate(&swing))),
+                    Some(on_second.map(|(a, b)| -a - b).collect()),
+                ],
+            ],
+            rotor: negative(modulation.of_acceleration(motor)),
+            encoder: sd.map(|sd| modulation.omega.iter().map(|w| (sd * w * w).powi(2)).collect()),
+            cosine: [mean(1), mean(2)],
+        }
+    }
+
+    /// What the encoders' noise adds to each line of each equation.
+    fn known(&self, constants: &[f64], rotor: f64) -> [Vec<f64>; 2] {
+        let [shoulder, elbow, coupling] = [0, 1, 2].map(|i| constants[i]);
+        // The mean square of a + b cos q2.
+        let square = |a: f64, b: f64| a * a + 2.0 * a * b * self.cosine[0] + b * b * self.cosine[1];
+        let shares = [
+            [square(shoulder, 2.0 * coupling), square(elbow, coupling), rotor * rotor],
+            [square(elbow, coupling), elbow * elbow, 0.0],
+        ];
+        shares.map(|shares| {
+            let sum = |k: usize| (0..3).map(|j| shares[j] * self.encoder[j][k]).sum();
+            (0..self.rotor.len()).map(sum).collect()
+        })
+    }
+
+    /// The noise of the constants' own columns, where the link's equations are the blocks `first` and the next one.
+    pub fn noisy(&self, from: usize, first: usize) -> Vec<(usize, usize, &[f64])> {
+        let [link_1, link_2, _] = &self.encoder;
+        vec![
+            (from, first, link_1),
+            (from + 1, first, link_2),
+            (from + 1, first + 1, link_1),
+            (from + 1, first + 1, link_2),
+        ]
+    }
+
+    /// Minus the elastic torques, and what is else known, as right-hand sides: `kappa` less the torque of rotor 2.
+    pub fn right(&self, kappa: [&[Complex<f64>]; 2], rotor: f64) -> Vec<Vec<Complex<f64>>> {
+        let on_first = kappa[0].iter().zip(&self.rotor).map(|(k, a)| -(k + a * rotor));
+        vec![on_first.collect(), kappa[1].iter().map(|k| -k).collect()]
+    }
+
+    /// The links' equations with these friction curves.
+    pub fn equations<'a>(
+        &'a self,
+        right: Vec<Vec<Complex<f64>>>,
+        friction: [&[Vec<Complex<f64>>]; 2],
+        noise: [&'a [f64]; 2],
+    ) -> Equations<'a> {
+        let on = |i: usize, lines: &Vec<Complex<f64>>| -> Column {
+            let mut column: Column = vec![None, None];
+            column[i] = Some(lines.clone());
+            column
+        };
+        let curves = friction.into_iter().enumerate();
+        Equations {
+            columns: self
+                .constants
+                .iter()
+                .cloned()
+                .chain(curves.flat_map(|(i, curve)| curve.iter().map(move |lines| on(i, lines))))
+                .collect(),
+            right,
+            noise: noise.to_vec(),
+            noisy: self.noisy(0, 0),
+        }
+    }
+
+    /// The free friction curves for elastic torques that are known, and the noise that the equations turn out to have.
+    pub fn free(&self, joints: [&Pair; 2], kappa: [&[Complex<f64>]; 2], rotor: f64, band: f64) -> Option<FreeLinks> {
+        let right = self.right(kappa, rotor);
+        let omega = &joints[0].modulation.omega;
+        let mut pieces = [FRICTION_PIECES[1]; 2];
+        let splines = |joint: usize, pieces: usize| joints[joint].friction_splines(pieces);
+        let coarse = [0, 1].map(|j| splines(j, pieces[j]));
+        // Low frequencies, where the encoders' noise does no harm, begin.
+        let edge = std::f64::consts::PI * band;
+        let start: Vec<f64> = omega.iter().map(|w| 1.0 + (w / edge).powi(8)).collect();
+        let mut noise = [start.clone(), start];
+        for _ in 0..ROUNDS {
+            noise = self.solved(&right, [&coarse[0], &coarse[1]], &noise, rotor)?.1;
+        }
+        for joint in 0..2 {
+            let other = &coarse[1 - joint];
+            let scores: Vec<Option<f64>> = FRICTION_PIECES
+                .iter()
+                .map(|&pieces| {
+                    let own = splines(joint, pieces);
+                    let both = if joint == 0 { [&own, other] } else { [other, &own] };
+                    Some(akaike(&self.solved(&right, both, &noise, rotor)?.0, 2 * omega.len()))
+                })
+                .collect();
+            pieces[joint] = undersmoothed(&FRICTION_PIECES, scores.into_iter())?;
+        }
+        let friction = [0, 1].map(|j| splines(j, pieces[j]));
+        noise = self.solved(&right, [&friction[0], &friction[1]], &noise, rotor)?.1;
+        Some(FreeLinks { friction, noise })
+    }
+
+    fn solved(
+        &self,
+        right: &[Vec<Complex<f64>>],
+        friction: [&Splines; 2],
+        noise: &[Vec<f64>; 2],
+        rotor: f64,
+    ) -> Option<(Solution, [Vec<f64>; 2])> {
+        let curves = friction.map(|f| f.1.as_slice());
+        let weights = [noise[0].as_slice(), noise[1].as_slice()];
+        let solution = self.equations(right.to_vec(), curves, weights).solve()?;
+        let known = self.known(&solution.x[..CONSTANTS], rotor);
+        let found = [0, 1].map(|i| NoiseModel::fit(&solution.residuals[i], &known[i]).lines);
+        Some((solution, found))
+    }
+}

@@ -1,0 +1,143 @@
+//! No record that passes the input checks makes the identification of any structure panic, hang, or return what cannot be used.
+//!
+//! Every case costs fits of all structures, so only a few run by default; `PROPTEST_CASES=1000 cargo test --release -p flexure --test
+//! hammerstein cascades` runs more.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use flexure::Block;
+use flexure::identify::{Auto, Linear, Structure, Verdict, Warning, Wiener, WienerHammerstein};
+use proptest::prelude::*;
+
+use super::robustness::{Case, case, simulate};
+
+/// Cases that run unless the environment names another number.
+const CASES: u32 = 10;
+/// No fit of so few samples may take longer, on whatever machine.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// Whether all linear blocks are stable and everything is finite.
+fn sound(block: &Block) -> bool {
+    let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
+    match block {
+        Block::Static(curve) => finite(curve.x()) && finite(curve.y()),
+        Block::Linear(g) => g.is_stable() && finite(g.b()) && finite(g.a()),
+        Block::Series(blocks) | Block::Parallel(blocks) => !blocks.is_empty() && blocks.iter().all(sound),
+    }
+}
+
+/// What every identification must return.
+fn check(case: &Case, model: &Block, predicted: &[f64], verdict: &Verdict, warnings: &[Warning]) -> Result<(), String> {
+    let measures = &verdict.measures;
+    let all = [
+        (sound(model), "the model is unstable or not finite"),
+        (predicted.len() == case.n, "the prediction has another length"),
+        (predicted.iter().all(|v| v.is_finite()), "the prediction is not finite"),
+        (
+            measures.fit_percent.is_finite() && measures.rms.is_finite(),
+            "the fit is not finite",
+        ),
+        (!verdict.words().contains("NaN"), "the verdict has no number"),
+        (
+            warnings.iter().all(|w| !w.to_string().contains("NaN")),
+            "a warning has no number",
+        ),
+    ];
+    match all.iter().find(|(holds, _)| !holds) {
+        Some((_, problem)) => Err(format!("{problem}: {model:?}")),
+        None => Ok(()),
+    }
+}
+
+/// An error is fine if it says something.
+fn refused(error: &flexure::Error) -> Result<(), String> {
+    let words = error.to_string();
+    match words.len() > 20 && !matches!(error, flexure::Error::IdentificationStopped { .. }) {
+        true => Ok(()),
+        false => Err(words),
+    }
+}
+
+fn stopped(start: Instant) -> ControlFlow<()> {
+    match start.elapsed() > PATIENCE {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    }
+}
+
+fn identified(case: &Case, structure: Structure) -> Result<(), String> {
+    let record = simulate(case);
+    let fresh_share = case.method.fresh_share;
+    let start = Instant::now();
+    let progress = &mut |_| stopped(start);
+    macro_rules! checked {
+        ($method:expr) => {
+            match $method.identify_with(&record, "u", "y", progress) {
+                Ok(r) => check(case, &r.model, &r.predicted, &r.verdict, &r.warnings),
+                Err(error) => refused(&error),
+            }
+        };
+    }
+    match structure {
+        Structure::Linear => checked!(Linear { fresh_share }),
+        Structure::Wiener => checked!(Wiener { fresh_share }),
+        Structure::WienerHammerstein => checked!(WienerHammerstein { fresh_share }),
+        // Its own test has many more cases.
+        Structure::Hammerstein => Ok(()),
+    }
+}
+
+fn compared(case: &Case) -> Result<(), String> {
+    let method = Auto {
+        fresh_share: case.method.fresh_share,
+        exhaustive: case.seed % 2 == 0,
+    };
+    let start = Instant::now();
+    match method.identify_with(&simulate(case), "u", "y", &mut |_, _| stopped(start)) {
+        Ok(r) => {
+            let c = &r.chosen;
+            check(case, c.model(), c.predicted(), c.verdict(), c.warnings())?;
+            let numbers = r
+                .candidates
+                .iter()
+                .all(|c| c.fit_percent.is_finite() && c.rms.is_finite());
+            let words = r.reasons.iter().all(|r| !r.contains("NaN"));
+            let named = r.supported.is_none_or(|s| s == c.structure());
+            match numbers && words && named && (0.0..=1.0).contains(&r.not_noise) {
+                true => Ok(()),
+                false => Err(format!("{:?}", r.reasons)),
+            }
+        }
+        Err(error) => refused(&error),
+    }
+}
+
+fn cases() -> ProptestConfig {
+    let asked = std::env::var("PROPTEST_CASES")
+        .ok()
+        .and_then(|cases| cases.parse().ok());
+    ProptestConfig {
+        cases: asked.unwrap_or(CASES),
+        // A failure is shrunk little: every step is a fit.
+        max_shrink_iters: 30,
+        ..ProptestConfig::default()
+    }
+}
+
+proptest! {
+    #![proptest_config(cases())]
+    #[test]
+    fn every_structure_gives_a_stable_finite_model_or_says_why_not(case in case(200..1200)) {
+        for structure in Structure::ALL {
+            let outcome = identified(&case, structure);
+            prop_assert!(outcome.is_ok(), "{structure}: {outcome:?}");
+        }
+    }
+
+    #[test]
+    fn the_comparison_gives_a_stable_finite_model_or_says_why_not(case in case(200..1200)) {
+        let outcome = compared(&case);
+        prop_assert!(outcome.is_ok(), "{outcome:?}");
+    }
+}
