@@ -39,7 +39,7 @@ pub struct Replay {
 pub fn run(file: &RecordFile, columns: &[[String; 2]; 3], arguments: &Arguments) -> Result<()> {
     let curves = [&arguments.friction, &arguments.stiffness];
     for path in curves.into_iter().flatten() {
-        (1..=2).try_for_each(|joint| check_record_writable(&numbered(path, joint)))?;
+        (1..=2).try_for_each(|joint| check_record_writable(numbered(path, joint)))?;
     }
     let log = ArmLog::read(file, columns, arguments)?;
     let joints = TwoLinkLog {
@@ -68,13 +68,13 @@ pub fn run(file: &RecordFile, columns: &[[String; 2]; 3], arguments: &Arguments)
         if let Some(path) = &arguments.friction {
             written.push(numbered(path, i + 1));
             write_record(
-                &numbered(path, i + 1),
+                numbered(path, i + 1),
                 &rigid::curve(&axis.friction, "velocity", "torque")?,
             )?;
         }
         if let Some(path) = &arguments.stiffness {
             written.push(numbered(path, i + 1));
-            write_record(&numbered(path, i + 1), &stiffness(axis)?)?;
+            write_record(numbered(path, i + 1), &stiffness(axis)?)?;
         }
     }
     for (path, text) in [text, html].into_iter().flatten() {

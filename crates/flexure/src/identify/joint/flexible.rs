@@ -119,7 +119,7 @@ impl FlexibleJoint<'_> {
             }
             .identify()?;
             axis.findings.splice(0..0, findings);
-            return Ok(JointFound::Rigid(axis));
+            return Ok(JointFound::Rigid(Box::new(axis)));
         }
         let untold = || Error::TooLittleMotion {
             what: "inertias, stiffness and friction of the joint",

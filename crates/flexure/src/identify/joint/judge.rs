@@ -178,7 +178,7 @@ fn shapeless(parameters: &mut [Parameter], factor: &str, shapes: &[&str]) {
 }
 
 /// Adds the static friction Fs to Fs - Fc.
-fn breakaway(parameters: &mut Vec<Parameter>, fit: &Shapely, first: usize) {
+fn breakaway(parameters: &mut [Parameter], fit: &Shapely, first: usize) {
     let n = fit.solution.x.len();
     let (a, b) = (first, first + 2);
     let variance = fit.covariance[a * n + a] + fit.covariance[b * n + b] + 2.0 * fit.covariance[a * n + b];

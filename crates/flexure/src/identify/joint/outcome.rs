@@ -296,7 +296,7 @@ pub struct JointModel {
 #[serde(tag = "joint", rename_all = "snake_case")]
 pub enum JointFound {
     /// Motor and link do not move against each other: the link's axis, with the finding that says so.
-    Rigid(RigidAxis),
+    Rigid(Box<RigidAxis>),
     /// A flexible joint.
     Flexible(Box<FlexibleAxis>),
 }

@@ -21,7 +21,12 @@ fn torque(samples: usize, amplitude: f64) -> Vec<f64> {
         (2.43, 3.3),
         (3.89, 4.2),
     ];
-    let at = |t: f64| -> f64 { lines.iter().map(|(f, p)| (6.283 * f * t + p).sin()).sum() };
+    let at = |t: f64| -> f64 {
+        lines
+            .iter()
+            .map(|(f, p)| (std::f64::consts::TAU * f * t + p).sin())
+            .sum()
+    };
     (0..samples).map(|i| amplitude * at(i as f64 * STEP)).collect()
 }
 
@@ -235,7 +240,7 @@ fn bad_logs_are_refused_or_remarked_on() {
     // Wrapped.
     let wrapped: Vec<f64> = position
         .iter()
-        .map(|q| (q + 3.1).rem_euclid(6.283_185_307_179_586))
+        .map(|q| (q + 3.1).rem_euclid(std::f64::consts::TAU))
         .collect();
     let error = rigid(&wrapped, &torque).identify();
     if wrapped.windows(2).any(|w| (w[1] - w[0]).abs() > 6.0) {
