@@ -91,7 +91,7 @@ fn identified(case: &Case, structure: Structure) -> Result<(), String> {
 fn compared(case: &Case) -> Result<(), String> {
     let method = Auto {
         fresh_share: case.method.fresh_share,
-        exhaustive: case.seed % 2 == 0,
+        exhaustive: case.seed.is_multiple_of(2),
     };
     let start = Instant::now();
     match method.identify_with(&simulate(case), "u", "y", &mut |_, _| stopped(start)) {
