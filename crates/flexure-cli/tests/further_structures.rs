@@ -76,7 +76,7 @@ fn a_hammerstein_wiener_model_comes_back_and_predicts() {
     for line in [
         "Hammerstein-Wiener model from 'u' to 'y'\n",
         "\n  nonlinearity        cubic spline of ",
-        "\n  linear              order 1, delay 2",
+        "\n  linear part         order 1, delay 2",
         "\n  at the output       cubic spline of ",
     ] {
         assert!(words.contains(line), "{line}: {words}");
