@@ -95,6 +95,28 @@ impl Estimator for KernelRegression {
     }
 }
 
+/// Values up to this size have differences that are finite.
+const LARGEST: f64 = 0.25 * f64::MAX;
+
+/// Checks that the values of a column are finite, and small enough to be subtracted from one another.
+pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<()> {
+    // Without an early end the test is vectorised.
+    if values.iter().fold(true, |fine, v| fine & (v.abs() <= LARGEST)) {
+        return Ok(());
+    }
+    let Some(sample) = values.iter().position(|v| !(v.abs() <= LARGEST)) else {
+        return Ok(());
+    };
+    let (column, value) = (column.to_owned(), values[sample]);
+    Err(match value.is_finite() {
+        true => Error::Unit {
+            column,
+            largest: value.abs(),
+        },
+        false => Error::NonFinite { column, sample, value },
+    })
+}
+
 /// `dimension` query columns of one length; their points may be anything, NaN included.
 pub(crate) fn check_queries<'a, 'b>(x: &'a [&'b [f64]], dimension: usize) -> Result<&'a [&'b [f64]]> {
     if x.len() != dimension {
@@ -177,17 +199,7 @@ impl<'a> Checked<'a> {
         }
         let named = x.iter().enumerate().map(|(j, column)| (name_of(j, x.len()), *column));
         for (column, values) in named.chain([("y".to_owned(), y)]) {
-            // Without an early end the test is vectorised.
-            if values.iter().fold(true, |finite, v| finite & v.is_finite()) {
-                continue;
-            }
-            if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NonFinite {
-                    column,
-                    sample,
-                    value: values[sample],
-                });
-            }
+            check_values(&column, values)?;
         }
         if let Some(weights) = weights
             && let Some(i) = weights.iter().position(|&w| !(w >= 0.0 && w.is_finite()))

@@ -344,6 +344,28 @@ proptest! {
     }
 }
 
+/// Values whose differences overflow.
+#[test]
+fn a_range_beyond_all_numbers_is_refused() {
+    let (mut x, y, _) = sample(60);
+    (x[7], x[31]) = (1e308, -1e308);
+    let refused = |name: EstimatorName, x: &[&[f64]]| {
+        let fit = NamedEstimator {
+            name,
+            ..Default::default()
+        }
+        .fit(x, &y, None);
+        let words = fit.unwrap_err().to_string();
+        assert!(words.contains("1e308"), "{name}: {words}");
+    };
+    for name in EstimatorName::ALL {
+        refused(name, &[&x]);
+        if name.most_columns() > 1 {
+            refused(name, &[&y, &x]);
+        }
+    }
+}
+
 mod oracle;
 mod refits;
 

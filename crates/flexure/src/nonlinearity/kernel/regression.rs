@@ -4,6 +4,7 @@ use super::scatter::{self, Scatter};
 use super::sorted::mean;
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::error::{Error, Result};
+use crate::nonlinearity::estimator::check_values;
 
 /// The kernel regression estimate (13) with a given bandwidth.
 ///
@@ -177,20 +178,8 @@ pub(crate) fn check_points(x: &[f64], y: &[f64], need: usize) -> Result<()> {
             got: x.len(),
         });
     }
-    for (column, values) in [("x", x), ("y", y)] {
-        // Without an early end the test is vectorised.
-        if values.iter().fold(true, |finite, v| finite & v.is_finite()) {
-            continue;
-        }
-        if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NonFinite {
-                column: column.to_owned(),
-                sample,
-                value: values[sample],
-            });
-        }
-    }
-    Ok(())
+    check_values("x", x)?;
+    check_values("y", y)
 }
 
 /// A fitted kernel regression.
