@@ -2,7 +2,8 @@
 //!
 //! The job is Y = deadzone(X) + N(0, 0.1^2), X uniform on [-2, 2]. Prints, for one and for two threads, wall and
 //! processor time, each the least of several runs, and the process's peak memory while it ran (on Linux; with
-//! the data themselves, 16 bytes a point). `KERNEL_BENCH_MOST` sets the largest number of points, 1e7.
+//! the data themselves, 16 bytes a point). `KERNEL_BENCH_MOST` sets the largest number of points, 1e7;
+//! `KERNEL_BENCH_ONLY` leaves only the jobs with this in their names.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -46,6 +47,9 @@ fn peak_memory() -> f64 {
 
 /// Times `run` on one thread and on two, and prints a row.
 fn row(pools: &[rayon::ThreadPool], job: &str, n: usize, run: impl Fn() -> bool + Sync) {
+    if std::env::var("KERNEL_BENCH_ONLY").is_ok_and(|part| !job.contains(&part)) {
+        return;
+    }
     print!("| {job:<46} | {n:>8} |");
     for pool in pools {
         forget_peak();

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
 use super::piece::{Visit, at_own_points};
-use super::sorted::mean;
+use super::sorted::{mean, sum_in_lanes};
 use super::sums::DIRECT_BELOW;
 use super::{Degree, Kernel, Sorted, Sums};
 
@@ -107,9 +107,20 @@ impl Pyramid {
 
     /// The scores, as of [`leave_one_out`](super::leave_one_out).
     pub fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
-        (bandwidths.par_iter())
-            .map(|&h| self.levels[self.level(h).min(self.levels.len() - 1)].score(kernel, degree, h))
-            .collect()
+        let level = |h: f64| self.level(h).min(self.levels.len() - 1);
+        let by_level: Vec<(Vec<usize>, Vec<f64>)> = (self.levels.par_iter().enumerate())
+            .map(|(k, bins)| {
+                let own: Vec<usize> = (0..bandwidths.len()).filter(|&i| level(bandwidths[i]) == k).collect();
+                let widths: Vec<f64> = own.iter().map(|&i| bandwidths[i]).collect();
+                let scores = bins.scores(kernel, degree, &widths);
+                (own, scores)
+            })
+            .collect();
+        let mut scores = vec![f64::NAN; bandwidths.len()];
+        for (own, values) in by_level {
+            own.into_iter().zip(values).for_each(|(i, value)| scores[i] = value);
+        }
+        scores
     }
 }
 
@@ -126,40 +137,38 @@ impl Bins {
 
     /// Brings points together that are in no order; nothing where there would be more bins than points.
     fn scattered(x: &[f64], y: &[f64], width: f64) -> Option<Self> {
-        let (low, high) = (x.par_chunks(CHUNK))
-            .map(|x| {
-                x.iter()
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)))
-            })
-            .reduce(
-                || (f64::INFINITY, f64::NEG_INFINITY),
-                |a, b| (a.0.min(b.0), a.1.max(b.1)),
-            );
+        let (low, high) = (x.par_chunks(CHUNK)).map(extent).reduce(
+            || (f64::INFINITY, f64::NEG_INFINITY),
+            |a, b| (a.0.min(b.0), a.1.max(b.1)),
+        );
         let places = (high - low) / width;
         if !(places < x.len() as f64) {
             return None;
         }
-        // Sums about the bins' middles and the mean.
-        let (count, mean) = (places as usize + 1, mean(y, None));
+        // Sums about the bins' middles and the mean, with the bins' width as the unit of x.
+        let (count, mean, per_width) = (places as usize + 1, mean(y, None), 1.0 / width);
         let middle = |k: usize| low + (k as f64 + 0.5) * width;
         let part = CHUNK.max(x.len().div_ceil(PARTS));
-        let parts: Vec<Vec<Products>> = (x.par_chunks(part))
+        let mut parts: Vec<Vec<Products>> = (x.par_chunks(part))
             .zip(y.par_chunks(part))
             .map(|(x, y)| {
                 let mut bins = vec![Products::default(); count];
                 for (x, y) in x.iter().zip(y) {
-                    let k = (((x - low) / width) as usize).min(count - 1);
-                    bins[k].add(x - middle(k), y - mean);
+                    let place = (x - low) * per_width;
+                    let k = (place as i64 as usize).min(count - 1);
+                    bins[k].add(place - (k as f64 + 0.5), y - mean);
                 }
                 bins
             })
             .collect();
-        let bins: Vec<Bin> = (0..count)
-            .filter_map(|k| {
-                let sums = parts.iter().fold(Products::default(), |sum, part| sum.plus(part[k]));
-                (sums.count > 0.0).then(|| sums.about_mean([middle(k), mean]))
-            })
-            .collect();
+        let (sums, rest) = parts.split_first_mut()?;
+        for part in rest {
+            sums.iter_mut().zip(part).for_each(|(sum, part)| *sum = sum.plus(*part));
+        }
+        let mut bins = Vec::with_capacity(count);
+        for (k, sums) in sums.iter().enumerate().filter(|(_, sums)| sums.count > 0.0) {
+            bins.push(sums.with_unit(width).about_mean([middle(k), mean]));
+        }
         Some(Self::of(&bins))
     }
 
@@ -183,43 +192,93 @@ impl Bins {
         }
     }
 
-    fn score(&self, kernel: Kernel, degree: Degree, h: f64) -> f64 {
+    fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
         let data = &self.data;
-        let mut fits = Fits {
-            data,
-            kernel,
-            degree,
-            h,
-            fits: vec![[0.0, 1.0]; data.len()],
-        };
-        match kernel {
-            Kernel::Gaussian => {
-                let visit = |b: usize, sums: Sums| fits.visit(b, sums);
-                gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, h, &data.x, visit);
-            }
-            _ => at_own_points(data, kernel, degree, &mut |pass| {
-                pass(h, 0..data.len(), &mut Vec::new(), &mut fits)
-            }),
+        if bandwidths.is_empty() {
+            return Vec::new();
         }
-        let fits = fits.fits;
-        let (mut sum, mut total) = (0.0, 0.0);
-        for (b, &[fit, factor]) in fits.iter().enumerate() {
-            // The tangent's slope, from the neighbours in reach.
-            let below = b - usize::from(b > 0 && data.x[b] - data.x[b - 1] <= h);
-            let above = b + usize::from(b + 1 < data.len() && data.x[b + 1] - data.x[b] <= h);
-            let run = data.x[above] - data.x[below];
-            let slope = if run > 0.0 {
+        let total: f64 = (0..data.len()).map(|b| data.weight(b)).sum();
+        let widest = data.x.windows(2).fold(0.0, |widest: f64, x| widest.max(x[1] - x[0]));
+        let score = |fits: &mut Vec<[f64; 2]>, h: f64, visit: &mut dyn FnMut(&mut Fits<'_>)| {
+            fits.clear();
+            fits.resize(data.len(), [0.0, 1.0]);
+            visit(&mut Fits {
+                data,
+                kernel,
+                degree,
+                h,
+                fits,
+            });
+            self.about_tangents(fits, if widest <= h { f64::INFINITY } else { h }) / total
+        };
+        let mut scores = Vec::new();
+        if kernel == Kernel::Gaussian {
+            let of = |fits: &mut Vec<[f64; 2]>, &h: &f64| {
+                score(fits, h, &mut |fits| {
+                    let visit = |b: usize, sums: Sums| fits.visit(b, sums);
+                    gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, h, &data.x, visit);
+                })
+            };
+            scores = bandwidths.par_iter().map_init(Vec::new, of).collect();
+        } else {
+            at_own_points(data, kernel, degree, &mut |pass| {
+                let of = |(room, fits): &mut (Vec<u32>, Vec<[f64; 2]>), &h: &f64| {
+                    score(fits, h, &mut |fits| pass(h, 0..data.len(), &mut *room, fits))
+                };
+                scores = bandwidths.par_iter().map_init(Default::default, of).collect();
+            });
+        }
+        scores
+    }
+
+    /// The data's squared distances from the estimate's tangents at their bins, each in units of the share
+    /// that the bin's other data have. A slope is that between the neighbours within `reach`.
+    fn about_tangents(&self, fits: &[[f64; 2]], reach: f64) -> f64 {
+        let (x, y, count) = (&self.data.x, &self.data.y, fits.len());
+        let distance = |b: usize, slope: f64| {
+            let ([fit, factor], [xx, xy, yy]) = (fits[b], self.products[b]);
+            let residual = y[b] - fit;
+            let about_tangent = yy + self.data.weight(b) * residual * residual + slope * (slope * xx - 2.0 * xy);
+            factor * factor * about_tangent
+        };
+        let between = |below: usize, above: usize| {
+            let run = x[above] - x[below];
+            if run > 0.0 {
                 (fits[above][0] - fits[below][0]) / run
             } else {
                 0.0
-            };
-            let (count, residual, [xx, xy, yy]) = (data.weight(b), data.y[b] - fit, self.products[b]);
-            let about_tangent = yy + count * residual * residual + slope * (slope * xx - 2.0 * xy);
-            sum += factor * factor * about_tangent;
-            total += count;
+            }
+        };
+        if reach.is_infinite() && count > 2 {
+            let ends = distance(0, between(0, 1)) + distance(count - 1, between(count - 2, count - 1));
+            return ends + sum_in_lanes(1..count - 1, |b| distance(b, between(b - 1, b + 1)));
         }
-        sum / total
+        let near = |b: usize| {
+            let below = b - usize::from(b > 0 && x[b] - x[b - 1] <= reach);
+            let above = b + usize::from(b + 1 < count && x[b + 1] - x[b] <= reach);
+            distance(b, between(below, above))
+        };
+        (0..count).map(near).sum()
     }
+}
+
+/// The least and the largest of finite values.
+fn extent(x: &[f64]) -> (f64, f64) {
+    const LANES: usize = 4;
+    // No need for the care that `f64::min` takes of NaN.
+    let lower = |a: f64, b: f64| if b < a { b } else { a };
+    let upper = |a: f64, b: f64| if b > a { b } else { a };
+    let (groups, rest) = x.as_chunks::<LANES>();
+    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    for group in groups {
+        for k in 0..LANES {
+            (low[k], high[k]) = (lower(low[k], group[k]), upper(high[k], group[k]));
+        }
+    }
+    (
+        low.iter().chain(rest).copied().fold(f64::INFINITY, lower),
+        high.iter().chain(rest).copied().fold(f64::NEG_INFINITY, upper),
+    )
 }
 
 /// The estimates at bins.
@@ -229,7 +288,7 @@ struct Fits<'a> {
     degree: Degree,
     h: f64,
     /// The estimate with all points, and the factor that takes a point's own share out of its residual.
-    fits: Vec<[f64; 2]>,
+    fits: &'a mut [[f64; 2]],
 }
 
 impl Visit for Fits<'_> {
@@ -269,7 +328,7 @@ impl Visit for Fits<'_> {
 
 /// The bins of increasing items, [first + k width, first + (k + 1) width) for integers k.
 fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> {
-    let mut bins: Vec<Bin> = Vec::new();
+    let mut bins: Vec<Bin> = Vec::with_capacity(items.size_hint().0 / 2 + 1);
     // The sums of a bin so far, about its first item.
     let mut origin = [0.0; 2];
     let mut sums = Products::default();
@@ -298,8 +357,9 @@ fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> 
     bins
 }
 
-/// Sums of deviations and of their products.
+/// Sums of deviations and of their products, in one line of the cache.
 #[derive(Clone, Copy, Default)]
+#[repr(align(64))]
 struct Products {
     count: f64,
     x: f64,
@@ -333,8 +393,19 @@ impl Products {
         }
     }
 
+    /// The sums with x in units of 1, where they were in units of `unit`.
+    fn with_unit(self, unit: f64) -> Self {
+        Products {
+            x: self.x * unit,
+            xx: self.xx * unit * unit,
+            xy: self.xy * unit,
+            ..self
+        }
+    }
+
     fn about_mean(&self, origin: [f64; 2]) -> Bin {
-        let (x, y) = (self.x / self.count, self.y / self.count);
+        let per_count = 1.0 / self.count;
+        let (x, y) = (self.x * per_count, self.y * per_count);
         Bin {
             count: self.count,
             x: origin[0] + x,
