@@ -31,6 +31,9 @@ pub struct RefinedOptions {
     /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
     #[arg(long)]
     missing: bool,
+    /// Estimator of the nonlinearity that the refinement starts from: kernel (the default) or another that --nonlinearity has.
+    #[arg(long, value_name = "NAME", value_parser = arguments::estimator)]
+    start: Option<EstimatorName>,
 }
 
 /// What only the plain method has.
@@ -106,7 +109,11 @@ pub fn choose(
 impl RefinedOptions {
     /// The first of these options that was given.
     pub fn first_given(&self) -> Option<&'static str> {
-        let given = [(self.form.is_some(), "--form"), (self.missing, "--missing")];
+        let given = [
+            (self.form.is_some(), "--form"),
+            (self.missing, "--missing"),
+            (self.start.is_some(), "--start"),
+        ];
         given.into_iter().find(|g| g.0).map(|g| g.1)
     }
 
@@ -123,6 +130,7 @@ impl RefinedOptions {
             calibration,
             fresh_share,
             missing: self.missing,
+            start: self.start.unwrap_or(EstimatorName::Kernel),
             ..Default::default()
         };
         let form = self.form;

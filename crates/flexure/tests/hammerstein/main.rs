@@ -9,6 +9,7 @@ mod oracle;
 mod recovery;
 mod refined;
 mod robustness;
+mod starts;
 mod verdict;
 
 use flexure::Record;

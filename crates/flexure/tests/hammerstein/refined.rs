@@ -12,7 +12,7 @@ fn refined(record: &Record) -> RefinedIdentification {
     result
 }
 
-fn error(phi: impl Fn(f64) -> f64, result: &RefinedIdentification) -> f64 {
+pub fn error(phi: impl Fn(f64) -> f64, result: &RefinedIdentification) -> f64 {
     // Without 0, where a limiter's value is a convention.
     let grid: Vec<f64> = (0..200).map(|i| -1.9 + 3.8 * (f64::from(i) + 0.5) / 200.0).collect();
     let truth: Vec<f64> = grid.iter().map(|x| phi(*x)).collect();

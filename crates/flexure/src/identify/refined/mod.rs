@@ -36,7 +36,7 @@ use crate::error::{Error, Result};
 use crate::linear::correlation::mean;
 use crate::linear::from_impulse_response::hankel_singular_values;
 use crate::model::Block;
-use crate::nonlinearity::{Curve, Outside};
+use crate::nonlinearity::{Curve, EstimatorName, Outside};
 use crate::record::Record;
 use alternate::{Minimum, Start, alternate};
 use cells::Cells;
@@ -63,6 +63,7 @@ const OVERFITTED_SAMPLES: f64 = 20.0;
 /// | `order` | order of the linear part | 0 to 50 | Schwarz's criterion, 0 to 8 |
 /// | `delay` | delay s in samples | below a quarter of the record | the first clear lag |
 /// | `calibration` | convention for scale and offset | | unit static gain |
+/// | `start` | estimator of the nonlinearity that the refinement starts from | | the kernel's, as in (21) |
 /// | `noise_model` | whiten the output error by an autoregression | | true |
 /// | `missing` | NaN in the output are missing samples; the error is then not whitened | | false: refused |
 /// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
@@ -85,6 +86,8 @@ pub struct RefinedHammerstein {
     pub delay: Option<usize>,
     /// The convention for scale and offset.
     pub calibration: Calibration,
+    /// The estimator of the nonlinearity that the refinement starts from.
+    pub start: EstimatorName,
     /// Whether to whiten the output error.
     pub noise_model: bool,
     /// Whether NaN in the output are missing samples.
@@ -99,6 +102,7 @@ impl Default for RefinedHammerstein {
             order: None,
             delay: None,
             calibration: Calibration::default(),
+            start: EstimatorName::Kernel,
             noise_model: true,
             missing: false,
             fresh_share: 0.25,
@@ -130,7 +134,7 @@ impl RefinedHammerstein {
     ) -> Result<RefinedIdentification> {
         self.check()?;
         let all = Gathered::new(records, input, output, self.missing, self.fresh_share)?;
-        let start = self.start(&all, input, output)?;
+        let start = self.plain_estimate(&all, input, output)?;
         let mut warnings: Vec<Warning> = Vec::new();
         let kept = |w: &&Warning| matches!(w, Warning::FewLevels { .. } | Warning::NoDependence { .. });
         warnings.extend(start.warnings.iter().filter(kept).cloned());
@@ -163,9 +167,10 @@ impl RefinedHammerstein {
     }
 
     /// The plain estimate from the longest experiment, or its first part where that is enough.
-    fn start(&self, all: &Gathered, input: &str, output: &str) -> Result<Identification> {
+    fn plain_estimate(&self, all: &Gathered, input: &str, output: &str) -> Result<Identification> {
         let longest = all.longest();
         let plain = PlainHammerstein {
+            estimator: self.start,
             order: self.order,
             delay: self.delay,
             fresh_share: self.fresh_share,
@@ -282,6 +287,7 @@ impl RefinedHammerstein {
             (output, all.y[longest].to_vec()),
         ];
         let plain = PlainHammerstein {
+            estimator: self.start,
             order: self.order,
             delay: self.delay,
             calibration: self.calibration,

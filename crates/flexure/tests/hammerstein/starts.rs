@@ -1,0 +1,27 @@
+//! The refinement from every estimator's plain estimate.
+
+use flexure::identify::RefinedHammerstein;
+use flexure::nonlinearity::EstimatorName;
+use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
+
+use super::refined::error;
+
+#[test]
+fn every_estimator_can_be_the_start_and_leads_to_the_same_model() {
+    let [linear, _] = known_linear_parts();
+    let record = KnownHammerstein::usual(KnownNonlinearity::DeadZone, linear).simulate(8000, 5);
+    for start in EstimatorName::ALL {
+        let method = RefinedHammerstein {
+            start,
+            ..Default::default()
+        };
+        let result = method.identify(&record, "u", "y").unwrap();
+        assert!(result.refined, "{start:?}");
+        assert_eq!((result.delay, result.order.order), (0, 2), "{start:?}");
+        let kinks: Vec<f64> = result.breakpoints.iter().map(|b| b.at).collect();
+        assert_eq!(kinks.len(), 2, "{start:?}: {kinks:?}");
+        let got = error(|x| KnownNonlinearity::DeadZone.value(x), &result);
+        // Knowledge of the linear part and twenty knots allow 0.025 with so many samples.
+        assert!(got < 0.025, "{start:?}: {got}");
+    }
+}
