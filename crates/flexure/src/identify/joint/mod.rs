@@ -32,6 +32,7 @@ mod judge;
 mod outcome;
 mod pair;
 mod parametric;
+mod pieces;
 mod replay;
 mod rigid;
 mod shaping;

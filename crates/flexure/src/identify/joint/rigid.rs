@@ -12,6 +12,7 @@ use super::fourier::Modulation;
 use super::judge::{Against, fitted};
 use super::outcome::{Estimated, Finding, Fitted, Parameter, RigidAxis};
 use super::parametric::friction_starts;
+use super::pieces::lowest;
 use super::shaping::{Shape, Shaping};
 use super::smooth::{Noise, Reflected};
 use crate::bands::{Band, BandKind};
@@ -342,18 +343,6 @@ impl Lines {
         });
         fits.collect()
     }
-}
-
-/// The number of the smallest score.
-fn lowest(scores: impl Iterator<Item = Option<f64>>) -> Option<usize> {
-    let known = scores.enumerate().filter_map(|(i, score)| Some((i, score?)));
-    known.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
-}
-
-/// The candidate after the one with the smallest score.
-pub(super) fn undersmoothed(candidates: &[usize], scores: impl Iterator<Item = Option<f64>>) -> Option<usize> {
-    let best = lowest(scores)?;
-    candidates.get(best + 1).or(candidates.last()).copied()
 }
 
 /// The band with what a finer curve would change added to its standard errors, an allowance for bias.
