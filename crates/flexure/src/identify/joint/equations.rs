@@ -66,11 +66,16 @@ impl Equations<'_> {
     /// The normal matrix for the weights, row-major.
     fn normal(&self, weights: &[Vec<f64>]) -> Vec<f64> {
         let n = self.columns.len();
+        let scaled: Vec<Vec<Option<Vec<f64>>>> = self.columns.par_iter().map(|c| weighted(weights, c)).collect();
         let rows: Vec<Vec<f64>> = (0..n)
             .into_par_iter()
             .map(|i| {
-                let row = &self.columns[i];
-                (0..=i).map(|j| Self::product(weights, row, &self.columns[j])).collect()
+                let row = &scaled[i];
+                let with = |column: &Vec<Option<Vec<f64>>>| -> f64 {
+                    let blocks = row.iter().zip(column);
+                    blocks.filter_map(|(a, b)| Some(dot(a.as_ref()?, b.as_ref()?))).sum()
+                };
+                scaled[..=i].iter().map(with).collect()
             })
             .collect();
         let mut normal = vec![0.0; n * n];
@@ -185,6 +190,31 @@ impl Equations<'_> {
         }
         robust
     }
+}
+
+/// The real and imaginary parts of a column's lines, each times the square root of its weight.
+fn weighted(weights: &[Vec<f64>], column: &Column) -> Vec<Option<Vec<f64>>> {
+    let blocks = weights.iter().zip(column);
+    blocks
+        .map(|(w, lines)| {
+            let lines = w.iter().zip(lines.as_ref()?);
+            Some(lines.flat_map(|(w, v)| [w.sqrt() * v.re, w.sqrt() * v.im]).collect())
+        })
+        .collect()
+}
+
+/// The sum of products, in eight sums at once.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const SUMS: usize = 8;
+    let (a, b) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    let mut sums = [0.0; SUMS];
+    for (a, b) in a.zip(b) {
+        for k in 0..SUMS {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    rest + sums.iter().sum::<f64>()
 }
 
 /// The running mean of the residuals' squared size over a fiftieth of the lines.

@@ -39,6 +39,8 @@ pub(super) struct Free {
     /// Minus the splines.
     pub friction: Splines,
     pub noise: [Vec<f64>; 2],
+    /// The next finer splines of stiffness and friction, which tell what those in use smooth away.
+    pub finer: Vec<Splines>,
 }
 
 impl Pair<'_> {
@@ -186,6 +188,7 @@ impl Pair<'_> {
             noise: [motor_noise, self.noise(&fine.residuals[0], 1, fine.x[0])],
             stiffness,
             friction,
+            finer: Vec::new(),
         })
     }
 
@@ -219,6 +222,7 @@ impl Pair<'_> {
                 return None;
             };
             (free.stiffness, free.friction) = (stiffness, friction);
+            free.finer = divisions.finer(2);
         }
         free.noise = noise(&free)?;
         Some(free)
@@ -251,7 +255,7 @@ impl Pair<'_> {
     }
 
     /// Both equations with these curves.
-    fn both_with<'b>(&'b self, stiffness: &Splines, friction: &Splines, noise: &'b [Vec<f64>; 2]) -> Equations<'b> {
+    pub(super) fn both_with<'b>(&'b self, stiffness: &Splines, friction: &Splines, noise: &'b [Vec<f64>; 2]) -> Equations<'b> {
         let (motor, link) = self.inertias();
         let link_at = usize::from(motor.is_some()) + stiffness.1.len();
         let stiffness = stiffness.1.iter().map(|c| vec![Some(c.clone()), Some(c.clone())]);

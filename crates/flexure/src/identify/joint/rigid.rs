@@ -346,7 +346,7 @@ impl Lines {
 }
 
 /// The band with what a finer curve would change added to its standard errors, an allowance for bias.
-fn widened(mut band: Band, finer: &dyn Fn(f64) -> f64) -> Band {
+pub(super) fn widened(mut band: Band, finer: &dyn Fn(f64) -> f64) -> Band {
     for i in 0..band.estimate.len() {
         let error = band.standard_error[i];
         let bias = finer(band.x[0][i]) - band.estimate[i];

@@ -86,6 +86,8 @@ struct Whole<'a> {
     stiffness: [Splines; 2],
     motor_noise: [Vec<f64>; 2],
     free: FreeLinks,
+    /// The next finer splines of stiffness 1 and 2, friction 1 and 2, which tell what those in use smooth away.
+    finer: Vec<Splines>,
 }
 
 impl TwoLinkLog<'_> {
@@ -191,6 +193,7 @@ impl<'a> Whole<'a> {
             free,
             pairs,
             motions,
+            finer: Vec::new(),
         };
         whole.refined()
     }

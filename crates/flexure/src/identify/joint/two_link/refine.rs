@@ -10,12 +10,11 @@ impl Whole<'_> {
     ///
     /// A motor's equation has the noise of its torque; the link's has none, and shows far finer detail of the stiffness.
     pub fn refined(mut self) -> Option<Self> {
-        if std::env::var_os("FLEXURE_OLD").is_some() { return Some(self); }
-        for round in 0..ROUNDS {
+        for _ in 0..ROUNDS {
             let [motor, link] = self.noise_of(&self.equations().solve()?);
             (self.motor_noise, self.free.noise) = (motor, link);
-            let splines = self.divided()?;
-            if round + 1 == ROUNDS { if std::env::var_os("FLEXURE_SHOW").is_some() { eprintln!("{:?}", splines.iter().map(|s| s.0.len()).collect::<Vec<_>>()); } }
+            let [splines, finer] = self.divided()?;
+            self.finer = finer;
             let Ok([k1, k2, f1, f2]) = <[Splines; 4]>::try_from(splines) else {
                 return None;
             };
@@ -37,8 +36,9 @@ impl Whole<'_> {
         [motor, link]
     }
 
-    /// The next finer splines than those with the smallest criterion of Akaike, of stiffness 1 and 2, friction 1 and 2.
-    fn divided(&self) -> Option<Vec<Splines>> {
+    /// The next finer splines than those with the smallest criterion of Akaike, of stiffness 1 and 2, friction 1 and 2,
+    /// and the next finer ones again.
+    fn divided(&self) -> Option<[Vec<Splines>; 2]> {
         let lines = 4 * self.modulation.len();
         let candidates: Vec<&'static [usize]> =
             vec![&STIFFNESS_PIECES, &STIFFNESS_PIECES, &FRICTION_PIECES, &FRICTION_PIECES];
@@ -50,6 +50,6 @@ impl Whole<'_> {
             let curves = splines.try_into().ok()?;
             Some(akaike(&self.equations_with(curves).solve()?, lines))
         })?;
-        Some(divisions.finer(1))
+        Some([1, 2].map(|by| divisions.finer(by)))
     }
 }
