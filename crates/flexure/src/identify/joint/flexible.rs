@@ -253,6 +253,7 @@ impl Motion<'_> {
     /// What to know of the motion and its clocks before trusting what they tell.
     pub fn findings(&self, alignment: &Alignment, v: &[f64], resolution: f64) -> Vec<Finding> {
         let mut findings = Vec::new();
+        findings.extend(checks::different_angles(self.motor, self.link));
         findings.extend(checks::clipped(self.torque));
         findings.extend(checks::motion(v, resolution));
         for noise in [self.motor_noise, self.link_noise] {

@@ -141,15 +141,15 @@ impl Pair<'_> {
 
     /// The deflection in `pieces` intervals on either side of zero: the splines of a stiffness curve.
     pub fn stiffness_splines(&self, pieces: usize) -> Splines {
-        let basis = Basis::new(&self.d, pieces);
+        let basis = Basis::stiffness(&self.d, pieces);
         let columns = stiffness_columns(self.modulation, &basis, &self.d);
         (basis, columns)
     }
 
     /// The link's velocity in `pieces` intervals on either side of zero: minus the splines of a friction curve.
     pub fn friction_splines(&self, pieces: usize) -> Splines {
-        let basis = Basis::new(&self.v, pieces);
-        let columns = self.modulation.of_all(&basis.columns(&self.v, |_| -1.0));
+        let basis = Basis::friction(&self.v, pieces);
+        let columns = self.modulation.of_all(&basis.mean_columns(&self.v, -1.0));
         (basis, columns)
     }
 
@@ -197,15 +197,17 @@ impl Pair<'_> {
     /// The motor's equation has the noise of its torque; the link's has none, and shows far finer detail of the stiffness.
     fn refined(&self, mut free: Free) -> Option<Free> {
         let lines = 2 * self.modulation.len();
-        let inertias = |solution: &Solution, stiffness: &Splines| {
+        let noise = |free: &Free| -> Option<[Vec<f64>; 2]> {
+            let equations = self.both(free);
+            let solution = equations.solve()?;
+            let powers = equations.powers(&solution);
             let first = usize::from(self.motor.is_some());
             let motor = if first == 1 { solution.x[0] } else { 0.0 };
-            [motor, solution.x[first + stiffness.0.len()]]
-        };
-        let noise = |free: &Free| -> Option<[Vec<f64>; 2]> {
-            let solution = self.both(free).solve()?;
-            let inertias = inertias(&solution, &free.stiffness);
-            Some([0, 1].map(|i| self.noise(&solution.residuals[i], i, inertias[i])))
+            let inertias = [motor, solution.x[first + free.stiffness.0.len()]];
+            Some([0, 1].map(|i| {
+                let known = self.encoder[i].iter().map(|e| inertias[i].powi(2) * e);
+                NoiseModel::of_power(&powers[i], &known.collect::<Vec<_>>()).lines
+            }))
         };
         for _ in 0..pieces::ROUNDS {
             free.noise = noise(&free)?;

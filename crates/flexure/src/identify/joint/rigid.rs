@@ -124,15 +124,15 @@ impl RigidJoint<'_> {
         let scores: Vec<Option<f64>> = PIECES
             .iter()
             .map(|&pieces| {
-                let solution = lines.free(&Basis::new(&lines.velocity, pieces), &weights).solve()?;
+                let solution = lines.free(&Basis::friction(&lines.velocity, pieces), &weights).solve()?;
                 let schwarz = solution.x.len() as f64 * observations.ln();
                 Some(observations * (solution.squares / observations).ln() + schwarz)
             })
             .collect();
         let best = lowest(scores.iter().copied()).ok_or_else(untold)?;
-        let basis = Basis::new(&lines.velocity, PIECES[best]);
+        let basis = Basis::friction(&lines.velocity, PIECES[best]);
         let solution = lines.free(&basis, &weights).solve().ok_or_else(untold)?;
-        let finer = Basis::new(&lines.velocity, PIECES[(best + 1).min(PIECES.len() - 1)]);
+        let finer = Basis::friction(&lines.velocity, PIECES[(best + 1).min(PIECES.len() - 1)]);
         let finer_solution = lines.free(&finer, &weights).solve().ok_or_else(untold)?;
         let finer_curve = |v: f64| finer.value(&finer_solution.x[1 + lines.extras.len()..], v);
         let covariance = lines.free(&basis, &weights).robust(&solution);
@@ -285,7 +285,7 @@ impl Lines {
     }
 
     fn free<'b>(&'b self, basis: &Basis, noise: &'b [f64]) -> Equations<'b> {
-        let splines = self.modulation.of_all(&basis.columns(&self.velocity, |_| 1.0));
+        let splines = self.modulation.of_all(&basis.mean_columns(&self.velocity, 1.0));
         let mut columns = self.fixed();
         columns.extend(splines.into_iter().map(|c| vec![Some(c)]));
         Equations {
@@ -298,7 +298,7 @@ impl Lines {
 
     /// The time from a torque's sample to its effect, and its standard error.
     fn delay(&self, torque: &[f64], noise: &[f64]) -> Option<(f64, f64)> {
-        let mut equations = self.free(&Basis::new(&self.velocity, PIECES[2]), noise);
+        let mut equations = self.free(&Basis::friction(&self.velocity, PIECES[2]), noise);
         equations.columns.push(vec![Some(self.modulation.of_rate(torque))]);
         let solution = equations.solve()?;
         let last = solution.x.len() - 1;
@@ -309,7 +309,7 @@ impl Lines {
     ///
     /// Low frequencies, where the encoder's noise does no harm, begin; then the weights are the noise's own.
     fn weights(&self, band: f64) -> Option<Vec<f64>> {
-        let basis = Basis::new(&self.velocity, PIECES[1]);
+        let basis = Basis::friction(&self.velocity, PIECES[1]);
         let edge = std::f64::consts::PI * band;
         let mut noise: Vec<f64> = self.modulation.omega.iter().map(|w| 1.0 + (w / edge).powi(8)).collect();
         for _ in 0..ROUNDS {

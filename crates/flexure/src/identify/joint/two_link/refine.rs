@@ -1,6 +1,6 @@
 //! The curves' divisions and the equations' weights, once more where all equations stand together.
 
-use super::super::equations::{NoiseModel, Solution};
+use super::super::equations::NoiseModel;
 use super::super::pair::{FRICTION_PIECES, STIFFNESS_PIECES, Splines, akaike};
 use super::super::pieces::{Divisions, ROUNDS};
 use super::{CONSTANTS, Whole};
@@ -11,7 +11,7 @@ impl Whole<'_> {
     /// A motor's equation has the noise of its torque; the link's has none, and shows far finer detail of the stiffness.
     pub fn refined(mut self) -> Option<Self> {
         for _ in 0..ROUNDS {
-            let [motor, link] = self.noise_of(&self.equations().solve()?);
+            let [motor, link] = self.noise_now()?;
             (self.motor_noise, self.free.noise) = (motor, link);
             let [splines, finer] = self.divided()?;
             self.finer = finer;
@@ -20,20 +20,23 @@ impl Whole<'_> {
             };
             (self.stiffness, self.free.friction) = ([k1, k2], [f1, f2]);
         }
-        let [motor, link] = self.noise_of(&self.equations().solve()?);
+        let [motor, link] = self.noise_now()?;
         (self.motor_noise, self.free.noise) = (motor, link);
         Some(self)
     }
 
-    /// The noise of the motors' and of the links' equations that a solution leaves.
-    fn noise_of(&self, solution: &Solution) -> [[Vec<f64>; 2]; 2] {
+    /// The noise that the motors' and the links' equations turn out to have.
+    fn noise_now(&self) -> Option<[[Vec<f64>; 2]; 2]> {
+        let equations = self.equations();
+        let solution = equations.solve()?;
+        let powers = equations.powers(&solution);
         let motor = [0, 1].map(|i| {
             let known = self.pairs[i].encoder[0].iter().map(|e| solution.x[i].powi(2) * e);
-            NoiseModel::fit(&solution.residuals[i], &known.collect::<Vec<_>>()).lines
+            NoiseModel::of_power(&powers[i], &known.collect::<Vec<_>>()).lines
         });
         let known = self.links.known(&solution.x[2..2 + CONSTANTS], solution.x[1]);
-        let link = [0, 1].map(|i| NoiseModel::fit(&solution.residuals[2 + i], &known[i]).lines);
-        [motor, link]
+        let link = [0, 1].map(|i| NoiseModel::of_power(&powers[2 + i], &known[i]).lines);
+        Some([motor, link])
     }
 
     /// The next finer splines than those with the smallest criterion of Akaike, of stiffness 1 and 2, friction 1 and 2,
