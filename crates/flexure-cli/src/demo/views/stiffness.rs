@@ -24,6 +24,8 @@ const ENCODER: f64 = 1e-5;
 const POINTS: usize = 201;
 /// Places of the joint at which the estimate from both angles is looked at.
 const PLACES: usize = 9;
+/// A torque that changes less along the joint's way, relatively, is the deflection's alone.
+const ALONE: f64 = 0.02;
 /// The share of the samples on either side that is left out where places and deflections are spread over the data.
 const TRIMMED: f64 = 0.02;
 
@@ -72,10 +74,11 @@ pub fn view([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
                 100.0 * one.covered
             ),
             format!(
-                "  from both angles (q, qm): distance {:.2} %; at any deflection the torque changes by {:.2} % along the joint's way, \
-                 so that it is the deflection's alone",
+                "  from both angles (q, qm): distance {:.2} %; at the same deflection the torque changes by {:.2} % along the joint's way: \
+                 it is {}",
                 100.0 * two.error,
-                100.0 * two.change
+                100.0 * two.change,
+                two.words()
             ),
         ],
         values: json!({
@@ -133,6 +136,16 @@ struct BothAngles {
     error: f64,
     /// The root mean square over deflections and places of the torque less its mean over the places, relative.
     change: f64,
+}
+
+impl BothAngles {
+    /// Whose function the torque is.
+    fn words(&self) -> &'static str {
+        match self.change < ALONE {
+            true => "the deflection's alone",
+            false => "not the deflection's alone",
+        }
+    }
 }
 
 /// E(torque | q, qm), in the coordinates q + qm over 2 and qm - q: the angles themselves are nearly equal, and all that
@@ -237,7 +250,7 @@ fn page(log: &Record, one: &Deflection, two: &BothAngles, kappa: &Stiffness, com
             fact(
                 "Change along the way",
                 format!("{:.2} %", 100.0 * two.change),
-                "of the torque at the same deflection elsewhere: it is the deflection's alone",
+                &format!("of the torque at the same deflection elsewhere: it is {}", two.words()),
             ),
             fact("Samples", log.len().to_string(), "0.01 s apart"),
         ],

@@ -124,7 +124,8 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
             break;
         }
     }
-    let matters = |value: f64, error: f64| tells && value.abs() > SIGNIFICANT * error && value.abs() > NEGLIGIBLE * step;
+    let matters =
+        |value: f64, error: f64| tells && value.abs() > SIGNIFICANT * error && value.abs() > NEGLIGIBLE * step;
     Some(Alignment {
         skew: (skew, skew_error, matters(skew, skew_error)),
         delay: (delay.0, matters(delay.0, delay.1)),

@@ -87,7 +87,9 @@ pub(super) fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
         let at = steps.iter().position(|s| (s - turn).abs() < TURN * turn)?;
         Some((turn, at))
     };
-    let found = [2.0 * std::f64::consts::PI, 360.0].into_iter().find_map(|t| turn(t, &steps));
+    let found = [2.0 * std::f64::consts::PI, 360.0]
+        .into_iter()
+        .find_map(|t| turn(t, &steps));
     let Some((turn, at)) = found else {
         return Ok(());
     };
@@ -109,7 +111,9 @@ pub(super) fn different_angles(motor: &[f64], link: &[f64]) -> Option<Finding> {
     let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
     let (m, q) = (mean(motor), mean(link));
     let both = motor.iter().zip(link);
-    let (product, square) = both.fold((0.0, 0.0), |(p, s), (a, b)| (p + (a - m) * (b - q), s + (b - q).powi(2)));
+    let (product, square) = both.fold((0.0, 0.0), |(p, s), (a, b)| {
+        (p + (a - m) * (b - q), s + (b - q).powi(2))
+    });
     let ratio = product / square.max(f64::MIN_POSITIVE);
     let alike = 1.0 / MOST_DIFFERENT..MOST_DIFFERENT;
     (!alike.contains(&ratio)).then_some(Finding::DifferentAngles { ratio })

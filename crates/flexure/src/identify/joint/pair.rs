@@ -211,10 +211,11 @@ impl Pair<'_> {
         };
         for _ in 0..pieces::ROUNDS {
             free.noise = noise(&free)?;
-            let mut divisions = Divisions::new(vec![&STIFFNESS_PIECES, &FRICTION_PIECES], |curve, pieces| match curve {
-                0 => self.stiffness_splines(pieces),
-                _ => self.friction_splines(pieces),
-            });
+            let mut divisions =
+                Divisions::new(vec![&STIFFNESS_PIECES, &FRICTION_PIECES], |curve, pieces| match curve {
+                    0 => self.stiffness_splines(pieces),
+                    _ => self.friction_splines(pieces),
+                });
             divisions.improve(&|splines| {
                 let [stiffness, friction] = splines else { return None };
                 let equations = self.both_with(stiffness, friction, &free.noise);
@@ -257,7 +258,12 @@ impl Pair<'_> {
     }
 
     /// Both equations with these curves.
-    pub(super) fn both_with<'b>(&'b self, stiffness: &Splines, friction: &Splines, noise: &'b [Vec<f64>; 2]) -> Equations<'b> {
+    pub(super) fn both_with<'b>(
+        &'b self,
+        stiffness: &Splines,
+        friction: &Splines,
+        noise: &'b [Vec<f64>; 2],
+    ) -> Equations<'b> {
         let (motor, link) = self.inertias();
         let link_at = usize::from(motor.is_some()) + stiffness.1.len();
         let stiffness = stiffness.1.iter().map(|c| vec![Some(c.clone()), Some(c.clone())]);

@@ -124,7 +124,9 @@ impl RigidJoint<'_> {
         let scores: Vec<Option<f64>> = PIECES
             .iter()
             .map(|&pieces| {
-                let solution = lines.free(&Basis::friction(&lines.velocity, pieces), &weights).solve()?;
+                let solution = lines
+                    .free(&Basis::friction(&lines.velocity, pieces), &weights)
+                    .solve()?;
                 let schwarz = solution.x.len() as f64 * observations.ln();
                 Some(observations * (solution.squares / observations).ln() + schwarz)
             })

@@ -73,7 +73,7 @@ impl Noise {
 
     /// The cut-off of the smoothing filter, Hz.
     pub fn cut_off(&self) -> f64 {
-        std::env::var("FLEXURE_MARGIN").ok().and_then(|v| v.parse().ok()).unwrap_or(MARGIN) * self.band
+        MARGIN * self.band
     }
 
     /// The standard deviation of the smoothed velocity's noise.

@@ -238,13 +238,24 @@ fn bad_logs_are_refused_or_remarked_on() {
     let (position, torque) = axis(20_000, 0.0);
     let message = |error: Error| error.to_string();
     // Wrapped in the middle of its way.
-    let (low, high) = position.iter().fold((f64::MAX, f64::MIN), |(l, h), &q| (l.min(q), h.max(q)));
+    let (low, high) = position
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(l, h), &q| (l.min(q), h.max(q)));
     let middle = 0.5 * (low + high);
-    for (turn, words) in [(std::f64::consts::TAU, "wraps at 2 pi;"), (360.0, "a whole turn in degrees:")] {
+    for (turn, words) in [
+        (std::f64::consts::TAU, "wraps at 2 pi;"),
+        (360.0, "a whole turn in degrees:"),
+    ] {
         let unit = turn / std::f64::consts::TAU;
-        let wrapped: Vec<f64> = position.iter().map(|q| ((q - middle) * unit).rem_euclid(turn)).collect();
+        let wrapped: Vec<f64> = position
+            .iter()
+            .map(|q| ((q - middle) * unit).rem_euclid(turn))
+            .collect();
         let said = message(rigid(&wrapped, &torque).identify().unwrap_err());
-        assert!(said.contains(words) && said.contains("unwrap the angle first"), "{said}");
+        assert!(
+            said.contains(words) && said.contains("unwrap the angle first"),
+            "{said}"
+        );
     }
     // Too short.
     let error = rigid(&position[..150], &torque[..150]).identify().unwrap_err();
@@ -308,5 +319,8 @@ fn a_motor_on_the_other_side_of_its_gear_is_said() {
         panic!("{found:?}");
     };
     let said: Vec<String> = axis.findings.iter().map(ToString::to_string).collect();
-    assert!(said[0].contains("times as far as the link") && said[0].contains("gear ratio"), "{said:?}");
+    assert!(
+        said[0].contains("times as far as the link") && said[0].contains("gear ratio"),
+        "{said:?}"
+    );
 }

@@ -47,7 +47,11 @@ impl Whole<'_> {
             vec![&STIFFNESS_PIECES, &STIFFNESS_PIECES, &FRICTION_PIECES, &FRICTION_PIECES];
         let mut divisions = Divisions::new(candidates, |curve, pieces| {
             let pair = &self.pairs[curve % 2];
-            if curve < 2 { pair.stiffness_splines(pieces) } else { pair.friction_splines(pieces) }
+            if curve < 2 {
+                pair.stiffness_splines(pieces)
+            } else {
+                pair.friction_splines(pieces)
+            }
         });
         divisions.improve(&|splines| {
             let curves = splines.try_into().ok()?;
