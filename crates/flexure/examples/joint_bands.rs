@@ -12,7 +12,7 @@
 //! the band's half width as a share of the curve's root mean square; "inner" counts only the middle half of the range.
 
 use flexure::bands::Band;
-use flexure::identify::joint::{TwoLinkArm, TwoLinkLog};
+use flexure::identify::joint::{Estimated, TwoLinkArm, TwoLinkLog};
 use flexure::manipulator::{
     Arm, Drive, LinkDynamics, Model, SimulationOptions, Stiffness, add_noise, simulate, space_arm,
 };
@@ -21,6 +21,8 @@ use flexure::signal::{Phases, multisine};
 
 /// Points of the range at which coverage is counted.
 const POINTS: usize = 400;
+
+const CURVES: [&str; 4] = ["stiffness 1", "stiffness 2", "friction 1", "friction 2"];
 
 struct Setting {
     runs: u64,
@@ -131,7 +133,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         windup_sharpness: joint.windup_sharpness,
     };
     let friction = joint.friction.unwrap_or_default();
-    const CURVES: [&str; 4] = ["stiffness 1", "stiffness 2", "friction 1", "friction 2"];
     let mut all: [Vec<Told>; 4] = Default::default();
     for run in 0..setting.runs {
         let arm = identified(&log(&setting, run)?, setting.step)?;
@@ -150,7 +151,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             );
             all.push(found);
         }
-        let score = |e: flexure::identify::joint::Estimated, truth: f64| (e.value - truth) / e.standard_error;
+        let score = |e: Estimated, truth: f64| (e.value - truth) / e.standard_error;
         print!("; standard errors off:");
         for (e, truth) in [
             (arm.joints[0].motor_inertia, 1.0),

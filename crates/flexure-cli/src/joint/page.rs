@@ -15,7 +15,7 @@ use super::words::{Units, lack_words, parameter_words, with_error};
 use crate::outcome::number;
 
 /// A stiffness whose band is wider than this share of its median is not shown.
-const UNTOLD: f64 = 0.2;
+const UNTOLD: f64 = 0.1;
 
 /// The page of a rigid axis.
 pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], arguments: &Arguments, command: String) -> JointPage {

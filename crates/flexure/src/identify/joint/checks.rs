@@ -83,27 +83,22 @@ pub(super) fn settings(sample_time: f64, level: f64) -> Result<()> {
 /// Refuses an angle that jumps by a turn, in rad or degrees.
 pub(super) fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
     let mut steps: Vec<f64> = q.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
-    let turn = |turn: f64, steps: &[f64]| {
-        let at = steps.iter().position(|s| (s - turn).abs() < TURN * turn)?;
-        Some((turn, at))
-    };
-    let found = [2.0 * std::f64::consts::PI, 360.0]
+    let jump = |turn: f64| Some((turn, steps.iter().position(|s| (s - turn).abs() < TURN * turn)?));
+    let jumps: Vec<(f64, usize)> = [2.0 * std::f64::consts::PI, 360.0]
         .into_iter()
-        .find_map(|t| turn(t, &steps));
-    let Some((turn, at)) = found else {
-        return Ok(());
-    };
-    // A motion that fast everywhere is no jump.
+        .filter_map(jump)
+        .collect();
     let middle = steps.len() / 2;
     let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    if median > 0.1 * turn {
-        return Ok(());
+    // A motion that fast everywhere is no jump.
+    match jumps.into_iter().find(|(turn, _)| median < 0.1 * turn) {
+        None => Ok(()),
+        Some((_, at)) => Err(Error::WrappedAngle {
+            column: name.to_owned(),
+            sample: at + 1,
+            jump: q[at + 1] - q[at],
+        }),
     }
-    Err(Error::WrappedAngle {
-        column: name.to_owned(),
-        sample: at + 1,
-        jump: q[at + 1] - q[at],
-    })
 }
 
 /// Whether the motor goes so much farther than the link, or less far, or the other way, that their angles are not of the same kind.
