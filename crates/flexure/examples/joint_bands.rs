@@ -8,8 +8,14 @@
 //! The nonlinear space arm under two multisines of 0.05 to 3 Hz, other phases and other noise in each run: 1e-5 rad of every
 //! encoder, 1 % of the largest torque. "covers" is the share of the band's points, evenly over the range of deflections or
 //! velocities that was visited, at which it contains the truth, averaged over the runs; "least" is that of the worst run (errors
-//! at neighbouring points are alike, and so single runs lie far apart), "own" counts the band's own points, which are denser at zero. "off" is the relative L2 distance from the truth, "half"
-//! the band's half width as a share of the curve's root mean square; "inner" counts only the middle half of the range.
+//! at neighbouring points are alike, and so single runs lie far apart), "own" counts the band's own points, which are denser at
+//! zero, "inner" only the middle half of the range. "off" is the relative L2 distance from the truth, "half" the band's half
+//! width as a share of the curve's root mean square.
+//!
+//! 24 runs of 20 s at 2 ms: the bands cover 97 and 96 % of the stiffness, 98 and 96 % of the friction (of their own points 97, 97,
+//! 98 and 97 %); estimates are 0.05 and 0.06, 2.6 and 1.0 % off, the friction's mostly at the few points near its largest
+//! velocities, where the band is as wide. Errors of one run hang together: a mean of the torque's noise, say, is an offset of all
+//! of the friction curve.
 
 use flexure::bands::Band;
 use flexure::identify::joint::{Estimated, TwoLinkArm, TwoLinkLog};
