@@ -118,7 +118,8 @@ impl RecordFile {
         let sample = match &error {
             flexure::Error::NonFinite { sample, .. }
             | flexure::Error::NonUniformTime { sample, .. }
-            | flexure::Error::TimeNotIncreasing { sample, .. } => Some(*sample),
+            | flexure::Error::TimeNotIncreasing { sample, .. }
+            | flexure::Error::WrappedAngle { sample, .. } => Some(*sample),
             _ => None,
         };
         Error::Data {

@@ -7,7 +7,7 @@ use crate::check;
 use crate::data::{Fact, JointPage, ParameterTable};
 use crate::payload::{NonlinearityPlot, PredictionPlot, nonlinearity, prediction};
 use crate::regression::{Cloud, cloud};
-use crate::text::count;
+use crate::text::{count, number};
 
 /// Everything that is plotted.
 #[derive(Serialize)]
@@ -111,7 +111,7 @@ pub(crate) fn text<'a>(page: &'a JointPage, payload: &Payload<'_>) -> Text<'a> {
             .map(|(m, plot)| MotionText {
                 heading: &m.heading,
                 fit: format!("{:.2}", m.prediction.fit_percent),
-                rms: format!("{:.3e}", m.prediction.rms),
+                rms: number(m.prediction.rms, 4),
                 bucket: plot.time.bucket,
             })
             .collect(),

@@ -244,7 +244,7 @@ fn superscript(digit: char) -> char {
 }
 
 /// A number for reading, with a typographic minus; a dash if it is not finite.
-fn number(v: f64, digits: usize) -> String {
+pub(crate) fn number(v: f64, digits: usize) -> String {
     if !v.is_finite() {
         return "–".into();
     }

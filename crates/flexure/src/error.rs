@@ -263,15 +263,18 @@ pub enum Error {
     },
     /// An angle jumps by a whole turn.
     #[error(
-        "column '{column}' jumps by {jump} at sample {sample}, a whole turn: the encoder wraps at 2 pi; unwrap the angle first \
-         (add a turn from that sample on)"
+        "column '{column}' jumps by {jump} at sample {sample}, a whole turn{}: the encoder wraps{}; unwrap the angle first (add a \
+         turn from that sample on){}",
+        if jump.abs() > 100.0 { " in degrees" } else { "" },
+        if jump.abs() > 100.0 { "" } else { " at 2 pi" },
+        if jump.abs() > 100.0 { ", and give it in rad" } else { "" }
     )]
     WrappedAngle {
         /// The column's name.
         column: String,
         /// The sample after the jump, from 0.
         sample: usize,
-        /// The jump, rad.
+        /// The jump, rad or degrees.
         jump: f64,
     },
     /// A record is sampled too slowly for the motion in it.

@@ -44,28 +44,28 @@ pub struct Arguments {
     #[arg(long)]
     reference: bool,
     /// The largest torque of the motors in N m: one number, or one for each joint.
-    #[arg(long, value_name = "TAU[,TAU]", value_delimiter = ',', required = true, value_parser = arguments::positive)]
+    #[arg(long, value_name = "TAU[,TAU]", value_delimiter = ',', required = true, allow_hyphen_values = true, value_parser = arguments::positive)]
     max_torque: Vec<f64>,
     /// The largest distance of the links from where they start, in rad.
-    #[arg(long, value_name = "Q[,Q]", value_delimiter = ',', value_parser = arguments::positive)]
+    #[arg(long, value_name = "Q[,Q]", value_delimiter = ',', allow_hyphen_values = true, value_parser = arguments::positive)]
     max_position: Vec<f64>,
     /// The largest velocity of the links relative to each other, in rad/s.
-    #[arg(long, value_name = "V[,V]", value_delimiter = ',', value_parser = arguments::positive)]
+    #[arg(long, value_name = "V[,V]", value_delimiter = ',', allow_hyphen_values = true, value_parser = arguments::positive)]
     max_velocity: Vec<f64>,
     /// Duration in s.
-    #[arg(long, value_name = "S", default_value = "60", value_parser = arguments::positive)]
+    #[arg(long, value_name = "S", default_value = "60", allow_hyphen_values = true, value_parser = arguments::positive)]
     duration: f64,
     /// Sample time in s.
-    #[arg(long, value_name = "S", default_value = "0.001", value_parser = arguments::positive)]
+    #[arg(long, value_name = "S", default_value = "0.001", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: f64,
     /// The lowest frequency of a multisine or chirp, Hz.
-    #[arg(long, value_name = "HZ", default_value = "0.05", value_parser = arguments::positive)]
+    #[arg(long, value_name = "HZ", default_value = "0.05", allow_hyphen_values = true, value_parser = arguments::positive)]
     f_min: f64,
     /// The highest frequency of a multisine or chirp, Hz.
-    #[arg(long, value_name = "HZ", default_value = "3", value_parser = arguments::positive)]
+    #[arg(long, value_name = "HZ", default_value = "3", allow_hyphen_values = true, value_parser = arguments::positive)]
     f_max: f64,
     /// Time for which each level of a multilevel signal is held, s.
-    #[arg(long, value_name = "S", default_value = "0.5", value_parser = arguments::positive)]
+    #[arg(long, value_name = "S", default_value = "0.5", allow_hyphen_values = true, value_parser = arguments::positive)]
     hold: f64,
     /// Number of levels of a multilevel signal.
     #[arg(long, value_name = "N", default_value = "7", value_parser = clap::value_parser!(u16).range(2..))]
@@ -74,10 +74,10 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
     /// Standard deviation of the encoders' noise in the rehearsal, rad.
-    #[arg(long, value_name = "RAD", default_value = "1e-5", value_parser = arguments::positive)]
+    #[arg(long, value_name = "RAD", default_value = "1e-5", allow_hyphen_values = true, value_parser = arguments::positive)]
     encoder_noise: f64,
     /// Standard deviation of the torques' noise in the rehearsal, as a share of the largest torque.
-    #[arg(long, value_name = "SHARE", default_value = "0.01", value_parser = arguments::positive)]
+    #[arg(long, value_name = "SHARE", default_value = "0.01", allow_hyphen_values = true, value_parser = arguments::positive)]
     torque_noise: f64,
     /// Write the record here: .csv or .parquet, with columns t, tau1, tau2 (references: t, r1, r2).
     #[arg(short = 'o', long = "out", value_name = "RECORD")]

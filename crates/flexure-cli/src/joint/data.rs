@@ -174,6 +174,27 @@ pub fn pairs(file: &RecordFile, arguments: &Arguments) -> Result<Option<[[String
     }
 }
 
+/// The error with the library's name of a column replaced by what `name` makes of it: the file's.
+pub fn renamed(error: flexure::Error, name: impl Fn(String) -> String) -> flexure::Error {
+    use flexure::Error;
+    match error {
+        Error::Constant { column, value } => Error::Constant {
+            column: name(column),
+            value,
+        },
+        Error::Unit { column, largest } => Error::Unit {
+            column: name(column),
+            largest,
+        },
+        Error::WrappedAngle { column, sample, jump } => Error::WrappedAngle {
+            column: name(column),
+            sample,
+            jump,
+        },
+        other => other,
+    }
+}
+
 fn file_name(file: &RecordFile) -> String {
     let name = file.path.file_name();
     name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()

@@ -14,6 +14,9 @@ use super::two_link::{Replay as ArmReplay, constants};
 use super::words::{Units, lack_words, parameter_words, with_error};
 use crate::outcome::number;
 
+/// A stiffness whose band is wider than this share of its median is not shown.
+const UNTOLD: f64 = 0.1;
+
 /// The page of a rigid axis.
 pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], arguments: &Arguments, command: String) -> JointPage {
     let units = Units::of(arguments.prismatic);
@@ -29,7 +32,7 @@ pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], arguments: &Argume
             lack(best),
             samples(log),
         ],
-        warnings: axis.findings.iter().map(ToString::to_string).collect(),
+        warnings: warnings(&axis.findings).collect(),
         curves: vec![JointCurve {
             heading: "Friction".to_owned(),
             caption: "The torque that inertia and position-dependent terms leave, over the velocity, with the free curve and its \
@@ -63,8 +66,8 @@ pub fn flexible(
         title: "A flexible joint".to_owned(),
         subtitle: subtitle(log),
         facts: vec![
-            inertia("Motor inertia", axis.motor_inertia, "kg m²"),
-            inertia("Link inertia", axis.link_inertia, "kg m²"),
+            inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
+            inertia("Link inertia", axis.link_inertia, "kg m^2"),
             Fact {
                 name: "Encoder skew".to_owned(),
                 value: format!("{:.3} ms", 1e3 * axis.skew.value),
@@ -78,7 +81,7 @@ pub fn flexible(
             },
             samples(log),
         ],
-        warnings: axis.findings.iter().map(ToString::to_string).collect(),
+        warnings: warnings(&axis.findings).collect(),
         curves: joint_curves(axis, ""),
         tables: [stiffness, friction]
             .into_iter()
@@ -97,7 +100,7 @@ pub fn two_link(arm: &TwoLinkArm, log: &ArmLog, replay: Option<&ArmReplay>, comm
     let mut facts: Vec<Fact> = constants(arm)
         .into_iter()
         .map(|(name, formula, value)| {
-            let fact = inertia(&(name[..1].to_uppercase() + &name[1..]), value, "kg m²");
+            let fact = inertia(&(name[..1].to_uppercase() + &name[1..]), value, "kg m^2");
             Fact {
                 note: format!("{formula}; {}", fact.note),
                 ..fact
@@ -106,8 +109,8 @@ pub fn two_link(arm: &TwoLinkArm, log: &ArmLog, replay: Option<&ArmReplay>, comm
         .collect();
     let (mut warnings, mut curves, mut tables, mut motions) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (i, (axis, name)) in arm.joints.iter().zip(["joint 1", "joint 2"]).enumerate() {
-        facts.push(inertia(&format!("Motor inertia, {name}"), axis.motor_inertia, "kg m²"));
-        warnings.extend(axis.findings.iter().map(|f| format!("{name}: {f}")));
+        facts.push(inertia(&format!("Motor inertia, {name}"), axis.motor_inertia, "kg m^2"));
+        warnings.extend(self::warnings(&axis.findings).map(|f| format!("{name}: {f}")));
         curves.extend(joint_curves(axis, &format!(", {name}")));
         let forms = [&axis.model.stiffness, &axis.model.friction].into_iter();
         let forms = forms.chain(&axis.stiffness_forms).chain(&axis.friction_forms);
@@ -164,13 +167,15 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     let curves = vec![
             JointCurve {
                 heading: "Stiffness".to_owned(),
-                caption: "The stiffness k(d) = κ(d)/d with its band: a dip at zero is a soft wind-up.".to_owned(),
-                curve: curve(
+                caption: "The stiffness k(d) = κ(d)/d with its band, where that is narrow enough to tell it: a dip at zero is a soft wind-up. Next \
+                          to zero no torque tells it."
+                    .to_owned(),
+                curve: told(curve(
                     &axis.secant,
                     [deflection, "stiffness (N m/rad)"],
                     |d| if d == 0.0 { f64::NAN } else { stiffness.torque(d) / d },
                     stiffness,
-                ),
+                )),
                 points: Scatter::default(),
             },
             JointCurve {
@@ -208,12 +213,23 @@ fn subtitle(log: &Log) -> String {
 fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
     Fact {
         name: name.to_owned(),
-        value: format!("{} {unit}", number(value.value)),
+        value: typeset(&format!("{} {unit}", number(value.value))),
         note: match value.standard_error > 0.0 {
             true => format!("standard error {}", number(value.standard_error)),
             false => "as given".to_owned(),
         },
     }
+}
+
+/// Words of the terminal with the signs of a page.
+fn typeset(words: &str) -> String {
+    words.replace("+-", "±").replace("^2", "²").replace("^3", "³")
+}
+
+/// What is to be known before trusting a result; that a torque is held from sample to sample is how it should be.
+fn warnings(findings: &[Finding]) -> impl Iterator<Item = String> {
+    let worth = |f: &&Finding| !matches!(f, Finding::TorqueDelay { held: true, .. });
+    findings.iter().filter(worth).map(ToString::to_string)
 }
 
 fn samples(log: &Log) -> Fact {
@@ -247,18 +263,31 @@ fn curve(band: &Band, [x, y]: [&str; 2], form: impl Fn(f64) -> f64, fitted: &Fit
     }
 }
 
+/// Without the points at which a stiffness is not told.
+fn told(mut curve: Nonlinearity) -> Nonlinearity {
+    let mut size: Vec<f64> = curve.y.iter().map(|y| y.abs()).collect();
+    size.sort_unstable_by(f64::total_cmp);
+    let widest = UNTOLD * size[size.len() / 2];
+    for i in 0..curve.x.len() {
+        if !(curve.upper[i] - curve.lower[i] < widest) {
+            (curve.y[i], curve.lower[i], curve.upper[i]) = (f64::NAN, f64::NAN, f64::NAN);
+        }
+    }
+    curve
+}
+
 fn table(form: &Fitted, units: &Units) -> ParameterTable {
     let title = form.form.title();
     let mut rows: Vec<[String; 2]> = Vec::new();
     if form.inertia.value.is_finite() {
         let value = with_error(form.inertia.value, form.inertia.standard_error);
-        rows.push(["inertia".to_owned(), format!("{value} {}", units.inertia())]);
+        rows.push(["inertia".to_owned(), typeset(&format!("{value} {}", units.inertia()))]);
     }
     for parameter in &form.parameters {
         let unit = units.of_curve(parameter.unit, form.form.is_stiffness());
         let words = parameter_words(parameter, &unit);
         let words = words.strip_prefix(&parameter.symbol).unwrap_or(&words).trim();
-        rows.push([parameter.symbol.clone(), words.to_owned()]);
+        rows.push([parameter.symbol.clone(), typeset(words)]);
     }
     ParameterTable {
         heading: title[..1].to_uppercase() + &title[1..],

@@ -10,7 +10,7 @@ use flexure_io::{RecordFile, write_atomically, write_record};
 use serde_json::json;
 
 use super::Arguments;
-use super::data::Log;
+use super::data::{Log, renamed};
 use super::page;
 use super::words::{Units, findings, fitted_json, fitted_words, nearness, range_words, with_error};
 use crate::output::{command_line, print};
@@ -125,30 +125,14 @@ pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Argument
 
 /// The library's names of columns as the file has them.
 pub fn named(error: flexure::Error, arguments: &Arguments) -> flexure::Error {
-    let name = |column: String| match column.as_str() {
+    renamed(error, |column| match column.as_str() {
         "position" => arguments.position.clone().unwrap_or(column),
         "link" => arguments.link.clone().unwrap_or(column),
         "motor" => arguments.motor.clone().unwrap_or(column),
         "torque" => arguments.torque.clone(),
         "velocity" => arguments.velocity.clone().unwrap_or(column),
         _ => column,
-    };
-    match error {
-        flexure::Error::Constant { column, value } => flexure::Error::Constant {
-            column: name(column),
-            value,
-        },
-        flexure::Error::Unit { column, largest } => flexure::Error::Unit {
-            column: name(column),
-            largest,
-        },
-        flexure::Error::WrappedAngle { column, sample, jump } => flexure::Error::WrappedAngle {
-            column: name(column),
-            sample,
-            jump,
-        },
-        other => other,
-    }
+    })
 }
 
 /// The simulated motions: under the recorded torque, and in the recorded loop if there is one.

@@ -13,7 +13,7 @@ use flexure_io::{RecordFile, check_record_writable, write_atomically, write_reco
 use serde_json::json;
 
 use super::arm::joint;
-use super::data::ArmLog;
+use super::data::{ArmLog, renamed};
 use super::flexible::{axis_json, axis_words, stiffness};
 use super::words::{findings, nearness, with_error};
 use super::{Arguments, page, rigid};
@@ -143,7 +143,7 @@ fn words(arm: &TwoLinkArm, log: &ArmLog, replay: Option<&Replay>) -> Vec<String>
 
 /// The library's names of columns as the file has them.
 fn named(error: flexure::Error, columns: &[[String; 2]; 3]) -> flexure::Error {
-    let name = |column: String| {
+    renamed(error, |column| {
         let parts = column.split_once(' ');
         let kind = parts.and_then(|(kind, _)| ["motor", "link", "torque"].iter().position(|k| *k == kind));
         match (kind, parts.map(|(_, joint)| joint)) {
@@ -151,23 +151,7 @@ fn named(error: flexure::Error, columns: &[[String; 2]; 3]) -> flexure::Error {
             (Some(kind), Some("2")) => columns[kind][1].clone(),
             _ => column,
         }
-    };
-    match error {
-        flexure::Error::Constant { column, value } => flexure::Error::Constant {
-            column: name(column),
-            value,
-        },
-        flexure::Error::Unit { column, largest } => flexure::Error::Unit {
-            column: name(column),
-            largest,
-        },
-        flexure::Error::WrappedAngle { column, sample, jump } => flexure::Error::WrappedAngle {
-            column: name(column),
-            sample,
-            jump,
-        },
-        other => other,
-    }
+    })
 }
 
 /// The path with the joint's number before its extension.

@@ -160,6 +160,11 @@ fn excitations_keep_within_their_limits_and_say_what_they_tell() {
         "{said}"
     );
 
+    let outcome = folder.run("excite --preset space-arm --max-torque -3 -o x.csv");
+    assert!(
+        outcome.code == Some(2) && outcome.stderr.contains("invalid value '-3' for '--max-torque"),
+        "{outcome:?}"
+    );
     let outcome = folder.run("excite --preset space-arm --max-torque 1,2,3 -o x.csv");
     assert_eq!(outcome.code, Some(2));
     assert!(
@@ -177,6 +182,13 @@ fn the_three_views_of_a_joint() {
     let number = |view: &str, key: &str| found[view][key].as_f64().unwrap();
     assert!(number("stiffness", "error") < 0.05, "{found}");
     assert!(number("stiffness", "covered") > 0.9, "{found}");
+    // From both angles the curve comes back too, and wherever the joint stands.
+    let both = &found["stiffness"]["both_angles"];
+    for key in ["error", "change"] {
+        assert!(both[key].as_f64().unwrap() < 0.02, "{key}: {both}");
+    }
+    let bandwidths = numbers(&both["bandwidths"]);
+    assert!(bandwidths[0] > 5.0 * bandwidths[1], "{both}");
     assert!(number("deflection", "error") < 0.05, "{found}");
     // exp(-0.5 4 / 10.1757)
     let (pole, truth) = (number("deflection", "pole"), number("deflection", "true_pole"));

@@ -8,6 +8,7 @@
 //! proportional to the velocity: the torque alone tells it from stiffness and friction.
 
 use super::basis::Basis;
+use super::checks;
 use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::flexible::Motion;
 use super::fourier::Modulation;
@@ -60,6 +61,8 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
         .map(|w| (motion.rotor_sd() * w * w).powi(2))
         .collect();
     let mut noise = vec![1.0; modulation.len()];
+    // A motion of few reversals takes a curved friction for a late clock.
+    let mut tells = true;
     let (mut skew, mut skew_error, mut delay) = (0.0, f64::INFINITY, (0.0, f64::INFINITY));
     let mut curve: Option<(Basis, Vec<f64>)> = None;
     for pass in 0..PASSES {
@@ -70,6 +73,7 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
         };
         let d: Vec<f64> = motion.motor.iter().zip(&q).map(|(m, q)| m - q).collect();
         let v = Reflected::new(&q, step).velocity(motion.link_noise.cut_off());
+        tells &= checks::motion(&v, 0.0).is_none();
         let mut columns: Vec<Column> = vec![vec![Some(motor.clone())], vec![Some(rate.clone())]];
         let mut right = torque.clone();
         if let Some(known) = motion.motor_inertia {
@@ -83,7 +87,7 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
             columns.push(vec![Some(modulation.of(&slope))]);
         }
         let first = columns.len();
-        let basis = Basis::new(&d, PIECES);
+        let basis = Basis::stiffness(&d, PIECES);
         columns.extend(
             stiffness_columns(modulation, &basis, &d)
                 .into_iter()
@@ -120,11 +124,12 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
             break;
         }
     }
-    let matters = |value: f64, error: f64| value.abs() > SIGNIFICANT * error && value.abs() > NEGLIGIBLE * step;
+    let matters =
+        |value: f64, error: f64| tells && value.abs() > SIGNIFICANT * error && value.abs() > NEGLIGIBLE * step;
     Some(Alignment {
         skew: (skew, skew_error, matters(skew, skew_error)),
         delay: (delay.0, matters(delay.0, delay.1)),
-        held: is_held(delay.0, delay.1, step),
+        held: tells && is_held(delay.0, delay.1, step),
     })
 }
 

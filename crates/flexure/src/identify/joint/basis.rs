@@ -6,8 +6,29 @@ use crate::nonlinearity::spline::basis::CubicSplines;
 const FEWEST: usize = 20;
 /// And as a share of all points.
 const SHARE: f64 = 1e-3;
-/// How much denser the breakpoints lie at zero than at the ends.
-const DENSER: f64 = 100.0;
+/// How much denser the breakpoints lie at zero than at the ends: of friction, which changes fastest where the velocity
+/// changes sign, and of stiffness, of which the torque tells the less the nearer to zero.
+const FRICTION_DENSER: f64 = 100.0;
+const STIFFNESS_DENSER: f64 = 10.0;
+
+/// Simpson's weights of a sample and of the middles between it and its neighbours.
+const MIDDLE: f64 = 4.0 / 6.0;
+const SIDE: f64 = 1.0 / 6.0;
+
+/// The mean of f(x) over the time of each sample, from half way before it to half way after it.
+///
+/// Friction changes within few samples while the velocity changes sign; sums of its values at the samples would be poor
+/// integrals.
+pub(super) fn mean_of(x: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
+    let between: Vec<f64> = x.windows(2).map(|w| f(0.5 * (w[0] + w[1]))).collect();
+    let at_samples: Vec<f64> = x.iter().map(|&x| f(x)).collect();
+    let side = |i: Option<usize>, own: f64| i.and_then(|i| between.get(i)).copied().unwrap_or(own);
+    at_samples
+        .iter()
+        .enumerate()
+        .map(|(i, &y)| MIDDLE * y + SIDE * (side(i.checked_sub(1), y) + side(Some(i), y)))
+        .collect()
+}
 
 /// Cubic splines over the range of some points, with breakpoints that lie the closer the nearer to zero.
 ///
@@ -20,12 +41,22 @@ pub(super) struct Basis {
 }
 
 impl Basis {
-    /// `pieces` intervals on either side of zero, fewer where there are not enough points; `x` has a range.
-    pub fn new(x: &[f64], pieces: usize) -> Basis {
+    /// For friction over the velocities x: `pieces` intervals on either side of zero, fewer where there are not enough
+    /// points; `x` has a range.
+    pub fn friction(x: &[f64], pieces: usize) -> Basis {
+        Basis::new(x, pieces, FRICTION_DENSER)
+    }
+
+    /// For stiffness over the deflections x, likewise.
+    pub fn stiffness(x: &[f64], pieces: usize) -> Basis {
+        Basis::new(x, pieces, STIFFNESS_DENSER)
+    }
+
+    fn new(x: &[f64], pieces: usize, denser: f64) -> Basis {
         let mut sorted = x.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
         let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
-        let unit = low.abs().max(high.abs()) / DENSER;
+        let unit = low.abs().max(high.abs()) / denser;
         let (from, to) = ((low / unit).asinh(), (high / unit).asinh());
         let count = 2 * pieces;
         let fewest = FEWEST.max((x.len() as f64 * SHARE) as usize);
@@ -70,6 +101,24 @@ impl Basis {
             let factor = factor(x);
             for (k, v) in values.iter().enumerate() {
                 columns[first + k][i] = factor * v;
+            }
+        }
+        columns
+    }
+
+    /// The means of every spline over the time of a sample, each times its factor; see [`mean_of`].
+    pub fn mean_columns(&self, x: &[f64], factor: f64) -> Vec<Vec<f64>> {
+        let mut columns = vec![vec![0.0; x.len()]; self.len()];
+        let mut add = |at: usize, x: f64, weight: f64| {
+            let (first, values) = self.at(x);
+            for (k, v) in values.iter().enumerate() {
+                columns[first + k][at] += weight * factor * v;
+            }
+        };
+        for i in 0..x.len() {
+            add(i, x[i], MIDDLE);
+            for neighbour in [i.saturating_sub(1), (i + 1).min(x.len() - 1)] {
+                add(i, 0.5 * (x[i] + x[neighbour]), SIDE);
             }
         }
         columns

@@ -8,6 +8,8 @@ use crate::error::{Error, Result, check_size};
 pub(super) const FEWEST: usize = 200;
 /// A jump by a turn may be off by this share of it.
 const TURN: f64 = 0.2;
+/// A motor that goes this many times as far as the link is not on the link's side of the gear.
+const MOST_DIFFERENT: f64 = 4.0;
 /// Samples in a row at the extreme torque that tell of clipping, and all of them as a share of the record.
 const CLIPPED_RUN: usize = 5;
 const CLIPPED_SHARE: f64 = 0.002;
@@ -78,25 +80,38 @@ pub(super) fn settings(sample_time: f64, level: f64) -> Result<()> {
     Ok(())
 }
 
-/// Refuses an angle that jumps by a turn.
+/// Refuses an angle that jumps by a turn, in rad or degrees.
 pub(super) fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
-    const TWO_PI: f64 = 2.0 * std::f64::consts::PI;
     let mut steps: Vec<f64> = q.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
-    let found = steps.iter().position(|s| (s - TWO_PI).abs() < TURN * TWO_PI);
-    let Some(at) = found else {
-        return Ok(());
-    };
-    // A motion that fast everywhere is no jump.
+    let jump = |turn: f64| Some((turn, steps.iter().position(|s| (s - turn).abs() < TURN * turn)?));
+    let jumps: Vec<(f64, usize)> = [2.0 * std::f64::consts::PI, 360.0]
+        .into_iter()
+        .filter_map(jump)
+        .collect();
     let middle = steps.len() / 2;
     let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    if median > 0.1 * TWO_PI {
-        return Ok(());
+    // A motion that fast everywhere is no jump.
+    match jumps.into_iter().find(|(turn, _)| median < 0.1 * turn) {
+        None => Ok(()),
+        Some((_, at)) => Err(Error::WrappedAngle {
+            column: name.to_owned(),
+            sample: at + 1,
+            jump: q[at + 1] - q[at],
+        }),
     }
-    Err(Error::WrappedAngle {
-        column: name.to_owned(),
-        sample: at + 1,
-        jump: q[at + 1] - q[at],
-    })
+}
+
+/// Whether the motor goes so much farther than the link, or less far, or the other way, that their angles are not of the same kind.
+pub(super) fn different_angles(motor: &[f64], link: &[f64]) -> Option<Finding> {
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+    let (m, q) = (mean(motor), mean(link));
+    let both = motor.iter().zip(link);
+    let (product, square) = both.fold((0.0, 0.0), |(p, s), (a, b)| {
+        (p + (a - m) * (b - q), s + (b - q).powi(2))
+    });
+    let ratio = product / square.max(f64::MIN_POSITIVE);
+    let alike = 1.0 / MOST_DIFFERENT..MOST_DIFFERENT;
+    (!alike.contains(&ratio)).then_some(Finding::DifferentAngles { ratio })
 }
 
 /// Whether the torque stays at an extreme.

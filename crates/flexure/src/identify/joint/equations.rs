@@ -25,6 +25,8 @@ pub(super) struct Equations<'a> {
     pub noisy: Vec<(usize, usize, &'a [f64])>,
 }
 
+/// The least share of a line that the unknowns are taken to leave.
+const LEAST_LEFT: f64 = 0.05;
 /// No more than this share of a column's square may be noise.
 const MOSTLY_NOISE: f64 = 0.5;
 
@@ -66,11 +68,16 @@ impl Equations<'_> {
     /// The normal matrix for the weights, row-major.
     fn normal(&self, weights: &[Vec<f64>]) -> Vec<f64> {
         let n = self.columns.len();
+        let scaled: Vec<Vec<Option<Vec<f64>>>> = self.columns.par_iter().map(|c| weighted(weights, c)).collect();
         let rows: Vec<Vec<f64>> = (0..n)
             .into_par_iter()
             .map(|i| {
-                let row = &self.columns[i];
-                (0..=i).map(|j| Self::product(weights, row, &self.columns[j])).collect()
+                let row = &scaled[i];
+                let with = |column: &Vec<Option<Vec<f64>>>| -> f64 {
+                    let blocks = row.iter().zip(column);
+                    blocks.filter_map(|(a, b)| Some(dot(a.as_ref()?, b.as_ref()?))).sum()
+                };
+                scaled[..=i].iter().map(with).collect()
             })
             .collect();
         let mut normal = vec![0.0; n * n];
@@ -146,15 +153,50 @@ impl Equations<'_> {
         residuals
     }
 
+    /// The mean square of the noise in each line of each block, from the residuals: what the unknowns took of them is given back
+    /// (the lines' leverage; MacKinnon & White 1985, HC2).
+    ///
+    /// Fine curves follow the few lines of low frequencies, which weigh most; without that they would seem free of noise.
+    pub fn powers(&self, solution: &Solution) -> Vec<Vec<f64>> {
+        let n = self.columns.len();
+        let covariance = &solution.covariance;
+        let blocks = self.noise.iter().zip(&solution.residuals).enumerate();
+        blocks
+            .map(|(block, (noise, residuals))| {
+                let own: Vec<(usize, &[Complex<f64>])> = (0..n)
+                    .filter_map(|i| Some((i, self.columns[i][block].as_deref()?)))
+                    .collect();
+                let lines = noise.par_iter().zip(residuals).enumerate();
+                lines
+                    .map(|(k, (s, r))| {
+                        let mut taken = 0.0;
+                        for &(i, a) in &own {
+                            let row = &covariance[i * n..(i + 1) * n];
+                            let (re, im) = own.iter().fold((0.0, 0.0), |(re, im), &(j, b)| {
+                                (re + row[j] * b[k].re, im + row[j] * b[k].im)
+                            });
+                            taken += a[k].re * re + a[k].im * im;
+                        }
+                        // Of the line's two real equations, each with half the noise.
+                        r.norm_sqr() / (1.0 - taken / s).max(LEAST_LEFT)
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+
     /// The covariance whatever the noise's spectrum is, from that of the residuals (White 1980, in frequency).
     ///
     /// Where the weights are right it is the solution's own but for chance; the larger of the two variances counts.
     pub fn robust(&self, solution: &Solution) -> Vec<f64> {
         let n = self.columns.len();
-        let blocks = self.noise.iter().zip(&solution.residuals);
-        let meat: Vec<Vec<f64>> = blocks
-            .map(|(s, r)| {
-                let power = smoothed(r);
+        let powers = self.powers(solution);
+        let meat: Vec<Vec<f64>> = self
+            .noise
+            .iter()
+            .zip(&powers)
+            .map(|(s, power)| {
+                let power = smoothed(power);
                 s.iter().zip(&power).map(|(s, p)| 2.0 * p / (s * s)).collect()
             })
             .collect();
@@ -187,13 +229,38 @@ impl Equations<'_> {
     }
 }
 
+/// The real and imaginary parts of a column's lines, each times the square root of its weight.
+fn weighted(weights: &[Vec<f64>], column: &Column) -> Vec<Option<Vec<f64>>> {
+    let blocks = weights.iter().zip(column);
+    blocks
+        .map(|(w, lines)| {
+            let lines = w.iter().zip(lines.as_ref()?);
+            Some(lines.flat_map(|(w, v)| [w.sqrt() * v.re, w.sqrt() * v.im]).collect())
+        })
+        .collect()
+}
+
+/// The sum of products, in eight sums at once.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const SUMS: usize = 8;
+    let (a, b) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    let mut sums = [0.0; SUMS];
+    for (a, b) in a.zip(b) {
+        for k in 0..SUMS {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    rest + sums.iter().sum::<f64>()
+}
+
 /// The running mean of the residuals' squared size over a fiftieth of the lines.
-fn smoothed(residuals: &[Complex<f64>]) -> Vec<f64> {
-    let n = residuals.len();
+fn smoothed(powers: &[f64]) -> Vec<f64> {
+    let n = powers.len();
     let half = (n / 100).max(6).min(n / 2);
     let mut sums = vec![0.0];
-    for r in residuals {
-        sums.push(sums[sums.len() - 1] + r.norm_sqr());
+    for p in powers {
+        sums.push(sums[sums.len() - 1] + p);
     }
     (0..n)
         .map(|k| {
@@ -212,8 +279,13 @@ pub(super) struct NoiseModel {
 impl NoiseModel {
     /// Fits the white part to residuals by Whittle's likelihood.
     pub fn fit(residuals: &[Complex<f64>], known: &[f64]) -> NoiseModel {
-        let n = residuals.len() as f64;
         let power: Vec<f64> = residuals.iter().map(|r| r.norm_sqr()).collect();
+        Self::of_power(&power, known)
+    }
+
+    /// Fits it to the lines' mean squares.
+    pub fn of_power(power: &[f64], known: &[f64]) -> NoiseModel {
+        let n = power.len() as f64;
         let mean = power.iter().sum::<f64>() / n;
         let floor = 1e-9 * mean + f64::MIN_POSITIVE;
         let mut white = mean.max(floor);

@@ -10,7 +10,7 @@ use super::checks;
 use super::fourier::Modulation;
 use super::outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound};
 use super::pair::{Free, Pair};
-use super::rigid::{FEWEST_LINES, RESOLVED, RigidJoint, band, least_band};
+use super::rigid::{FEWEST_LINES, RESOLVED, RigidJoint, band, least_band, widened};
 use super::smooth::{Noise, Reflected};
 use crate::error::{Error, Result};
 use crate::linalg::Complex;
@@ -163,7 +163,17 @@ impl FlexibleJoint<'_> {
             let covariance = &covariance;
             move |i: usize, j: usize| covariance[(from + i) * n + from + j]
         };
-        let secant = band(stiff, k, self.level, part(first));
+        let [fine_stiffness, fine_friction] = &free.finer[..] else {
+            return None;
+        };
+        let fine = pair.both_with(fine_stiffness, fine_friction, &free.noise).solve()?;
+        let fine_at = first + fine_stiffness.0.len() + 1;
+        let secant = widened(band(stiff, k, self.level, part(first)), &|d| {
+            fine_stiffness.0.value(&fine.x[first..], d)
+        });
+        let rub = widened(band(&free.friction.0, f, self.level, part(link_at + 1)), &|v| {
+            fine_friction.0.value(&fine.x[fine_at..], v)
+        });
         let kappa: Vec<f64> = pair.d.iter().map(|&d| stiff.value(k, d) * d).collect();
         let curve: Vec<f64> = pair.v.iter().map(|&v| free.friction.0.value(f, v)).collect();
         let motor_inertia = match self.motor_inertia {
@@ -197,7 +207,7 @@ impl FlexibleJoint<'_> {
             best_friction: best(&friction_forms)?,
             stiffness: super::outcome::torque_band(&secant),
             secant,
-            friction: band(&free.friction.0, f, self.level, part(link_at + 1)),
+            friction: rub,
             stiffness_forms,
             friction_forms,
             model,
@@ -243,6 +253,7 @@ impl Motion<'_> {
     /// What to know of the motion and its clocks before trusting what they tell.
     pub fn findings(&self, alignment: &Alignment, v: &[f64], resolution: f64) -> Vec<Finding> {
         let mut findings = Vec::new();
+        findings.extend(checks::different_angles(self.motor, self.link));
         findings.extend(checks::clipped(self.torque));
         findings.extend(checks::motion(v, resolution));
         for noise in [self.motor_noise, self.link_noise] {

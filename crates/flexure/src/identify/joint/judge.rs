@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::forms::{FormName, Shaped};
+use super::forms::{FormName, Shaped, Term};
 use super::outcome::{Estimated, Fitted, LackOfFit, Parameter};
 use super::shaping::Shapely;
 
@@ -63,6 +63,9 @@ pub(super) fn fitted(
             parameter.range = [f64::NAN; 2];
             parameter.remark = "g2 and g3 are not told apart, and so g1 is not either".to_owned();
         }
+    }
+    if curve.terms.contains(&Term::Tanh) {
+        slope_only(&mut parameters);
     }
     for (factor, shapes) in [
         ("Fs", &["vs"][..]),
@@ -160,6 +163,19 @@ fn shape(symbol: &str, unit: [i32; 2], log: f64, error: f64, against: &Against) 
         identifiable,
         range,
         remark,
+    }
+}
+
+/// Of a tanh that is a straight line over all of the data, its slope is all that they tell.
+fn slope_only(parameters: &mut [Parameter]) {
+    let straight = |p: &Parameter| p.symbol == "g5" && !p.identifiable && p.range[0].is_nan() && p.range[1].is_finite();
+    if !parameters.iter().any(straight) {
+        return;
+    }
+    for parameter in parameters.iter_mut().filter(|p| p.symbol == "g4") {
+        parameter.identifiable = false;
+        parameter.range = [f64::NAN; 2];
+        parameter.remark = "the data tell only the product g4 g5, a slope".to_owned();
     }
 }
 

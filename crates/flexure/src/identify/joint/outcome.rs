@@ -132,6 +132,11 @@ pub enum Finding {
         /// Its standard error, s.
         standard_error: f64,
     },
+    /// The motor goes much farther than the link, or less far, or the other way.
+    DifferentAngles {
+        /// How many times as far.
+        ratio: f64,
+    },
     /// The torque's samples are late.
     TorqueDelay {
         /// The time from a torque's sample to its effect, s.
@@ -183,6 +188,11 @@ impl std::fmt::Display for Finding {
                 1e3 * skew.abs(),
                 1e3 * standard_error,
                 if *skew > 0.0 { "later" } else { "earlier" }
+            ),
+            Finding::DifferentAngles { ratio } => write!(
+                f,
+                "the motor goes {ratio:.4} times as far as the link: both angles must be in rad, with the same sign, and on the same \
+                 side of the gear; divide the motor's by the gear ratio"
             ),
             Finding::TorqueDelay { delay, held: true } => write!(
                 f,

@@ -5,12 +5,13 @@ use super::basis::Basis;
 use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::flexible::Motion;
 use super::fourier::Modulation;
-use super::rigid::{ROUNDS, undersmoothed};
+use super::pieces::{self, Divisions, undersmoothed};
+use super::rigid::ROUNDS;
 use super::smooth::Reflected;
 use crate::linalg::Complex;
 
 /// Intervals on either side of zero that are tried for the stiffness and for the friction curve.
-const STIFFNESS_PIECES: [usize; 5] = [3, 5, 7, 10, 14];
+pub(super) const STIFFNESS_PIECES: [usize; 6] = [3, 5, 7, 10, 14, 20];
 pub(super) const FRICTION_PIECES: [usize; 5] = [9, 13, 18, 25, 34];
 
 /// The two equations of motion, transformed.
@@ -38,6 +39,8 @@ pub(super) struct Free {
     /// Minus the splines.
     pub friction: Splines,
     pub noise: [Vec<f64>; 2],
+    /// The next finer splines of stiffness and friction, which tell what those in use smooth away.
+    pub finer: Vec<Splines>,
 }
 
 impl Pair<'_> {
@@ -122,26 +125,31 @@ impl Pair<'_> {
     pub fn stiffness(&self) -> Option<(Splines, Solution, Vec<f64>)> {
         let start = vec![1.0; self.modulation.len()];
         let lines = self.modulation.len();
-        let coarse = Basis::new(&self.d, STIFFNESS_PIECES[1]);
-        let columns = stiffness_columns(self.modulation, &coarse, &self.d);
+        let (_, columns) = self.stiffness_splines(STIFFNESS_PIECES[1]);
         let mut motor_noise = start;
         for _ in 0..2 {
             motor_noise = self.motor_side(&columns, &motor_noise)?.1;
         }
         let curves = STIFFNESS_PIECES.iter().filter_map(|&pieces| {
-            let basis = Basis::new(&self.d, pieces);
-            let columns = stiffness_columns(self.modulation, &basis, &self.d);
-            let (solution, noise) = self.motor_side(&columns, &motor_noise)?;
-            Some((akaike(&solution, lines), (basis, columns), solution, noise))
+            let splines = self.stiffness_splines(pieces);
+            let (solution, noise) = self.motor_side(&splines.1, &motor_noise)?;
+            Some((akaike(&solution, lines), splines, solution, noise))
         });
         let (_, stiffness, solution, noise) = curves.min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some((stiffness, solution, noise))
     }
 
+    /// The deflection in `pieces` intervals on either side of zero: the splines of a stiffness curve.
+    pub fn stiffness_splines(&self, pieces: usize) -> Splines {
+        let basis = Basis::stiffness(&self.d, pieces);
+        let columns = stiffness_columns(self.modulation, &basis, &self.d);
+        (basis, columns)
+    }
+
     /// The link's velocity in `pieces` intervals on either side of zero: minus the splines of a friction curve.
     pub fn friction_splines(&self, pieces: usize) -> Splines {
-        let basis = Basis::new(&self.v, pieces);
-        let columns = self.modulation.of_all(&basis.columns(&self.v, |_| -1.0));
+        let basis = Basis::friction(&self.v, pieces);
+        let columns = self.modulation.of_all(&basis.mean_columns(&self.v, -1.0));
         (basis, columns)
     }
 
@@ -176,11 +184,51 @@ impl Pair<'_> {
             .map(|&pieces| Some(akaike(&solved(&splines(pieces).1, &link_noise)?, lines)));
         let friction = splines(undersmoothed(&FRICTION_PIECES, scores)?);
         let fine = solved(&friction.1, &link_noise)?;
-        Some(Free {
+        self.refined(Free {
             noise: [motor_noise, self.noise(&fine.residuals[0], 1, fine.x[0])],
             stiffness,
             friction,
+            finer: Vec::new(),
         })
+    }
+
+    /// The same with curves as fine as pays in both equations, and these with the noise that they then turn out to have.
+    ///
+    /// The motor's equation has the noise of its torque; the link's has none, and shows far finer detail of the stiffness.
+    fn refined(&self, mut free: Free) -> Option<Free> {
+        let lines = 2 * self.modulation.len();
+        let noise = |free: &Free| -> Option<[Vec<f64>; 2]> {
+            let equations = self.both(free);
+            let solution = equations.solve()?;
+            let powers = equations.powers(&solution);
+            let first = usize::from(self.motor.is_some());
+            let motor = if first == 1 { solution.x[0] } else { 0.0 };
+            let inertias = [motor, solution.x[first + free.stiffness.0.len()]];
+            Some([0, 1].map(|i| {
+                let known = self.encoder[i].iter().map(|e| inertias[i].powi(2) * e);
+                NoiseModel::of_power(&powers[i], &known.collect::<Vec<_>>()).lines
+            }))
+        };
+        for _ in 0..pieces::ROUNDS {
+            free.noise = noise(&free)?;
+            let mut divisions =
+                Divisions::new(vec![&STIFFNESS_PIECES, &FRICTION_PIECES], |curve, pieces| match curve {
+                    0 => self.stiffness_splines(pieces),
+                    _ => self.friction_splines(pieces),
+                });
+            divisions.improve(&|splines| {
+                let [stiffness, friction] = splines else { return None };
+                let equations = self.both_with(stiffness, friction, &free.noise);
+                Some(akaike(&equations.solve()?, lines))
+            })?;
+            let Ok([stiffness, friction]) = <[Splines; 2]>::try_from(divisions.finer(1)) else {
+                return None;
+            };
+            (free.stiffness, free.friction) = (stiffness, friction);
+            free.finer = divisions.finer(2);
+        }
+        free.noise = noise(&free)?;
+        Some(free)
     }
 
     /// The columns of the inertias in both equations: of the motor, if it is not known, and of the link.
@@ -206,10 +254,20 @@ impl Pair<'_> {
 
     /// Both equations with free curves.
     pub fn both<'b>(&'b self, free: &'b Free) -> Equations<'b> {
+        self.both_with(&free.stiffness, &free.friction, &free.noise)
+    }
+
+    /// Both equations with these curves.
+    pub(super) fn both_with<'b>(
+        &'b self,
+        stiffness: &Splines,
+        friction: &Splines,
+        noise: &'b [Vec<f64>; 2],
+    ) -> Equations<'b> {
         let (motor, link) = self.inertias();
-        let stiffness = free.stiffness.1.iter().map(|c| vec![Some(c.clone()), Some(c.clone())]);
-        let friction = free.friction.1.iter().map(|c| vec![None, Some(c.clone())]);
-        let link_at = usize::from(motor.is_some()) + free.stiffness.1.len();
+        let link_at = usize::from(motor.is_some()) + stiffness.1.len();
+        let stiffness = stiffness.1.iter().map(|c| vec![Some(c.clone()), Some(c.clone())]);
+        let friction = friction.1.iter().map(|c| vec![None, Some(c.clone())]);
         Equations {
             columns: motor
                 .into_iter()
@@ -218,7 +276,7 @@ impl Pair<'_> {
                 .chain(friction)
                 .collect(),
             right: self.right(),
-            noise: free.noise.iter().map(Vec::as_slice).collect(),
+            noise: noise.iter().map(Vec::as_slice).collect(),
             noisy: self
                 .noisy_motor()
                 .into_iter()

@@ -12,6 +12,7 @@ use super::fourier::Modulation;
 use super::judge::{Against, fitted};
 use super::outcome::{Estimated, Finding, Fitted, Parameter, RigidAxis};
 use super::parametric::friction_starts;
+use super::pieces::lowest;
 use super::shaping::{Shape, Shaping};
 use super::smooth::{Noise, Reflected};
 use crate::bands::{Band, BandKind};
@@ -123,15 +124,17 @@ impl RigidJoint<'_> {
         let scores: Vec<Option<f64>> = PIECES
             .iter()
             .map(|&pieces| {
-                let solution = lines.free(&Basis::new(&lines.velocity, pieces), &weights).solve()?;
+                let solution = lines
+                    .free(&Basis::friction(&lines.velocity, pieces), &weights)
+                    .solve()?;
                 let schwarz = solution.x.len() as f64 * observations.ln();
                 Some(observations * (solution.squares / observations).ln() + schwarz)
             })
             .collect();
         let best = lowest(scores.iter().copied()).ok_or_else(untold)?;
-        let basis = Basis::new(&lines.velocity, PIECES[best]);
+        let basis = Basis::friction(&lines.velocity, PIECES[best]);
         let solution = lines.free(&basis, &weights).solve().ok_or_else(untold)?;
-        let finer = Basis::new(&lines.velocity, PIECES[(best + 1).min(PIECES.len() - 1)]);
+        let finer = Basis::friction(&lines.velocity, PIECES[(best + 1).min(PIECES.len() - 1)]);
         let finer_solution = lines.free(&finer, &weights).solve().ok_or_else(untold)?;
         let finer_curve = |v: f64| finer.value(&finer_solution.x[1 + lines.extras.len()..], v);
         let covariance = lines.free(&basis, &weights).robust(&solution);
@@ -284,7 +287,7 @@ impl Lines {
     }
 
     fn free<'b>(&'b self, basis: &Basis, noise: &'b [f64]) -> Equations<'b> {
-        let splines = self.modulation.of_all(&basis.columns(&self.velocity, |_| 1.0));
+        let splines = self.modulation.of_all(&basis.mean_columns(&self.velocity, 1.0));
         let mut columns = self.fixed();
         columns.extend(splines.into_iter().map(|c| vec![Some(c)]));
         Equations {
@@ -297,7 +300,7 @@ impl Lines {
 
     /// The time from a torque's sample to its effect, and its standard error.
     fn delay(&self, torque: &[f64], noise: &[f64]) -> Option<(f64, f64)> {
-        let mut equations = self.free(&Basis::new(&self.velocity, PIECES[2]), noise);
+        let mut equations = self.free(&Basis::friction(&self.velocity, PIECES[2]), noise);
         equations.columns.push(vec![Some(self.modulation.of_rate(torque))]);
         let solution = equations.solve()?;
         let last = solution.x.len() - 1;
@@ -308,7 +311,7 @@ impl Lines {
     ///
     /// Low frequencies, where the encoder's noise does no harm, begin; then the weights are the noise's own.
     fn weights(&self, band: f64) -> Option<Vec<f64>> {
-        let basis = Basis::new(&self.velocity, PIECES[1]);
+        let basis = Basis::friction(&self.velocity, PIECES[1]);
         let edge = std::f64::consts::PI * band;
         let mut noise: Vec<f64> = self.modulation.omega.iter().map(|w| 1.0 + (w / edge).powi(8)).collect();
         for _ in 0..ROUNDS {
@@ -344,20 +347,8 @@ impl Lines {
     }
 }
 
-/// The number of the smallest score.
-fn lowest(scores: impl Iterator<Item = Option<f64>>) -> Option<usize> {
-    let known = scores.enumerate().filter_map(|(i, score)| Some((i, score?)));
-    known.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
-}
-
-/// The candidate after the one with the smallest score.
-pub(super) fn undersmoothed(candidates: &[usize], scores: impl Iterator<Item = Option<f64>>) -> Option<usize> {
-    let best = lowest(scores)?;
-    candidates.get(best + 1).or(candidates.last()).copied()
-}
-
 /// The band with what a finer curve would change added to its standard errors, an allowance for bias.
-fn widened(mut band: Band, finer: &dyn Fn(f64) -> f64) -> Band {
+pub(super) fn widened(mut band: Band, finer: &dyn Fn(f64) -> f64) -> Band {
     for i in 0..band.estimate.len() {
         let error = band.standard_error[i];
         let bias = finer(band.x[0][i]) - band.estimate[i];

@@ -1,5 +1,6 @@
 //! Weighted nonlinear least squares for the physical parameters of the curves.
 
+use super::basis::mean_of;
 use super::equations::{Column, Equations, Solution};
 use super::forms::{Shaped, Term};
 use super::fourier::Modulation;
@@ -75,7 +76,7 @@ impl Shaping<'_> {
         let mut columns = self.fixed.clone();
         for (shape, logs) in self.shapes.iter().zip(self.parts(logs)) {
             let values: Vec<Vec<f64>> = Shaped::split(&shape.terms, logs)
-                .map(|(term, _, t)| shape.x.iter().map(|&x| term.value(x, t, shape.width)).collect())
+                .map(|(term, _, t)| mean_of(shape.x, |x| term.value(x, t, shape.width)))
                 .collect();
             for lines in self.modulation.of_all(&values) {
                 columns.push(self.place(&shape.signs, &lines, 1.0));
@@ -93,13 +94,7 @@ impl Shaping<'_> {
             let mut scales = Vec::new();
             for (i, (term, _, t)) in Shaped::split(&shape.terms, logs).enumerate() {
                 for k in 0..term.shapes() {
-                    values.push(
-                        shape
-                            .x
-                            .iter()
-                            .map(|&x| term.by_shape(x, t, k, shape.width))
-                            .collect::<Vec<_>>(),
-                    );
+                    values.push(mean_of(shape.x, |x| term.by_shape(x, t, k, shape.width)));
                     scales.push(factors[at + i]);
                 }
             }

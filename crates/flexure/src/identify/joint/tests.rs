@@ -237,14 +237,25 @@ fn a_rigid_joint_is_no_flexible_one_even_with_skewed_encoders() {
 fn bad_logs_are_refused_or_remarked_on() {
     let (position, torque) = axis(20_000, 0.0);
     let message = |error: Error| error.to_string();
-    // Wrapped.
-    let wrapped: Vec<f64> = position
+    // Wrapped in the middle of its way.
+    let (low, high) = position
         .iter()
-        .map(|q| (q + 3.1).rem_euclid(std::f64::consts::TAU))
-        .collect();
-    let error = rigid(&wrapped, &torque).identify();
-    if wrapped.windows(2).any(|w| (w[1] - w[0]).abs() > 6.0) {
-        assert!(message(error.unwrap_err()).contains("unwrap the angle first"));
+        .fold((f64::MAX, f64::MIN), |(l, h), &q| (l.min(q), h.max(q)));
+    let middle = 0.5 * (low + high);
+    for (turn, words) in [
+        (std::f64::consts::TAU, "wraps at 2 pi;"),
+        (360.0, "a whole turn in degrees:"),
+    ] {
+        let unit = turn / std::f64::consts::TAU;
+        let wrapped: Vec<f64> = position
+            .iter()
+            .map(|q| ((q - middle) * unit).rem_euclid(turn))
+            .collect();
+        let said = message(rigid(&wrapped, &torque).identify().unwrap_err());
+        assert!(
+            said.contains(words) && said.contains("unwrap the angle first"),
+            "{said}"
+        );
     }
     // Too short.
     let error = rigid(&position[..150], &torque[..150]).identify().unwrap_err();
@@ -280,10 +291,36 @@ fn bad_logs_are_refused_or_remarked_on() {
         "{:?}",
         found.findings
     );
+    // A slope alone has no size.
+    let smooth = found.forms.iter().find(|f| f.form == FormName::SmoothDry).unwrap();
+    let [g4, g5] = ["g4", "g5"].map(|name| smooth.parameter(name).unwrap());
+    assert!(g5.identifiable || !g4.identifiable, "{g4:?} {g5:?}");
     // Nonsense.
     let error = RigidJoint {
         sample_time: f64::NAN,
         ..rigid(&position, &torque)
     };
     assert!(matches!(error.identify(), Err(Error::InvalidParameter { .. })));
+}
+
+#[test]
+fn a_motor_on_the_other_side_of_its_gear_is_said() {
+    let (log, _) = elbow(20.0);
+    let geared: Vec<f64> = log[0].iter().map(|q| 100.0 * q).collect();
+    let [_, link, torque] = &log;
+    let found = FlexibleJoint {
+        motor: &geared,
+        link,
+        torque,
+        ..flexible(&log)
+    }
+    .identify();
+    let Ok(JointFound::Flexible(axis)) = found else {
+        panic!("{found:?}");
+    };
+    let said: Vec<String> = axis.findings.iter().map(ToString::to_string).collect();
+    assert!(
+        said[0].contains("times as far as the link") && said[0].contains("gear ratio"),
+        "{said:?}"
+    );
 }

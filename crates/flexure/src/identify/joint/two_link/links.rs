@@ -12,7 +12,8 @@
 use super::super::equations::{Column, Equations, NoiseModel, Solution};
 use super::super::fourier::Modulation;
 use super::super::pair::{FRICTION_PIECES, Pair, Splines, akaike};
-use super::super::rigid::{ROUNDS, undersmoothed};
+use super::super::pieces::undersmoothed;
+use super::super::rigid::ROUNDS;
 use crate::linalg::Complex;
 
 /// The number of the links' constants.
@@ -68,7 +69,7 @@ impl Links {
     }
 
     /// What the encoders' noise adds to each line of each equation.
-    fn known(&self, constants: &[f64], rotor: f64) -> [Vec<f64>; 2] {
+    pub fn known(&self, constants: &[f64], rotor: f64) -> [Vec<f64>; 2] {
         let [shoulder, elbow, coupling] = [0, 1, 2].map(|i| constants[i]);
         // The mean square of a + b cos q2.
         let square = |a: f64, b: f64| a * a + 2.0 * a * b * self.cosine[0] + b * b * self.cosine[1];

@@ -10,6 +10,7 @@
 mod forms;
 mod links;
 mod outcome;
+mod refine;
 
 #[cfg(test)]
 mod tests;
@@ -85,6 +86,8 @@ struct Whole<'a> {
     stiffness: [Splines; 2],
     motor_noise: [Vec<f64>; 2],
     free: FreeLinks,
+    /// The next finer splines of stiffness 1 and 2, friction 1 and 2, which tell what those in use smooth away.
+    finer: Vec<Splines>,
 }
 
 impl TwoLinkLog<'_> {
@@ -180,7 +183,7 @@ impl<'a> Whole<'a> {
         let kappa = [&first, &second].map(|(splines, solution, _)| combine(&splines.1, &solution.x[1..]));
         let band = motions.iter().map(|m| m.link_noise.band).fold(0.0, f64::max);
         let free = links.free([&pairs[0], &pairs[1]], [&kappa[0], &kappa[1]], second.1.x[0], band)?;
-        Some(Whole {
+        let whole = Whole {
             modulation,
             alignments,
             links,
@@ -190,7 +193,9 @@ impl<'a> Whole<'a> {
             free,
             pairs,
             motions,
-        })
+            finer: Vec::new(),
+        };
+        whole.refined()
     }
 
     /// The inertias' columns in the equations of motor 1 and 2, link 1 and 2, these as `0 = kappa - ...`.
@@ -226,19 +231,21 @@ impl<'a> Whole<'a> {
 
     /// All equations with free curves.
     fn equations(&self) -> Equations<'_> {
+        let [k1, k2] = &self.stiffness;
+        let [f1, f2] = &self.free.friction;
+        self.equations_with([k1, k2, f1, f2])
+    }
+
+    /// All equations with these curves of stiffness 1 and 2, friction 1 and 2.
+    fn equations_with(&self, curves: [&Splines; 4]) -> Equations<'_> {
         let mut columns = self.inertias();
-        for (i, splines) in self.stiffness.iter().enumerate() {
+        for (i, splines) in curves.into_iter().enumerate() {
             columns.extend(splines.1.iter().map(|lines| {
                 let mut column: Column = vec![None; 4];
-                column[i] = Some(lines.clone());
-                column[2 + i] = Some(lines.clone());
-                column
-            }));
-        }
-        for (i, splines) in self.free.friction.iter().enumerate() {
-            columns.extend(splines.1.iter().map(|lines| {
-                let mut column: Column = vec![None; 4];
-                column[2 + i] = Some(lines.clone());
+                if i < 2 {
+                    column[i] = Some(lines.clone());
+                }
+                column[2 + i % 2] = Some(lines.clone());
                 column
             }));
         }

@@ -3,9 +3,9 @@
 use super::super::basis::Basis;
 use super::super::equations::Solution;
 use super::super::outcome::{Estimated, Fitted, FlexibleAxis, torque_band};
-use super::super::rigid::{RESOLVED, band};
+use super::super::rigid::{RESOLVED, band, widened};
 use super::super::smooth::Reflected;
-use super::{TwoLinkArm, Whole};
+use super::{CONSTANTS, TwoLinkArm, Whole};
 use crate::bands::Band;
 
 impl Whole<'_> {
@@ -14,10 +14,12 @@ impl Whole<'_> {
         let equations = self.equations();
         let solution = equations.solve()?;
         let covariance = equations.robust(&solution);
+        let [k1, k2, f1, f2] = &self.finer[..] else { return None };
         let told = Told {
             whole: self,
             solution: &solution,
             covariance: &covariance,
+            finer: self.equations_with([k1, k2, f1, f2]).solve()?,
             level,
         };
         let step = self.motions[0].step;
@@ -35,7 +37,7 @@ impl Whole<'_> {
         let joints = [(0, first, one), (1, second, two)].map(|(joint, [stiffness_forms, friction_forms], model)| {
             let [stiff, rub] = self.places(joint);
             let (pair, motion) = (&self.pairs[joint], &self.motions[joint]);
-            let secant = told.band(&self.stiffness[joint].0, stiff);
+            let secant = told.band(&self.stiffness[joint].0, stiff, joint);
             let kappa = &curves[joint][0];
             let (rotor, links) = (&inertial[joint], &inertial[2 + joint]);
             let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
@@ -48,7 +50,7 @@ impl Whole<'_> {
                 },
                 stiffness: torque_band(&secant),
                 secant,
-                friction: told.band(&self.free.friction[joint].0, rub),
+                friction: told.band(&self.free.friction[joint].0, rub, 2 + joint),
                 best_stiffness: best(&stiffness_forms)?,
                 best_friction: best(&friction_forms)?,
                 stiffness_forms,
@@ -86,6 +88,8 @@ struct Told<'a> {
     whole: &'a Whole<'a>,
     solution: &'a Solution,
     covariance: &'a [f64],
+    /// The solution with finer curves.
+    finer: Solution,
     level: f64,
 }
 
@@ -104,13 +108,16 @@ impl Told<'_> {
         }
     }
 
-    /// The curve whose splines' coefficients begin at unknown `from`.
-    fn band(&self, basis: &Basis, from: usize) -> Band {
+    /// The curve of this number, whose splines' coefficients begin at unknown `from`.
+    fn band(&self, basis: &Basis, from: usize, curve: usize) -> Band {
         let n = self.solution.x.len();
         let coefficients = &self.solution.x[from..from + basis.len()];
-        band(basis, coefficients, self.level, |i, j| {
+        let band = band(basis, coefficients, self.level, |i, j| {
             self.covariance[(from + i) * n + from + j]
-        })
+        });
+        let before = self.whole.finer[..curve].iter().map(|s| s.0.len()).sum::<usize>();
+        let coefficients = &self.finer.x[2 + CONSTANTS + before..];
+        widened(band, &|x| self.whole.finer[curve].0.value(coefficients, x))
     }
 
     /// What the inertias take of the torques of motor 1 and 2 and of the elastic torques on link 1 and 2, at every sample.

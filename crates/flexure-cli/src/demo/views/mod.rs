@@ -1,33 +1,26 @@
 //! The three block-oriented views of a joint (Krzyzak & Sasiadek, section VIII), each on a simulated record with known truth.
 
+mod stiffness;
+
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result};
-use flexure::Record;
-use flexure::bands::{BandKind, RobustBand};
+use anyhow::Result;
 use flexure::identify::RefinedHammerstein;
 use flexure::manipulator::{Friction, Stiffness, add_noise};
-use flexure::nonlinearity::{Degree, Kernel, KernelRegression};
-use flexure::selection::{BandwidthRule, choose_bandwidth};
 use flexure_io::arm::{Amplitude, ArmFile, DriveKind, Excitation, Kind, preset_text};
-use flexure_io::{check_writable, read_record, write_atomically, write_record};
-use flexure_report::data::{Fact, JointCurve, JointPage, Nonlinearity, Scatter};
+use flexure_io::{check_writable, read_record, write_record};
 use serde_json::{Value, json};
 
 use super::{JOINT, PRESET, alignment, steady_velocity};
 use crate::estimate::{Estimate, Method};
 use crate::identify::{hammerstein, write_files};
-use crate::outcome::{Context, Signals, number, summary};
+use crate::outcome::{Context, Signals, summary};
 use crate::output::{command_line, print};
 use crate::page::{self, Decoration, Truth};
 use crate::simulate::simulate;
 
-/// Noise of an angle, rad.
-const ENCODER: f64 = 1e-5;
 /// Noise of a torque or a velocity, as a share of its root mean square.
 const NOISE: f64 = 0.01;
-/// Points of a curve.
-const POINTS: usize = 201;
 
 /// A view: its name, what it found beside the truth, and the words for it.
 struct View {
@@ -45,7 +38,7 @@ pub fn run(out: &Path, json: bool) -> Result<()> {
     }
     let command = command_line(["demo".into(), "--joint-views".into(), "--out".into(), out.into()]);
     let views = [
-        stiffness(&files(names[0]), &command)?,
+        stiffness::view(&files(names[0]), &command)?,
         deflection(&files(names[1]), &command)?,
         torque(&files(names[2]), &command)?,
     ];
@@ -93,117 +86,6 @@ fn rms(x: &[f64]) -> f64 {
 fn distance(y: &[f64], truth: &[f64]) -> f64 {
     let off: Vec<f64> = y.iter().zip(truth).map(|(a, b)| a - b).collect();
     rms(&off) / rms(truth)
-}
-
-/// Job 1: deflection to joint torque, a static regression.
-fn stiffness([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
-    let arm = arm(
-        60.0,
-        0.01,
-        Excitation {
-            kind: Kind::Multisine,
-            amplitude: Some(Amplitude::Same(20.0)),
-            f_min: Some(0.05),
-            f_max: Some(3.0),
-            ..Excitation::zero()
-        },
-    )?;
-    let kappa = true_stiffness(&arm);
-    let motion = simulate(&arm, Path::new(""))?;
-    let both = motion.column("qm2")?.iter().zip(motion.column("q2")?);
-    let d: Vec<f64> = both.map(|(m, q)| m - q).collect();
-    let torque: Vec<f64> = d.iter().map(|&d| kappa.torque(d)).collect();
-    let size = NOISE * rms(&torque);
-    let log = Record::new([("t", motion.column("t")?.to_vec()), ("d", d), ("torque", torque)])?;
-    let log = add_noise(&log, 1, &[("d", ENCODER * 2.0_f64.sqrt()), ("torque", size)])?;
-    write_record(record, &log)?;
-    let (x, y) = (log.column("d")?, log.column("torque")?);
-    let kernel = Kernel::Epanechnikov;
-    let bandwidth = choose_bandwidth(BandwidthRule::default(), kernel, Degree::Linear, x, y, None)?.bandwidth();
-    let fit = KernelRegression { kernel, bandwidth }
-        .fit(x, y)?
-        .with_degree(Degree::Linear);
-    let (low, high) = (
-        x.iter().copied().fold(f64::INFINITY, f64::min),
-        x.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-    );
-    let at: Vec<f64> = (0..POINTS)
-        .map(|i| low + (high - low) * i as f64 / (POINTS - 1) as f64)
-        .collect();
-    let band = RobustBand {
-        kind: BandKind::Simultaneous,
-        ..RobustBand::default()
-    }
-    .for_kernel(&fit, &at)?;
-    let truth: Vec<f64> = at.iter().map(|&d| kappa.torque(d)).collect();
-    let error = distance(&band.estimate, &truth);
-    let inside = |i: &usize| (band.lower[*i]..=band.upper[*i]).contains(&truth[*i]);
-    let covered = (0..POINTS).filter(inside).count() as f64 / POINTS as f64;
-    let fact = |name: &str, value: String, note: &str| Fact {
-        name: name.to_owned(),
-        value,
-        note: note.to_owned(),
-    };
-    let page = JointPage {
-        title: "Job 1: the stiffness as a static regression".to_owned(),
-        subtitle:
-            "Joint torque over deflection of the space arm's elbow, a local linear kernel estimate of E(torque | d)."
-                .to_owned(),
-        facts: vec![
-            fact(
-                "Distance from the truth",
-                format!("{:.2} %", 100.0 * error),
-                "relative L2 over all deflections",
-            ),
-            fact(
-                "Band",
-                format!("covers {:.0} %", 100.0 * covered),
-                "of the true curve; 95 % simultaneous",
-            ),
-            fact("Bandwidth", format!("{} rad", number(bandwidth)), "by leave-one-out"),
-            fact("Samples", x.len().to_string(), "0.01 s apart"),
-        ],
-        warnings: Vec::new(),
-        curves: vec![JointCurve {
-            heading: "Elastic torque".to_owned(),
-            caption:
-                "The measured joint torque over the deflection, with the estimate, its band, and the simulated truth."
-                    .to_owned(),
-            curve: Nonlinearity {
-                x_label: "deflection (rad)".to_owned(),
-                y_label: "torque (N m)".to_owned(),
-                x: at,
-                y: band.estimate.clone(),
-                lower: band.lower.clone(),
-                upper: band.upper.clone(),
-                band_label: "95 % simultaneous".to_owned(),
-                density: Vec::new(),
-                truth,
-                truth_label: "true stiffness (10)-(11)".to_owned(),
-            },
-            points: Scatter {
-                x: x.to_vec(),
-                y: y.to_vec(),
-            },
-        }],
-        tables: Vec::new(),
-        motions: Vec::new(),
-        command: Some(command.to_owned()),
-    };
-    let html = flexure_report::render_joint(&page).context("the report")?;
-    write_atomically(report, |out| std::io::Write::write_all(out, html.as_bytes()))?;
-    Ok(View {
-        name: "stiffness",
-        words: vec![
-            "Job 1, static: deflection to joint torque".to_owned(),
-            format!(
-                "  distance from the true stiffness curve {:.2} %; the band covers {:.0} % of it",
-                100.0 * error,
-                100.0 * covered
-            ),
-        ],
-        values: json!({ "error": error, "covered": covered, "bandwidth": bandwidth }),
-    })
 }
 
 /// Simulates a record with noise on the velocity, writes it, and identifies a Hammerstein model from `input` to it.
