@@ -220,12 +220,6 @@ pub enum Error {
         /// What differs.
         what: &'static str,
     },
-    /// An estimator that cannot weigh its points was given weights.
-    #[error("{what} takes no weights; leave them out, or choose another estimator")]
-    NoWeights {
-        /// The estimator.
-        what: &'static str,
-    },
     /// A rule cannot choose an estimator's parameter.
     #[error(
         "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; choose it by another rule, or give it",

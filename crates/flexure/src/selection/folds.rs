@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use super::h_block::gap_from_data;
 use crate::error::{Error, Result};
 use crate::nonlinearity::{
-    Choice, Estimator, HaarRegression, KernelRegression, NearestNeighbours, Points, PolynomialRegression, Regression,
-    SeriesRegression, SplineRegression,
+    Choice, Estimator, HaarRegression, KernelRegression, NearestNeighbours, Points, PolynomialRegression,
+    RecursiveRegression, Regression, SeriesRegression, SplineRegression,
 };
 
 /// Relative difference of two scores that counts as none.
@@ -54,6 +54,7 @@ tunable!(
     HaarRegression.levels: usize,
     PolynomialRegression.degree: usize,
     SplineRegression.penalty: f64,
+    RecursiveRegression.bandwidth: f64,
 );
 
 /// The bandwidth; the candidates are the one given, halved and doubled up to three times.

@@ -16,7 +16,7 @@ const FLAT: f64 = 1e-9;
 
 /// The bandwidths worth trying, by the logarithm of their ratio to the smallest: the unit of x changes nothing.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Grid {
+pub(crate) struct Grid {
     /// The smallest bandwidth.
     pub smallest: f64,
     /// The largest bandwidth.

@@ -38,7 +38,7 @@ mod test_data;
 
 pub use bandwidth::{BandwidthSearch, Binning, LeaveOneOut, Score, Scoring};
 pub use folds::{BlockFolds, FoldScore, FoldSearch, Tunable};
-pub(crate) use grid::bulk;
+pub(crate) use grid::{Grid, bulk};
 pub use rule::{BandwidthChoice, BandwidthRule, choose_bandwidth};
 pub use search::{Candidate, Criterion, Search};
 pub(crate) use search::{UNDETERMINED, lowest};

@@ -1,10 +1,8 @@
 //! From a name to a fit: each estimator's own parameters and results in the common form.
 
-use super::kernels;
-use super::recursive::RecursiveFit;
-use super::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning};
+use super::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning, kernels, recursive};
 use crate::error::{Error, Result};
-use crate::nonlinearity::estimator::{Choice, Estimator, Points};
+use crate::nonlinearity::estimator::{Choice, Estimator};
 use crate::nonlinearity::kernel::Degree;
 use crate::nonlinearity::{
     Basis, Decay, HaarFit, HaarRegression, LocalKernel, NearestNeighbours, NeighboursFit, NetworkFit,
@@ -30,7 +28,7 @@ pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Opt
         EstimatorName::Kernel => kernels::fit(method, Degree::Constant, data),
         EstimatorName::LocalLinear => kernels::fit(method, Degree::Linear, data),
         EstimatorName::LocalBandwidth => local_bandwidth(method, data),
-        EstimatorName::Recursive => recursive(method, data),
+        EstimatorName::Recursive => recursive::fit(method, data),
         EstimatorName::Neighbours => neighbours(method, data),
         EstimatorName::Fourier => series(method, Basis::Fourier, data),
         EstimatorName::Cosine => series(method, Basis::Cosine, data),
@@ -56,7 +54,7 @@ pub(super) fn single(method: &NamedEstimator, values: &[f64]) -> Result<f64> {
 }
 
 /// The parameter as a choice of a number; blocks choose on their own.
-fn number(method: &NamedEstimator) -> Result<Choice<f64>> {
+pub(super) fn number(method: &NamedEstimator) -> Result<Choice<f64>> {
     match &method.tuning {
         Tuning::FromData(Rule::Generalized) => Ok(Choice::FromData(Criterion::Generalized)),
         Tuning::FromData(_) => Ok(Choice::FromData(Criterion::LeaveOneOut)),
@@ -80,17 +78,17 @@ fn count(method: &NamedEstimator) -> Result<Choice<usize>> {
 }
 
 /// How an estimator's fit shows its parameter in the common form.
-struct Shown<F, P> {
+pub(super) struct Shown<F, P> {
     /// The parameter of a fit.
-    value: fn(&F) -> f64,
+    pub value: fn(&F) -> f64,
     /// The search of a fit.
-    search: fn(&F) -> Option<&Search<P>>,
+    pub search: fn(&F) -> Option<&Search<P>>,
     /// A candidate of that search as the user knows it.
-    candidate: fn(P) -> f64,
+    pub candidate: fn(P) -> f64,
 }
 
 /// Fits `make(choice)`, the choice being the one that the method asks for.
-fn tuned<E, P>(
+pub(super) fn tuned<E, P>(
     method: &NamedEstimator,
     (x, y, weights): Data,
     choice: Choice<P>,
@@ -133,7 +131,7 @@ fn chosen<P: Copy + PartialEq>(search: &Search<P>) -> Option<Candidate<P>> {
     search.curve.iter().find(|c| c.parameter == search.parameter).copied()
 }
 
-fn named(
+pub(super) fn named(
     method: &NamedEstimator,
     value: f64,
     fit: impl super::Regression + 'static,
@@ -157,21 +155,6 @@ pub(super) fn criterion_words(criterion: Criterion) -> &'static str {
         Criterion::LeaveOneOut => "leave-one-out error",
         Criterion::Generalized => "generalised cross-validation score",
     }
-}
-
-fn recursive(method: &NamedEstimator, (x, y, weights): Data) -> Result<NamedFit> {
-    if weights.is_some() {
-        return Err(Error::NoWeights {
-            what: "the recursive kernel regression",
-        });
-    }
-    Points::new("a recursive kernel regression", 1, x, y, None)?;
-    let bandwidth = match &method.tuning {
-        Tuning::Fixed(values) => single(method, values)?,
-        Tuning::FromData(rule) => RecursiveFit::bandwidth(*rule, method, x[0], y)?,
-    };
-    let fit = RecursiveFit::new(method.kernel, bandwidth, x[0], y, method.outside)?;
-    Ok(named(method, bandwidth, fit, None, None))
 }
 
 fn local_bandwidth(method: &NamedEstimator, (x, y, weights): Data) -> Result<NamedFit> {

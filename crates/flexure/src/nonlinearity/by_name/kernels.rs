@@ -43,7 +43,7 @@ fn line(
             )
         }
         Tuning::FromData(rule) => {
-            let choice = choose_bandwidth(rule.for_bandwidth(), method.kernel, degree, x, y, weights)?;
+            let choice = choose_bandwidth(rule.for_bandwidth(method.seed), method.kernel, degree, x, y, weights)?;
             // The plug-in rule has no scores.
             let found = (!choice.search.curve.is_empty()).then(|| scores(&choice.search, choice.score));
             (choice.bandwidth(), found)

@@ -151,11 +151,6 @@ impl EstimatorName {
         )
     }
 
-    /// Whether it can weigh the points.
-    pub fn takes_weights(self) -> bool {
-        self != EstimatorName::Recursive
-    }
-
     /// The most columns of x that it takes.
     pub fn most_columns(self) -> usize {
         match self {
