@@ -222,7 +222,7 @@ pub enum Error {
     },
     /// A rule cannot choose an estimator's parameter.
     #[error(
-        "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; choose it by another rule, or give it",
+        "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; {instead}",
         if *.columns == 1 { "" } else { "s" }
     )]
     RuleUnsuited {
@@ -232,6 +232,8 @@ pub enum Error {
         estimator: &'static str,
         /// The number of columns of x.
         columns: usize,
+        /// What to do.
+        instead: &'static str,
     },
     /// The points of a regression lie at fewer different places than it needs.
     #[error(

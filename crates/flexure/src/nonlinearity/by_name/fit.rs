@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::nonlinearity::estimator::{Choice, Estimator};
 use crate::nonlinearity::kernel::Degree;
 use crate::nonlinearity::{
-    Basis, Decay, HaarFit, HaarRegression, LocalKernel, NearestNeighbours, NeighboursFit, NetworkFit,
+    Basis, Decay, HaarFit, HaarRegression, LocalKernel, LocalRule, NearestNeighbours, NeighboursFit, NetworkFit,
     NetworkRegression, PolynomialRegression, SeriesFit, SeriesRegression, SplineFit, SplineRegression,
 };
 use crate::selection::{BlockFolds, Candidate, Criterion, Search};
@@ -21,6 +21,10 @@ pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Opt
             rule: rule.name(),
             estimator: method.name.title(),
             columns: x.len(),
+            instead: match rule {
+                Rule::PlugIn if x.len() == 1 => "it is made for the local line; take that, or another rule",
+                _ => "choose it by another rule, or give it",
+            },
         });
     }
     let data = (x, y, weights);
@@ -160,18 +164,17 @@ pub(super) fn criterion_words(criterion: Criterion) -> &'static str {
 fn local_bandwidth(method: &NamedEstimator, (x, y, weights): Data) -> Result<NamedFit> {
     let estimator = LocalKernel {
         kernel: method.kernel,
+        rule: match method.tuning {
+            Tuning::FromData(Rule::PlugIn) => LocalRule::PlugIn,
+            _ => LocalRule::Lepski,
+        },
         outside: method.outside,
     };
     let fit = estimator.fit(x, y, weights)?;
     let global = fit.global();
-    let scores = Scores {
-        criterion: criterion_words(Criterion::LeaveOneOut),
-        parameter: global.curve.iter().map(|c| c.bandwidth).collect(),
-        score: global.curve.iter().map(|c| c.error).collect(),
-        at_edge: global.at_edge,
-        binning_error: kernels::binning_error(global),
-    };
-    Ok(named(method, global.bandwidth, fit, Some(scores), None))
+    // The plug-in rule has no scores.
+    let scores = (!global.curve.is_empty()).then(|| kernels::scores(global, criterion_words(Criterion::LeaveOneOut)));
+    Ok(named(method, global.bandwidth, fit, scores, None))
 }
 
 fn neighbours(method: &NamedEstimator, data: Data) -> Result<NamedFit> {

@@ -254,3 +254,47 @@ fn bad_data_are_refused() {
     assert!(said(&[&x], &[1.0, f64::NAN, 1.0, 1.0], None).contains("NaN at sample 1"));
     assert!(said(&[&x], &x, Some(&[1.0, 1.0, -1.0, 1.0])).contains("the weight of sample 2"));
 }
+
+/// The plug-in rule's root mean squared errors over seeds beside those of one bandwidth and of Lepski's rule.
+fn by_every_rule(seeds: u64, n: usize, m: impl Fn(f64) -> f64 + Copy) -> [f64; 3] {
+    let grid: Vec<f64> = (0..4001).map(|i| -1.9 + 3.8 * (f64::from(i) + 0.37) / 4001.0).collect();
+    let mut sums = [0.0; 3];
+    for seed in 0..seeds {
+        let ([one, lepski], _) = errors(seed, n, m);
+        let (x, y) = noisy(seed, n, m);
+        let rule = LocalRule::PlugIn;
+        let fit = LocalKernel {
+            rule,
+            ..Default::default()
+        }
+        .fit(&[&x], &y, None)
+        .unwrap();
+        let estimates = fit.predict(&[&grid]).unwrap();
+        let squares = estimates.iter().zip(&grid).map(|(v, &q)| (v - m(q)).powi(2));
+        let plug_in = squares.sum::<f64>() / 4001.0;
+        sums.iter_mut().zip([one, lepski, plug_in]).for_each(|(s, e)| *s += e);
+    }
+    sums.map(|s| (s / seeds as f64).sqrt())
+}
+
+#[test]
+fn plug_in_measured() {
+    for n in [1000, 10_000, 100_000] {
+        let seeds = if n == 100_000 { 3 } else { 6 };
+        for known in [
+            KnownNonlinearity::DeadZone,
+            KnownNonlinearity::Parabola,
+            KnownNonlinearity::Cubic,
+            KnownNonlinearity::Friction,
+        ] {
+            let e = by_every_rule(seeds, n, |x| known.value(x));
+            eprintln!("{n} {}: {e:.5?}", known.name());
+        }
+        let e = by_every_rule(seeds, n, |x| (6.0 * x).sin() * (-4.0 * x * x).exp());
+        eprintln!("{n} bump: {e:.5?}");
+        let e = by_every_rule(seeds, n, |x| (3.0 * x).sin());
+        eprintln!("{n} sine: {e:.5?}");
+    }
+    let e = by_every_rule(1, 1_000_000, |x| KnownNonlinearity::DeadZone.value(x));
+    eprintln!("1e6 dz: {e:.5?}");
+}

@@ -102,6 +102,12 @@ impl Estimator for SplineRegression {
             reason: "with this penalty the normal equations for so many are singular in double precision",
         };
         let problem = Problem::new(&points, &distinct, self.knots);
+        if !problem.unit().is_normal() {
+            return Err(Error::Unit {
+                column: "x".to_owned(),
+                largest: problem.high - problem.low,
+            });
+        }
         let search = match self.penalty {
             Choice::Fixed(_) => None,
             Choice::FromData(criterion) => {
