@@ -36,6 +36,9 @@ mod local;
 mod neighbours;
 mod network;
 mod polynomial;
+#[cfg(test)]
+#[path = "estimator_tests/regressogram.rs"]
+mod regressogram;
 mod series;
 pub(crate) mod spline;
 mod tabulate;

@@ -116,8 +116,7 @@ where
         let left_out = search.and_then(chosen).map(|c| c.leave_one_out);
         return Ok(named(method, (shown.value)(&fit), fit, scores, left_out));
     }
-    // The values that the estimator itself would try.
-    let candidates: Vec<P> = search.map_or_else(Vec::new, |s| s.curve.iter().map(|c| c.parameter).collect());
+    let candidates = search.map_or_else(Vec::new, Search::for_refits);
     let folds = BlockFolds::for_data(x[0], y)?;
     let found = folds.choose(&candidates, |p| make(Choice::Fixed(p)), x, y, weights)?;
     let scores = Scores {

@@ -99,7 +99,8 @@ impl Estimator for SplineRegression {
             parameter: "the number of knots",
             value: self.knots.min(distinct.len()),
             most: 2,
-            reason: "with this penalty the normal equations for so many are singular in double precision",
+            reason: "x is spread so unevenly that with this penalty the normal equations for more are singular in double \
+                     precision (points far from all others may be wrong)",
         };
         let problem = Problem::new(&points, &distinct, self.knots);
         if !problem.unit().is_normal() {
