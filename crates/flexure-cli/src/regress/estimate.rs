@@ -19,8 +19,6 @@ const HARMFUL: f64 = 0.1;
 const WIDER: f64 = 1.5;
 /// Estimate and ordinate that differ by no more than this share of the ordinates' size are the same.
 const REPEATED: f64 = 1e-9;
-/// Multiples of the golden ratio are far from each other's means.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// A fitted regression with its residuals.
 pub struct Estimate {
@@ -238,8 +236,9 @@ fn alone(
     if !residuals.iter().any(|r| r.abs() <= REPEATED * largest) {
         return Ok(0);
     }
-    // No ordinate is the mean of others.
-    let ordinates: Vec<f64> = (1..=data.y.len()).map(|i| (GOLDEN * i as f64).fract()).collect();
+    // As good as random, so that none is the mean of its neighbours.
+    let scattered = |i: usize| (43_758.545_3 * (12.989_8 * i as f64).sin()).fract();
+    let ordinates: Vec<f64> = (0..data.y.len()).map(scattered).collect();
     let constant = NamedEstimator {
         name,
         tuning: Tuning::Fixed(fit.parameter.clone()),
