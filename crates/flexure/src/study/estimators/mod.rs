@@ -36,8 +36,8 @@
 //!
 //! - Local bandwidths, from the data, on sin 2x in L2: those of the plug-in rule follow n^(-1/5) at every x (Fan and
 //!   Gijbels 1996, ch. 4), and Lepski's serve where they are better than one bandwidth (elsewhere it is that one, by
-//!   leave-one-out). Sharp: -2/5. On |x| narrow or one-sided windows at the kink alone are enough: the L2 error of
-//!   Lipschitz m, -1/3, is a bound.
+//!   leave-one-out): -2/5, a bound here, as the choice itself costs more at small n, so that the error falls faster at
+//!   first. On |x| narrow or one-sided windows at the kink alone are enough: the L2 error of Lipschitz m, -1/3, is a bound.
 //!
 //! # Two variables
 //!
@@ -77,7 +77,7 @@ pub use setting::{ErrorNorm, EstimatorSetting, Method, Regressand, Schedule, est
 pub type EstimatorStudy = Study<EstimatorSetting>;
 
 impl EstimatorStudy {
-    /// All estimators but the network: under half a minute on two cores.
+    /// All estimators but the network: about a minute on two cores.
     pub fn quick() -> Self {
         EstimatorStudy {
             settings: estimator_settings(),

@@ -290,12 +290,12 @@ pub fn estimator_settings() -> Vec<EstimatorSetting> {
     settings.push(line(Method::Spline, ThreeHalves, l2, (0.3, -fifth), -2.0 * fifth));
     // The rules that choose at every x; the schedules do not count.
     for method in [Method::LocalLepski, Method::LocalPlugIn] {
-        let bound = EstimatorSetting {
-            sharp: false,
-            ..line(method, Cone, l2, (1.0, -third), -third)
-        };
-        settings.push(bound);
-        settings.push(line(method, Sine, l2, (1.0, -fifth), -2.0 * fifth));
+        for (regressand, exponent) in [(Cone, -third), (Sine, -2.0 * fifth)] {
+            settings.push(EstimatorSetting {
+                sharp: false,
+                ..line(method, regressand, l2, (1.0, -fifth), exponent)
+            });
+        }
     }
     // 256^(1/3) = 2^(8/3), so that 8 cells are 2^(1/3) times that.
     let cells = (third.exp2(), third);
