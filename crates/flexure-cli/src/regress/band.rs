@@ -30,8 +30,8 @@ pub enum BandMethod {
     Auto,
     /// Robust bias correction: kernel estimators in one column, independent rows.
     Robust,
-    /// Wild bootstrap: any estimator, independent rows; 95 % bands were measured to cover 94 to 96 % on average over x, single
-    /// points down to 89 %.
+    /// Wild bootstrap: any estimator, independent rows; 95 % bands of four estimators of sin 3x
+    /// from 500 rows were measured to cover 94 to 96 % on average over x, single points down to 89 %.
     Bootstrap,
     /// Block bootstrap: any estimator, rows in order of time.
     Block,
