@@ -266,6 +266,18 @@ fn dependent_rows_are_warned_of_and_blocks_help() {
         bandwidth(&block),
         bandwidth(&loo)
     );
+    let resampled = found("--select block-bootstrap --block 40");
+    assert!(
+        bandwidth(&resampled) > 2.0 * bandwidth(&loo),
+        "{}",
+        bandwidth(&resampled)
+    );
+    assert_eq!(resampled["chosen_by"], "block-bootstrap");
+    assert!(
+        resampled["band"]["method"].as_str().unwrap().contains("blocks of 40"),
+        "the band is by blocks of the same length: {}",
+        resampled["band"]
+    );
     let warned = |object: &Value| object["warnings"].to_string().contains("--select block");
     assert!(
         warned(&loo) && !warned(&block),
@@ -273,6 +285,114 @@ fn dependent_rows_are_warned_of_and_blocks_help() {
         loo["warnings"],
         block["warnings"]
     );
+}
+
+/// Blocks and block bands for the recursive estimate, which the order of the rows counts for.
+#[test]
+fn the_recursive_estimate_does_what_the_others_do() {
+    let folder = wave(400);
+    let recursive = format!("{REGRESS} --estimator recursive");
+    for rule in ["loo", "gcv", "block", "bootstrap", "block-bootstrap"] {
+        let object = folder.json(&format!("{recursive} --select {rule} --band-method none"));
+        assert_eq!(object["chosen_by"], rule);
+        assert!(
+            numbers(&object["scores"]["score"]).len() > 10,
+            "{rule}: {}",
+            object["scores"]
+        );
+    }
+    for method in ["bootstrap", "block"] {
+        let object = folder.json(&format!("{recursive} --bandwidth 0.8 --band-method {method} --grid 21"));
+        let (lower, upper) = (numbers(&object["curve"]["lower"]), numbers(&object["curve"]["upper"]));
+        assert!(
+            lower.iter().zip(&upper).all(|(l, u)| l < u),
+            "{method}: {lower:?} {upper:?}"
+        );
+    }
+    // A gap of no data is not bridged.
+    let mut text = "x,y\n".to_owned();
+    for i in 0..100 {
+        let x = f64::from(i * 37 % 100) / 100.0 + if i % 2 == 0 { 0.0 } else { 9.0 };
+        text += &format!("{x},{}\n", x * x);
+    }
+    folder.write("gap.csv", text);
+    let gap = "regress gap.csv --x x --y y --estimator recursive --bandwidth 0.3 --band-method none --grid 21";
+    let object = folder.json(gap);
+    let unknown = object["curve"]["y"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|v| v.is_null())
+        .count();
+    assert!((14..=18).contains(&unknown), "{unknown}");
+    let nearest = folder.json(&format!("{gap} --outside nearest"));
+    assert!(nearest["curve"]["y"].as_array().unwrap().iter().all(Value::is_f64));
+}
+
+/// A score of rows that have no others in reach is not one of the curve.
+#[test]
+fn rows_alone_in_their_windows_are_told() {
+    let folder = wave(60);
+    for estimator in ["kernel", "local-linear", "recursive"] {
+        let options = format!("{REGRESS} --estimator {estimator} --band-method none");
+        let object = folder.json(&format!("{options} --bandwidth 1e-9"));
+        assert_eq!(object["rows_alone"], 60, "{estimator}");
+        let warnings = object["warnings"].to_string();
+        assert!(
+            warnings.contains("no other row is within reach of 60 of the 60 rows"),
+            "{warnings}"
+        );
+        let text = folder.done(&format!("{options} --bandwidth 1e-9"));
+        assert!(
+            text.contains("with 60 of 60 rows predicted by their nearest as none is within reach"),
+            "{text}"
+        );
+        assert_eq!(folder.json(&options)["rows_alone"], 0, "{estimator}");
+    }
+    // In two columns as well.
+    let mut text = "a,b,y\n".to_owned();
+    for i in 0..100 {
+        text += &format!("{},{},{}\n", i % 10, i / 10, i % 7);
+    }
+    folder.write("two.csv", text);
+    let two = "regress two.csv --x a,b --y y --band-method none --estimator kernel";
+    assert_eq!(folder.json(&format!("{two} --bandwidth 0.9"))["rows_alone"], 100);
+    assert_eq!(folder.json(&format!("{two} --bandwidth 1.1,0.9"))["rows_alone"], 0);
+}
+
+/// Two rows allow no prediction of one from the other by a curve of two parameters.
+#[test]
+fn what_cannot_be_predicted_is_said() {
+    let folder = Folder::new();
+    folder.write("r.csv", "x,y\n0,1\n1,3\n");
+    let options = "regress r.csv --x x --y y --estimator spline --band-method none";
+    let text = folder.done(options);
+    assert!(text.contains("R squared           not known  (too few rows"), "{text}");
+    assert!(folder.json(options)["r_squared"].is_null());
+    folder.write("r.csv", "x,y\n0,1\n1,3\n2,2\n");
+    let object = folder.json("regress r.csv --x x --y y");
+    assert!(object["band"].is_null());
+    assert_eq!(
+        object["warnings"].to_string().matches("needs 5 rows or more").count(),
+        1,
+        "{object}"
+    );
+}
+
+/// Local bandwidths by plug-in, beside Lepski's.
+#[test]
+fn local_bandwidths_come_by_either_rule() {
+    let folder = wave(1500);
+    let found = |rule: &str| folder.json(&format!("{REGRESS} --estimator local-bandwidth --select {rule}"));
+    let (lepski, plug_in) = (found("loo"), found("plugin"));
+    assert_eq!(
+        (lepski["chosen_by"].as_str(), plug_in["chosen_by"].as_str()),
+        (Some("loo"), Some("plugin"))
+    );
+    assert!(lepski["curve"]["y"] != plug_in["curve"]["y"]);
+    assert!(plug_in["scores"].is_null() && lepski["scores"].is_object());
+    let r_squared = plug_in["r_squared"].as_f64().unwrap();
+    assert!((0.88..0.95).contains(&r_squared), "{r_squared}");
 }
 
 /// The same command gives the same files, and random bands follow their seed alone.

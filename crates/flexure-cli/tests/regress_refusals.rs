@@ -99,16 +99,41 @@ fn parameters_that_are_not_the_estimators() {
         "--kernel: --estimator spline has no kernel; leave it out, or choose an estimator that has one",
     );
     folder.misused(
-        &regress("--x x --y y --estimator recursive --weights w"),
-        "--weights: --estimator recursive takes no weights; leave them out, or choose another estimator",
-    );
-    folder.misused(
         &regress("--x x --y y --estimator spline --select plugin"),
         "--select plugin: --estimator spline with 1 column of x is chosen by loo, gcv, block",
     );
     folder.misused(
         &regress("--x x,v --y y --select bootstrap"),
         "--select bootstrap: --estimator local-linear with 2 columns of x is chosen by loo, gcv, block",
+    );
+    folder.misused(
+        &regress("--x x --y y --estimator kernel --select plugin"),
+        "--select plugin: --estimator kernel with 1 column of x is chosen by loo, gcv, block, bootstrap, block-bootstrap; the plug-in rule is \
+         made for the local line: --estimator local-linear",
+    );
+    folder.misused(
+        &regress("--x x --y y --estimator local-bandwidth --select gcv"),
+        "--select gcv: --estimator local-bandwidth with 1 column of x is chosen by loo, plugin",
+    );
+    folder.misused(
+        &regress("--x x --y y --bandwidth 0.3 --select bootstrap"),
+        "--select bootstrap chooses what --bandwidth gives; leave one of them out",
+    );
+    folder.misused(
+        &regress("--x x --y y --estimator knn --parameter 5 --select loo"),
+        "--select loo chooses what --parameter gives; leave one of them out",
+    );
+    folder.misused(
+        &regress("--x x --y y --select bootstrap --block 10"),
+        "--block gives the rows in a block, for --select block-bootstrap or --band-method block; take one of them, or leave it out",
+    );
+    folder.misused(
+        &regress("--x x --y y --select block-bootstrap --block 0"),
+        "invalid value '0' for '--block <ROWS>': expected a whole number from 1",
+    );
+    folder.failed(
+        &regress("--x x --y y --select block-bootstrap --block 61"),
+        "r.csv: the number of residuals in a block is 61, but must be at least 1 and at most the number of samples",
     );
     folder.misused(
         &regress("--x x --y y --estimator spline --band-method robust"),
@@ -132,6 +157,27 @@ fn parameters_that_are_not_the_estimators() {
         "r.csv: the number of neighbours is 61, but these data allow at most 60: the weights of all points add up to no more; choose it \
          smaller or take more samples",
     );
+}
+
+#[test]
+fn columns_out_of_scale() {
+    let folder = Folder::new();
+    for (size, words) in [("1e-310", "1.9e-309"), ("1e300", "1.9e301"), ("1e-120", "1.9e-119")] {
+        let mut text = "u,v,one,big\n".to_owned();
+        for i in 0..20 {
+            text += &format!("{i}e{},{},1,{i}e{}\n", &size[2..], i * 7 % 20, &size[2..]);
+        }
+        folder.write("r.csv", text);
+        let range = "choose a unit in which that is between 1e-100 and 1e100";
+        for (x, y, column) in [("u", "v", "u"), ("v", "u", "u"), ("v,u", "big", "u")] {
+            for estimator in ["local-linear", "knn", "network", "kernel"] {
+                folder.failed(
+                    &regress(&format!("--x {x} --y {y} --estimator {estimator}")),
+                    &format!("r.csv: the values of column '{column}' reach {words} in size; {range}"),
+                );
+            }
+        }
+    }
 }
 
 #[test]

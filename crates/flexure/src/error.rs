@@ -220,15 +220,9 @@ pub enum Error {
         /// What differs.
         what: &'static str,
     },
-    /// An estimator that cannot weigh its points was given weights.
-    #[error("{what} takes no weights; leave them out, or choose another estimator")]
-    NoWeights {
-        /// The estimator.
-        what: &'static str,
-    },
     /// A rule cannot choose an estimator's parameter.
     #[error(
-        "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; choose it by another rule, or give it",
+        "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; {instead}",
         if *.columns == 1 { "" } else { "s" }
     )]
     RuleUnsuited {
@@ -238,6 +232,8 @@ pub enum Error {
         estimator: &'static str,
         /// The number of columns of x.
         columns: usize,
+        /// What to do.
+        instead: &'static str,
     },
     /// The points of a regression lie at fewer different places than it needs.
     #[error(

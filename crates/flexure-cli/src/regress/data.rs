@@ -9,6 +9,8 @@ use super::Arguments;
 
 /// Points of the curve along each column, by the number of columns.
 const GRID: [usize; 6] = [301, 41, 15, 9, 6, 5];
+/// The sizes of a column's largest value that all estimators can compute with.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
 /// Most points of a grid over all columns.
 const MOST_POINTS: usize = 1_000_000;
 
@@ -67,6 +69,20 @@ impl<'a> Data<'a> {
             if rows.iter().all(|&i| column[i] == first) {
                 let (column, value) = (name.clone(), first);
                 return Err(file.locate(flexure::Error::Constant { column, value }).into());
+            }
+        }
+        let weights = arguments.weights.iter().zip(data.weights);
+        for (name, column) in data
+            .names
+            .iter()
+            .zip(data.x.iter().copied())
+            .chain([(&data.y_name, data.y)])
+            .chain(weights)
+        {
+            let largest = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            if !SIZES.contains(&largest) {
+                let column = name.clone();
+                return Err(file.locate(flexure::Error::Unit { column, largest }).into());
             }
         }
         if let Some(n) = arguments.grid {

@@ -17,6 +17,8 @@ const SIGNIFICANT: f64 = 2.575_829_303_548_901;
 const HARMFUL: f64 = 0.1;
 /// A bandwidth by blocks this many times that by leave-one-out tells that the latter follows the noise.
 const WIDER: f64 = 1.5;
+/// Estimate and ordinate that differ by no more than this share of the ordinates' size are the same.
+const REPEATED: f64 = 1e-9;
 
 /// A fitted regression with its residuals.
 pub struct Estimate {
@@ -48,6 +50,12 @@ pub struct Validation {
     pub rms: f64,
     /// How, in words.
     pub by: &'static str,
+    /// All rows.
+    pub rows: usize,
+    /// Rows that have no other row within reach of their windows: they are predicted by their nearest rows.
+    pub alone: usize,
+    /// Rows that could not be predicted, and do not count in the error.
+    pub unpredicted: usize,
 }
 
 /// The estimate at some points.
@@ -83,7 +91,8 @@ impl Estimate {
         let fitted = fit.regression.predict(&slices(&gathered(data, &rows)))?;
         let residuals: Vec<f64> = rows.iter().zip(&fitted).map(|(&i, m)| data.y[i] - m).collect();
         let weights: Vec<f64> = rows.iter().map(|&i| data.weight(i)).collect();
-        let validation = validation(&method.estimator, &fit, data, &rows)?;
+        let mut validation = validation(&method.estimator, &fit, data, &rows)?;
+        validation.alone = alone(&method.estimator, &fit, data, (&rows, &residuals))?;
         let dependent = correlated(&residuals) || follows_noise(&method.estimator, data, &rows)?;
         Ok(Estimate {
             method: method.estimator.clone(),
@@ -123,11 +132,6 @@ impl Estimate {
                 method: band.method,
             }),
         })
-    }
-
-    /// Whether the parameter was given.
-    pub fn given(&self) -> bool {
-        matches!(self.method.tuning, Tuning::Fixed(_))
     }
 }
 
@@ -191,19 +195,63 @@ fn validation(method: &NamedEstimator, fit: &NamedFit, data: &Data, rows: &[usiz
         (Tuning::FromData(Rule::Block), Some(scores)) => scores.score.iter().copied().reduce(f64::min),
         _ => None,
     };
-    let (error, by) = match (blocks.filter(|e| e.is_finite()), fit.left_out.filter(|e| e.is_finite())) {
-        (Some(error), _) => (error, "cross-validation over blocks of rows"),
-        (None, Some(error)) => (error, "leave-one-out"),
-        (None, None) => (
-            mean_square(&folded(&method.fixed(fit), data, rows)?, &weights),
-            "10-fold cross-validation",
-        ),
+    let (error, by, unpredicted) = match (blocks.filter(|e| e.is_finite()), fit.left_out.filter(|e| e.is_finite())) {
+        (Some(error), _) => (error, "cross-validation over blocks of rows", 0),
+        (None, Some(error)) => (error, "leave-one-out", 0),
+        (None, None) => {
+            let residuals = folded(&method.fixed(fit), data, rows)?;
+            let unpredicted = residuals.iter().filter(|r| !r.is_finite()).count();
+            (
+                mean_square(&residuals, &weights),
+                "10-fold cross-validation",
+                unpredicted,
+            )
+        }
     };
     Ok(Validation {
         r_squared: 1.0 - error / variance,
         rms: error.sqrt(),
         by,
+        rows: rows.len(),
+        alone: 0,
+        unpredicted,
     })
+}
+
+/// The number of rows that have no other row in their windows: those at which a local constant repeats whatever ordinates
+/// it is given.
+fn alone(
+    method: &NamedEstimator,
+    fit: &NamedFit,
+    data: &Data,
+    (rows, residuals): (&[usize], &[f64]),
+) -> flexure::Result<usize> {
+    let name = match fit.name {
+        EstimatorName::Kernel | EstimatorName::LocalLinear => EstimatorName::Kernel,
+        EstimatorName::Recursive => EstimatorName::Recursive,
+        _ => return Ok(0),
+    };
+    let largest = rows.iter().map(|&i| data.y[i].abs()).fold(0.0, f64::max);
+    // A row alone has no residual.
+    if !residuals.iter().any(|r| r.abs() <= REPEATED * largest) {
+        return Ok(0);
+    }
+    // As good as random, so that none is the mean of its neighbours.
+    let scattered = |i: usize| (43_758.545_3 * (12.989_8 * i as f64).sin()).fract();
+    let ordinates: Vec<f64> = (0..data.y.len()).map(scattered).collect();
+    let constant = NamedEstimator {
+        name,
+        tuning: Tuning::Fixed(fit.parameter.clone()),
+        outside: Outside::Nan,
+        ..method.clone()
+    };
+    let repeated = constant.fit(&data.x, &ordinates, data.weights)?.regression;
+    let repeated = repeated.predict(&slices(&gathered(data, rows)))?;
+    let same = rows
+        .iter()
+        .zip(repeated)
+        .filter(|(i, m)| (ordinates[**i] - m).abs() <= REPEATED);
+    Ok(same.count())
 }
 
 /// The residuals of every tenth row from the others; NaN where these do not allow a fit.

@@ -14,11 +14,6 @@ pub fn method(arguments: &Arguments) -> Result<Method, Usage> {
     columns(arguments)?;
     let name = arguments.estimator;
     tuning::check_kernel("--estimator", name, arguments.kernel)?;
-    if arguments.weights.is_some() && !name.takes_weights() {
-        return Err(Usage(format!(
-            "--weights: --estimator {name} takes no weights; leave them out, or choose another estimator"
-        )));
-    }
     band::check(arguments)?;
     let estimator = NamedEstimator {
         name,
@@ -36,6 +31,7 @@ pub fn method(arguments: &Arguments) -> Result<Method, Usage> {
         level: arguments.band,
         simultaneous: arguments.simultaneous,
         band_method: arguments.band_method,
+        block: arguments.block,
     })
 }
 
@@ -99,20 +95,44 @@ fn chosen(arguments: &Arguments) -> Result<Tuning, Usage> {
             values.len(),
             counted(arguments.x.len())
         ))),
-        Some(values) => Ok(Tuning::Fixed(values)),
-        None if arguments.select.suits(arguments.estimator, arguments.x.len()) => {
-            Ok(Tuning::FromData(arguments.select))
+        Some(values) => match arguments.select {
+            Some(rule) => Err(Usage(format!(
+                "--select {} chooses what {} gives; leave one of them out",
+                rule.name(),
+                if arguments.estimator.has_bandwidth() {
+                    "--bandwidth"
+                } else {
+                    "--parameter"
+                },
+            ))),
+            None => Ok(Tuning::Fixed(values)),
+        },
+        None => {
+            let rule = match arguments.select.unwrap_or_default() {
+                Rule::BlockBootstrap { .. } => Rule::BlockBootstrap { block: arguments.block },
+                rule => rule,
+            };
+            if rule.suits(arguments.estimator, arguments.x.len()) {
+                Ok(Tuning::FromData(rule))
+            } else {
+                Err(unsuited(arguments, rule))
+            }
         }
-        None => Err(unsuited(arguments)),
     }
 }
 
-fn unsuited(arguments: &Arguments) -> Usage {
+fn unsuited(arguments: &Arguments, rule: Rule) -> Usage {
     let (name, columns) = (arguments.estimator, arguments.x.len());
     let suited = Rule::ALL.into_iter().filter(|rule| rule.suits(name, columns));
+    let instead = match rule {
+        Rule::PlugIn if name.has_bandwidth() && columns == 1 => {
+            "; the plug-in rule is made for the local line: --estimator local-linear"
+        }
+        _ => "",
+    };
     Usage(format!(
-        "--select {}: --estimator {name} with {} of x is chosen by {}",
-        arguments.select.name(),
+        "--select {}: --estimator {name} with {} of x is chosen by {}{instead}",
+        rule.name(),
         counted(columns),
         suited.map(Rule::name).collect::<Vec<_>>().join(", ")
     ))

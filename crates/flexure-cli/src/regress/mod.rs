@@ -49,10 +49,15 @@ pub struct Arguments {
     /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units.
     #[arg(long, value_name = "auto|P", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_number)]
     parameter: Auto<f64>,
-    /// How the parameter is chosen: loo (leave-one-out), gcv (generalised cross-validation), block (rows in order of time
-    /// whose errors depend on each other); for one bandwidth also plugin and bootstrap.
-    #[arg(long, value_name = "RULE", default_value = "loo", value_parser = arguments::rule)]
-    select: Rule,
+    /// How the parameter is chosen: loo (leave-one-out; the default), gcv (generalised cross-validation), block
+    /// (cross-validation over blocks of rows in order of time, whose errors depend on each other); for one bandwidth also
+    /// bootstrap, block-bootstrap (rows in order of time) and, for local lines, plugin. The bandwidths of local-bandwidth
+    /// are chosen by Lepski's rule (loo) or by plug-in (plugin).
+    #[arg(long, value_name = "RULE", value_parser = arguments::rule)]
+    select: Option<Rule>,
+    /// Rows in a block, for --select block-bootstrap and for --band-method block; from the data by default.
+    #[arg(long, value_name = "ROWS", value_parser = arguments::count_from_one)]
+    block: Option<usize>,
     /// Kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
     #[arg(long, value_name = "NAME", value_parser = arguments::kernel)]
     kernel: Option<Kernel>,
@@ -108,6 +113,7 @@ pub struct Method {
     level: f64,
     simultaneous: bool,
     band_method: BandMethod,
+    block: Option<usize>,
 }
 
 /// Runs the command.

@@ -5,7 +5,7 @@ use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, Regressio
 
 use super::data::Data;
 use super::estimate::{BandWords, Estimate, Evaluated};
-use super::words::{percent, why};
+use super::words::{percent, predicted_by, why};
 use crate::outcome::number;
 use crate::page::labelled;
 use crate::tuning::{capitalised, kernel_words, list, score_curve};
@@ -91,8 +91,14 @@ fn facts(estimate: &Estimate, band: Option<&BandWords>) -> Vec<Fact> {
     let mut facts = vec![
         fact(
             "R squared",
-            format!("{:.3}", estimate.validation.r_squared),
-            format!("share of the variance that is predicted, by {}", estimate.validation.by),
+            match estimate.validation.r_squared {
+                known if known.is_finite() => format!("{known:.3}"),
+                _ => "not known".to_owned(),
+            },
+            format!(
+                "share of the variance that is predicted, by {}",
+                predicted_by(&estimate.validation)
+            ),
         ),
         fact(
             "Prediction error",

@@ -1,14 +1,17 @@
 //! A regression in words and as JSON.
 
-use flexure::nonlinearity::{Rule, Tuning};
+use flexure::nonlinearity::Tuning;
 use serde_json::{Value, json};
 
-use super::band::BandMethod;
+use super::band::{BandMethod, FEWEST};
 use super::data::Data;
-use super::estimate::{Estimate, Evaluated};
+use super::estimate::{Estimate, Evaluated, Validation};
 use super::{Arguments, Outside};
 use crate::outcome::number;
 use crate::tuning::{capitalised, kernel_words, list, scores_json, smallest};
+
+/// With a larger share of rows alone in their windows the user is warned.
+const MANY_ALONE: f64 = 0.05;
 
 /// What the user should know before trusting the result.
 pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: &Arguments) -> Vec<String> {
@@ -25,13 +28,20 @@ pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: 
             },
         ));
     }
-    let blocks = estimate.method.tuning == Tuning::FromData(Rule::Block);
+    let blocks = matches!(estimate.method.tuning, Tuning::FromData(rule) if rule.in_time());
     if estimate.dependent && !blocks {
         warnings.push(
             "neighbouring rows are correlated beyond what is estimated, as in a record in order of time: leave-one-out may then follow the \
              noise (undersmooth), and a band for independent rows is too narrow; --select block allows for it"
                 .to_owned(),
         );
+    }
+    let (alone, rows) = (estimate.validation.alone, estimate.rows.len());
+    if alone as f64 > MANY_ALONE * rows as f64 {
+        warnings.push(format!(
+            "no other row is within reach of {alone} of the {rows} rows: R squared counts them as predicted by their nearest rows, and the \
+             curve is not known between them; take a wider bandwidth"
+        ));
     }
     let unknown = curve.y.iter().filter(|v| v.is_nan()).count();
     if unknown > 0 {
@@ -44,7 +54,9 @@ pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: 
             curve.y.len()
         ));
     }
-    if curve.band.is_none() && arguments.band_method == BandMethod::Auto {
+    if curve.band.is_none() && arguments.band_method == BandMethod::Auto && rows < FEWEST {
+        warnings.push(format!("no band was made, as it needs {FEWEST} rows or more"));
+    } else if curve.band.is_none() && arguments.band_method == BandMethod::Auto {
         warnings.push(format!(
             "no band was made, as --estimator {name} would have to be fitted to these {} rows many times over; --band-method bootstrap does",
             estimate.rows.len()
@@ -96,13 +108,18 @@ pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[Str
         "kernel": fit.name.has_bandwidth().then(|| estimate.method.kernel.name()),
         "parameter": fit.name.parameter(),
         "value": fit.parameter,
-        "chosen_by": (!estimate.given()).then_some(arguments.select.name()),
+        "chosen_by": match estimate.method.tuning {
+            Tuning::FromData(rule) => Some(rule.name()),
+            Tuning::Fixed(_) => None,
+        },
         "scores": fit.scores.as_ref().map(scores_json),
         "band": curve.band.as_ref().map(|band| json!({ "level": band.level, "kind": band.kind, "method": band.method })),
         "residual_sd": estimate.residual_sd,
         "r_squared": estimate.validation.r_squared,
         "prediction_rms": estimate.validation.rms,
         "validation": estimate.validation.by,
+        "rows_alone": estimate.validation.alone,
+        "rows_not_predicted": estimate.validation.unpredicted,
         "dependent_rows": estimate.dependent,
         "curve": { "x": columns, "y": curve.y, "lower": curve.lower, "upper": curve.upper },
         "out": shown(&arguments.out),
@@ -125,12 +142,7 @@ pub fn summary(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[
             data.names.join("', '")
         ),
         format!("  {:<19} {}  ({why})", fit.name.parameter(), list(&fit.parameter)),
-        format!(
-            "  R squared           {:.4}  ({}; RMS error {})",
-            validation.r_squared,
-            validation.by,
-            number(validation.rms)
-        ),
+        format!("  R squared           {}", judged(validation)),
         format!(
             "  residuals           standard deviation {}, {} rows",
             number(estimate.residual_sd),
@@ -148,18 +160,41 @@ pub fn summary(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[
     lines.join("\n")
 }
 
+/// R squared with what has to be known with it.
+fn judged(validation: &Validation) -> String {
+    let Validation { r_squared, rms, .. } = validation;
+    if !r_squared.is_finite() {
+        return "not known  (too few rows to predict any of them from the others)".to_owned();
+    }
+    format!(
+        "{r_squared:.4}  ({}; RMS error {})",
+        predicted_by(validation),
+        number(*rms)
+    )
+}
+
+/// How rows were predicted from the others, and which were not.
+pub fn predicted_by(validation: &Validation) -> String {
+    let Validation {
+        by,
+        alone,
+        unpredicted,
+        rows,
+        ..
+    } = validation;
+    match (alone, unpredicted) {
+        (0, 0) => (*by).to_owned(),
+        (0, _) => format!("{by}, without the {unpredicted} of {rows} rows that could not be predicted"),
+        _ => format!("{by}, with {alone} of {rows} rows predicted by their nearest as none is within reach"),
+    }
+}
+
 /// How the parameter was chosen.
 pub fn why(estimate: &Estimate) -> String {
     match (&estimate.method.tuning, &estimate.fit.scores) {
         (Tuning::Fixed(_), _) => "as given".to_owned(),
         (_, Some(scores)) => smallest(scores.criterion, scores),
-        (Tuning::FromData(rule), None) => match rule {
-            Rule::PlugIn => "by the plug-in rule".to_owned(),
-            rule => format!(
-                "from the bandwidth that the rule '{}' finds for the estimate that is not recursive",
-                rule.name()
-            ),
-        },
+        (Tuning::FromData(_), None) => "by the plug-in rule".to_owned(),
     }
 }
 

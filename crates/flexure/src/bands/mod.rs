@@ -36,7 +36,10 @@
 //! fall below 93 % (to 92) only where m bends most and the noise is least, as one bandwidth serves all of x: there
 //! n^(-1/20) times the bandwidth (Calonico, Cattaneo & Farrell 2018) leaves less bias. For kernels the bootstrap of
 //! pairs covers 96 %, for nearest neighbours 99 %; with errors of autocorrelation 0.7 beside an x of
-//! autocorrelation 0.9, moving blocks cover 94 %, the wild bootstrap 90 %.
+//! autocorrelation 0.9, moving blocks cover 94 %, the wild bootstrap 90 %. With independent uneven errors and sin 3x at
+//! n = 500 (200 records, 99 resamples) the wild bootstrap covers 96.0 % for the local line (single points 93.0 % at
+//! least), 94.2 % (89.5 %) for the local constant, 96.0 % (89.0 %) for nearest neighbours and 95.5 % (93.5 %) for the
+//! penalised spline; other m and n were not measured for it.
 //!
 //! # What no band here can do
 //!

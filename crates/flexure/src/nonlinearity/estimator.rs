@@ -41,8 +41,8 @@ pub trait Estimator: Debug + Sized {
     /// point counts once. Nothing depends on the order of the points.
     ///
     /// # Errors
-    /// [`Error::ColumnCount`], [`Error::LengthMismatch`], [`Error::NonFinite`], [`Error::TooShort`] without
-    /// any point of positive weight, [`Error::InvalidParameter`] for a weight that is negative or not finite
+    /// [`Error::ColumnCount`], [`Error::LengthMismatch`], [`Error::NonFinite`], [`Error::Unit`] for a column whose largest
+    /// value is below 1e-100 or above 1e100 in size, [`Error::TooShort`] without any point of positive weight, [`Error::InvalidParameter`] for a weight that is negative or not finite
     /// and for the estimator's own parameters, [`Error::BeyondData`] where these ask for more than the data
     /// can tell.
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Self::Fit>;
@@ -95,25 +95,29 @@ impl Estimator for KernelRegression {
     }
 }
 
-/// Values up to this size have differences that are finite.
-const LARGEST: f64 = 0.25 * f64::MAX;
+/// The sizes of a column's largest value whose squares, and whose differences' squares, neither overflow nor vanish.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
 
-/// Checks that the values of a column are finite, and small enough to be subtracted from one another.
+/// Checks that the values of a column are finite, and that their squares neither overflow nor vanish.
 pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<()> {
     // Without an early end the test is vectorised.
-    if values.iter().fold(true, |fine, v| fine & (v.abs() <= LARGEST)) {
+    let (finite, largest) = values.iter().fold((true, 0.0_f64), |(finite, largest), v| {
+        (
+            finite & v.is_finite(),
+            if v.abs() > largest { v.abs() } else { largest },
+        )
+    });
+    if finite && (largest == 0.0 || SIZES.contains(&largest)) {
         return Ok(());
     }
-    let Some(sample) = values.iter().position(|v| !(v.abs() <= LARGEST)) else {
-        return Ok(());
-    };
-    let (column, value) = (column.to_owned(), values[sample]);
-    Err(match value.is_finite() {
-        true => Error::Unit {
+    let column = column.to_owned();
+    Err(match values.iter().position(|v| !v.is_finite()) {
+        None => Error::Unit { column, largest },
+        Some(sample) => Error::NonFinite {
             column,
-            largest: value.abs(),
+            sample,
+            value: values[sample],
         },
-        false => Error::NonFinite { column, sample, value },
     })
 }
 
@@ -209,6 +213,9 @@ impl<'a> Checked<'a> {
                 value: weights[i],
                 requirement: "zero or positive, and finite",
             });
+        }
+        if let Some(weights) = weights {
+            check_values("weights", weights)?;
         }
         if weights.map_or(n == 0, |w| w.iter().all(|w| *w == 0.0)) {
             return Err(Error::TooShort { what, need: 1, got: 0 });

@@ -10,7 +10,8 @@
 //! |---|---|---|---|---|---|
 //! | [`KernelRegression`] | 1 | bandwidth | positive | see [`crate::selection`] | Nadaraya (1964), Watson (1964) |
 //! | [`KernelEstimator`] | 1 to 6 | bandwidths | positive | leave-one-out | Fan (1993), Ruppert and Wand (1994) |
-//! | [`LocalKernel`] | 1 | bandwidth and side, at every x | | Lepski's rule | Goldenshluger and Nemirovski (1997) |
+//! | [`LocalKernel`] | 1 | bandwidth (and side), at every x | | Lepski's rule, or plug-in | Goldenshluger and Nemirovski (1997); Fan and Gijbels (1996) |
+//! | [`RecursiveRegression`] | 1 | first bandwidth c | positive | leave-one-out | Wolverton and Wagner (1969) |
 //! | [`NearestNeighbours`] | 1 to 6 | neighbours k | 1 to the total weight | leave-one-out | Stone (1977) |
 //! | [`SeriesRegression`], [`Basis::Fourier`] | 1 | terms | 1 to 256 | leave-one-out | Greblicki and Pawlak (2008) |
 //! | [`SeriesRegression`], [`Basis::Cosine`] | 1 | terms | 1 to 256 | leave-one-out | Eubank (1999) |
@@ -35,6 +36,9 @@ mod local;
 mod neighbours;
 mod network;
 mod polynomial;
+#[cfg(test)]
+#[path = "estimator_tests/regressogram.rs"]
+mod regressogram;
 mod series;
 pub(crate) mod spline;
 mod tabulate;
@@ -46,9 +50,9 @@ pub use estimator::{Choice, Estimator, Regression};
 pub use haar::{HaarFit, HaarRegression};
 pub use kernel::{
     Bandwidth, Degree, Kernel, KernelEstimate, KernelEstimator, KernelFit, KernelRegression, KernelScore, KernelSearch,
-    RecursiveForm, RecursiveKernel, RecursiveSums,
+    RecursiveFit, RecursiveForm, RecursiveKernel, RecursiveRegression, RecursiveSums,
 };
-pub use local::{LocalKernel, LocalKernelFit, LocalWindow, Side};
+pub use local::{LocalKernel, LocalKernelFit, LocalRule, LocalWindow, Side};
 pub use neighbours::{NearestNeighbours, NeighboursFit};
 pub use network::{Decay, NetworkFit, NetworkRegression};
 pub use polynomial::PolynomialRegression;

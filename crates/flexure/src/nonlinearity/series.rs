@@ -15,7 +15,9 @@ use crate::selection::Search;
 /// The most terms of a series: beyond, the cost O(n K^2) and the functions' rounding speak for another estimator.
 const MOST_TERMS: usize = 256;
 /// The most terms tried when the data choose.
-const MOST_TRIED: usize = 64;
+const ALWAYS_TRIED: usize = 64;
+/// Up to this many products all terms are tried.
+const MOST_WORK: f64 = 1e9;
 
 /// The functions of an orthogonal series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,7 +103,7 @@ pub(super) fn location(x: &[f64], w: &[f64]) -> (f64, f64) {
 /// | parameter | purpose | valid range | default |
 /// |---|---|---|---|
 /// | `basis` | the functions | | Legendre |
-/// | `terms` | their number | 1 to 256, and the number of distinct x | by leave-one-out, at most 64 and 8 n^(1/3) |
+/// | `terms` | their number | 1 to 256, and the number of distinct x | by leave-one-out, up to the larger of n/3 and 8 n^(1/3), and 256 (15,000 points or fewer) to 64 (250,000 or more) |
 /// | `outside` | the estimate beyond the data's range | | NaN |
 ///
 /// ```
@@ -157,9 +159,12 @@ impl Estimator for SeriesRegression {
     }
 }
 
-/// The most terms worth a try for so many points.
+/// The most terms worth a try for so many points: a third of these, 8 n^(1/3) where that is more, as far as the cost of
+/// the search, n K^2, allows.
 pub(super) fn most_tried(points: &Points) -> usize {
-    MOST_TRIED.min((8.0 * (points.len() as f64).cbrt()) as usize)
+    let n = points.len() as f64;
+    let affordable = ((MOST_WORK / n).sqrt() as usize).clamp(ALWAYS_TRIED, MOST_TERMS);
+    affordable.min((n / 3.0).max(8.0 * n.cbrt()) as usize)
 }
 
 /// A sequence of functions and the name of its length.

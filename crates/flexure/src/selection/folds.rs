@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 
+use super::Search;
 use super::h_block::gap_from_data;
 use crate::error::{Error, Result};
 use crate::nonlinearity::{
-    Choice, Estimator, HaarRegression, KernelRegression, NearestNeighbours, Points, PolynomialRegression, Regression,
-    SeriesRegression, SplineRegression,
+    Choice, Estimator, HaarRegression, KernelRegression, NearestNeighbours, Points, PolynomialRegression,
+    RecursiveRegression, Regression, SeriesRegression, SplineRegression,
 };
 
 /// Relative difference of two scores that counts as none.
@@ -21,8 +22,8 @@ pub trait Tunable: Estimator + Clone + Sync {
     #[must_use]
     fn with(&self, parameter: Self::Parameter) -> Self;
 
-    /// The values that the estimator itself would try on these data, in order; one value where the estimator has
-    /// no choice of its own.
+    /// The values that the estimator itself would try on these data, in order, the first 64 where these are more (every
+    /// one asks for a refit); one value where the estimator has no choice of its own.
     ///
     /// # Errors
     /// Those of [`Estimator::fit`].
@@ -42,7 +43,7 @@ macro_rules! tunable {
             fn candidates(&self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Vec<$parameter>> {
                 let searching = $estimator { $field: Choice::default(), ..*self };
                 let fit = searching.fit(x, y, weights)?;
-                Ok(fit.search().map_or_else(Vec::new, |s| s.curve.iter().map(|c| c.parameter).collect()))
+                Ok(fit.search().map_or_else(Vec::new, Search::for_refits))
             }
         }
     )+};
@@ -54,6 +55,7 @@ tunable!(
     HaarRegression.levels: usize,
     PolynomialRegression.degree: usize,
     SplineRegression.penalty: f64,
+    RecursiveRegression.bandwidth: f64,
 );
 
 /// The bandwidth; the candidates are the one given, halved and doubled up to three times.

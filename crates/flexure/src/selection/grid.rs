@@ -11,12 +11,14 @@ const COARSE: usize = 20;
 const STEPS: usize = 3;
 /// The smallest bandwidth tried, as a share of the data's extent, whatever the number of points.
 const SMALLEST: f64 = 1e-4;
+/// The shortest length of the bulk of the data, as a share of all.
+const SHORTEST: f64 = 1e-100;
 /// Relative difference of two scores that counts as none.
 const FLAT: f64 = 1e-9;
 
 /// The bandwidths worth trying, by the logarithm of their ratio to the smallest: the unit of x changes nothing.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Grid {
+pub(crate) struct Grid {
     /// The smallest bandwidth.
     pub smallest: f64,
     /// The largest bandwidth.
@@ -105,13 +107,18 @@ fn insert(curve: &mut Vec<Score>, scores: Vec<Score>) {
     curve.sort_by(|a, b| a.bandwidth.total_cmp(&b.bandwidth));
 }
 
-/// Twice the length that holds the middle four fifths of the data, but not more than all; 1 for a constant.
+/// Twice the length that holds the middle four fifths of the data, but not more than all; 1 for a constant. Never so
+/// short beside all of it that the reciprocals of bandwidths overflow.
 pub(crate) fn bulk(sorted: &[f64]) -> f64 {
     let last = sorted.len() - 1;
     let tenth = sorted.len() / 10;
     let range = sorted[last] - sorted[0];
     let middle = 2.0 * (sorted[last - tenth] - sorted[tenth]);
-    let extent = if middle > 0.0 { middle.min(range) } else { range };
+    let extent = if middle > 0.0 {
+        middle.min(range).max(SHORTEST * range)
+    } else {
+        range
+    };
     if extent > 0.0 { extent } else { 1.0 }
 }
 
@@ -169,5 +176,9 @@ mod tests {
         x[99] = 1e6;
         assert!(bulk(&x) < 2.0);
         assert_eq!(bulk(&[3.0; 5]), 1.0);
+        // Ten points of the smallest numbers there are, and one far away.
+        let mut tiny: Vec<f64> = (0..10).map(|i| f64::from(i) * 5e-324).collect();
+        tiny.push(1.0);
+        assert_eq!(bulk(&tiny), 1e-100);
     }
 }

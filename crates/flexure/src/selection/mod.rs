@@ -15,7 +15,7 @@
 //! | [`BlockBootstrap`](BandwidthRule::BlockBootstrap) | the same, with dependent errors | O(n replicates) | Kuensch (1989) |
 //!
 //! No single bandwidth is right where m has kinks or jumps beside smooth pieces:
-//! [`LocalKernel`](crate::nonlinearity::LocalKernel) has one for every point.
+//! [`LocalKernel`](crate::nonlinearity::LocalKernel) has one for every point, by Lepski's rule or by plug-in.
 //!
 //! # Any other parameter
 //!
@@ -38,7 +38,8 @@ mod test_data;
 
 pub use bandwidth::{BandwidthSearch, Binning, LeaveOneOut, Score, Scoring};
 pub use folds::{BlockFolds, FoldScore, FoldSearch, Tunable};
-pub(crate) use grid::bulk;
+pub(crate) use grid::{Grid, bulk};
+pub(crate) use plug_in::{Bend, PlugIn, canonical};
 pub use rule::{BandwidthChoice, BandwidthRule, choose_bandwidth};
 pub use search::{Candidate, Criterion, Search};
 pub(crate) use search::{UNDETERMINED, lowest};

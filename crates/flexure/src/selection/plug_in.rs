@@ -29,7 +29,7 @@ const DISTINCT: usize = 5;
 
 /// The chosen bandwidth and what it was made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PlugIn {
+pub(crate) struct PlugIn {
     /// The bandwidth of the Gaussian kernel.
     gaussian: f64,
     /// The variance of the noise (at weight one), in the squared unit of y.
@@ -43,6 +43,11 @@ pub(super) struct PlugIn {
 
 impl PlugIn {
     pub fn from_data(data: &Sorted) -> Result<Self> {
+        Ok(Self::with_bend(data)?.0)
+    }
+
+    /// The bandwidth, and m'' along x.
+    pub fn with_bend(data: &Sorted) -> Result<(Self, Bend)> {
         let distinct = 1 + data.x.windows(2).filter(|w| w[0] < w[1]).take(DISTINCT).count();
         for (what, need, got) in [
             ("the plug-in bandwidth", FEWEST, data.len()),
@@ -69,12 +74,12 @@ impl PlugIn {
         let quartic = blocked_quartic(&points);
         let bins = Bins::new(&points);
         let (range, n) = (high - low, points.weight);
-        let cubic = {
+        let cubic = bins.allowed({
             let ratio = quartic.noise * range / (quartic.theta24.abs() * n);
             let factor = if quartic.theta24 < 0.0 { 3.0 / 8.0 } else { 15.0 / 16.0 };
             (factor * ratio / PI_ROOT).powf(1.0 / 7.0)
-        };
-        let curvature = bins.curvature(bins.allowed(cubic));
+        });
+        let curvature = bins.curvature(cubic);
         let constant = 0.5 + 2.0 * 2.0_f64.sqrt() - 4.0 / 3.0 * 3.0_f64.sqrt();
         let constant = 4.0 * constant / (2.0 * std::f64::consts::PI).sqrt();
         let line = (constant * quartic.noise * quartic.noise * range / (curvature * n).powi(2)).powf(1.0 / 9.0);
@@ -83,13 +88,20 @@ impl PlugIn {
         // As wide as the widest window of the default kernel.
         let scale = canonical(Kernel::Gaussian) / canonical(Kernel::Epanechnikov);
         let gaussian = scale * Grid::new(&data.x).clamp(wanted / scale);
-        Ok(PlugIn {
+        let found = PlugIn {
             gaussian,
             noise,
             curvature,
             blocks: quartic.blocks,
             at_edge: !((wanted / gaussian).ln().abs() < 1e-9),
-        })
+        };
+        let bend = Bend {
+            low,
+            step: bins.step,
+            second: bins.second_derivatives(cubic),
+            window: cubic,
+        };
+        Ok((found, bend))
     }
 
     /// The bandwidth of `kernel` that smooths as much (Marron and Nolan 1988).
@@ -109,12 +121,35 @@ impl PlugIn {
     }
 }
 
+/// The second derivative of m along x, on an even grid.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Bend {
+    low: f64,
+    step: f64,
+    second: Vec<f64>,
+    /// The standard deviation of the windows over which it was estimated, in the unit of x.
+    pub window: f64,
+}
+
+impl Bend {
+    /// m'' squared at `x`; beyond the grid that at its end.
+    pub fn square(&self, x: f64) -> f64 {
+        let last = self.second.len() - 1;
+        // NaN becomes the first.
+        let place = ((x - self.low) / self.step).max(0.0).min(last as f64);
+        let left = (place.floor() as usize).min(last.saturating_sub(1));
+        let share = place - left as f64;
+        let [a, b] = [left, (left + 1).min(last)].map(|i| self.second[i].powi(2));
+        a + share * (b - a)
+    }
+}
+
 /// The square root of pi.
 const PI_ROOT: f64 = 1.772_453_850_905_516;
 
 /// The canonical bandwidth $(R(K) / \mu_2(K)^2)^{1/5}$ (Marron and Nolan 1988): kernels smooth alike at bandwidths in
 /// proportion to it.
-pub(super) fn canonical(kernel: Kernel) -> f64 {
+pub(crate) fn canonical(kernel: Kernel) -> f64 {
     let ratio: f64 = match kernel {
         Kernel::Uniform => 9.0 / 2.0,
         Kernel::Triangular => 24.0,
@@ -313,18 +348,24 @@ impl Bins {
             .collect()
     }
 
-    /// The mean of m''^2 by a local cubic.
+    /// m'' at every bin by a local cubic.
+    fn second_derivatives(&self, h: f64) -> Vec<f64> {
+        let curvature = |(s, t): ([f64; 7], [f64; 4])| {
+            let matrix = std::array::from_fn(|i| std::array::from_fn(|j| s[i + j]));
+            2.0 * solve::<4>(matrix, t)[2] / (h * h)
+        };
+        self.sums::<7, 4>(h, 1).into_iter().map(curvature).collect()
+    }
+
+    /// The mean of m''^2.
     fn curvature(&self, h: f64) -> f64 {
         let ends = (ENDS * BINS as f64).floor() as usize;
         let total: f64 = self.weights.iter().sum();
-        let squares = self.sums::<7, 4>(h, 1).into_iter().zip(&self.weights);
-        let sum: f64 = squares
+        let second = self.second_derivatives(h).into_iter().zip(&self.weights);
+        let sum: f64 = second
             .skip(ends)
             .take(BINS - 2 * ends)
-            .map(|((s, t), weight)| {
-                let matrix = std::array::from_fn(|i| std::array::from_fn(|j| s[i + j]));
-                weight * (2.0 * solve::<4>(matrix, t)[2] / (h * h)).powi(2)
-            })
+            .map(|(second, weight)| weight * second.powi(2))
             .sum();
         sum / total
     }

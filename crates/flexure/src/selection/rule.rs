@@ -5,7 +5,7 @@ use super::generalized::generalized;
 use super::h_block::{InTime, gap_from_data};
 use super::plug_in::PlugIn;
 use super::{BandwidthSearch, Score};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, check_points, check_weights};
 
 /// How the bandwidth of a kernel estimate is chosen from the data. The table of [`crate::selection`] says when to use
@@ -126,7 +126,8 @@ impl BandwidthChoice {
 /// # Errors
 /// [`crate::Error::LengthMismatch`], [`crate::Error::NonFinite`], [`crate::Error::InvalidParameter`] for a negative
 /// weight or a rule's own parameter, and [`crate::Error::TooShort`] with fewer points of positive weight than the rule
-/// needs: 3, for the plug-in rule 10 and 5 distinct abscissas.
+/// needs: 3, for the plug-in rule 10 and 5 distinct abscissas, and [`crate::Error::RuleUnsuited`] for the plug-in rule and a
+/// local constant, whose bias has another formula.
 pub fn choose_bandwidth(
     rule: BandwidthRule,
     kernel: Kernel,
@@ -177,6 +178,14 @@ pub fn choose_bandwidth(
                      away in time (the gap {from})"
                 ),
             )
+        }
+        BandwidthRule::PlugIn if degree != Degree::Linear => {
+            return Err(Error::RuleUnsuited {
+                rule: rule.name(),
+                estimator: "kernel regression",
+                columns: 1,
+                instead: "it is made for the local line; take that, or another rule",
+            });
         }
         BandwidthRule::PlugIn => {
             let found = PlugIn::from_data(&sorted())?;

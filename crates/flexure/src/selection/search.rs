@@ -76,7 +76,15 @@ pub struct Search<P> {
     pub at_edge: bool,
 }
 
+/// The most values that are tried by refits.
+const REFITTED: usize = 64;
+
 impl<P: Copy> Search<P> {
+    /// The values to try where every one asks for refits: the first ones, as refits of hundreds of terms take too long.
+    pub(crate) fn for_refits(&self) -> Vec<P> {
+        self.curve.iter().take(REFITTED).map(|c| c.parameter).collect()
+    }
+
     /// The best of a curve that is not empty. `open` says whether values below the first and above the last
     /// would have been possible; `size` is the ordinates' root mean square.
     pub(crate) fn best(criterion: Criterion, curve: Vec<Candidate<P>>, open: (bool, bool), size: f64) -> Self {

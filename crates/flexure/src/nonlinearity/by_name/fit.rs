@@ -1,13 +1,11 @@
 //! From a name to a fit: each estimator's own parameters and results in the common form.
 
-use super::kernels;
-use super::recursive::RecursiveFit;
-use super::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning};
+use super::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning, kernels, recursive};
 use crate::error::{Error, Result};
-use crate::nonlinearity::estimator::{Choice, Estimator, Points};
+use crate::nonlinearity::estimator::{Choice, Estimator};
 use crate::nonlinearity::kernel::Degree;
 use crate::nonlinearity::{
-    Basis, Decay, HaarFit, HaarRegression, LocalKernel, NearestNeighbours, NeighboursFit, NetworkFit,
+    Basis, Decay, HaarFit, HaarRegression, LocalKernel, LocalRule, NearestNeighbours, NeighboursFit, NetworkFit,
     NetworkRegression, PolynomialRegression, SeriesFit, SeriesRegression, SplineFit, SplineRegression,
 };
 use crate::selection::{BlockFolds, Candidate, Criterion, Search};
@@ -23,6 +21,10 @@ pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Opt
             rule: rule.name(),
             estimator: method.name.title(),
             columns: x.len(),
+            instead: match rule {
+                Rule::PlugIn if x.len() == 1 => "it is made for the local line; take that, or another rule",
+                _ => "choose it by another rule, or give it",
+            },
         });
     }
     let data = (x, y, weights);
@@ -30,7 +32,7 @@ pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Opt
         EstimatorName::Kernel => kernels::fit(method, Degree::Constant, data),
         EstimatorName::LocalLinear => kernels::fit(method, Degree::Linear, data),
         EstimatorName::LocalBandwidth => local_bandwidth(method, data),
-        EstimatorName::Recursive => recursive(method, data),
+        EstimatorName::Recursive => recursive::fit(method, data),
         EstimatorName::Neighbours => neighbours(method, data),
         EstimatorName::Fourier => series(method, Basis::Fourier, data),
         EstimatorName::Cosine => series(method, Basis::Cosine, data),
@@ -56,7 +58,7 @@ pub(super) fn single(method: &NamedEstimator, values: &[f64]) -> Result<f64> {
 }
 
 /// The parameter as a choice of a number; blocks choose on their own.
-fn number(method: &NamedEstimator) -> Result<Choice<f64>> {
+pub(super) fn number(method: &NamedEstimator) -> Result<Choice<f64>> {
     match &method.tuning {
         Tuning::FromData(Rule::Generalized) => Ok(Choice::FromData(Criterion::Generalized)),
         Tuning::FromData(_) => Ok(Choice::FromData(Criterion::LeaveOneOut)),
@@ -80,17 +82,17 @@ fn count(method: &NamedEstimator) -> Result<Choice<usize>> {
 }
 
 /// How an estimator's fit shows its parameter in the common form.
-struct Shown<F, P> {
+pub(super) struct Shown<F, P> {
     /// The parameter of a fit.
-    value: fn(&F) -> f64,
+    pub value: fn(&F) -> f64,
     /// The search of a fit.
-    search: fn(&F) -> Option<&Search<P>>,
+    pub search: fn(&F) -> Option<&Search<P>>,
     /// A candidate of that search as the user knows it.
-    candidate: fn(P) -> f64,
+    pub candidate: fn(P) -> f64,
 }
 
 /// Fits `make(choice)`, the choice being the one that the method asks for.
-fn tuned<E, P>(
+pub(super) fn tuned<E, P>(
     method: &NamedEstimator,
     (x, y, weights): Data,
     choice: Choice<P>,
@@ -114,8 +116,7 @@ where
         let left_out = search.and_then(chosen).map(|c| c.leave_one_out);
         return Ok(named(method, (shown.value)(&fit), fit, scores, left_out));
     }
-    // The values that the estimator itself would try.
-    let candidates: Vec<P> = search.map_or_else(Vec::new, |s| s.curve.iter().map(|c| c.parameter).collect());
+    let candidates = search.map_or_else(Vec::new, Search::for_refits);
     let folds = BlockFolds::for_data(x[0], y)?;
     let found = folds.choose(&candidates, |p| make(Choice::Fixed(p)), x, y, weights)?;
     let scores = Scores {
@@ -133,7 +134,7 @@ fn chosen<P: Copy + PartialEq>(search: &Search<P>) -> Option<Candidate<P>> {
     search.curve.iter().find(|c| c.parameter == search.parameter).copied()
 }
 
-fn named(
+pub(super) fn named(
     method: &NamedEstimator,
     value: f64,
     fit: impl super::Regression + 'static,
@@ -159,36 +160,20 @@ pub(super) fn criterion_words(criterion: Criterion) -> &'static str {
     }
 }
 
-fn recursive(method: &NamedEstimator, (x, y, weights): Data) -> Result<NamedFit> {
-    if weights.is_some() {
-        return Err(Error::NoWeights {
-            what: "the recursive kernel regression",
-        });
-    }
-    Points::new("a recursive kernel regression", 1, x, y, None)?;
-    let bandwidth = match &method.tuning {
-        Tuning::Fixed(values) => single(method, values)?,
-        Tuning::FromData(rule) => RecursiveFit::bandwidth(*rule, method, x[0], y)?,
-    };
-    let fit = RecursiveFit::new(method.kernel, bandwidth, x[0], y, method.outside)?;
-    Ok(named(method, bandwidth, fit, None, None))
-}
-
 fn local_bandwidth(method: &NamedEstimator, (x, y, weights): Data) -> Result<NamedFit> {
     let estimator = LocalKernel {
         kernel: method.kernel,
+        rule: match method.tuning {
+            Tuning::FromData(Rule::PlugIn) => LocalRule::PlugIn,
+            _ => LocalRule::Lepski,
+        },
         outside: method.outside,
     };
     let fit = estimator.fit(x, y, weights)?;
     let global = fit.global();
-    let scores = Scores {
-        criterion: criterion_words(Criterion::LeaveOneOut),
-        parameter: global.curve.iter().map(|c| c.bandwidth).collect(),
-        score: global.curve.iter().map(|c| c.error).collect(),
-        at_edge: global.at_edge,
-        binning_error: kernels::binning_error(global),
-    };
-    Ok(named(method, global.bandwidth, fit, Some(scores), None))
+    // The plug-in rule has no scores.
+    let scores = (!global.curve.is_empty()).then(|| kernels::scores(global, criterion_words(Criterion::LeaveOneOut)));
+    Ok(named(method, global.bandwidth, fit, scores, None))
 }
 
 fn neighbours(method: &NamedEstimator, data: Data) -> Result<NamedFit> {

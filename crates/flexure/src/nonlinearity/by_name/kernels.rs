@@ -43,7 +43,7 @@ fn line(
             )
         }
         Tuning::FromData(rule) => {
-            let choice = choose_bandwidth(rule.for_bandwidth(), method.kernel, degree, x, y, weights)?;
+            let choice = choose_bandwidth(rule.for_bandwidth(method.seed), method.kernel, degree, x, y, weights)?;
             // The plug-in rule has no scores.
             let found = (!choice.search.curve.is_empty()).then(|| scores(&choice.search, choice.score));
             (choice.bandwidth(), found)
@@ -88,11 +88,11 @@ fn score_at(scores: &Scores, parameter: f64) -> Option<f64> {
 }
 
 /// What putting the data in bins cost the scores of `search`.
-pub(super) fn binning_error(search: &BandwidthSearch) -> Option<f64> {
+fn binning_error(search: &BandwidthSearch) -> Option<f64> {
     search.binning.as_ref().map(|binning| binning.error)
 }
 
-fn scores(search: &BandwidthSearch, criterion: &'static str) -> Scores {
+pub(super) fn scores(search: &BandwidthSearch, criterion: &'static str) -> Scores {
     Scores {
         criterion,
         parameter: search.curve.iter().map(|c| c.bandwidth).collect(),

@@ -151,11 +151,6 @@ impl EstimatorName {
         )
     }
 
-    /// Whether it can weigh the points.
-    pub fn takes_weights(self) -> bool {
-        self != EstimatorName::Recursive
-    }
-
     /// The most columns of x that it takes.
     pub fn most_columns(self) -> usize {
         match self {
@@ -273,7 +268,7 @@ impl NamedEstimator {
     /// # Errors
     /// Those of the estimator's own [`Estimator::fit`](super::Estimator::fit),
     /// [`Error::InvalidParameter`](crate::Error::InvalidParameter) for a parameter that should be a whole number and
-    /// is not, [`Error::NoWeights`](crate::Error::NoWeights), and [`Error::RuleUnsuited`](crate::Error::RuleUnsuited).
+    /// is not, and [`Error::RuleUnsuited`](crate::Error::RuleUnsuited).
     pub fn fit(&self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NamedFit> {
         fit::fit(self, x, y, weights)
     }

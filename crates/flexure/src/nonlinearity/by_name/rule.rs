@@ -19,16 +19,22 @@ pub enum Rule {
     PlugIn,
     /// The wild bootstrap (Haerdle and Marron 1991).
     Bootstrap,
+    /// The moving block bootstrap (Kuensch 1989): for rows in order of time whose errors depend on each other.
+    BlockBootstrap {
+        /// Rows in a block, from 1 to all; from the data where none is given.
+        block: Option<usize>,
+    },
 }
 
 impl Rule {
     /// All rules.
-    pub const ALL: [Rule; 5] = [
+    pub const ALL: [Rule; 6] = [
         Rule::LeaveOneOut,
         Rule::Generalized,
         Rule::Block,
         Rule::PlugIn,
         Rule::Bootstrap,
+        Rule::BlockBootstrap { block: None },
     ];
 
     /// The name in lower case, as it is written on the command line.
@@ -39,6 +45,7 @@ impl Rule {
             Rule::Block => "block",
             Rule::PlugIn => "plugin",
             Rule::Bootstrap => "bootstrap",
+            Rule::BlockBootstrap { .. } => "block-bootstrap",
         }
     }
 
@@ -48,23 +55,38 @@ impl Rule {
     }
 
     /// Whether it can choose the parameter of this estimator in so many columns.
+    ///
+    /// The plug-in rule is made for the local line: the bias of a local constant has another formula, in which the slopes
+    /// of m and of the density count, and at the ends of the data another order.
     pub fn suits(self, estimator: EstimatorName, columns: usize) -> bool {
+        use EstimatorName::{LocalBandwidth, LocalLinear};
         match (self, estimator) {
             (Rule::LeaveOneOut, _) => true,
-            (_, EstimatorName::LocalBandwidth) => false,
+            (Rule::PlugIn, _) => matches!(estimator, LocalLinear | LocalBandwidth) && columns == 1,
+            (_, LocalBandwidth) => false,
             (Rule::Generalized | Rule::Block, _) => true,
-            (Rule::PlugIn | Rule::Bootstrap, _) => estimator.has_bandwidth() && columns == 1,
+            (Rule::Bootstrap | Rule::BlockBootstrap { .. }, _) => estimator.has_bandwidth() && columns == 1,
         }
     }
 
+    /// Whether it allows for errors that depend on each other, the rows being in order of time.
+    pub fn in_time(self) -> bool {
+        matches!(self, Rule::Block | Rule::BlockBootstrap { .. })
+    }
+
     /// The same for the bandwidth of a kernel in one column.
-    pub(super) fn for_bandwidth(self) -> BandwidthRule {
+    pub(super) fn for_bandwidth(self, seed: u64) -> BandwidthRule {
         match self {
             Rule::LeaveOneOut => BandwidthRule::LeaveOneOut,
             Rule::Generalized => BandwidthRule::Generalized,
             Rule::Block => BandwidthRule::HBlock { gap: None },
             Rule::PlugIn => BandwidthRule::PlugIn,
             Rule::Bootstrap => BandwidthRule::WildBootstrap,
+            Rule::BlockBootstrap { block } => BandwidthRule::BlockBootstrap {
+                block,
+                replicates: None,
+                seed,
+            },
         }
     }
 }

@@ -60,7 +60,7 @@ fn every_name_is_found_again_and_finds_the_truth() {
             assert_eq!(fit.left_out, known, "{name}");
             assert!((0.009..0.02).contains(&scores.score[chosen]), "{name}");
         }
-        assert_eq!(fit.scores.is_none(), name == EstimatorName::Recursive);
+        assert!(fit.scores.is_some(), "{name}");
     }
     assert_eq!(EstimatorName::parse("Kernel"), None);
 }
@@ -133,9 +133,6 @@ fn wrong_parameters_are_refused_in_their_own_words() {
     assert!(message(EstimatorName::Kernel, &[-1.0]).contains("the bandwidth is -1"));
     assert!(message(EstimatorName::Recursive, &[0.0]).contains("the bandwidth is 0"));
     assert!(message(EstimatorName::Kernel, &[0.1, 0.2]).contains("'bandwidth' has 2"));
-    let recursive = named(EstimatorName::Recursive, Tuning::default());
-    let refused = recursive.fit(&[&x], &y, Some(&y)).unwrap_err();
-    assert!(refused.to_string().contains("takes no weights"));
     let two = named(EstimatorName::Spline, Tuning::default()).fit(&[&x, &x], &y, None);
     assert!(two.unwrap_err().to_string().contains("takes 1 column, but 2"));
 }
@@ -183,6 +180,79 @@ fn every_rule_that_suits_finds_the_truth_and_the_others_are_refused() {
                 );
             }
         }
+    }
+}
+
+#[test]
+fn the_plug_in_rule_is_for_the_local_line() {
+    let (x, y) = wave(300);
+    let fit = |name| named(name, Tuning::FromData(Rule::PlugIn)).fit(&[&x], &y, None);
+    for name in [EstimatorName::Kernel, EstimatorName::Recursive] {
+        let refused = fit(name).unwrap_err().to_string();
+        let title = name.title();
+        assert_eq!(
+            refused,
+            format!(
+                "the rule 'plugin' cannot choose the parameter of a {title} in 1 column; it is made for the local line; take \
+                 that, or another rule"
+            )
+        );
+    }
+    // The local bandwidths' global one is that of the rule itself.
+    let (one, local) = (
+        fit(EstimatorName::LocalLinear).unwrap(),
+        fit(EstimatorName::LocalBandwidth).unwrap(),
+    );
+    assert_eq!(one.parameter, local.parameter);
+    assert!(local.scores.is_none() && local.left_out.is_none());
+}
+
+#[test]
+fn blocks_of_the_bootstrap_can_be_given() {
+    let (x, y) = wave(300);
+    let fit = |rule| named(EstimatorName::LocalLinear, Tuning::FromData(rule)).fit(&[&x], &y, None);
+    let own = |block| {
+        let rule = crate::selection::BandwidthRule::BlockBootstrap {
+            block,
+            replicates: None,
+            seed: 1,
+        };
+        let degree = crate::nonlinearity::Degree::Linear;
+        crate::selection::choose_bandwidth(rule, Kernel::Epanechnikov, degree, &x, &y, None).unwrap()
+    };
+    for block in [None, Some(40)] {
+        let found = fit(Rule::BlockBootstrap { block }).unwrap();
+        assert_eq!(found.parameter, [own(block).bandwidth()]);
+        assert_eq!(found.scores.unwrap().criterion, own(block).score);
+    }
+    let refused = fit(Rule::BlockBootstrap { block: Some(301) }).unwrap_err().to_string();
+    assert!(refused.contains("residuals in a block is 301"), "{refused}");
+}
+
+#[test]
+fn the_recursive_estimate_has_weights_bands_of_time_and_a_score() {
+    let (x, y) = wave(500);
+    let ones = vec![1.0; 500];
+    for rule in [Rule::LeaveOneOut, Rule::Generalized, Rule::Block, Rule::Bootstrap] {
+        let method = named(EstimatorName::Recursive, Tuning::FromData(rule));
+        let (plain, weighted) = (
+            method.fit(&[&x], &y, None).unwrap(),
+            method.fit(&[&x], &y, Some(&ones)).unwrap(),
+        );
+        assert!(
+            (plain.parameter[0] / weighted.parameter[0] - 1.0).abs() < 1e-9,
+            "{}",
+            rule.name()
+        );
+        let scores = plain.scores.unwrap();
+        let best = (0..scores.score.len())
+            .min_by(|&i, &j| scores.score[i].total_cmp(&scores.score[j]))
+            .unwrap();
+        assert!(
+            (scores.parameter[best] / plain.parameter[0] - 1.0).abs() < 1e-9,
+            "{}",
+            rule.name()
+        );
     }
 }
 

@@ -5,6 +5,69 @@ use crate::error::Result;
 use crate::nonlinearity::Outside;
 use crate::nonlinearity::estimator::Checked;
 
+/// An estimate in one variable that does not exist everywhere.
+pub(super) trait Holed {
+    /// The data's abscissas, increasing.
+    fn abscissas(&self) -> &[f64];
+
+    /// The estimates at `x`, in any order; NaN where no data are in reach.
+    fn known(&self, x: &[f64]) -> Vec<f64>;
+
+    /// The slope with which it goes on from `q`, one of the ends; zero where that is not determined.
+    fn slope(&self, q: f64) -> f64;
+
+    /// Whether there is a place without data in reach between the neighbouring abscissas `a` and `b`.
+    fn parted(&self, a: f64, b: f64) -> bool;
+}
+
+/// The estimates at `x`, in any order; NaN for NaN.
+pub(super) fn predict(fit: &impl Holed, x: &[f64], outside: Outside) -> Vec<f64> {
+    let mut estimates = fit.known(x);
+    if outside == Outside::Nan {
+        return estimates;
+    }
+    let away: Vec<(usize, Place)> = (0..x.len())
+        .filter_map(|i| Some((i, place(fit, x[i], estimates[i].is_nan())?)))
+        .collect();
+    let ends = away.iter().flat_map(|(_, place)| match *place {
+        Place::Beyond(end) => [end, end],
+        Place::Gap(a, b) => [a, b],
+    });
+    let values = fit.known(&ends.collect::<Vec<f64>>());
+    for ((i, place), value) in away.into_iter().zip(values.chunks_exact(2)) {
+        let q = x[i];
+        estimates[i] = match (place, outside) {
+            (Place::Beyond(end), Outside::Linear) => value[0] + fit.slope(end) * (q - end),
+            (Place::Beyond(_), _) => value[0],
+            (Place::Gap(a, b), Outside::Linear) => value[0] + (value[1] - value[0]) * ((q - a) / (b - a)),
+            (Place::Gap(a, b), _) => match (q - a).total_cmp(&(b - q)) {
+                std::cmp::Ordering::Less => value[0],
+                std::cmp::Ordering::Equal => 0.5 * (value[0] + value[1]),
+                std::cmp::Ordering::Greater => value[1],
+            },
+        };
+    }
+    estimates
+}
+
+/// Where `q` is, if the estimate is not to be taken there; `empty` says that it does not exist there.
+fn place(fit: &impl Holed, q: f64, empty: bool) -> Option<Place> {
+    let x = fit.abscissas();
+    let (low, high) = (x[0], x[x.len() - 1]);
+    if q.is_nan() {
+        return None;
+    }
+    if q < low || q > high {
+        return Some(Place::Beyond(if q < low { low } else { high }));
+    }
+    let above = x.partition_point(|&x| x <= q);
+    let below = x[above - 1];
+    if below == q || above == x.len() {
+        return None;
+    }
+    (empty || fit.parted(below, x[above])).then_some(Place::Gap(below, x[above]))
+}
+
 /// A fit on a line, with what is asked for where it has no data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
@@ -37,52 +100,22 @@ impl Line {
 
     /// The estimates at `x`, in any order; NaN for NaN.
     pub fn predict(&self, x: &[f64], outside: Outside) -> Vec<f64> {
-        let mut estimates = self.fit.predict(x);
-        if outside == Outside::Nan {
-            return estimates;
-        }
-        let away: Vec<(usize, Place)> = (0..x.len())
-            .filter_map(|i| Some((i, self.place(x[i], estimates[i].is_nan())?)))
-            .collect();
-        let ends = away.iter().flat_map(|(_, place)| match *place {
-            Place::Beyond(end) => [end, end],
-            Place::Gap(a, b) => [a, b],
-        });
-        let values = self.fit.predict(&ends.collect::<Vec<f64>>());
-        for ((i, place), value) in away.into_iter().zip(values.chunks_exact(2)) {
-            let q = x[i];
-            estimates[i] = match (place, outside) {
-                (Place::Beyond(end), Outside::Linear) => value[0] + self.slope(end) * (q - end),
-                (Place::Beyond(_), _) => value[0],
-                (Place::Gap(a, b), Outside::Linear) => value[0] + (value[1] - value[0]) * ((q - a) / (b - a)),
-                (Place::Gap(a, b), _) => match (q - a).total_cmp(&(b - q)) {
-                    std::cmp::Ordering::Less => value[0],
-                    std::cmp::Ordering::Equal => 0.5 * (value[0] + value[1]),
-                    std::cmp::Ordering::Greater => value[1],
-                },
-            };
-        }
-        estimates
+        predict(self, x, outside)
+    }
+}
+
+impl Holed for Line {
+    fn abscissas(&self) -> &[f64] {
+        &self.fit.data().x
     }
 
-    /// Where `q` is, if the estimate is not to be taken there; `empty` says that it does not exist there.
-    fn place(&self, q: f64, empty: bool) -> Option<Place> {
-        let x = &self.fit.data().x;
-        let (low, high) = (x[0], x[x.len() - 1]);
-        if q.is_nan() {
-            return None;
-        }
-        if q < low || q > high {
-            return Some(Place::Beyond(if q < low { low } else { high }));
-        }
-        let above = x.partition_point(|&x| x <= q);
-        let below = x[above - 1];
-        if below == q || above == x.len() {
-            return None;
-        }
+    fn known(&self, x: &[f64]) -> Vec<f64> {
+        self.fit.predict(x)
+    }
+
+    fn parted(&self, a: f64, b: f64) -> bool {
         let method = self.fit.method();
-        let reach = method.kernel.reach() * method.bandwidth;
-        (empty || x[above] - below >= 2.0 * reach).then_some(Place::Gap(below, x[above]))
+        b - a >= 2.0 * method.kernel.reach() * method.bandwidth
     }
 
     /// The local line's slope at `q`; zero where it is not determined.

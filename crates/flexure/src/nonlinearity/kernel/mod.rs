@@ -34,7 +34,7 @@ pub(crate) use binned::Pyramid;
 pub use choice::{Bandwidth, KernelScore, KernelSearch};
 pub use estimator::{KernelEstimate, KernelEstimator};
 pub(crate) use leave_one_out::leave_one_out;
-pub use recursive::{RecursiveForm, RecursiveKernel, RecursiveSums};
+pub use recursive::{RecursiveFit, RecursiveForm, RecursiveKernel, RecursiveRegression, RecursiveSums};
 use regression::direct_without;
 pub use regression::{KernelFit, KernelRegression};
 pub(crate) use regression::{check_points, check_weights};

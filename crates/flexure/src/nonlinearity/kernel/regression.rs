@@ -151,6 +151,7 @@ pub(crate) fn check_weights(weights: &[f64], points: usize, need: usize) -> Resu
             requirement: "zero or positive, and finite",
         });
     }
+    check_values("weights", weights)?;
     let positive = weights.iter().filter(|w| **w > 0.0).count();
     if positive < need {
         return Err(Error::TooShort {

@@ -161,7 +161,8 @@ fn one_pass_over_many_points_is_the_same_on_any_number_of_threads() {
         };
         let one = run(1);
         let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&one), bits(&run(3)));
+        assert_eq!(bits(&one), bits(&run(2)));
+        assert_eq!(bits(&one), bits(&run(5)));
         let other = method.fit(&x, &y).unwrap().with_degree(Degree::Linear).predict(&at);
         for (a, b) in one.iter().zip(other) {
             assert!((a - b).abs() < 1e-11 || (a.is_nan() && b.is_nan()), "{a} {b}");
@@ -216,7 +217,8 @@ fn scores_over_many_parts_are_exact_and_the_same_on_any_number_of_threads() {
                 pool.install(|| leave_one_out(&data, kernel, Degree::Constant, &[0.01, 0.003]))
             };
             let one = scores(1);
-            assert_eq!(one, scores(3));
+            assert_eq!(one, scores(2));
+            assert_eq!(one, scores(5));
             for (h, got) in [0.01, 0.003].into_iter().zip(one) {
                 let residual = |i: usize| {
                     let others = data.direct_sums(kernel, Degree::Constant, h, data.x[i], Some(i));

@@ -39,6 +39,17 @@ pub struct Chosen {
     pub jumps: Vec<f64>,
 }
 
+impl Chosen {
+    /// A choice without jumps.
+    pub fn smooth(table: Vec<LocalWindow>, data: &Sorted) -> Chosen {
+        Chosen {
+            curve: curve(&table, &[], data),
+            table,
+            jumps: Vec::new(),
+        }
+    }
+}
+
 /// A piecewise linear function with jumps: two points with one abscissa.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Broken {
@@ -85,12 +96,7 @@ impl Windows<'_> {
     /// One bandwidth for all nodes.
     pub fn uniform(&self, data: &Sorted, h: f64) -> Chosen {
         let lines = self.around(h);
-        let table = self.table(|j| lines[j].map(|line| (Side::Both, h, line)));
-        Chosen {
-            curve: curve(&table, &[], data),
-            table,
-            jumps: Vec::new(),
-        }
+        Chosen::smooth(self.table(|j| lines[j].map(|line| (Side::Both, h, line))), data)
     }
 
     /// At every node of the three families' last consistent lines that with the smallest standard error; consistent are

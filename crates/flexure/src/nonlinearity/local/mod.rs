@@ -10,9 +10,12 @@
 //!
 //! How readily the windows stop growing is chosen by cross-validation between two halves of the data, and so is
 //! whether local bandwidths are used at all: where they are not clearly better, one bandwidth by leave-one-out serves.
+//!
+//! The other way to local bandwidths is the plug-in rule ([`plug_in`]): what minimises the asymptotic error at x.
 
 mod choice;
 mod noise;
+mod plug_in;
 mod validation;
 mod windows;
 
@@ -23,17 +26,30 @@ use super::kernel::{Degree, Kernel, Sorted, check_points, check_weights};
 use super::{Outside, estimator};
 use crate::error::{Error, Result};
 use crate::selection::BandwidthSearch;
-use choice::Broken;
+use choice::{Broken, Chosen};
 use windows::{Design, Windows};
 
 /// The fewest points for which local bandwidths are tried.
 const FEWEST: usize = 50;
+
+/// How the local bandwidths are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LocalRule {
+    /// By growing windows, to both sides and to one, as long as their estimates agree (Lepski 1990; Goldenshluger and
+    /// Nemirovski 1997): follows jumps and kinks, and whether it serves at all is asked of the data.
+    #[default]
+    Lepski,
+    /// By the asymptotic error's minimum at x, in which the noise, the density and m'' around x count (Fan and Gijbels
+    /// 1996, section 4.3): for a smooth m that bends, or noise that grows, more in some places than in others.
+    PlugIn,
+}
 
 /// The local line with local bandwidths, one column.
 ///
 /// | parameter | purpose | valid range | default |
 /// |---|---|---|---|
 /// | `kernel` | the weight function of the windows around a point; one-sided ones are uniform | | Epanechnikov |
+/// | `rule` | how the bandwidths are chosen | | Lepski's |
 /// | `outside` | the estimate beyond the data's range | | NaN |
 ///
 /// The estimate is tabulated at up to 2000 quantiles of the data and at the jumps that were found, and straight between.
@@ -51,6 +67,8 @@ const FEWEST: usize = 50;
 pub struct LocalKernel {
     /// The weight function.
     pub kernel: Kernel,
+    /// How the bandwidths are chosen.
+    pub rule: LocalRule,
     /// The estimate beyond the data's range.
     pub outside: Outside,
 }
@@ -83,8 +101,13 @@ impl Estimator for LocalKernel {
         if let Some(weights) = weights {
             check_weights(weights, x.len(), 3)?;
         }
-        let global = BandwidthSearch::search(self.kernel, Degree::Linear, x, y, weights)?;
         let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
+        if self.rule == LocalRule::PlugIn {
+            let (global, table) = plug_in::windows(&data, self.kernel)?;
+            let chosen = Chosen::smooth(table, &data);
+            return Ok(self.made(&data, global, None, chosen));
+        }
+        let global = BandwidthSearch::with_degree(self.kernel, Degree::Linear, &data);
         Ok(self.fit_sorted(&data, global))
     }
 }
@@ -102,6 +125,10 @@ impl LocalKernel {
             Some(threshold) => windows.adapted(data, threshold),
             None => windows.uniform(data, global.bandwidth),
         };
+        self.made(data, global, threshold, chosen)
+    }
+
+    fn made(self, data: &Sorted, global: BandwidthSearch, threshold: Option<f64>, chosen: Chosen) -> LocalKernelFit {
         LocalKernelFit {
             table: chosen.table,
             curve: chosen.curve,
@@ -130,13 +157,13 @@ impl LocalKernelFit {
         &self.jumps
     }
 
-    /// The half width of the confidence intervals that decide how far a window grows, in standard errors; none where
-    /// one bandwidth serves for all points.
+    /// By Lepski's rule, the half width of the confidence intervals that decide how far a window grows, in standard
+    /// errors; none where one bandwidth serves for all points.
     pub fn threshold(&self) -> Option<f64> {
         self.threshold
     }
 
-    /// The search for one bandwidth for all points.
+    /// The search for one bandwidth for all points; by the plug-in rule without scores.
     pub fn global(&self) -> &BandwidthSearch {
         &self.global
     }

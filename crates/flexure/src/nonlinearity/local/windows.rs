@@ -172,7 +172,7 @@ fn lines(data: &Sorted, design: &Design, h: f64, centre: f64) -> Vec<Option<Line
 
 /// $\int K^2 / \int K$, by which the variance of an estimate follows from its leverage: exact for the uniform kernel,
 /// asymptotic for the others.
-fn square_share(kernel: Kernel) -> f64 {
+pub(super) fn square_share(kernel: Kernel) -> f64 {
     match kernel {
         Kernel::Uniform => 1.0,
         Kernel::Triangular => 2.0 / 3.0,

@@ -99,9 +99,16 @@ impl Estimator for SplineRegression {
             parameter: "the number of knots",
             value: self.knots.min(distinct.len()),
             most: 2,
-            reason: "with this penalty the normal equations for so many are singular in double precision",
+            reason: "x is spread so unevenly that with this penalty the normal equations for more are singular in double \
+                     precision (points far from all others may be wrong)",
         };
         let problem = Problem::new(&points, &distinct, self.knots);
+        if !problem.unit().is_normal() {
+            return Err(Error::Unit {
+                column: "x".to_owned(),
+                largest: problem.high - problem.low,
+            });
+        }
         let search = match self.penalty {
             Choice::Fixed(_) => None,
             Choice::FromData(criterion) => {

@@ -8,9 +8,9 @@ use super::super::sample::draw;
 use super::setting::{ErrorNorm, EstimatorSetting, Method};
 use crate::error::{Error, Result};
 use crate::nonlinearity::{
-    Bandwidth, Basis, Choice, Decay, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, NearestNeighbours,
-    NetworkRegression, Outside, PolynomialRegression, RecursiveForm, RecursiveKernel, Regression, SeriesRegression,
-    SplineRegression,
+    Bandwidth, Basis, Choice, Decay, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, LocalKernel,
+    LocalRule, NearestNeighbours, NetworkRegression, Outside, PolynomialRegression, RecursiveForm, RecursiveKernel,
+    Regression, SeriesRegression, SplineRegression,
 };
 
 /// Fresh inputs over which an L2 error is averaged.
@@ -85,10 +85,20 @@ fn estimate(setting: &EstimatorSetting, x: &[Vec<f64>], y: &[f64], queries: &[Ve
         x[0].iter().zip(y).try_for_each(|(x, y)| sums.push(*x, *y))?;
         Ok(sums.finish())
     };
+    let local = |rule| {
+        let method = LocalKernel {
+            kernel: Kernel::default(),
+            rule,
+            outside: OUTSIDE,
+        };
+        method.fit_boxed(&x, y, None)
+    };
     let outside = OUTSIDE;
     let fit: Box<dyn Regression> = match setting.method {
         Method::KernelConstant => kernel(Degree::Constant)?,
         Method::KernelLinear => kernel(Degree::Linear)?,
+        Method::LocalLepski => local(LocalRule::Lepski)?,
+        Method::LocalPlugIn => local(LocalRule::PlugIn)?,
         Method::WolvertonWagner => return recursive(RecursiveForm::WolvertonWagner),
         Method::DevroyeWagner => return recursive(RecursiveForm::DevroyeWagner),
         Method::Neighbours => {

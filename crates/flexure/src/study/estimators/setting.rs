@@ -17,6 +17,10 @@ pub enum Method {
     KernelConstant,
     /// The local linear one; the bandwidth.
     KernelLinear,
+    /// The local linear kernel with local bandwidths by Lepski's rule, from the data: the schedule does not count.
+    LocalLepski,
+    /// The local linear kernel with local bandwidths by plug-in, from the data: the schedule does not count.
+    LocalPlugIn,
     /// The recursive kernel after Wolverton and Wagner; the n-th point's bandwidth.
     WolvertonWagner,
     /// The recursive kernel of Devroye and Wagner; the n-th point's bandwidth.
@@ -46,6 +50,8 @@ impl Method {
         match self {
             Method::KernelConstant => "kernel, local constant",
             Method::KernelLinear => "kernel, local linear",
+            Method::LocalLepski => "local bandwidths, Lepski",
+            Method::LocalPlugIn => "local bandwidths, plug-in",
             Method::WolvertonWagner => "recursive kernel, Wolverton-Wagner",
             Method::DevroyeWagner => "recursive kernel, Devroye-Wagner",
             Method::Neighbours => "nearest neighbours",
@@ -58,6 +64,11 @@ impl Method {
             Method::Spline => "spline",
             Method::Network => "network",
         }
+    }
+
+    /// Whether it chooses its parameter from the data, whatever the schedule.
+    fn by_itself(self) -> bool {
+        matches!(self, Method::LocalLepski | Method::LocalPlugIn)
     }
 
     /// The most columns that it takes here.
@@ -170,11 +181,11 @@ impl Experiment for EstimatorSetting {
             ErrorNorm::OverInputs => "L2".to_owned(),
         };
         let (d, m) = (self.columns, self.regressand.name());
-        format!(
-            "{}, d = {d}, {m} {norm}, ~ n^{:.3}",
-            self.method.name(),
-            self.schedule.exponent
-        )
+        let schedule = match self.method.by_itself() {
+            true => "from the data".to_owned(),
+            false => format!("~ n^{:.3}", self.schedule.exponent),
+        };
+        format!("{}, d = {d}, {m} {norm}, {schedule}", self.method.name())
     }
 
     fn exponent(&self) -> f64 {
@@ -277,6 +288,15 @@ pub fn estimator_settings() -> Vec<EstimatorSetting> {
     }
     settings.push(line(Method::Spline, Cone, origin, (0.4, -third), -third));
     settings.push(line(Method::Spline, ThreeHalves, l2, (0.3, -fifth), -2.0 * fifth));
+    // The rules that choose at every x; the schedules do not count.
+    for method in [Method::LocalLepski, Method::LocalPlugIn] {
+        for (regressand, exponent) in [(Cone, -third), (Sine, -2.0 * fifth)] {
+            settings.push(EstimatorSetting {
+                sharp: false,
+                ..line(method, regressand, l2, (1.0, -fifth), exponent)
+            });
+        }
+    }
     // 256^(1/3) = 2^(8/3), so that 8 cells are 2^(1/3) times that.
     let cells = (third.exp2(), third);
     settings.push(line(Method::Haar, Cone, l2, cells, -third));

@@ -86,7 +86,7 @@ fn threads_do_not_matter_and_a_stop_says_so() {
     };
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let go = || study.run(&mut |_, _| ControlFlow::Continue(())).unwrap();
-    assert_eq!(pool(1).install(go), pool(3).install(go));
+    assert_eq!(pool(1).install(go), pool(2).install(go));
     let error = study.run(&mut |_, _| ControlFlow::Break(())).unwrap_err();
     assert_eq!(error.to_string(), "stopped after 0 of 12000 samples, as asked");
 }

@@ -1,11 +1,19 @@
-//! The recursive kernel estimate for streams: one pass, memory for the evaluation points alone.
+//! The recursive kernel estimate: for streams in one pass, with memory for the evaluation points alone
+//! ([`RecursiveKernel`]), and over a record, at any point and with c from the data ([`RecursiveRegression`]).
 //!
 //! $$ m_n(x) = \frac{\sum_i h_i^{-r} Y_i K((x - X_i)/h_i)}{\sum_i h_i^{-r} K((x - X_i)/h_i)} ,
-//!    \qquad h_i = c\,(i + 1)^{-\gamma}, \; i = 0, 1, \dots $$
+//!    \qquad h_i = c\,2^{-\gamma \lfloor \log_2 (i + 1) \rfloor}, \; i = 0, 1, \dots $$
 //! with r = 1 (after Wolverton & Wagner 1969, Ahmad & Lin 1976) or r = 0 (Devroye & Wagner 1980). An
 //! observation's bandwidth depends on its place in the stream alone, so that it is never looked at again and
-//! partial sums over parts of the stream add up to those of the whole. The rate is that of (13)
-//! (Greblicki & Pawlak 2008, chapter 4).
+//! partial sums over parts of the stream add up to those of the whole. It follows c (i + 1)^-gamma from above to
+//! within 2^gamma, and stays while the stream doubles: over a record the observations of one bandwidth then make an
+//! ordinary kernel sum, at the price of one. The rate is that of (13) (Greblicki & Pawlak 2008, chapter 4, where
+//! h_i may be any sequence of that order).
+
+mod levels;
+mod regression;
+
+pub use regression::{RecursiveFit, RecursiveRegression};
 
 use super::Kernel;
 use crate::error::{Error, Result};
@@ -91,19 +99,7 @@ impl RecursiveKernel {
     /// # Errors
     /// Those of `start`.
     pub fn start_from(self, first: u64, at: &[f64]) -> Result<RecursiveSums> {
-        let refuse = |name: &str, value: f64, requirement: &'static str| {
-            Err(Error::InvalidParameter {
-                name: name.to_owned(),
-                value,
-                requirement,
-            })
-        };
-        if !(self.bandwidth > 0.0 && self.bandwidth.is_finite()) {
-            return refuse("the bandwidth", self.bandwidth, "positive and finite");
-        }
-        if !(self.exponent > 0.0 && self.exponent < 1.0) {
-            return refuse("the bandwidth's exponent", self.exponent, "between 0 and 1");
-        }
+        self.check()?;
         check_finite("at", at, 0)?;
         let mut order: Vec<usize> = (0..at.len()).collect();
         order.sort_by(|&i, &j| at[i].total_cmp(&at[j]));
@@ -117,6 +113,37 @@ impl RecursiveKernel {
             count: 0,
         })
     }
+
+    /// The parameters must be in their ranges.
+    fn check(&self) -> Result<()> {
+        let refuse = |name: &str, value: f64, requirement: &'static str| {
+            Err(Error::InvalidParameter {
+                name: name.to_owned(),
+                value,
+                requirement,
+            })
+        };
+        if !(self.bandwidth > 0.0 && self.bandwidth.is_finite()) {
+            return refuse("the bandwidth", self.bandwidth, "positive and finite");
+        }
+        if !(self.exponent > 0.0 && self.exponent < 1.0) {
+            return refuse("the bandwidth's exponent", self.exponent, "between 0 and 1");
+        }
+        Ok(())
+    }
+
+    /// h_i / c for the observations number 2^level to 2^(level + 1) - 1, counted from 1.
+    fn shrunk(&self, level: u32) -> f64 {
+        (-self.exponent * f64::from(level)).exp2()
+    }
+
+    /// What h_i^-r is in proportion to, where h_i / c is `shrunk`.
+    fn factor(&self, shrunk: f64) -> f64 {
+        match self.form {
+            RecursiveForm::WolvertonWagner => 1.0 / shrunk,
+            RecursiveForm::DevroyeWagner => 1.0,
+        }
+    }
 }
 
 impl RecursiveSums {
@@ -127,18 +154,9 @@ impl RecursiveSums {
     pub fn push(&mut self, x: f64, y: f64) -> Result<()> {
         check_finite("x", &[x], self.next)?;
         check_finite("y", &[y], self.next)?;
-        let RecursiveKernel {
-            kernel,
-            form,
-            bandwidth,
-            exponent,
-        } = self.method;
-        let shrunk = (self.next as f64 + 1.0).powf(-exponent);
-        let h = bandwidth * shrunk;
-        let factor = match form {
-            RecursiveForm::WolvertonWagner => 1.0 / shrunk,
-            RecursiveForm::DevroyeWagner => 1.0,
-        };
+        let kernel = self.method.kernel;
+        let shrunk = self.method.shrunk(self.next.saturating_add(1).ilog2());
+        let (h, factor) = (self.method.bandwidth * shrunk, self.method.factor(shrunk));
         let reach = kernel.reach() * h;
         let first = self.at.partition_point(|&q| x - q > reach);
         for (j, &q) in self.at.iter().enumerate().skip(first) {
@@ -208,123 +226,4 @@ fn check_finite(column: &str, values: &[f64], first: u64) -> Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
-    use rand::{RngExt, SeedableRng};
-
-    use super::*;
-
-    const AT: [f64; 5] = [0.9, -0.5, 0.0, 7.0, 0.3];
-
-    fn stream(n: usize) -> Vec<(f64, f64)> {
-        let mut rng = rand_pcg::Pcg64::seed_from_u64(3);
-        (0..n)
-            .map(|_| {
-                let x = rng.random_range(-1.0..1.0);
-                (x, 1e6 + x * x + rng.random_range(-0.1..0.1))
-            })
-            .collect()
-    }
-
-    fn method(kernel: Kernel, form: RecursiveForm) -> RecursiveKernel {
-        RecursiveKernel {
-            kernel,
-            form,
-            bandwidth: 0.8,
-            exponent: 0.25,
-        }
-    }
-
-    #[test]
-    fn any_number_of_shards_gives_the_sums_as_they_are_written() {
-        let data = stream(3000);
-        for kernel in Kernel::ALL {
-            for (form, r) in [(RecursiveForm::WolvertonWagner, 1), (RecursiveForm::DevroyeWagner, 0)] {
-                let shards = |size: usize| {
-                    let mut parts = data.chunks(size).enumerate().map(|(k, part)| {
-                        let mut sums = method(kernel, form).start_from((k * size) as u64, &AT).unwrap();
-                        part.iter().for_each(|&(x, y)| sums.push(x, y).unwrap());
-                        sums
-                    });
-                    let mut whole = parts.next_back().unwrap();
-                    parts.for_each(|part| whole.merge(&part).unwrap());
-                    assert_eq!(whole.count(), 3000);
-                    whole.finish()
-                };
-                let (one, ten) = (shards(3000), shards(300));
-                for (j, q) in AT.iter().enumerate() {
-                    let (mut s, mut t) = (0.0, 0.0);
-                    for (i, (x, y)) in data.iter().enumerate() {
-                        let h = 0.8 * (i as f64 + 1.0).powf(-0.25);
-                        let k = h.powi(-r) * kernel.weight((q - x) / h);
-                        s += k;
-                        t += k * (y - 1e6);
-                    }
-                    if s > 0.0 {
-                        let want = 1e6 + t / s;
-                        assert!((one[j] / want - 1.0).abs() < 1e-12 && (ten[j] / want - 1.0).abs() < 1e-12);
-                    } else {
-                        assert!(one[j].is_nan() && ten[j].is_nan());
-                    }
-                }
-                assert!(kernel == Kernel::Gaussian || one[3].is_nan());
-            }
-        }
-    }
-
-    #[test]
-    fn ten_shards_of_many_points_give_what_one_gives() {
-        let data = stream(200_000);
-        let run = method(Kernel::Epanechnikov, RecursiveForm::WolvertonWagner);
-        let sums = |from: usize, part: &[(f64, f64)]| {
-            let mut sums = run.start_from(from as u64, &AT).unwrap();
-            part.iter().for_each(|&(x, y)| sums.push(x, y - 1e6).unwrap());
-            sums
-        };
-        let one = sums(0, &data).finish();
-        let mut parts = data.chunks(20_000).enumerate().map(|(k, part)| sums(k * 20_000, part));
-        let mut whole = parts.next().unwrap();
-        parts.for_each(|part| whole.merge(&part).unwrap());
-        for (a, b) in one.iter().zip(whole.finish()).filter(|(a, _)| !a.is_nan()) {
-            assert!((a - b).abs() < 1e-12, "{a} {b}");
-        }
-    }
-
-    #[test]
-    fn the_estimate_converges() {
-        let mut sums = method(Kernel::Epanechnikov, RecursiveForm::WolvertonWagner)
-            .start(&AT)
-            .unwrap();
-        stream(40_000).iter().for_each(|&(x, y)| sums.push(x, y).unwrap());
-        for (q, m) in AT.iter().zip(sums.finish()).filter(|(q, _)| q.abs() < 0.9) {
-            assert!((m - 1e6 - q * q).abs() < 0.01, "{q} {m}");
-        }
-    }
-
-    #[test]
-    fn bad_input_is_refused_with_its_place() {
-        let good = method(Kernel::Uniform, RecursiveForm::DevroyeWagner);
-        let message = |exponent, bandwidth, at: &[f64]| {
-            let bad = RecursiveKernel {
-                exponent,
-                bandwidth,
-                ..good
-            };
-            bad.start(at).unwrap_err().to_string()
-        };
-        assert_eq!(
-            message(1.0, 1.0, &[0.0]),
-            "the bandwidth's exponent is 1, but must be between 0 and 1"
-        );
-        assert!(message(0.2, f64::NAN, &[0.0]).contains("the bandwidth is NaN"));
-        assert!(message(0.2, 1.0, &[0.0, f64::INFINITY]).contains("column 'at' is inf at sample 1"));
-        let mut sums = good.start_from(7, &AT).unwrap();
-        sums.push(0.0, 1.0).unwrap();
-        let before = sums.clone();
-        let refused = sums.push(0.0, f64::NAN).unwrap_err().to_string();
-        assert!(refused.contains("column 'y' is NaN at sample 8"), "{refused}");
-        assert_eq!(sums, before);
-        let other = good.start(&AT[..4]).unwrap();
-        let refused = sums.merge(&other).unwrap_err().to_string();
-        assert!(refused.contains("evaluation points"), "{refused}");
-    }
-}
+mod tests;

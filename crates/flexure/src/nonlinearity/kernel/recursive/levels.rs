@@ -1,0 +1,306 @@
+//! A record by its bandwidths: the observations of one bandwidth make an ordinary kernel sum.
+
+use rayon::prelude::*;
+
+use super::super::{Degree, Sorted, for_each_sum};
+use super::RecursiveKernel;
+use crate::nonlinearity::estimator::Checked;
+use crate::selection::Candidate;
+
+/// Where the others have less than this share of a point's sum, what is left of it has lost its digits.
+const FEW: f64 = 1e-3;
+/// Abscissas whose standard deviation is below this share of the widest bandwidth determine no slope.
+const ONE_ABSCISSA: f64 = 1e-9;
+
+/// The observations of one bandwidth.
+#[derive(Debug, Clone, PartialEq)]
+struct Level {
+    /// How often the stream had doubled when they came.
+    doublings: u32,
+    data: Sorted,
+}
+
+/// All observations, apart by their bandwidths, and together.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Levels {
+    levels: Vec<Level>,
+    /// All of them; the other ordinates are about this one's mean.
+    pub all: Sorted,
+}
+
+/// Sums over all levels at one point: of w h^-r K, and of the same times y less its mean over all.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Pair {
+    s: f64,
+    t: f64,
+}
+
+impl Pair {
+    /// The estimate less the mean of all ordinates; NaN without data in reach.
+    fn value(self) -> f64 {
+        if self.s > 0.0 { self.t / self.s } else { f64::NAN }
+    }
+}
+
+/// A point that is to be predicted from the others: a part of it may belong to the next bandwidth.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Own {
+    x: f64,
+    /// The ordinate as it was given.
+    y: f64,
+    weight: f64,
+    /// The levels' places in the list, and the weight in each.
+    parts: Vec<(usize, f64)>,
+}
+
+impl Levels {
+    /// Apart in the order given. An observation of weight w counts as w observations, in the stream's doublings too: its
+    /// weight belongs to several levels where these doublings fall into it.
+    pub fn new(data: &Checked<'_>) -> Levels {
+        let (x, y) = (data.x[0], data.y);
+        let mut columns: Vec<(u32, [Vec<f64>; 3])> = Vec::new();
+        let mut before = 0.0;
+        for i in 0..y.len() {
+            for (doublings, share) in shares(before, data.weight(i)) {
+                if columns.last().is_none_or(|(last, _)| *last != doublings) {
+                    columns.push((doublings, Default::default()));
+                }
+                if let Some((_, [xs, ys, ws])) = columns.last_mut() {
+                    xs.push(x[i]);
+                    ys.push(y[i]);
+                    ws.push(share);
+                }
+            }
+            before += data.weight(i);
+        }
+        let sorted = |x: &[f64], y: &[f64], w: &[f64]| match data.w {
+            None => Sorted::new(x, y),
+            Some(_) => Sorted::weighted(x, y, w),
+        };
+        let level = |(doublings, [x, y, w]): (u32, [Vec<f64>; 3])| Level {
+            doublings,
+            data: sorted(&x, &y, &w),
+        };
+        Levels {
+            levels: columns.into_par_iter().map(level).collect(),
+            all: data.w.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w)),
+        }
+    }
+
+    /// The root mean square of h_i / c over the observations, which the bias is proportional to.
+    pub fn typical(&self, method: &RecursiveKernel) -> f64 {
+        let weight = |data: &Sorted| -> f64 { (0..data.len()).map(|i| data.weight(i)).sum() };
+        let squares = self.levels.iter().map(|level| {
+            let shrunk = method.shrunk(level.doublings);
+            weight(&level.data) * shrunk * shrunk
+        });
+        (squares.sum::<f64>() / weight(&self.all)).sqrt()
+    }
+
+    /// Each level's observations with their bandwidth and their factor h^-r.
+    fn each<'a>(&'a self, method: &'a RecursiveKernel) -> impl Iterator<Item = (&'a Sorted, f64, f64)> {
+        self.levels.iter().map(|level| {
+            let shrunk = method.shrunk(level.doublings);
+            (&level.data, method.bandwidth * shrunk, method.factor(shrunk))
+        })
+    }
+
+    /// The sums at the increasing points `at`.
+    fn sums(&self, method: &RecursiveKernel, at: &[f64]) -> Vec<Pair> {
+        let levels: Vec<_> = self.each(method).collect();
+        let of_level = |(data, h, factor): (&Sorted, f64, f64)| {
+            let mut pairs = vec![Pair::default(); at.len()];
+            let lift = data.mean - self.all.mean;
+            for_each_sum(data, method.kernel, Degree::Constant, h, at, |j, sums| {
+                pairs[j] = Pair {
+                    s: factor * sums.s[0],
+                    t: factor * (sums.t[0] + lift * sums.s[0]),
+                };
+            });
+            pairs
+        };
+        // Always in the same order, whatever the number of threads.
+        let all: Vec<Vec<Pair>> = levels.into_par_iter().map(of_level).collect();
+        let mut total = vec![Pair::default(); at.len()];
+        for pairs in all {
+            for (sum, pair) in total.iter_mut().zip(pairs) {
+                sum.s += pair.s;
+                sum.t += pair.t;
+            }
+        }
+        total
+    }
+
+    /// The estimates at points in any order; NaN where no data are in reach, and for what is not finite.
+    pub fn estimates(&self, method: &RecursiveKernel, at: &[f64]) -> Vec<f64> {
+        let mut order: Vec<usize> = (0..at.len()).filter(|&i| at[i].is_finite()).collect();
+        order.sort_unstable_by(|&i, &j| at[i].total_cmp(&at[j]));
+        let sorted: Vec<f64> = order.iter().map(|&i| at[i]).collect();
+        let mut estimates = vec![f64::NAN; at.len()];
+        for (i, pair) in order.into_iter().zip(self.sums(method, &sorted)) {
+            estimates[i] = self.all.mean + pair.value();
+        }
+        estimates
+    }
+
+    /// Every `stride`-th point in order of x.
+    pub fn own(&self, data: &Checked<'_>, stride: usize) -> Vec<Own> {
+        let mut before = 0.0;
+        let mut points = Vec::with_capacity(data.y.len());
+        for i in 0..data.y.len() {
+            let weight = data.weight(i);
+            if weight > 0.0 {
+                points.push((i, before));
+            }
+            before += weight;
+        }
+        let (x, y) = (data.x[0], data.y);
+        points.sort_by(|a, b| x[a.0].total_cmp(&x[b.0]).then(y[a.0].total_cmp(&y[b.0])));
+        let kept = points.into_iter().skip(stride / 2).step_by(stride);
+        let place = |doublings| self.levels.partition_point(|level| level.doublings < doublings);
+        kept.map(|(i, before)| Own {
+            x: x[i],
+            y: y[i],
+            weight: data.weight(i),
+            parts: shares(before, data.weight(i)).map(|(d, w)| (place(d), w)).collect(),
+        })
+        .collect()
+    }
+
+    /// The scores of c over these of the points, in order of x: each predicted from all others, whose bandwidths stay,
+    /// or by its nearest neighbours where it is alone.
+    pub fn candidate(&self, method: &RecursiveKernel, points: &[Own]) -> Candidate<f64> {
+        let at: Vec<f64> = points.iter().map(|p| p.x).collect();
+        let factors: Vec<f64> = self.each(method).map(|(_, _, factor)| factor).collect();
+        let (mut trace, mut left_out, mut squares, mut total) = (0.0, 0.0, 0.0, 0.0);
+        for (point, sum) in points.iter().zip(self.sums(method, &at)) {
+            // K(0) = 1.
+            let own: f64 = point.parts.iter().map(|&(k, w)| w * factors[k]).sum();
+            let y = point.y - self.all.mean;
+            let (mut rest, mut value) = (sum.s - own, f64::NAN);
+            if rest > FEW * sum.s {
+                value = (sum.t - own * y) / rest;
+            } else {
+                let others = self.others(method, point);
+                rest = others.s;
+                value = if rest > 0.0 { others.value() } else { value };
+            }
+            if !(rest > 0.0) {
+                value = self.all.nearest(point.x, self.place(&self.all, point, point.weight));
+            }
+            trace += own / sum.s;
+            left_out += point.weight * (y - value).powi(2);
+            squares += point.weight * (y - sum.value()).powi(2);
+            total += point.weight;
+        }
+        Candidate::new(method.bandwidth, trace, left_out, squares, total, points.len())
+    }
+
+    /// The sums at a point over all others, one by one.
+    fn others(&self, method: &RecursiveKernel, point: &Own) -> Pair {
+        let mut pair = Pair::default();
+        for (k, (data, h, factor)) in self.each(method).enumerate() {
+            let part = point.parts.iter().find(|(level, _)| *level == k);
+            let skip = part.and_then(|(_, w)| self.place(data, point, *w));
+            let sums = data.direct_sums(method.kernel, Degree::Constant, h, point.x, skip);
+            pair.s += factor * sums.s[0];
+            pair.t += factor * (sums.t[0] + (data.mean - self.all.mean) * sums.s[0]);
+        }
+        pair
+    }
+
+    /// Where a point of this weight is among sorted ones, or one that is the same.
+    fn place(&self, data: &Sorted, point: &Own, weight: f64) -> Option<usize> {
+        let first = data.x.partition_point(|&x| x < point.x);
+        let same = data.x[first..].iter().take_while(|&&x| x == point.x).count();
+        let y = point.y - data.mean;
+        (first..first + same).find(|&i| data.y[i] == y && data.weight(i) == weight)
+    }
+
+    /// The slope at `q` of the line fitted with the weights of the estimate there; zero where it is not determined.
+    pub fn slope(&self, method: &RecursiveKernel, q: f64) -> f64 {
+        // In units of c, twice: the second time about the centre.
+        let unit = method.bandwidth;
+        let sums = |centre: f64| {
+            let mut s = [0.0; 5];
+            for (data, h, factor) in self.each(method) {
+                let lift = data.mean - self.all.mean;
+                data.for_each(data.within(q, method.kernel.reach() * h), |x, w, wy| {
+                    let k = factor * method.kernel.weight((q - x) / h);
+                    let (u, y) = ((x - q) / unit - centre, wy + w * lift);
+                    let terms = [k * w, k * w * u, k * w * u * u, k * y, k * u * y];
+                    s.iter_mut().zip(terms).for_each(|(s, term)| *s += term);
+                });
+            }
+            s
+        };
+        let first = sums(0.0);
+        let [s0, s1, s2, t0, t1] = sums(first[1] / first[0]);
+        let spread = s2 - s1 * (s1 / s0);
+        if spread > ONE_ABSCISSA * ONE_ABSCISSA * s0 {
+            (t1 - t0 * (s1 / s0)) / spread / unit
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether there is a place without data in reach between the neighbouring abscissas `a` and `b`.
+    pub fn parted(&self, method: &RecursiveKernel, a: f64, b: f64) -> bool {
+        let (mut left, mut right) = (f64::NEG_INFINITY, f64::INFINITY);
+        for (data, h, _) in self.each(method) {
+            let reach = method.kernel.reach() * h;
+            let after = data.x.partition_point(|&x| x <= a);
+            if let Some(&x) = after.checked_sub(1).and_then(|i| data.x.get(i)) {
+                left = left.max(x + reach);
+            }
+            if let Some(&x) = data.x.get(after) {
+                right = right.min(x - reach);
+            }
+        }
+        left <= right && a < b
+    }
+}
+
+/// The numbers of doublings and the weights that an observation of weight `w` has in them, after others of total weight
+/// `before`: the stream has doubled k times from the 2^k-th observation on.
+fn shares(before: f64, w: f64) -> impl Iterator<Item = (u32, f64)> {
+    let (mut at, mut left) = (before, w);
+    std::iter::from_fn(move || {
+        if !(left > 0.0) {
+            return None;
+        }
+        let doublings = exponent(at + 1.0);
+        let room = f64::from(doublings + 1).exp2() - 1.0 - at;
+        // Where the weights are so large that one observation counts for nothing there is no room to see.
+        let share = if room > 0.0 && room < left { room } else { left };
+        (at, left) = (at + share, left - share);
+        Some((doublings, share))
+    })
+}
+
+/// The whole part of the logarithm to base 2 of a number from 1, exactly.
+fn exponent(v: f64) -> u32 {
+    ((v.to_bits() >> 52) as u32 & 0x7ff).saturating_sub(1023)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_weight_is_split_where_the_stream_doubles() {
+        let of = |before, w| shares(before, w).collect::<Vec<_>>();
+        assert_eq!(of(0.0, 1.0), [(0, 1.0)]);
+        assert_eq!(of(1.0, 1.0), [(1, 1.0)]);
+        assert_eq!(of(2.0, 2.0), [(1, 1.0), (2, 1.0)]);
+        assert_eq!(of(0.5, 3.0), [(0, 0.5), (1, 2.0), (2, 0.5)]);
+        assert_eq!(of(6.0, 0.0), []);
+        for count in [1_u64, 7, 8, 1023, 1024, (1 << 50) - 1, 1 << 50] {
+            assert_eq!(exponent(count as f64), count.ilog2());
+        }
+        for (before, w) in [(0.0, 1e300), (1e300, 1.0), (f64::INFINITY, 2.0), (1e308, 1e308)] {
+            let total: f64 = shares(before, w).map(|(_, w)| w).sum();
+            assert!((total / w - 1.0).abs() < 1e-12, "{before} {w} {total}");
+        }
+    }
+}

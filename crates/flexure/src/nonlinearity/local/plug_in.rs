@@ -1,0 +1,90 @@
+//! Local bandwidths by plug-in (Fan and Gijbels 1996, section 4.3; Brockmann, Gasser and Herrmann 1993).
+//!
+//! $$ h(x) = \Bigl(\frac{R(K)}{\mu_2(K)^2} \frac{\sigma^2(x)}{m''(x)^2\, n f(x)}\Bigr)^{1/5} $$
+//! minimises the asymptotic squared error of the local line at x. The noise is that of differences of neighbours
+//! ([`noise`](super::noise)), n f(x) the weight of the points around x over their extent, and m'' that of the pilot of the
+//! global plug-in rule (Ruppert, Sheather and Wand 1995), a local cubic. Where m'' has a zero the formula asks for an
+//! infinite window; so m''^2 is averaged over the pilot's own window, the bandwidth kept between the narrowest of
+//! Lepski's windows and the data's extent, and nowhere wider than the bandwidth at any other place and the way there: a
+//! window does not reach far into a place that calls for a narrow one.
+
+use rayon::prelude::*;
+
+use super::choice::{LocalWindow, Side};
+use super::windows::{Design, square_share};
+use crate::error::Result;
+use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, for_each_sum};
+use crate::selection::{BandwidthSearch, Bend, PlugIn, bulk, canonical};
+
+/// Places on either side of a node at which m''^2 is averaged, over twice the pilot's standard deviation.
+const PLACES: i32 = 8;
+
+/// The global plug-in bandwidth, and the local window at every node of the table.
+pub fn windows(data: &Sorted, kernel: Kernel) -> Result<(BandwidthSearch, Vec<LocalWindow>)> {
+    let (plug_in, bend) = PlugIn::with_bend(data)?;
+    let global = BandwidthSearch {
+        bandwidth: plug_in.bandwidth_for(kernel),
+        curve: Vec::new(),
+        at_edge: plug_in.at_edge,
+        binning: None,
+    };
+    let design = Design::new(data, kernel, global.bandwidth);
+    let bandwidths = bandwidths(data, &design, &bend);
+    let grouped = design.grouped(data);
+    let factor = square_share(kernel);
+    let window = |j: usize| {
+        let (x, bandwidth) = (design.nodes[j], bandwidths[j]);
+        let line = grouped
+            .direct_sums(kernel, Degree::Linear, bandwidth, x, None)
+            .fit(Degree::Linear)?;
+        Some(LocalWindow {
+            x,
+            bandwidth,
+            side: Side::Both,
+            value: line.value,
+            standard_error: design.noise[j] * (factor * line.leverage).sqrt(),
+        })
+    };
+    let windows: Vec<_> = (0..design.nodes.len()).into_par_iter().map(window).collect();
+    Ok((global, windows.into_iter().flatten().collect()))
+}
+
+/// The bandwidth at every node.
+fn bandwidths(data: &Sorted, design: &Design, bend: &Bend) -> Vec<f64> {
+    let (nodes, extent) = (&design.nodes, bulk(&data.x));
+    let narrowest = design.bandwidths.first().copied().unwrap_or(extent);
+    // The weight of the points for a unit of x, over windows as wide as the pilot's.
+    let reach = bend.window.max(narrowest);
+    let (low, high) = (data.x[0], data.x[data.len() - 1]);
+    let mut density = vec![0.0; nodes.len()];
+    for_each_sum(data, Kernel::Uniform, Degree::Constant, reach, nodes, |j, sums| {
+        let inside = (nodes[j] + reach).min(high) - (nodes[j] - reach).max(low);
+        density[j] = sums.s[0] / inside;
+    });
+    let mut bandwidths: Vec<f64> = (0..nodes.len())
+        .map(|j| {
+            let ratio = design.noise[j].powi(2) / (curvature(bend, nodes[j]) * density[j]);
+            // NaN, a straight line without noise, becomes the widest.
+            (canonical(design.kernel) * ratio.powf(0.2)).min(extent).max(narrowest)
+        })
+        .collect();
+    for j in 1..nodes.len() {
+        bandwidths[j] = bandwidths[j].min(bandwidths[j - 1] + (nodes[j] - nodes[j - 1]));
+    }
+    for j in (1..nodes.len()).rev() {
+        bandwidths[j - 1] = bandwidths[j - 1].min(bandwidths[j] + (nodes[j] - nodes[j - 1]));
+    }
+    bandwidths
+}
+
+/// m''^2 averaged around `x` with normal weights of the pilot's standard deviation.
+fn curvature(bend: &Bend, x: f64) -> f64 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for k in -PLACES..=PLACES {
+        let u = 2.0 * f64::from(k) / f64::from(PLACES);
+        let weight = (-0.5 * u * u).exp();
+        sum += weight * bend.square(x + u * bend.window);
+        total += weight;
+    }
+    sum / total
+}
