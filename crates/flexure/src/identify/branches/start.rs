@@ -27,7 +27,7 @@ const DELAY_ORDER: usize = 2;
 const DELAY_SLACK: usize = 1;
 
 /// A spline that is zero, with its breakpoints at quantiles of a signal; `None` if the signal has too few values.
-pub(super) fn coarse(signal: &[f64], pieces: usize) -> Option<Shape> {
+pub(in crate::identify) fn coarse(signal: &[f64], pieces: usize) -> Option<Shape> {
     let mut sorted = signal.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
     let last = sorted.len().checked_sub(1)?;
@@ -45,7 +45,7 @@ pub(super) fn coarse(signal: &[f64], pieces: usize) -> Option<Shape> {
 }
 
 /// The B-splines of a signal but for the middle one, which a constant takes the place of; and the middle one's index.
-fn splines(signal: &[f64], shape: &Shape) -> (Vec<Vec<f64>>, usize) {
+pub(in crate::identify) fn splines(signal: &[f64], shape: &Shape) -> (Vec<Vec<f64>>, usize) {
     let local: Vec<_> = signal.iter().map(|u| shape.local(*u)).collect();
     let (n, middle) = (shape.c.len(), shape.c.len() / 2);
     let columns = (0..n).filter(|j| *j != middle).map(|j| spline(&local, j));
@@ -80,7 +80,7 @@ pub(in crate::identify) fn delays(data: &Signals) -> Vec<usize> {
 }
 
 /// Branches of the given order with these delays and no last nonlinearity; `None` if none were found.
-pub(super) fn branches(data: &Signals, order: usize, delays: &[usize]) -> Option<System> {
+pub(in crate::identify) fn branches(data: &Signals, order: usize, delays: &[usize]) -> Option<System> {
     let inputs: Option<Vec<Input>> = data
         .u
         .iter()
@@ -177,7 +177,7 @@ fn assembled(inputs: &[Input], numerators: &[f64], order: usize, denominator: &R
 }
 
 /// The column and the row whose product is nearest to a row-major matrix; the row's largest entry is 1.
-fn dominant(matrix: &[f64], columns: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+pub(in crate::identify) fn dominant(matrix: &[f64], columns: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     let rows = || matrix.chunks_exact(columns);
     let size = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
     let largest = rows().max_by(|a, b| size(a).total_cmp(&size(b)))?;

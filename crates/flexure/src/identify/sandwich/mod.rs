@@ -45,17 +45,16 @@ use crate::record::Record;
 pub use monitor::Stage;
 pub use outcome::{ApproximationScore, Intersample, SandwichIdentification};
 pub use refine::TriedStructure;
-use search::splits;
 pub(super) use {
     approximation::{approximate, restructured, solve},
     descent::{Residuals, descend},
-    loss::{Data, delayed},
+    loss::{Data, Sandwich, SandwichLoss, delayed},
     monitor::Monitor,
-    outcome::{Scale, blocks, conventional_gain},
+    outcome::{Blocks, Scale, blocks, conventional_gain},
     products::normal_equations,
-    rational::Rational,
-    refine::fitted,
-    search::{Found, LARGEST_ORDER, Prepared, START_SAMPLES, search},
+    rational::{Rational, groups},
+    refine::{STRUCTURE_SAMPLES, TRIAL_STEPS, dependence, fitted, pieces, restructure, with_pieces},
+    search::{Found, LARGEST_ORDER, Prepared, START_SAMPLES, search, splits},
     shape::{Local, Roughness, Shape, thinned},
     split::{Candidate, fit_shape},
     structure::{Form, changes},

@@ -10,7 +10,7 @@ use super::structure::{Form, neighbours};
 use crate::linear::correlation::{cross_covariance, variance};
 
 /// Samples that the structure is chosen on.
-pub(super) const STRUCTURE_SAMPLES: usize = 20_000;
+pub(in crate::identify) const STRUCTURE_SAMPLES: usize = 20_000;
 /// Pieces that are tried, relative to the present number.
 const PIECES: [f64; 6] = [0.7, 1.0, 1.4, 2.0, 2.8, 4.0];
 const MOST_PIECES: usize = 64;
@@ -27,7 +27,7 @@ const EVEN: f64 = 0.3;
 /// Rounds of structural change.
 const ROUNDS: usize = 16;
 /// Steps that judge a structural change.
-pub(super) const TRIAL_STEPS: usize = 12;
+pub(in crate::identify) const TRIAL_STEPS: usize = 12;
 
 /// A structure that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +53,7 @@ pub struct TriedStructure {
 }
 
 /// Schwarz's criterion of a sum of squares, for as many independent errors as the samples are worth.
-pub(super) fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
+pub(in crate::identify) fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
     let samples = data.counted() as f64;
     let n = samples / data.dependence;
     n * (squares.max(f64::MIN_POSITIVE) / samples).ln() + parameters as f64 * n.ln()
@@ -61,7 +61,7 @@ pub(super) fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
 
 /// $1 + 2 \sum_j \rho_j^2$ of the output's errors: a comparison of two models with errors of this autocorrelation varies as much
 /// as one with so many times fewer independent errors (Bartlett 1946).
-pub(super) fn dependence(output: &[f64], data: &Data) -> f64 {
+pub(in crate::identify) fn dependence(output: &[f64], data: &Data) -> f64 {
     let errors: Vec<f64> = output.iter().zip(&data.y).skip(data.from).map(|(p, y)| p - y).collect();
     let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
     let noise = 1.0 / errors.len() as f64;
@@ -134,7 +134,7 @@ pub(in crate::identify) fn fitted(
 ///
 /// Where it is rough is read from the present curve, which is good for smooth ones, and from one on many even breakpoints,
 /// which shows kinks; the better of the two is taken.
-pub(super) fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
+pub(in crate::identify) fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
     let s = &c.sandwich;
     let mut sorted = s.front.run(&data.u)[data.from..].to_vec();
     let spread = variance(&sorted).sqrt();
@@ -195,7 +195,7 @@ fn fewest_in_piece(data: &Data) -> usize {
 }
 
 /// More and more pieces while Schwarz's criterion falls.
-pub(super) fn pieces(
+pub(in crate::identify) fn pieces(
     mut best: Candidate,
     data: &Data,
     steps: usize,
@@ -249,7 +249,7 @@ pub(super) fn intersample(
 }
 
 /// The structural change that lowers Schwarz's criterion most, over and over.
-pub(super) fn restructure(
+pub(in crate::identify) fn restructure(
     mut best: Candidate,
     form: Form,
     data: &Data,

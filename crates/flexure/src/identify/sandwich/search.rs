@@ -167,7 +167,7 @@ impl Found {
 }
 
 /// All splits of the linear approximations' poles and zeros that are worth a fit.
-pub(super) fn splits(prepared: &Prepared, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
+pub(in crate::identify) fn splits(prepared: &Prepared, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
     monitor.stage = Stage::Split;
     let few = prepared.data.head(START_SAMPLES);
     let mut candidates = Vec::new();
