@@ -29,6 +29,7 @@ pub mod joint;
 mod multiple_inputs;
 mod outcome;
 mod output_error;
+mod parallel;
 mod reference;
 mod refined;
 mod samples;
@@ -43,6 +44,7 @@ pub use hammerstein_wiener::{HammersteinWiener, HammersteinWienerIdentification}
 pub use multiple_inputs::{InputBranch, MultipleInputs, MultipleInputsIdentification, MultipleInputsModel};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
 pub use output_error::{Linear, LinearIdentification};
+pub use parallel::{Parallel, ParallelBranch, ParallelIdentification, TriedSum};
 pub use reference::{
     DecayPrior, Narx, NarxIdentification, NarxModel, NarxTerm, TriedNarx, Volterra, VolterraIdentification,
     VolterraModel,

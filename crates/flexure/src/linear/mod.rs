@@ -1,5 +1,6 @@
 //! Linear, time-invariant, discrete-time systems.
 
+pub(crate) mod autoregression;
 pub(crate) mod correlation;
 pub(crate) mod from_impulse_response;
 pub(crate) mod levenberg_marquardt;

@@ -10,12 +10,14 @@ use super::cells::Cells;
 use super::descent::descend;
 use super::dynamics::{Chosen, Request, choose};
 use super::loss::{Data, Dynamics, Model, Normal, filter, filter_back, product, residual};
-use super::noise::whitening;
 use super::pieces::Term;
 use super::select::select;
 use super::stepwise::Costs;
 use crate::linear::TransferFunction;
+use crate::linear::autoregression::whitening;
 
+/// Samples for each coefficient of the noise model.
+const SAMPLES_A_COEFFICIENT: usize = 50;
 /// Most passes.
 const PASSES: usize = 6;
 /// Gauss-Newton steps of a pass, and of the last.
@@ -83,7 +85,13 @@ pub(super) fn alternate(data: &mut Data, cells: &Cells, start: Start) -> Option<
         mut memory,
         whiten,
     } = start;
-    let whitened = |e: &[f64]| if whiten { whitening(e) } else { vec![1.0] };
+    let whitened = |e: &[f64]| {
+        if whiten {
+            whitening(e, SAMPLES_A_COEFFICIENT)
+        } else {
+            vec![1.0]
+        }
+    };
     let mut offset = 0.0;
     let mut best: Option<Minimum> = None;
     let mut terms: Vec<Term> = Vec::new();

@@ -22,7 +22,6 @@ mod dynamics;
 mod forms;
 mod gather;
 mod loss;
-mod noise;
 mod outcome;
 mod pieces;
 mod select;

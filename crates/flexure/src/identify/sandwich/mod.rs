@@ -53,7 +53,7 @@ pub(super) use {
     outcome::{Blocks, Scale, blocks, conventional_gain},
     products::normal_equations,
     rational::{Rational, groups},
-    refine::{STRUCTURE_SAMPLES, TRIAL_STEPS, dependence, fitted, pieces, restructure, with_pieces},
+    refine::{STRUCTURE_SAMPLES, TRIAL_STEPS, bic as schwarz, dependence, fitted, pieces, restructure, with_pieces},
     search::{Found, LARGEST_ORDER, Prepared, START_SAMPLES, search, splits},
     shape::{Local, Roughness, Shape, thinned},
     split::{Candidate, fit_shape},

@@ -55,9 +55,14 @@ pub(in crate::identify) struct Scored {
 impl Prepared {
     /// The delay is the linear approximation's.
     pub fn new(u: &[f64], y: &[f64], monitor: &mut Monitor<'_>) -> Prepared {
+        Prepared::with_delay_at_most(u, y, usize::MAX, monitor)
+    }
+
+    /// The delay is the linear approximation's, or the largest.
+    pub fn with_delay_at_most(u: &[f64], y: &[f64], largest: usize, monitor: &mut Monitor<'_>) -> Prepared {
         let mut prepared = Prepared::with_delay(u, y, 0);
         let delay = pure_delay(&prepared.data);
-        prepared.shift(delay);
+        prepared.shift(delay.min(largest));
         prepared.approximations = approximations(&prepared.data.head(STRUCTURE_SAMPLES), monitor);
         let n = prepared.data.y.len();
         if let Some(best) = prepared.best() {

@@ -1,0 +1,239 @@
+//! From the starts to the sum of branches.
+
+use std::ops::RangeInclusive;
+
+use super::super::sandwich::{
+    Data, Form, Found as Single, Monitor, Prepared, START_SAMPLES, STRUCTURE_SAMPLES, Stage, TRIAL_STEPS, dependence, pieces,
+    restructure, search as one_sandwich, splits, with_pieces,
+};
+use super::start::{hammerstein, sandwiches};
+use super::sum::Sum;
+use crate::validation::ResidualTests;
+
+/// Largest order of the starts with Hammerstein branches.
+const LARGEST_ORDER: usize = 8;
+/// Orders in a row that are tried although Schwarz's criterion rises.
+const WORSE_ORDERS: usize = 2;
+/// Starts that are refined, and those that survive the first round.
+const SCREENED: usize = 6;
+const SURVIVORS: usize = 2;
+/// Samples that they are judged on.
+const SCREENING_SAMPLES: usize = 8_000;
+/// Pieces of every nonlinearity in the second round.
+const SCREENING_PIECES: usize = 12;
+/// Rounds in which structure is added branch by branch.
+const ROUNDS: usize = 3;
+/// Steps of the last fit.
+const LAST_STEPS: usize = 80;
+
+/// A sum that was tried.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TriedSum {
+    /// Poles before every branch's nonlinearity.
+    pub front_orders: Vec<usize>,
+    /// Poles behind it.
+    pub back_orders: Vec<usize>,
+    /// Cubic pieces of every branch's nonlinearity.
+    pub pieces: Vec<usize>,
+    /// Samples that it was tried on.
+    pub samples: usize,
+    /// RMS of the simulation error there, relative to the output's standard deviation.
+    pub relative_error: f64,
+    /// Schwarz's criterion there; smaller is better among those of as many samples.
+    pub bic: f64,
+}
+
+impl Sum {
+    fn tried(&self, data: &Data) -> TriedSum {
+        let of = |what: fn(&super::super::sandwich::Sandwich) -> usize| self.branches.iter().map(what).collect();
+        TriedSum {
+            front_orders: of(|b| b.front.order()),
+            back_orders: of(|b| b.back.order()),
+            pieces: of(|b| b.shape.breakpoints().len() - 1),
+            samples: data.counted(),
+            relative_error: (self.squares / data.counted() as f64).sqrt(),
+            bic: self.bic(data),
+        }
+    }
+}
+
+/// The search on one record.
+pub(super) struct Search<'a, 'm> {
+    pub prepared: &'a Prepared,
+    /// How many branches may be tried.
+    pub counts: RangeInclusive<usize>,
+    pub monitor: &'a mut Monitor<'m>,
+    pub tried: Vec<TriedSum>,
+}
+
+/// The sum and its branches' form.
+pub(super) struct Found {
+    pub sum: Sum,
+    pub form: Form,
+}
+
+impl Found {
+    /// What is left where there was no start: a static nonlinearity, or a constant.
+    pub fn nothing(data: &Data) -> Found {
+        Found {
+            sum: Sum::new(vec![Single::nothing(data).sandwich], data),
+            form: Form::Sandwich,
+        }
+    }
+}
+
+impl Search<'_, '_> {
+    /// The best sum: of Hammerstein branches where they leave nothing that the input explains, of sandwiches where those
+    /// are better by Schwarz's criterion.
+    pub fn run(&mut self) -> Option<Found> {
+        let mut data = self.prepared.data.head(STRUCTURE_SAMPLES);
+        let mut best: Option<Found> = None;
+        for form in [Form::Hammerstein, Form::Sandwich] {
+            for count in self.counts.clone() {
+                if self.monitor.stopped().is_some() {
+                    return best;
+                }
+                let Some(sum) = self.of_form(form, count, &data) else {
+                    continue;
+                };
+                if best.is_none() {
+                    data.dependence = dependence(&sum.run(&data.u), &data);
+                }
+                if best.as_ref().is_some_and(|b| b.sum.bic(&data) <= sum.bic(&data)) {
+                    break;
+                }
+                let complete = complete(&sum, &data);
+                best = Some(Found { sum, form });
+                if complete {
+                    break;
+                }
+            }
+            if best.as_ref().is_some_and(|b| complete(&b.sum, &data)) {
+                break;
+            }
+        }
+        let Found { sum, form } = best?;
+        self.monitor.stage = Stage::Refinement;
+        let data = &self.prepared.data;
+        let sum = Sum::new(sum.branches, data).fitted(data, LAST_STEPS, 1e-6, self.monitor);
+        self.tried.push(sum.tried(data));
+        Some(Found { sum, form })
+    }
+
+    /// The best sum of so many branches of this form.
+    fn of_form(&mut self, form: Form, count: usize, data: &Data) -> Option<Sum> {
+        let start = match (form, count) {
+            (Form::Hammerstein, _) => self.screened(|s, small| s.hammerstein_starts(small, count), data)?,
+            (_, 1) => {
+                let starts = splits(self.prepared, self.monitor);
+                let found = one_sandwich(starts, Form::Sandwich, data, self.monitor)?;
+                return Some(Sum::new(vec![found.sandwich], data));
+            }
+            _ => self.screened(|s, small| s.sandwich_starts(small, count), data)?,
+        };
+        Some(self.improved(start, form, data))
+    }
+
+    /// Hammerstein branches of rising orders after short fits.
+    fn hammerstein_starts(&mut self, data: &Data, count: usize) -> Vec<Sum> {
+        let mut all: Vec<Sum> = Vec::new();
+        let (mut least, mut worse) = (f64::INFINITY, 0);
+        for order in 0..=LARGEST_ORDER.min(data.counted() / 30) {
+            if !self.monitor.keep_on() || worse > WORSE_ORDERS {
+                break;
+            }
+            let Some(start) = hammerstein(data, order, count) else {
+                continue;
+            };
+            let bic = start.bic(data);
+            (least, worse) = if bic < least { (bic, 0) } else { (least, worse + 1) };
+            all.push(start);
+        }
+        all
+    }
+
+    fn sandwich_starts(&mut self, data: &Data, count: usize) -> Vec<Sum> {
+        let mut all = Vec::new();
+        for approximation in self.prepared.starting() {
+            if self.monitor.keep_on() {
+                all.extend(sandwiches(approximation, data, count).into_iter().take(SCREENED));
+            }
+        }
+        all
+    }
+
+    /// The best of the starts after short fits, more thorough for fewer.
+    fn screened(&mut self, starts: impl FnOnce(&mut Self, &Data) -> Vec<Sum>, data: &Data) -> Option<Sum> {
+        self.monitor.stage = Stage::Split;
+        let mut round = starts(self, &data.head(START_SAMPLES));
+        self.monitor.stage = Stage::Screening;
+        let small = data.head(SCREENING_SAMPLES);
+        sort(&mut round, &data.head(START_SAMPLES));
+        round.truncate(2 * SCREENED);
+        let fit = |sums: Vec<Sum>, steps: usize, monitor: &mut Monitor<'_>| -> Vec<Sum> {
+            let fitted = sums.into_iter().map(|s| Sum::new(s.branches, &small).fitted(&small, steps, 1e-4, monitor));
+            fitted.filter(|s| s.squares.is_finite()).collect()
+        };
+        round = fit(round, TRIAL_STEPS, self.monitor);
+        sort(&mut round, &small);
+        self.tried.extend(round.iter().map(|s| s.tried(&small)));
+        round.truncate(SURVIVORS);
+        round = round.into_iter().map(|s| finer(s, &small)).collect();
+        round = fit(round, 3 * TRIAL_STEPS, self.monitor);
+        sort(&mut round, &small);
+        self.tried.extend(round.iter().map(|s| s.tried(&small)));
+        Some(Sum::new(round.into_iter().next()?.branches, data))
+    }
+
+    /// Pieces, poles and numerator coefficients of one branch after the other, each fitted to what the others leave, then all
+    /// together; while Schwarz's criterion falls.
+    fn improved(&mut self, start: Sum, form: Form, data: &Data) -> Sum {
+        self.monitor.stage = Stage::Structure;
+        let mut best = start.fitted(data, TRIAL_STEPS, 1e-4, self.monitor);
+        let mut data = data.clone();
+        data.dependence = dependence(&best.run(&data.u), &data);
+        for _ in 0..ROUNDS {
+            let mut next = best.clone();
+            for branch in 0..next.branches.len() {
+                let (alone, left) = next.alone(branch, &data);
+                let mut tried = Vec::new();
+                let alone = pieces(alone, &left, TRIAL_STEPS, self.monitor, &mut tried);
+                let alone = restructure(alone, form, &left, self.monitor, &mut tried);
+                next.branches[branch] = alone.sandwich;
+                next.squares = alone.squares;
+            }
+            let next = next.fitted(&data, 3 * TRIAL_STEPS, 1e-4, self.monitor);
+            self.tried.push(next.tried(&data));
+            if self.monitor.stopped().is_some() || next.bic(&data) >= best.bic(&data) {
+                break;
+            }
+            best = next;
+        }
+        best
+    }
+}
+
+/// Every nonlinearity on more breakpoints, dense where it is rough.
+fn finer(mut sum: Sum, data: &Data) -> Sum {
+    for branch in 0..sum.branches.len() {
+        let (alone, left) = sum.alone(branch, data);
+        if let Some(finer) = with_pieces(&alone, SCREENING_PIECES, &left) {
+            sum.branches[branch] = finer.sandwich;
+            sum.squares = finer.squares;
+        }
+    }
+    sum
+}
+
+fn sort(sums: &mut [Sum], data: &Data) {
+    sums.sort_by(|a, b| a.bic(data).total_cmp(&b.bic(data)));
+}
+
+/// Whether no test finds the input in what the sum leaves.
+fn complete(sum: &Sum, data: &Data) -> bool {
+    let predicted = sum.run(&data.u);
+    let errors: Vec<f64> = data.y.iter().zip(&predicted).map(|(y, p)| y - p).collect();
+    let from = data.from;
+    ResidualTests::with_prediction(&errors[from..], &data.u[from..], &predicted[from..])
+        .is_ok_and(|tests| tests.refutation().is_none())
+}
