@@ -76,7 +76,10 @@ fn draw(sandwich: bool, seed: u64) -> flexure::Result<(Vec<f64>, Vec<f64>)> {
     };
     let (p, q) = (branch(NONLINEARITIES[first])?, branch(NONLINEARITIES[second])?);
     let share: f64 = rng.random_range(VISIBLE..1.0 - VISIBLE);
-    let y = p.iter().zip(&q).map(|(p, q)| share.sqrt() * p + (1.0 - share).sqrt() * q);
+    let y = p
+        .iter()
+        .zip(&q)
+        .map(|(p, q)| share.sqrt() * p + (1.0 - share).sqrt() * q);
     Ok((u[BEFORE..].to_vec(), y.collect::<Vec<_>>()[BEFORE..].to_vec()))
 }
 
@@ -88,7 +91,11 @@ fn main() -> flexure::Result<()> {
             continue;
         }
         let mut fits = Vec::new();
-        for seed in if seeds.is_empty() { (1..=SYSTEMS).collect() } else { seeds.clone() } {
+        for seed in if seeds.is_empty() {
+            (1..=SYSTEMS).collect()
+        } else {
+            seeds.clone()
+        } {
             let (u, y0) = draw(sandwich, seed)?;
             let mut rng = Pcg64::seed_from_u64(1000 + seed);
             let y: Vec<f64> = y0.iter().map(|y| y + NOISE * normal(&mut rng)).collect();
@@ -98,7 +105,10 @@ fn main() -> flexure::Result<()> {
             let fit = FitMeasures::new(&y0[fresh.clone()], &result.predicted[fresh])?.fit_percent;
             let branches = result.branches.iter().map(|b| {
                 let order = |g: &TransferFunction| g.a().len() - 1;
-                let front = b.front.as_ref().map_or_else(|| "-".to_owned(), |g| order(g).to_string());
+                let front = b
+                    .front
+                    .as_ref()
+                    .map_or_else(|| "-".to_owned(), |g| order(g).to_string());
                 format!("({front}, {}, {})", b.breakpoints.len() - 1, order(&b.back))
             });
             println!(

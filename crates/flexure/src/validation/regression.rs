@@ -42,7 +42,7 @@ impl Regression {
         let rest = n.saturating_sub(size + 1).max(1) as f64;
         let centre = mean(v);
         let squares: f64 = v.iter().map(|v| (v - centre).powi(2)).sum();
-        // Entries near the first sample's size in squares keep their digits.
+        // The level first, lest the means' products cancel most digits.
         let level = mean(&w);
         let w: Vec<f64> = w.iter().map(|w| w - level).collect();
         let lagged = |lag: usize| &w[lags - lag..w.len() - lag];

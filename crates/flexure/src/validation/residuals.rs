@@ -8,13 +8,15 @@
 //!   autoregression that whitens v, so that the colour of neither matters. Its F statistic times M + 1 (nearly chi-squared with
 //!   M + 1 degrees of freedom) is Fisher's where w says nothing about a Gaussian v, exactly so if v is white.
 //! - Missed nonlinearity (Billings & Voon 1986): the same for the pairs e and u^2, e^2 and u^2, less
-//!   their means, which see what the linear test is blind to.
+//!   their means, which see what the linear test is blind to. Of e^2 the ranks are taken: its own tail is so heavy that the
+//!   level would be 2 %.
 //! - Missed nonlinearity in or after the dynamics, as in a Wiener or a feedback system: the same for e and the
 //!   prediction's square and cube, less what is linear in the prediction. The prediction gathers the input's
 //!   past over all of the memory, where no single u_{n-k}^2 says much.
 //!
 //! A model whose q parameters were estimated from N samples leaves, besides the noise, its own error, which on n fresh samples
-//! is worth up to q n/N squared noise deviations more and depends on the input ([`Estimated`]): the limits allow for it.
+//! is worth up to q n/N squared noise deviations more and depends on the input ([`Estimated`]). The limit of the test against
+//! the input allows for it; the others hardly notice it.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
 
@@ -23,7 +25,8 @@ use crate::linear::correlation::{cross_covariance, mean, variance};
 
 use super::regression::Regression;
 
-/// The level of every test: the probability that it rejects a true model.
+/// The level of every test: the probability that it rejects a true model. Each of the five that can refute one has it, so
+/// that one of them does so in at most 5 % of all cases.
 pub const LEVEL: f64 = 0.01;
 /// Lags of the tests, fewer on short records.
 const LAGS: usize = 25;
@@ -215,13 +218,11 @@ impl ResidualTests {
             v.iter().map(|x| (x - centre).powi(2)).collect()
         };
         let (e2, u2) = (squared(e), squared(u));
-        let [error, size] = [e, &e2].map(Regression::new);
-        let test = |kind, v: &Regression, w: &[f64], lags| independence(kind, v, w, lags, estimated);
+        let [error, size] = [e, &ranks(&e2)].map(Regression::new);
         let mut tests = vec![
             whiteness(e, lags),
-            test(TestKind::InputIndependence, &error, u, lags),
-            test(TestKind::SquaredInputIndependence, &error, &u2, lags),
-            // The error's size hardly notices the parameters' own error.
+            independence(TestKind::InputIndependence, &error, u, lags, estimated),
+            independence(TestKind::SquaredInputIndependence, &error, &u2, lags, None),
             independence(TestKind::SquaredIndependence, &size, &u2, lags, None),
         ];
         if let Some(predicted) = predicted {
@@ -230,7 +231,7 @@ impl ResidualTests {
                 (TestKind::CubedPredictionIndependence, 3),
             ] {
                 let beyond = power_beyond_linear(predicted, power);
-                tests.push(test(kind, &error, &beyond, PREDICTION_LAGS));
+                tests.push(independence(kind, &error, &beyond, PREDICTION_LAGS, None));
             }
         }
         Ok(ResidualTests {
@@ -243,6 +244,20 @@ impl ResidualTests {
     pub fn refutation(&self) -> Option<&ResidualTest> {
         self.tests.iter().find(|t| t.kind.refutes() && !t.passed())
     }
+}
+
+/// The rank of every value; equal ones share the mean of theirs.
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_unstable_by(|&i, &j| values[i].total_cmp(&values[j]));
+    let mut ranks = vec![0.0; values.len()];
+    let mut first = 0;
+    for equal in order.chunk_by(|&i, &j| values[i] == values[j]) {
+        let rank = first as f64 + 0.5 * (equal.len() - 1) as f64;
+        equal.iter().for_each(|&i| ranks[i] = rank);
+        first += equal.len();
+    }
+    ranks
 }
 
 /// The power of the centred signal, less its regression on the signal.

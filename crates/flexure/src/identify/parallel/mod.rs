@@ -31,14 +31,14 @@ mod sum;
 use std::ops::ControlFlow;
 
 use super::branches::{Signals, delays};
-use super::sandwich::{Monitor, Prepared, Stage};
 use super::samples::Samples;
+use super::sandwich::{Monitor, Prepared, Stage};
 use crate::error::{Error, Result};
 use crate::record::Record;
 use outcome::InUnits;
 pub use outcome::{ParallelBranch, ParallelIdentification};
-pub use search::TriedSum;
 use search::Search;
+pub use search::TriedSum;
 
 /// Most branches that are tried where their number is not given.
 const MOST_CHOSEN: usize = 3;
@@ -143,7 +143,7 @@ impl Parallel {
             offset,
             model,
         } = InUnits::new(&found, &prepared)?;
-        let (predicted, verdict, warnings) = samples.judged(&model)?;
+        let (predicted, verdict, warnings) = samples.judged(&model, found.sum.degrees())?;
         Ok(ParallelIdentification {
             model,
             branches,

@@ -25,7 +25,10 @@ impl ParallelBranch {
     /// The blocks in cascade.
     pub fn model(&self) -> Block {
         let front = self.front.iter().map(|front| Block::Linear(front.clone()));
-        let rest = [Block::Static(self.nonlinearity.clone()), Block::Linear(self.back.clone())];
+        let rest = [
+            Block::Static(self.nonlinearity.clone()),
+            Block::Linear(self.back.clone()),
+        ];
         Block::Series(front.chain(rest).collect())
     }
 }
@@ -62,7 +65,10 @@ impl ParallelIdentification {
     /// The smallest of the branches' delays, in samples.
     pub fn delay(&self) -> usize {
         let of = |g: &TransferFunction| g.b().iter().take_while(|b| **b == 0.0).count();
-        let each = self.branches.iter().map(|b| b.front.as_ref().map_or(0, of) + of(&b.back));
+        let each = self
+            .branches
+            .iter()
+            .map(|b| b.front.as_ref().map_or(0, of) + of(&b.back));
         each.min().unwrap_or(0)
     }
 }

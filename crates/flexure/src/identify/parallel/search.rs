@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use super::super::sandwich::{
-    Data, Form, Found as Single, Monitor, Prepared, START_SAMPLES, STRUCTURE_SAMPLES, Stage, TRIAL_STEPS, dependence, pieces,
-    restructure, search as one_sandwich, splits, with_pieces,
+    Data, Form, Found as Single, Monitor, Prepared, START_SAMPLES, STRUCTURE_SAMPLES, Stage, TRIAL_STEPS, dependence,
+    pieces, restructure, search as one_sandwich, splits, with_pieces,
 };
 use super::start::{hammerstein, sandwiches};
 use super::sum::Sum;
@@ -171,7 +171,9 @@ impl Search<'_, '_> {
         sort(&mut round, &data.head(START_SAMPLES));
         round.truncate(2 * SCREENED);
         let fit = |sums: Vec<Sum>, steps: usize, monitor: &mut Monitor<'_>| -> Vec<Sum> {
-            let fitted = sums.into_iter().map(|s| Sum::new(s.branches, &small).fitted(&small, steps, 1e-4, monitor));
+            let fitted = sums
+                .into_iter()
+                .map(|s| Sum::new(s.branches, &small).fitted(&small, steps, 1e-4, monitor));
             fitted.filter(|s| s.squares.is_finite()).collect()
         };
         round = fit(round, TRIAL_STEPS, self.monitor);

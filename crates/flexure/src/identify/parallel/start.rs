@@ -49,7 +49,9 @@ pub(super) fn hammerstein(data: &Data, order: usize, count: usize) -> Option<Sum
 /// An offset of the sum becomes a level of the first nonlinearity whose back passes one.
 fn take_offset(branches: &mut [Sandwich], offset: f64) {
     let gain = |b: &Sandwich| b.back.static_gain();
-    let largest = branches.iter_mut().max_by(|a, b| gain(a).abs().total_cmp(&gain(b).abs()));
+    let largest = branches
+        .iter_mut()
+        .max_by(|a, b| gain(a).abs().total_cmp(&gain(b).abs()));
     if let Some(branch) = largest {
         let level = offset / branch.back.static_gain();
         if level.is_finite() {
@@ -68,7 +70,9 @@ pub(super) fn sandwiches(approximation: &Rational, data: &Data, count: usize) ->
     let mut all: Vec<(Vec<usize>, f64)> = climbs.collect();
     all.sort_by(|a, b| a.1.total_cmp(&b.1));
     all.dedup_by(|b, a| (a.1 - b.1).abs() <= 1e-9 * a.1.abs());
-    all.iter().filter_map(|(slots, _)| pool.shared_out(slots).sum(data)).collect()
+    all.iter()
+        .filter_map(|(slots, _)| pool.shared_out(slots).sum(data))
+        .collect()
 }
 
 /// Poles, one or a pair at a time, and where they may go: front and back of every branch in turn.
@@ -87,12 +91,14 @@ impl Pool<'_> {
         let mut score = self.shared_out(&slots).score(self.data)?;
         loop {
             let moves = (0..slots.len()).flat_map(|group| (0..places).map(move |place| (group, place)));
-            let judged = moves.filter(|&(group, place)| slots[group] != place).filter_map(|(group, place)| {
-                let mut next = slots.clone();
-                next[group] = place;
-                let score = self.shared_out(&next).score(self.data)?;
-                Some((next, score))
-            });
+            let judged = moves
+                .filter(|&(group, place)| slots[group] != place)
+                .filter_map(|(group, place)| {
+                    let mut next = slots.clone();
+                    next[group] = place;
+                    let score = self.shared_out(&next).score(self.data)?;
+                    Some((next, score))
+                });
             match judged.min_by(|a, b| a.1.total_cmp(&b.1)) {
                 Some((next, less)) if less < score => (slots, score) = (next, less),
                 _ => return Some((slots, score)),
@@ -109,7 +115,9 @@ impl Pool<'_> {
             Rational::from_roots(&[], &poles)
         };
         SharedOut {
-            blocks: (0..self.count).map(|i| (all_pole(2 * i), all_pole(2 * i + 1))).collect(),
+            blocks: (0..self.count)
+                .map(|i| (all_pole(2 * i), all_pole(2 * i + 1)))
+                .collect(),
         }
     }
 }
@@ -194,7 +202,12 @@ impl SharedOut {
             rest = others;
             let (mut c, b) = dominant_products(mine, part.coefficients, 1)?.pop()?;
             c.insert(part.middle, 0.0);
-            let Part { mut front, mut back, mut shape, .. } = part;
+            let Part {
+                mut front,
+                mut back,
+                mut shape,
+                ..
+            } = part;
             shape.c = c;
             back.b = b;
             for block in [&mut front, &mut back] {

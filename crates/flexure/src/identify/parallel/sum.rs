@@ -1,6 +1,8 @@
 //! A sum of sandwiches of one input, and its simulation error.
 
-use super::super::sandwich::{Candidate, Data, Monitor, Residuals, Sandwich, SandwichLoss, descend, schwarz};
+use super::super::sandwich::{
+    Candidate, Data, Monitor, Residuals, Sandwich, SandwichLoss, descend, parameters, schwarz,
+};
 
 /// Sandwiches whose outputs add up, and their sum of squared errors.
 #[derive(Debug, Clone)]
@@ -11,10 +13,7 @@ pub(super) struct Sum {
 
 impl Sum {
     pub fn new(branches: Vec<Sandwich>, data: &Data) -> Sum {
-        let mut sum = Sum {
-            branches,
-            squares: 0.0,
-        };
+        let mut sum = Sum { branches, squares: 0.0 };
         sum.squares = data.squares(&sum.run(&data.u));
         sum
     }
@@ -32,7 +31,7 @@ impl Sum {
     ///
     /// Branches that share their poles can be mixed, so that these are too many by that; they are counted nevertheless.
     pub fn degrees(&self) -> usize {
-        let branches = self.branches.iter().map(|b| b.parameters().len() - 3);
+        let branches = self.branches.iter().map(parameters);
         branches.sum::<usize>() - (self.branches.len() - 1)
     }
 

@@ -54,6 +54,14 @@ pub(super) struct Start {
     pub whiten: bool,
 }
 
+impl Minimum {
+    /// The number of parameters of both blocks.
+    pub fn parameters(&self) -> usize {
+        let dynamics = &self.model.dynamics;
+        self.terms.len() + dynamics.b.len() + dynamics.a.len() - 1
+    }
+}
+
 /// The minimum.
 pub(super) struct Minimum {
     pub model: Model,

@@ -53,7 +53,10 @@ pub(super) use {
     outcome::{Blocks, Scale, blocks, conventional_gain},
     products::normal_equations,
     rational::{Rational, groups},
-    refine::{STRUCTURE_SAMPLES, TRIAL_STEPS, bic as schwarz, dependence, fitted, pieces, restructure, with_pieces},
+    refine::{
+        STRUCTURE_SAMPLES, TRIAL_STEPS, bic as schwarz, dependence, fitted, parameters, pieces, restructure,
+        with_pieces,
+    },
     search::{Found, LARGEST_ORDER, Prepared, START_SAMPLES, search, splits},
     shape::{Local, Roughness, Shape, thinned},
     split::{Candidate, fit_shape},
@@ -150,7 +153,7 @@ pub(super) fn fit(
     let found = found.unwrap_or_else(|| Found::nothing(&prepared.data));
     let blocks = blocks(&found.sandwich, prepared)?;
     let model = blocks.model()?;
-    let (predicted, verdict, mut warnings) = samples.judged(&model)?;
+    let (predicted, verdict, mut warnings) = samples.judged(&model, found.parameters())?;
     if !(prepared.explained() >= WEAK) {
         warnings.push(Warning::WeakLinearApproximation {
             percent: 100.0 * prepared.explained(),

@@ -2,7 +2,7 @@
 
 use super::descent::descend;
 use super::intersample::with_instant_between;
-use super::loss::{Data, SandwichLoss};
+use super::loss::{Data, Sandwich, SandwichLoss};
 use super::monitor::Monitor;
 use super::shape::{Roughness, thinned};
 use super::split::{Candidate, refit_coefficients};
@@ -86,10 +86,15 @@ impl TriedStructure {
     }
 }
 
+/// The parameters of a sandwich that only one choice fits.
+pub(in crate::identify) fn parameters(sandwich: &Sandwich) -> usize {
+    // Three of them only fix scales.
+    sandwich.parameters().len() - 3
+}
+
 impl Candidate {
     fn parameters(&self) -> usize {
-        // Three of them only fix scales.
-        self.sandwich.parameters().len() - 3
+        parameters(&self.sandwich)
     }
 
     pub(in crate::identify) fn bic(&self, data: &Data) -> f64 {
@@ -281,7 +286,6 @@ pub(in crate::identify) fn restructure(
 mod tests {
     use rand::{RngExt, SeedableRng};
 
-    use super::super::loss::Sandwich;
     use super::super::rational::Rational;
     use super::super::shape::Shape;
     use super::*;

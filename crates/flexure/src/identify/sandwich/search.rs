@@ -6,7 +6,7 @@ use super::monitor::{Monitor, Stage};
 use super::outcome::{ApproximationScore, Scales};
 use super::rational::Rational;
 use super::refine::{
-    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, intersample, pieces,
+    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, intersample, parameters, pieces,
     restructure, with_pieces,
 };
 use super::shape::Shape;
@@ -155,6 +155,11 @@ pub(in crate::identify) struct Found {
 }
 
 impl Found {
+    /// The number of parameters that only one choice fits.
+    pub fn parameters(&self) -> usize {
+        parameters(&self.sandwich)
+    }
+
     /// What is left where there was no start: a static nonlinearity, or a constant.
     pub fn nothing(data: &Data) -> Found {
         let constant = Sandwich {
