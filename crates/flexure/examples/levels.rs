@@ -192,11 +192,7 @@ fn identified_table(scale: u64) {
             let from = result.fitted;
             let e = sum(&y, &result.predicted.iter().map(|p| -p).collect::<Vec<_>>());
             let e = filtered(&result.noise_model, &[1.0], &e)?;
-            Ok((
-                e[from..].to_vec(),
-                u[from..].to_vec(),
-                result.predicted[from..].to_vec(),
-            ))
+            ResidualTests::with_prediction(&e[from..], &u[from..], &result.predicted[from..]).map(Some)
         })
         .print(true);
         Row::new(&format!("n = {n}, linear"), runs(800), move |seed| {

@@ -3,8 +3,8 @@
 //! [`PlainHammerstein`] is the paper's algorithm as it stands; [`RefinedHammerstein`] starts from it and comes near the
 //! accuracy of an estimator that knows the linear part. [`Wiener`] and [`WienerHammerstein`] are the structures with linear
 //! dynamics before the nonlinearity, [`Linear`] the reference that has none, and [`Auto`] finds out which of them the data support.
-//! [`HammersteinWiener`] has a nonlinearity at either end, [`MultipleInputs`] a Hammerstein branch for every input; [`Narx`] and
-//! [`Volterra`] are references without blocks.
+//! [`HammersteinWiener`] has a nonlinearity at either end, [`Parallel`] several branches for one input, [`MultipleInputs`] a
+//! Hammerstein branch for every input; [`Narx`] and [`Volterra`] are references without blocks.
 //!
 //! | structure | identification | even nonlinearity | coloured input | standard errors | missing outputs |
 //! |---|---|---|---|---|---|
@@ -14,6 +14,8 @@
 //! | linear, static | [`Wiener`] | yes | yes | no | no |
 //! | linear, static, linear | [`WienerHammerstein`] | no | yes | no | no |
 //! | static, linear, static | [`HammersteinWiener`] | the first | yes | no | no |
+//! | a sum of static, linear | [`Parallel`] | yes | yes | no | no |
+//! | a sum of linear, static, linear | [`Parallel`] | beside others | yes | no | no |
 //! | static, linear, of every input | [`MultipleInputs`] | yes | yes | no | no |
 //! | any of the first five, or none | [`Auto`] | all but the last | yes | that of the chosen | no |
 

@@ -6,7 +6,7 @@ use flexure::linear::TransferFunction;
 use flexure::model::Block;
 use flexure::record::Record;
 
-use super::common::{dead_zone, fit, noisy, uniform};
+use crate::common::{dead_zone, fit, noisy, uniform};
 
 const SAMPLES: usize = 5000;
 /// 40 dB.
