@@ -203,7 +203,7 @@ fn a_sum_of_branches_comes_back_and_predicts() {
     );
     folder.misused(
         &format!("{IDENTIFY} parallel --branches 6"),
-        "expected 'auto' or a whole number from 1 to 5",
+        "invalid value '6' for '--branches <auto|N>': expected 'auto' or a whole number from 1 to 5",
     );
 }
 

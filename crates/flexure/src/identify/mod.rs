@@ -23,6 +23,7 @@ mod auto;
 mod branches;
 mod calibration;
 mod checks;
+mod criterion;
 mod dependence;
 pub mod hammerstein;
 mod hammerstein_wiener;

@@ -78,7 +78,7 @@ fn two_hammerstein_branches_come_back_as_two() {
         let want = 2.0 + level * level + level.clamp(-0.8, 1.0);
         assert!((steady - want).abs() < 0.05, "{level}: {steady} {want}");
     }
-    // One branch does not do.
+    // One branch, even with dynamics in front, does not do.
     let one = Parallel {
         branches: Some(1),
         ..Default::default()
@@ -87,7 +87,8 @@ fn two_hammerstein_branches_come_back_as_two() {
         .identify(&record(two_hammerstein_branches, 2000, 1), "u", "y")
         .unwrap();
     assert_eq!(one.branches.len(), 1);
-    assert!(!one.verdict.holds(), "{}", one.verdict.words());
+    let found = one.verdict.measures.fit_percent;
+    assert!(found < 97.0, "{found}");
 }
 
 #[test]

@@ -14,15 +14,18 @@ use crate::validation::ResidualTests;
 const LARGEST_ORDER: usize = 8;
 /// Orders in a row that are tried although Schwarz's criterion rises.
 const WORSE_ORDERS: usize = 2;
-/// Starts that are refined, and those that survive the first round.
-const SCREENED: usize = 6;
-const SURVIVORS: usize = 2;
+/// Starts of every linear approximation that are refined; those of all that survive the first round, and the second.
+const STARTS: usize = 8;
+const SCREENED: usize = 8;
+const SURVIVORS: usize = 3;
+/// Steps of the first round.
+const FIRST_STEPS: usize = 8;
 /// Samples that they are judged on.
 const SCREENING_SAMPLES: usize = 8_000;
 /// Pieces of every nonlinearity in the second round.
 const SCREENING_PIECES: usize = 12;
 /// Rounds in which structure is added branch by branch.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 4;
 /// Steps of the last fit.
 const LAST_STEPS: usize = 80;
 
@@ -96,7 +99,8 @@ impl Search<'_, '_> {
                 let Some(sum) = self.of_form(form, count, &data) else {
                     continue;
                 };
-                if best.is_none() {
+                if best.as_ref().is_none_or(|b| sum.squares < b.sum.squares) {
+                    // The better sum's errors are nearer to noise.
                     data.dependence = dependence(&sum.run(&data.u), &data);
                 }
                 if best.as_ref().is_some_and(|b| b.sum.bic(&data) <= sum.bic(&data)) {
@@ -156,7 +160,7 @@ impl Search<'_, '_> {
         let mut all = Vec::new();
         for approximation in self.prepared.starting() {
             if self.monitor.keep_on() {
-                all.extend(sandwiches(approximation, data, count).into_iter().take(SCREENED));
+                all.extend(sandwiches(approximation, data, count).into_iter().take(STARTS));
             }
         }
         all
@@ -165,24 +169,23 @@ impl Search<'_, '_> {
     /// The best of the starts after short fits, more thorough for fewer.
     fn screened(&mut self, starts: impl FnOnce(&mut Self, &Data) -> Vec<Sum>, data: &Data) -> Option<Sum> {
         self.monitor.stage = Stage::Split;
-        let mut round = starts(self, &data.head(START_SAMPLES));
+        let (few, small) = (data.head(START_SAMPLES), data.head(SCREENING_SAMPLES));
+        let mut round = starts(self, &few);
         self.monitor.stage = Stage::Screening;
-        let small = data.head(SCREENING_SAMPLES);
-        sort(&mut round, &data.head(START_SAMPLES));
-        round.truncate(2 * SCREENED);
-        let fit = |sums: Vec<Sum>, steps: usize, monitor: &mut Monitor<'_>| -> Vec<Sum> {
-            let fitted = sums
-                .into_iter()
-                .map(|s| Sum::new(s.branches, &small).fitted(&small, steps, 1e-4, monitor));
-            fitted.filter(|s| s.squares.is_finite()).collect()
+        let fit = |sums: Vec<Sum>, data: &Data, steps: usize, monitor: &mut Monitor<'_>| -> Vec<Sum> {
+            let sums = sums.into_iter().map(|s| Sum::new(s.branches, data));
+            let mut fitted: Vec<Sum> = sums.map(|s| s.fitted(data, steps, 1e-4, monitor)).collect();
+            fitted.retain(|s| s.squares.is_finite());
+            fitted.sort_by(|a, b| a.bic(data).total_cmp(&b.bic(data)));
+            fitted
         };
-        round = fit(round, TRIAL_STEPS, self.monitor);
-        sort(&mut round, &small);
+        round = fit(round, &few, FIRST_STEPS, self.monitor);
+        round.truncate(SCREENED);
+        round = fit(round, &small, TRIAL_STEPS, self.monitor);
         self.tried.extend(round.iter().map(|s| s.tried(&small)));
         round.truncate(SURVIVORS);
         round = round.into_iter().map(|s| finer(s, &small)).collect();
-        round = fit(round, 3 * TRIAL_STEPS, self.monitor);
-        sort(&mut round, &small);
+        round = fit(round, &small, 3 * TRIAL_STEPS, self.monitor);
         self.tried.extend(round.iter().map(|s| s.tried(&small)));
         Some(Sum::new(round.into_iter().next()?.branches, data))
     }
@@ -193,8 +196,8 @@ impl Search<'_, '_> {
         self.monitor.stage = Stage::Structure;
         let mut best = start.fitted(data, TRIAL_STEPS, 1e-4, self.monitor);
         let mut data = data.clone();
-        data.dependence = dependence(&best.run(&data.u), &data);
         for _ in 0..ROUNDS {
+            data.dependence = dependence(&best.run(&data.u), &data);
             let mut next = best.clone();
             for branch in 0..next.branches.len() {
                 let (alone, left) = next.alone(branch, &data);
@@ -225,10 +228,6 @@ fn finer(mut sum: Sum, data: &Data) -> Sum {
         }
     }
     sum
-}
-
-fn sort(sums: &mut [Sum], data: &Data) {
-    sums.sort_by(|a, b| a.bic(data).total_cmp(&b.bic(data)));
 }
 
 /// Whether no test finds the input in what the sum leaves.

@@ -1,5 +1,6 @@
 //! A candidate made better: all parameters fitted, pieces of the nonlinearity, poles and numerator coefficients.
 
+use super::super::criterion;
 use super::descent::descend;
 use super::intersample::with_instant_between;
 use super::loss::{Data, Sandwich, SandwichLoss};
@@ -7,7 +8,7 @@ use super::monitor::Monitor;
 use super::shape::{Roughness, thinned};
 use super::split::{Candidate, refit_coefficients};
 use super::structure::{Form, neighbours};
-use crate::linear::correlation::{cross_covariance, variance};
+use crate::linear::correlation::variance;
 
 /// Samples that the structure is chosen on.
 pub(in crate::identify) const STRUCTURE_SAMPLES: usize = 20_000;
@@ -20,8 +21,6 @@ const FINEST_PIECES: usize = 800;
 const OUTSIDE: usize = 2;
 /// A fit with breakpoints brought back may have a sum of squares so many times that of the fit before.
 const DEARER: f64 = 1.05;
-/// Lags of the errors' autocorrelation.
-const LAGS: usize = 100;
 /// The share of the breakpoints that are spread evenly.
 const EVEN: f64 = 0.3;
 /// Rounds of structural change.
@@ -54,24 +53,12 @@ pub struct TriedStructure {
 
 /// Schwarz's criterion of a sum of squares, for as many independent errors as the samples are worth.
 pub(in crate::identify) fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
-    let samples = data.counted() as f64;
-    let n = samples / data.dependence;
-    n * (squares.max(f64::MIN_POSITIVE) / samples).ln() + parameters as f64 * n.ln()
+    criterion::schwarz(squares, parameters, data.counted(), data.dependence)
 }
 
-/// $1 + 2 \sum_j \rho_j^2$ of the output's errors: a comparison of two models with errors of this autocorrelation varies as much
-/// as one with so many times fewer independent errors (Bartlett 1946).
+/// What the errors' own autocorrelation makes of [`Data::dependence`].
 pub(in crate::identify) fn dependence(output: &[f64], data: &Data) -> f64 {
-    let errors: Vec<f64> = output.iter().zip(&data.y).skip(data.from).map(|(p, y)| p - y).collect();
-    let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
-    let noise = 1.0 / errors.len() as f64;
-    let power = |r: &f64| ((r / covariance[0]).powi(2) - noise).max(0.0);
-    let sum: f64 = covariance[1..].iter().map(power).sum();
-    if sum.is_finite() {
-        (1.0 + 2.0 * sum).min(errors.len() as f64 / 20.0)
-    } else {
-        1.0
-    }
+    criterion::dependence(output, &data.y, data.from)
 }
 
 impl TriedStructure {
