@@ -18,6 +18,8 @@ const WORSE_ORDERS: usize = 2;
 const STARTS: usize = 8;
 const SCREENED: usize = 8;
 const SURVIVORS: usize = 3;
+/// Branches that are added to a sum of one less, of every linear approximation.
+const ADDED: usize = 2;
 /// Steps of the first round.
 const FIRST_STEPS: usize = 8;
 /// Samples that they are judged on.
@@ -96,7 +98,8 @@ impl Search<'_, '_> {
                 if self.monitor.stopped().is_some() {
                     return best;
                 }
-                let Some(sum) = self.of_form(form, count, &data) else {
+                let fewer = best.as_ref().map(|b| &b.sum).filter(|b| b.branches.len() + 1 == count);
+                let Some(sum) = self.of_form(form, count, fewer, &data) else {
                     continue;
                 };
                 if best.as_ref().is_none_or(|b| sum.squares < b.sum.squares) {
@@ -124,8 +127,8 @@ impl Search<'_, '_> {
         Some(Found { sum, form })
     }
 
-    /// The best sum of so many branches of this form.
-    fn of_form(&mut self, form: Form, count: usize, data: &Data) -> Option<Sum> {
+    /// The best sum of so many branches of this form; `fewer` is one of a branch less.
+    fn of_form(&mut self, form: Form, count: usize, fewer: Option<&Sum>, data: &Data) -> Option<Sum> {
         let start = match (form, count) {
             (Form::Hammerstein, _) => self.screened(|s, small| s.hammerstein_starts(small, count), data)?,
             (_, 1) => {
@@ -133,7 +136,7 @@ impl Search<'_, '_> {
                 let found = one_sandwich(starts, Form::Sandwich, data, self.monitor)?;
                 return Some(Sum::new(vec![found.sandwich], data));
             }
-            _ => self.screened(|s, small| s.sandwich_starts(small, count), data)?,
+            _ => self.screened(|s, small| s.sandwich_starts(small, count, fewer), data)?,
         };
         Some(self.improved(start, form, data))
     }
@@ -156,11 +159,17 @@ impl Search<'_, '_> {
         all
     }
 
-    fn sandwich_starts(&mut self, data: &Data, count: usize) -> Vec<Sum> {
+    /// The linear approximations' poles shared out among all branches, or given to one more than `fewer` has.
+    fn sandwich_starts(&mut self, data: &Data, count: usize, fewer: Option<&Sum>) -> Vec<Sum> {
         let mut all = Vec::new();
+        let left = fewer.map(|fewer| fewer.left(data));
         for approximation in self.prepared.starting() {
             if self.monitor.keep_on() {
                 all.extend(sandwiches(approximation, data, count).into_iter().take(STARTS));
+                if let (Some(fewer), Some(left)) = (fewer, &left) {
+                    let more = sandwiches(approximation, left, 1).into_iter().take(ADDED);
+                    all.extend(more.map(|more| Sum::new([&fewer.branches[..], &more.branches].concat(), data)));
+                }
             }
         }
         all

@@ -40,6 +40,13 @@ impl Sum {
         schwarz(self.squares, self.degrees(), data)
     }
 
+    /// What the sum leaves of the output.
+    pub fn left(&self, data: &Data) -> Data {
+        let mut left = data.clone();
+        left.y.iter_mut().zip(self.run(&data.u)).for_each(|(y, o)| *y -= o);
+        left
+    }
+
     /// A branch, to be fitted to what the others leave.
     pub fn alone(&self, branch: usize, data: &Data) -> (Candidate, Data) {
         let mut left = data.clone();
