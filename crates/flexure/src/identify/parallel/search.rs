@@ -26,6 +26,8 @@ const FIRST_STEPS: usize = 8;
 const SCREENING_SAMPLES: usize = 8_000;
 /// Pieces of every nonlinearity in the second round.
 const SCREENING_PIECES: usize = 12;
+/// Most pieces of a nonlinearity.
+const MOST_PIECES: usize = 64;
 /// Rounds in which structure is added branch by branch.
 const ROUNDS: usize = 4;
 /// Steps of the last fit.
@@ -193,7 +195,10 @@ impl Search<'_, '_> {
         round = fit(round, &small, TRIAL_STEPS, self.monitor);
         self.tried.extend(round.iter().map(|s| s.tried(&small)));
         round.truncate(SURVIVORS);
-        round = round.into_iter().map(|s| finer(s, &small)).collect();
+        round = round
+            .into_iter()
+            .map(|s| finer(s, &small, |_| SCREENING_PIECES))
+            .collect();
         round = fit(round, &small, 3 * TRIAL_STEPS, self.monitor);
         self.tried.extend(round.iter().map(|s| s.tried(&small)));
         Some(Sum::new(round.into_iter().next()?.branches, data))
@@ -223,15 +228,27 @@ impl Search<'_, '_> {
             }
             best = next;
         }
+        // A kink of one nonlinearity that is mixed into all of them asks for pieces in all at once.
+        for _ in 0..ROUNDS {
+            let next = finer(best.clone(), &data, |pieces| 2 * pieces);
+            let next = next.fitted(&data, 2 * TRIAL_STEPS, 1e-4, self.monitor);
+            self.tried.push(next.tried(&data));
+            if self.monitor.stopped().is_some() || next.bic(&data) >= best.bic(&data) {
+                break;
+            }
+            best = next;
+        }
         best
     }
 }
 
-/// Every nonlinearity on more breakpoints, dense where it is rough.
-fn finer(mut sum: Sum, data: &Data) -> Sum {
+/// Every nonlinearity on another number of pieces, dense where it is rough.
+fn finer(mut sum: Sum, data: &Data, pieces: impl Fn(usize) -> usize) -> Sum {
     for branch in 0..sum.branches.len() {
         let (alone, left) = sum.alone(branch, data);
-        if let Some(finer) = with_pieces(&alone, SCREENING_PIECES, &left) {
+        let present = alone.sandwich.shape.breakpoints().len() - 1;
+        let pieces = pieces(present).min(MOST_PIECES);
+        if let Some(finer) = with_pieces(&alone, pieces, &left) {
             sum.branches[branch] = finer.sandwich;
             sum.squares = finer.squares;
         }
