@@ -67,7 +67,8 @@ const DELAY_SAMPLES: usize = 10_000;
 /// let limited: Vec<f64> = u.iter().map(|u| (3.0 * u).tanh()).collect();
 /// let (p, q) = (slow?.simulate(&square), fast?.simulate(&limited));
 /// let y: Vec<f64> = p.iter().zip(&q).map(|(p, q)| p + q).collect();
-/// let result = Parallel::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+/// let method = Parallel { branches: Some(2), ..Default::default() };
+/// let result = method.identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
 /// assert_eq!(result.branches.len(), 2);
 /// assert!(result.verdict.measures.fit_percent > 98.0);
 /// # Ok::<(), flexure::Error>(())
