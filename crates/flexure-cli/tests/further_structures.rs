@@ -158,7 +158,12 @@ fn a_sum_of_branches_comes_back_and_predicts() {
     let steady = |at: f64| -> f64 {
         let of = |b: &Value| {
             let curve = &b["nonlinearity"];
-            let gain = b["linear"]["static_gain"].as_f64().unwrap();
+            let last = if b["linear"].is_null() {
+                &b["back"]
+            } else {
+                &b["linear"]
+            };
+            let gain = last["static_gain"].as_f64().unwrap();
             gain * interpolate(&numbers(&curve["x"]), &numbers(&curve["y"]), at)
         };
         branches.iter().map(of).sum::<f64>() + found["output_offset"].as_f64().unwrap()
@@ -183,11 +188,7 @@ fn a_sum_of_branches_comes_back_and_predicts() {
     let judged = folder.json("validate model.json fresh.csv --input u --output y");
     assert!(judged["fit_percent"].as_f64().unwrap() > 98.0, "{judged}");
     let page = folder.read("page.html");
-    for words in [
-        "A sum of 2 branches (a static nonlinearity, then linear dynamics)",
-        "Nonlinearity of branch 2",
-        "Branch 2, linear part",
-    ] {
+    for words in ["A sum of 2 branches (", "Nonlinearity of branch 2", "Branch 2, "] {
         assert!(page.contains(words), "{words}");
     }
     let words = folder.done(&format!("{IDENTIFY} parallel --branches 1"));
