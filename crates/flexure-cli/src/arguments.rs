@@ -143,6 +143,14 @@ pub fn auto_order(text: &str) -> Result<Auto<usize>, String> {
     }
 }
 
+/// `auto` or a number of branches.
+pub fn auto_branches(text: &str) -> Result<Auto<usize>, String> {
+    match auto_count(text) {
+        Ok(branches) if branches.given().is_none_or(|n| (1..=5).contains(&n)) => Ok(branches),
+        _ => Err("expected 'auto' or a whole number from 1 to 5".to_owned()),
+    }
+}
+
 /// Refuses two points that do not fix a scale and an offset.
 pub fn distinct_points(points: &[[f64; 2]]) -> Result<(), Usage> {
     match points {

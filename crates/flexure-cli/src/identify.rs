@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::identify::{
-    self, AutoIdentification, Calibration, HammersteinWiener, Linear, MultipleInputs, Narx, Volterra, Wiener,
+    self, AutoIdentification, Calibration, HammersteinWiener, Linear, MultipleInputs, Narx, Parallel, Volterra, Wiener,
     WienerHammerstein,
 };
 use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
@@ -20,6 +20,7 @@ use crate::method::{self, MethodName, PlainOptions, RefinedOptions, Shared};
 use crate::outcome::{Context, Signals};
 use crate::output::{command_line, print, print_note};
 use crate::page::{self, Decoration};
+use crate::parallel;
 use crate::progress::{spinning, spinning_through};
 use crate::references::ReferenceMethod;
 use crate::several_inputs;
@@ -56,6 +57,9 @@ pub struct Arguments {
     /// Delay of a Hammerstein model in samples.
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_count)]
     delay: Auto<usize>,
+    /// Number of branches of --structure parallel, 1 to 5; auto tries up to 3.
+    #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_branches)]
+    branches: Auto<usize>,
     /// Convention for the scale between a Hammerstein model's blocks; static-gain unless given.
     #[arg(long, value_enum, conflicts_with = "known")]
     unit: Option<Unit>,
@@ -136,6 +140,7 @@ impl Arguments {
 
     /// What is to be done, and what the user should be told of the choice.
     fn task(&self) -> Result<(Task, Option<String>)> {
+        self.structure.refuse_branches(self.branches.given().is_some())?;
         let fresh_share = self.fresh;
         let task = match self.structure {
             Structure::Hammerstein => {
@@ -152,6 +157,10 @@ impl Arguments {
                 Task::Cascade(CascadeMethod::WienerHammerstein(WienerHammerstein { fresh_share }))
             }
             Structure::HammersteinWiener => Task::HammersteinWiener(HammersteinWiener { fresh_share }),
+            Structure::Parallel => Task::Parallel(Parallel {
+                branches: self.branches.given(),
+                fresh_share,
+            }),
             Structure::MultipleInputs => Task::MultipleInputs(MultipleInputs { fresh_share }),
             Structure::Narx => Task::Reference(ReferenceMethod::Narx(Narx { fresh_share })),
             Structure::Volterra => Task::Reference(ReferenceMethod::Volterra(Volterra { fresh_share })),
@@ -215,6 +224,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
                 })
             });
             Found::HammersteinWiener(signals, Box::new(result?))
+        }
+        Task::Parallel(method) => {
+            let result = located(&file, &inputs, &signals, |stage| {
+                parallel::identify(&method, &file.record, &signals, stage)
+            });
+            Found::Parallel(signals, Box::new(result?))
         }
         Task::MultipleInputs(method) => {
             let result = located(&file, &inputs, &signals, |stage| {

@@ -15,6 +15,7 @@ mod nonlinear_ends;
 mod outcome;
 mod output;
 mod page;
+mod parallel;
 mod predict;
 mod prediction;
 mod progress;

@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use flexure::identify::{
     self, Auto, AutoIdentification, HammersteinWiener, HammersteinWienerIdentification, Identified, MultipleInputs,
-    MultipleInputsIdentification, RefinedHammerstein,
+    MultipleInputsIdentification, Parallel, ParallelIdentification, RefinedHammerstein,
 };
 use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::Page;
@@ -17,6 +17,7 @@ use crate::estimate::{Estimate, Method};
 use crate::nonlinear_ends;
 use crate::outcome::{self, Context, Signals};
 use crate::page::{self, Decoration};
+use crate::parallel;
 use crate::references::{Reference, ReferenceMethod};
 use crate::several_inputs;
 
@@ -35,6 +36,8 @@ pub enum Structure {
     WienerHammerstein,
     /// A static nonlinearity, linear dynamics, a static nonlinearity.
     HammersteinWiener,
+    /// A sum of branches from one input: each a static nonlinearity and linear dynamics, with linear dynamics before it if needed.
+    Parallel,
     /// Several inputs, --input A,B: each through a static nonlinearity and linear dynamics of its own.
     MultipleInputs,
     /// A polynomial of past outputs and inputs: a reference without blocks.
@@ -53,6 +56,7 @@ impl Structure {
             Structure::Wiener => "wiener",
             Structure::WienerHammerstein => "wiener-hammerstein",
             Structure::HammersteinWiener => "hammerstein-wiener",
+            Structure::Parallel => "parallel",
             Structure::MultipleInputs => "multiple-inputs",
             Structure::Narx => "narx",
             Structure::Volterra => "volterra",
@@ -68,6 +72,18 @@ impl Structure {
                 self.name()
             )))
         })
+    }
+
+    /// Refuses a number of branches where there are none to count.
+    pub fn refuse_branches(self, given: bool) -> Result<(), Usage> {
+        if given && self != Structure::Parallel {
+            return Err(Usage(format!(
+                "--branches is an option of --structure parallel, not of --structure {}; leave it out, or choose --structure \
+                 parallel",
+                self.name()
+            )));
+        }
+        Ok(())
     }
 
     /// Refuses the first output that was asked for of those that only a chain of blocks from one input has.
@@ -101,6 +117,8 @@ pub enum Task {
     Cascade(CascadeMethod),
     /// Two nonlinearities.
     HammersteinWiener(HammersteinWiener),
+    /// A sum of branches.
+    Parallel(Parallel),
     /// Several inputs.
     MultipleInputs(MultipleInputs),
     /// A model without blocks.
@@ -117,6 +135,8 @@ pub enum Found<'a> {
     Cascade(Signals<'a>, Box<Cascade>),
     /// Two nonlinearities.
     HammersteinWiener(Signals<'a>, Box<HammersteinWienerIdentification>),
+    /// A sum of branches.
+    Parallel(Signals<'a>, Box<ParallelIdentification>),
     /// Several inputs.
     MultipleInputs(Signals<'a>, Box<MultipleInputsIdentification>),
     /// A model without blocks.
@@ -152,6 +172,7 @@ impl<'a> Found<'a> {
             Found::Hammerstein(context, _) => context.signals,
             Found::Cascade(signals, _)
             | Found::HammersteinWiener(signals, _)
+            | Found::Parallel(signals, _)
             | Found::MultipleInputs(signals, _)
             | Found::Reference(signals, _) => *signals,
             Found::Compared(_, chosen) => chosen.signals(),
@@ -164,6 +185,7 @@ impl<'a> Found<'a> {
             Found::Hammerstein(context, estimate) => outcome::identification_json(estimate, context),
             Found::Cascade(signals, cascade) => cascade.json(signals),
             Found::HammersteinWiener(signals, result) => nonlinear_ends::json(result, signals),
+            Found::Parallel(signals, result) => parallel::json(result, signals),
             Found::MultipleInputs(signals, result) => several_inputs::json(result, signals),
             Found::Reference(signals, reference) => reference.json(signals),
             Found::Compared(comparison, chosen) => {
@@ -180,6 +202,7 @@ impl<'a> Found<'a> {
             Found::Hammerstein(context, estimate) => outcome::model_file(estimate, context),
             Found::Cascade(signals, cascade) => cascade.model_file(signals),
             Found::HammersteinWiener(signals, result) => nonlinear_ends::model_file(result, signals),
+            Found::Parallel(signals, result) => parallel::model_file(result, signals),
             Found::MultipleInputs(..) | Found::Reference(..) => return None,
             Found::Compared(comparison, chosen) => {
                 let mut file = chosen.model_file()?;
@@ -195,6 +218,7 @@ impl<'a> Found<'a> {
             Found::Hammerstein(context, estimate) => outcome::summary(estimate, context),
             Found::Cascade(signals, cascade) => cascade.summary(signals),
             Found::HammersteinWiener(signals, result) => nonlinear_ends::summary(result, signals),
+            Found::Parallel(signals, result) => parallel::summary(result, signals),
             Found::MultipleInputs(signals, result) => several_inputs::summary(result, signals),
             Found::Reference(signals, reference) => reference.summary(signals),
             Found::Compared(comparison, chosen) => {
@@ -212,6 +236,7 @@ impl<'a> Found<'a> {
             Found::Hammerstein(context, estimate) => page::hammerstein::page(file, context, estimate, decoration),
             Found::Cascade(signals, cascade) => page::cascade::page(file, signals, cascade, decoration),
             Found::HammersteinWiener(signals, result) => page::nonlinear_ends::page(file, signals, result, decoration),
+            Found::Parallel(signals, result) => page::parallel::page(file, signals, result, decoration),
             Found::MultipleInputs(..) | Found::Reference(..) => return Ok(None),
             Found::Compared(comparison, chosen) => {
                 let mut page = chosen.page(file, decoration)?;

@@ -126,6 +126,90 @@ fn references_tell_how_far_one_gets() {
     assert!(!narx["terms"].as_array().unwrap().is_empty());
 }
 
+/// A square through a slow pole and a saturation through a fast one.
+fn write_sum(folder: &Folder, name: &str, samples: usize, seed: u64) {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let u: Vec<f64> = (0..samples).map(|_| rng.random_range(-1.0..1.0)).collect();
+    let branch = |f: fn(f64) -> f64, pole: f64| {
+        let v: Vec<f64> = u.iter().map(|u| f(*u)).collect();
+        let linear = TransferFunction::new(vec![1.0 - pole], vec![1.0, -pole]).unwrap();
+        linear.simulate_from_mean(&v)
+    };
+    let (p, q) = (branch(|u| u * u, 0.8), branch(|u| (2.0 * u).tanh(), -0.4));
+    let y = p
+        .iter()
+        .zip(&q)
+        .map(|(p, q)| p + q + 0.002 * rng.random_range(-1.0..1.0))
+        .collect();
+    write_record(folder.path(name), &Record::new([("u", u.clone()), ("y", y)]).unwrap()).unwrap();
+}
+
+#[test]
+fn a_sum_of_branches_comes_back_and_predicts() {
+    let folder = Folder::new();
+    write_sum(&folder, "r.csv", 2500, 1);
+    let found = folder.json(&format!(
+        "{IDENTIFY} parallel --branches 2 -o model.json --report page.html"
+    ));
+    assert_eq!(found["structure"], "parallel");
+    assert!(found["fit_percent"].as_f64().unwrap() > 98.0, "{}", found["verdict"]);
+    let branches = found["branches"].as_array().unwrap();
+    assert_eq!(branches.len(), 2);
+    let steady = |at: f64| -> f64 {
+        let of = |b: &Value| {
+            let curve = &b["nonlinearity"];
+            let last = if b["linear"].is_null() {
+                &b["back"]
+            } else {
+                &b["linear"]
+            };
+            let gain = last["static_gain"].as_f64().unwrap();
+            gain * interpolate(&numbers(&curve["x"]), &numbers(&curve["y"]), at)
+        };
+        branches.iter().map(of).sum::<f64>() + found["output_offset"].as_f64().unwrap()
+    };
+    for u in [-0.8, -0.3, 0.2, 0.7] {
+        assert!(
+            (steady(u) - u * u - f64::tanh(2.0 * u)).abs() < 0.03,
+            "{u}: {}",
+            steady(u)
+        );
+    }
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    assert_eq!(model["block"]["parallel"].as_array().unwrap().len(), 2);
+    let told = model["identification"].as_object().unwrap();
+    assert!(
+        told.contains_key("breakpoints") && !told.contains_key("branches"),
+        "{told:?}"
+    );
+    write_sum(&folder, "fresh.csv", 900, 2);
+    folder.done("predict model.json fresh.csv --input u -o predicted.csv");
+    assert_eq!(read_record(folder.path("predicted.csv")).unwrap().record.len(), 900);
+    let judged = folder.json("validate model.json fresh.csv --input u --output y");
+    assert!(judged["fit_percent"].as_f64().unwrap() > 98.0, "{judged}");
+    let page = folder.read("page.html");
+    for words in ["A sum of 2 branches (", "Nonlinearity of branch 2", "Branch 2, "] {
+        assert!(page.contains(words), "{words}");
+    }
+    let words = folder.done(&format!("{IDENTIFY} parallel --branches 1"));
+    for line in [
+        "Sum of 1 branch from 'u' to 'y': ",
+        "\n  branch 1\n",
+        "\n  nonlinearity        cubic spline of ",
+        "\n  structures tried    ",
+    ] {
+        assert!(words.contains(line), "{line}: {words}");
+    }
+    folder.misused(
+        &format!("{IDENTIFY} wiener --branches 2"),
+        "--branches is an option of --structure parallel, not of --structure wiener; leave it out, or choose --structure parallel",
+    );
+    folder.misused(
+        &format!("{IDENTIFY} parallel --branches 6"),
+        "invalid value '6' for '--branches <auto|N>': expected 'auto' or a whole number from 1 to 5",
+    );
+}
+
 #[test]
 fn several_inputs_come_back() {
     let folder = Folder::new();

@@ -4,6 +4,7 @@ pub mod cascade;
 mod choices;
 pub mod hammerstein;
 pub mod nonlinear_ends;
+pub mod parallel;
 
 use anyhow::Result;
 use flexure::Record;

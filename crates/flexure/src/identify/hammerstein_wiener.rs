@@ -33,6 +33,7 @@ use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
 use crate::nonlinearity::Curve;
 use crate::record::Record;
+use crate::validation::Estimated;
 
 /// A line through f that explains less than this share of its spread does not fix its scale.
 const NO_LINE: f64 = 0.1;
@@ -138,7 +139,15 @@ impl HammersteinWiener {
         let model = blocks.model();
         let (u, fitted) = (columns.u[0], columns.fitted);
         let predicted = model.simulate(u);
-        let verdict = Verdict::new(&u[fitted..], &columns.y[fitted..], &predicted[fitted..])?;
+        let verdict = Verdict::of_estimate(
+            &u[fitted..],
+            &columns.y[fitted..],
+            &predicted[fitted..],
+            Estimated {
+                parameters: found.system.degrees(),
+                samples: fitted,
+            },
+        )?;
         let mut warnings = Vec::new();
         warn_of_levels(&u[..fitted], &mut warnings);
         if verdict.measures.fit_percent <= 0.0 {

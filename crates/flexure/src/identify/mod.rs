@@ -3,8 +3,8 @@
 //! [`PlainHammerstein`] is the paper's algorithm as it stands; [`RefinedHammerstein`] starts from it and comes near the
 //! accuracy of an estimator that knows the linear part. [`Wiener`] and [`WienerHammerstein`] are the structures with linear
 //! dynamics before the nonlinearity, [`Linear`] the reference that has none, and [`Auto`] finds out which of them the data support.
-//! [`HammersteinWiener`] has a nonlinearity at either end, [`MultipleInputs`] a Hammerstein branch for every input; [`Narx`] and
-//! [`Volterra`] are references without blocks.
+//! [`HammersteinWiener`] has a nonlinearity at either end, [`Parallel`] several branches for one input, [`MultipleInputs`] a
+//! Hammerstein branch for every input; [`Narx`] and [`Volterra`] are references without blocks.
 //!
 //! | structure | identification | even nonlinearity | coloured input | standard errors | missing outputs |
 //! |---|---|---|---|---|---|
@@ -14,6 +14,8 @@
 //! | linear, static | [`Wiener`] | yes | yes | no | no |
 //! | linear, static, linear | [`WienerHammerstein`] | no | yes | no | no |
 //! | static, linear, static | [`HammersteinWiener`] | the first | yes | no | no |
+//! | a sum of static, linear | [`Parallel`] | yes | yes | no | no |
+//! | a sum of linear, static, linear | [`Parallel`] | beside others | yes | no | no |
 //! | static, linear, of every input | [`MultipleInputs`] | yes | yes | no | no |
 //! | any of the first five, or none | [`Auto`] | all but the last | yes | that of the chosen | no |
 
@@ -21,6 +23,7 @@ mod auto;
 mod branches;
 mod calibration;
 mod checks;
+mod criterion;
 mod dependence;
 pub mod hammerstein;
 mod hammerstein_wiener;
@@ -29,6 +32,7 @@ pub mod joint;
 mod multiple_inputs;
 mod outcome;
 mod output_error;
+mod parallel;
 mod reference;
 mod refined;
 mod samples;
@@ -43,6 +47,7 @@ pub use hammerstein_wiener::{HammersteinWiener, HammersteinWienerIdentification}
 pub use multiple_inputs::{InputBranch, MultipleInputs, MultipleInputsIdentification, MultipleInputsModel};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
 pub use output_error::{Linear, LinearIdentification};
+pub use parallel::{Parallel, ParallelBranch, ParallelIdentification, TriedSum};
 pub use reference::{
     DecayPrior, Narx, NarxIdentification, NarxModel, NarxTerm, TriedNarx, Volterra, VolterraIdentification,
     VolterraModel,

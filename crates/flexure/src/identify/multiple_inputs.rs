@@ -21,6 +21,7 @@ use crate::linear::correlation::mean;
 use crate::model::Block;
 use crate::nonlinearity::Curve;
 use crate::record::Record;
+use crate::validation::Estimated;
 
 /// The identification of a sum of Hammerstein branches, one an input.
 ///
@@ -215,7 +216,14 @@ impl MultipleInputs {
             false => model.simulate(&columns.u)?,
         };
         let fresh = fitted..;
-        let judged = |u: &&[f64]| Verdict::new(&u[fresh.clone()], &columns.y[fresh.clone()], &predicted[fresh.clone()]);
+        let estimated = Estimated {
+            parameters: system.degrees(),
+            samples: fitted,
+        };
+        let judged = |u: &&[f64]| {
+            let (u, y) = (&u[fresh.clone()], &columns.y[fresh.clone()]);
+            Verdict::of_estimate(u, y, &predicted[fresh.clone()], estimated)
+        };
         let verdicts: Vec<Verdict> = columns.u.iter().map(judged).collect::<Result<_>>()?;
         let mut warnings = Vec::new();
         columns

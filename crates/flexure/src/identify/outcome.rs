@@ -3,7 +3,7 @@
 use crate::linear::TransferFunction;
 use crate::model::Block;
 use crate::nonlinearity::{Curve, EstimatorName, Kernel, Scores};
-use crate::validation::{FitMeasures, ResidualTest, ResidualTests};
+use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
 
 /// The function of the input that the output was correlated with for the linear part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -162,11 +162,28 @@ impl Verdict {
     /// # Errors
     /// Those of [`FitMeasures::new`].
     pub fn new(u: &[f64], y: &[f64], predicted: &[f64]) -> crate::Result<Self> {
+        Verdict::tested(y, predicted, |e| ResidualTests::with_prediction(e, u, predicted))
+    }
+
+    /// As [`Verdict::new`], for the prediction of a model that was estimated from other samples, whose parameters' own
+    /// error the tests allow for.
+    ///
+    /// # Errors
+    /// Those of [`FitMeasures::new`].
+    pub fn of_estimate(u: &[f64], y: &[f64], predicted: &[f64], estimated: Estimated) -> crate::Result<Self> {
+        Verdict::tested(y, predicted, |e| ResidualTests::of_estimate(e, u, predicted, estimated))
+    }
+
+    fn tested(
+        y: &[f64],
+        predicted: &[f64],
+        test: impl FnOnce(&[f64]) -> crate::Result<ResidualTests>,
+    ) -> crate::Result<Self> {
         let measures = FitMeasures::new(y, predicted)?;
         let residual: Vec<f64> = y.iter().zip(predicted).map(|(y, p)| y - p).collect();
         Ok(Verdict {
             measures,
-            residuals: ResidualTests::with_prediction(&residual, u, predicted).ok(),
+            residuals: test(&residual).ok(),
         })
     }
 

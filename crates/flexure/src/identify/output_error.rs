@@ -118,6 +118,8 @@ pub(super) fn fit(
     monitor.finished()?;
     let (input, output) = (prepared.scales.input, prepared.scales.output);
     let order = system.order();
+    // One more for the offset.
+    let parameters = system.parameters().len() + 1;
     let gain = output.spread / input.spread;
     let scaled = Rational {
         b: system.b.iter().map(|b| gain * b).collect(),
@@ -131,7 +133,7 @@ pub(super) fn fit(
         Outside::Linear,
     )?;
     let model = Block::Series(vec![Block::Linear(linear.clone()), Block::Static(line)]);
-    let (predicted, verdict, warnings) = samples.judged(&model)?;
+    let (predicted, verdict, warnings) = samples.judged(&model, parameters)?;
     Ok(LinearIdentification {
         model,
         linear,

@@ -6,6 +6,7 @@ use super::sandwich::{Monitor, Prepared};
 use crate::error::{Error, Result};
 use crate::model::Block;
 use crate::record::Record;
+use crate::validation::Estimated;
 
 /// The fewest samples that are worth a fit.
 const FEWEST: usize = 200;
@@ -64,13 +65,19 @@ impl<'a> Samples<'a> {
         Prepared::with_delay(&self.u[..self.fitted], &self.y[..self.fitted], delay)
     }
 
-    /// The free run over all samples, the verdict on the fresh ones, and what the user should know.
-    pub fn judged(&self, model: &Block) -> Result<(Vec<f64>, Verdict, Vec<Warning>)> {
+    /// The free run over all samples of a model of so many parameters, the verdict on the fresh ones, and what the user should
+    /// know.
+    pub fn judged(&self, model: &Block, parameters: usize) -> Result<(Vec<f64>, Verdict, Vec<Warning>)> {
         let mut warnings = Vec::new();
         warn_of_levels(&self.u[..self.fitted], &mut warnings);
         let predicted = model.simulate(self.u);
         let fresh = self.fitted..;
-        let verdict = Verdict::new(&self.u[fresh.clone()], &self.y[fresh.clone()], &predicted[fresh])?;
+        let estimated = Estimated {
+            parameters,
+            samples: self.fitted,
+        };
+        let (u, y) = (&self.u[fresh.clone()], &self.y[fresh.clone()]);
+        let verdict = Verdict::of_estimate(u, y, &predicted[fresh], estimated)?;
         if verdict.measures.fit_percent <= 0.0 {
             warnings.push(Warning::Useless {
                 fit_percent: verdict.measures.fit_percent,

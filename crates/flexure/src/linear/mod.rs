@@ -1,9 +1,12 @@
 //! Linear, time-invariant, discrete-time systems.
 
+pub(crate) mod autoregression;
+mod best_linear;
 pub(crate) mod correlation;
 pub(crate) mod from_impulse_response;
 pub(crate) mod levenberg_marquardt;
 mod transfer_function;
 
 pub use crate::linalg::Complex;
+pub use best_linear::BestLinearApproximation;
 pub use transfer_function::TransferFunction;

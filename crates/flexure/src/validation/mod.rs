@@ -9,6 +9,7 @@ mod ahead;
 mod comparison;
 mod initial;
 mod measures;
+mod regression;
 mod residuals;
 
 pub use ahead::predict_ahead;
@@ -16,4 +17,4 @@ pub use comparison::PairedComparison;
 pub use initial::{InitialState, estimate_initial_state};
 pub use measures::FitMeasures;
 pub(crate) use residuals::whiteness;
-pub use residuals::{Correlations, LEVEL, ResidualTest, ResidualTests, TestKind};
+pub use residuals::{Correlations, Estimated, LEVEL, ResidualTest, ResidualTests, TestKind};

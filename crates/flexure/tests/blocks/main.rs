@@ -3,4 +3,5 @@
 mod common;
 mod hammerstein_wiener;
 mod multiple_inputs;
+mod parallel;
 mod reference;

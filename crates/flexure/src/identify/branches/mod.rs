@@ -16,5 +16,5 @@ mod system;
 pub(super) use columns::{Columns, normalised, tabulated};
 pub use search::TriedBranches;
 pub(super) use search::{Found, find};
-pub(super) use start::delays;
+pub(super) use start::{branches, coarse, delays, dominant_products, splines};
 pub(super) use system::{Branch, Signals, System};

@@ -164,7 +164,7 @@ fn starts(
             break;
         }
         let mut of_order = Vec::new();
-        if let Some(system) = branches(data, order, delays) {
+        if let Some(system) = branches(data, order, delays, 1) {
             of_order.push(fitted(Candidate::new(system, data), data, TRIAL_STEPS, 1e-3, monitor));
         }
         if last {

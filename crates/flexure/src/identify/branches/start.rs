@@ -27,7 +27,7 @@ const DELAY_ORDER: usize = 2;
 const DELAY_SLACK: usize = 1;
 
 /// A spline that is zero, with its breakpoints at quantiles of a signal; `None` if the signal has too few values.
-pub(super) fn coarse(signal: &[f64], pieces: usize) -> Option<Shape> {
+pub(in crate::identify) fn coarse(signal: &[f64], pieces: usize) -> Option<Shape> {
     let mut sorted = signal.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
     let last = sorted.len().checked_sub(1)?;
@@ -45,7 +45,7 @@ pub(super) fn coarse(signal: &[f64], pieces: usize) -> Option<Shape> {
 }
 
 /// The B-splines of a signal but for the middle one, which a constant takes the place of; and the middle one's index.
-fn splines(signal: &[f64], shape: &Shape) -> (Vec<Vec<f64>>, usize) {
+pub(in crate::identify) fn splines(signal: &[f64], shape: &Shape) -> (Vec<Vec<f64>>, usize) {
     let local: Vec<_> = signal.iter().map(|u| shape.local(*u)).collect();
     let (n, middle) = (shape.c.len(), shape.c.len() / 2);
     let columns = (0..n).filter(|j| *j != middle).map(|j| spline(&local, j));
@@ -79,8 +79,10 @@ pub(in crate::identify) fn delays(data: &Signals) -> Vec<usize> {
     data.u.iter().map(of).collect()
 }
 
-/// Branches of the given order with these delays and no last nonlinearity; `None` if none were found.
-pub(super) fn branches(data: &Signals, order: usize, delays: &[usize]) -> Option<System> {
+/// Branches of the given order with these delays, so many an input, and no last nonlinearity; `None` if none were found.
+///
+/// The branches stand input by input; those of one input have the same denominator.
+pub(in crate::identify) fn branches(data: &Signals, order: usize, delays: &[usize], each: usize) -> Option<System> {
     let inputs: Option<Vec<Input>> = data
         .u
         .iter()
@@ -88,6 +90,8 @@ pub(super) fn branches(data: &Signals, order: usize, delays: &[usize]) -> Option
         .map(|(u, delay)| Input::new(u, *delay, data.from))
         .collect();
     let inputs = inputs?;
+    let repeated = data.u.iter().flat_map(|u| std::iter::repeat_n(u.clone(), each));
+    let repeated: Vec<Vec<f64>> = repeated.collect();
     let mut filter = Rational {
         b: vec![1.0],
         sections: Vec::new(),
@@ -115,11 +119,11 @@ pub(super) fn branches(data: &Signals, order: usize, delays: &[usize]) -> Option
         let Some(linear) = Rational::from_polynomials(vec![1.0], &a) else {
             break;
         };
-        let Some(system) = assembled(&inputs, &p[..first], order, &linear) else {
+        let Some(system) = assembled(&inputs, &p[..first], order, &linear, each) else {
             break;
         };
-        let system = with_offset(system, data);
-        let squares = data.squares(&system.run(&data.u));
+        let system = with_offset(system, &repeated, data);
+        let squares = data.squares(&system.run(&repeated));
         filter = linear;
         if squares.is_finite() && best.as_ref().is_none_or(|b| squares < b.1) {
             best = Some((system, squares));
@@ -149,31 +153,56 @@ impl Input {
     }
 }
 
-/// The branches whose numerators are the dominant parts of these.
-fn assembled(inputs: &[Input], numerators: &[f64], order: usize, denominator: &Rational) -> Option<System> {
+/// The branches whose numerators are the dominant parts of these, `each` of every input.
+fn assembled(
+    inputs: &[Input],
+    numerators: &[f64],
+    order: usize,
+    denominator: &Rational,
+    each: usize,
+) -> Option<System> {
     let mut rest = numerators;
     let mut all = Vec::new();
     for input in inputs {
         let (mine, others) = rest.split_at(input.splines.len() * (order + 1));
         rest = others;
-        let (mut c, b) = dominant(mine, order + 1)?;
-        c.insert(input.middle, 0.0);
-        let mut shape = input.shape.clone();
-        shape.c = c;
-        all.push(Branch {
-            delay: input.delay,
-            shape,
-            linear: Rational {
-                b,
-                ..denominator.clone()
-            },
-        });
+        for (mut c, b) in dominant_products(mine, order + 1, each)? {
+            c.insert(input.middle, 0.0);
+            let mut shape = input.shape.clone();
+            shape.c = c;
+            all.push(Branch {
+                delay: input.delay,
+                shape,
+                linear: Rational {
+                    b,
+                    ..denominator.clone()
+                },
+            });
+        }
     }
     Some(System {
         branches: all,
         offset: 0.0,
         output: None,
     })
+}
+
+/// The first products of a column and a row that are nearest to a row-major matrix, each to what those before leave.
+pub(in crate::identify) fn dominant_products(
+    matrix: &[f64],
+    columns: usize,
+    count: usize,
+) -> Option<Vec<(Vec<f64>, Vec<f64>)>> {
+    let mut left = matrix.to_vec();
+    let mut products = Vec::new();
+    for _ in 0..count {
+        let (column, row) = dominant(&left, columns)?;
+        for (entries, c) in left.chunks_exact_mut(columns).zip(&column) {
+            entries.iter_mut().zip(&row).for_each(|(e, r)| *e -= c * r);
+        }
+        products.push((column, row));
+    }
+    Some(products)
 }
 
 /// The column and the row whose product is nearest to a row-major matrix; the row's largest entry is 1.
@@ -206,8 +235,8 @@ fn dominant(matrix: &[f64], columns: usize) -> Option<(Vec<f64>, Vec<f64>)> {
 }
 
 /// The system with the offset that leaves no mean error.
-fn with_offset(mut system: System, data: &Signals) -> System {
-    let output = system.run(&data.u);
+fn with_offset(mut system: System, u: &[Vec<f64>], data: &Signals) -> System {
+    let output = system.run(u);
     let errors = data.y.iter().zip(&output).skip(data.from).map(|(y, p)| y - p);
     system.offset += errors.sum::<f64>() / data.counted() as f64;
     system
@@ -229,6 +258,17 @@ mod tests {
             }
         }
         assert!(dominant(&[0.0; 6], 3).is_none());
+    }
+
+    #[test]
+    fn two_products_of_a_matrix_of_rank_two_are_the_matrix() {
+        let entry = |i: usize, j: usize| (i as f64 - 1.5) * (j as f64 + 1.0) + (i * i) as f64 * [0.3, -1.0, 0.2][j];
+        let matrix: Vec<f64> = (0..12).map(|k| entry(k / 3, k % 3)).collect();
+        let products = dominant_products(&matrix, 3, 2).unwrap();
+        for (k, want) in matrix.iter().enumerate() {
+            let got: f64 = products.iter().map(|(c, r)| c[k / 3] * r[k % 3]).sum();
+            assert!((got - want).abs() < 1e-9, "{k}: {got} {want}");
+        }
     }
 
     #[test]

@@ -1,12 +1,7 @@
 //! The system, its parameters, and the signals that it is fitted to.
 
+use super::super::criterion;
 use super::super::sandwich::{Rational, Shape, delayed};
-use crate::linear::correlation::{cross_covariance, variance};
-
-/// Lags of the errors' autocorrelation.
-const LAGS: usize = 100;
-/// At least so many independent errors are assumed.
-const FEWEST_ERRORS: f64 = 20.0;
 
 /// Static, linear, after a delay.
 #[derive(Debug, Clone, PartialEq)]
@@ -146,28 +141,11 @@ impl Signals {
 
     /// Schwarz's criterion of a sum of squares, for as many independent errors as the samples are worth.
     pub fn bic(&self, squares: f64, parameters: usize) -> f64 {
-        let samples = self.counted() as f64;
-        let n = samples / self.dependence;
-        n * (squares.max(f64::MIN_POSITIVE) / samples).ln() + parameters as f64 * n.ln()
+        criterion::schwarz(squares, parameters, self.counted(), self.dependence)
     }
 
-    /// $1 + 2 \sum_j \rho_j^2$ of the errors (Bartlett 1946): a comparison of two models with errors of this autocorrelation
-    /// varies as much as one with so many times fewer independent errors.
+    /// What the errors' own autocorrelation makes of [`Signals::dependence`].
     pub fn dependence_of(&self, output: &[f64]) -> f64 {
-        let errors = output.iter().zip(&self.y).skip(self.from).map(|(p, y)| p - y);
-        let errors: Vec<f64> = errors.collect();
-        if !(variance(&errors) > 0.0) {
-            return 1.0;
-        }
-        let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
-        let noise = 1.0 / errors.len() as f64;
-        let power = |r: &f64| ((r / covariance[0]).powi(2) - noise).max(0.0);
-        let sum: f64 = covariance[1..].iter().map(power).sum();
-        let most = (errors.len() as f64 / FEWEST_ERRORS).max(1.0);
-        if sum.is_finite() {
-            (1.0 + 2.0 * sum).min(most)
-        } else {
-            1.0
-        }
+        criterion::dependence(output, &self.y, self.from)
     }
 }

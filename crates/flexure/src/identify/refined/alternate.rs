@@ -10,12 +10,14 @@ use super::cells::Cells;
 use super::descent::descend;
 use super::dynamics::{Chosen, Request, choose};
 use super::loss::{Data, Dynamics, Model, Normal, filter, filter_back, product, residual};
-use super::noise::whitening;
 use super::pieces::Term;
 use super::select::select;
 use super::stepwise::Costs;
 use crate::linear::TransferFunction;
+use crate::linear::autoregression::whitening;
 
+/// Samples for each coefficient of the noise model.
+const SAMPLES_A_COEFFICIENT: usize = 50;
 /// Most passes.
 const PASSES: usize = 6;
 /// Gauss-Newton steps of a pass, and of the last.
@@ -52,6 +54,14 @@ pub(super) struct Start {
     pub whiten: bool,
 }
 
+impl Minimum {
+    /// The number of parameters of both blocks.
+    pub fn parameters(&self) -> usize {
+        let dynamics = &self.model.dynamics;
+        self.terms.len() + dynamics.b.len() + dynamics.a.len() - 1
+    }
+}
+
 /// The minimum.
 pub(super) struct Minimum {
     pub model: Model,
@@ -83,7 +93,13 @@ pub(super) fn alternate(data: &mut Data, cells: &Cells, start: Start) -> Option<
         mut memory,
         whiten,
     } = start;
-    let whitened = |e: &[f64]| if whiten { whitening(e) } else { vec![1.0] };
+    let whitened = |e: &[f64]| {
+        if whiten {
+            whitening(e, SAMPLES_A_COEFFICIENT)
+        } else {
+            vec![1.0]
+        }
+    };
     let mut offset = 0.0;
     let mut best: Option<Minimum> = None;
     let mut terms: Vec<Term> = Vec::new();

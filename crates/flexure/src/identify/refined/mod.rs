@@ -22,7 +22,6 @@ mod dynamics;
 mod forms;
 mod gather;
 mod loss;
-mod noise;
 mod outcome;
 mod pieces;
 mod select;
@@ -38,6 +37,7 @@ use crate::linear::from_impulse_response::hankel_singular_values;
 use crate::model::Block;
 use crate::nonlinearity::{Curve, EstimatorName, Outside};
 use crate::record::Record;
+use crate::validation::Estimated;
 use alternate::{Minimum, Start, alternate};
 use cells::Cells;
 pub use forms::{Form, FormFit, FormParameter};
@@ -250,7 +250,7 @@ impl RefinedHammerstein {
     ) -> Result<RefinedIdentification> {
         let blocks = outcome::blocks(minimum, cells, &self.calibration, output_mean, warnings)?;
         let model = series(&blocks.curve, &blocks.linear, blocks.offset)?;
-        let (predicted, verdict) = judged(&model, all, &blocks.curve, warnings)?;
+        let (predicted, verdict) = judged(&model, all, &blocks.curve, minimum.parameters(), warnings)?;
         let d = &minimum.model.dynamics;
         let chosen = minimum.chosen.as_ref();
         let singular = chosen.and_then(|c| hankel_singular_values(c.estimate.k.get(c.dynamics.delay..)?, 20));
@@ -305,7 +305,7 @@ impl RefinedHammerstein {
         let mut warnings = plain.warnings;
         warnings.push(Warning::NotRefined);
         let model = series(&plain.nonlinearity, &plain.linear, plain.output_offset)?;
-        let (predicted, verdict) = judged(&model, all, &plain.nonlinearity, &mut Vec::new())?;
+        let (predicted, verdict) = judged(&model, all, &plain.nonlinearity, 0, &mut Vec::new())?;
         Ok(RefinedIdentification {
             band: plain.band,
             linear_errors: CoefficientErrors {
@@ -346,19 +346,30 @@ fn series(curve: &Curve, linear: &crate::linear::TransferFunction, offset: f64) 
     Ok(Block::Series(blocks))
 }
 
-/// The free run over every experiment, and the verdict on the fresh samples that are not missing.
-fn judged(model: &Block, all: &Gathered, curve: &Curve, warnings: &mut Vec<Warning>) -> Result<(Vec<f64>, Verdict)> {
+/// The free run of a model of so many parameters over every experiment, and the verdict on the fresh samples that are not
+/// missing.
+fn judged(
+    model: &Block,
+    all: &Gathered,
+    curve: &Curve,
+    parameters: usize,
+    warnings: &mut Vec<Warning>,
+) -> Result<(Vec<f64>, Verdict)> {
     let mut predicted = Vec::with_capacity(all.u.len());
     for part in &all.parts {
         predicted.extend(model.simulate(&all.u[part.clone()]));
     }
+    let estimated = Estimated {
+        parameters,
+        samples: all.fitted,
+    };
     let present = |v: &[f64]| -> Vec<f64> {
         (all.fitted..v.len())
             .filter(|&i| !all.missing[i])
             .map(|i| v[i])
             .collect()
     };
-    let verdict = Verdict::new(&present(&all.u), &present(&all.y), &present(&predicted))?;
+    let verdict = Verdict::of_estimate(&present(&all.u), &present(&all.y), &present(&predicted), estimated)?;
     warn_of_range(curve, &all.u[all.fitted..], warnings);
     if verdict.measures.fit_percent <= 0.0 {
         warnings.push(Warning::Useless {

@@ -179,7 +179,7 @@ fn add(sum: &mut [f64], more: &[f64]) {
 }
 
 /// The simulation error of a sandwich on a record, over its parameters but for those that fix the scales.
-pub(super) struct SandwichLoss<'a> {
+pub(in crate::identify) struct SandwichLoss<'a> {
     data: &'a Data,
     at: Sandwich,
     free: Vec<usize>,
@@ -195,6 +195,22 @@ impl<'a> SandwichLoss<'a> {
             free,
             columns,
         }
+    }
+
+    /// With the nonlinearity's level fixed, for a sum in which another branch has it.
+    pub fn without_level(mut self) -> Self {
+        let middle = self.at.shape.c.len() / 2;
+        let fixed = (self.columns.iter()).position(|c| matches!(c, Column::Coefficient(j) if *j == middle));
+        if let Some(fixed) = fixed {
+            self.free.remove(fixed);
+            self.columns.remove(fixed);
+        }
+        self
+    }
+
+    /// The number of free parameters.
+    pub fn free(&self) -> usize {
+        self.free.len()
     }
 
     /// The free parameters at the start.
@@ -283,8 +299,8 @@ impl Residuals for SandwichLoss<'_> {
 }
 
 /// The free parameters' indices and columns: the back's largest coefficient fixes the nonlinearity's scale (the
-/// front's is fixed by the breakpoints), and the offset
-/// is the nonlinearity's business unless the back suppresses it.
+/// front's is fixed by the breakpoints; one that is only a gain has nothing else), and the offset is the nonlinearity's
+/// business unless the back suppresses it.
 fn free_columns(s: &Sandwich) -> (Vec<usize>, Vec<Column>) {
     let largest = |b: &[f64]| (0..b.len()).max_by(|i, j| b[*i].abs().total_cmp(&b[*j].abs()));
     let sections = |r: &Rational| -> Vec<(usize, usize)> {
@@ -292,8 +308,9 @@ fn free_columns(s: &Sandwich) -> (Vec<usize>, Vec<Column>) {
         each.flat_map(|(k, s)| (1..=s.order).map(move |i| (k, i))).collect()
     };
     let fixed = largest(&s.back.b);
+    let only_gain = s.front.b.len() == 1 && s.front.order() == 0 && s.between.is_none();
     let mut all: Vec<Option<Column>> = Vec::new();
-    all.extend((0..s.front.b.len()).map(|i| Some(Column::FrontNumerator(0, i))));
+    all.extend((0..s.front.b.len()).map(|i| (!only_gain).then_some(Column::FrontNumerator(0, i))));
     all.extend(
         sections(&s.front)
             .iter()

@@ -45,17 +45,19 @@ use crate::record::Record;
 pub use monitor::Stage;
 pub use outcome::{ApproximationScore, Intersample, SandwichIdentification};
 pub use refine::TriedStructure;
-use search::splits;
 pub(super) use {
     approximation::{approximate, restructured, solve},
     descent::{Residuals, descend},
-    loss::{Data, delayed},
+    loss::{Data, Sandwich, SandwichLoss, delayed},
     monitor::Monitor,
-    outcome::{Scale, blocks, conventional_gain},
+    outcome::{Blocks, Scale, blocks, conventional_gain},
     products::normal_equations,
-    rational::Rational,
-    refine::fitted,
-    search::{Found, LARGEST_ORDER, Prepared, START_SAMPLES, search},
+    rational::{Rational, groups},
+    refine::{
+        STRUCTURE_SAMPLES, TRIAL_STEPS, bic as schwarz, dependence, fitted, parameters, pieces, restructure,
+        with_pieces,
+    },
+    search::{Found, LARGEST_ORDER, Prepared, START_SAMPLES, search, splits},
     shape::{Local, Roughness, Shape, thinned},
     split::{Candidate, fit_shape},
     structure::{Form, changes},
@@ -151,7 +153,7 @@ pub(super) fn fit(
     let found = found.unwrap_or_else(|| Found::nothing(&prepared.data));
     let blocks = blocks(&found.sandwich, prepared)?;
     let model = blocks.model()?;
-    let (predicted, verdict, mut warnings) = samples.judged(&model)?;
+    let (predicted, verdict, mut warnings) = samples.judged(&model, found.parameters())?;
     if !(prepared.explained() >= WEAK) {
         warnings.push(Warning::WeakLinearApproximation {
             percent: 100.0 * prepared.explained(),

@@ -247,7 +247,7 @@ fn inside(pole: Complex<f64>) -> Complex<f64> {
 }
 
 /// Roots as real ones or one of a conjugate pair: `(root, is a pair)`.
-pub(super) fn groups(roots: &[Complex<f64>]) -> Vec<(Complex<f64>, bool)> {
+pub(in crate::identify) fn groups(roots: &[Complex<f64>]) -> Vec<(Complex<f64>, bool)> {
     let real = |z: &Complex<f64>| z.im.abs() <= REAL * z.norm().max(1e-9);
     let pairs = roots.iter().filter(|z| !real(z) && z.im > 0.0).map(|z| (*z, true));
     let mut single: Vec<f64> = roots.iter().filter(|z| real(z)).map(|z| z.re).collect();

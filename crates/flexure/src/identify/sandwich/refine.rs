@@ -1,16 +1,17 @@
 //! A candidate made better: all parameters fitted, pieces of the nonlinearity, poles and numerator coefficients.
 
+use super::super::criterion;
 use super::descent::descend;
 use super::intersample::with_instant_between;
-use super::loss::{Data, SandwichLoss};
+use super::loss::{Data, Sandwich, SandwichLoss};
 use super::monitor::Monitor;
 use super::shape::{Roughness, thinned};
 use super::split::{Candidate, refit_coefficients};
 use super::structure::{Form, neighbours};
-use crate::linear::correlation::{cross_covariance, variance};
+use crate::linear::correlation::variance;
 
 /// Samples that the structure is chosen on.
-pub(super) const STRUCTURE_SAMPLES: usize = 20_000;
+pub(in crate::identify) const STRUCTURE_SAMPLES: usize = 20_000;
 /// Pieces that are tried, relative to the present number.
 const PIECES: [f64; 6] = [0.7, 1.0, 1.4, 2.0, 2.8, 4.0];
 const MOST_PIECES: usize = 64;
@@ -20,14 +21,12 @@ const FINEST_PIECES: usize = 800;
 const OUTSIDE: usize = 2;
 /// A fit with breakpoints brought back may have a sum of squares so many times that of the fit before.
 const DEARER: f64 = 1.05;
-/// Lags of the errors' autocorrelation.
-const LAGS: usize = 100;
 /// The share of the breakpoints that are spread evenly.
 const EVEN: f64 = 0.3;
 /// Rounds of structural change.
 const ROUNDS: usize = 16;
 /// Steps that judge a structural change.
-pub(super) const TRIAL_STEPS: usize = 12;
+pub(in crate::identify) const TRIAL_STEPS: usize = 12;
 
 /// A structure that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,25 +52,13 @@ pub struct TriedStructure {
 }
 
 /// Schwarz's criterion of a sum of squares, for as many independent errors as the samples are worth.
-pub(super) fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
-    let samples = data.counted() as f64;
-    let n = samples / data.dependence;
-    n * (squares.max(f64::MIN_POSITIVE) / samples).ln() + parameters as f64 * n.ln()
+pub(in crate::identify) fn bic(squares: f64, parameters: usize, data: &Data) -> f64 {
+    criterion::schwarz(squares, parameters, data.counted(), data.dependence)
 }
 
-/// $1 + 2 \sum_j \rho_j^2$ of the output's errors: a comparison of two models with errors of this autocorrelation varies as much
-/// as one with so many times fewer independent errors (Bartlett 1946).
-pub(super) fn dependence(output: &[f64], data: &Data) -> f64 {
-    let errors: Vec<f64> = output.iter().zip(&data.y).skip(data.from).map(|(p, y)| p - y).collect();
-    let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
-    let noise = 1.0 / errors.len() as f64;
-    let power = |r: &f64| ((r / covariance[0]).powi(2) - noise).max(0.0);
-    let sum: f64 = covariance[1..].iter().map(power).sum();
-    if sum.is_finite() {
-        (1.0 + 2.0 * sum).min(errors.len() as f64 / 20.0)
-    } else {
-        1.0
-    }
+/// What the errors' own autocorrelation makes of [`Data::dependence`].
+pub(in crate::identify) fn dependence(output: &[f64], data: &Data) -> f64 {
+    criterion::dependence(output, &data.y, data.from)
 }
 
 impl TriedStructure {
@@ -86,10 +73,15 @@ impl TriedStructure {
     }
 }
 
+/// The parameters of a sandwich that only one choice fits.
+pub(in crate::identify) fn parameters(sandwich: &Sandwich) -> usize {
+    // Three of them only fix scales.
+    sandwich.parameters().len() - 3
+}
+
 impl Candidate {
     fn parameters(&self) -> usize {
-        // Three of them only fix scales.
-        self.sandwich.parameters().len() - 3
+        parameters(&self.sandwich)
     }
 
     pub(in crate::identify) fn bic(&self, data: &Data) -> f64 {
@@ -134,7 +126,7 @@ pub(in crate::identify) fn fitted(
 ///
 /// Where it is rough is read from the present curve, which is good for smooth ones, and from one on many even breakpoints,
 /// which shows kinks; the better of the two is taken.
-pub(super) fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
+pub(in crate::identify) fn with_pieces(c: &Candidate, pieces: usize, data: &Data) -> Option<Candidate> {
     let s = &c.sandwich;
     let mut sorted = s.front.run(&data.u)[data.from..].to_vec();
     let spread = variance(&sorted).sqrt();
@@ -195,7 +187,7 @@ fn fewest_in_piece(data: &Data) -> usize {
 }
 
 /// More and more pieces while Schwarz's criterion falls.
-pub(super) fn pieces(
+pub(in crate::identify) fn pieces(
     mut best: Candidate,
     data: &Data,
     steps: usize,
@@ -249,7 +241,7 @@ pub(super) fn intersample(
 }
 
 /// The structural change that lowers Schwarz's criterion most, over and over.
-pub(super) fn restructure(
+pub(in crate::identify) fn restructure(
     mut best: Candidate,
     form: Form,
     data: &Data,
@@ -281,7 +273,6 @@ pub(super) fn restructure(
 mod tests {
     use rand::{RngExt, SeedableRng};
 
-    use super::super::loss::Sandwich;
     use super::super::rational::Rational;
     use super::super::shape::Shape;
     use super::*;

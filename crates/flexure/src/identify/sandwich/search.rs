@@ -6,7 +6,7 @@ use super::monitor::{Monitor, Stage};
 use super::outcome::{ApproximationScore, Scales};
 use super::rational::Rational;
 use super::refine::{
-    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, intersample, pieces,
+    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, intersample, parameters, pieces,
     restructure, with_pieces,
 };
 use super::shape::Shape;
@@ -55,9 +55,14 @@ pub(in crate::identify) struct Scored {
 impl Prepared {
     /// The delay is the linear approximation's.
     pub fn new(u: &[f64], y: &[f64], monitor: &mut Monitor<'_>) -> Prepared {
+        Prepared::with_delay_at_most(u, y, usize::MAX, monitor)
+    }
+
+    /// The delay is the linear approximation's, or the largest.
+    pub fn with_delay_at_most(u: &[f64], y: &[f64], largest: usize, monitor: &mut Monitor<'_>) -> Prepared {
         let mut prepared = Prepared::with_delay(u, y, 0);
         let delay = pure_delay(&prepared.data);
-        prepared.shift(delay);
+        prepared.shift(delay.min(largest));
         prepared.approximations = approximations(&prepared.data.head(STRUCTURE_SAMPLES), monitor);
         let n = prepared.data.y.len();
         if let Some(best) = prepared.best() {
@@ -150,6 +155,11 @@ pub(in crate::identify) struct Found {
 }
 
 impl Found {
+    /// The number of parameters that only one choice fits.
+    pub fn parameters(&self) -> usize {
+        parameters(&self.sandwich)
+    }
+
     /// What is left where there was no start: a static nonlinearity, or a constant.
     pub fn nothing(data: &Data) -> Found {
         let constant = Sandwich {
@@ -167,7 +177,7 @@ impl Found {
 }
 
 /// All splits of the linear approximations' poles and zeros that are worth a fit.
-pub(super) fn splits(prepared: &Prepared, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
+pub(in crate::identify) fn splits(prepared: &Prepared, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
     monitor.stage = Stage::Split;
     let few = prepared.data.head(START_SAMPLES);
     let mut candidates = Vec::new();

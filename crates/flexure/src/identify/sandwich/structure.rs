@@ -14,6 +14,8 @@ const NEARLY: f64 = 0.3;
 /// The blocks that a cascade has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::identify) enum Form {
+    /// Static, linear; the front is a gain.
+    Hammerstein,
     /// Linear, static.
     Wiener,
     /// Linear, static, linear.
@@ -22,15 +24,11 @@ pub(in crate::identify) enum Form {
 
 /// Cascades of this form, without an instant between the samples, with one structural change, that start where `s` is (or nearly, where something was removed).
 pub(super) fn neighbours(s: &Sandwich, form: Form) -> Vec<Sandwich> {
-    let front = changes(&s.front)
-        .into_iter()
-        .map(|front| Sandwich { front, ..s.clone() });
-    let backs = match form {
-        Form::Wiener => Vec::new(),
-        Form::Sandwich => changes(&s.back),
-    };
-    let back = backs.into_iter().map(|back| Sandwich { back, ..s.clone() });
-    front.chain(back).collect()
+    let of = |block: &Rational, free: bool| if free { changes(block) } else { Vec::new() };
+    let fronts = of(&s.front, form != Form::Hammerstein).into_iter();
+    let backs = of(&s.back, form != Form::Wiener).into_iter();
+    let front = fronts.map(|front| Sandwich { front, ..s.clone() });
+    front.chain(backs.map(|back| Sandwich { back, ..s.clone() })).collect()
 }
 
 /// All changes of one linear block.

@@ -160,7 +160,7 @@ pub(super) fn fit(samples: &Samples<'_>, linear: &Prepared, monitor: &mut Monito
         Block::Linear(blocks.front.clone()),
         Block::Static(blocks.curve.clone()),
     ]);
-    let (predicted, verdict, warnings) = samples.judged(&model)?;
+    let (predicted, verdict, warnings) = samples.judged(&model, found.parameters())?;
     Ok(WienerIdentification {
         model,
         linear: blocks.front,

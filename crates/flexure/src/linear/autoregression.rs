@@ -1,16 +1,15 @@
-//! An autoregression of the output error, which whitens it.
+//! An autoregression of a signal, which whitens it.
 
 use crate::linear::correlation::cross_covariance;
 
 /// The largest order tried.
 const LARGEST: usize = 30;
-/// Samples for each coefficient.
-const SAMPLES: usize = 50;
 
-/// The whitening polynomial 1 + r_1 z^-1 + ... of Schwarz's order (Levinson 1947), for a zero-mean error.
-pub(super) fn whitening(e: &[f64]) -> Vec<f64> {
+/// The whitening polynomial 1 + r_1 z^-1 + ... of Schwarz's order (Levinson 1947), for a zero-mean signal; at least
+/// `samples` samples for each coefficient.
+pub(crate) fn whitening(e: &[f64], samples: usize) -> Vec<f64> {
     let n = e.len();
-    let largest = LARGEST.min(n / SAMPLES);
+    let largest = LARGEST.min(n / samples);
     let r = cross_covariance(e, e, largest);
     if !(r[0] > 0.0) {
         return vec![1.0];
@@ -51,11 +50,11 @@ mod tests {
     fn an_autoregression_is_found_with_its_order() {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
         let white: Vec<f64> = (0..20_000).map(|_| StandardNormal.sample(&mut rng)).collect();
-        assert_eq!(whitening(&white), [1.0]);
+        assert_eq!(whitening(&white, 50), [1.0]);
         let e = TransferFunction::monic(vec![1.0], vec![-1.2, 0.52]).simulate(&white);
-        let r = whitening(&e);
+        let r = whitening(&e, 50);
         assert_eq!(r.len(), 3);
         assert!((r[1] + 1.2).abs() < 0.03 && (r[2] - 0.52).abs() < 0.03, "{r:?}");
-        assert_eq!(whitening(&[0.0; 500]), [1.0]);
+        assert_eq!(whitening(&[0.0; 500], 50), [1.0]);
     }
 }

@@ -1,0 +1,267 @@
+//! Prints how often the residual tests reject, by Monte Carlo: a true model at their stated level of 1 %, a wrong one as
+//! often as possible.
+//!
+//! ```text
+//! cargo run --release -p flexure --example levels                # some minutes on two cores
+//! cargo run --release -p flexure --example levels -- full        # ten times as many runs
+//! cargo run --release -p flexure --example levels -- known       # one table: known, identified or wrong
+//! ```
+//!
+//! "known": the error is the noise itself, as if the model were exactly the system; n is the number of samples tested.
+//! "identified": the model is of the system's structure and estimated from three quarters of n samples; the tests see the
+//! error on the last quarter and allow for the estimate's own. With a noise model, what is tested for whiteness is that error through the autoregression
+//! that the fit's part gave. "wrong": the model is of another structure than the system.
+//!
+//! In parentheses the 95 % interval of the rate (Wilson 1927); a star where it excludes 1 %.
+
+#[allow(dead_code)] // What other examples draw.
+#[path = "structures/draw.rs"]
+mod draw;
+
+use draw::{Kind, draw};
+use flexure::Record;
+use flexure::identify::{Linear, RefinedHammerstein, Wiener};
+use flexure::linear::TransferFunction;
+use flexure::validation::{LEVEL, ResidualTests, TestKind};
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+const KINDS: [(TestKind, &str); 6] = [
+    (TestKind::Whiteness, "white"),
+    (TestKind::InputIndependence, "u"),
+    (TestKind::SquaredInputIndependence, "u^2"),
+    (TestKind::SquaredIndependence, "e^2, u^2"),
+    (TestKind::SquaredPredictionIndependence, "p^2"),
+    (TestKind::CubedPredictionIndependence, "p^3"),
+];
+/// Samples for transients to decay.
+const BEFORE: usize = 300;
+
+/// The tests of one run; none on too short a record.
+type Tested = flexure::Result<Option<ResidualTests>>;
+
+fn normal(rng: &mut Pcg64, n: usize) -> Vec<f64> {
+    (0..n).map(|_| StandardNormal.sample(rng)).collect()
+}
+
+fn filtered(b: &[f64], a: &[f64], v: &[f64]) -> flexure::Result<Vec<f64>> {
+    Ok(TransferFunction::new(b.to_vec(), a.to_vec())?.simulate(v))
+}
+
+fn saturation(u: f64) -> f64 {
+    u.clamp(-0.6, 1.0)
+}
+
+/// A Hammerstein system's input, noise-free output, and noise of a tenth of its size, white or ARMA(2, 1).
+fn hammerstein(seed: u64, n: usize, coloured_input: bool, coloured_noise: bool) -> flexure::Result<[Vec<f64>; 3]> {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let total = n + BEFORE;
+    let u = match coloured_input {
+        true => filtered(&[0.6], &[1.0, -0.8], &normal(&mut rng, total))?,
+        false => (0..total).map(|_| rng.random_range(-1.7..1.7)).collect(),
+    };
+    let v: Vec<f64> = u.iter().map(|u| saturation(*u)).collect();
+    let y = filtered(&[0.5, 0.2], &[1.0, -1.2, 0.52], &v)?;
+    let e: Vec<f64> = normal(&mut rng, total).iter().map(|e| 0.1 * e).collect();
+    let e = match coloured_noise {
+        true => filtered(&[1.0, 0.5], &[1.0, -1.1, 0.4], &e)?,
+        false => e,
+    };
+    Ok([u, y, e].map(|v| v[BEFORE..].to_vec()))
+}
+
+/// The error as if the model were the system.
+fn known(seed: u64, n: usize, coloured: [bool; 2]) -> Tested {
+    let [u, y, e] = hammerstein(seed, n, coloured[0], coloured[1])?;
+    ResidualTests::with_prediction(&e, &u, &y).map(Some)
+}
+
+fn record(u: &[f64], y: &[f64]) -> flexure::Result<Record> {
+    Record::new([("u", u.to_vec()), ("y", y.to_vec())])
+}
+
+fn sum(y: &[f64], e: &[f64]) -> Vec<f64> {
+    y.iter().zip(e).map(|(y, e)| y + e).collect()
+}
+
+/// A table's row: what was tested, and how the signals come about.
+struct Row {
+    name: String,
+    runs: u64,
+    draw: Box<dyn Fn(u64) -> Tested + Sync>,
+}
+
+impl Row {
+    fn new(name: &str, runs: u64, draw: impl Fn(u64) -> Tested + Sync + 'static) -> Row {
+        Row {
+            name: name.to_owned(),
+            runs,
+            draw: Box::new(draw),
+        }
+    }
+
+    /// How often each test, and any that refutes a model, rejects; and how many runs could be tested.
+    fn counts(&self) -> ([u64; KINDS.len() + 1], u64) {
+        let each = (0..self.runs).into_par_iter().filter_map(|seed| {
+            let tests = (self.draw)(seed).ok()??;
+            let mut rejected = [0; KINDS.len() + 1];
+            for (count, (kind, _)) in rejected.iter_mut().zip(KINDS) {
+                *count = u64::from(tests.tests.iter().any(|t| t.kind == kind && !t.passed()));
+            }
+            rejected[KINDS.len()] = u64::from(tests.refutation().is_some());
+            Some((rejected, 1))
+        });
+        let none = || ([0; KINDS.len() + 1], 0);
+        each.reduce(none, |mut a, b| {
+            a.0.iter_mut().zip(b.0).for_each(|(a, b)| *a += b);
+            (a.0, a.1 + b.1)
+        })
+    }
+
+    fn print(&self, level: bool) {
+        let (counts, runs) = self.counts();
+        let cells = counts.iter().enumerate().map(|(i, &count)| {
+            let (rate, [low, high]) = interval(count, runs);
+            let off = level && i < KINDS.len() && !(low..=high).contains(&LEVEL);
+            let star = if off { '*' } else { ' ' };
+            format!(
+                "{:>6.2} ({:>5.2}-{:>5.2}){star}",
+                100.0 * rate,
+                100.0 * low,
+                100.0 * high
+            )
+        });
+        println!("{:<34}{:>6} {}", self.name, runs, cells.collect::<Vec<_>>().join(""));
+    }
+}
+
+/// A rate and its 95 % interval.
+fn interval(count: u64, runs: u64) -> (f64, [f64; 2]) {
+    let (n, rate, z) = (runs as f64, count as f64 / runs as f64, 1.96);
+    let centre = (rate + z * z / (2.0 * n)) / (1.0 + z * z / n);
+    let half = z / (1.0 + z * z / n) * (rate * (1.0 - rate) / n + z * z / (4.0 * n * n)).sqrt();
+    (rate, [centre - half, centre + half])
+}
+
+fn head(title: &str) {
+    let names = KINDS.iter().map(|k| k.1).chain(["any that refutes"]);
+    let cells: Vec<String> = names.map(|name| format!("{name:>21}")).collect();
+    println!(
+        "\n{title}; rejections in percent\n{:<34}{:>6} {}",
+        "",
+        "runs",
+        cells.join("")
+    );
+}
+
+fn known_table(scale: u64) {
+    head("known: the error is the noise itself");
+    for n in [500, 1000, 8000] {
+        for (name, coloured) in [
+            ("white u, white e", [false, false]),
+            ("coloured u, white e", [true, false]),
+            ("white u, ARMA e", [false, true]),
+            ("coloured u, ARMA e", [true, true]),
+        ] {
+            let runs = 10_000 * scale;
+            Row::new(&format!("n = {n}, {name}"), runs, move |seed| known(seed, n, coloured)).print(true);
+        }
+    }
+}
+
+fn identified_table(scale: u64) {
+    head("identified: of the system's structure, from three quarters of n samples, tested on the last");
+    for n in [2000, 32_000] {
+        let runs = |each: u64| scale * if n > 10_000 { each / 4 } else { each };
+        for coloured in [[false, false], [true, true]] {
+            let name = if coloured[0] { "coloured" } else { "white" };
+            Row::new(&format!("n = {n}, Hammerstein, {name}"), runs(800), move |seed| {
+                let [u, y0, e] = hammerstein(seed, n, coloured[0], coloured[1])?;
+                let y = sum(&y0, &e);
+                let result = RefinedHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
+                Ok(result.verdict.residuals)
+            })
+            .print(true);
+        }
+        Row::new(&format!("n = {n}, ARMA e, noise model"), runs(800), move |seed| {
+            let [u, y0, e] = hammerstein(seed, n, false, true)?;
+            let y = sum(&y0, &e);
+            let result = RefinedHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
+            let from = result.fitted;
+            let e = sum(&y, &result.predicted.iter().map(|p| -p).collect::<Vec<_>>());
+            let e = filtered(&result.noise_model, &[1.0], &e)?;
+            ResidualTests::with_prediction(&e[from..], &u[from..], &result.predicted[from..]).map(Some)
+        })
+        .print(true);
+        Row::new(&format!("n = {n}, linear"), runs(800), move |seed| {
+            let [u, _, e] = hammerstein(seed, n, true, true)?;
+            let y = sum(&filtered(&[0.5, 0.2], &[1.0, -1.2, 0.52], &u)?, &e);
+            let result = Linear::default().identify(&record(&u, &y)?, "u", "y")?;
+            Ok(result.verdict.residuals)
+        })
+        .print(true);
+        Row::new(&format!("n = {n}, Wiener"), runs(60), move |seed| {
+            let [u, _, e] = hammerstein(seed, n, true, false)?;
+            let linear = filtered(&[0.3, 0.1], &[1.0, -0.7], &u)?;
+            let y = sum(&linear.iter().map(|x| saturation(*x)).collect::<Vec<_>>(), &e);
+            let result = Wiener::default().identify(&record(&u, &y)?, "u", "y")?;
+            Ok(result.verdict.residuals)
+        })
+        .print(true);
+    }
+}
+
+fn wrong_table(scale: u64) {
+    head("wrong: another structure, from three quarters of n samples, tested on the last");
+    for n in [2000, 8000] {
+        let runs = 60 * scale;
+        Row::new(&format!("n = {n}, linear to Hammerstein"), runs, move |seed| {
+            let [u, y, e] = hammerstein(seed, n, false, false)?;
+            let y = sum(&y, &e);
+            let result = Linear::default().identify(&record(&u, &y)?, "u", "y")?;
+            Ok(result.verdict.residuals)
+        })
+        .print(false);
+        for (kind, name) in [(Kind::Wiener, "Wiener"), (Kind::Duffing, "Duffing")] {
+            Row::new(&format!("n = {n}, Hammerstein to {name}"), runs, move |seed| {
+                let drawn = draw(kind, seed, n, 0.1)?;
+                let record = record(&drawn.u, &drawn.y)?;
+                let result = RefinedHammerstein::default().identify(&record, "u", "y")?;
+                Ok(result.verdict.residuals)
+            })
+            .print(false);
+        }
+        Row::new(&format!("n = {n}, order 1 to order 2"), runs, move |seed| {
+            let [u, y, e] = hammerstein(seed, n, false, false)?;
+            let y = sum(&y, &e);
+            let method = RefinedHammerstein {
+                order: Some(1),
+                ..Default::default()
+            };
+            let result = method.identify(&record(&u, &y)?, "u", "y")?;
+            Ok(result.verdict.residuals)
+        })
+        .print(false);
+    }
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let scale = if arguments.iter().any(|a| a == "full") { 10 } else { 1 };
+    let chosen = |name: &str| arguments.iter().all(|a| a == "full") || arguments.iter().any(|a| a == name);
+    println!(
+        "Residual tests at the level of {} %; a star where the 95 % interval excludes it.",
+        100.0 * LEVEL
+    );
+    if chosen("known") {
+        known_table(scale);
+    }
+    if chosen("identified") {
+        identified_table(scale);
+    }
+    if chosen("wrong") {
+        wrong_table(scale);
+    }
+}

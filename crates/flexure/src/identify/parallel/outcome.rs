@@ -1,0 +1,136 @@
+//! What the identification of a sum of branches returns, in the record's units.
+
+use super::super::outcome::{Verdict, Warning};
+use super::super::sandwich::{Blocks, Form, Prepared, blocks};
+use super::search::{Found, TriedSum};
+use crate::error::Result;
+use crate::linear::TransferFunction;
+use crate::model::Block;
+use crate::nonlinearity::{Curve, Outside};
+
+/// One branch of a sum: linear, static, linear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParallelBranch {
+    /// The first linear block, of unit static or peak gain; `None` in a Hammerstein branch. Always stable.
+    pub front: Option<TransferFunction>,
+    /// The static nonlinearity, a cubic spline in tabulated form, straight on beyond the range of the fit.
+    pub nonlinearity: Curve,
+    /// Its breakpoints, increasing, in the unit of what enters it.
+    pub breakpoints: Vec<f64>,
+    /// The last linear block, of unit static or peak gain. Always stable.
+    pub back: TransferFunction,
+}
+
+impl ParallelBranch {
+    /// The blocks in cascade.
+    pub fn model(&self) -> Block {
+        let front = self.front.iter().map(|front| Block::Linear(front.clone()));
+        let rest = [
+            Block::Static(self.nonlinearity.clone()),
+            Block::Linear(self.back.clone()),
+        ];
+        Block::Series(front.chain(rest).collect())
+    }
+}
+
+/// An identified sum of branches with all that was chosen on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParallelIdentification {
+    /// The model, ready to simulate: `Parallel` of a `Series` for every branch (for two where a branch's nonlinearity acts
+    /// between the samples too), and in series with that the output offset where there is one.
+    pub model: Block,
+    /// The branches at the samples.
+    pub branches: Vec<ParallelBranch>,
+    /// Added to the sum of the branches.
+    pub output_offset: f64,
+    /// The sums that were tried, in order.
+    pub tried: Vec<TriedSum>,
+    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
+    pub fitted: usize,
+    /// The free-run output over all samples.
+    pub predicted: Vec<f64>,
+    /// The verdict on the samples from `fitted` on.
+    pub verdict: Verdict,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}
+
+impl ParallelIdentification {
+    /// The number of poles of all linear blocks.
+    pub fn order(&self) -> usize {
+        let linear = self.branches.iter().flat_map(|b| b.front.iter().chain([&b.back]));
+        linear.map(|g| g.a().len() - 1).sum()
+    }
+
+    /// The smallest of the branches' delays, in samples.
+    pub fn delay(&self) -> usize {
+        let of = |g: &TransferFunction| g.b().iter().take_while(|b| **b == 0.0).count();
+        let each = self
+            .branches
+            .iter()
+            .map(|b| b.front.as_ref().map_or(0, of) + of(&b.back));
+        each.min().unwrap_or(0)
+    }
+}
+
+/// A sum in the record's units.
+pub(super) struct InUnits {
+    pub branches: Vec<ParallelBranch>,
+    pub offset: f64,
+    pub model: Block,
+}
+
+impl InUnits {
+    /// Of a sum that was fitted to prepared signals, whose output's mean the first branch has.
+    pub fn new(found: &Found, prepared: &Prepared) -> Result<InUnits> {
+        let mut scaled = prepared.clone();
+        let (mut branches, mut parallel, mut offset) = (Vec::new(), Vec::new(), 0.0);
+        for sandwich in &found.sum.branches {
+            let own = blocks(sandwich, &scaled)?;
+            scaled.scales.output.mean = 0.0;
+            offset += own.offset;
+            let branch = branch(&own, found.form)?;
+            parallel.push(branch.model());
+            if let Some(between) = &own.intersample {
+                parallel.push(Block::Series(vec![
+                    Block::Linear(between.front.clone()),
+                    Block::Static(between.nonlinearity.clone()),
+                    Block::Linear(between.back.clone()),
+                ]));
+            }
+            branches.push(branch);
+        }
+        let mut series = vec![Block::Parallel(parallel)];
+        if offset != 0.0 {
+            let line = Curve::new(vec![0.0, 1.0], vec![offset, 1.0 + offset], Outside::Linear)?;
+            series.push(Block::Static(line));
+        }
+        let model = match <[Block; 1]>::try_from(series) {
+            Ok([only]) => only,
+            Err(several) => Block::Series(several),
+        };
+        Ok(InUnits {
+            branches,
+            offset,
+            model,
+        })
+    }
+}
+
+/// A Hammerstein branch's front is only a delay, which is the back's as well.
+fn branch(own: &Blocks, form: Form) -> Result<ParallelBranch> {
+    let (front, back) = match form {
+        Form::Hammerstein => {
+            let delayed = own.front.b().iter().take_while(|b| **b == 0.0).map(|_| 0.0);
+            let b = delayed.chain(own.back.b().iter().copied()).collect();
+            (None, TransferFunction::new(b, own.back.a().to_vec())?)
+        }
+        _ => (Some(own.front.clone()), own.back.clone()),
+    };
+    Ok(ParallelBranch {
+        front,
+        nonlinearity: own.curve.clone(),
+        breakpoints: own.breakpoints.clone(),
+        back,
+    })
+}

@@ -1,0 +1,223 @@
+//! The best linear approximation of a system under periodic excitation, with what noise and nonlinearity do to it.
+//!
+//! The robust method (Pintelon & Schoukens 2012, section 4.3.1): of M realisations of a random-phase multisine (or of
+//! other periodic signals with random phases and one amplitude spectrum), P periods each are measured in the steady state. From
+//! period to period only noise differs; from realisation to realisation the stochastic nonlinear distortion does so too, the part of a
+//! nonlinear system's output that is not linear in the input. With $\hat G^{[m]} = \bar Y^{[m]} / \bar U^{[m]}$ of the spectra
+//! averaged over the periods,
+//! $$ \hat G = \frac1M \sum_m \hat G^{[m]}, \qquad \hat\sigma^2_\text{total} = \frac{1}{M (M - 1)} \sum_m |\hat G^{[m]} - \hat G|^2, \qquad
+//!    \hat\sigma^2_\text{noise} = \frac{1}{M^2} \sum_m \hat\sigma^2_{\text{noise}, m}, $$
+//! $$ \hat\sigma^2_\text{distortion} = M (\hat\sigma^2_\text{total} - \hat\sigma^2_\text{noise}), $$
+//! at every line that is excited.
+
+use realfft::RealFftPlanner;
+
+use super::Complex;
+use crate::error::{Error, Result};
+
+/// Lines with less than this share of the strongest line's power are not excited.
+const EXCITED: f64 = 1e-6;
+
+/// A frequency response with the levels of noise and nonlinear distortion, one entry an excited line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BestLinearApproximation {
+    /// Cycles a sample, increasing, above 0.
+    pub frequency: Vec<f64>,
+    /// The response.
+    pub response: Vec<Complex<f64>>,
+    /// Standard deviation of the response's estimate by noise alone; empty with a single period.
+    pub noise: Vec<f64>,
+    /// Standard deviation of the response's estimate by noise and distortion together; empty with a single realisation.
+    pub total: Vec<f64>,
+    /// Standard deviation of the distortion in a single realisation, as a response; zero where the noise hides it, empty where
+    /// `noise` or `total` is.
+    pub distortion: Vec<f64>,
+    /// The number of realisations M.
+    pub realisations: usize,
+    /// The number of periods P of each.
+    pub periods: usize,
+}
+
+impl BestLinearApproximation {
+    /// The approximation from the input and output of every realisation, in the steady state from their first sample on.
+    ///
+    /// Only whole periods count; all realisations have as many as the shortest.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a period below 2 samples; [`Error::LengthMismatch`] where an output is not as long as its
+    /// input; [`Error::TooShort`] with no realisation, or less than a period; [`Error::NonFinite`]; and [`Error::Constant`]
+    /// where no line is excited in all realisations.
+    ///
+    /// ```
+    /// use flexure::linear::{BestLinearApproximation, TransferFunction};
+    ///
+    /// let period: Vec<f64> = (0..64).map(|n| f64::from(n * n % 64) / 64.0).collect();
+    /// let u: Vec<f64> = period.iter().cycle().take(8 * 64).copied().collect();
+    /// let y = TransferFunction::new(vec![1.0], vec![1.0, -0.5])?.simulate(&u);
+    /// // The first four periods only let the transient decay.
+    /// let best = BestLinearApproximation::new(&[(&u[256..], &y[256..])], 64)?;
+    /// assert!(best.noise.iter().all(|s| *s < 1e-9) && best.total.is_empty());
+    /// # Ok::<(), flexure::Error>(())
+    /// ```
+    pub fn new(realisations: &[(&[f64], &[f64])], period: usize) -> Result<Self> {
+        if period < 2 {
+            return Err(Error::InvalidParameter {
+                name: "the period".to_owned(),
+                value: period as f64,
+                requirement: "at least 2 samples",
+            });
+        }
+        for (m, (u, y)) in realisations.iter().enumerate() {
+            check(m, u, y)?;
+        }
+        let shortest = realisations.iter().map(|(u, _)| u.len()).min().unwrap_or(0);
+        let periods = shortest / period;
+        if periods == 0 {
+            return Err(Error::TooShort {
+                what: "a best linear approximation (whole periods)",
+                need: period,
+                got: shortest,
+            });
+        }
+        let averaged: Vec<Averaged> = (realisations.iter())
+            .map(|(u, y)| Averaged::new(u, y, period, periods))
+            .collect();
+        let lines = excited(&averaged);
+        if lines.is_empty() {
+            let value = realisations[0].0[0];
+            return Err(Error::Constant {
+                column: "the input".to_owned(),
+                value,
+            });
+        }
+        let count = realisations.len() as f64;
+        let mut best = BestLinearApproximation {
+            frequency: lines.iter().map(|&k| k as f64 / period as f64).collect(),
+            response: Vec::new(),
+            noise: Vec::new(),
+            total: Vec::new(),
+            distortion: Vec::new(),
+            realisations: realisations.len(),
+            periods,
+        };
+        for &k in &lines {
+            let each: Vec<Complex<f64>> = averaged.iter().map(|a| a.output[k] / a.input[k]).collect();
+            let response = each.iter().sum::<Complex<f64>>() / count;
+            best.response.push(response);
+            let noise = averaged.iter().map(|a| a.noise(k)).sum::<f64>() / (count * count);
+            let total = each.iter().map(|g| (g - response).norm_sqr()).sum::<f64>() / (count * (count - 1.0));
+            if periods > 1 {
+                best.noise.push(noise.sqrt());
+            }
+            if realisations.len() > 1 {
+                best.total.push(total.sqrt());
+            }
+            if periods > 1 && realisations.len() > 1 {
+                best.distortion.push((count * (total - noise)).max(0.0).sqrt());
+            }
+        }
+        Ok(best)
+    }
+}
+
+fn check(m: usize, u: &[f64], y: &[f64]) -> Result<()> {
+    if y.len() != u.len() {
+        return Err(Error::LengthMismatch {
+            name: format!("the output of realisation {m}"),
+            got: y.len(),
+            expected: u.len(),
+        });
+    }
+    for (name, samples) in [("input", u), ("output", y)] {
+        if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
+            return Err(Error::NonFinite {
+                column: format!("the {name} of realisation {m}"),
+                sample,
+                value: samples[sample],
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The spectra of one realisation, averaged over its periods, and how the periods differ.
+struct Averaged {
+    input: Vec<Complex<f64>>,
+    output: Vec<Complex<f64>>,
+    /// Variances of the averages of input and output, and the covariance of output and input.
+    input_variance: Vec<f64>,
+    output_variance: Vec<f64>,
+    covariance: Vec<Complex<f64>>,
+}
+
+impl Averaged {
+    fn new(u: &[f64], y: &[f64], period: usize, periods: usize) -> Averaged {
+        let [inputs, outputs] = [u, y].map(|v| spectra(&v[..period * periods], period));
+        let lines = period / 2 + 1;
+        let mean = |all: &[Vec<Complex<f64>>]| -> Vec<Complex<f64>> {
+            let sum = |k: usize| all.iter().map(|s| s[k]).sum::<Complex<f64>>();
+            (0..lines).map(|k| sum(k) / periods as f64).collect()
+        };
+        let (input, output) = (mean(&inputs), mean(&outputs));
+        let scale = 1.0 / (periods * (periods - 1).max(1)) as f64;
+        let mut averaged = Averaged {
+            input_variance: vec![0.0; lines],
+            output_variance: vec![0.0; lines],
+            covariance: vec![Complex::new(0.0, 0.0); lines],
+            input,
+            output,
+        };
+        for (u, y) in inputs.iter().zip(&outputs) {
+            for k in 0..lines {
+                let (u, y) = (u[k] - averaged.input[k], y[k] - averaged.output[k]);
+                averaged.input_variance[k] += scale * u.norm_sqr();
+                averaged.output_variance[k] += scale * y.norm_sqr();
+                averaged.covariance[k] += y * u.conj() * scale;
+            }
+        }
+        averaged
+    }
+
+    /// The variance of the response at a line by noise on input and output (first order).
+    fn noise(&self, k: usize) -> f64 {
+        let g = self.output[k] / self.input[k];
+        let crossed = 2.0 * (g.conj() * self.covariance[k]).re;
+        let variance = self.output_variance[k] + g.norm_sqr() * self.input_variance[k] - crossed;
+        (variance / self.input[k].norm_sqr()).max(0.0)
+    }
+}
+
+/// The spectrum of every period.
+fn spectra(signal: &[f64], period: usize) -> Vec<Vec<Complex<f64>>> {
+    let forward = RealFftPlanner::<f64>::new().plan_fft_forward(period);
+    let transform = |part: &[f64]| {
+        let (mut input, mut output) = (part.to_vec(), forward.make_output_vec());
+        // The output comes from the plan, so the lengths fit and the transform cannot fail.
+        let _ = forward.process(&mut input, &mut output);
+        output
+    };
+    signal.chunks_exact(period).map(transform).collect()
+}
+
+/// The lines above zero frequency, and below half the sampling rate, that every realisation excites.
+fn excited(all: &[Averaged]) -> Vec<usize> {
+    let lines = all.first().map_or(0, |a| a.input.len());
+    let strong = |a: &Averaged| -> Vec<bool> {
+        let strongest = a.input.iter().skip(1).map(|u| u.norm_sqr()).fold(0.0, f64::max);
+        let power = a.input.iter().map(|u| u.norm_sqr());
+        power.map(|p| p > EXCITED * strongest).collect()
+    };
+    let by_realisation: Vec<Vec<bool>> = all.iter().map(strong).collect();
+    let constant = |a: &Averaged| {
+        let strongest = a.input.iter().skip(1).map(|u| u.norm()).fold(0.0, f64::max);
+        !(strongest > 1e-12 * a.input[0].norm())
+    };
+    if all.iter().any(constant) {
+        return Vec::new();
+    }
+    (1..lines).filter(|&k| by_realisation.iter().all(|s| s[k])).collect()
+}
+
+#[cfg(test)]
+#[path = "best_linear_tests.rs"]
+mod tests;
