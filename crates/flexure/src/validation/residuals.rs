@@ -26,7 +26,8 @@ use crate::linear::correlation::{cross_covariance, mean, variance};
 use super::regression::Regression;
 
 /// The level of every test: the probability that it rejects a true model. Each of the five that can refute one has it, so
-/// that one of them does so in at most 5 % of all cases.
+/// that one of them does so in about 5 % of all cases (4.5 to 6 % with identified models in the example `levels`). The
+/// whiteness of an error after an identified noise model is rejected more often, in 3.8 %.
 pub const LEVEL: f64 = 0.01;
 /// Lags of the tests, fewer on short records.
 const LAGS: usize = 25;
