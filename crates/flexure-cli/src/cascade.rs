@@ -302,6 +302,7 @@ impl Cascade {
             order: self.order(),
             settling: Some(self.model.settling(SETTLED)),
             noise_model: None,
+            estimated: self.verdict.estimated,
             block: self.model.clone(),
             identification: details,
         }

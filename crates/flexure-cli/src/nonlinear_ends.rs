@@ -74,6 +74,7 @@ pub fn model_file(result: &HammersteinWienerIdentification, signals: &Signals) -
         order: result.order,
         settling: Some(result.model.settling(SETTLED)),
         noise_model: None,
+        estimated: result.verdict.estimated,
         block: result.model.clone(),
         identification: details,
     }

@@ -195,6 +195,7 @@ pub fn model_file(result: &Estimate, context: &Context) -> ModelFile {
             Own::Refined(own) if own.refined => Some(own.noise_model.clone()),
             _ => None,
         },
+        estimated: result.verdict.estimated,
         block: result.model.clone(),
         identification: details,
     }

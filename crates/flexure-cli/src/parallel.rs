@@ -119,6 +119,7 @@ pub fn model_file(result: &ParallelIdentification, signals: &Signals) -> ModelFi
         order: result.order(),
         settling: Some(result.model.settling(SETTLED)),
         noise_model: None,
+        estimated: result.verdict.estimated,
         block: result.model.clone(),
         identification: details,
     }

@@ -66,8 +66,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let known = Some(y).filter(|_| start == Start::Estimate);
     let free = FreeRun::new(&model.block, &file, &arguments.input, known)?;
     let predicted = &free.output;
-    let verdict = Verdict::new(&u[skip..], &y[skip..], &predicted[skip..])
-        .map_err(|error| file.locate(named(error, &arguments.output)))?;
+    let (fresh, measured, free_run) = (&u[skip..], &y[skip..], &predicted[skip..]);
+    let verdict = match model.estimated {
+        Some(estimated) => Verdict::of_estimate(fresh, measured, free_run, estimated),
+        None => Verdict::new(fresh, measured, free_run),
+    };
+    let verdict = verdict.map_err(|error| file.locate(named(error, &arguments.output)))?;
     if is_constant(&u[skip..]) {
         let (column, value) = (arguments.input.clone(), u[skip]);
         return Err(file.locate(flexure::Error::Constant { column, value }).into());

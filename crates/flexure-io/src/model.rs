@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use flexure::Block;
+use flexure::validation::Estimated;
 use serde::{Deserialize, Serialize};
 use serde_json::error::Category;
 
@@ -44,6 +45,9 @@ pub struct ModelFile {
     /// a model of the noise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_model: Option<Vec<f64>>,
+    /// What the model was estimated from, for the limits of its residual tests. `None` where they do not allow for its own error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimated: Option<Estimated>,
     /// How the model was found, for readers; nothing that predicting needs.
     #[serde(default)]
     pub identification: serde_json::Value,

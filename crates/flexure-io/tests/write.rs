@@ -8,6 +8,7 @@ use common::{directory, message};
 use flexure::Record;
 use flexure::linear::TransferFunction;
 use flexure::nonlinearity::{Curve, Outside};
+use flexure::validation::Estimated;
 use flexure::{Block, record};
 use flexure_io::{ModelFile, read_model, read_record, write_atomically, write_model, write_record};
 
@@ -123,6 +124,10 @@ fn model() -> ModelFile {
         block: Block::Series(vec![Block::Static(curve), Block::Linear(system)]),
         settling: Some(40),
         noise_model: Some(vec![1.0, -0.3]),
+        estimated: Some(Estimated {
+            parameters: 5,
+            samples: 900,
+        }),
         identification: serde_json::json!({"bandwidth": 0.1}),
     }
 }

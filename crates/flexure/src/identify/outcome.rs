@@ -154,6 +154,8 @@ pub struct Verdict {
     pub measures: FitMeasures,
     /// Tests of what it leaves behind; `None` if the fresh part is too short for them.
     pub residuals: Option<ResidualTests>,
+    /// What the model was estimated from, where the tests allow for its own error.
+    pub estimated: Option<Estimated>,
 }
 
 impl Verdict {
@@ -171,7 +173,11 @@ impl Verdict {
     /// # Errors
     /// Those of [`FitMeasures::new`].
     pub fn of_estimate(u: &[f64], y: &[f64], predicted: &[f64], estimated: Estimated) -> crate::Result<Self> {
-        Verdict::tested(y, predicted, |e| ResidualTests::of_estimate(e, u, predicted, estimated))
+        let test = |e: &[f64]| ResidualTests::of_estimate(e, u, predicted, estimated);
+        Ok(Verdict {
+            estimated: Some(estimated),
+            ..Verdict::tested(y, predicted, test)?
+        })
     }
 
     fn tested(
@@ -184,6 +190,7 @@ impl Verdict {
         Ok(Verdict {
             measures,
             residuals: test(&residual).ok(),
+            estimated: None,
         })
     }
 

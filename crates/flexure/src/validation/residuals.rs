@@ -18,6 +18,7 @@
 //! is worth up to q n/N squared noise deviations more and depends on the input ([`Estimated`]). The limit of the test against
 //! the input allows for it; the others hardly notice it.
 
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
 
 use crate::error::{Error, Result};
@@ -90,7 +91,7 @@ pub struct ResidualTest {
 }
 
 /// What a model was estimated from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Estimated {
     /// The number of its parameters.
     pub parameters: usize,
