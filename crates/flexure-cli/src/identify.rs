@@ -16,6 +16,7 @@ use flexure_report::data::{ArmMotion, Page};
 use crate::arguments::{self, Auto};
 use crate::cascade::{Cascade, CascadeMethod};
 use crate::estimate::Estimate;
+use crate::files::keep_apart;
 use crate::method::{self, MethodName, PlainOptions, RefinedOptions, Shared};
 use crate::outcome::{Context, Signals};
 use crate::output::{command_line, print, print_note};
@@ -194,7 +195,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments::distinct_inputs(&inputs, &arguments.output)?;
     arguments::distinct_points(&arguments.known)?;
     let (task, note) = arguments.task()?;
-    for path in [&arguments.model, &arguments.report].into_iter().flatten() {
+    let outputs = [&arguments.model, &arguments.report].into_iter().flatten();
+    keep_apart([&arguments.record].into_iter().chain(&arguments.arm), outputs.clone())?;
+    for path in outputs {
         check_writable(path)?;
     }
     if let Some(note) = note {

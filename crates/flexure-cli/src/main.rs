@@ -8,6 +8,7 @@ mod comparison;
 mod demo;
 mod estimate;
 mod excite;
+mod files;
 mod identify;
 mod joint;
 mod method;

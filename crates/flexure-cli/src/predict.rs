@@ -9,6 +9,7 @@ use flexure_io::{check_record_writable, read_model, read_record, write_record};
 use serde_json::json;
 
 use crate::arguments::{self, TIME, Usage};
+use crate::files::keep_apart;
 use crate::outcome::number;
 use crate::output::print;
 use crate::prediction::{Ahead, FreeRun, Outside, Start};
@@ -56,6 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "--initial-state estimate needs the measured output; name its column by --output, or choose steady";
         return Err(Usage(message.to_owned()).into());
     }
+    keep_apart([&arguments.model, &arguments.record], [&arguments.out])?;
     check_record_writable(&arguments.out)?;
     let model = read_model(&arguments.model)?;
     let file = spinning("reading", || read_record(&arguments.record))?;

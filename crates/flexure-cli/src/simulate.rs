@@ -11,6 +11,7 @@ use flexure_io::arm::{ArmError, ArmFile, preset_text, run_watched};
 use flexure_io::{check_record_writable, check_writable, read_record, read_text, write_atomically, write_record};
 use serde_json::json;
 
+use crate::files::keep_apart;
 use crate::output::print;
 use crate::progress::Progress;
 
@@ -53,6 +54,7 @@ fn known_preset(name: &str) -> Result<String, String> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    keep_apart(&arguments.arm, arguments.out.iter().chain(&arguments.write_arm))?;
     if let Some(path) = &arguments.out {
         check_record_writable(path)?;
     }

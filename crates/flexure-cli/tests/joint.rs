@@ -7,6 +7,8 @@ mod two_link;
 use std::path::PathBuf;
 
 use common::{Folder, numbers};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
 use serde_json::Value;
 
 /// The shoulder of the space arm with its elbow locked, excited by a multisine of this seed, with noise of this scale.
@@ -115,6 +117,51 @@ fn what_cannot_be_used_is_said() {
         "joint n.csv --position q --torque tau",
         "n.csv: no column 't' tells the sample time; give it by --sample-time",
     );
+}
+
+/// What would not be used is not taken.
+#[test]
+fn options_of_another_kind_of_joint_are_refused() {
+    let folder = Folder::new();
+    folder.write("r.csv", "t,q,tau\n0,0,1\n0.1,0.1,2\n0.2,0.3,1\n");
+    for option in ["--arm a.toml", "--stiffness k.csv", "--motor-inertia 1"] {
+        let outcome = folder.run(&format!("joint r.csv --position q --torque tau {option}"));
+        assert_eq!(outcome.code, Some(2), "{option}");
+        let name = option.split(' ').next().unwrap();
+        assert!(
+            outcome.stderr.contains(name) && outcome.stderr.contains("--position"),
+            "{outcome:?}"
+        );
+    }
+    folder.write("a.csv", "t,a,b,c,d,e,f\n0,0,1,2,3,4,5\n0.1,0,1,2,3,4,5\n");
+    folder.misused(
+        "joint a.csv --motor a,b --link c,d --torque e,f --motor-inertia 1",
+        "--motor-inertia is of a single flexible joint; leave it out for a two-link arm, whose motors are identified",
+    );
+}
+
+/// A torque of the wrong sign would give a negative inertia: that is said in its place.
+#[test]
+fn a_torque_of_the_wrong_sign_is_said() {
+    let folder = Folder::new();
+    let mut rng = Pcg64::seed_from_u64(8);
+    // 2 q'' = tau - q', in steps of 1 ms, the torque held 50 ms.
+    let (mut q, mut v, mut tau, mut text) = (0.0_f64, 0.0_f64, 0.0_f64, "t,q,tau\n".to_owned());
+    for i in 0..6000 {
+        if i % 50 == 0 {
+            tau = rng.random_range(-5.0..5.0);
+        }
+        text += &format!("{},{q},{}\n", 0.001 * f64::from(i), -tau);
+        v += 0.0005 * (tau - v);
+        q += 0.001 * v;
+    }
+    folder.write("r.csv", text);
+    let found = folder.json("joint r.csv --position q --torque tau --torque-constant -1");
+    let inertia = found["inertia"]["value"].as_f64().unwrap();
+    assert!((inertia - 2.0).abs() < 0.1, "{inertia}");
+    let outcome = folder.run("joint r.csv --position q --torque tau");
+    assert_eq!(outcome.code, Some(1));
+    assert!(outcome.stderr.contains("inertia comes out negative") && outcome.stderr.contains("--torque-constant -1"));
 }
 
 /// The electro-mechanical positioning system (EMPS): published M 95.1 kg, Fv 203.5 N s/m, Fc 20.4 N, offset -3.2 N.

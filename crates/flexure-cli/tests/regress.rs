@@ -410,3 +410,20 @@ fn results_are_reproducible() {
     let with_page = run("--seed 3 --report page.html", "four.csv");
     assert!(one == with_page, "the page changes nothing");
 }
+
+/// Rows near in time are those near in x: that leaving them out widens the window tells nothing.
+#[test]
+fn independent_noise_along_a_trend_is_not_called_dependent() {
+    for seed in 0..6 {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+        let mut text = "t,y\n".to_owned();
+        for i in 0..2000 {
+            let (t, e): (f64, f64) = (f64::from(i) / 2000.0, StandardNormal.sample(&mut rng));
+            text += &format!("{t},{}\n", (20.0 * t).sin() + 0.1 * e);
+        }
+        let folder = Folder::new();
+        folder.write("trend.csv", text);
+        let object = folder.json("regress trend.csv --x t --y y --band-method none");
+        assert_eq!(object["dependent_rows"], false, "{seed}");
+    }
+}

@@ -231,3 +231,21 @@ fn outputs_and_points_that_cannot_be() {
         "at.csv, line 3: column 'x' is NaN or missing at sample 1; remove or repair that sample",
     );
 }
+
+#[test]
+fn the_record_is_never_written_over() {
+    let folder = folder();
+    let before = folder.read("r.csv");
+    let read = |path: &str| format!("{path} is read and would be overwritten; give the output another name");
+    folder.misused("regress r.csv --x x --y y -o r.csv", &read("r.csv"));
+    folder.misused(
+        "regress r.csv --x x --y y -o new.csv --report ./r.csv",
+        &read("./r.csv"),
+    );
+    folder.misused("identify r.csv --input x --output y -o r.csv", &read("r.csv"));
+    folder.misused(
+        "regress r.csv --x x --y y -o new.csv --report new.csv",
+        "new.csv would be written twice; give every output a name of its own",
+    );
+    assert!(folder.read("r.csv") == before);
+}

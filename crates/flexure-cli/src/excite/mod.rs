@@ -14,6 +14,7 @@ use flexure_io::{check_record_writable, write_record};
 use serde_json::json;
 
 use crate::arguments;
+use crate::files::keep_apart;
 use crate::output::print;
 use crate::progress::spinning;
 use crate::simulate::read_arm;
@@ -139,6 +140,7 @@ struct Experiment {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    keep_apart(&arguments.arm, [&arguments.out])?;
     check_record_writable(&arguments.out)?;
     let limits = Limits::new(arguments)?;
     let file = match (&arguments.arm, &arguments.preset) {

@@ -3,10 +3,15 @@
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
+use flexure::identify::joint::Estimated;
 use flexure_io::RecordFile;
 
 use super::Arguments;
+use super::words::with_error;
 use crate::arguments::{TIME, Usage, sample_time};
+
+/// Standard errors by which a negative inertia is no chance.
+const CLEARLY: f64 = 3.0;
 
 /// A number, or the name of one in the record.
 #[derive(Debug, Clone, PartialEq)]
@@ -208,4 +213,23 @@ fn needed_sample_time(file: &RecordFile, arguments: &Arguments, used: &[&str]) -
             file.path.display()
         ),
     }
+}
+
+/// Refuses inertias that are clearly negative.
+pub fn possible<'a>(
+    file: &RecordFile,
+    inertias: impl IntoIterator<Item = (&'static str, &'a Estimated)>,
+) -> Result<()> {
+    for (name, inertia) in inertias {
+        let (value, error) = (inertia.value, inertia.standard_error);
+        if value + CLEARLY * error < 0.0 {
+            bail!(
+                "{}: the {name} comes out negative ({}), which cannot be: check the torque's sign (--torque-constant -1 turns \
+                 it), which columns are the motor's and which the link's, and the gear ratio",
+                file.path.display(),
+                with_error(value, error)
+            );
+        }
+    }
+    Ok(())
 }

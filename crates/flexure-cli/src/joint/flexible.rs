@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::Arguments;
 use super::arm::{Simulated, arm_file, simulated};
-use super::data::Log;
+use super::data::{Log, possible};
 use super::page;
 use super::rigid;
 use super::words::{
@@ -35,6 +35,8 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
         JointFound::Rigid(axis) => return rigid::tell(file, log, &axis, arguments),
         JointFound::Flexible(axis) => axis,
     };
+    let link = ("link's inertia", &axis.link_inertia);
+    possible(file, [("motor's inertia", &axis.motor_inertia), link])?;
     let replay = spinning("simulating", || simulated(&axis, log))?;
     let html = match &arguments.report {
         None => None,

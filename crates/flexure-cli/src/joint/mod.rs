@@ -13,7 +13,8 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexure_io::{check_record_writable, check_writable, read_record};
 
-use crate::arguments;
+use crate::arguments::{self, Usage};
+use crate::files::keep_apart;
 use crate::progress::spinning;
 use data::{Log, Number};
 
@@ -48,8 +49,8 @@ pub struct Arguments {
     /// The column of a flexible joint's link angle, or of those of both joints: q1,q2.
     #[arg(long, value_name = "COLUMN", requires = "motor")]
     link: Option<String>,
-    /// The column of the (link's) velocity; by default it is derived from the position.
-    #[arg(long, value_name = "COLUMN")]
+    /// The column of a rigid axis's velocity; by default it is derived from the position.
+    #[arg(long, value_name = "COLUMN", conflicts_with = "motor")]
     velocity: Option<String>,
     /// Torque a unit of the torque column: a number, or the name of a constant of a MAT file.
     #[arg(long, value_name = "K", default_value = "1", allow_hyphen_values = true, value_parser = data::number)]
@@ -64,7 +65,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with = "motor")]
     prismatic: bool,
     /// Gravity acts on the axis: terms cos q and sin q.
-    #[arg(long, conflicts_with = "motor")]
+    #[arg(long, conflicts_with_all = ["motor", "prismatic"])]
     gravity: bool,
     /// A spring acts on the axis: a term q.
     #[arg(long, conflicts_with = "motor")]
@@ -85,14 +86,14 @@ pub struct Arguments {
     /// Write the friction curve here: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv")]
     friction: Option<PathBuf>,
-    /// The motor's inertia in kg m^2 on the link's side, where it is known.
-    #[arg(long, value_name = "JM", requires = "motor", value_parser = arguments::positive)]
+    /// The motor's inertia in kg m^2 on the link's side, where it is known; of a single flexible joint.
+    #[arg(long, value_name = "JM", requires = "motor", conflicts_with = "position", value_parser = arguments::positive)]
     motor_inertia: Option<f64>,
     /// Write the stiffness curve here, as torque and as stiffness over the deflection: .csv or .parquet.
-    #[arg(long, value_name = "CURVE.csv", requires = "motor")]
+    #[arg(long, value_name = "CURVE.csv", requires = "motor", conflicts_with = "position")]
     stiffness: Option<PathBuf>,
     /// Write the joint or arm as an arm file here, for `flexure simulate`; a single joint's other one is locked.
-    #[arg(long, value_name = "ARM.toml", requires = "motor")]
+    #[arg(long, value_name = "ARM.toml", requires = "motor", conflicts_with = "position")]
     arm: Option<PathBuf>,
     /// Which joint of that arm it is: 1, the shoulder, or 2, the elbow.
     #[arg(long, value_name = "1|2", default_value = "1", value_parser = clap::value_parser!(u8).range(1..=2))]
@@ -111,6 +112,9 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    let curves = arguments.friction.iter().chain(&arguments.stiffness);
+    let outputs = curves.chain(&arguments.arm).chain(&arguments.report);
+    keep_apart([&arguments.record].into_iter().chain(&arguments.template), outputs)?;
     for path in [&arguments.friction, &arguments.stiffness].into_iter().flatten() {
         check_record_writable(path)?;
     }
@@ -119,6 +123,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let file = spinning("reading", || read_record(&arguments.record))?;
     if let Some(columns) = data::pairs(&file, arguments)? {
+        if arguments.motor_inertia.is_some() {
+            let message = "--motor-inertia is of a single flexible joint; leave it out for a two-link arm, whose motors are identified";
+            return Err(Usage(message.to_owned()).into());
+        }
         return two_link::run(&file, &columns, arguments);
     }
     let log = Log::read(&file, arguments)?;

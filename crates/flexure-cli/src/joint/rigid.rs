@@ -10,7 +10,7 @@ use flexure_io::{RecordFile, write_atomically, write_record};
 use serde_json::json;
 
 use super::Arguments;
-use super::data::{Log, renamed};
+use super::data::{Log, possible, renamed};
 use super::page;
 use super::words::{Units, findings, fitted_json, fitted_words, nearness, range_words, with_error};
 use crate::output::{command_line, print};
@@ -42,6 +42,7 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
         level: arguments.band,
     };
     let axis = spinning("identifying", || joint.identify()).map_err(|error| file.locate(named(error, arguments)))?;
+    possible(file, [("inertia", &axis.inertia)])?;
     tell(file, log, &axis, arguments)
 }
 
@@ -104,7 +105,7 @@ pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Argument
         lines.push(format!(
             "  {:<12} {value} {}",
             extra.symbol,
-            units.of_powers(extra.unit)
+            units.of_curve(extra.unit, true)
         ));
     }
     for (i, form) in axis.forms.iter().enumerate() {

@@ -13,7 +13,7 @@ use flexure_io::{RecordFile, check_record_writable, write_atomically, write_reco
 use serde_json::json;
 
 use super::arm::joint;
-use super::data::{ArmLog, renamed};
+use super::data::{ArmLog, possible, renamed};
 use super::flexible::{axis_json, axis_words, stiffness};
 use super::words::{findings, nearness, with_error};
 use super::{Arguments, page, rigid};
@@ -51,6 +51,13 @@ pub fn run(file: &RecordFile, columns: &[[String; 2]; 3], arguments: &Arguments)
     };
     let found = spinning("identifying", || joints.identify());
     let arm = found.map_err(|error| file.locate(named(error, columns)))?;
+    possible(
+        file,
+        [("shoulder's inertia", &arm.shoulder), ("elbow's inertia", &arm.elbow)],
+    )?;
+    for axis in &arm.joints {
+        possible(file, [("motor's inertia", &axis.motor_inertia)])?;
+    }
     let replay = spinning("simulating", || replay(&arm, &log))?;
     let html = match &arguments.report {
         None => None,

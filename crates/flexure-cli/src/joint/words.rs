@@ -37,11 +37,6 @@ impl Units {
         if self.prismatic { "kg" } else { "kg m^2" }
     }
 
-    /// Of a parameter of friction, by the powers of torque and velocity.
-    pub fn of_powers(&self, powers: [i32; 2]) -> String {
-        self.powers(powers, true)
-    }
-
     /// Of a parameter of a curve of stiffness or friction, by the powers of torque and deflection or velocity.
     pub fn of_curve(&self, powers: [i32; 2], stiffness: bool) -> String {
         self.powers(powers, !stiffness)

@@ -11,12 +11,19 @@ use super::data::Data;
 const FOLDS: usize = 10;
 /// Fewer rows tell nothing of the residuals' dependence.
 const FEWEST_FOR_DEPENDENCE: usize = 50;
+/// More rows than this are not needed for it.
+const MOST_FOR_DEPENDENCE: usize = 4000;
+/// A correlation of x with time above this is a trend.
+const TREND: f64 = 0.9;
 /// The two-sided 99 % quantile of the normal distribution.
 const SIGNIFICANT: f64 = 2.575_829_303_548_901;
 /// A correlation below this does no harm however significant it is.
 const HARMFUL: f64 = 0.1;
 /// A bandwidth by blocks this many times that by leave-one-out tells that the latter follows the noise.
 const WIDER: f64 = 1.5;
+/// Where x goes with time, rows near in time are those near in x, and leaving them out widens the window even where the
+/// noise is independent: there a window of no more rows than this to either side tells that it follows the noise.
+const FEW_ROWS: f64 = 5.0;
 /// Estimate and ordinate that differ by no more than this share of the ordinates' size are the same.
 const REPEATED: f64 = 1e-9;
 
@@ -165,14 +172,32 @@ fn correlated(residuals: &[f64]) -> bool {
     r > HARMFUL && r * (n as f64).sqrt() > SIGNIFICANT
 }
 
+/// The correlation of two columns; 0 where one is constant.
+fn correlation(x: &[f64], y: &[f64]) -> f64 {
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (mx, my) = (mean(x), mean(y));
+    let products = |f: &dyn Fn(f64, f64) -> f64| x.iter().zip(y).map(|(x, y)| f(x - mx, y - my)).sum::<f64>();
+    let scale = (products(&|x, _| x * x) * products(&|_, y| y * y)).sqrt();
+    if scale > 0.0 {
+        products(&|x, y| x * y) / scale
+    } else {
+        0.0
+    }
+}
+
 /// Whether leave-one-out would follow noise that depends on itself in time: such a fit leaves residuals in which nothing
 /// is to be seen, but leaving out neighbours in time asks for a much wider window.
 fn follows_noise(method: &NamedEstimator, data: &Data, rows: &[usize]) -> flexure::Result<bool> {
     let ([_], true) = (data.x.as_slice(), rows.len() >= FEWEST_FOR_DEPENDENCE) else {
         return Ok(false);
     };
+    // As many as tell it, from the middle: the comparison costs more than in proportion.
+    let first = rows.len().saturating_sub(MOST_FOR_DEPENDENCE) / 2;
+    let rows = &rows[first..rows.len().min(first + MOST_FOR_DEPENDENCE)];
     let x = gathered(data, rows);
     let y: Vec<f64> = rows.iter().map(|&i| data.y[i]).collect();
+    let time: Vec<f64> = (0..rows.len()).map(|t| t as f64).collect();
+    let trend = correlation(&x[0], &time).abs() > TREND;
     if BlockFolds::for_data(&x[0], &y)?.gap == 0 {
         return Ok(false);
     }
@@ -181,7 +206,12 @@ fn follows_noise(method: &NamedEstimator, data: &Data, rows: &[usize]) -> flexur
         _ => Degree::Linear,
     };
     let bandwidth = |rule| choose_bandwidth(rule, method.kernel, degree, &x[0], &y, None).map(|c| c.bandwidth());
-    Ok(bandwidth(BandwidthRule::HBlock { gap: None })? > WIDER * bandwidth(BandwidthRule::LeaveOneOut)?)
+    let loo = bandwidth(BandwidthRule::LeaveOneOut)?;
+    if trend {
+        let extent = x[0].iter().fold(0.0, |most: f64, v| most.max((v - x[0][0]).abs()));
+        return Ok(loo <= FEW_ROWS * extent / rows.len() as f64);
+    }
+    Ok(bandwidth(BandwidthRule::HBlock { gap: None })? > WIDER * loo)
 }
 
 fn validation(method: &NamedEstimator, fit: &NamedFit, data: &Data, rows: &[usize]) -> flexure::Result<Validation> {

@@ -17,6 +17,7 @@ use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Rule};
 use flexure_io::{check_record_writable, check_writable, read_record, write_atomically, write_record};
 
 use crate::arguments::{self, Auto};
+use crate::files::keep_apart;
 use crate::output::{command_line, print};
 use crate::progress::spinning;
 use band::BandMethod;
@@ -119,6 +120,10 @@ pub struct Method {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let method = method::method(arguments)?;
+    keep_apart(
+        [&arguments.record].into_iter().chain(&arguments.at),
+        arguments.out.iter().chain(&arguments.report),
+    )?;
     if let Some(path) = &arguments.out {
         check_record_writable(path)?;
     }

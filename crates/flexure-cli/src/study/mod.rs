@@ -11,6 +11,7 @@ use clap::ValueEnum;
 use flexure_io::{check_writable, write_atomically};
 use serde_json::json;
 
+use crate::files::keep_apart;
 use crate::output::{command_line, print, print_note};
 use crate::progress::Progress;
 use parts::{Part, Parts, Plan};
@@ -70,6 +71,7 @@ enum What {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let What::Rates = arguments.what;
+    keep_apart([], arguments.report.iter().chain(&arguments.resume))?;
     for path in [&arguments.report, &arguments.resume].into_iter().flatten() {
         check_writable(path)?;
     }

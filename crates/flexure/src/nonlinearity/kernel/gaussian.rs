@@ -20,6 +20,9 @@ pub const FEW_NEIGHBOURS: i64 = 6;
 /// With fewer pairs of points than this, the direct sum over two boxes is cheaper.
 const DIRECT_PAIRS: usize = 100;
 
+/// Centres of boxes are floats as fine as this, in bandwidths.
+const FINE: f64 = 1e-3;
+
 /// Sources of one box.
 struct Sources<const TERMS: usize> {
     cell: i64,
@@ -38,8 +41,12 @@ pub fn transform<const TERMS: usize, const NEIGHBOURS: i64>(
 ) {
     let origin = data.x[0];
     let cell_of = |x: f64| ((x - origin) / h).floor().clamp(-1e15, 1e15) as i64;
-    // From the centre of a box, in bandwidths; relative to the origin first, as that loses no digits.
-    let offset_in = |cell: i64, x: f64| (x - origin) / h - (cell as f64 + 0.5);
+    // Centres are floats near the points, so that the differences from them lose no digits, however far the origin
+    // is; relative to the origin only where floats near the points are too coarse for that.
+    let largest = origin.abs().max(data.x[data.len() - 1].abs());
+    let zero = if largest * f64::EPSILON < FINE * h { 0.0 } else { origin };
+    let centre_of = |cell: i64| (origin - zero) + (cell as f64 + 0.5) * h;
+    let offset_in = |cell: i64, x: f64| ((x - zero) - centre_of(cell)) / h;
 
     let boxes = collect::<TERMS>(data, cell_of, offset_in);
     let (mut start, mut nearest) = (0, 0);
@@ -58,7 +65,8 @@ pub fn transform<const TERMS: usize, const NEIGHBOURS: i64>(
             if (sources.end - sources.first) * (end - start) < DIRECT_PAIRS {
                 direct.push(sources.first..sources.end);
             } else {
-                translate(sources, (cell - sources.cell) as f64, &mut weight, &mut moment);
+                let tau = (centre_of(cell) - centre_of(sources.cell)) / h;
+                translate(sources, tau, &mut weight, &mut moment);
             }
         }
         for (j, &q) in at.iter().enumerate().take(end).skip(start) {
@@ -150,3 +158,7 @@ fn derivatives<const TERMS: usize>(c: &[f64; TERMS], s: f64) -> [f64; 3] {
         .fold([0.0; 3], |[p, d, e], &v| [p * s + v, d * s + p, e * s + d]);
     [value, first, 2.0 * half_second]
 }
+
+#[cfg(test)]
+#[path = "gaussian_tests.rs"]
+mod tests;

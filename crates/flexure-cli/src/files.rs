@@ -1,0 +1,84 @@
+//! The files of a command: none is written over one that is read, or twice.
+
+use std::path::{Path, PathBuf};
+
+use crate::arguments::Usage;
+
+/// Refuses outputs that are one of the inputs, or one another.
+///
+/// Links and different spellings of a path are seen through, where the file or its folder exists.
+pub fn keep_apart<'a>(
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
+    outputs: impl IntoIterator<Item = &'a PathBuf>,
+) -> Result<(), Usage> {
+    let inputs: Vec<PathBuf> = inputs.into_iter().map(|path| resolved(path)).collect();
+    let mut written: Vec<PathBuf> = Vec::new();
+    for path in outputs {
+        let place = resolved(path);
+        let shown = path.display();
+        // Not for what is no file, such as /dev/null.
+        if path.exists() && !path.is_file() {
+            continue;
+        }
+        if inputs.contains(&place) {
+            return Err(Usage(format!(
+                "{shown} is read and would be overwritten; give the output another name"
+            )));
+        }
+        if written.contains(&place) {
+            return Err(Usage(format!(
+                "{shown} would be written twice; give every output a name of its own"
+            )));
+        }
+        written.push(place);
+    }
+    Ok(())
+}
+
+fn resolved(path: &Path) -> PathBuf {
+    let in_folder = || {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        Some(folder.join(path.file_name()?))
+    };
+    path.canonicalize()
+        .ok()
+        .or_else(in_folder)
+        .unwrap_or_else(|| path.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::keep_apart;
+
+    #[test]
+    fn what_is_read_is_not_written_under_any_spelling_of_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("a.csv"), "u\n1\n").unwrap();
+        let told = |inputs: &[PathBuf], outputs: &[PathBuf]| keep_apart(inputs, outputs).map_err(|e| e.0);
+        let input = [path("a.csv")];
+        assert!(told(&input, &[path("b.csv"), path("c.html")]).is_ok());
+        for name in ["a.csv", "./a.csv", "x/../a.csv"] {
+            std::fs::create_dir_all(path("x")).unwrap();
+            let message = told(&input, &[path(name)]).unwrap_err();
+            assert!(message.contains("is read and would be overwritten"), "{message}");
+        }
+        let message = told(&input, &[path("new.csv"), path("x/../new.csv")]).unwrap_err();
+        assert!(message.contains("written twice"), "{message}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_seen_through_and_devices_may_be_named_twice() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("a.csv"), folder.path().join("l.csv"));
+        std::fs::write(&file, "u\n1\n").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        assert!(keep_apart([&file], [&link]).is_err());
+        let nowhere = PathBuf::from("/dev/null");
+        assert!(keep_apart([&file], [&nowhere, &nowhere]).is_ok());
+    }
+}
