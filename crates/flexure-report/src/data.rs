@@ -96,7 +96,7 @@ pub struct Signal {
 }
 
 /// The estimated static nonlinearity with its band.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct Nonlinearity {
     /// The input's name and unit.
     pub x_label: String,

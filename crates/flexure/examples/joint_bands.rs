@@ -19,9 +19,7 @@
 
 use flexure::bands::Band;
 use flexure::identify::joint::{Estimated, TwoLinkArm, TwoLinkLog};
-use flexure::manipulator::{
-    Arm, Drive, LinkDynamics, Model, SimulationOptions, Stiffness, add_noise, simulate, space_arm,
-};
+use flexure::manipulator::{Arm, Drive, LinkDynamics, Model, SimulationOptions, add_noise, simulate, space_arm};
 use flexure::record::Record;
 use flexure::signal::{Phases, multisine};
 
@@ -132,12 +130,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let parameters = space_arm(Model::Nonlinear);
     let links = LinkDynamics::new(&parameters.links);
     let joint = parameters.joints[0];
-    let kappa = Stiffness {
-        cubic: joint.cubic,
-        linear: joint.linear,
-        windup: joint.windup,
-        windup_sharpness: joint.windup_sharpness,
-    };
+    let kappa = joint.nonlinear_stiffness();
     let friction = joint.friction.unwrap_or_default();
     let mut all: [Vec<Told>; 4] = Default::default();
     for run in 0..setting.runs {

@@ -43,7 +43,7 @@ pub fn page(
         nonlinearity: result
             .branches
             .first()
-            .map_or_else(nothing, |b| nonlinearity(&u[..result.fitted], signals, b)),
+            .map_or_else(Nonlinearity::default, |b| nonlinearity(&u[..result.fitted], signals, b)),
         linear: linear.collect(),
         choices: choices(result),
         candidates: others.map(|(i, branch)| table(i, signals, branch)).collect(),
@@ -108,22 +108,7 @@ fn nonlinearity(u: &[f64], signals: &Signals, branch: &ParallelBranch) -> Nonlin
         x: curve.x().to_vec(),
         y: curve.y().to_vec(),
         density: density(&w, curve.x()),
-        ..nothing()
-    }
-}
-
-fn nothing() -> Nonlinearity {
-    Nonlinearity {
-        x_label: String::new(),
-        y_label: String::new(),
-        x: Vec::new(),
-        y: Vec::new(),
-        lower: Vec::new(),
-        upper: Vec::new(),
-        band_label: String::new(),
-        density: Vec::new(),
-        truth: Vec::new(),
-        truth_label: String::new(),
+        ..Nonlinearity::default()
     }
 }
 

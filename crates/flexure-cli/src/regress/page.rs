@@ -62,7 +62,7 @@ pub fn page(
         ),
         facts: facts(estimate, band),
         warnings: warnings.to_vec(),
-        curve: along.map_or_else(empty, |at| curve(at, 0, data)),
+        curve: along.map_or_else(Nonlinearity::default, |at| curve(at, 0, data)),
         points: match one {
             true => Scatter {
                 x: measured(data.x[0]),
@@ -135,22 +135,7 @@ fn curve(at: &Evaluated, along: usize, data: &Data) -> Nonlinearity {
         lower: edge(&at.lower),
         upper: edge(&at.upper),
         band_label: band.map_or(String::new(), |band| format!("{} % {}", percent(band.level), band.kind)),
-        ..empty()
-    }
-}
-
-fn empty() -> Nonlinearity {
-    Nonlinearity {
-        x_label: String::new(),
-        y_label: String::new(),
-        x: Vec::new(),
-        y: Vec::new(),
-        lower: Vec::new(),
-        upper: Vec::new(),
-        band_label: String::new(),
-        density: Vec::new(),
-        truth: Vec::new(),
-        truth_label: String::new(),
+        ..Nonlinearity::default()
     }
 }
 

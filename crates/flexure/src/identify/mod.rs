@@ -25,6 +25,8 @@ mod calibration;
 mod checks;
 mod criterion;
 mod dependence;
+#[cfg(test)]
+mod derivative_tests;
 pub mod hammerstein;
 mod hammerstein_wiener;
 mod impulse;

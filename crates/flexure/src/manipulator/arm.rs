@@ -87,6 +87,18 @@ pub struct JointParameters {
     pub locked: bool,
 }
 
+impl JointParameters {
+    /// The stiffness (10) with the soft wind-up (11): that of the nonlinear model with all its parts.
+    pub fn nonlinear_stiffness(&self) -> Stiffness {
+        Stiffness {
+            cubic: self.cubic,
+            linear: self.linear,
+            windup: self.windup,
+            windup_sharpness: self.windup_sharpness,
+        }
+    }
+}
+
 /// An arm as it is written down.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmParameters {

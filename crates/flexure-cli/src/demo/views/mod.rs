@@ -69,13 +69,7 @@ fn arm(duration: f64, sample_time: f64, excitation: Excitation) -> Result<ArmFil
 
 /// The true stiffness of the elbow.
 fn true_stiffness(arm: &ArmFile) -> Stiffness {
-    let joint = arm.arm.joints[JOINT];
-    Stiffness {
-        cubic: joint.cubic,
-        linear: joint.linear,
-        windup: joint.windup,
-        windup_sharpness: joint.windup_sharpness,
-    }
+    arm.arm.joints[JOINT].nonlinear_stiffness()
 }
 
 fn rms(x: &[f64]) -> f64 {

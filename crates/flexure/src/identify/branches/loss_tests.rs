@@ -2,6 +2,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::super::super::sandwich::{Rational, Shape};
 use super::*;
+use crate::identify::derivative_tests::assert_derivatives;
 use crate::linear::Complex;
 
 fn noise(n: usize, seed: u64) -> Vec<f64> {
@@ -53,21 +54,7 @@ fn every_derivative_agrees_with_a_difference() {
         );
         let (residuals, jacobian) = loss.linearise(&p);
         assert_eq!(residuals, loss.residuals(&p).unwrap());
-        for (i, column) in jacobian.iter().enumerate() {
-            let h = 1e-6;
-            let at = |step: f64| {
-                let mut p = p.clone();
-                p[i] += step;
-                loss.residuals(&p).unwrap()
-            };
-            for ((a, b), c) in at(h).iter().zip(at(-h)).zip(column) {
-                let difference = (a - b) / (2.0 * h);
-                assert!(
-                    (difference - c).abs() < 1e-6 * (1.0 + c.abs()),
-                    "{last} {i}: {difference} {c}"
-                );
-            }
-        }
+        assert_derivatives(&p, &jacobian, |p| loss.residuals(p).unwrap());
     }
 }
 

@@ -97,12 +97,7 @@ fn the_space_arms_elbow_is_found_with_its_wind_up() {
     near("Jm", axis.motor_inertia.value, 1.0, 0.002);
     near("M", axis.link_inertia.value, inertia, 0.002);
     let arm = space_arm(Model::Nonlinear).joints[1];
-    let kappa = crate::manipulator::Stiffness {
-        cubic: arm.cubic,
-        linear: arm.linear,
-        windup: arm.windup,
-        windup_sharpness: arm.windup_sharpness,
-    };
+    let kappa = arm.nonlinear_stiffness();
     let friction = arm.friction.unwrap();
     for (name, (off, covered)) in [
         ("kappa", distance(&axis.stiffness, |d| kappa.torque(d))),

@@ -141,6 +141,7 @@ mod tests {
 
     use super::super::super::sandwich::{Rational, Shape};
     use super::*;
+    use crate::identify::derivative_tests::assert_derivatives;
     use crate::linear::Complex;
 
     fn noise(n: usize, seed: u64) -> Vec<f64> {
@@ -189,17 +190,6 @@ mod tests {
         for (got, want) in residuals.iter().zip(&direct) {
             assert!((got - want).abs() < 1e-12, "{got} {want}");
         }
-        for (i, column) in jacobian.iter().enumerate() {
-            let h = 1e-6;
-            let at = |step: f64| {
-                let mut p = p.clone();
-                p[i] += step;
-                loss.residuals(&p).unwrap()
-            };
-            for ((a, b), c) in at(h).iter().zip(at(-h)).zip(column) {
-                let difference = (a - b) / (2.0 * h);
-                assert!((difference - c).abs() < 1e-6 * (1.0 + c.abs()), "{i}: {difference} {c}");
-            }
-        }
+        assert_derivatives(&p, &jacobian, |p| loss.residuals(p).unwrap());
     }
 }

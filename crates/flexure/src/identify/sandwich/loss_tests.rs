@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::super::rational::Section;
 use super::*;
+use crate::identify::derivative_tests::assert_derivatives;
 
 fn noise(n: usize, seed: u64) -> Vec<f64> {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
@@ -66,22 +67,7 @@ fn every_derivative_agrees_with_a_difference() {
         );
         let (residuals, jacobian) = loss.linearise(&p);
         assert_eq!(residuals, loss.residuals(&p).unwrap());
-        for (i, column) in jacobian.iter().enumerate() {
-            let shifted = |h: f64| {
-                let mut q = p.clone();
-                q[i] += h;
-                loss.residuals(&q).unwrap()
-            };
-            let (up, down) = (shifted(1e-6), shifted(-1e-6));
-            for t in 0..200 {
-                let difference = (up[t] - down[t]) / 2e-6;
-                assert!(
-                    (column[t] - difference).abs() < 1e-5,
-                    "{i} {t}: {} {difference}",
-                    column[t]
-                );
-            }
-        }
+        assert_derivatives(&p, &jacobian, |p| loss.residuals(p).unwrap());
     }
 }
 

@@ -3,9 +3,7 @@
 use super::TwoLinkLog;
 use crate::bands::Band;
 use crate::identify::joint::{FormName, TwoLinkArm};
-use crate::manipulator::{
-    Arm, Drive, LinkDynamics, Model, SimulationOptions, Stiffness, add_noise, simulate, space_arm,
-};
+use crate::manipulator::{Arm, Drive, LinkDynamics, Model, SimulationOptions, add_noise, simulate, space_arm};
 use crate::record::Record;
 use crate::signal::{Phases, multisine};
 use crate::{Error, Result};
@@ -76,12 +74,7 @@ fn an_arm_is_found_as_a_whole() {
         assert!(off < 5.0 * found.standard_error, "{name}: {found:?}, but it is {truth}");
     }
     let joint = parameters.joints[0];
-    let kappa = Stiffness {
-        cubic: joint.cubic,
-        linear: joint.linear,
-        windup: joint.windup,
-        windup_sharpness: joint.windup_sharpness,
-    };
+    let kappa = joint.nonlinear_stiffness();
     let friction = joint.friction.unwrap();
     for (i, axis) in arm.joints.iter().enumerate() {
         for (name, (off, covered)) in [
@@ -104,12 +97,7 @@ fn an_arm_is_found_as_a_whole() {
 #[test]
 fn bands_cover_the_truth() {
     let joint = space_arm(Model::Nonlinear).joints[0];
-    let kappa = Stiffness {
-        cubic: joint.cubic,
-        linear: joint.linear,
-        windup: joint.windup,
-        windup_sharpness: joint.windup_sharpness,
-    };
+    let kappa = joint.nonlinear_stiffness();
     let friction = joint.friction.unwrap();
     let mut covered = [Vec::new(), Vec::new()];
     for run in 0..4 {
