@@ -1,0 +1,86 @@
+//! The command line of Flexure: `flexure --help`.
+//!
+//! A library, so that other ways in (a package for Python) write the same model files and pages, and can offer the
+//! same command.
+
+mod arguments;
+mod cascade;
+mod comparison;
+mod demo;
+mod estimate;
+mod excite;
+mod files;
+mod identify;
+mod joint;
+mod method;
+mod nonlinear_ends;
+mod outcome;
+mod output;
+mod page;
+mod parallel;
+mod predict;
+mod prediction;
+mod progress;
+mod references;
+mod regress;
+mod several_inputs;
+mod simulate;
+mod structure;
+mod study;
+mod tuning;
+mod validate;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(name = "flexure", version, arg_required_else_help = true)]
+/// Simulate flexible-joint space manipulators, and identify the nonlinear blocks inside systems from
+/// their input-output records.
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Arguments),
+    Excite(Box<excite::Arguments>),
+    Simulate(simulate::Arguments),
+    Study(study::Arguments),
+    Identify(identify::Arguments),
+    Joint(Box<joint::Arguments>),
+    Predict(predict::Arguments),
+    Regress(Box<regress::Arguments>),
+    Validate(validate::Arguments),
+}
+
+/// Runs the command that `arguments` spell, the program's name first.
+///
+/// Exit codes: 0 done, 1 the data or the fit failed, 2 wrong usage (where the arguments cannot be read, the process
+/// ends here, as it does after `--help`).
+pub fn run<T: Into<OsString> + Clone>(arguments: impl IntoIterator<Item = T>) -> ExitCode {
+    let result = match Cli::parse_from(arguments).command {
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Excite(arguments) => excite::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
+        Command::Joint(arguments) => joint::run(&arguments),
+        Command::Predict(arguments) => predict::run(&arguments),
+        Command::Regress(arguments) => regress::run(&arguments),
+        Command::Validate(arguments) => validate::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            output::print_error(&error);
+            match error.is::<arguments::Usage>() {
+                true => ExitCode::from(2),
+                false => ExitCode::FAILURE,
+            }
+        }
+    }
+}
