@@ -96,11 +96,17 @@ pub fn banding(method: &Method, fit: &NamedFit, data: &Data) -> Option<Banding> 
     let scheme = match chosen {
         BandMethod::None | BandMethod::Auto => return None,
         BandMethod::Robust => {
+            let usual = RobustBand::default();
             return Some(Banding::Robust(RobustBand {
                 level,
                 kind,
                 seed,
-                ..RobustBand::default()
+                // A bandwidth that was given is not one of smallest error, which a band for coverage would narrow.
+                undersmoothing: match method.estimator.tuning {
+                    Tuning::Fixed(_) => 0.0,
+                    Tuning::FromData(_) => usual.undersmoothing,
+                },
+                ..usual
             }));
         }
         BandMethod::Bootstrap => Scheme::Wild,

@@ -99,7 +99,11 @@ fn bootstrap_and_robust_correction_agree_on_the_width() {
         bandwidth: 0.6,
     };
     let fit = method.fit(&x, &y).unwrap().with_degree(Degree::Linear);
-    let robust = RobustBand::default().for_kernel(&fit, &at).unwrap();
+    let at_the_same_bandwidth = RobustBand {
+        undersmoothing: 0.0,
+        ..RobustBand::default()
+    };
+    let robust = at_the_same_bandwidth.for_kernel(&fit, &at).unwrap();
     let refit = |x: &[&[f64]], y: &[f64], w: Option<&[f64]>| -> Result<Box<dyn crate::nonlinearity::Regression>> {
         let fit = match w {
             None => method.fit(x[0], y)?,

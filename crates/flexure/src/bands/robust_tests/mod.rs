@@ -37,6 +37,8 @@ fn weights_of_the_ordinates_are_repetitions_in_the_estimate() {
     };
     let centre = |fit: KernelFit| {
         RobustBand {
+            // The number of points is another.
+            undersmoothing: 0.0,
             rho: 0.8,
             ..RobustBand::default()
         }
@@ -327,6 +329,14 @@ fn bad_parameters_are_refused() {
             "{text}"
         );
     }
+    let text = message(
+        RobustBand {
+            undersmoothing: 1.0,
+            ..usual
+        },
+        &good,
+    );
+    assert!(text.contains("undersmoothing, an exponent, is 1"), "{text}");
     let text = message(RobustBand { rho: 0.0, ..usual }, &good);
     assert!(text.contains("rho") && text.contains("positive and finite"), "{text}");
     let text = message(

@@ -81,8 +81,11 @@ fn estimate(setting: &EstimatorSetting, x: &[Vec<f64>], y: &[f64], queries: &[Ve
             bandwidth: setting.schedule.constant,
             exponent: -setting.schedule.exponent,
         };
-        let mut sums = method.start(queries[0])?;
-        x[0].iter().zip(y).try_for_each(|(x, y)| sums.push(*x, *y))?;
+        let mut sums = method.start_in_columns(0, &queries, &vec![1.0; x.len()])?;
+        for (i, y) in y.iter().enumerate() {
+            let point: Vec<f64> = x.iter().map(|column| column[i]).collect();
+            sums.push_point(&point, *y)?;
+        }
         Ok(sums.finish())
     };
     let local = |rule| {

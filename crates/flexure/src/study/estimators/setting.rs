@@ -74,7 +74,12 @@ impl Method {
     /// The most columns that it takes here.
     fn most_columns(self) -> usize {
         match self {
-            Method::KernelConstant | Method::KernelLinear | Method::Neighbours | Method::Network => 2,
+            Method::KernelConstant
+            | Method::KernelLinear
+            | Method::WolvertonWagner
+            | Method::DevroyeWagner
+            | Method::Neighbours
+            | Method::Network => 2,
             _ => 1,
         }
     }
@@ -314,6 +319,8 @@ pub fn estimator_settings() -> Vec<EstimatorSetting> {
     let plane = [
         (Method::KernelConstant, (1.5, -0.25), (1.6, -0.5 * third)),
         (Method::KernelLinear, (1.5, -0.25), (1.6, -0.5 * third)),
+        (Method::WolvertonWagner, (1.2, -0.25), (1.3, -0.5 * third)),
+        (Method::DevroyeWagner, (1.2, -0.25), (1.3, -0.5 * third)),
         (Method::Neighbours, (2.0, 0.5), (1.5, 2.0 * third)),
     ];
     for (method, lipschitz, smooth) in plane {

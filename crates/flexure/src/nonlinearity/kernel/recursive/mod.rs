@@ -8,7 +8,8 @@
 //! partial sums over parts of the stream add up to those of the whole. It follows c (i + 1)^-gamma from above to
 //! within 2^gamma, and stays while the stream doubles: over a record the observations of one bandwidth then make an
 //! ordinary kernel sum, at the price of one. The rate is that of (13) (Greblicki & Pawlak 2008, chapter 4, where
-//! h_i may be any sequence of that order).
+//! h_i may be any sequence of that order). In d columns K is a product, every column's bandwidth shrinks alike, and the
+//! weight is h_i^(-r d).
 
 mod levels;
 mod regression;
@@ -17,6 +18,10 @@ pub use regression::{RecursiveFit, RecursiveRegression};
 
 use super::Kernel;
 use crate::error::{Error, Result};
+use crate::nonlinearity::estimator::columns;
+
+/// The most columns.
+const MOST_COLUMNS: usize = 6;
 
 /// How observations with different bandwidths are weighed against each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -74,8 +79,10 @@ pub struct RecursiveKernel {
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecursiveSums {
     method: RecursiveKernel,
-    /// The evaluation points in increasing order, and the place of each in the caller's list.
-    at: Vec<f64>,
+    /// Each column's bandwidth in proportion to the method's.
+    proportions: Vec<f64>,
+    /// The columns of the evaluation points in increasing order of the first, and the place of each in the caller's list.
+    at: Vec<Vec<f64>>,
     order: Vec<usize>,
     weight: Vec<f64>,
     moment: Vec<f64>,
@@ -99,15 +106,72 @@ impl RecursiveKernel {
     /// # Errors
     /// Those of `start`.
     pub fn start_from(self, first: u64, at: &[f64]) -> Result<RecursiveSums> {
+        self.start_in_columns(first, &[at], &[1.0])
+    }
+
+    /// [`start_from`](Self::start_from) in one to six columns: `at` holds the columns of the evaluation points, and the
+    /// bandwidths of column j are those of the method times `proportions[j]`.
+    ///
+    /// ```
+    /// use flexure::nonlinearity::{Kernel, RecursiveForm, RecursiveKernel};
+    /// let method = RecursiveKernel {
+    ///     kernel: Kernel::Epanechnikov,
+    ///     form: RecursiveForm::WolvertonWagner,
+    ///     bandwidth: 0.5,
+    ///     exponent: 1.0 / 6.0,
+    /// };
+    /// let mut sums = method.start_in_columns(0, &[&[0.5], &[0.5]], &[1.0, 1.0])?;
+    /// for i in 0..1000 {
+    ///     let (a, b) = (f64::from(i % 25) / 25.0, f64::from(i / 25) / 40.0);
+    ///     sums.push_point(&[a, b], a - b)?;
+    /// }
+    /// assert!(sums.finish()[0].abs() < 0.05);
+    /// # Ok::<(), flexure::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of `start`; [`Error::ColumnCount`] for no column, more than six, or another number of proportions;
+    /// [`Error::LengthMismatch`] for columns of different lengths; [`Error::InvalidParameter`] for a proportion that is not
+    /// positive.
+    pub fn start_in_columns(self, first: u64, at: &[&[f64]], proportions: &[f64]) -> Result<RecursiveSums> {
         self.check()?;
-        check_finite("at", at, 0)?;
-        let mut order: Vec<usize> = (0..at.len()).collect();
-        order.sort_by(|&i, &j| at[i].total_cmp(&at[j]));
+        let counted = |what, got, expected| Err(Error::ColumnCount { what, got, expected });
+        if !(1..=MOST_COLUMNS).contains(&at.len()) {
+            return counted(
+                "a recursive kernel",
+                at.len(),
+                format!("1 to {}", columns(MOST_COLUMNS)),
+            );
+        }
+        if proportions.len() != at.len() {
+            return counted("the list of proportions", proportions.len(), columns(at.len()));
+        }
+        if let Some(&value) = proportions.iter().find(|p| !(**p > 0.0 && p.is_finite())) {
+            return Err(Error::InvalidParameter {
+                name: "a column's proportion".to_owned(),
+                value,
+                requirement: "positive and finite",
+            });
+        }
+        for column in at {
+            check_finite("at", column, 0)?;
+            if column.len() != at[0].len() {
+                return Err(Error::LengthMismatch {
+                    name: "at".to_owned(),
+                    got: column.len(),
+                    expected: at[0].len(),
+                });
+            }
+        }
+        let mut order: Vec<usize> = (0..at[0].len()).collect();
+        order.sort_by(|&i, &j| at[0][i].total_cmp(&at[0][j]));
+        let sorted = |column: &&[f64]| order.iter().map(|&i| column[i]).collect();
         Ok(RecursiveSums {
             method: self,
-            at: order.iter().map(|&i| at[i]).collect(),
-            weight: vec![0.0; at.len()],
-            moment: vec![0.0; at.len()],
+            proportions: proportions.to_vec(),
+            at: at.iter().map(sorted).collect(),
+            weight: vec![0.0; order.len()],
+            moment: vec![0.0; order.len()],
             order,
             next: first,
             count: 0,
@@ -147,25 +211,50 @@ impl RecursiveKernel {
 }
 
 impl RecursiveSums {
-    /// Takes in the next observation, at the cost of a search and of the evaluation points in its reach.
+    /// Takes in the next observation of one column, at the cost of a search and of the evaluation points in its reach.
     ///
     /// # Errors
-    /// [`Error::NonFinite`], with the observation's place in the stream; the sums stay as they were.
+    /// [`Error::NonFinite`], with the observation's place in the stream, and [`Error::ColumnCount`] where the evaluation
+    /// points have several columns; the sums stay as they were.
     pub fn push(&mut self, x: f64, y: f64) -> Result<()> {
-        check_finite("x", &[x], self.next)?;
+        self.push_point(&[x], y)
+    }
+
+    /// [`push`](Self::push) in any number of columns: `x` holds the observation's coordinates.
+    ///
+    /// # Errors
+    /// Those of `push`.
+    pub fn push_point(&mut self, x: &[f64], y: f64) -> Result<()> {
+        if x.len() != self.at.len() {
+            return Err(Error::ColumnCount {
+                what: "an observation",
+                got: x.len(),
+                expected: columns(self.at.len()),
+            });
+        }
+        for x in x {
+            check_finite("x", &[*x], self.next)?;
+        }
         check_finite("y", &[y], self.next)?;
         let kernel = self.method.kernel;
         let shrunk = self.method.shrunk(self.next.saturating_add(1).ilog2());
-        let (h, factor) = (self.method.bandwidth * shrunk, self.method.factor(shrunk));
+        let factor = self.method.factor(shrunk).powi(x.len() as i32);
+        let bandwidth = |j: usize| self.method.bandwidth * shrunk * self.proportions[j];
+        let (first, h) = (&self.at[0], bandwidth(0));
         let reach = kernel.reach() * h;
-        let first = self.at.partition_point(|&q| x - q > reach);
-        for (j, &q) in self.at.iter().enumerate().skip(first) {
-            if q - x > reach {
+        let from = first.partition_point(|&q| x[0] - q > reach);
+        for (i, &q) in first.iter().enumerate().skip(from) {
+            if q - x[0] > reach {
                 break;
             }
-            let k = factor * kernel.weight((q - x) / h);
-            self.weight[j] += k;
-            self.moment[j] += k * y;
+            let mut k = factor * kernel.weight((q - x[0]) / h);
+            for j in 1..x.len() {
+                let (distance, h) = (self.at[j][i] - x[j], bandwidth(j));
+                let inside = distance.abs() <= kernel.reach() * h;
+                k *= if inside { kernel.weight(distance / h) } else { 0.0 };
+            }
+            self.weight[i] += k;
+            self.moment[i] += k * y;
         }
         self.next += 1;
         self.count += 1;
@@ -183,8 +272,10 @@ impl RecursiveSums {
             "kernels, forms, bandwidths or exponents"
         } else if (&self.at, &self.order) != (&other.at, &other.order) {
             "evaluation points"
+        } else if self.proportions != other.proportions {
+            "columns' bandwidths"
         } else {
-            for j in 0..self.at.len() {
+            for j in 0..self.weight.len() {
                 self.weight[j] += other.weight[j];
                 self.moment[j] += other.moment[j];
             }
@@ -203,7 +294,7 @@ impl RecursiveSums {
     /// The estimates at the evaluation points, in the order in which these were given: NaN where there has
     /// been no observation within reach. More observations may follow.
     pub fn finish(&self) -> Vec<f64> {
-        let mut estimates = vec![f64::NAN; self.at.len()];
+        let mut estimates = vec![f64::NAN; self.weight.len()];
         for (j, &i) in self.order.iter().enumerate() {
             if self.weight[j] > 0.0 {
                 estimates[i] = self.moment[j] / self.weight[j];

@@ -83,6 +83,75 @@ fn ten_shards_of_many_points_give_what_one_gives() {
 }
 
 #[test]
+fn in_columns_the_estimate_is_the_sum_of_products_as_it_is_written() {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(3);
+    let n = 500;
+    let [a, b] = [1.0, 10.0].map(|scale| {
+        (0..n)
+            .map(|_| scale * rng.random_range(-1.0..1.0))
+            .collect::<Vec<f64>>()
+    });
+    let y: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a * b).collect();
+    let (at, proportions): ([&[f64]; 2], _) = ([&[0.3, -0.9, 0.0, 0.3], &[5.0, -9.0, 40.0, -2.0]], [1.0, 10.0]);
+    for form in [RecursiveForm::WolvertonWagner, RecursiveForm::DevroyeWagner] {
+        for kernel in [Kernel::Epanechnikov, Kernel::Gaussian, Kernel::Uniform] {
+            let run = method(kernel, form);
+            let sums = |from: usize, to: usize| {
+                let mut sums = run.start_in_columns(from as u64, &at, &proportions).unwrap();
+                (from..to).for_each(|i| sums.push_point(&[a[i], b[i]], y[i]).unwrap());
+                sums
+            };
+            let mut whole = sums(200, n);
+            whole.merge(&sums(0, 200)).unwrap();
+            let found = whole.finish();
+            let r = if form == RecursiveForm::WolvertonWagner { 2 } else { 0 };
+            for (j, found) in found.iter().enumerate() {
+                let (mut s, mut t) = (0.0, 0.0);
+                for i in 0..n {
+                    let h = run.bandwidth * (-run.exponent * (i as f64 + 1.0).log2().floor()).exp2();
+                    let [u, v] = [(at[0][j] - a[i]) / h, (at[1][j] - b[i]) / (10.0 * h)];
+                    let k = h.powi(-r) * kernel.weight(u) * kernel.weight(v);
+                    s += k;
+                    t += k * y[i];
+                }
+                match s > 0.0 {
+                    true => assert!(
+                        (found - t / s).abs() < 1e-12 * (1.0 + (t / s).abs()),
+                        "{found} {}",
+                        t / s
+                    ),
+                    false => assert!(found.is_nan()),
+                }
+            }
+            assert!(kernel == Kernel::Gaussian || found[2].is_nan());
+        }
+    }
+}
+
+#[test]
+fn columns_must_fit_together() {
+    let run = method(Kernel::Epanechnikov, RecursiveForm::WolvertonWagner);
+    let message =
+        |at: &[&[f64]], proportions: &[f64]| run.start_in_columns(0, at, proportions).unwrap_err().to_string();
+    assert!(message(&[], &[]).contains("1 to 6"), "{}", message(&[], &[]));
+    let uneven = message(&[&[0.0], &[0.0, 1.0]], &[1.0, 1.0]);
+    assert!(uneven.contains("'at'") && uneven.contains('2'), "{uneven}");
+    let few = message(&[&[0.0], &[0.0]], &[1.0]);
+    assert!(few.contains("the list of proportions"), "{few}");
+    assert!(message(&[&[0.0]], &[-1.0]).contains("a column's proportion is -1"));
+    let mut sums = run.start_in_columns(0, &[&[0.0], &[0.0]], &[1.0, 1.0]).unwrap();
+    let refused = sums.push(0.0, 1.0).unwrap_err().to_string();
+    assert!(refused.contains("an observation"), "{refused}");
+    let other = run.start_in_columns(0, &[&[0.0], &[0.0]], &[1.0, 2.0]).unwrap();
+    assert!(
+        sums.merge(&other)
+            .unwrap_err()
+            .to_string()
+            .contains("columns' bandwidths")
+    );
+}
+
+#[test]
 fn the_estimate_converges() {
     let mut sums = method(Kernel::Epanechnikov, RecursiveForm::WolvertonWagner)
         .start(&AT)
