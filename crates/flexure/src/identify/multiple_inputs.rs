@@ -14,7 +14,7 @@ use std::ops::ControlFlow;
 use super::branches::{Columns, Found, Signals, System, TriedBranches, find, normalised, tabulated};
 use super::outcome::{Verdict, Warning};
 use super::sandwich::{Monitor, Stage};
-use super::several::{judged, refuse_repeated};
+use super::several::refuse_repeated;
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
@@ -203,7 +203,7 @@ impl MultipleInputs {
             true => vec![output_offset; columns.y.len()],
             false => model.simulate(&columns.u)?,
         };
-        let (verdicts, warnings) = judged(&columns, &predicted, system.degrees())?;
+        let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(system.degrees()))?;
         Ok(MultipleInputsIdentification {
             model,
             branches,

@@ -11,11 +11,13 @@ use crate::nonlinearity::{SurfaceAxis, products};
 const SEGMENT: usize = 8192;
 /// The share of a response that is left of what lies before a segment.
 const FORGOTTEN: f64 = 1e-7;
-/// Steps of the penalties, and the change of their logarithms at which they have settled.
-const PENALTY_STEPS: usize = 40;
-const SETTLED: f64 = 1e-2;
+/// Steps of the penalties, the share by which they go farther than the formula (whose steps are short where penalties grow
+/// large), and the relative change of the effective parameters at which they have settled.
+const PENALTY_STEPS: usize = 25;
+const OVERSTEP: f64 = 1.5;
+const SETTLED: f64 = 5e-3;
 /// Bounds of the penalties, relative to what the data tell of a coefficient on average.
-const PENALTIES: [f64; 2] = [1e-7, 1e7];
+const PENALTIES: [f64; 2] = [1e-7, 1e5];
 /// Holds directions that neither data nor penalty determine.
 const RIDGE: f64 = 1e-9;
 
@@ -200,10 +202,16 @@ pub(super) fn likeliest(
     let cost = equations.cost + 2.0 * shift(c, &equations.descent) + shift(c, &moved);
     let typical = (0..size).map(|i| equations.normal[i * n + i]).sum::<f64>() / size as f64;
     let bounds = PENALTIES.map(|p| p * typical.max(f64::MIN_POSITIVE));
-    let mut weights: Vec<f64> = weights.iter().map(|w| (w * typical).clamp(bounds[0], bounds[1])).collect();
+    let mut weights: Vec<f64> = weights
+        .iter()
+        .map(|w| (w * typical).clamp(bounds[0], bounds[1]))
+        .collect();
     let mut last = None;
     for _ in 0..PENALTY_STEPS {
         let mut matrix = equations.normal.clone();
+        for i in 0..n {
+            matrix[i * n + i] += RIDGE * (matrix[i * n + i] + typical);
+        }
         for (s, w) in penalty.matrices.iter().zip(&weights) {
             for i in 0..size {
                 let to = &mut matrix[i * n..i * n + size];
@@ -211,10 +219,6 @@ pub(super) fn likeliest(
                     .zip(&s[i * size..(i + 1) * size])
                     .for_each(|(m, s)| *m += w * s);
             }
-        }
-        for i in 0..n {
-            matrix[i * n + i] *= 1.0 + RIDGE;
-            matrix[i * n + i] += RIDGE * typical;
         }
         let inverse = linalg::inverse_positive_definite(&matrix, n)?;
         let unknowns: Vec<f64> = (0..n).map(|i| shift(&inverse[i * n..(i + 1) * n], &rhs)).collect();
@@ -227,24 +231,27 @@ pub(super) fn likeliest(
             })
             .collect();
         let effective = size as f64 - shift(&traces, &weights);
-        let quadratic: f64 = (0..n).map(|i| unknowns[i] * shift(&equations.normal[i * n..(i + 1) * n], &unknowns)).sum();
+        let quadratic: f64 = (0..n)
+            .map(|i| unknowns[i] * shift(&equations.normal[i * n..(i + 1) * n], &unknowns))
+            .sum();
         let squares = (cost - 2.0 * shift(&unknowns, &rhs) + quadratic).max(1e-14 * cost);
         let variance = squares / (samples as f64 - effective - (n - size) as f64).max(1.0);
         let shares = penalty.shares(&weights);
         let next: Vec<f64> = (0..weights.len())
             .map(|a| {
                 let gain = (shares[a] - traces[a]).max(1e-12);
-                let target = weights[a] * variance * gain / roughness[a].max(f64::MIN_POSITIVE);
+                let ratio = variance * gain / roughness[a].max(f64::MIN_POSITIVE);
+                let target = weights[a] * ratio.powf(OVERSTEP);
                 target.clamp(bounds[0], bounds[1])
             })
             .collect();
-        let change = next.iter().zip(&weights).map(|(a, b)| (a / b).ln().abs()).fold(0.0, f64::max);
+        let before = last.as_ref().map_or(f64::INFINITY, |s: &Solution| s.effective);
         last = Some(Solution {
             unknowns,
             weights: weights.iter().map(|w| w / typical).collect(),
             effective,
         });
-        if !(change > SETTLED) {
+        if !((effective - before).abs() > SETTLED * effective.max(1.0)) {
             break;
         }
         weights = next;

@@ -10,8 +10,8 @@ use crate::nonlinearity::{Surface, SurfaceAxis};
 /// Samples that structure and pieces are chosen on.
 const STRUCTURE_SAMPLES: usize = 15_000;
 /// Pieces along every axis at the start, for two, three and four inputs, and those that are tried after that.
-const FIRST_PIECES: [usize; 3] = [6, 3, 2];
-const PIECES: [&[usize]; 3] = [&[4, 9, 13, 18, 24], &[2, 4, 6], &[1, 3]];
+const FIRST_PIECES: [usize; 3] = [6, 2, 1];
+const PIECES: [&[usize]; 3] = [&[4, 9, 13, 18], &[1, 3, 5], &[2]];
 /// The fewest samples for a coefficient.
 const SAMPLES_A_COEFFICIENT: usize = 6;
 /// Numbers of pieces in a row that are tried although the score rises.

@@ -29,7 +29,7 @@ use std::ops::ControlFlow;
 use super::branches::{Columns, Signals};
 use super::outcome::{Verdict, Warning};
 use super::sandwich::{Monitor, Stage, conventional_gain};
-use super::several::{judged, refuse_repeated};
+use super::several::refuse_repeated;
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
@@ -137,8 +137,8 @@ impl JointInputs {
     ///
     /// # Errors
     /// [`Error::MissingColumn`], [`Error::DuplicateColumn`] for an input that is given twice, [`Error::NonFinite`],
-    /// [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`] (fewer than two inputs, or fewer than 200 samples an input
-    /// for the fit), [`Error::Unit`], [`Error::InvalidParameter`] for a parameter outside its range and for more than four inputs.
+    /// [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`] (fewer than 200 samples an input for the
+    /// fit), [`Error::Unit`], [`Error::InvalidParameter`] for a parameter outside its range and for another number of inputs.
     pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<JointInputsIdentification> {
         self.identify_with(record, inputs, output, &mut |_| ControlFlow::Continue(()))
     }
@@ -157,14 +157,7 @@ impl JointInputs {
         output: &str,
         progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
     ) -> Result<JointInputsIdentification> {
-        if inputs.len() < 2 {
-            return Err(Error::TooShort {
-                what: "the inputs of a joint nonlinearity",
-                need: 2,
-                got: inputs.len(),
-            });
-        }
-        if inputs.len() > MOST_INPUTS {
+        if !(2..=MOST_INPUTS).contains(&inputs.len()) {
             return Err(Error::InvalidParameter {
                 name: "the number of inputs of a joint nonlinearity".to_owned(),
                 value: inputs.len() as f64,
@@ -180,7 +173,11 @@ impl JointInputs {
         monitor.finished()?;
         let (found, tried) = found.unwrap_or_else(|| (Fit::nothing(&data), Vec::new()));
         let (nonlinearity, linear, output_offset) = in_units(&found, &data, &columns)?;
-        let line = Curve::new(vec![0.0, 1.0], vec![output_offset, output_offset + 1.0], Outside::Linear)?;
+        let line = Curve::new(
+            vec![0.0, 1.0],
+            vec![output_offset, output_offset + 1.0],
+            Outside::Linear,
+        )?;
         let model = Block::Series(vec![
             Block::Surface(nonlinearity.clone()),
             Block::Linear(linear.clone()),
@@ -188,7 +185,7 @@ impl JointInputs {
         ]);
         let predicted = model.simulate_inputs(&columns.u)?;
         let parameters = (found.effective + found.linear.parameters().len() as f64).ceil() as usize;
-        let (verdicts, warnings) = judged(&columns, &predicted, parameters)?;
+        let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(parameters))?;
         Ok(JointInputsIdentification {
             model,
             nonlinearity,
@@ -231,6 +228,10 @@ fn in_units(fit: &Fit, data: &Signals, columns: &Columns) -> Result<(Surface, Tr
 /// A signal at zero mean and unit variance; all zero where it does not vary.
 fn standardised(v: &[f64]) -> Vec<f64> {
     let (centre, spread) = (mean(v), variance(v).sqrt());
-    let scale = if spread > 0.0 && spread.is_finite() { 1.0 / spread } else { 0.0 };
+    let scale = if spread > 0.0 && spread.is_finite() {
+        1.0 / spread
+    } else {
+        0.0
+    };
     v.iter().map(|x| scale * (x - centre)).collect()
 }

@@ -59,7 +59,10 @@ fn polynomials(data: &Signals) -> Vec<Vec<f64>> {
         }
         all = more;
     }
-    all.into_iter().filter(|(degree, _)| *degree > 0).map(|(_, c)| c).collect()
+    all.into_iter()
+        .filter(|(degree, _)| *degree > 0)
+        .map(|(_, c)| c)
+        .collect()
 }
 
 fn combined(columns: &[Vec<f64>], c: &[f64]) -> Vec<f64> {
@@ -88,7 +91,11 @@ fn lags(data: &Signals, features: &[Vec<f64>]) -> (usize, usize) {
     let always = [vec![1.0; n], delayed(&data.y, 1, 1.0), delayed(&data.y, 2, 1.0)];
     let together = |lag: usize| -> f64 {
         let lagged = (lag..lag + LAGS_TOGETHER).flat_map(at);
-        left_over(&data.y, &lagged.chain(always.iter().cloned()).collect::<Vec<_>>(), data.from)
+        left_over(
+            &data.y,
+            &lagged.chain(always.iter().cloned()).collect::<Vec<_>>(),
+            data.from,
+        )
     };
     let alone = |lag: usize| -> f64 {
         let columns: Vec<Vec<f64>> = at(lag).chain([always[0].clone()]).collect();

@@ -34,7 +34,10 @@ fn record(phi: Phi, n: usize, seed: u64, colour: f64) -> Record {
     let v: Vec<f64> = p.iter().zip(&q).map(|(a, b)| phi(*a, *b)).collect();
     let clean = linear().simulate(&v);
     let noise = 0.1 * variance(&clean).sqrt() * 12_f64.sqrt();
-    let y = clean.iter().map(|y| y + noise * random.random_range(-0.5..0.5)).collect();
+    let y = clean
+        .iter()
+        .map(|y| y + noise * random.random_range(-0.5..0.5))
+        .collect();
     Record::new([("p", p), ("q", q), ("y", y)]).unwrap()
 }
 
@@ -69,15 +72,19 @@ fn nonadditive_surfaces_are_recovered_as_by_one_who_knows_the_linear_part() {
     for (name, phi, colour) in [
         ("product", product as Phi, 0.0),
         ("friction times stiffness", friction_times_stiffness, 0.0),
-        ("friction times stiffness, coloured inputs", friction_times_stiffness, 0.6),
+        (
+            "friction times stiffness, coloured inputs",
+            friction_times_stiffness,
+            0.6,
+        ),
     ] {
         let reach = if colour > 0.0 { 0.4 } else { 1.0 };
         let mut ratios = Vec::new();
-        for seed in 0..3 {
-            let record = record(phi, 6000, seed, colour);
+        for seed in 0..2 {
+            let record = record(phi, 3000, seed, colour);
             let result = JointInputs::default().identify(&record, &["p", "q"], "y").unwrap();
             let pieces = result.nonlinearity.axes()[0].pieces;
-            let best = [4, 6, 9, 13, 18].map(|k| error(&oracle(&record, k), phi, reach));
+            let best = [4, 6, 9, 13].map(|k| error(&oracle(&record, k), phi, reach));
             let best = best.into_iter().fold(f64::INFINITY, f64::min);
             let own = error(&result.nonlinearity, phi, reach);
             println!(
@@ -90,19 +97,20 @@ fn nonadditive_surfaces_are_recovered_as_by_one_who_knows_the_linear_part() {
             assert_eq!((result.order, result.delay), (2, 1), "{name}, seed {seed}");
             ratios.push(own / best);
         }
-        ratios.sort_by(f64::total_cmp);
-        assert!(ratios[1] < 1.5, "{name}: {ratios:?}");
+        assert!(ratios.iter().all(|r| *r < 1.5), "{name}: {ratios:?}");
     }
 }
 
 #[test]
 fn an_additive_model_is_refuted_where_inputs_act_jointly() {
-    let record = record(friction_times_stiffness, 6000, 7, 0.0);
-    let additive = MultipleInputs::default()
-        .identify(&record, &["p", "q"], "y")
-        .unwrap();
+    let record = record(friction_times_stiffness, 3000, 7, 0.0);
+    let additive = MultipleInputs::default().identify(&record, &["p", "q"], "y").unwrap();
     let joint = JointInputs::default().identify(&record, &["p", "q"], "y").unwrap();
-    println!("additive {:.2}, joint {:.2}", additive.fit_percent(), joint.fit_percent());
+    println!(
+        "additive {:.2}, joint {:.2}",
+        additive.fit_percent(),
+        joint.fit_percent()
+    );
     assert!(!additive.holds() && joint.holds());
     assert!(joint.fit_percent() > additive.fit_percent() + 10.0);
 }
@@ -110,7 +118,7 @@ fn an_additive_model_is_refuted_where_inputs_act_jointly() {
 #[test]
 fn three_inputs_and_the_scales_of_the_record() {
     let mut random = rand_pcg::Pcg64::seed_from_u64(5);
-    let n = 5000;
+    let n = 2500;
     let mut input = || -> Vec<f64> { (0..n).map(|_| random.random_range(-1.0..1.0)).collect() };
     let (p, q, r) = (input(), input(), input());
     let v: Vec<f64> = (0..n).map(|i| p[i] * q[i] + r[i].powi(2) * p[i]).collect();
@@ -127,7 +135,13 @@ fn three_inputs_and_the_scales_of_the_record() {
     assert_eq!((one.order, one.delay), (1, 0));
     assert!((one.fit_percent() - other.fit_percent()).abs() < 0.01);
     assert_eq!(one.verdicts.len(), 6);
-    let again = FitMeasures::new(&y[one.fitted..], &one.predicted[one.fitted..].iter().map(|p| 1e6 * (p - 1.0)).collect::<Vec<_>>());
+    let again = FitMeasures::new(
+        &y[one.fitted..],
+        &one.predicted[one.fitted..]
+            .iter()
+            .map(|p| 1e6 * (p - 1.0))
+            .collect::<Vec<_>>(),
+    );
     assert!((again.unwrap().fit_percent - one.fit_percent()).abs() < 1e-3);
 }
 
@@ -139,8 +153,13 @@ fn noise_is_answered_and_wrong_inputs_are_refused() {
     let result = JointInputs::default().identify(&record, &["p", "q"], "y").unwrap();
     assert!(result.fit_percent() < 15.0 && result.linear.is_stable());
     assert!(result.predicted.iter().all(|p| p.is_finite()));
-    let text = |inputs: &[&str]| JointInputs::default().identify(&record, inputs, "y").unwrap_err().to_string();
-    assert!(text(&["p"]).contains("at least 2"));
+    let text = |inputs: &[&str]| {
+        JointInputs::default()
+            .identify(&record, inputs, "y")
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(text(&["p"]).contains("2 to 4"));
     assert!(text(&["p", "p"]).contains("'p'"));
     assert!(text(&["p", "q", "r", "s", "t"]).contains("2 to 4"));
     assert!(text(&["p", "missing"]).contains("missing"));

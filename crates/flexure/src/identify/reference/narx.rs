@@ -15,7 +15,6 @@ use serde::{Deserialize, Serialize};
 
 use super::super::branches::{Columns, delays};
 use super::super::outcome::{Verdict, Warning};
-use super::judged;
 use super::ridge::Ridge;
 use crate::error::Result;
 use crate::record::Record;
@@ -116,18 +115,22 @@ impl NarxModel {
         let variables = self.outputs + self.inputs;
         let factor = self.terms.iter().flat_map(|t| &t.factors).find(|i| **i >= variables);
         if let Some(i) = factor {
-            return Some(format!("a term has factor {i}, but there are only {variables} variables"));
+            return Some(format!(
+                "a term has factor {i}, but there are only {variables} variables"
+            ));
         }
         let (low, high) = self.held;
         if !(low <= high) {
-            return Some(format!("the output is held between {low} and {high}, which are not in order"));
+            return Some(format!(
+                "the output is held between {low} and {high}, which are not in order"
+            ));
         }
         let spreads = [("input", self.scales[0].1), ("output", self.scales[1].1)];
         let wrong = spreads.iter().find(|s| !(s.1 > 0.0 && s.1.is_finite()));
         wrong.map(|(which, spread)| format!("the {which}'s spread is {spread}, but must be positive and finite"))
     }
 
-    /// The samples, at most 1000, after which free runs that start from both ends of what they are held between have come together to
+    /// The samples, at most 1000, after which free runs that start from both ends of the output that was fitted have come together to
     /// `share` of their distance, under the mean input.
     pub(crate) fn settling(&self, share: f64) -> usize {
         let run = |start: f64| {
@@ -141,8 +144,13 @@ impl NarxModel {
             }
             y.split_off(before)
         };
-        let (low, high) = (run(self.held.0), run(self.held.1));
-        let apart = low.iter().zip(&high).rposition(|(l, h)| !((h - l).abs() <= share * (self.held.1 - self.held.0)));
+        // What is fed back is held within an output's span beyond the fit's on either side.
+        let span = (self.held.1 - self.held.0) / 3.0;
+        let (low, high) = (run(self.held.0 + span), run(self.held.1 - span));
+        let apart = low
+            .iter()
+            .zip(&high)
+            .rposition(|(l, h)| !((h - l).abs() <= share * span));
         self.delay + self.inputs + apart.map_or(0, |n| n + 1)
     }
 
@@ -281,7 +289,7 @@ impl Narx {
         let predicted = model.simulate(columns.u[0]);
         let (u_mean, u_spread) = model.scales[0];
         let all: Vec<f64> = columns.u[0].iter().map(|u| (u - u_mean) / u_spread).collect();
-        let (verdict, warnings) = judged(&columns, &predicted)?;
+        let (verdict, warnings) = columns.samples().verdict(&predicted, None)?;
         Ok(NarxIdentification {
             bounded: model.run(&all).1 == 0,
             model,

@@ -14,7 +14,6 @@ use serde::{Deserialize, Serialize};
 use super::super::branches::{Columns, Signals, delays};
 use super::super::outcome::{Verdict, Warning};
 use super::super::sandwich::normal_equations;
-use super::judged;
 use super::narx::LARGEST_LAG;
 use crate::error::Result;
 use crate::linalg;
@@ -98,7 +97,10 @@ impl VolterraModel {
     /// What keeps the model from being simulated, in words.
     pub fn problem(&self) -> Option<String> {
         if self.delay > LARGEST_LAG {
-            return Some(format!("the delay is {}, but must be at most {LARGEST_LAG}", self.delay));
+            return Some(format!(
+                "the delay is {}, but must be at most {LARGEST_LAG}",
+                self.delay
+            ));
         }
         let expected = self.second_memory.checked_mul(self.second_memory);
         (expected != Some(self.second.len())).then(|| {
@@ -182,7 +184,7 @@ impl Volterra {
             },
         };
         let predicted = model.simulate(columns.u[0]);
-        let (verdict, warnings) = judged(&columns, &predicted)?;
+        let (verdict, warnings) = columns.samples().verdict(&predicted, None)?;
         Ok(VolterraIdentification {
             model,
             priors: best.as_ref().map_or(START, |b| b.priors),
