@@ -25,6 +25,7 @@ use crate::error::{Error, Result};
 use crate::linear::correlation::{cross_covariance, mean, variance};
 
 use super::regression::Regression;
+use super::whiteness::whiteness_of;
 
 /// The level of every test: the probability that it rejects a true model. Each of the five that can refute one has it, so
 /// that one of them does so in about 5 % of all cases (4.5 to 6 % with identified models in the example `levels`). The
@@ -103,7 +104,7 @@ pub struct Estimated {
 
 impl Estimated {
     /// How many of so many terms on fresh samples the parameters' own error adds to, and how much of each.
-    fn inflation(self, fresh: usize, terms: usize) -> (f64, f64) {
+    pub(super) fn inflation(self, fresh: usize, terms: usize) -> (f64, f64) {
         let share = fresh as f64 / self.samples.max(1) as f64;
         (self.parameters.min(terms) as f64, share)
     }
@@ -112,7 +113,14 @@ impl Estimated {
 impl ResidualTest {
     /// A sum of `terms` squares, to which the error of `inflated` estimated parameters adds the share `share`; see
     /// [`fisher`](Self::fisher).
-    fn chi_squared(kind: TestKind, statistic: f64, terms: usize, inflated: f64, share: f64, level: f64) -> Self {
+    pub(super) fn chi_squared(
+        kind: TestKind,
+        statistic: f64,
+        terms: usize,
+        inflated: f64,
+        share: f64,
+        level: f64,
+    ) -> Self {
         Self::fisher(kind, statistic, terms, f64::INFINITY, inflated, share, level)
     }
 
@@ -365,46 +373,6 @@ fn power_beyond_linear(signal: &[f64], power: i32) -> Vec<f64> {
     let z: Vec<f64> = signal.iter().map(|v| (v - centre) / spread).collect();
     let slope = z.iter().map(|z| z.powi(power + 1)).sum::<f64>() / z.len() as f64;
     z.iter().map(|z| z.powi(power) - slope * z).collect()
-}
-
-/// Monti's variant of the Ljung-Box test of `v` with `lags` lags.
-pub(crate) fn whiteness(v: &[f64], lags: usize) -> ResidualTest {
-    whiteness_of(v, lags, None, LEVEL)
-}
-
-/// [`whiteness`], of a signal that went through an estimated autoregression: the estimate's error comes back as autocorrelation.
-fn whiteness_of(v: &[f64], lags: usize, noise: Option<Estimated>, level: f64) -> ResidualTest {
-    let n = v.len() as f64;
-    let partial = partial_autocorrelations(&cross_covariance(v, v, lags));
-    let terms = (partial.iter().enumerate()).map(|(k, p)| p * p / (n - (k + 1) as f64));
-    let (inflated, share) = noise.map_or((0.0, 0.0), |from| from.inflation(v.len(), lags));
-    let statistic = n * (n + 2.0) * terms.sum::<f64>();
-    ResidualTest::chi_squared(TestKind::Whiteness, statistic, lags, inflated, share, level)
-}
-
-/// The partial autocorrelations at lags 1, 2, ... from covariances at lags 0, 1, ... (Levinson 1947, Durbin 1960).
-///
-/// They end early where the past determines the signal.
-fn partial_autocorrelations(covariance: &[f64]) -> Vec<f64> {
-    let (mut coefficients, mut partial): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-    let mut power = covariance[0];
-    for k in 1..covariance.len() {
-        if !(power > 0.0) {
-            break;
-        }
-        let expected: f64 = coefficients
-            .iter()
-            .zip(covariance[..k].iter().rev())
-            .map(|(a, c)| a * c)
-            .sum();
-        let next = ((covariance[k] - expected) / power).clamp(-1.0, 1.0);
-        let mirrored: Vec<f64> = coefficients.iter().rev().copied().collect();
-        coefficients.iter_mut().zip(mirrored).for_each(|(a, m)| *a -= next * m);
-        coefficients.push(next);
-        partial.push(next);
-        power *= 1.0 - next * next;
-    }
-    partial
 }
 
 /// The test that the past of `w` says nothing about `v`.

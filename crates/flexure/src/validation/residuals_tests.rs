@@ -182,3 +182,31 @@ fn chi_squared_limits_are_those_of_tables() {
         "{test:?}"
     );
 }
+
+#[test]
+fn an_estimated_noise_model_raises_the_limit_of_whiteness_alone() {
+    let (e, u, p) = (white(1, 600), white(2, 600), white(3, 600));
+    let plain = ResidualTests::with_prediction(&e, &u, &p).unwrap();
+    let noise = Estimated {
+        parameters: 9,
+        samples: 1800,
+    };
+    let allowed = ResidualTests::of_whitened(&e, &u, &p, noise).unwrap();
+    for (a, b) in plain.tests.iter().zip(&allowed.tests) {
+        assert_eq!(a.statistic, b.statistic);
+        assert_eq!(a.limit < b.limit, a.kind == TestKind::Whiteness, "{:?}", a.kind);
+    }
+    // A third of a noise deviation more for each of nine of 25 squares: (25 + 3)/25 in the mean.
+    let ratio = allowed.tests[0].limit / plain.tests[0].limit;
+    assert!((1.11..1.14).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn tests_that_share_a_level_reject_later() {
+    let (e, u, p) = (white(4, 400), white(5, 400), white(6, 400));
+    let alone = ResidualTests::with_prediction(&e, &u, &p).unwrap();
+    let shared = ResidualTests::among(&e, &u, &p, None, 3).unwrap();
+    for (a, b) in alone.tests.iter().zip(&shared.tests) {
+        assert!(a.limit < b.limit && a.p_value == b.p_value && (3.0 * b.level - a.level).abs() < 1e-15);
+    }
+}
