@@ -317,6 +317,12 @@ fn inputs_that_act_jointly_come_back_and_predict() {
     for words in ["Joint nonlinearity", "plot-surface", "Along q at p = "] {
         assert!(page.contains(words), "{words}");
     }
+    let additive = folder.json("identify r.csv --input p,q --output y --structure multiple-inputs");
+    assert!(
+        additive["verdict"].as_str().unwrap().contains("rejects it at 0.33 %"),
+        "{}",
+        additive["verdict"]
+    );
     folder.misused(
         "identify r.csv --input p --output y --structure joint-inputs",
         "--structure joint-inputs needs two to four inputs; name them by --input A,B, or choose another structure",

@@ -213,9 +213,13 @@ impl Verdict {
         tested.iter().map(of).collect()
     }
 
-    /// Of several verdicts on one prediction, the first that does not hold, else the first.
+    /// Of several verdicts on one prediction, the first with a test that refutes the model, else the first that does not hold, else
+    /// the first.
     pub fn worst(verdicts: &[Verdict]) -> Option<&Verdict> {
-        verdicts.iter().find(|v| !v.holds()).or(verdicts.first())
+        let refuted = verdicts.iter().find(|v| v.refutation().is_some());
+        refuted
+            .or_else(|| verdicts.iter().find(|v| !v.holds()))
+            .or(verdicts.first())
     }
 
     fn tested(
