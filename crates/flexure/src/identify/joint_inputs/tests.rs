@@ -111,7 +111,8 @@ fn an_additive_model_is_refuted_where_inputs_act_jointly() {
         additive.fit_percent(),
         joint.fit_percent()
     );
-    assert!(!additive.holds() && joint.holds());
+    let refuted = Verdict::worst(&additive.verdicts).and_then(Verdict::refutation);
+    assert!(refuted.is_some() && joint.holds());
     assert!(joint.fit_percent() > additive.fit_percent() + 10.0);
 }
 
@@ -122,7 +123,9 @@ fn three_inputs_and_the_scales_of_the_record() {
     let mut input = || -> Vec<f64> { (0..n).map(|_| random.random_range(-1.0..1.0)).collect() };
     let (p, q, r) = (input(), input(), input());
     let v: Vec<f64> = (0..n).map(|i| p[i] * q[i] + r[i].powi(2) * p[i]).collect();
-    let y = TransferFunction::new(vec![1.0], vec![1.0, -0.7]).unwrap().simulate(&v);
+    let clean = TransferFunction::new(vec![1.0], vec![1.0, -0.7]).unwrap().simulate(&v);
+    let noise = input();
+    let y: Vec<f64> = clean.iter().zip(noise).map(|(y, e)| y + 0.03 * e).collect();
     let of = |gain: f64, offset: f64| {
         let p = p.iter().map(|p| gain * p + offset).collect();
         let y = y.iter().map(|y| 1e-6 * y + gain).collect();
@@ -131,7 +134,7 @@ fn three_inputs_and_the_scales_of_the_record() {
         JointInputs::default().identify(&record, &["p", "q", "r"], "y").unwrap()
     };
     let (one, other) = (of(1.0, 0.0), of(1e3, 5e3));
-    assert!(one.fit_percent() > 95.0, "{}", one.fit_percent());
+    assert!(one.fit_percent() > 90.0, "{}", one.fit_percent());
     assert_eq!((one.order, one.delay), (1, 0));
     assert!((one.fit_percent() - other.fit_percent()).abs() < 0.01);
     assert_eq!(one.verdicts.len(), 6);
