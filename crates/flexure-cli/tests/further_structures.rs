@@ -352,7 +352,7 @@ fn periods_tell_noise_from_distortion() {
     assert!(folder.read("page.html").contains("Best linear approximation"));
     let words = folder.done(&format!("{IDENTIFY} linear --realisations 4"));
     assert!(
-        words.contains("\n  best linear approximation   63 lines from "),
+        words.contains("\n  best linear approximation   64 lines from "),
         "{words}"
     );
     assert!(words.contains("nonlinear distortion -"), "{words}");

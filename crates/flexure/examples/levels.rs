@@ -218,7 +218,8 @@ fn noise_table(scale: u64) {
                 parameters: result.noise_model.len() - 1,
                 samples: from,
             };
-            ResidualTests::of_whitened(&e[from..], &u[from..], &result.predicted[from..], noise).map(Some)
+            let model = result.verdict.estimated.unwrap_or(noise);
+            ResidualTests::of_whitened(&e[from..], &u[from..], &result.predicted[from..], model, noise).map(Some)
         })
         .print(true);
     }

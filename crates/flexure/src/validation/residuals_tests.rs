@@ -186,12 +186,12 @@ fn chi_squared_limits_are_those_of_tables() {
 #[test]
 fn an_estimated_noise_model_raises_the_limit_of_whiteness_alone() {
     let (e, u, p) = (white(1, 600), white(2, 600), white(3, 600));
-    let plain = ResidualTests::with_prediction(&e, &u, &p).unwrap();
     let noise = Estimated {
         parameters: 9,
         samples: 1800,
     };
-    let allowed = ResidualTests::of_whitened(&e, &u, &p, noise).unwrap();
+    let plain = ResidualTests::of_estimate(&e, &u, &p, noise).unwrap();
+    let allowed = ResidualTests::of_whitened(&e, &u, &p, noise, noise).unwrap();
     for (a, b) in plain.tests.iter().zip(&allowed.tests) {
         assert_eq!(a.statistic, b.statistic);
         assert_eq!(a.limit < b.limit, a.kind == TestKind::Whiteness, "{:?}", a.kind);

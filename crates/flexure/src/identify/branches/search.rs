@@ -351,7 +351,7 @@ mod tests {
         assert_eq!((less.order(), less.b.len()), (3, 4));
         let impulse: Vec<f64> = std::iter::once(1.0).chain([0.0; 39]).collect();
         for (a, b) in g.run(&impulse).iter().zip(less.run(&impulse)) {
-            assert!((a - b).abs() < 1e-3, "{a} {b}");
+            assert!((a - b).abs() < 1e-2, "{a} {b}");
         }
         assert!(without_fastest(&Rational::from_roots(&[], &pair)).is_none());
     }
