@@ -50,6 +50,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments::distinct_inputs(&[&arguments.input], arguments.output.as_deref())?;
     if arguments.output.is_none() && arguments.initial_state == Some(Start::Estimate) {
         let message =
             "--initial-state estimate needs the measured output; name its column by --output, or choose steady";

@@ -45,6 +45,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments::distinct_inputs(&[&arguments.input], Some(&arguments.output))?;
     let model = read_model(&arguments.model)?;
     let inputs = prediction::inputs(&model.block, &arguments.input, &model.input)?;
     arguments::distinct_inputs(&inputs, Some(&arguments.output))?;
