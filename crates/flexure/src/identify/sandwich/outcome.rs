@@ -214,7 +214,7 @@ pub(in crate::identify) fn blocks(s: &Sandwich, prepared: &Prepared) -> Result<B
     // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
     let nearest = 1e-9 * (high - low);
     inner.dedup_by(|b, a| *b - *a <= nearest);
-    let curve = |front: &Rational| tabulated(inner.iter().copied(), |x| abscissa(x, front), &ordinate);
+    let curve = |front: &Rational| tabulated(inner.iter().copied(), |x| abscissa(x, front), ordinate);
     let breakpoints = mapped(breakpoints, |x| abscissa(x, &front));
     let intersample = (s.between.as_ref())
         .map(|between| {
