@@ -52,7 +52,7 @@ enum Command {
     Excite(Box<excite::Arguments>),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
-    Identify(identify::Arguments),
+    Identify(Box<identify::Arguments>),
     Joint(Box<joint::Arguments>),
     Predict(predict::Arguments),
     Regress(Box<regress::Arguments>),
