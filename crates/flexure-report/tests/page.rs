@@ -434,7 +434,7 @@ fn a_surface_further_curves_and_an_approximation_have_their_places() {
         serde_json::json!([null, -30.0])
     );
     let without = render(&pages::full()).expect("the page is made");
-    assert!(!without.contains("plot-approximation\"") && !without.contains("plot-surface\""));
+    assert!(!without.contains("id=\"plot-approximation\"") && !without.contains("id=\"plot-surface\""));
     let refused = |change: &dyn Fn(&mut Page)| {
         let mut wrong = page.clone();
         change(&mut wrong);
