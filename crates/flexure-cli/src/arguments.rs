@@ -162,20 +162,14 @@ pub fn distinct_points(points: &[[f64; 2]]) -> Result<(), Usage> {
     }
 }
 
-/// Refuses one column as input and output.
-pub fn distinct_columns(input: &str, output: &str) -> Result<(), Usage> {
-    if input == output {
-        return Err(Usage(format!(
-            "--input and --output are both '{input}'; name two different columns"
-        )));
-    }
-    Ok(())
-}
-
 /// Refuses an output that is also an input, and an input that is named twice.
-pub fn distinct_inputs(inputs: &[&str], output: &str) -> Result<(), Usage> {
+pub fn distinct_inputs(inputs: &[&str], output: Option<&str>) -> Result<(), Usage> {
     for (i, input) in inputs.iter().enumerate() {
-        distinct_columns(input, output)?;
+        if output == Some(input) {
+            return Err(Usage(format!(
+                "--input and --output are both '{input}'; name two different columns"
+            )));
+        }
         if inputs[..i].contains(input) {
             return Err(Usage(format!("--input names '{input}' twice; name every column once")));
         }

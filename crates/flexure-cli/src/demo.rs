@@ -81,6 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             input: "tau2",
             output: "dq2",
             sample_time: Some(arm.run.sample_time),
+            several: false,
         },
         method: Method::Refined {
             method: RefinedHammerstein::default(),
@@ -121,6 +122,7 @@ fn decoration(arm: &ArmFile, record: &RecordFile, result: &Estimate, out: &Path)
         )
         .filter(|_| !result.verdict.holds()),
         arm: motion(arm, &record.record)?,
+        approximation: None,
     })
 }
 

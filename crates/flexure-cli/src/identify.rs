@@ -7,13 +7,13 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::identify::{
-    self, AutoIdentification, Calibration, HammersteinWiener, Linear, MultipleInputs, Narx, Parallel, Volterra, Wiener,
-    WienerHammerstein,
+    self, AutoIdentification, Calibration, HammersteinWiener, JointInputs, Linear, MultipleInputs, Narx, Parallel,
+    Volterra, Wiener, WienerHammerstein,
 };
 use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::{ArmMotion, Page};
 
-use crate::arguments::{self, Auto};
+use crate::arguments::{self, Auto, Usage};
 use crate::cascade::{Cascade, CascadeMethod};
 use crate::estimate::Estimate;
 use crate::files::keep_apart;
@@ -22,11 +22,15 @@ use crate::outcome::{Context, Signals};
 use crate::output::{command_line, print, print_note};
 use crate::page::{self, Decoration};
 use crate::parallel;
+use crate::periods::{PeriodOptions, Periodic};
 use crate::progress::{spinning, spinning_through};
 use crate::references::ReferenceMethod;
 use crate::several_inputs;
 use crate::simulate::read_arm;
 use crate::structure::{Found, Structure, Task};
+
+/// What a best linear approximation is called in JSON.
+const BEST_LINEAR: &str = "best_linear_approximation";
 
 /// Identify a block-oriented model from an input-output record.
 ///
@@ -40,7 +44,7 @@ use crate::structure::{Found, Structure, Task};
 pub struct Arguments {
     /// The record.
     record: PathBuf,
-    /// The input's column; A,B for several with --structure multiple-inputs.
+    /// The input's column; A,B for several with --structure multiple-inputs or joint-inputs.
     #[arg(long, value_name = "COLUMN")]
     input: String,
     /// The output's column.
@@ -86,6 +90,8 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
+    periods: PeriodOptions,
+    #[command(flatten)]
     refined: RefinedOptions,
     #[command(flatten)]
     plain: PlainOptions,
@@ -120,9 +126,9 @@ impl Arguments {
 
     /// The inputs' columns: one, but for a structure with several.
     fn inputs(&self) -> Vec<&str> {
-        match self.structure {
-            Structure::MultipleInputs => several_inputs::columns(&self.input),
-            _ => vec![&self.input],
+        match self.structure.has_several_inputs() {
+            true => several_inputs::columns(&self.input),
+            false => vec![&self.input],
         }
     }
 
@@ -163,15 +169,11 @@ impl Arguments {
                 fresh_share,
             }),
             Structure::MultipleInputs => Task::MultipleInputs(MultipleInputs { fresh_share }),
+            Structure::JointInputs => Task::JointInputs(JointInputs { fresh_share }),
             Structure::Narx => Task::Reference(ReferenceMethod::Narx(Narx { fresh_share })),
             Structure::Volterra => Task::Reference(ReferenceMethod::Volterra(Volterra { fresh_share })),
         };
         self.structure.refuse(self.of_hammerstein_alone())?;
-        if matches!(task, Task::Reference(_) | Task::MultipleInputs(_)) {
-            let report = self.report.as_ref().map(|_| "--report");
-            self.structure
-                .refuse_output(self.model.as_ref().map(|_| "--model").or(report))?;
-        }
         Ok((task, None))
     }
 
@@ -192,8 +194,13 @@ impl Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = arguments.inputs();
-    arguments::distinct_inputs(&inputs, &arguments.output)?;
+    arguments::distinct_inputs(&inputs, Some(&arguments.output))?;
     arguments::distinct_points(&arguments.known)?;
+    if arguments.structure == Structure::JointInputs && !(2..=4).contains(&inputs.len()) {
+        let message =
+            "--structure joint-inputs needs two to four inputs; name them by --input A,B, or choose another structure";
+        return Err(Usage(message.to_owned()).into());
+    }
     let (task, note) = arguments.task()?;
     let outputs = [&arguments.model, &arguments.report].into_iter().flatten();
     keep_apart([&arguments.record].into_iter().chain(&arguments.arm), outputs.clone())?;
@@ -207,11 +214,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let signals = Signals {
         input: &arguments.input,
         output: &arguments.output,
+        several: arguments.structure.has_several_inputs(),
         sample_time: {
             let columns = [&inputs[..], &[&arguments.output]].concat();
             arguments::sample_time(&file, arguments.sample_time, &columns)?
         },
     };
+    let periodic = arguments.periods.approximate(&file, &signals)?;
     let found = match task {
         Task::Hammerstein(method) => {
             let context = Context { signals, method };
@@ -240,6 +249,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             });
             Found::MultipleInputs(signals, Box::new(result?))
         }
+        Task::JointInputs(method) => {
+            let result = located(&file, &inputs, &signals, |stage| {
+                method.identify_with(&file.record, &inputs, signals.output, &mut |now| {
+                    stage(now.name());
+                    ControlFlow::Continue(())
+                })
+            });
+            Found::JointInputs(signals, Box::new(result?))
+        }
         Task::Reference(method) => {
             let result = located(&file, &inputs, &signals, |_| {
                 method.identify(&file.record, signals.input, signals.output)
@@ -253,18 +271,34 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             let decoration = Decoration {
                 command: Some(command_line(std::env::args_os().skip(1))),
                 arm: arguments.moving_arm(&file, &signals)?,
+                approximation: periodic.as_ref().map(Periodic::section),
                 ..Decoration::default()
             };
-            found.page(&file, decoration)?.map(|page| (path, page))
+            Some((path, found.page(&file, decoration)?))
         }
         None => None,
     };
-    write_files(arguments.model.as_ref().zip(found.model_file()), page)?;
+    let model = match &arguments.model {
+        Some(path) => {
+            let mut model = found.model_file()?;
+            if let Some(periodic) = &periodic {
+                model.identification[BEST_LINEAR] = periodic.json();
+            }
+            Some((path, model))
+        }
+        None => None,
+    };
+    write_files(model, page)?;
     if arguments.json {
-        return print(&found.json().to_string());
+        let mut object = found.json();
+        if let Some(periodic) = &periodic {
+            object[BEST_LINEAR] = periodic.json();
+        }
+        return print(&object.to_string());
     }
     let written = [&arguments.model, &arguments.report].into_iter().flatten();
     let mut lines = vec![found.summary()];
+    lines.extend(periodic.iter().flat_map(Periodic::lines));
     lines.extend(written.map(|path| format!("wrote {}", path.display())));
     print(&lines.join("\n"))
 }

@@ -12,12 +12,14 @@ mod excite;
 mod files;
 mod identify;
 mod joint;
+mod joint_inputs;
 mod method;
 mod nonlinear_ends;
 mod outcome;
 mod output;
 mod page;
 mod parallel;
+mod periods;
 mod predict;
 mod prediction;
 mod progress;
@@ -50,7 +52,7 @@ enum Command {
     Excite(Box<excite::Arguments>),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
-    Identify(identify::Arguments),
+    Identify(Box<identify::Arguments>),
     Joint(Box<joint::Arguments>),
     Predict(predict::Arguments),
     Regress(Box<regress::Arguments>),

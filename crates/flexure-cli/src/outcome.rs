@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use crate::estimate::{self, Estimate, Method, Own, Plain, Refined};
 use crate::method::form_name;
+use crate::several_inputs;
 use crate::tuning;
 
 /// Share of the impulse response that is left when a system counts as settled.
@@ -15,12 +16,24 @@ pub const SETTLED: f64 = 0.01;
 /// The signals that a model is identified from.
 #[derive(Clone, Copy)]
 pub struct Signals<'a> {
-    /// The input's column.
+    /// The input's column; a list, separated by commas, for a model of several inputs.
     pub input: &'a str,
     /// The output's column.
     pub output: &'a str,
     /// s; `None` if unknown.
     pub sample_time: Option<f64>,
+    /// Whether `input` is a list.
+    pub several: bool,
+}
+
+impl<'a> Signals<'a> {
+    /// The inputs' columns.
+    pub fn inputs(&self) -> Vec<&'a str> {
+        match self.several {
+            true => several_inputs::columns(self.input),
+            false => vec![self.input],
+        }
+    }
 }
 
 /// What the identification of a Hammerstein model was asked for, beside its result.

@@ -12,7 +12,7 @@ use crate::arguments::{self, TIME, Usage};
 use crate::files::keep_apart;
 use crate::outcome::number;
 use crate::output::print;
-use crate::prediction::{Ahead, FreeRun, Outside, Start};
+use crate::prediction::{self, Ahead, FreeRun, Outside, Start};
 use crate::progress::spinning;
 
 /// Simulate a model under a record's input, or predict its output from the past.
@@ -28,7 +28,7 @@ pub struct Arguments {
     model: PathBuf,
     /// The record with the input.
     record: PathBuf,
-    /// The input's column.
+    /// The input's column; A,B for a model of several inputs.
     #[arg(long, value_name = "COLUMN")]
     input: String,
     /// The measured output's column: for --horizon, for the initial state, and for a fit.
@@ -50,9 +50,8 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    if let Some(output) = &arguments.output {
-        arguments::distinct_columns(&arguments.input, output)?;
-    } else if arguments.initial_state == Some(Start::Estimate) {
+    arguments::distinct_inputs(&[&arguments.input], arguments.output.as_deref())?;
+    if arguments.output.is_none() && arguments.initial_state == Some(Start::Estimate) {
         let message =
             "--initial-state estimate needs the measured output; name its column by --output, or choose steady";
         return Err(Usage(message.to_owned()).into());
@@ -60,11 +59,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     keep_apart([&arguments.model, &arguments.record], [&arguments.out])?;
     check_record_writable(&arguments.out)?;
     let model = read_model(&arguments.model)?;
+    let inputs = prediction::inputs(&model.block, &arguments.input, &model.input)?;
+    arguments::distinct_inputs(&inputs, arguments.output.as_deref())?;
     let file = spinning("reading", || read_record(&arguments.record))?;
-    let mut signals = vec![arguments.input.as_str(), &model.output];
+    let mut signals = [&inputs[..], &[&model.output]].concat();
     signals.extend(arguments.output.as_deref());
     arguments::same_sample_time(&file, model.sample_time, &signals)?;
-    let input = file.finite(&arguments.input)?;
+    let entering = prediction::columns(&file, &inputs)?;
     let measured = (arguments.output.as_deref())
         .map(|output| file.finite(output))
         .transpose()?;
@@ -73,9 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         _ => Start::Steady,
     });
     let known = measured.filter(|_| start == Start::Estimate);
-    let free = spinning("simulating", || {
-        FreeRun::new(&model.block, &file, &arguments.input, known)
-    })?;
+    let free = spinning("simulating", || FreeRun::new(&model.block, &file, &inputs, known))?;
     let ahead = match (arguments.horizon, measured) {
         (Some(horizon), Some(measured)) => Some(Ahead::new(&model, &free, measured, horizon)?),
         _ => None,
@@ -83,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let y = ahead.as_ref().map_or(&free.output, |ahead| &ahead.output);
     // A constant output has no fit.
     let measures = measured.and_then(|measured| FitMeasures::new(measured, y).ok());
-    let outside = Outside::new(&model.block, input);
+    let outside = Outside::new(&model.block, &entering);
     let mut columns = Vec::new();
     if arguments::has_time(&file, &signals) {
         columns.push((TIME, file.column(TIME)?.to_vec()));
@@ -92,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     write_record(&arguments.out, &Record::new(columns)?)?;
     if arguments.json {
         let object = json!({
-            "samples": input.len(),
+            "samples": y.len(),
             "samples_outside_range": outside.samples,
             "initial_state": free.start().name(),
             "initial_state_samples": free.estimated_from,
@@ -104,7 +103,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         });
         return print(&object.to_string());
     }
-    let mut lines = vec![format!("wrote {} ({} samples)", arguments.out.display(), input.len())];
+    let mut lines = vec![format!("wrote {} ({} samples)", arguments.out.display(), y.len())];
     lines.extend(ahead.map(|ahead| ahead.words().to_owned()));
     lines.push(format!("free run {}", free.words()));
     lines.extend(measures.map(|m| format!("fit {:.2} %, RMS error {}", m.fit_percent, number(m.rms))));

@@ -1,13 +1,14 @@
 //! What a model from a file says about a record.
 
-use std::borrow::Cow;
-
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use flexure::Block;
-use flexure::nonlinearity::Curve;
-use flexure::validation::{estimate_initial_state, predict_ahead};
+use flexure::nonlinearity::{Curve, Surface};
+use flexure::validation::{estimate_initial_state_of_inputs, predict_ahead};
 use flexure_io::{ModelFile, RecordFile};
+
+use crate::arguments::Usage;
+use crate::several_inputs;
 
 /// The state in which a model starts.
 #[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
@@ -19,9 +20,9 @@ pub enum Start {
 }
 
 impl Start {
-    /// Whether a record has enough samples to estimate the states of a model: five a state.
+    /// Whether a model has states, and a record enough samples to estimate them: five a state.
     pub fn enough(block: &Block, samples: usize) -> bool {
-        samples >= 5 * block.states()
+        block.states() > 0 && samples >= 5 * block.states()
     }
 
     /// Its name on the command line and in JSON.
@@ -45,18 +46,18 @@ impl FreeRun {
     ///
     /// # Errors
     /// Those of [`predict`], and of the estimation.
-    pub fn new(block: &Block, file: &RecordFile, input: &str, measured: Option<&[f64]>) -> Result<Self> {
-        let output = predict(block, file, input)?;
+    pub fn new(block: &Block, file: &RecordFile, inputs: &[&str], measured: Option<&[f64]>) -> Result<Self> {
+        let output = predict(block, file, inputs)?;
         let Some(measured) = measured else {
             return Ok(FreeRun {
                 output,
                 estimated_from: None,
             });
         };
-        let u = file.finite(input)?;
-        let state = estimate_initial_state(block, u, measured).map_err(|error| file.locate(error))?;
+        let u = columns(file, inputs)?;
+        let state = estimate_initial_state_of_inputs(block, &u, measured).map_err(|error| file.locate(error))?;
         Ok(FreeRun {
-            output: state.simulate(block, u),
+            output: state.simulate_inputs(block, &u),
             estimated_from: Some(state.samples()),
         })
     }
@@ -118,63 +119,137 @@ impl Ahead {
     }
 }
 
-/// The free-run output of a model under a column of a record.
+/// The columns that enter a model, by its option's value: a list for a model of several inputs.
+///
+/// # Errors
+/// Wrong usage where there are not as many as the model has inputs.
+pub fn inputs<'a>(block: &Block, given: &'a str, of_model: &str) -> Result<Vec<&'a str>> {
+    let needed = block.inputs();
+    let names = match needed {
+        1 => vec![given],
+        _ => several_inputs::columns(given),
+    };
+    if names.len() != needed {
+        return Err(Usage(format!(
+            "--input names {} of the model's {needed} inputs; give them all, separated by commas, in the model's order: {of_model}",
+            names.len()
+        ))
+        .into());
+    }
+    Ok(names)
+}
+
+/// The samples of all inputs.
+///
+/// # Errors
+/// Those of [`RecordFile::finite`].
+pub fn columns<'a>(file: &'a RecordFile, inputs: &[&str]) -> Result<Vec<&'a [f64]>> {
+    inputs.iter().map(|name| Ok(file.finite(name)?)).collect()
+}
+
+/// The free-run output of a model under columns of a record.
 ///
 /// # Errors
 /// Those of [`RecordFile::finite`]; names the first sample for which the model has no finite output.
-pub fn predict(block: &Block, file: &RecordFile, input: &str) -> Result<Vec<f64>> {
-    let u = file.finite(input)?;
-    let y = block.simulate(u);
+pub fn predict(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec<f64>> {
+    let u = columns(file, inputs)?;
+    let y = block.simulate_inputs(&u)?;
     let Some(first) = y.iter().position(|v| !v.is_finite()) else {
         return Ok(y);
     };
     // A linear part starts from its input's mean, so that one unknown value spoils the output from the start.
-    let unknown = entered(block, u).and_then(|(curve, into)| {
-        let sample = into.iter().position(|&v| curve.value(v).is_nan())?;
-        let what = match &into {
-            Cow::Borrowed(_) => format!("column '{input}'"),
-            Cow::Owned(_) => format!("column '{input}' behind the first linear part"),
+    let mut unknown = None;
+    entered(block, &u, &mut |entry| {
+        let Entry::Curve {
+            curve,
+            into,
+            input,
+            direct,
+        } = entry
+        else {
+            return;
         };
-        Some((curve.x(), sample, what, into[sample]))
+        let Some(sample) = into.iter().position(|&v| curve.value(v).is_nan()) else {
+            return;
+        };
+        let behind = if direct { "" } else { " behind the first linear part" };
+        let (x, name) = (curve.x(), inputs[input]);
+        let problem = format!(
+            "column '{name}'{behind} is {} at sample {sample}, but the model's nonlinearity is known only from {} to {}; cut such \
+             samples off, or identify the model from a record with a wider range",
+            into[sample],
+            x[0],
+            x[x.len() - 1]
+        );
+        unknown.get_or_insert((sample, problem));
     });
-    let (sample, problem) = match unknown {
-        Some((x, sample, what, value)) => (
-            sample,
-            format!(
-                "{what} is {value} at sample {sample}, but the model's nonlinearity is known only from {} to {}; cut such \
-                 samples off, or identify the model from a record with a wider range",
-                x[0],
-                x[x.len() - 1]
-            ),
-        ),
-        None => (
-            first,
-            format!(
-                "the model's output is {} at sample {first}; check that column '{input}' is in the unit in which the model was identified",
-                y[first]
-            ),
-        ),
-    };
+    let (sample, problem) = unknown.unwrap_or_else(|| {
+        let names: Vec<String> = inputs.iter().map(|name| format!("column '{name}'")).collect();
+        let problem = format!(
+            "the model's output is {} at sample {first}; check that {} is in the unit in which the model was identified",
+            y[first],
+            names.join(" and ")
+        );
+        (first, problem)
+    });
     let line = file.line(sample).map_or(String::new(), |line| format!(", line {line}"));
     bail!("{}{line}: {problem}", file.path.display());
 }
 
-/// The first nonlinearity of a cascade, and what enters it: the input, or what the linear part before it makes of that.
-fn entered<'a>(block: &'a Block, input: &'a [f64]) -> Option<(&'a Curve, Cow<'a, [f64]>)> {
-    let blocks = match block {
-        Block::Static(curve) => return Some((curve, Cow::Borrowed(input))),
-        Block::Series(blocks) => blocks,
-        Block::Parallel(blocks) => return blocks.first().and_then(|first| entered(first, input)),
-        Block::Linear(_) => return None,
-    };
-    match blocks.as_slice() {
-        [Block::Linear(front), Block::Static(curve), ..] => Some((curve, Cow::Owned(front.simulate_from_mean(input)))),
-        [first, ..] => entered(first, input),
-        [] => None,
+/// A nonlinearity that comes first in a model, and what enters it.
+enum Entry<'a> {
+    /// A curve; `input` is the index of what enters it, by itself or behind a linear part.
+    Curve {
+        curve: &'a Curve,
+        into: &'a [f64],
+        input: usize,
+        direct: bool,
+    },
+    /// A surface, which all inputs enter.
+    Surface(&'a Surface),
+}
+
+/// Tells the first nonlinearity of every input: of the first branch, where there are several.
+fn entered(block: &Block, inputs: &[&[f64]], tell: &mut impl FnMut(Entry<'_>)) {
+    fn of_one(block: &Block, into: &[f64], input: usize, direct: bool, tell: &mut impl FnMut(Entry<'_>)) {
+        match block {
+            Block::Static(curve) => tell(Entry::Curve {
+                curve,
+                into,
+                input,
+                direct,
+            }),
+            Block::Series(blocks) => match blocks.as_slice() {
+                [Block::Linear(front), next @ Block::Static(_), ..] => {
+                    of_one(next, &front.simulate_from_mean(into), input, false, tell);
+                }
+                [first, ..] => of_one(first, into, input, direct, tell),
+                [] => {}
+            },
+            Block::Parallel(blocks) => {
+                if let Some(first) = blocks.first() {
+                    of_one(first, into, input, direct, tell);
+                }
+            }
+            Block::Linear(_) | Block::Inputs(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => {}
+        }
+    }
+    match block {
+        Block::Inputs(blocks) => {
+            let each = blocks.iter().zip(inputs).enumerate();
+            each.for_each(|(i, (b, u))| of_one(b, u, i, true, tell));
+        }
+        Block::Surface(surface) => tell(Entry::Surface(surface)),
+        Block::Series(blocks) if block.inputs() > 1 => {
+            if let Some(first) = blocks.first() {
+                entered(first, inputs, tell);
+            }
+        }
+        _ => of_one(block, inputs.first().copied().unwrap_or_default(), 0, true, tell),
     }
 }
 
-/// What of an input lies outside the abscissas of the first nonlinearity.
+/// What of the inputs lies outside the abscissas of the first nonlinearity.
 pub struct Outside {
     /// How many samples.
     pub samples: usize,
@@ -185,25 +260,36 @@ pub struct Outside {
 }
 
 impl Outside {
-    /// Looks through `input`.
-    pub fn new(block: &Block, input: &[f64]) -> Self {
+    /// Looks through the inputs.
+    pub fn new(block: &Block, inputs: &[&[f64]]) -> Self {
         let mut found = Outside {
             samples: 0,
             held: true,
             direct: true,
         };
-        let Some((curve, into)) = entered(block, input) else {
-            return found;
-        };
-        found.direct = matches!(into, Cow::Borrowed(_));
+        entered(block, inputs, &mut |entry| match entry {
+            Entry::Curve {
+                curve, into, direct, ..
+            } => found.look(curve, into, direct),
+            Entry::Surface(surface) => {
+                let samples = inputs.first().map_or(0, |u| u.len());
+                let at = |n: usize| inputs.iter().map(|u| u[n]).collect::<Vec<f64>>();
+                found.samples += (0..samples).filter(|n| !surface.covers(&at(*n))).count();
+            }
+        });
+        found
+    }
+
+    /// Looks through what enters a curve.
+    fn look(&mut self, curve: &Curve, into: &[f64], direct: bool) {
+        self.direct &= direct;
         let (x, last) = (curve.x(), curve.x().len() - 1);
         // A line adds what a linear part cannot: an offset.
         for &v in into.iter().filter(|&&v| !curve.covers(v) && !curve.is_line()) {
             let end = if v < x[0] { 0 } else { last };
-            found.samples += 1;
-            found.held &= curve.value(v) == curve.y()[end];
+            self.samples += 1;
+            self.held &= curve.value(v) == curve.y()[end];
         }
-        found
     }
 
     /// What the user should know about it.

@@ -1,10 +1,11 @@
 //! Models that are no chain of blocks: NARX and Volterra references, as JSON and in words.
 
 use flexure::identify::{Narx, NarxIdentification, Verdict, Volterra, VolterraIdentification};
-use flexure::{Record, Result};
+use flexure::{Block, Record, Result};
+use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
-use crate::outcome::{self, Signals, number};
+use crate::outcome::{self, SETTLED, Signals, number};
 use crate::structure::Structure;
 
 /// How to identify a reference.
@@ -32,7 +33,8 @@ pub enum Reference {
 }
 
 impl Reference {
-    fn verdict(&self) -> &Verdict {
+    /// How well it does on fresh data.
+    pub fn verdict(&self) -> &Verdict {
         match self {
             Reference::Narx(result) => &result.verdict,
             Reference::Volterra(result) => &result.verdict,
@@ -48,6 +50,52 @@ impl Reference {
         let judged = outcome::judged_json(signals, fitted, self.verdict(), warnings);
         outcome::extend(&mut object, judged);
         object
+    }
+
+    /// The file from which `predict` and `validate` work.
+    pub fn model_file(&self, signals: &Signals) -> ModelFile {
+        let (structure, block, delay, order) = match self {
+            Reference::Narx(result) => {
+                let model = &result.model;
+                (Structure::Narx, Block::Narx(model.clone()), model.delay, model.outputs)
+            }
+            Reference::Volterra(result) => {
+                let model = &result.model;
+                (Structure::Volterra, Block::Volterra(model.clone()), model.delay, 0)
+            }
+        };
+        let object = self.json(signals);
+        let method = object["method"].as_str().unwrap_or_default().to_owned();
+        let mut details = outcome::details(object);
+        if let Value::Object(fields) = &mut details {
+            // What the block itself says already.
+            for field in [
+                "terms",
+                "constant",
+                "first",
+                "second",
+                "input_level",
+                "input_scale",
+                "output_scale",
+            ] {
+                fields.remove(field);
+            }
+        }
+        ModelFile {
+            flexure: ModelFile::CURRENT.to_owned(),
+            structure: structure.name().to_owned(),
+            method,
+            input: signals.input.to_owned(),
+            output: signals.output.to_owned(),
+            sample_time: signals.sample_time,
+            delay,
+            order,
+            settling: Some(block.settling(SETTLED)),
+            noise_model: None,
+            estimated: self.verdict().estimated,
+            block,
+            identification: details,
+        }
     }
 
     /// A short account for a terminal.

@@ -2,12 +2,16 @@
 
 use flexure::Record;
 use flexure::identify::{MultipleInputs, MultipleInputsIdentification, Verdict};
+use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
 use crate::cascade::{LinearBlock, linear_lines};
 use crate::nonlinear_ends::{pieces_words, tried_json};
-use crate::outcome::{self, Signals};
+use crate::outcome::{self, SETTLED, Signals};
 use crate::structure::Structure;
+
+/// What the method does.
+pub const METHOD: &str = "prediction-error";
 
 /// The columns of a list, separated by commas.
 pub fn columns(list: &str) -> Vec<&str> {
@@ -27,13 +31,6 @@ pub fn identify(
     })
 }
 
-/// The verdict against the input that the error has most to do with: one that refutes the model, if there is one.
-fn worst(result: &MultipleInputsIdentification) -> Option<&Verdict> {
-    (result.verdicts.iter())
-        .find(|v| !v.holds())
-        .or(result.verdicts.first())
-}
-
 /// The object that `identify --json` prints.
 pub fn json(result: &MultipleInputsIdentification, signals: &Signals) -> Value {
     let branches = result.branches.iter().map(|b| {
@@ -47,24 +44,51 @@ pub fn json(result: &MultipleInputsIdentification, signals: &Signals) -> Value {
     });
     let mut object = json!({
         "structure": Structure::MultipleInputs.name(),
-        "method": "prediction-error",
+        "method": METHOD,
         "inputs": columns(signals.input),
         "branches": branches.collect::<Vec<_>>(),
         "output_offset": result.output_offset,
         "tried": result.tried.iter().map(tried_json).collect::<Vec<_>>(),
     });
-    if let Some(verdict) = worst(result) {
+    if let Some(verdict) = Verdict::worst(&result.verdicts) {
         let judged = outcome::judged_json(signals, result.fitted, verdict, &result.warnings);
         outcome::extend(&mut object, judged);
     }
     object
 }
 
+/// The file from which `predict` and `validate` work.
+pub fn model_file(result: &MultipleInputsIdentification, signals: &Signals) -> flexure::Result<ModelFile> {
+    let mut details = outcome::details(json(result, signals));
+    if let Value::Object(fields) = &mut details {
+        // What the blocks themselves say already.
+        fields.remove("branches");
+        let breakpoints: Vec<_> = result.branches.iter().map(|b| &b.breakpoints).collect();
+        fields.insert("breakpoints".to_owned(), json!(breakpoints));
+    }
+    let block = result.model.block()?;
+    Ok(ModelFile {
+        flexure: ModelFile::CURRENT.to_owned(),
+        structure: Structure::MultipleInputs.name().to_owned(),
+        method: METHOD.to_owned(),
+        input: signals.input.to_owned(),
+        output: signals.output.to_owned(),
+        sample_time: signals.sample_time,
+        delay: result.branches.iter().map(|b| b.delay).min().unwrap_or(0),
+        order: result.branches.iter().map(|b| b.order).sum(),
+        settling: Some(block.settling(SETTLED)),
+        noise_model: None,
+        estimated: result.verdicts.first().and_then(|v| v.estimated),
+        block,
+        identification: details,
+    })
+}
+
 /// A short account for a terminal.
 pub fn summary(result: &MultipleInputsIdentification, signals: &Signals) -> String {
     let inputs: Vec<String> = columns(signals.input).iter().map(|c| format!("'{c}'")).collect();
     let mut lines = vec![format!("Model from {} to '{}'", inputs.join(", "), signals.output)];
-    lines.extend(worst(result).map(outcome::fit_line));
+    lines.extend(Verdict::worst(&result.verdicts).map(outcome::fit_line));
     for branch in &result.branches {
         lines.push(format!("  from '{}'", branch.input));
         lines.push(format!("  nonlinearity        {}", pieces_words(&branch.breakpoints)));
@@ -79,7 +103,7 @@ pub fn summary(result: &MultipleInputsIdentification, signals: &Signals) -> Stri
         outcome::number(result.output_offset)
     ));
     lines.push(format!("  structures tried    {}", result.tried.len()));
-    lines.extend(worst(result).map(|v| format!("  {}", v.words())));
+    lines.extend(Verdict::worst(&result.verdicts).map(|v| format!("  {}", v.words())));
     lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));
     lines.join("\n")
 }

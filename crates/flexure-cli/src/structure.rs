@@ -3,8 +3,9 @@
 use anyhow::Result;
 use clap::ValueEnum;
 use flexure::identify::{
-    self, Auto, AutoIdentification, HammersteinWiener, HammersteinWienerIdentification, Identified, MultipleInputs,
-    MultipleInputsIdentification, Parallel, ParallelIdentification, RefinedHammerstein,
+    self, Auto, AutoIdentification, HammersteinWiener, HammersteinWienerIdentification, Identified, JointInputs,
+    JointInputsIdentification, MultipleInputs, MultipleInputsIdentification, Parallel, ParallelIdentification,
+    RefinedHammerstein,
 };
 use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::Page;
@@ -14,6 +15,7 @@ use crate::arguments::Usage;
 use crate::cascade::{Cascade, CascadeMethod};
 use crate::comparison::Comparison;
 use crate::estimate::{Estimate, Method};
+use crate::joint_inputs;
 use crate::nonlinear_ends;
 use crate::outcome::{self, Context, Signals};
 use crate::page::{self, Decoration};
@@ -40,6 +42,8 @@ pub enum Structure {
     Parallel,
     /// Several inputs, --input A,B: each through a static nonlinearity and linear dynamics of its own.
     MultipleInputs,
+    /// Two to four inputs, --input A,B: one static nonlinearity of all of them, then linear dynamics.
+    JointInputs,
     /// A polynomial of past outputs and inputs: a reference without blocks.
     Narx,
     /// A regularised Volterra series of second order: a reference without blocks.
@@ -58,6 +62,7 @@ impl Structure {
             Structure::HammersteinWiener => "hammerstein-wiener",
             Structure::Parallel => "parallel",
             Structure::MultipleInputs => "multiple-inputs",
+            Structure::JointInputs => "joint-inputs",
             Structure::Narx => "narx",
             Structure::Volterra => "volterra",
         }
@@ -86,15 +91,9 @@ impl Structure {
         Ok(())
     }
 
-    /// Refuses the first output that was asked for of those that only a chain of blocks from one input has.
-    pub fn refuse_output(self, asked: Option<&str>) -> Result<(), Usage> {
-        asked.map_or(Ok(()), |option| {
-            Err(Usage(format!(
-                "{option} is for chains of blocks from one input, which --structure {} is not; take its result from the text or \
-                 from --json",
-                self.name()
-            )))
-        })
+    /// Whether --input is a list of columns.
+    pub fn has_several_inputs(self) -> bool {
+        matches!(self, Structure::MultipleInputs | Structure::JointInputs)
     }
 }
 
@@ -121,6 +120,8 @@ pub enum Task {
     Parallel(Parallel),
     /// Several inputs.
     MultipleInputs(MultipleInputs),
+    /// Several inputs, jointly.
+    JointInputs(JointInputs),
     /// A model without blocks.
     Reference(ReferenceMethod),
     /// The structure itself.
@@ -139,6 +140,8 @@ pub enum Found<'a> {
     Parallel(Signals<'a>, Box<ParallelIdentification>),
     /// Several inputs.
     MultipleInputs(Signals<'a>, Box<MultipleInputsIdentification>),
+    /// Several inputs, jointly.
+    JointInputs(Signals<'a>, Box<JointInputsIdentification>),
     /// A model without blocks.
     Reference(Signals<'a>, Box<Reference>),
     /// The best of several structures, and how they compare.
@@ -174,6 +177,7 @@ impl<'a> Found<'a> {
             | Found::HammersteinWiener(signals, _)
             | Found::Parallel(signals, _)
             | Found::MultipleInputs(signals, _)
+            | Found::JointInputs(signals, _)
             | Found::Reference(signals, _) => *signals,
             Found::Compared(_, chosen) => chosen.signals(),
         }
@@ -187,6 +191,7 @@ impl<'a> Found<'a> {
             Found::HammersteinWiener(signals, result) => nonlinear_ends::json(result, signals),
             Found::Parallel(signals, result) => parallel::json(result, signals),
             Found::MultipleInputs(signals, result) => several_inputs::json(result, signals),
+            Found::JointInputs(signals, result) => joint_inputs::json(result, signals),
             Found::Reference(signals, reference) => reference.json(signals),
             Found::Compared(comparison, chosen) => {
                 let mut object = chosen.json();
@@ -196,14 +201,16 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// The file from which `predict` and `validate` work; `None` for what is no chain of blocks from one input.
-    pub fn model_file(&self) -> Option<ModelFile> {
-        Some(match self {
+    /// The file from which `predict` and `validate` work.
+    pub fn model_file(&self) -> flexure::Result<ModelFile> {
+        Ok(match self {
             Found::Hammerstein(context, estimate) => outcome::model_file(estimate, context),
             Found::Cascade(signals, cascade) => cascade.model_file(signals),
             Found::HammersteinWiener(signals, result) => nonlinear_ends::model_file(result, signals),
             Found::Parallel(signals, result) => parallel::model_file(result, signals),
-            Found::MultipleInputs(..) | Found::Reference(..) => return None,
+            Found::MultipleInputs(signals, result) => several_inputs::model_file(result, signals)?,
+            Found::JointInputs(signals, result) => joint_inputs::model_file(result, signals),
+            Found::Reference(signals, reference) => reference.model_file(signals),
             Found::Compared(comparison, chosen) => {
                 let mut file = chosen.model_file()?;
                 file.identification["comparison"] = comparison.json();
@@ -220,6 +227,7 @@ impl<'a> Found<'a> {
             Found::HammersteinWiener(signals, result) => nonlinear_ends::summary(result, signals),
             Found::Parallel(signals, result) => parallel::summary(result, signals),
             Found::MultipleInputs(signals, result) => several_inputs::summary(result, signals),
+            Found::JointInputs(signals, result) => joint_inputs::summary(result, signals),
             Found::Reference(signals, reference) => reference.summary(signals),
             Found::Compared(comparison, chosen) => {
                 let signals = self.signals();
@@ -230,22 +238,21 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// The page that shows everything; `None` for what is no chain of blocks from one input.
-    pub fn page(&self, file: &RecordFile, decoration: Decoration) -> Result<Option<Page>> {
-        let page = match self {
+    /// The page that shows everything.
+    pub fn page(&self, file: &RecordFile, decoration: Decoration) -> Result<Page> {
+        match self {
             Found::Hammerstein(context, estimate) => page::hammerstein::page(file, context, estimate, decoration),
             Found::Cascade(signals, cascade) => page::cascade::page(file, signals, cascade, decoration),
             Found::HammersteinWiener(signals, result) => page::nonlinear_ends::page(file, signals, result, decoration),
             Found::Parallel(signals, result) => page::parallel::page(file, signals, result, decoration),
-            Found::MultipleInputs(..) | Found::Reference(..) => return Ok(None),
+            Found::MultipleInputs(signals, result) => page::several_inputs::page(file, signals, result, decoration),
+            Found::JointInputs(signals, result) => page::joint_inputs::page(file, signals, result, decoration),
+            Found::Reference(signals, reference) => page::references::page(file, signals, reference, decoration),
             Found::Compared(comparison, chosen) => {
                 let mut page = chosen.page(file, decoration)?;
-                if let Some(page) = &mut page {
-                    comparison.show_on(page);
-                }
-                return Ok(page);
+                comparison.show_on(&mut page);
+                Ok(page)
             }
-        };
-        page.map(Some)
+        }
     }
 }

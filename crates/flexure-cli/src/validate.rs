@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::arguments;
 use crate::outcome::{SETTLED, number, tests_json};
 use crate::output::print;
-use crate::prediction::{FreeRun, Outside, Start};
+use crate::prediction::{self, FreeRun, Outside, Start};
 use crate::progress::spinning;
 
 /// Judge a model on a record that was not used for its fit.
@@ -24,7 +24,7 @@ pub struct Arguments {
     model: PathBuf,
     /// The record.
     record: PathBuf,
-    /// The input's column.
+    /// The input's column; A,B for a model of several inputs.
     #[arg(long, value_name = "COLUMN")]
     input: String,
     /// The measured output's column.
@@ -45,18 +45,21 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments::distinct_columns(&arguments.input, &arguments.output)?;
+    arguments::distinct_inputs(&[&arguments.input], Some(&arguments.output))?;
     let model = read_model(&arguments.model)?;
+    let inputs = prediction::inputs(&model.block, &arguments.input, &model.input)?;
+    arguments::distinct_inputs(&inputs, Some(&arguments.output))?;
     let file = spinning("reading", || read_record(&arguments.record))?;
-    arguments::same_sample_time(&file, model.sample_time, &[&arguments.input, &arguments.output])?;
-    let (u, y) = (file.finite(&arguments.input)?, file.finite(&arguments.output)?);
+    let columns = [&inputs[..], &[&arguments.output]].concat();
+    arguments::same_sample_time(&file, model.sample_time, &columns)?;
+    let (u, y) = (prediction::columns(&file, &inputs)?, file.finite(&arguments.output)?);
     let settling = model.settling.unwrap_or_else(|| model.block.settling(SETTLED));
-    let skip = arguments.skip.unwrap_or_else(|| settling.min(u.len() / 10));
-    if skip >= u.len() {
+    let skip = arguments.skip.unwrap_or_else(|| settling.min(y.len() / 10));
+    if skip >= y.len() {
         bail!(
             "{}: --skip {skip} leaves nothing of {} samples to compare",
             file.path.display(),
-            u.len()
+            y.len()
         );
     }
     let start = arguments.initial_state.unwrap_or(match skip < settling {
@@ -64,19 +67,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         _ => Start::Steady,
     });
     let known = Some(y).filter(|_| start == Start::Estimate);
-    let free = FreeRun::new(&model.block, &file, &arguments.input, known)?;
+    let free = FreeRun::new(&model.block, &file, &inputs, known)?;
     let predicted = &free.output;
-    let (fresh, measured, free_run) = (&u[skip..], &y[skip..], &predicted[skip..]);
-    let verdict = match model.estimated {
-        Some(estimated) => Verdict::of_estimate(fresh, measured, free_run, estimated),
-        None => Verdict::new(fresh, measured, free_run),
+    let (measured, free_run) = (&y[skip..], &predicted[skip..]);
+    let fresh: Vec<&[f64]> = u.iter().map(|u| &u[skip..]).collect();
+    let verdicts = Verdict::of_inputs(&fresh, measured, free_run, model.estimated)
+        .map_err(|error| file.locate(named(error, &arguments.output)))?;
+    let Some(verdict) = Verdict::worst(&verdicts) else {
+        bail!("{}: the model has no input", arguments.model.display());
     };
-    let verdict = verdict.map_err(|error| file.locate(named(error, &arguments.output)))?;
-    if is_constant(&u[skip..]) {
-        let (column, value) = (arguments.input.clone(), u[skip]);
+    if let Some((name, u)) = inputs.iter().zip(&fresh).find(|(_, u)| is_constant(u)) {
+        let (column, value) = ((*name).to_owned(), u[0]);
         return Err(file.locate(flexure::Error::Constant { column, value }).into());
     }
-    let outside = Outside::new(&model.block, u);
+    let outside = Outside::new(&model.block, &u);
     if arguments.json {
         let object = json!({
             "fit_percent": verdict.measures.fit_percent,
@@ -88,7 +92,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "initial_state_samples": free.estimated_from,
             "holds": verdict.holds(),
             "verdict": verdict.words(),
-            "residual_tests": tests_json(&verdict),
+            "residual_tests": tests_json(verdict),
             "samples_outside_range": outside.samples,
         });
         return print(&object.to_string());

@@ -101,15 +101,21 @@ fn references_tell_how_far_one_gets() {
             "{words}"
         );
         assert!(words.contains("A reference without blocks"), "{words}");
-        for (option, short) in [("--model new.json", "--model"), ("--report new.html", "--report")] {
-            folder.misused(
-                &format!("{IDENTIFY} {name} {option}"),
-                &format!(
-                    "{short} is for chains of blocks from one input, which --structure {name} is not; take its result from the text or \
-                     from --json"
-                ),
-            );
-        }
+        let told = folder.done(&format!("{IDENTIFY} {name} -o {name}.json --report {name}.html"));
+        assert!(told.contains(&format!("wrote {name}.json")), "{told}");
+        let model: Value = serde_json::from_str(&folder.read(&format!("{name}.json"))).unwrap();
+        assert!(model["block"][name].is_object(), "{model}");
+        write(&folder, "fresh.csv", 700, 4);
+        folder.done(&format!("predict {name}.json fresh.csv --input u -o predicted.csv"));
+        assert_eq!(read_record(folder.path("predicted.csv")).unwrap().record.len(), 700);
+        let judged = folder.json(&format!("validate {name}.json fresh.csv --input u --output y"));
+        assert!(judged["fit_percent"].as_f64().unwrap() > 75.0, "{judged}");
+        let page = folder.read(&format!("{name}.html"));
+        let section = if name == "narx" { "Terms" } else { "Second-order kernel" };
+        assert!(
+            page.contains(section) && page.contains("a reference without blocks"),
+            "{name}"
+        );
         folder.misused(
             &format!("{IDENTIFY} {name} --order 2"),
             &format!(
@@ -220,7 +226,7 @@ fn several_inputs_come_back() {
     for n in 1..3000 {
         y[n] = 0.6 * y[n - 1] + p[n].powi(2) + q[n - 1].tanh();
     }
-    let y = y.iter().zip(&e).map(|(y, e)| y + 1.0 + 0.01 * e).collect();
+    let y: Vec<f64> = y.iter().zip(&e).map(|(y, e)| y + 1.0 + 0.01 * e).collect();
     let record = Record::new([("p", p), ("q", q), ("y", y)]).unwrap();
     write_record(folder.path("r.csv"), &record).unwrap();
     let identify = "identify r.csv --input p,q --output y --structure multiple-inputs";
@@ -233,6 +239,23 @@ fn several_inputs_come_back() {
     assert!(
         words.starts_with("Model from 'p', 'q' to 'y'\n") && words.contains("\n  from 'q'\n"),
         "{words}"
+    );
+    write_record(folder.path("fresh.csv"), &record).unwrap();
+    folder.done(&format!("{identify} -o model.json --report page.html"));
+    folder.done("predict model.json fresh.csv --input p,q -o predicted.csv");
+    let judged = folder.json("validate model.json fresh.csv --input p,q --output y");
+    assert!(judged["fit_percent"].as_f64().unwrap() > 98.0, "{judged}");
+    let page = folder.read("page.html");
+    for words in ["From p, q to y", "From &#x27;q&#x27;", "Linear part of &#x27;q&#x27;"] {
+        assert!(page.contains(words), "{words}");
+    }
+    folder.misused(
+        "predict model.json fresh.csv --input p -o new.csv",
+        "--input names 1 of the model's 2 inputs; give them all, separated by commas, in the model's order: p,q",
+    );
+    folder.misused(
+        &format!("{identify} --period 100"),
+        "--period is for a single input; leave it out, or name one column by --input",
     );
     folder.misused(
         "identify r.csv --input p,p --output y --structure multiple-inputs",
@@ -257,4 +280,84 @@ fn records_that_cannot_be_used_are_refused() {
             "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample",
         );
     }
+}
+
+#[test]
+fn inputs_that_act_jointly_come_back_and_predict() {
+    let folder = Folder::new();
+    let write = |name: &str, samples: usize, seed: u64| {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let mut input = || -> Vec<f64> { (0..samples).map(|_| rng.random_range(-1.0..1.0)).collect() };
+        let (p, q, e) = (input(), input(), input());
+        let v: Vec<f64> = p
+            .iter()
+            .zip(&q)
+            .map(|(p, q)| (3.0 * p).tanh() * (1.0 + q * q))
+            .collect();
+        let linear = TransferFunction::new(vec![0.0, 0.4], vec![1.0, -0.6]).unwrap();
+        let y = linear
+            .simulate_from_mean(&v)
+            .iter()
+            .zip(&e)
+            .map(|(y, e)| y + 0.01 * e)
+            .collect();
+        write_record(folder.path(name), &Record::new([("p", p), ("q", q), ("y", y)]).unwrap()).unwrap();
+    };
+    write("r.csv", 2500, 1);
+    write("fresh.csv", 800, 2);
+    let identify = "identify r.csv --input p,q --output y --structure joint-inputs";
+    let found = folder.json(&format!("{identify} -o model.json --report page.html"));
+    assert_eq!(found["structure"], "joint-inputs");
+    assert!(found["fit_percent"].as_f64().unwrap() > 96.0, "{}", found["verdict"]);
+    assert_eq!((&found["order"], &found["delay"]), (&1.into(), &1.into()));
+    let judged = folder.json("validate model.json fresh.csv --input p,q --output y");
+    assert!(judged["fit_percent"].as_f64().unwrap() > 96.0, "{judged}");
+    folder.done("predict model.json fresh.csv --input p,q -o predicted.csv");
+    let page = folder.read("page.html");
+    for words in ["Joint nonlinearity", "plot-surface", "Along q at p = "] {
+        assert!(page.contains(words), "{words}");
+    }
+    let additive = folder.json("identify r.csv --input p,q --output y --structure multiple-inputs");
+    assert!(
+        additive["verdict"].as_str().unwrap().contains("rejects it at 0.33 %"),
+        "{}",
+        additive["verdict"]
+    );
+    folder.misused(
+        "identify r.csv --input p --output y --structure joint-inputs",
+        "--structure joint-inputs needs two to four inputs; name them by --input A,B, or choose another structure",
+    );
+}
+
+#[test]
+fn periods_tell_noise_from_distortion() {
+    let folder = Folder::new();
+    let mut rng = Pcg64::seed_from_u64(3);
+    let (mut u, mut y) = (Vec::new(), Vec::new());
+    for _ in 0..4 {
+        let period: Vec<f64> = (0..128).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let part: Vec<f64> = period.iter().cycle().take(5 * 128).copied().collect();
+        let v: Vec<f64> = part.iter().map(|u| u + 0.5 * u * u * u).collect();
+        let linear = TransferFunction::new(vec![0.4], vec![1.0, -0.6]).unwrap();
+        let clean = linear.simulate(&v);
+        y.extend(clean.iter().map(|y| y + 0.001 * rng.random_range(-1.0..1.0)));
+        u.extend(part);
+    }
+    write_record(folder.path("r.csv"), &Record::new([("u", u), ("y", y)]).unwrap()).unwrap();
+    let found = folder.json(&format!("{IDENTIFY} linear --realisations 4 --report page.html"));
+    let best = &found["best_linear_approximation"];
+    assert_eq!((&best["period"], &best["periods"]), (&128.into(), &4.into()), "{best}");
+    let power = |name: &str| numbers(&best[name]).iter().map(|v| v * v).sum::<f64>();
+    assert!(power("distortion") > 100.0 * power("noise"), "{}", best["words"]);
+    assert!(folder.read("page.html").contains("Best linear approximation"));
+    let words = folder.done(&format!("{IDENTIFY} linear --realisations 4"));
+    assert!(
+        words.contains("\n  best linear approximation   64 lines from "),
+        "{words}"
+    );
+    assert!(words.contains("nonlinear distortion -"), "{words}");
+    folder.misused(
+        &format!("{IDENTIFY} linear --realisations 4 --period 700"),
+        "--period 700 must be at least 2 and fit into the 640 samples of a realisation",
+    );
 }

@@ -25,7 +25,7 @@ pub struct ModelFile {
     pub structure: String,
     /// The identification method's name, for example "plain".
     pub method: String,
-    /// The name of the input column.
+    /// The name of the input column; of several, all names separated by commas.
     pub input: String,
     /// The name of the output column.
     pub output: String,
@@ -82,16 +82,20 @@ impl ModelFile {
 /// What keeps a block from being simulated.
 fn block_problem(block: &Block) -> Option<String> {
     match block {
-        Block::Static(_) => None,
+        Block::Static(_) | Block::Surface(_) => None,
+        Block::Narx(model) => model.problem(),
+        Block::Volterra(model) => model.problem(),
         Block::Linear(system) if system.is_stable() => None,
         Block::Linear(system) => Some(format!(
             "its linear part with a = {:?} is unstable, so its output would grow without bound; identify the model again",
             system.a()
         )),
-        Block::Series(blocks) | Block::Parallel(blocks) if blocks.is_empty() => {
+        Block::Series(blocks) | Block::Parallel(blocks) | Block::Inputs(blocks) if blocks.is_empty() => {
             Some("it contains no block; identify the model again".to_owned())
         }
-        Block::Series(blocks) | Block::Parallel(blocks) => blocks.iter().find_map(block_problem),
+        Block::Series(blocks) | Block::Parallel(blocks) | Block::Inputs(blocks) => {
+            blocks.iter().find_map(block_problem)
+        }
     }
 }
 

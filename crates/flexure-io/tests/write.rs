@@ -6,8 +6,9 @@ use std::io::Write;
 
 use common::{directory, message};
 use flexure::Record;
+use flexure::identify::{NarxModel, NarxTerm, VolterraModel};
 use flexure::linear::TransferFunction;
-use flexure::nonlinearity::{Curve, Outside};
+use flexure::nonlinearity::{Curve, Outside, Surface, SurfaceAxis};
 use flexure::validation::Estimated;
 use flexure::{Block, record};
 use flexure_io::{ModelFile, read_model, read_record, write_atomically, write_model, write_record};
@@ -193,5 +194,73 @@ fn bad_models_are_refused_with_the_place() {
     for length in 0..good.trim_end().len() {
         std::fs::write(&path, &good[..length]).unwrap();
         assert!(message(&read_model(&path).unwrap_err(), &dir).starts_with("m.json, line "));
+    }
+}
+
+#[test]
+fn models_without_a_chain_of_blocks_come_back_exactly_or_are_refused() {
+    let path = directory("other_models").join("model.json");
+    let axis = SurfaceAxis {
+        low: -1.0,
+        high: 0.1 + 0.2,
+        pieces: 1,
+    };
+    let surface = Surface::new(vec![axis; 2], (0..16).map(|k| f64::from(k) / 7.0).collect()).unwrap();
+    let narx = NarxModel {
+        outputs: 1,
+        inputs: 1,
+        delay: 2,
+        constant: 0.1,
+        terms: vec![NarxTerm {
+            factors: vec![0, 1],
+            coefficient: 1.0 / 3.0,
+        }],
+        scales: [(0.0, 1.0), (2.0, 0.5)],
+        held: (-3.0, 3.0),
+    };
+    let volterra = VolterraModel {
+        delay: 1,
+        input_level: 0.2,
+        constant: 1.0,
+        first: vec![1.0, 0.5, 0.1],
+        second: vec![0.1, 0.2, 0.2, 0.3],
+        second_memory: 2,
+    };
+    for block in [
+        Block::Inputs(vec![Block::Surface(surface), Block::Narx(narx.clone())]),
+        Block::Volterra(volterra.clone()),
+    ] {
+        let model = ModelFile { block, ..model() };
+        write_model(&path, &model).unwrap();
+        assert_eq!(read_model(&path).unwrap(), model);
+    }
+    let problem = |block: Block| {
+        write_model(&path, &ModelFile { block, ..model() })
+            .unwrap_err()
+            .to_string()
+    };
+    let with = |change: &dyn Fn(&mut NarxModel)| {
+        let mut wrong = narx.clone();
+        change(&mut wrong);
+        problem(Block::Narx(wrong))
+    };
+    for (error, words) in [
+        (
+            with(&|n| n.terms[0].factors.push(2)),
+            "factor 2, but there are only 2 variables",
+        ),
+        (with(&|n| n.delay = usize::MAX), "a lag is"),
+        (with(&|n| n.held = (1.0, 0.0)), "held between 1 and 0"),
+        (with(&|n| n.scales[1].1 = 0.0), "the output's spread is 0"),
+        (
+            problem(Block::Volterra(VolterraModel {
+                second_memory: 3,
+                ..volterra.clone()
+            })),
+            "4 values, but 3 lags squared are needed",
+        ),
+        (problem(Block::Inputs(Vec::new())), "it contains no block"),
+    ] {
+        assert!(error.contains(words), "{words}: {error}");
     }
 }

@@ -52,6 +52,38 @@ function plotBode(linear, k) {
   });
 }
 
+/** The best linear approximation with the levels of what disturbs it, and its phase. */
+function plotApproximation(a) {
+  const at = a.frequency;
+  const x = { label: `frequency (${a.frequency_unit})`, log: at.length > 1 && at.at(-1) > 10 * at[0] };
+  const few = at.length <= 120;
+  const [series, data] = [[], []];
+  const add = (words, token, list, width) => {
+    if (!list.length) return;
+    series.push(line(words, token, { width, points: few }));
+    data.push(list);
+  };
+  add("magnitude", "--model", a.magnitude_db, 2.2);
+  add("total level", "--limit", a.total_db, 1.2);
+  add("noise level", "--measured", a.noise_db, 1.2);
+  add("distortion level", "--truth", a.distortion_db, 1.2);
+  const group = new Group("approximation", [at[0], at.at(-1)], 0);
+  const common = { at, x: { ...x, range: (u, low, high) => [low, high] }, group };
+  chart(byId("plot-approximation"), {
+    ...common,
+    y: { label: "dB", range: () => widened(extent(...data)) },
+    series,
+    data,
+  });
+  chart(byId("plot-approximation-phase"), {
+    ...common,
+    y: { label: "phase (degrees)", range: () => widened(extent(a.phase_deg)), step: [1, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1800] },
+    series: [line("phase", "--model", { points: few })],
+    data: [a.phase_deg],
+    legend: false,
+  });
+}
+
 /** Poles and zeros around the unit circle, as an SVG with equal scales. */
 function plotRoots(linear, k) {
   const host = byId(`plot-roots-${k}`);

@@ -2,6 +2,9 @@
 
 startTheme();
 if (page.nonlinearity) plotNonlinearity(page.nonlinearity);
+if (page.surface) plotSurface(page.surface);
+page.curves.forEach((curve, i) => plotCurve(byId(`plot-curve-${i}`), curve));
+if (page.approximation) plotApproximation(page.approximation);
 page.linear.forEach((part, k) => {
   plotImpulse(part, k);
   plotBode(part, k);

@@ -1,6 +1,7 @@
 //! Whether a page's data fit together, before anything is drawn from them.
 
-use crate::data::{ArmMotion, Axis, LinearPart, Nonlinearity, Page, Prediction, ScoreCurve, Table};
+use crate::data::{Approximation, ArmMotion, Axis, LinearPart, Nonlinearity, Page, Prediction, ScoreCurve, Table};
+use crate::regression::check_surface;
 use crate::{Error, Result};
 
 /// Checks lengths, axes and abscissas; values may be NaN or infinite, they become gaps.
@@ -17,6 +18,15 @@ pub(crate) fn page(page: &Page) -> Result<()> {
         }
     }
     nonlinearity("nonlinearity", &page.nonlinearity)?;
+    if let Some(titled) = &page.surface {
+        check_surface("surface.surface", &titled.surface)?;
+    }
+    for (k, titled) in page.curves.iter().enumerate() {
+        nonlinearity(&format!("curves[{k}].curve"), &titled.curve)?;
+    }
+    if let Some(a) = &page.approximation {
+        approximation(a)?;
+    }
     for (k, part) in page.linear.iter().enumerate() {
         linear(&format!("linear[{k}]"), part)?;
     }
@@ -60,6 +70,29 @@ pub(crate) fn nonlinearity(part: &str, n: &Nonlinearity) -> Result<()> {
     same(format!("{part}.upper"), n.upper.len(), n.lower.len(), each)?;
     optional(&format!("{part}.density"), n.density.len(), need, "abscissa")?;
     optional(&format!("{part}.truth"), n.truth.len(), need, "abscissa")
+}
+
+fn approximation(a: &Approximation) -> Result<()> {
+    increasing("approximation.frequency".into(), &a.frequency)?;
+    if let Some(&value) = a.frequency.first().filter(|f| **f <= 0.0) {
+        return Err(Error::NotPositive {
+            part: "approximation.frequency".into(),
+            value,
+        });
+    }
+    let need = a.frequency.len();
+    for (name, list) in [("magnitude_db", &a.magnitude_db), ("phase_deg", &a.phase_deg)] {
+        same(format!("approximation.{name}"), list.len(), need, "frequency")?;
+    }
+    let levels = [
+        ("total_db", &a.total_db),
+        ("noise_db", &a.noise_db),
+        ("distortion_db", &a.distortion_db),
+    ];
+    for (name, list) in levels {
+        optional(&format!("approximation.{name}"), list.len(), need, "frequency")?;
+    }
+    Ok(())
 }
 
 fn linear(part: &str, l: &LinearPart) -> Result<()> {

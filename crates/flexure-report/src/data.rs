@@ -31,6 +31,12 @@ pub struct Page {
     pub fresh_from: usize,
     /// The estimated nonlinearity.
     pub nonlinearity: Nonlinearity,
+    /// What several inputs do together, or what two lags of one do.
+    pub surface: Option<TitledSurface>,
+    /// Further nonlinearities, or sections through that of several inputs.
+    pub curves: Vec<TitledCurve>,
+    /// What periods of the record say without any model.
+    pub approximation: Option<Approximation>,
     /// The linear parts, in the order in which the signal runs through them.
     pub linear: Vec<LinearPart>,
     /// Measured against predicted on the fresh part.
@@ -118,6 +124,47 @@ pub struct Nonlinearity {
     pub truth: Vec<f64>,
     /// What the truth is and how it was aligned.
     pub truth_label: String,
+}
+
+/// A surface with its heading.
+#[derive(Debug, Clone, Serialize)]
+pub struct TitledSurface {
+    /// The heading, for example "Joint nonlinearity".
+    pub title: String,
+    /// A sentence or two below the picture.
+    pub words: String,
+    /// The surface.
+    pub surface: Surface,
+}
+
+/// A curve with its heading.
+#[derive(Debug, Clone, Serialize)]
+pub struct TitledCurve {
+    /// The heading, for example "From 'b'".
+    pub title: String,
+    /// The curve.
+    pub curve: Nonlinearity,
+}
+
+/// The best linear approximation over the excited frequencies, with the levels of what disturbs it.
+#[derive(Debug, Clone, Serialize)]
+pub struct Approximation {
+    /// What it was measured from, and what it says: a sentence or two.
+    pub words: String,
+    /// Frequencies, increasing and positive: Hz, or cycles a sample if there is no sample time.
+    pub frequency: Vec<f64>,
+    /// "Hz" or "cycles/sample".
+    pub frequency_unit: String,
+    /// The response's magnitude, dB.
+    pub magnitude_db: Vec<f64>,
+    /// Its phase, degrees, unwrapped.
+    pub phase_deg: Vec<f64>,
+    /// The level of noise and nonlinear distortion together, dB, or empty.
+    pub total_db: Vec<f64>,
+    /// That of noise, dB, or empty.
+    pub noise_db: Vec<f64>,
+    /// That of nonlinear distortion, dB, or empty; minus infinity where the noise hides it.
+    pub distortion_db: Vec<f64>,
 }
 
 /// A linear part.

@@ -2,14 +2,20 @@
 
 use serde::Serialize;
 
-use crate::data::{ArmMotion, Axis, Choice, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve};
+use crate::data::{
+    Approximation, ArmMotion, Axis, Choice, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve,
+};
 use crate::decimate::{bucket, head, min_max, thin};
 use crate::limits;
+use crate::regression::{SurfacePlot, surface};
 
 /// Everything that is plotted; a part without data is `None` and has no place on the page.
 #[derive(Serialize)]
 pub(crate) struct Payload<'a> {
     pub nonlinearity: Option<NonlinearityPlot>,
+    pub surface: Option<SurfacePlot<'a>>,
+    pub curves: Vec<NonlinearityPlot>,
+    pub approximation: Option<Approximation>,
     pub linear: Vec<LinearPart>,
     pub prediction: Option<PredictionPlot<'a>>,
     pub residuals: ResidualPlot<'a>,
@@ -74,6 +80,13 @@ struct SignalPlot<'a> {
 pub(crate) fn payload(page: &Page) -> Payload<'_> {
     Payload {
         nonlinearity: (!page.nonlinearity.x.is_empty()).then(|| nonlinearity(&page.nonlinearity)),
+        surface: page.surface.as_ref().and_then(|titled| surface(&titled.surface)),
+        curves: page.curves.iter().map(|c| nonlinearity(&c.curve)).collect(),
+        approximation: page
+            .approximation
+            .as_ref()
+            .filter(|a| !a.frequency.is_empty())
+            .map(approximation),
         linear: page.linear.iter().map(linear).collect(),
         prediction: (!page.prediction.measured.is_empty()).then(|| prediction(&page.prediction)),
         residuals: residuals(&page.residuals),
@@ -121,6 +134,20 @@ pub(crate) fn nonlinearity(n: &Nonlinearity) -> NonlinearityPlot {
             band_label: n.band_label.clone(),
             truth_label: n.truth_label.clone(),
         },
+    }
+}
+
+fn approximation(a: &Approximation) -> Approximation {
+    let thin = |v: &[f64]| thin(v, limits::CURVE_POINTS);
+    Approximation {
+        words: a.words.clone(),
+        frequency_unit: a.frequency_unit.clone(),
+        frequency: thin(&a.frequency),
+        magnitude_db: thin(&a.magnitude_db),
+        phase_deg: thin(&a.phase_deg),
+        total_db: thin(&a.total_db),
+        noise_db: thin(&a.noise_db),
+        distortion_db: thin(&a.distortion_db),
     }
 }
 

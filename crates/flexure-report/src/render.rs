@@ -40,7 +40,8 @@ const SHARED: [&str; 6] = [
     include_str!("../assets/curves.js"),
 ];
 
-const IDENTIFICATION: [&str; 5] = [
+const IDENTIFICATION: [&str; 6] = [
+    include_str!("../assets/surface.js"),
     include_str!("../assets/linear.js"),
     include_str!("../assets/signals.js"),
     include_str!("../assets/arm-view.js"),

@@ -17,6 +17,9 @@ pub(crate) struct Text<'a> {
     tests: Vec<TestRow<'a>>,
     choices: Vec<ChoiceText<'a>>,
     nonlinearity: Option<NonlinearityText<'a>>,
+    surface: Option<SurfaceText<'a>>,
+    curves: Vec<&'a str>,
+    approximation: Option<ApproximationText<'a>>,
     linear: Vec<LinearText<'a>>,
     candidates: Vec<&'a Table>,
     prediction: Option<PredictionText<'a>>,
@@ -51,6 +54,18 @@ struct NonlinearityText<'a> {
     band: Option<&'a str>,
     density: bool,
     truth: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct SurfaceText<'a> {
+    title: &'a str,
+    words: &'a str,
+}
+
+#[derive(Serialize)]
+struct ApproximationText<'a> {
+    words: &'a str,
+    levels: bool,
 }
 
 #[derive(Serialize)]
@@ -120,6 +135,23 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             .nonlinearity
             .as_ref()
             .map(|plot| nonlinearity(page, plot.points)),
+        surface: payload
+            .surface
+            .as_ref()
+            .zip(page.surface.as_ref())
+            .map(|(_, s)| SurfaceText {
+                title: &s.title,
+                words: &s.words,
+            }),
+        curves: page.curves.iter().map(|c| c.title.as_str()).collect(),
+        approximation: payload
+            .approximation
+            .as_ref()
+            .zip(page.approximation.as_ref())
+            .map(|(_, a)| ApproximationText {
+                words: &a.words,
+                levels: !(a.total_db.is_empty() && a.noise_db.is_empty()),
+            }),
         linear: (page.linear.iter().enumerate().map(linear))
             .filter(|part| part.any)
             .collect(),

@@ -10,7 +10,7 @@ mod system;
 mod common;
 
 use common::{data, words};
-use flexure_report::data::{Page, Table};
+use flexure_report::data::{Approximation, Nonlinearity, Page, Scatter, Surface, Table, TitledCurve, TitledSurface};
 use flexure_report::{Error, render};
 use serde_json::Value;
 
@@ -381,4 +381,69 @@ fn contradictions_are_named() {
     for (error, message) in cases {
         assert_eq!(error.to_string(), message);
     }
+}
+
+#[test]
+fn a_surface_further_curves_and_an_approximation_have_their_places() {
+    let mut page = pages::full();
+    page.surface = Some(TitledSurface {
+        title: "Joint nonlinearity".into(),
+        words: "Of both <inputs>.".into(),
+        surface: Surface {
+            x_label: "a".into(),
+            y_label: "b".into(),
+            z_label: "phi".into(),
+            x: vec![0.0, 1.0, 2.0],
+            y: vec![0.0, 1.0],
+            z: vec![0.0, 1.0, 2.0, 3.0, 4.0, f64::NAN],
+            points: Scatter::default(),
+        },
+    });
+    page.curves = vec![TitledCurve {
+        title: "Along b".into(),
+        curve: Nonlinearity {
+            x: vec![0.0, 1.0],
+            y: vec![1.0, 0.0],
+            ..Nonlinearity::default()
+        },
+    }];
+    page.approximation = Some(Approximation {
+        words: "From 4 periods.".into(),
+        frequency: vec![0.1, 0.2],
+        frequency_unit: "Hz".into(),
+        magnitude_db: vec![0.0, -3.0],
+        phase_deg: vec![0.0, -90.0],
+        total_db: Vec::new(),
+        noise_db: vec![-40.0, -50.0],
+        distortion_db: vec![f64::NEG_INFINITY, -30.0],
+    });
+    let html = html(&page);
+    for words in [
+        "Joint nonlinearity",
+        "Of both &lt;inputs&gt;.",
+        "Along b",
+        "From 4 periods.",
+        "plot-approximation-phase",
+    ] {
+        assert!(html.contains(words), "{words}");
+    }
+    let plotted = data(&html);
+    assert_eq!(plotted["surface"]["z"][5], Value::Null);
+    assert_eq!(
+        plotted["approximation"]["distortion_db"],
+        serde_json::json!([null, -30.0])
+    );
+    let without = render(&pages::full()).expect("the page is made");
+    assert!(!without.contains("id=\"plot-approximation\"") && !without.contains("id=\"plot-surface\""));
+    let refused = |change: &dyn Fn(&mut Page)| {
+        let mut wrong = page.clone();
+        change(&mut wrong);
+        render(&wrong).expect_err("refused").to_string()
+    };
+    let cut = refused(&|p| p.surface.as_mut().expect("a surface").surface.z.truncate(5));
+    assert!(cut.contains("surface.surface.z"), "{cut}");
+    let low = refused(&|p| p.approximation.as_mut().expect("an approximation").frequency[0] = 0.0);
+    assert!(low.contains("approximation.frequency"), "{low}");
+    let short = refused(&|p| p.approximation.as_mut().expect("an approximation").noise_db.truncate(1));
+    assert!(short.contains("approximation.noise_db"), "{short}");
 }

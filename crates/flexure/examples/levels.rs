@@ -4,7 +4,7 @@
 //! ```text
 //! cargo run --release -p flexure --example levels                # some minutes on two cores
 //! cargo run --release -p flexure --example levels -- full        # ten times as many runs
-//! cargo run --release -p flexure --example levels -- known       # one table: known, identified or wrong
+//! cargo run --release -p flexure --example levels -- known       # one table: known, identified, noise or wrong
 //! ```
 //!
 //! "known": the error is the noise itself, as if the model were exactly the system; n is the number of samples tested.
@@ -22,7 +22,7 @@ use draw::{Kind, draw};
 use flexure::Record;
 use flexure::identify::{Linear, RefinedHammerstein, Wiener};
 use flexure::linear::TransferFunction;
-use flexure::validation::{LEVEL, ResidualTests, TestKind};
+use flexure::validation::{Estimated, LEVEL, ResidualTests, TestKind};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -185,16 +185,6 @@ fn identified_table(scale: u64) {
             })
             .print(true);
         }
-        Row::new(&format!("n = {n}, ARMA e, noise model"), runs(800), move |seed| {
-            let [u, y0, e] = hammerstein(seed, n, false, true)?;
-            let y = sum(&y0, &e);
-            let result = RefinedHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
-            let from = result.fitted;
-            let e = sum(&y, &result.predicted.iter().map(|p| -p).collect::<Vec<_>>());
-            let e = filtered(&result.noise_model, &[1.0], &e)?;
-            ResidualTests::with_prediction(&e[from..], &u[from..], &result.predicted[from..]).map(Some)
-        })
-        .print(true);
         Row::new(&format!("n = {n}, linear"), runs(800), move |seed| {
             let [u, _, e] = hammerstein(seed, n, true, true)?;
             let y = sum(&filtered(&[0.5, 0.2], &[1.0, -1.2, 0.52], &u)?, &e);
@@ -208,6 +198,28 @@ fn identified_table(scale: u64) {
             let y = sum(&linear.iter().map(|x| saturation(*x)).collect::<Vec<_>>(), &e);
             let result = Wiener::default().identify(&record(&u, &y)?, "u", "y")?;
             Ok(result.verdict.residuals)
+        })
+        .print(true);
+    }
+}
+
+fn noise_table(scale: u64) {
+    head("noise: the error of an identified model through its noise model, both from three quarters of n samples");
+    for n in [2000, 8000] {
+        let runs = |each: u64| scale * each;
+        Row::new(&format!("n = {n}, ARMA e, noise model"), runs(800), move |seed| {
+            let [u, y0, e] = hammerstein(seed, n, false, true)?;
+            let y = sum(&y0, &e);
+            let result = RefinedHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
+            let from = result.fitted;
+            let e = sum(&y, &result.predicted.iter().map(|p| -p).collect::<Vec<_>>());
+            let e = filtered(&result.noise_model, &[1.0], &e)?;
+            let noise = Estimated {
+                parameters: result.noise_model.len() - 1,
+                samples: from,
+            };
+            let model = result.verdict.estimated.unwrap_or(noise);
+            ResidualTests::of_whitened(&e[from..], &u[from..], &result.predicted[from..], model, noise).map(Some)
         })
         .print(true);
     }
@@ -260,6 +272,9 @@ fn main() {
     }
     if chosen("identified") {
         identified_table(scale);
+    }
+    if chosen("noise") {
+        noise_table(scale);
     }
     if chosen("wrong") {
         wrong_table(scale);

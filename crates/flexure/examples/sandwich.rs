@@ -4,12 +4,16 @@
 //! 40 dB output noise; 20,000 samples for the fit, fresh ones without noise), then the SYSID 2009 benchmark's circuit, if
 //! `wiener-hammerstein-2009-estimation.csv` is in `$FLEXURE_DATA`: fitted on 80,000 samples, judged on the next 20,000.
 
+#[path = "structures/polynomial.rs"]
+mod polynomial;
+
 use std::time::Instant;
 
 use flexure::identify::{SandwichIdentification, WienerHammerstein};
 use flexure::linear::TransferFunction;
 use flexure::record::Record;
 use flexure::validation::FitMeasures;
+use polynomial::polynomial;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -32,29 +36,6 @@ fn main() -> flexure::Result<()> {
         simulated(seed)?;
     }
     circuit()
-}
-
-/// A monic polynomial in z^-1 with random real roots and pairs, of moduli from 0.2 to `largest`.
-fn polynomial(rng: &mut Pcg64, order: usize, largest: f64) -> Vec<f64> {
-    let mut c = vec![1.0];
-    while c.len() <= order {
-        let radius = rng.random_range(0.2..largest);
-        let pair = order + 1 - c.len() >= 2 && rng.random_bool(0.6);
-        let factor = if pair {
-            let angle: f64 = rng.random_range(0.1..2.6);
-            vec![1.0, -2.0 * radius * angle.cos(), radius * radius]
-        } else {
-            vec![1.0, if rng.random_bool(0.3) { radius } else { -radius }]
-        };
-        let mut product = vec![0.0; c.len() + factor.len() - 1];
-        for (i, p) in c.iter().enumerate() {
-            for (j, q) in factor.iter().enumerate() {
-                product[i + j] += p * q;
-            }
-        }
-        c = product;
-    }
-    c
 }
 
 fn spread(v: &[f64]) -> f64 {

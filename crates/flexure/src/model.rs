@@ -1,13 +1,16 @@
 //! A model is blocks in series or in parallel; a block is a static nonlinearity or a linear system.
 //!
 //! Hammerstein is `Series[Static, Linear]`, Wiener `Series[Linear, Static]`, a sandwich
-//! `Series[Linear, Static, Linear]`, a sum of sandwiches `Parallel[Series[..], ..]`: values of one
-//! type, so that simulating, saving and exporting is one walk over it.
+//! `Series[Linear, Static, Linear]`, a sum of sandwiches `Parallel[Series[..], ..]`, a Hammerstein model of several inputs
+//! `Inputs[Series[..], ..]`, or `Series[Surface, Linear]` where they act jointly: values of one type, so that simulating, saving
+//! and exporting is one walk over it. The references without blocks are blocks themselves.
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::{Error, Result};
+use crate::identify::{NarxModel, VolterraModel};
 use crate::linear::TransferFunction;
-use crate::nonlinearity::Curve;
+use crate::nonlinearity::{Curve, Surface};
 
 /// A block, or several in series or in parallel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,65 +24,148 @@ pub enum Block {
     Series(Vec<Block>),
     /// Blocks that share their input and whose outputs add up.
     Parallel(Vec<Block>),
+    /// One block an input, whose outputs add up.
+    Inputs(Vec<Block>),
+    /// A memoryless nonlinearity of several inputs.
+    Surface(Surface),
+    /// A polynomial of past outputs and inputs.
+    Narx(NarxModel),
+    /// A Volterra series.
+    Volterra(VolterraModel),
 }
 
 impl Block {
-    /// The free-run response to `input`, one value a sample.
+    /// The free-run response to `input`, one value a sample; where there are several inputs, each is this one.
     ///
     /// Every linear block starts in the steady state that belongs to the mean of its input.
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
+        self.run(&[input])
+    }
+
+    /// [`simulate`](Self::simulate) under several inputs.
+    ///
+    /// # Errors
+    /// [`Error::LengthMismatch`] if there are not as many as [`inputs`](Self::inputs), or if they differ in length.
+    pub fn simulate_inputs(&self, inputs: &[&[f64]]) -> Result<Vec<f64>> {
+        self.check_inputs(inputs)?;
+        Ok(self.run(inputs))
+    }
+
+    /// The number of inputs.
+    pub fn inputs(&self) -> usize {
+        match self {
+            Block::Static(_) | Block::Linear(_) | Block::Narx(_) | Block::Volterra(_) => 1,
+            Block::Surface(surface) => surface.inputs(),
+            Block::Inputs(blocks) => blocks.len(),
+            Block::Series(blocks) => blocks.first().map_or(1, Block::inputs),
+            Block::Parallel(blocks) => blocks.iter().map(Block::inputs).max().unwrap_or(1),
+        }
+    }
+
+    /// Refuses inputs that are not the block's.
+    pub(crate) fn check_inputs(&self, inputs: &[&[f64]]) -> Result<()> {
+        let mismatch = |name: String, got: usize, expected: usize| Error::LengthMismatch { name, got, expected };
+        if inputs.len() != self.inputs() {
+            return Err(mismatch("the inputs".to_owned(), inputs.len(), self.inputs()));
+        }
+        let samples = inputs.first().map_or(0, |u| u.len());
+        match inputs.iter().position(|u| u.len() != samples) {
+            Some(i) => Err(mismatch(format!("input {i}"), inputs[i].len(), samples)),
+            None => Ok(()),
+        }
+    }
+
+    /// The response to inputs of one length, the last of which stands for those that are missing.
+    fn run(&self, inputs: &[&[f64]]) -> Vec<f64> {
+        let input = first(inputs);
         match self {
             Block::Static(curve) => input.iter().map(|&u| curve.value(u)).collect(),
             Block::Linear(system) => system.simulate_from_mean(input),
-            Block::Series(blocks) => {
-                let mut signal = input.to_vec();
-                for block in blocks {
-                    signal = block.simulate(&signal);
-                }
-                signal
+            Block::Narx(model) => model.simulate(input),
+            Block::Volterra(model) => model.simulate(input),
+            Block::Surface(surface) => {
+                let all: Vec<&[f64]> = (0..surface.inputs()).map(|i| nth(inputs, i)).collect();
+                surface.values(&all)
             }
-            Block::Parallel(blocks) => added(blocks.iter().map(|b| b.simulate(input)), input.len()),
+            Block::Inputs(blocks) => {
+                let each = blocks.iter().enumerate().map(|(i, b)| b.run(&[nth(inputs, i)]));
+                added(each, input.len())
+            }
+            Block::Series(blocks) => in_series(blocks, inputs, |b, signals| b.run(signals)),
+            Block::Parallel(blocks) => added(blocks.iter().map(|b| b.run(inputs)), input.len()),
+        }
+    }
+
+    /// The response to `inputs`; `tell` hears of every block that has none inside, in the order in which they stand, and of its
+    /// output.
+    pub(crate) fn visit(&self, inputs: &[&[f64]], tell: &mut impl FnMut(&Block, &[f64])) -> Vec<f64> {
+        match self {
+            Block::Series(blocks) => in_series(blocks, inputs, |b, signals| b.visit(signals, tell)),
+            Block::Parallel(blocks) => {
+                let each = blocks.iter().map(|b| b.visit(inputs, tell));
+                added(each, first(inputs).len())
+            }
+            Block::Inputs(blocks) => {
+                let each = blocks.iter().enumerate();
+                added(each.map(|(i, b)| b.visit(&[nth(inputs, i)], tell)), first(inputs).len())
+            }
+            _ => {
+                let output = self.run(inputs);
+                tell(self, &output);
+                output
+            }
         }
     }
 
     /// The number of states of all linear blocks.
     pub fn states(&self) -> usize {
         match self {
-            Block::Static(_) => 0,
+            Block::Static(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => 0,
             Block::Linear(system) => system.states(),
-            Block::Series(blocks) | Block::Parallel(blocks) => blocks.iter().map(Block::states).sum(),
+            Block::Series(blocks) | Block::Parallel(blocks) | Block::Inputs(blocks) => {
+                blocks.iter().map(Block::states).sum()
+            }
         }
     }
 
-    /// What enters every linear block on average over a free run under `input`, in the order in which the blocks stand.
-    pub(crate) fn levels(&self, input: &[f64], levels: &mut Vec<f64>) -> Vec<f64> {
+    /// What enters every linear block on average over a free run under `inputs`, in the order in which the blocks stand.
+    pub(crate) fn levels(&self, inputs: &[&[f64]], levels: &mut Vec<f64>) -> Vec<f64> {
+        let input = first(inputs);
         match self {
-            Block::Static(_) => self.simulate(input),
+            Block::Static(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => self.run(inputs),
             Block::Linear(system) => {
                 levels.push(input.iter().sum::<f64>() / input.len().max(1) as f64);
                 system.simulate_from_mean(input)
             }
-            Block::Series(blocks) => (blocks.iter()).fold(input.to_vec(), |signal, b| b.levels(&signal, levels)),
-            Block::Parallel(blocks) => added(blocks.iter().map(|b| b.levels(input, levels)), input.len()),
+            Block::Series(blocks) => in_series(blocks, inputs, |b, signals| b.levels(signals, levels)),
+            Block::Inputs(blocks) => {
+                let each = blocks.iter().enumerate();
+                added(each.map(|(i, b)| b.levels(&[nth(inputs, i)], levels)), input.len())
+            }
+            Block::Parallel(blocks) => added(blocks.iter().map(|b| b.levels(inputs, levels)), input.len()),
         }
     }
 
-    /// The response to `input` where every linear block starts in the steady state that belongs to its level, plus its
+    /// The response to `inputs` where every linear block starts in the steady state that belongs to its level, plus its
     /// states ([`TransferFunction::simulate_from`]); both in the order in which the blocks stand.
-    pub(crate) fn simulate_from(&self, input: &[f64], levels: &mut &[f64], states: &mut &[f64]) -> Vec<f64> {
+    pub(crate) fn simulate_from(&self, inputs: &[&[f64]], levels: &mut &[f64], states: &mut &[f64]) -> Vec<f64> {
+        let input = first(inputs);
         match self {
-            Block::Static(_) => self.simulate(input),
+            Block::Static(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => self.run(inputs),
             Block::Linear(system) => {
                 let (level, others) = levels.split_first().unwrap_or((&0.0, &[]));
                 let (own, rest) = states.split_at(system.states().min(states.len()));
                 (*levels, *states) = (others, rest);
                 system.simulate_from(input, *level, own)
             }
-            Block::Series(blocks) => {
-                (blocks.iter()).fold(input.to_vec(), |signal, b| b.simulate_from(&signal, levels, states))
+            Block::Series(blocks) => in_series(blocks, inputs, |b, signals| b.simulate_from(signals, levels, states)),
+            Block::Inputs(blocks) => {
+                let each = blocks.iter().enumerate();
+                let each = each.map(|(i, b)| b.simulate_from(&[nth(inputs, i)], levels, states));
+                added(each, input.len())
             }
             Block::Parallel(blocks) => {
-                let each = blocks.iter().map(|b| b.simulate_from(input, levels, states));
+                let each = blocks.iter().map(|b| b.simulate_from(inputs, levels, states));
                 added(each, input.len())
             }
         }
@@ -89,12 +175,34 @@ impl Block {
     /// of its size: the longest cascade's sum of its linear blocks' settling times.
     pub fn settling(&self, share: f64) -> usize {
         match self {
-            Block::Static(_) => 0,
+            Block::Static(_) | Block::Surface(_) => 0,
             Block::Linear(system) => system.settling(share),
+            Block::Narx(model) => model.settling(share),
+            Block::Volterra(model) => model.memory(),
             Block::Series(blocks) => blocks.iter().map(|b| b.settling(share)).sum(),
-            Block::Parallel(blocks) => blocks.iter().map(|b| b.settling(share)).max().unwrap_or(0),
+            Block::Parallel(blocks) | Block::Inputs(blocks) => {
+                blocks.iter().map(|b| b.settling(share)).max().unwrap_or(0)
+            }
         }
     }
+}
+
+fn first<'a>(inputs: &[&'a [f64]]) -> &'a [f64] {
+    inputs.first().copied().unwrap_or_default()
+}
+
+/// The input of this index, the last one standing for those that are missing.
+fn nth<'a>(inputs: &[&'a [f64]], i: usize) -> &'a [f64] {
+    inputs.get(i).or(inputs.last()).copied().unwrap_or_default()
+}
+
+/// What the last block makes of what those before it make of the inputs.
+fn in_series(blocks: &[Block], inputs: &[&[f64]], mut run: impl FnMut(&Block, &[&[f64]]) -> Vec<f64>) -> Vec<f64> {
+    let Some((front, others)) = blocks.split_first() else {
+        return first(inputs).to_vec();
+    };
+    let entering = run(front, inputs);
+    others.iter().fold(entering, |signal, b| run(b, &[&signal]))
 }
 
 /// The sum of signals.

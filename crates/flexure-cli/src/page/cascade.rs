@@ -29,6 +29,7 @@ pub fn page(file: &RecordFile, signals: &Signals, result: &Cascade, decoration: 
             .collect(),
         choices: choices(result),
         candidates: structures(result).into_iter().collect(),
+        ..Parts::default()
     };
     let judged = Judged {
         signals: *signals,

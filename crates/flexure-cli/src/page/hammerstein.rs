@@ -21,6 +21,7 @@ pub fn page(file: &RecordFile, context: &Context, result: &Estimate, mut decorat
         linear: vec![linear(context, result)],
         choices: choices(context, result),
         candidates: Vec::new(),
+        ..Parts::default()
     };
     let judged = Judged {
         signals: context.signals,

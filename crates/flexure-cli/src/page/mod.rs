@@ -3,8 +3,11 @@
 pub mod cascade;
 mod choices;
 pub mod hammerstein;
+pub mod joint_inputs;
 pub mod nonlinear_ends;
 pub mod parallel;
+pub mod references;
+pub mod several_inputs;
 
 use anyhow::Result;
 use flexure::Record;
@@ -12,7 +15,8 @@ use flexure::identify::Warning;
 use flexure::linear::TransferFunction;
 use flexure_io::RecordFile;
 use flexure_report::data::{
-    ArmMotion, Axis, Choice, Fact, LinearPart, Nonlinearity, Page, Prediction, Residuals, Signal, Table, Test, Verdict,
+    Approximation, ArmMotion, Axis, Choice, Fact, LinearPart, Nonlinearity, Page, Prediction, Residuals, Signal, Table,
+    Test, TitledCurve, TitledSurface, Verdict,
 };
 
 use crate::outcome::{self, SETTLED, Signals, number};
@@ -39,6 +43,8 @@ pub struct Decoration {
     pub remark: Option<String>,
     /// The moving arm.
     pub arm: Option<ArmMotion>,
+    /// What periods of the record say without any model.
+    pub approximation: Option<Approximation>,
 }
 
 /// The true nonlinearity, and what it is.
@@ -61,9 +67,12 @@ struct Judged<'a> {
 }
 
 /// What is each structure's own.
+#[derive(Default)]
 struct Parts {
     facts: Vec<Fact>,
     nonlinearity: Nonlinearity,
+    surface: Option<TitledSurface>,
+    curves: Vec<TitledCurve>,
     linear: Vec<LinearPart>,
     choices: Vec<Choice>,
     candidates: Vec<Table>,
@@ -80,7 +89,7 @@ fn assembled(file: &RecordFile, judged: &Judged, parts: Parts, decoration: Decor
     } = *judged;
     let record = &file.record;
     // The output may have samples that are missing.
-    let (u, y) = (record.finite(signals.input)?, record.column(signals.output)?);
+    let y = record.column(signals.output)?;
     let name = file
         .path
         .file_name()
@@ -94,18 +103,26 @@ fn assembled(file: &RecordFile, judged: &Judged, parts: Parts, decoration: Decor
     let Parts {
         facts,
         nonlinearity,
+        surface,
+        curves,
         linear,
         choices,
         candidates,
     } = parts;
+    let inputs = signals.inputs();
+    let mut shown = Vec::new();
+    for input in &inputs {
+        shown.push(signal(input, record.finite(input)?));
+    }
+    shown.push(signal(signals.output, y));
     Ok(Page {
         title: decoration
             .title
-            .unwrap_or_else(|| format!("From {} to {}", signals.input, signals.output)),
+            .unwrap_or_else(|| format!("From {} to {}", inputs.join(", "), signals.output)),
         subtitle: format!(
             "{} identified from {fitted} samples of {name}; judged on the {} that follow.",
             judged.model,
-            u.len() - fitted
+            y.len() - fitted
         ),
         verdict: Verdict {
             headline: verdict.headline().to_owned(),
@@ -117,9 +134,12 @@ fn assembled(file: &RecordFile, judged: &Judged, parts: Parts, decoration: Decor
                 .join(" "),
         },
         facts,
-        record: vec![signal(signals.input, u), signal(signals.output, y)],
+        record: shown,
         fresh_from: fitted,
         nonlinearity,
+        surface,
+        curves,
+        approximation: decoration.approximation,
         linear,
         prediction: Prediction {
             y_label: labelled(signals.output),
@@ -137,6 +157,16 @@ fn assembled(file: &RecordFile, judged: &Judged, parts: Parts, decoration: Decor
         time: time_axis(signals.sample_time, 0),
         command: decoration.command,
     })
+}
+
+/// Something that was chosen, without a curve.
+fn choice(name: &str, value: String, why: &str) -> Choice {
+    Choice {
+        name: name.to_owned(),
+        value,
+        why: why.to_owned(),
+        curve: None,
+    }
 }
 
 fn fact(name: &str, value: String, note: &str) -> Fact {

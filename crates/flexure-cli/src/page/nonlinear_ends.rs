@@ -33,6 +33,7 @@ pub fn page(
         }],
         choices: choices(result),
         candidates: vec![output(signals, result)],
+        ..Parts::default()
     };
     let judged = Judged {
         signals: *signals,

@@ -47,6 +47,7 @@ pub fn page(
         linear: linear.collect(),
         choices: choices(result),
         candidates: others.map(|(i, branch)| table(i, signals, branch)).collect(),
+        ..Parts::default()
     };
     let judged = Judged {
         signals: *signals,

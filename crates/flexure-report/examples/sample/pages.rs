@@ -59,6 +59,9 @@ pub fn full() -> Page {
         time: axis("time", "s", 0.0, SAMPLE_TIME),
         fresh_from: fresh,
         nonlinearity,
+        surface: None,
+        curves: Vec::new(),
+        approximation: None,
         linear: vec![linear],
         prediction,
         residuals: Residuals {

@@ -2,18 +2,14 @@
 
 use crate::Result;
 use crate::check::{increasing, nonlinearity, same, score};
-use crate::data::{RegressionPage, Scatter};
+use crate::data::{RegressionPage, Scatter, Surface};
 
 /// Checks lengths and abscissas; values may be NaN or infinite, they become gaps.
 pub(crate) fn check(page: &RegressionPage) -> Result<()> {
     nonlinearity("curve", &page.curve)?;
     scatter("points", &page.points)?;
-    if let Some(surface) = &page.surface {
-        increasing("surface.x".into(), &surface.x)?;
-        increasing("surface.y".into(), &surface.y)?;
-        let need = surface.x.len() * surface.y.len();
-        same("surface.z".into(), surface.z.len(), need, "point of the grid")?;
-        scatter("surface.points", &surface.points)?;
+    if let Some(s) = &page.surface {
+        surface("surface", s)?;
     }
     for (k, slice) in page.slices.iter().enumerate() {
         nonlinearity(&format!("slices[{k}].curve"), &slice.curve)?;
@@ -31,6 +27,15 @@ pub(crate) fn check(page: &RegressionPage) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Checks a surface; `part` is its path.
+pub(crate) fn surface(part: &str, surface: &Surface) -> Result<()> {
+    increasing(format!("{part}.x"), &surface.x)?;
+    increasing(format!("{part}.y"), &surface.y)?;
+    let need = surface.x.len() * surface.y.len();
+    same(format!("{part}.z"), surface.z.len(), need, "point of the grid")?;
+    scatter(&format!("{part}.points"), &surface.points)
 }
 
 fn scatter(part: &str, scatter: &Scatter) -> Result<()> {

@@ -5,7 +5,7 @@ mod payload;
 mod scatter;
 mod text;
 
-pub(crate) use check::check;
-pub(crate) use payload::payload;
+pub(crate) use check::{check, surface as check_surface};
+pub(crate) use payload::{SurfacePlot, payload, surface};
 pub(crate) use scatter::{Cloud, cloud};
 pub(crate) use text::text;

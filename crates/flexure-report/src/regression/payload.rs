@@ -51,11 +51,7 @@ pub(crate) fn payload(page: &RegressionPage) -> Payload<'_> {
     Payload {
         curve: (!page.curve.x.is_empty()).then(|| nonlinearity(&page.curve)),
         points: cloud(&page.points),
-        surface: page
-            .surface
-            .as_ref()
-            .filter(|s| s.x.len() > 1 && s.y.len() > 1)
-            .map(surface),
+        surface: page.surface.as_ref().and_then(surface),
         slices: page.slices.iter().map(|slice| nonlinearity(&slice.curve)).collect(),
         residuals: cloud(&residuals.points).map(|points| ResidualPlot {
             x_label: &residuals.x_label,
@@ -75,8 +71,9 @@ fn rounded(values: &[f64]) -> Vec<f64> {
     values.iter().map(|&v| round(v)).collect()
 }
 
-fn surface(s: &Surface) -> SurfacePlot<'_> {
-    SurfacePlot {
+/// A surface as it is drawn; `None` without a grid.
+pub(crate) fn surface(s: &Surface) -> Option<SurfacePlot<'_>> {
+    (s.x.len() > 1 && s.y.len() > 1).then(|| SurfacePlot {
         x_label: &s.x_label,
         y_label: &s.y_label,
         z_label: &s.z_label,
@@ -84,5 +81,5 @@ fn surface(s: &Surface) -> SurfacePlot<'_> {
         y: rounded(&s.y),
         z: rounded(&s.z),
         points: cloud(&s.points),
-    }
+    })
 }

@@ -11,6 +11,10 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
+#[path = "polynomial.rs"]
+mod polynomial;
+use polynomial::polynomial;
+
 /// Samples for transients to decay.
 const BEFORE: usize = 500;
 const MEMORY: f64 = 0.2;
@@ -61,29 +65,6 @@ fn nonlinearity(name: &str, x: f64) -> f64 {
 
 fn normal(rng: &mut Pcg64) -> f64 {
     StandardNormal.sample(rng)
-}
-
-/// A monic polynomial in z^-1 with random real roots and pairs, of moduli from 0.2 to `largest`.
-fn polynomial(rng: &mut Pcg64, order: usize, largest: f64) -> Vec<f64> {
-    let mut c = vec![1.0];
-    while c.len() <= order {
-        let radius = rng.random_range(0.2..largest);
-        let pair = order + 1 - c.len() >= 2 && rng.random_bool(0.6);
-        let factor = if pair {
-            let angle: f64 = rng.random_range(0.1..2.6);
-            vec![1.0, -2.0 * radius * angle.cos(), radius * radius]
-        } else {
-            vec![1.0, if rng.random_bool(0.3) { radius } else { -radius }]
-        };
-        let mut product = vec![0.0; c.len() + factor.len() - 1];
-        for (i, p) in c.iter().enumerate() {
-            for (j, q) in factor.iter().enumerate() {
-                product[i + j] += p * q;
-            }
-        }
-        c = product;
-    }
-    c
 }
 
 fn block(rng: &mut Pcg64) -> flexure::Result<TransferFunction> {

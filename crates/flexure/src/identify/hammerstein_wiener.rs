@@ -24,7 +24,6 @@
 use std::ops::ControlFlow;
 
 use super::branches::{Branch, Columns, Found, Signals, System, TriedBranches, find, normalised, tabulated};
-use super::checks::warn_of_levels;
 use super::outcome::{Verdict, Warning};
 use super::sandwich::{Monitor, Rational, Shape, Stage};
 use crate::error::{Error, Result};
@@ -33,7 +32,6 @@ use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
 use crate::nonlinearity::Curve;
 use crate::record::Record;
-use crate::validation::Estimated;
 
 /// A line through f that explains less than this share of its spread does not fix its scale.
 const NO_LINE: f64 = 0.1;
@@ -137,24 +135,8 @@ impl HammersteinWiener {
         let found = found.unwrap_or_else(nothing);
         let blocks = Blocks::new(&found.system, &data, &columns)?;
         let model = blocks.model();
-        let (u, fitted) = (columns.u[0], columns.fitted);
-        let predicted = model.simulate(u);
-        let verdict = Verdict::of_estimate(
-            &u[fitted..],
-            &columns.y[fitted..],
-            &predicted[fitted..],
-            Estimated {
-                parameters: found.system.degrees(),
-                samples: fitted,
-            },
-        )?;
-        let mut warnings = Vec::new();
-        warn_of_levels(&u[..fitted], &mut warnings);
-        if verdict.measures.fit_percent <= 0.0 {
-            warnings.push(Warning::Useless {
-                fit_percent: verdict.measures.fit_percent,
-            });
-        }
+        let fitted = columns.fitted;
+        let (predicted, verdict, warnings) = columns.samples().judged(&model, found.system.degrees())?;
         Ok(HammersteinWienerIdentification {
             model,
             input_nonlinearity: blocks.input.0,

@@ -4,7 +4,7 @@
 //! accuracy of an estimator that knows the linear part. [`Wiener`] and [`WienerHammerstein`] are the structures with linear
 //! dynamics before the nonlinearity, [`Linear`] the reference that has none, and [`Auto`] finds out which of them the data support.
 //! [`HammersteinWiener`] has a nonlinearity at either end, [`Parallel`] several branches for one input, [`MultipleInputs`] a
-//! Hammerstein branch for every input; [`Narx`] and [`Volterra`] are references without blocks.
+//! Hammerstein branch for every input, [`JointInputs`] one nonlinearity of all of them; [`Narx`] and [`Volterra`] are references without blocks.
 //!
 //! | structure | identification | even nonlinearity | coloured input | standard errors | missing outputs |
 //! |---|---|---|---|---|---|
@@ -17,6 +17,7 @@
 //! | a sum of static, linear | [`Parallel`] | yes | yes | no | no |
 //! | a sum of linear, static, linear | [`Parallel`] | beside others | yes | no | no |
 //! | static, linear, of every input | [`MultipleInputs`] | yes | yes | no | no |
+//! | static of all inputs, linear | [`JointInputs`] | yes | yes | no | no |
 //! | any of the first five, or none | [`Auto`] | all but the last | yes | that of the chosen | no |
 
 mod auto;
@@ -31,6 +32,7 @@ pub mod hammerstein;
 mod hammerstein_wiener;
 mod impulse;
 pub mod joint;
+mod joint_inputs;
 mod multiple_inputs;
 mod outcome;
 mod output_error;
@@ -39,6 +41,7 @@ mod reference;
 mod refined;
 mod samples;
 mod sandwich;
+mod several;
 mod wiener;
 
 pub use auto::{Auto, AutoIdentification, Identified, Refutation, Structure, StructureCandidate};
@@ -46,6 +49,7 @@ pub use branches::TriedBranches;
 pub use calibration::Calibration;
 pub use hammerstein::{PlainHammerstein, RegressionLag};
 pub use hammerstein_wiener::{HammersteinWiener, HammersteinWienerIdentification};
+pub use joint_inputs::{JointInputs, JointInputsIdentification, TriedSurface};
 pub use multiple_inputs::{InputBranch, MultipleInputs, MultipleInputsIdentification, MultipleInputsModel};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
 pub use output_error::{Linear, LinearIdentification};

@@ -12,16 +12,15 @@
 use std::ops::ControlFlow;
 
 use super::branches::{Columns, Found, Signals, System, TriedBranches, find, normalised, tabulated};
-use super::checks::warn_of_levels;
 use super::outcome::{Verdict, Warning};
 use super::sandwich::{Monitor, Stage};
+use super::several::refuse_repeated;
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
 use crate::model::Block;
-use crate::nonlinearity::Curve;
+use crate::nonlinearity::{Curve, Outside};
 use crate::record::Record;
-use crate::validation::Estimated;
 
 /// The identification of a sum of Hammerstein branches, one an input.
 ///
@@ -69,31 +68,25 @@ pub struct MultipleInputsModel {
 }
 
 impl MultipleInputsModel {
+    /// The model as one block of several inputs.
+    ///
+    /// # Errors
+    /// [`Error::NonFinite`] for an offset that is not finite.
+    pub fn block(&self) -> Result<Block> {
+        let offset = Curve::new(vec![0.0, 1.0], vec![self.offset, self.offset + 1.0], Outside::Linear)?;
+        Ok(Block::Series(vec![
+            Block::Inputs(self.blocks.clone()),
+            Block::Static(offset),
+        ]))
+    }
+
     /// The free-run response, one value a sample; every linear part starts in the steady state of its input's mean.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if there are not as many inputs as blocks, or if they differ in length.
+    /// [`Error::LengthMismatch`] if there are not as many inputs as blocks, or if they differ in length; that of
+    /// [`block`](Self::block).
     pub fn simulate(&self, inputs: &[&[f64]]) -> Result<Vec<f64>> {
-        if inputs.len() != self.blocks.len() {
-            return Err(Error::LengthMismatch {
-                name: "the inputs".to_owned(),
-                got: inputs.len(),
-                expected: self.blocks.len(),
-            });
-        }
-        let samples = inputs.first().map_or(0, |u| u.len());
-        let mut sum = vec![self.offset; samples];
-        for (i, (block, u)) in self.blocks.iter().zip(inputs).enumerate() {
-            if u.len() != samples {
-                return Err(Error::LengthMismatch {
-                    name: format!("input {i}"),
-                    got: u.len(),
-                    expected: samples,
-                });
-            }
-            sum.iter_mut().zip(block.simulate(u)).for_each(|(s, y)| *s += y);
-        }
-        Ok(sum)
+        self.block()?.simulate_inputs(inputs)
     }
 }
 
@@ -129,8 +122,8 @@ pub struct MultipleInputsIdentification {
     pub fitted: usize,
     /// The free-run output over all samples.
     pub predicted: Vec<f64>,
-    /// The verdicts on the samples from `fitted` on, one an input: the fit is the same in all, the residual tests look for
-    /// this input in the error.
+    /// The verdicts on the samples from `fitted` on, one an input and then one a pair of inputs: the fit is the same in all, the
+    /// residual tests look for this input, or the product of these inputs' deviations, in the error.
     pub verdicts: Vec<Verdict>,
     /// What the user should know.
     pub warnings: Vec<Warning>,
@@ -142,7 +135,7 @@ impl MultipleInputsIdentification {
         self.verdicts.first().map_or(f64::NAN, |v| v.measures.fit_percent)
     }
 
-    /// Whether the model holds for every input.
+    /// Whether the model holds for every input and every pair of them.
     pub fn holds(&self) -> bool {
         self.verdicts.iter().all(Verdict::holds)
     }
@@ -177,12 +170,7 @@ impl MultipleInputs {
         if inputs.is_empty() {
             return Err(Error::TooShort { what, need: 1, got: 0 });
         }
-        let twice = inputs.iter().enumerate().find(|(i, name)| inputs[..*i].contains(name));
-        if let Some((_, name)) = twice {
-            return Err(Error::DuplicateColumn {
-                name: (*name).to_owned(),
-            });
-        }
+        refuse_repeated(inputs)?;
         let columns = Columns::new(record, inputs, output, self.fresh_share, what)?;
         let data = columns.signals();
         let mut monitor = Monitor::new(progress);
@@ -215,24 +203,7 @@ impl MultipleInputs {
             true => vec![output_offset; columns.y.len()],
             false => model.simulate(&columns.u)?,
         };
-        let fresh = fitted..;
-        let estimated = Estimated {
-            parameters: system.degrees(),
-            samples: fitted,
-        };
-        let judged = |u: &&[f64]| {
-            let (u, y) = (&u[fresh.clone()], &columns.y[fresh.clone()]);
-            Verdict::of_estimate(u, y, &predicted[fresh.clone()], estimated)
-        };
-        let verdicts: Vec<Verdict> = columns.u.iter().map(judged).collect::<Result<_>>()?;
-        let mut warnings = Vec::new();
-        columns
-            .u
-            .iter()
-            .for_each(|u| warn_of_levels(&u[..fitted], &mut warnings));
-        if let Some(fit_percent) = verdicts.first().map(|v| v.measures.fit_percent).filter(|f| *f <= 0.0) {
-            warnings.push(Warning::Useless { fit_percent });
-        }
+        let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(system.degrees()))?;
         Ok(MultipleInputsIdentification {
             model,
             branches,

@@ -1,6 +1,7 @@
 //! What an identification returns: the model, what was chosen and why, and whether it holds.
 
 use crate::linear::TransferFunction;
+use crate::linear::correlation::mean;
 use crate::model::Block;
 use crate::nonlinearity::{Curve, EstimatorName, Kernel, Scores};
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
@@ -180,6 +181,47 @@ impl Verdict {
         })
     }
 
+    /// The verdicts of several inputs, one an input and then one a pair of inputs; of an estimate, if `estimated` says from what.
+    ///
+    /// A pair stands for the product of its inputs' deviations from their means: what inputs do together, and none alone, does not
+    /// turn up in a test with any one of them. All verdicts share the level of a single one.
+    ///
+    /// # Errors
+    /// Those of [`FitMeasures::new`].
+    pub fn of_inputs(
+        inputs: &[&[f64]],
+        y: &[f64],
+        predicted: &[f64],
+        estimated: Option<Estimated>,
+    ) -> crate::Result<Vec<Self>> {
+        let deviations: Vec<Vec<f64>> = (inputs.iter())
+            .map(|u| {
+                let centre = mean(u);
+                u.iter().map(|u| u - centre).collect()
+            })
+            .collect();
+        let pairs = (0..inputs.len()).flat_map(|i| (i + 1..inputs.len()).map(move |j| (i, j)));
+        let products = pairs.map(|(i, j)| deviations[i].iter().zip(&deviations[j]).map(|(a, b)| a * b).collect());
+        let tested: Vec<Vec<f64>> = inputs.iter().map(|u| u.to_vec()).chain(products).collect();
+        let of = |u: &Vec<f64>| -> crate::Result<Verdict> {
+            let test = |e: &[f64]| ResidualTests::among(e, u, predicted, estimated, tested.len());
+            Ok(Verdict {
+                estimated,
+                ..Verdict::tested(y, predicted, test)?
+            })
+        };
+        tested.iter().map(of).collect()
+    }
+
+    /// Of several verdicts on one prediction, the first with a test that refutes the model, else the first that does not hold, else
+    /// the first.
+    pub fn worst(verdicts: &[Verdict]) -> Option<&Verdict> {
+        let refuted = verdicts.iter().find(|v| v.refutation().is_some());
+        refuted
+            .or_else(|| verdicts.iter().find(|v| !v.holds()))
+            .or(verdicts.first())
+    }
+
     fn tested(
         y: &[f64],
         predicted: &[f64],
@@ -253,9 +295,10 @@ impl Verdict {
         let white = tests.tests.iter().all(|t| t.kind.refutes() || t.passed());
         match tests.refutation() {
             Some(test) => format!(
-                "{explains} The model does not hold exactly: the test '{}' rejects it at 1 % (statistic {:.1}, limit {:.1}), \
+                "{explains} The model does not hold exactly: the test '{}' rejects it at {} % (statistic {:.1}, limit {:.1}), \
                  so the error still carries something that the input explains: another structure, or the estimate's own error.",
                 test.kind.name(),
+                (1e4 * test.level).round() / 100.0,
                 test.statistic,
                 test.limit
             ),

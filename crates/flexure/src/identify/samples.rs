@@ -11,23 +11,37 @@ use crate::validation::Estimated;
 /// The fewest samples that are worth a fit.
 const FEWEST: usize = 200;
 
-/// Input and output, the last part of them kept for the verdict.
+/// Inputs and output, the last part of them kept for the verdict.
 pub(super) struct Samples<'a> {
-    pub u: &'a [f64],
+    pub u: Vec<&'a [f64]>,
     pub y: &'a [f64],
     /// Samples before this are fitted.
     pub fitted: usize,
 }
 
 impl<'a> Samples<'a> {
+    /// [`of_inputs`](Self::of_inputs) for one input.
+    ///
+    /// # Errors
+    /// Those of [`of_inputs`](Self::of_inputs).
+    pub fn new(
+        record: &'a Record,
+        input: &str,
+        output: &str,
+        fresh_share: f64,
+        what: &'static str,
+    ) -> Result<Samples<'a>> {
+        Samples::of_inputs(record, &[input], output, fresh_share, what)
+    }
+
     /// Checks the columns; `what` names the fit in the error about too few samples.
     ///
     /// # Errors
     /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`] (fewer
     /// than 200 samples for the fit), [`Error::Unit`], [`Error::InvalidParameter`] for a share outside 0.05 to 0.9.
-    pub fn new(
+    pub fn of_inputs(
         record: &'a Record,
-        input: &str,
+        inputs: &[&str],
         output: &str,
         fresh_share: f64,
         what: &'static str,
@@ -39,50 +53,74 @@ impl<'a> Samples<'a> {
                 requirement: "between 0.05 and 0.9",
             });
         }
-        let (u, y) = (record.finite(input)?, record.finite(output)?);
-        let fitted = u.len() - (fresh_share * u.len() as f64).round() as usize;
-        if fitted < FEWEST {
+        let u: Vec<&[f64]> = inputs.iter().map(|i| record.finite(i)).collect::<Result<_>>()?;
+        let y = record.finite(output)?;
+        let fitted = y.len() - (fresh_share * y.len() as f64).round() as usize;
+        let need = FEWEST * inputs.len().max(1);
+        if fitted < need {
             return Err(Error::TooShort {
                 what,
-                need: FEWEST,
+                need,
                 got: fitted,
             });
         }
-        for (column, samples) in [(input, u), (output, y)] {
+        let named = inputs.iter().copied().zip(u.iter().copied());
+        for (column, samples) in named.chain([(output, y)]) {
             must_vary(column, samples, 0..fitted, "used for the fit")?;
             must_vary(column, samples, fitted..samples.len(), "kept for the verdict")?;
         }
         Ok(Samples { u, y, fitted })
     }
 
-    /// The fitted part with its linear approximations.
-    pub fn prepared(&self, monitor: &mut Monitor<'_>) -> Prepared {
-        Prepared::new(&self.u[..self.fitted], &self.y[..self.fitted], monitor)
+    /// The first input.
+    pub fn input(&self) -> &'a [f64] {
+        self.u.first().copied().unwrap_or_default()
     }
 
-    /// The fitted part, the input delayed by so many samples, without linear approximations.
+    /// The fitted part of the first input with its linear approximations.
+    pub fn prepared(&self, monitor: &mut Monitor<'_>) -> Prepared {
+        Prepared::new(&self.input()[..self.fitted], &self.y[..self.fitted], monitor)
+    }
+
+    /// The fitted part, the first input delayed by so many samples, without linear approximations.
     pub fn prepared_with_delay(&self, delay: usize) -> Prepared {
-        Prepared::with_delay(&self.u[..self.fitted], &self.y[..self.fitted], delay)
+        Prepared::with_delay(&self.input()[..self.fitted], &self.y[..self.fitted], delay)
+    }
+
+    /// The verdicts on a free run over all samples, of a model of so many parameters where they are known: one an input and one a
+    /// pair of inputs ([`Verdict::of_inputs`]); and what the user should know.
+    pub fn verdicts(&self, predicted: &[f64], parameters: Option<usize>) -> Result<(Vec<Verdict>, Vec<Warning>)> {
+        let fitted = self.fitted;
+        let mut warnings = Vec::new();
+        self.u.iter().for_each(|u| warn_of_levels(&u[..fitted], &mut warnings));
+        let estimated = parameters.map(|parameters| Estimated {
+            parameters,
+            samples: fitted,
+        });
+        let fresh: Vec<&[f64]> = self.u.iter().map(|u| &u[fitted..]).collect();
+        let verdicts = Verdict::of_inputs(&fresh, &self.y[fitted..], &predicted[fitted..], estimated)?;
+        if let Some(fit_percent) = verdicts.first().map(|v| v.measures.fit_percent).filter(|f| *f <= 0.0) {
+            warnings.push(Warning::Useless { fit_percent });
+        }
+        Ok((verdicts, warnings))
+    }
+
+    /// The verdict on a free run of a model of the first input, and what the user should know.
+    pub fn verdict(&self, predicted: &[f64], parameters: Option<usize>) -> Result<(Verdict, Vec<Warning>)> {
+        let first = Samples {
+            u: vec![self.input()],
+            ..*self
+        };
+        let (mut verdicts, warnings) = first.verdicts(predicted, parameters)?;
+        // One input has one verdict.
+        Ok((verdicts.swap_remove(0), warnings))
     }
 
     /// The free run over all samples of a model of so many parameters, the verdict on the fresh ones, and what the user should
     /// know.
     pub fn judged(&self, model: &Block, parameters: usize) -> Result<(Vec<f64>, Verdict, Vec<Warning>)> {
-        let mut warnings = Vec::new();
-        warn_of_levels(&self.u[..self.fitted], &mut warnings);
-        let predicted = model.simulate(self.u);
-        let fresh = self.fitted..;
-        let estimated = Estimated {
-            parameters,
-            samples: self.fitted,
-        };
-        let (u, y) = (&self.u[fresh.clone()], &self.y[fresh.clone()]);
-        let verdict = Verdict::of_estimate(u, y, &predicted[fresh], estimated)?;
-        if verdict.measures.fit_percent <= 0.0 {
-            warnings.push(Warning::Useless {
-                fit_percent: verdict.measures.fit_percent,
-            });
-        }
+        let predicted = model.simulate(self.input());
+        let (verdict, warnings) = self.verdict(&predicted, Some(parameters))?;
         Ok((predicted, verdict, warnings))
     }
 }

@@ -13,10 +13,15 @@
 use realfft::RealFftPlanner;
 
 use super::Complex;
+use super::correlation::variance;
 use crate::error::{Error, Result};
 
 /// Lines with less than this share of the strongest line's power are not excited.
 const EXCITED: f64 = 1e-6;
+/// The mean square difference of a signal and itself a period later, relative to its variance, up to which it repeats itself.
+const REPEATED: f64 = 2e-3;
+/// Places at which periods are first looked at.
+const PLACES: usize = 200;
 
 /// A frequency response with the levels of noise and nonlinear distortion, one entry an excited line.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,6 +123,46 @@ impl BestLinearApproximation {
         }
         Ok(best)
     }
+}
+
+/// The period of a signal that repeats itself, in samples: the shortest of those that it repeats at least once whole; `None` if it
+/// does not, or is constant.
+///
+/// Exactly, or up to noise with a thousandth of its variance.
+///
+/// ```
+/// let period: Vec<f64> = (0..50).map(|n| f64::from(n * n % 50)).collect();
+/// let u: Vec<f64> = period.iter().cycle().take(170).copied().collect();
+/// assert_eq!(flexure::linear::period_of(&u), Some(50));
+/// ```
+pub fn period_of(signal: &[f64]) -> Option<usize> {
+    let n = signal.len();
+    let power = variance(signal);
+    if !(power > 0.0 && power.is_finite()) {
+        return None;
+    }
+    // Over the whole record, or at a few places: enough to sort most periods out.
+    let difference = |period: usize, stride: usize| {
+        let pairs = (0..n - period).step_by(stride).map(|k| signal[k + period] - signal[k]);
+        let (sum, count) = pairs.fold((0.0, 0.0), |(sum, count), d| (sum + d * d, count + 1.0));
+        sum / (count * power)
+    };
+    let coarse = (n / PLACES).max(1);
+    let (mut apart, mut best) = (0.0_f64, None::<(usize, f64)>);
+    for period in 2..=n / 2 {
+        let rough = difference(period, coarse);
+        apart = apart.max(rough);
+        // A slow signal differs little from itself a few samples later; then it has not been far from itself in between.
+        let repeats = rough <= 4.0 * REPEATED && apart > 0.5;
+        let exact = if repeats { difference(period, 1) } else { f64::INFINITY };
+        match best {
+            None if exact <= REPEATED => best = Some((period, exact)),
+            Some((_, least)) if exact < least => best = Some((period, exact)),
+            Some(_) => break,
+            None => {}
+        }
+    }
+    best.map(|b| b.0)
 }
 
 fn check(m: usize, u: &[f64], y: &[f64]) -> Result<()> {

@@ -129,3 +129,28 @@ fn what_cannot_be_approximated_is_refused_in_words() {
     assert!(words(&[1.0, f64::NAN], &[1.0; 2], 2).contains("the input of realisation 0"));
     assert!(BestLinearApproximation::new(&[], 4).is_err());
 }
+
+#[test]
+fn periods_are_found_up_to_noise_and_nowhere_else() {
+    let mut random = rand_pcg::Pcg64::seed_from_u64(8);
+    let mut noise = |n: usize| -> Vec<f64> { (0..n).map(|_| random.random_range(-1.0..1.0)).collect() };
+    let period = noise(128);
+    let errors = noise(1000);
+    let repeated = |size: f64| -> Vec<f64> {
+        let signal = period.iter().cycle().zip(&errors);
+        signal.map(|(u, e)| u + size * e).collect()
+    };
+    assert_eq!(period_of(&repeated(0.0)), Some(128));
+    assert_eq!(period_of(&repeated(0.02)), Some(128));
+    assert_eq!(period_of(&repeated(0.5)), None);
+    assert_eq!(period_of(&noise(1000)), None);
+    assert_eq!(period_of(&[1.0; 100]), None);
+    assert_eq!(period_of(&[]), None);
+    let slow = |length: f64| -> Vec<f64> {
+        (0..1000)
+            .map(|k| (std::f64::consts::TAU * f64::from(k) / length).sin())
+            .collect()
+    };
+    assert_eq!(period_of(&slow(250.0)), Some(250));
+    assert_eq!(period_of(&slow(2000.0)), None);
+}

@@ -41,6 +41,7 @@ mod polynomial;
 mod regressogram;
 mod series;
 pub(crate) mod spline;
+mod surface;
 mod tabulate;
 
 pub use by_name::{EstimatorName, LocalBandwidths, NamedEstimator, NamedFit, Rule, Scores, Tuning};
@@ -58,4 +59,6 @@ pub use network::{Decay, NetworkFit, NetworkRegression};
 pub use polynomial::PolynomialRegression;
 pub use series::{Basis, SeriesFit, SeriesRegression};
 pub use spline::{SplineFit, SplineRegression};
+pub(crate) use surface::products;
+pub use surface::{Surface, SurfaceAxis};
 pub(crate) use tabulate::tabulate;

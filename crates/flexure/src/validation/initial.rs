@@ -38,7 +38,12 @@ impl InitialState {
 
     /// The output of `block`, the model for which the state was estimated, under the same `input`.
     pub fn simulate(&self, block: &Block, input: &[f64]) -> Vec<f64> {
-        block.simulate_from(input, &mut self.levels.as_slice(), &mut self.states.as_slice())
+        self.simulate_inputs(block, &[input])
+    }
+
+    /// [`simulate`](Self::simulate) for a block of several inputs.
+    pub fn simulate_inputs(&self, block: &Block, inputs: &[&[f64]]) -> Vec<f64> {
+        block.simulate_from(inputs, &mut self.levels.as_slice(), &mut self.states.as_slice())
     }
 }
 
@@ -65,6 +70,16 @@ impl InitialState {
 /// # Ok::<(), flexure::Error>(())
 /// ```
 pub fn estimate_initial_state(block: &Block, input: &[f64], measured: &[f64]) -> Result<InitialState> {
+    estimate_initial_state_of_inputs(block, &[input], measured)
+}
+
+/// [`estimate_initial_state`] of a block of several inputs.
+///
+/// # Errors
+/// Those of [`estimate_initial_state`], and of [`Block::simulate_inputs`].
+pub fn estimate_initial_state_of_inputs(block: &Block, inputs: &[&[f64]], measured: &[f64]) -> Result<InitialState> {
+    block.check_inputs(inputs)?;
+    let input = inputs.first().copied().unwrap_or_default();
     if measured.len() != input.len() {
         return Err(Error::LengthMismatch {
             name: "the measurement".to_owned(),
@@ -84,15 +99,16 @@ pub fn estimate_initial_state(block: &Block, input: &[f64], measured: &[f64]) ->
         });
     }
     let mut levels = Vec::new();
-    let steady = block.levels(input, &mut levels);
-    let scale = sizes(block, &input[..samples]);
+    let steady = block.levels(inputs, &mut levels);
+    let head: Vec<&[f64]> = inputs.iter().map(|u| &u[..samples]).collect();
+    let scale = sizes(block, &head);
     let unit = {
         let size = variance(&steady).sqrt();
         if size > 0.0 && size.is_finite() { size } else { 1.0 }
     };
     let simulate = |p: &[f64]| {
         let states: Vec<f64> = p.iter().zip(&scale).map(|(p, s)| p * s).collect();
-        block.simulate_from(&input[..samples], &mut levels.as_slice(), &mut states.as_slice())
+        block.simulate_from(&head, &mut levels.as_slice(), &mut states.as_slice())
     };
     let linearise = |p: &[f64]| {
         let at = simulate(p);
@@ -125,18 +141,11 @@ pub fn estimate_initial_state(block: &Block, input: &[f64], measured: &[f64]) ->
 }
 
 /// The size of every state: that of its block's output, 1 where that is constant.
-fn sizes(block: &Block, input: &[f64]) -> Vec<f64> {
+fn sizes(block: &Block, inputs: &[&[f64]]) -> Vec<f64> {
     let mut sizes = Vec::new();
-    collect_sizes(block, input, &mut sizes);
-    sizes
-}
-
-fn collect_sizes(block: &Block, input: &[f64], sizes: &mut Vec<f64>) -> Vec<f64> {
-    let output = block.simulate(input);
-    match block {
-        Block::Static(_) => {}
-        Block::Linear(system) => {
-            let spread = variance(&output).sqrt();
+    block.visit(inputs, &mut |part, output| {
+        if let Block::Linear(system) = part {
+            let spread = variance(output).sqrt();
             let size = if spread > 0.0 && spread.is_finite() {
                 spread
             } else {
@@ -144,14 +153,8 @@ fn collect_sizes(block: &Block, input: &[f64], sizes: &mut Vec<f64>) -> Vec<f64>
             };
             sizes.extend(std::iter::repeat_n(size, system.states()));
         }
-        Block::Series(blocks) => {
-            blocks
-                .iter()
-                .fold(input.to_vec(), |signal, b| collect_sizes(b, &signal, sizes));
-        }
-        Block::Parallel(blocks) => blocks.iter().for_each(|b| drop(collect_sizes(b, input, sizes))),
-    }
-    output
+    });
+    sizes
 }
 
 #[cfg(test)]

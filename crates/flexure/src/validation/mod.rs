@@ -11,10 +11,11 @@ mod initial;
 mod measures;
 mod regression;
 mod residuals;
+mod whiteness;
 
 pub use ahead::predict_ahead;
 pub use comparison::PairedComparison;
-pub use initial::{InitialState, estimate_initial_state};
+pub use initial::{InitialState, estimate_initial_state, estimate_initial_state_of_inputs};
 pub use measures::FitMeasures;
-pub(crate) use residuals::whiteness;
 pub use residuals::{Correlations, Estimated, LEVEL, ResidualTest, ResidualTests, TestKind};
+pub(crate) use whiteness::whiteness;

@@ -176,9 +176,37 @@ fn nothing_left_is_nothing_against_the_model() {
 #[test]
 fn chi_squared_limits_are_those_of_tables() {
     // R: qchisq(0.99, 25) = 44.3141, pchisq(30, 25, lower = FALSE) = 0.2243
-    let test = ResidualTest::chi_squared(TestKind::Whiteness, 30.0, 25);
+    let test = ResidualTest::chi_squared(TestKind::Whiteness, 30.0, 25, 0.0, 0.0, LEVEL);
     assert!(
         (test.limit - 44.3141).abs() < 1e-3 && (test.p_value - 0.2243).abs() < 1e-4,
         "{test:?}"
     );
+}
+
+#[test]
+fn an_estimated_noise_model_raises_the_limit_of_whiteness_alone() {
+    let (e, u, p) = (white(1, 600), white(2, 600), white(3, 600));
+    let noise = Estimated {
+        parameters: 9,
+        samples: 1800,
+    };
+    let plain = ResidualTests::of_estimate(&e, &u, &p, noise).unwrap();
+    let allowed = ResidualTests::of_whitened(&e, &u, &p, noise, noise).unwrap();
+    for (a, b) in plain.tests.iter().zip(&allowed.tests) {
+        assert_eq!(a.statistic, b.statistic);
+        assert_eq!(a.limit < b.limit, a.kind == TestKind::Whiteness, "{:?}", a.kind);
+    }
+    // A third of a noise deviation more for each of nine of 25 squares: (25 + 3)/25 in the mean.
+    let ratio = allowed.tests[0].limit / plain.tests[0].limit;
+    assert!((1.11..1.14).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn tests_that_share_a_level_reject_later() {
+    let (e, u, p) = (white(4, 400), white(5, 400), white(6, 400));
+    let alone = ResidualTests::with_prediction(&e, &u, &p).unwrap();
+    let shared = ResidualTests::among(&e, &u, &p, None, 3).unwrap();
+    for (a, b) in alone.tests.iter().zip(&shared.tests) {
+        assert!(a.limit < b.limit && a.p_value == b.p_value && (3.0 * b.level - a.level).abs() < 1e-15);
+    }
 }

@@ -23,7 +23,12 @@ fn sound(block: &Block) -> bool {
     match block {
         Block::Static(curve) => finite(curve.x()) && finite(curve.y()),
         Block::Linear(g) => g.is_stable() && finite(g.b()) && finite(g.a()),
-        Block::Series(blocks) | Block::Parallel(blocks) => !blocks.is_empty() && blocks.iter().all(sound),
+        Block::Surface(surface) => finite(surface.coefficients()),
+        Block::Narx(model) => model.problem().is_none(),
+        Block::Volterra(model) => model.problem().is_none() && finite(&model.first) && finite(&model.second),
+        Block::Series(blocks) | Block::Parallel(blocks) | Block::Inputs(blocks) => {
+            !blocks.is_empty() && blocks.iter().all(sound)
+        }
     }
 }
 

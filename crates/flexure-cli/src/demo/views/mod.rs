@@ -103,6 +103,7 @@ fn identified<'a>(
             input,
             output: "dq2",
             sample_time: Some(arm.run.sample_time),
+            several: false,
         },
         method: Method::Refined {
             method: RefinedHammerstein::default(),
@@ -162,6 +163,7 @@ fn deflection([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
         }),
         remark: Some(format!("The pole is {nearest:.5}; exp(-g6 T / M) is {pole:.5}.")),
         arm: None,
+        approximation: None,
     };
     view(
         "deflection",
@@ -218,6 +220,7 @@ fn torque([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
                 .to_owned()
         }),
         arm: None,
+        approximation: None,
     };
     view("torque", report, (file, context, result), decoration, lines, values)
 }

@@ -282,7 +282,7 @@ impl Auto {
     ) -> Result<AutoIdentification> {
         let what = "a comparison of structures (besides the fresh part)";
         let samples = Samples::new(record, input, output, self.fresh_share, what)?;
-        let fresh = samples.fitted..samples.u.len();
+        let fresh = samples.fitted..samples.y.len();
         let mut fitted: Vec<Identified> = Vec::new();
 
         let report = &mut |stage| progress(Structure::Linear, stage);
@@ -324,8 +324,8 @@ impl Auto {
 
 /// The comparison of what was fitted.
 fn compared(samples: &Samples<'_>, mut fitted: Vec<Identified>) -> AutoIdentification {
-    let fresh = samples.fitted..samples.u.len();
-    let (u, y) = (&samples.u[fresh.clone()], &samples.y[fresh.clone()]);
+    let fresh = samples.fitted..samples.y.len();
+    let (u, y) = (&samples.input()[fresh.clone()], &samples.y[fresh.clone()]);
     let judged: Vec<Judged<'_>> = fitted
         .iter()
         .map(|i| Judged::new(i.structure(), i.verdict(), y, &i.predicted()[fresh.clone()]))

@@ -1,10 +1,11 @@
 //! From the starts to the system: screening, structure, and the last fit on all samples.
 
-use super::super::sandwich::{Data, Monitor, Rational, Stage, approximate, changes, descend};
+use super::super::sandwich::{Data, Monitor, Rational, Stage, approximate, changes, descend, groups};
 use super::loss::Loss;
 use super::pieces::{MOST_PIECES, with_output, with_pieces};
 use super::start::{branches, coarse, delays};
 use super::system::{Branch, Signals, System};
+use crate::linear::Complex;
 
 /// Largest order of the starts.
 const LARGEST_ORDER: usize = 8;
@@ -283,6 +284,28 @@ fn restructure(
     best
 }
 
+/// Without its fastest real pole, whose response goes on in the numerator, as far as that reaches.
+///
+/// A pole near the origin imitates a numerator coefficient; taken away together with a zero, as poles otherwise are, it takes one with
+/// it that the system needs.
+fn without_fastest(g: &Rational) -> Option<Rational> {
+    let all = groups(&g.poles());
+    let real = all.iter().enumerate().filter(|(_, p)| !p.1);
+    let (fastest, pole) = real.min_by(|a, b| a.1.0.norm().total_cmp(&b.1.0.norm()))?;
+    let rest = all.iter().enumerate().filter(|(i, _)| *i != fastest);
+    let rest: Vec<Complex<f64>> = rest
+        .flat_map(|(_, &(p, pair))| std::iter::once(p).chain(pair.then(|| p.conj())))
+        .collect();
+    let mut b = g.b.clone();
+    for i in 1..b.len() {
+        b[i] += pole.0.re * b[i - 1];
+    }
+    Some(Rational {
+        b,
+        ..Rational::from_roots(&[], &rest)
+    })
+}
+
 /// Systems with one change of a linear part or of a delay.
 fn neighbours(system: &System) -> Vec<System> {
     let mut all = Vec::new();
@@ -295,6 +318,7 @@ fn neighbours(system: &System) -> Vec<System> {
         };
         let (g, delay) = (&branch.linear, branch.delay);
         changes(g).into_iter().for_each(|g| push(g, delay));
+        without_fastest(g).into_iter().for_each(|g| push(g, delay));
         let with = |b: Vec<f64>| Rational { b, ..g.clone() };
         if g.b.len() > 1 {
             push(with(g.b[1..].to_vec()), delay + 1);
@@ -307,4 +331,28 @@ fn neighbours(system: &System) -> Vec<System> {
         }
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fast_pole_goes_on_in_the_numerator() {
+        let pair = [Complex::new(0.9, 0.3), Complex::new(0.9, -0.3)];
+        let g = Rational {
+            b: vec![0.5, 0.8, 0.0, 0.0],
+            ..Rational::from_roots(
+                &[],
+                &[pair[0], pair[1], Complex::new(0.1, 0.0), Complex::new(-0.6, 0.0)],
+            )
+        };
+        let less = without_fastest(&g).unwrap();
+        assert_eq!((less.order(), less.b.len()), (3, 4));
+        let impulse: Vec<f64> = std::iter::once(1.0).chain([0.0; 39]).collect();
+        for (a, b) in g.run(&impulse).iter().zip(less.run(&impulse)) {
+            assert!((a - b).abs() < 1e-2, "{a} {b}");
+        }
+        assert!(without_fastest(&Rational::from_roots(&[], &pair)).is_none());
+    }
 }

@@ -127,7 +127,7 @@ impl Parallel {
         let what = "a fit of branches in parallel (besides the fresh part)";
         let samples = Samples::new(record, input, output, self.fresh_share, what)?;
         let mut monitor = Monitor::new(progress);
-        let (u, y) = (&samples.u[..samples.fitted], &samples.y[..samples.fitted]);
+        let (u, y) = (&samples.input()[..samples.fitted], &samples.y[..samples.fitted]);
         let prepared = Prepared::with_delay_at_most(u, y, delay(u, y), &mut monitor);
         let mut search = Search {
             prepared: &prepared,

@@ -117,15 +117,18 @@ impl InUnits {
     }
 }
 
-/// A Hammerstein branch's front is only a delay, which is the back's as well.
+/// A Hammerstein branch's front is only a delay, which is the back's as well; a sandwich whose front came out so is one too.
 fn branch(own: &Blocks, form: Form) -> Result<ParallelBranch> {
-    let (front, back) = match form {
-        Form::Hammerstein => {
+    let mut passing = own.front.b().iter().skip_while(|b| **b == 0.0);
+    let only_delays = own.front.a().len() == 1 && passing.next() == Some(&1.0) && passing.all(|b| *b == 0.0);
+    let hammerstein = form == Form::Hammerstein || (only_delays && own.intersample.is_none());
+    let (front, back) = match hammerstein {
+        true => {
             let delayed = own.front.b().iter().take_while(|b| **b == 0.0).map(|_| 0.0);
             let b = delayed.chain(own.back.b().iter().copied()).collect();
             (None, TransferFunction::new(b, own.back.a().to_vec())?)
         }
-        _ => (Some(own.front.clone()), own.back.clone()),
+        false => (Some(own.front.clone()), own.back.clone()),
     };
     Ok(ParallelBranch {
         front,

@@ -30,6 +30,8 @@ const SCREENING_PIECES: usize = 12;
 const MOST_PIECES: usize = 64;
 /// Rounds in which structure is added branch by branch.
 const ROUNDS: usize = 4;
+/// The residual tests that can refute a sum.
+const REFUTING: usize = 5;
 /// Steps of the last fit.
 const LAST_STEPS: usize = 80;
 
@@ -256,11 +258,12 @@ fn finer(mut sum: Sum, data: &Data, pieces: impl Fn(usize) -> usize) -> Sum {
     sum
 }
 
-/// Whether no test finds the input in what the sum leaves.
+/// Whether no test finds the input in what the sum leaves; the five of them share the level of one, for every one that rejects a sum
+/// that is complete adds a branch.
 fn complete(sum: &Sum, data: &Data) -> bool {
     let predicted = sum.run(&data.u);
     let errors: Vec<f64> = data.y.iter().zip(&predicted).map(|(y, p)| y - p).collect();
     let from = data.from;
-    ResidualTests::with_prediction(&errors[from..], &data.u[from..], &predicted[from..])
+    ResidualTests::among(&errors[from..], &data.u[from..], &predicted[from..], None, REFUTING)
         .is_ok_and(|tests| tests.refutation().is_none())
 }

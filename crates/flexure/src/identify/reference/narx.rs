@@ -11,10 +11,10 @@
 //! saw on either side, so that every free run is bounded.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::super::branches::{Columns, delays};
 use super::super::outcome::{Verdict, Warning};
-use super::judged;
 use super::ridge::Ridge;
 use crate::error::Result;
 use crate::record::Record;
@@ -27,6 +27,10 @@ const LARGEST_DEGREE: usize = 3;
 const MOST_TERMS: usize = 230;
 /// The last so many samples are fitted at most.
 const MOST_SAMPLES: usize = 20_000;
+/// The largest lag of a model that can be simulated.
+pub(super) const LARGEST_LAG: usize = 1_000_000;
+/// A free run settles within so many samples, or counts as not settling.
+const LONGEST_SETTLING: usize = 1000;
 /// The share of the fit's samples that lags, degree and penalty are chosen on.
 const CHOICE_SHARE: f64 = 0.25;
 /// Penalties above the one of generalised cross-validation that are tried.
@@ -66,7 +70,7 @@ impl Default for Narx {
 }
 
 /// A monomial and its coefficient.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NarxTerm {
     /// The factors, with repetitions: i below the number of past outputs is the output i + 1 samples ago; those from there on
     /// are the input, first that of `delay` samples ago.
@@ -76,7 +80,7 @@ pub struct NarxTerm {
 }
 
 /// A polynomial of past outputs and inputs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NarxModel {
     /// The number of past outputs.
     pub outputs: usize,
@@ -102,6 +106,62 @@ impl NarxModel {
         self.run(&u).0.iter().map(|y| y_mean + y_spread * y).collect()
     }
 
+    /// What keeps the model from being simulated, in words.
+    pub fn problem(&self) -> Option<String> {
+        let lags = [self.outputs, self.inputs, self.delay];
+        if let Some(lag) = lags.iter().find(|l| **l > LARGEST_LAG) {
+            return Some(format!("a lag is {lag}, but must be at most {LARGEST_LAG}"));
+        }
+        let variables = self.outputs + self.inputs;
+        let factor = self.terms.iter().flat_map(|t| &t.factors).find(|i| **i >= variables);
+        if let Some(i) = factor {
+            return Some(format!(
+                "a term has factor {i}, but there are only {variables} variables"
+            ));
+        }
+        let (low, high) = self.held;
+        if !(low <= high) {
+            return Some(format!(
+                "the output is held between {low} and {high}, which are not in order"
+            ));
+        }
+        let spreads = [("input", self.scales[0].1), ("output", self.scales[1].1)];
+        let wrong = spreads.iter().find(|s| !(s.1 > 0.0 && s.1.is_finite()));
+        wrong.map(|(which, spread)| format!("the {which}'s spread is {spread}, but must be positive and finite"))
+    }
+
+    /// The samples, at most 1000, after which free runs that start from both ends of the output that was fitted have come together to
+    /// `share` of their distance, under the mean input.
+    pub(crate) fn settling(&self, share: f64) -> usize {
+        let run = |start: f64| {
+            let before = self.outputs.max(1);
+            let mut y = vec![start; before];
+            let u = vec![0.0; before + LONGEST_SETTLING];
+            let mut lagged = vec![0.0; self.outputs + self.inputs];
+            for n in before..u.len() {
+                self.fill(&mut lagged, &y, &u, n);
+                y.push(self.within(self.value(&lagged)));
+            }
+            y.split_off(before)
+        };
+        // What is fed back is held within an output's span beyond the fit's on either side.
+        let span = (self.held.1 - self.held.0) / 3.0;
+        let (low, high) = (run(self.held.0 + span), run(self.held.1 - span));
+        let apart = low
+            .iter()
+            .zip(&high)
+            .rposition(|(l, h)| !((h - l).abs() <= share * span));
+        self.delay + self.inputs + apart.map_or(0, |n| n + 1)
+    }
+
+    /// A fed back value within its bounds.
+    fn within(&self, value: f64) -> f64 {
+        match value.is_nan() {
+            true => 0.0_f64.clamp(self.held.0, self.held.1),
+            false => value.clamp(self.held.0, self.held.1),
+        }
+    }
+
     /// The free run on scaled signals, and how many samples were held.
     fn run(&self, u: &[f64]) -> (Vec<f64>, usize) {
         let mut y: Vec<f64> = Vec::with_capacity(u.len());
@@ -109,11 +169,7 @@ impl NarxModel {
         for n in 0..u.len() {
             self.fill(&mut lagged, &y, u, n);
             let value = self.value(&lagged);
-            let within = if value.is_nan() {
-                0.0
-            } else {
-                value.clamp(self.held.0, self.held.1)
-            };
+            let within = self.within(value);
             held += usize::from(within != value);
             y.push(within);
         }
@@ -233,7 +289,7 @@ impl Narx {
         let predicted = model.simulate(columns.u[0]);
         let (u_mean, u_spread) = model.scales[0];
         let all: Vec<f64> = columns.u[0].iter().map(|u| (u - u_mean) / u_spread).collect();
-        let (verdict, warnings) = judged(&columns, &predicted)?;
+        let (verdict, warnings) = columns.samples().verdict(&predicted, None)?;
         Ok(NarxIdentification {
             bounded: model.run(&all).1 == 0,
             model,

@@ -9,10 +9,12 @@
 //! TC is a sum of independent steps: $h_1(i) = \sum_{k \ge i} w_k$ with variances $c (\lambda^k - \lambda^{k+1})$. In running sums
 //! of the input the prior is diagonal, and the marginal likelihood needs one factorisation of the normal equations.
 
+use serde::{Deserialize, Serialize};
+
 use super::super::branches::{Columns, Signals, delays};
 use super::super::outcome::{Verdict, Warning};
 use super::super::sandwich::normal_equations;
-use super::judged;
+use super::narx::LARGEST_LAG;
 use crate::error::Result;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
@@ -75,7 +77,7 @@ pub struct DecayPrior {
 }
 
 /// A second-order Volterra series about the input's mean.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VolterraModel {
     /// The delay s in samples.
     pub delay: usize,
@@ -92,6 +94,29 @@ pub struct VolterraModel {
 }
 
 impl VolterraModel {
+    /// What keeps the model from being simulated, in words.
+    pub fn problem(&self) -> Option<String> {
+        if self.delay > LARGEST_LAG {
+            return Some(format!(
+                "the delay is {}, but must be at most {LARGEST_LAG}",
+                self.delay
+            ));
+        }
+        let expected = self.second_memory.checked_mul(self.second_memory);
+        (expected != Some(self.second.len())).then(|| {
+            format!(
+                "the second-order kernel has {} values, but {} lags squared are needed",
+                self.second.len(),
+                self.second_memory
+            )
+        })
+    }
+
+    /// The samples after which an input no longer has an effect.
+    pub(crate) fn memory(&self) -> usize {
+        self.delay + self.first.len().max(self.second_memory)
+    }
+
     /// The response to `input`, one value a sample; before the record the input is taken to be at its level.
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
         let deviation = |n: usize, lag: usize| {
@@ -159,7 +184,7 @@ impl Volterra {
             },
         };
         let predicted = model.simulate(columns.u[0]);
-        let (verdict, warnings) = judged(&columns, &predicted)?;
+        let (verdict, warnings) = columns.samples().verdict(&predicted, None)?;
         Ok(VolterraIdentification {
             model,
             priors: best.as_ref().map_or(START, |b| b.priors),

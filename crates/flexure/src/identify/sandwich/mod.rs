@@ -50,7 +50,7 @@ pub(super) use {
     descent::{Residuals, descend},
     loss::{Data, Sandwich, SandwichLoss, delayed},
     monitor::Monitor,
-    outcome::{Blocks, Scale, blocks, conventional_gain},
+    outcome::{Blocks, Scale, blocks, conventional_gain, even, mapped, tabulated},
     products::normal_equations,
     rational::{Rational, groups},
     refine::{

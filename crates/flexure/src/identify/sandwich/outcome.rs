@@ -87,6 +87,19 @@ pub(in crate::identify) struct Scale {
 }
 
 impl Scale {
+    /// That of these samples.
+    pub fn new(samples: &[f64]) -> Scale {
+        Scale {
+            mean: mean(samples),
+            spread: variance(samples).sqrt(),
+        }
+    }
+
+    /// From scaled to the samples' own unit.
+    pub fn back(&self, x: f64) -> f64 {
+        self.mean + self.spread * x
+    }
+
     /// The samples at zero mean and unit variance.
     pub fn standardised(&self, samples: &[f64]) -> Vec<f64> {
         samples.iter().map(|x| (x - self.mean) / self.spread).collect()
@@ -102,15 +115,36 @@ pub(in crate::identify) struct Scales {
 
 impl Scales {
     pub fn new(u: &[f64], y: &[f64]) -> Scales {
-        let of = |v: &[f64]| Scale {
-            mean: mean(v),
-            spread: variance(v).sqrt(),
-        };
         Scales {
-            input: of(u),
-            output: of(y),
+            input: Scale::new(u),
+            output: Scale::new(y),
         }
     }
+}
+
+/// Evenly spaced points, as many as a tabulated nonlinearity has besides its breakpoints.
+pub(in crate::identify) fn even(low: f64, high: f64) -> impl Iterator<Item = f64> {
+    (0..POINTS).map(move |i| low + (high - low) * i as f64 / (POINTS - 1) as f64)
+}
+
+/// The table of a nonlinearity at these points, straight on beyond its ends; both functions are applied to the points.
+pub(in crate::identify) fn tabulated(
+    points: impl Iterator<Item = f64>,
+    abscissa: impl Fn(f64) -> f64,
+    ordinate: impl Fn(f64) -> f64,
+) -> Result<Curve> {
+    let mut points: Vec<(f64, f64)> = points.map(|x| (abscissa(x), ordinate(x))).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points.dedup_by(|b, a| b.0 <= a.0);
+    let (x, y) = points.into_iter().unzip();
+    Curve::new(x, y, Outside::Linear)
+}
+
+/// Breakpoints in another unit, increasing.
+pub(in crate::identify) fn mapped(breakpoints: &[f64], abscissa: impl Fn(f64) -> f64) -> Vec<f64> {
+    let mut mapped: Vec<f64> = breakpoints.iter().map(|x| abscissa(*x)).collect();
+    mapped.sort_unstable_by(f64::total_cmp);
+    mapped
 }
 
 /// The blocks in the record's units and the conventional scale.
@@ -175,21 +209,13 @@ pub(in crate::identify) fn blocks(s: &Sandwich, prepared: &Prepared) -> Result<B
         low = w[data.from..].iter().copied().fold(low, f64::min);
         high = w[data.from..].iter().copied().fold(high, f64::max);
     }
-    let even = (0..POINTS).map(|i| low + (high - low) * i as f64 / (POINTS - 1) as f64);
-    let mut inner: Vec<f64> = even.chain(breakpoints.iter().copied()).collect();
+    let mut inner: Vec<f64> = even(low, high).chain(breakpoints.iter().copied()).collect();
     inner.sort_unstable_by(f64::total_cmp);
     // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
     let nearest = 1e-9 * (high - low);
     inner.dedup_by(|b, a| *b - *a <= nearest);
-    let curve = |front: &Rational| {
-        let mut points: Vec<(f64, f64)> = inner.iter().map(|x| (abscissa(*x, front), ordinate(*x))).collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        points.dedup_by(|b, a| b.0 <= a.0);
-        let (x, y) = points.into_iter().unzip();
-        Curve::new(x, y, Outside::Linear)
-    };
-    let mut breakpoints: Vec<f64> = breakpoints.iter().map(|x| abscissa(*x, &front)).collect();
-    breakpoints.sort_unstable_by(f64::total_cmp);
+    let curve = |front: &Rational| tabulated(inner.iter().copied(), |x| abscissa(x, front), ordinate);
+    let breakpoints = mapped(breakpoints, |x| abscissa(x, &front));
     let intersample = (s.between.as_ref())
         .map(|between| {
             let front = over(&between.front, &s.front, front_gain);

@@ -147,7 +147,7 @@ impl Wiener {
 pub(super) fn fit(samples: &Samples<'_>, linear: &Prepared, monitor: &mut Monitor<'_>) -> Result<WienerIdentification> {
     let mut again = None;
     if is_weak(linear) {
-        let (u, y) = (&samples.u[..samples.fitted], &samples.y[..samples.fitted]);
+        let (u, y) = (&samples.input()[..samples.fitted], &samples.y[..samples.fitted]);
         again = Some(samples.prepared_with_delay(delay_of_any_dependence(u, y)));
     }
     let prepared = again.as_ref().unwrap_or(linear);
