@@ -5,7 +5,7 @@
 //! The motor's equation alone tells kappa, their sum M and f; both together, each line with the weight of its
 //! noise, tell all of them best: the second equation has no torque in it, and so none of its noise.
 
-use super::alignment::{Alignment, NEGLIGIBLE, SIGNIFICANT, align};
+use super::alignment::{Alignment, align};
 use super::checks;
 use super::fourier::Modulation;
 use super::outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound};
@@ -18,8 +18,6 @@ use crate::linalg::Complex;
 /// The highest frequency of the equations as a share of the sampling rate, and in bands of the motion.
 pub(super) const HIGHEST: f64 = 0.1;
 pub(super) const BANDS: f64 = 3.0;
-/// The deflection is flexibility if it has this many times the encoders' noise power in the band of the motion.
-const FLEXIBLE: f64 = 3.0;
 
 /// The log of a flexible joint, and what is known of it.
 ///
@@ -274,44 +272,5 @@ impl Motion<'_> {
             });
         }
         findings
-    }
-
-    /// Whether the deflection is no more than the encoders' noise, and a skew between them.
-    pub fn no_flexibility(&self, modulation: &Modulation) -> Option<Vec<Finding>> {
-        let v = Reflected::new(self.link, self.step).velocity(self.link_noise.cut_off());
-        let n = v.len() as f64;
-        let d: Vec<f64> = self.motor.iter().zip(self.link).map(|(m, q)| m - q).collect();
-        let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
-        let (centre, speed) = (mean(&d), mean(&v));
-        let both = d.iter().zip(&v);
-        let (product, square) = both.fold((0.0, 0.0), |(p, s), (d, v)| {
-            (p + (d - centre) * (v - speed), s + (v - speed).powi(2))
-        });
-        let skew = product / square.max(f64::MIN_POSITIVE);
-        let rest: Vec<f64> = d.iter().zip(&v).map(|(d, v)| d - centre - skew * (v - speed)).collect();
-        let band = 2.0 * std::f64::consts::PI * self.link_noise.band;
-        let lines = modulation.of(&rest);
-        let inside: Vec<f64> = lines
-            .iter()
-            .zip(&modulation.omega)
-            .filter(|(_, w)| **w <= band)
-            .map(|(v, _)| v.norm_sqr())
-            .collect();
-        let power = inside.iter().sum::<f64>() / inside.len().max(1) as f64;
-        let noise = self.motor_noise.sd.powi(2) + self.link_noise.sd.powi(2);
-        // White noise spreads over all frequencies up to half the sampling rate.
-        let share = (2.0 * self.step * self.link_noise.band).min(1.0);
-        if !(power < FLEXIBLE * noise) {
-            return None;
-        }
-        let mut findings = vec![Finding::NoFlexibility {
-            deflection: (power * share).sqrt(),
-            noise: (noise * share).sqrt(),
-        }];
-        let standard_error = (noise / square).sqrt();
-        if skew.abs() > SIGNIFICANT * standard_error && skew.abs() > NEGLIGIBLE * self.step {
-            findings.push(Finding::EncoderSkew { skew, standard_error });
-        }
-        Some(findings)
     }
 }

@@ -67,6 +67,11 @@ impl Modulation {
         self.omega.len()
     }
 
+    /// The number of samples under the window.
+    pub fn samples(&self) -> usize {
+        self.window[0].len()
+    }
+
     /// The spectrum of the `derivative`-th derivative of the window times x.
     fn lines(&self, x: &[f64], derivative: usize, about: f64) -> Vec<Complex<f64>> {
         let window = &self.window[derivative];

@@ -34,6 +34,8 @@
 mod alignment;
 mod basis;
 mod checks;
+mod compliance;
+mod condensed;
 mod equations;
 mod flexible;
 mod forms;
@@ -43,6 +45,7 @@ mod outcome;
 mod pair;
 mod parametric;
 mod pieces;
+mod profile;
 mod replay;
 mod rigid;
 mod shaping;

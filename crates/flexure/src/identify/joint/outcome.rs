@@ -120,10 +120,12 @@ pub enum Finding {
     },
     /// Motor and link do not move against each other.
     NoFlexibility {
-        /// The root mean square of the deflection in the band of the motion.
+        /// The root mean square of the deflection that the torque explains; 0 where there is none but by chance.
         deflection: f64,
-        /// That of the encoders' noise in this band.
+        /// That of the encoders' noise in a sample of the deflection.
         noise: f64,
+        /// The stiffness that a spring with this deflection would have; NaN where there is none.
+        stiffness: f64,
     },
     /// The encoders' samples are not of the same instants.
     EncoderSkew {
@@ -176,11 +178,21 @@ impl std::fmt::Display for Finding {
                 "friction stops the joint within {time_constant:.3} s, less than five samples of {step} s: inertia and \
                  friction cannot be told apart; sample faster"
             ),
-            Finding::NoFlexibility { deflection, noise } => write!(
-                f,
-                "no flexibility is seen: motor and link differ by {deflection:.2e} in the band of the motion, where the \
-                 encoders' noise alone makes {noise:.2e}; the joint is taken as rigid. Load it more, or measure finer"
-            ),
+            Finding::NoFlexibility {
+                deflection,
+                noise,
+                stiffness,
+            } => {
+                write!(
+                    f,
+                    "no flexibility is seen: of the difference between motor and link the torque explains {deflection:.2e} (root mean \
+                     square), less than three times the encoders' noise of {noise:.2e}, which tells no stiffness curve"
+                )?;
+                if stiffness.is_finite() {
+                    write!(f, " (a spring would have about {stiffness:.1e} N m/rad)")?;
+                }
+                write!(f, "; the joint is taken as rigid. Load it more, or measure finer")
+            }
             Finding::EncoderSkew { skew, standard_error } => write!(
                 f,
                 "the link's samples are {:.3} ms (standard error {:.3} ms) {} than the motor's; they have been shifted \

@@ -1,8 +1,9 @@
 //! The physical forms of a flexible joint's curves: each against its free curve in its own equation, then both together.
 
+use super::condensed::Condensed;
 use super::equations::{Column, Equations, Solution};
 use super::forms::FormName;
-use super::judge::{Against, fitted};
+use super::judge::{Against, Left, fitted};
 use super::outcome::{Fitted, JointModel};
 use super::pair::{Free, Pair, combine};
 use super::shaping::{Shape, Shapely, Shaping};
@@ -10,6 +11,9 @@ use crate::linalg::Complex;
 
 /// The smallest distance of deflections that is told apart, as a share of the largest one.
 pub(super) const RESOLVED_DEFLECTION: f64 = 1e-3;
+
+/// Slopes of tanh that minima are looked for at, in units of the largest velocity.
+const SLOPES: [f64; 4] = [5.0, 20.0, 60.0, 180.0];
 
 /// The largest Stribeck factor g1 of friction as a multiple of the Coulomb friction g4.
 const LARGEST_STRIBECK: f64 = 5.0;
@@ -27,34 +31,33 @@ impl Pair<'_> {
     ) -> Option<Vec<Fitted>> {
         let largest = self.largest_deflection();
         let sharp = |share: f64| -2.0 * (share * largest).ln();
+        let windup = [0.02, 0.06, 0.2, 0.5].map(|s| vec![sharp(s)]).to_vec();
         let names = [
             (FormName::LinearStiffness, vec![vec![]]),
             (FormName::CubicStiffness, vec![vec![]]),
-            (
-                FormName::Windup,
-                [0.02, 0.06, 0.2, 0.5].map(|s| vec![sharp(s)]).to_vec(),
-            ),
+            (FormName::LinearWindup, windup.clone()),
+            (FormName::Windup, windup),
         ];
-        let (own, _) = self.motor_side(columns, noise)?;
+        let own = self.motor_equation(columns, noise);
         let against = Against {
-            squares: own.squares,
-            unknowns: own.x.len(),
+            free: Left::by(&own, &own.solve()?),
             curve: kappa,
             x: &self.d,
             resolution: RESOLVED_DEFLECTION * largest,
         };
         let motor = Self::one(self.motor.iter().cloned());
+        let count = motor.len();
+        let mut shaping = self.shaping(
+            motor,
+            vec![self.torque.clone()],
+            (vec![noise], self.noisy_motor()),
+            vec![shape(FormName::LinearStiffness, &self.d, vec![1.0], 0.0)],
+        );
+        let condensed = Condensed::new(&shaping);
         let forms = names.into_iter().filter_map(|(form, starts)| {
-            let shapes = vec![shape(form, &self.d, vec![1.0], 0.0)];
-            let fixed = motor.clone();
-            let count = fixed.len();
-            let fit = self.shaping(
-                fixed,
-                vec![self.torque.clone()],
-                (vec![noise], self.noisy_motor()),
-                shapes,
-            );
-            Some(fitted(form, false, &fit.fit(&starts)?, (0, count, None), &against))
+            shaping.shapes[0].terms = form.terms(false);
+            let fit = shaping.fit(&condensed, &starts)?;
+            Some(fitted(form, false, &fit, (0, count, None), &against))
         });
         Some(forms.collect())
     }
@@ -82,26 +85,25 @@ impl Pair<'_> {
             right: vec![right.clone()],
             noise: vec![&free.noise[1]],
             noisy: vec![self.noisy_link(0, 0)],
-        }
-        .solve()?;
+        };
         let against = Against {
-            squares: own.squares,
-            unknowns: own.x.len(),
+            free: Left::by(&own, &own.solve()?),
             curve,
             x: &self.v,
             resolution,
         };
         let fastest = self.v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let mut shaping = self.shaping(
+            Self::one([self.link.clone()].into_iter()),
+            vec![right],
+            (vec![&free.noise[1]], vec![self.noisy_link(0, 0)]),
+            vec![shape(FormName::SmoothDry, &self.v, vec![-1.0], resolution)],
+        );
+        let condensed = Condensed::new(&shaping);
         let friction = friction_starts(fastest).into_iter().filter_map(|(form, starts)| {
-            let shapes = vec![shape(form, &self.v, vec![-1.0], resolution)];
-            let fixed = Self::one([self.link.clone()].into_iter());
-            let fit = self.shaping(
-                fixed,
-                vec![right.clone()],
-                (vec![&free.noise[1]], vec![self.noisy_link(0, 0)]),
-                shapes,
-            );
-            Some(fitted(form, false, &fit.fit(&starts)?, (0, 1, Some(0)), &against))
+            shaping.shapes[0].terms = form.terms(false);
+            let fit = shaping.fit(&condensed, &starts)?;
+            Some(fitted(form, false, &fit, (0, 1, Some(0)), &against))
         });
         Some((stiffness, friction.collect()))
     }
@@ -165,10 +167,10 @@ impl Pair<'_> {
             .collect();
         let shaping = self.shaping(fixed, self.right(), (noise, noisy), shapes);
         let logs = [stiff.shaped.logs.clone(), rub.shaped.logs.clone()].concat();
-        let fit: Shapely = shaping.fit(&[logs])?;
+        let fit: Shapely = shaping.fit(&Condensed::new(&shaping), &[logs])?;
+        let left = Left::by(&self.both(free), solution);
         let against = |curve, x, resolution| Against {
-            squares: solution.squares,
-            unknowns: solution.x.len(),
+            free: left,
             curve,
             x,
             resolution,
@@ -233,19 +235,15 @@ fn best(forms: &[Fitted], allowed: impl Fn(&Fitted) -> bool) -> Option<&Fitted> 
 pub(super) fn friction_starts(fastest: f64) -> [(FormName, Vec<Vec<f64>>); 5] {
     let logs = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s / fastest).ln()).collect() };
     let speeds = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s * fastest).ln()).collect() };
+    let slopes = || SLOPES.iter().copied();
+    // Minima of (12) lie far from each other: g2 > g3, beside every g5.
+    let pairs = slopes().flat_map(|g2| slopes().filter(move |g3| *g3 < g2).map(move |g3| [g2, g3]));
+    let triples = pairs.flat_map(|[g2, g3]| slopes().map(move |g5| [g2, g3, 1.4 * g5]));
     [
         (FormName::CoulombViscous, vec![vec![]]),
-        (FormName::Stribeck, vec![speeds(&[0.03]), speeds(&[0.2])]),
-        (FormName::SmoothDry, vec![logs(&[10.0]), logs(&[50.0])]),
-        (FormName::SmoothCoulomb, vec![logs(&[10.0]), logs(&[50.0])]),
-        (
-            FormName::SmoothStribeck,
-            vec![
-                logs(&[60.0, 20.0, 40.0]),
-                logs(&[20.0, 5.0, 50.0]),
-                logs(&[20.0, 5.0, 10.0]),
-                logs(&[9.0, 3.0, 6.0]),
-            ],
-        ),
+        (FormName::Stribeck, [0.005, 0.03, 0.2].map(|s| speeds(&[s])).to_vec()),
+        (FormName::SmoothDry, slopes().map(|s| logs(&[s])).collect()),
+        (FormName::SmoothCoulomb, slopes().map(|s| logs(&[s])).collect()),
+        (FormName::SmoothStribeck, triples.map(|t| logs(&t)).collect()),
     ]
 }

@@ -7,9 +7,10 @@
 use super::alignment::{held as held_torque, is_held};
 use super::basis::Basis;
 use super::checks;
+use super::condensed::Condensed;
 use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::fourier::Modulation;
-use super::judge::{Against, fitted};
+use super::judge::{Against, Left, fitted};
 use super::outcome::{Estimated, Finding, Fitted, Parameter, RigidAxis};
 use super::parametric::friction_starts;
 use super::pieces::lowest;
@@ -206,8 +207,7 @@ impl RigidJoint<'_> {
             finer,
         );
         let against = Against {
-            squares: solution.squares,
-            unknowns,
+            free: Left::by(&lines.free(basis, weights), solution),
             curve: &curve,
             x: &lines.velocity,
             resolution: lines.resolution,
@@ -326,21 +326,23 @@ impl Lines {
     /// The physical forms, each against the free curve.
     fn forms(&self, noise: &[f64], against: &Against) -> Vec<Fitted> {
         let fastest = self.velocity.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let mut shaping = Shaping {
+            fixed: self.fixed(),
+            right: vec![self.torque.clone()],
+            noise: vec![noise],
+            noisy: vec![(0, 0, &self.encoder)],
+            shapes: vec![Shape {
+                terms: Vec::new(),
+                x: &self.velocity,
+                signs: vec![1.0],
+                width: self.resolution,
+            }],
+            modulation: &self.modulation,
+        };
+        let condensed = Condensed::new(&shaping);
         let fits = friction_starts(fastest).into_iter().filter_map(|(form, starts)| {
-            let shaping = Shaping {
-                fixed: self.fixed(),
-                right: vec![self.torque.clone()],
-                noise: vec![noise],
-                noisy: vec![(0, 0, &self.encoder)],
-                shapes: vec![Shape {
-                    terms: form.terms(true),
-                    x: &self.velocity,
-                    signs: vec![1.0],
-                    width: self.resolution,
-                }],
-                modulation: &self.modulation,
-            };
-            let fit = shaping.fit(&starts)?;
+            shaping.shapes[0].terms = form.terms(true);
+            let fit = shaping.fit(&condensed, &starts)?;
             Some(fitted(form, true, &fit, (0, 1 + self.extras.len(), Some(0)), against))
         });
         fits.collect()

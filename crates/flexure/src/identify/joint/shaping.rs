@@ -1,14 +1,18 @@
 //! Weighted nonlinear least squares for the physical parameters of the curves.
+//!
+//! Minima are looked for in the [`Condensed`] equations, and the best one is finished in the equations themselves.
 
 use super::basis::mean_of;
+use super::condensed::{Condensed, LARGEST_LOG, Lowest};
 use super::equations::{Column, Equations, Solution};
 use super::forms::{Shaped, Term};
 use super::fourier::Modulation;
+use super::profile;
 use crate::linalg::Complex;
 use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
 
-/// Iterations of a minimisation.
-const ITERATIONS: usize = 60;
+/// Iterations that finish a minimum of the condensed equations.
+const ITERATIONS: usize = 6;
 
 /// A curve of the equations of motion that is to have a physical form.
 pub(super) struct Shape<'a> {
@@ -44,6 +48,11 @@ pub(super) struct Shapely {
     pub solution: Solution,
     /// Their covariance, whatever the noise's spectrum.
     pub covariance: Vec<f64>,
+    /// What the unknowns take of the sum of squares by chance; see [`Equations::taken`].
+    pub taken: [f64; 2],
+    /// The intervals of 95 % of the factors and of the logarithms by the likelihood's profile, in the unknowns' order; infinite on
+    /// the side on which no value fits worse. Those of the fixed columns' unknowns are not looked for.
+    pub intervals: Vec<[f64; 2]>,
     /// The curves.
     pub curves: Vec<Shaped>,
 }
@@ -118,7 +127,7 @@ impl Shaping<'_> {
     /// The best factors for given logarithms, and the sum of squares as a function of the logarithms alone
     /// (variable projection, Golub & Pereyra 1973, with Kaufman's Jacobian).
     fn projected(&self, logs: &[f64]) -> Option<NormalEquations> {
-        if logs.iter().any(|t| !(t.abs() < 40.0)) {
+        if logs.iter().any(|t| !(t.abs() < LARGEST_LOG)) {
             return None;
         }
         let columns = self.factors(logs);
@@ -151,22 +160,20 @@ impl Shaping<'_> {
         })
     }
 
-    /// The best of the minima reached from several starts; `None` if none is.
-    pub fn fit(&self, starts: &[Vec<f64>]) -> Option<Shapely> {
-        let mut best: Option<(f64, Vec<f64>)> = None;
-        for start in starts.iter().filter(|s| s.len() == self.logs()) {
-            let found = match start.is_empty() {
-                true => Some((0.0, Vec::new())),
-                false => minimise_squares(start.clone(), ITERATIONS, |t| self.projected(t))
-                    .map(|m| (m.equations.cost, m.parameters)),
-            };
-            if let Some(found) = found
-                && best.as_ref().is_none_or(|b| found.0 < b.0)
-            {
-                best = Some(found);
-            }
-        }
-        self.at(&best?.1)
+    /// The best of the minima reached from several starts, with what else fits as well; `None` if there is none.
+    ///
+    /// `condensed` is that of the same equations with any terms.
+    pub fn fit(&self, condensed: &Condensed, starts: &[Vec<f64>]) -> Option<Shapely> {
+        let starts = starts.iter().filter(|s| s.len() == self.logs());
+        let minima: Vec<Lowest> = starts.filter_map(|s| condensed.lowest(&self.shapes, s, None)).collect();
+        let best = minima.iter().min_by(|a, b| a.squares.total_cmp(&b.squares))?.clone();
+        let logs = match best.logs.is_empty() {
+            true => Vec::new(),
+            false => minimise_squares(best.logs.clone(), ITERATIONS, |t| self.projected(t))?.parameters,
+        };
+        let mut fit = self.at(&logs)?;
+        fit.intervals = profile::intervals(condensed, &self.shapes, &fit, &best, &minima);
+        Some(fit)
     }
 
     /// The fit with these logarithms.
@@ -180,6 +187,7 @@ impl Shaping<'_> {
         let equations = self.equations(all, linear.residuals.clone());
         let mut solution = equations.solve()?;
         let covariance = equations.robust(&solution);
+        let taken = equations.taken(&solution);
         solution.x = linear.x.iter().chain(logs).copied().collect();
         solution.residuals = linear.residuals.clone();
         solution.squares = linear.squares;
@@ -200,6 +208,8 @@ impl Shaping<'_> {
             })
             .collect();
         Some(Shapely {
+            intervals: Vec::new(),
+            taken,
             solution,
             covariance,
             curves,

@@ -1,7 +1,9 @@
 //! The physical forms of an arm's curves: each against its free curve in its own equations, then all together.
 
+use super::super::condensed::Condensed;
 use super::super::equations::Solution;
-use super::super::judge::{Against, fitted};
+use super::super::forms::FormName;
+use super::super::judge::{Against, Left, fitted};
 use super::super::outcome::{Estimated, Fitted, JointModel};
 use super::super::pair::combine;
 use super::super::parametric::{
@@ -43,28 +45,29 @@ impl Whole<'_> {
         let weights = [self.free.noise[0].as_slice(), self.free.noise[1].as_slice()];
         let mut curves: [&[Vec<Complex<f64>>]; 2] = [&[], &[]];
         curves[joint] = &self.free.friction[joint].1;
-        let own = self.links.equations(right.clone(), curves, weights).solve()?;
+        let own = self.links.equations(right.clone(), curves, weights);
         let v = &self.pairs[joint].v;
         let against = Against {
-            squares: own.squares,
-            unknowns: own.x.len(),
+            free: Left::by(&own, &own.solve()?),
             curve: rub,
             x: v,
             resolution,
         };
         let fastest = v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let mut signs = vec![0.0; 2];
+        signs[joint] = -1.0;
+        let mut shaping = Shaping {
+            fixed: self.links.constants.to_vec(),
+            right,
+            noise: weights.to_vec(),
+            noisy: self.links.noisy(0, 0),
+            shapes: vec![shape(FormName::SmoothDry, v, signs, resolution)],
+            modulation: self.modulation,
+        };
+        let condensed = Condensed::new(&shaping);
         let friction = friction_starts(fastest).into_iter().filter_map(|(form, starts)| {
-            let mut signs = vec![0.0; 2];
-            signs[joint] = -1.0;
-            let shaping = Shaping {
-                fixed: self.links.constants.to_vec(),
-                right: right.clone(),
-                noise: weights.to_vec(),
-                noisy: self.links.noisy(0, 0),
-                shapes: vec![shape(form, v, signs, resolution)],
-                modulation: self.modulation,
-            };
-            let fit = shaping.fit(&starts)?;
+            shaping.shapes[0].terms = form.terms(false);
+            let fit = shaping.fit(&condensed, &starts)?;
             Some(fitted(form, false, &fit, (0, CONSTANTS, None), &against))
         });
         Some([stiffness, friction.collect()])
@@ -127,17 +130,17 @@ impl Whole<'_> {
             shapes,
             modulation: self.modulation,
         };
-        let fit = shaping.fit(&[[stiff_logs, rub_logs].concat()])?;
+        let fit = shaping.fit(&Condensed::new(&shaping), &[[stiff_logs, rub_logs].concat()])?;
         let n = fit.solution.x.len();
         let estimated = |i: usize| Estimated {
             value: fit.solution.x[i],
             standard_error: fit.covariance[i * n + i].max(0.0).sqrt(),
         };
         let count = 2 + CONSTANTS;
+        let free = Left::by(&self.equations(), solution);
         let joints = [0, 1].map(|joint| {
             let against = |which: usize, x, resolution| Against {
-                squares: solution.squares,
-                unknowns: solution.x.len(),
+                free,
                 curve: &curves[joint][which],
                 x,
                 resolution,

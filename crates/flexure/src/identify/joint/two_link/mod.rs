@@ -143,7 +143,7 @@ impl TwoLinkLog<'_> {
         for (joint, motion) in motions.iter().enumerate() {
             let findings = motion.no_flexibility(&modulation).unwrap_or_default();
             for finding in findings {
-                if let Finding::NoFlexibility { deflection, noise } = finding {
+                if let Finding::NoFlexibility { deflection, noise, .. } = finding {
                     return Err(Error::RigidJointInArm {
                         joint: joint + 1,
                         deflection,
