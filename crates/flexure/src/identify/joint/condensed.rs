@@ -32,8 +32,8 @@ pub(super) enum Held {
 /// A minimum over everything that is not held.
 #[derive(Debug, Clone)]
 pub(super) struct Lowest {
-    /// The weighted sum of squares.
-    pub squares: f64,
+    /// What it is the minimum of; see [`super::equations::Solution`].
+    pub objective: f64,
     /// The logarithms of all shape parameters.
     pub logs: Vec<f64>,
     /// The factors of all terms.
@@ -45,8 +45,7 @@ pub(super) struct Condensed {
     /// Of the fixed columns, the hats of each curve, and the right-hand side, row-major.
     gram: Vec<f64>,
     size: usize,
-    /// What the noise of the fixed columns has added to their squares, which is off them in `gram`.
-    excess: Vec<f64>,
+    fixed: usize,
     /// The knots of each curve, and the number of its first hat.
     knots: Vec<(usize, Vec<f64>)>,
 }
@@ -87,17 +86,13 @@ impl Condensed {
             noise: shaping.noise.clone(),
             noisy: shaping.noisy.clone(),
         };
-        let (gram, excess) = equations.gram();
+        let (gram, _) = equations.gram();
         Condensed {
             gram,
             size,
-            excess: excess[..shaping.fixed.len()].to_vec(),
+            fixed: shaping.fixed.len(),
             knots,
         }
-    }
-
-    fn fixed(&self) -> usize {
-        self.excess.len()
     }
 
     /// The inner products of sums of columns.
@@ -120,13 +115,12 @@ impl Condensed {
         products
     }
 
-    /// The best factors for these logarithms, and the sum of squares as a function of the logarithms alone (variable projection,
-    /// as in [`Shaping`]); `held` is a factor's number and value.
+    /// The best factors for these logarithms, and the objective as a function of the logarithms alone (variable projection); `held` is a factor's number and value.
     fn projected(&self, shapes: &[Shape], logs: &[f64], held: Option<(usize, f64)>) -> Option<Projected> {
         if logs.iter().any(|t| !(t.abs() < LARGEST_LOG)) {
             return None;
         }
-        let mut free: Vec<Sum> = (0..self.fixed()).map(|i| (i, vec![1.0])).collect();
+        let mut free: Vec<Sum> = (0..self.fixed).map(|i| (i, vec![1.0])).collect();
         let (mut bound, mut slopes): (Option<Sum>, Vec<(usize, Sum)>) = (None, Vec::new());
         let (mut rest, mut at) = (logs, 0);
         for (shape, (first, knots)) in shapes.iter().zip(&self.knots) {
@@ -178,13 +172,12 @@ impl Condensed {
             Some(x.iter().zip(&scale).map(|(x, s)| x / s).collect())
         };
         let x = solved(last)?;
-        let mut squares = g[last * n + last];
+        let mut objective = g[last * n + last];
         for i in 0..unknowns {
             let with: f64 = (0..unknowns).map(|j| g[i * n + j] * x[j]).sum();
-            squares += x[i] * (with - 2.0 * g[i * n + last]);
+            objective += x[i] * (with - 2.0 * g[i * n + last]);
         }
-        squares += self.excess.iter().zip(&x).map(|(e, x)| e * x * x).sum::<f64>();
-        let mut factors = x[self.fixed()..].to_vec();
+        let mut factors = x[self.fixed..].to_vec();
         if let Some((number, value)) = held {
             factors.insert(number, value);
         }
@@ -209,7 +202,7 @@ impl Condensed {
             .collect();
         Some(Projected {
             normal: NormalEquations {
-                cost: squares,
+                cost: objective,
                 descent,
                 normal,
             },
@@ -249,7 +242,7 @@ impl Condensed {
         };
         let end = self.projected(shapes, &logs, factor)?;
         Some(Lowest {
-            squares: end.normal.cost,
+            objective: end.normal.cost,
             factors: end.factors,
             logs,
         })

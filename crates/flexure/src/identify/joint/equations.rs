@@ -41,6 +41,17 @@ pub(super) struct Solution {
     pub residuals: Vec<Vec<Complex<f64>>>,
     /// The weighted sum of squares of the residuals, one real and one imaginary part a line.
     pub squares: f64,
+    /// That less what the noise of the columns has in it: what the solution minimises.
+    pub objective: f64,
+}
+
+/// The errors of a solution, whatever the noise's spectrum.
+pub(super) struct Robust {
+    /// The covariance of the unknowns, row-major.
+    pub covariance: Vec<f64>,
+    /// What the unknowns take of the weighted sum of squares by chance: its mean, and half its variance. Each is the number of
+    /// unknowns where the weights are right.
+    pub taken: [f64; 2],
 }
 
 impl Solution {
@@ -52,7 +63,7 @@ impl Solution {
 
 impl Equations<'_> {
     /// sum over all lines of Re(conj(a) b) times the weights.
-    pub(super) fn product(weights: &[Vec<f64>], a: &Column, b: &Column) -> f64 {
+    fn product(weights: &[Vec<f64>], a: &Column, b: &Column) -> f64 {
         let blocks = weights.iter().zip(a.iter().zip(b));
         blocks
             .map(|(w, pair)| match pair {
@@ -115,7 +126,7 @@ impl Equations<'_> {
     pub fn solve(&self) -> Option<Solution> {
         let n = self.columns.len();
         let weights = self.weights();
-        let (normal, _) = self.gram();
+        let (normal, excess) = self.gram();
         let right: Column = self.right.iter().map(|r| Some(r.clone())).collect();
         let moment: Vec<f64> = self
             .columns
@@ -143,12 +154,13 @@ impl Equations<'_> {
         }
         let x: Vec<f64> = solution.iter().zip(&scale).map(|(x, s)| x / s).collect();
         let residuals = self.residuals(&x);
-        let squares = weights
+        let squares: f64 = weights
             .iter()
             .zip(&residuals)
             .map(|(w, r)| w.iter().zip(r).map(|(w, r)| w * r.norm_sqr()).sum::<f64>())
             .sum();
         Some(Solution {
+            objective: squares - excess.iter().zip(&x).map(|(e, x)| e * x * x).sum::<f64>(),
             x,
             covariance,
             residuals,
@@ -216,22 +228,16 @@ impl Equations<'_> {
         times(&solution.covariance, &self.normal(&meat), self.columns.len())
     }
 
-    /// What the unknowns take of the weighted sum of squares by chance: its mean, and half its variance. Each is the number of
-    /// unknowns where the weights are right.
-    pub fn taken(&self, solution: &Solution) -> [f64; 2] {
-        let n = self.columns.len();
-        let spread = self.spread(solution);
-        let trace = |a: &[f64]| (0..n).map(|i| a[i * n + i]).sum();
-        [trace(&spread), trace(&times(&spread, &spread, n))]
-    }
-
-    /// The covariance whatever the noise's spectrum is, from that of the residuals (White 1980, in frequency).
+    /// The errors whatever the noise's spectrum is, from that of the residuals (White 1980, in frequency).
     ///
-    /// Where the weights are right it is the solution's own but for chance; the larger of the two variances counts.
-    pub fn robust(&self, solution: &Solution) -> Vec<f64> {
+    /// Where the weights are right the covariance is the solution's own but for chance; the larger of the two variances counts.
+    pub fn robust(&self, solution: &Solution) -> Robust {
         let n = self.columns.len();
         let c = &solution.covariance;
-        let mut robust = times(&self.spread(solution), c, n);
+        let spread = self.spread(solution);
+        let trace = |a: &[f64]| (0..n).map(|i| a[i * n + i]).sum();
+        let taken = [trace(&spread), trace(&times(&spread, &spread, n))];
+        let mut robust = times(&spread, c, n);
         for i in 0..n {
             // Never less than the weights say.
             let grow = (c[i * n + i] / robust[i * n + i].max(f64::MIN_POSITIVE))
@@ -242,7 +248,10 @@ impl Equations<'_> {
                 robust[j * n + i] *= grow;
             }
         }
-        robust
+        Robust {
+            covariance: robust,
+            taken,
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 use super::alignment::{Alignment, align};
 use super::checks;
 use super::fourier::Modulation;
+use super::judge::Left;
 use super::outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound};
 use super::pair::{Free, Pair};
 use super::rigid::{FEWEST_LINES, RESOLVED, RigidJoint, band, least_band, widened};
@@ -145,7 +146,8 @@ impl FlexibleJoint<'_> {
     ) -> Option<FlexibleAxis> {
         let equations = pair.both(free);
         let solution = equations.solve()?;
-        let covariance = equations.robust(&solution);
+        let covariance = equations.robust(&solution).covariance;
+        let left = Left::by(&equations, &solution);
         let n = solution.x.len();
         let error = |i: usize| covariance[i * n + i].max(0.0).sqrt();
         let estimated = |i: usize| Estimated {
@@ -182,11 +184,11 @@ impl FlexibleJoint<'_> {
             None => estimated(0),
         };
         let resolution = RESOLVED * motion.link_noise.velocity_sd(self.sample_time);
-        let (stiffness_forms, friction_forms) = pair.forms(free, &solution, (&kappa, &curve), resolution)?;
+        let (stiffness_forms, friction_forms) = pair.forms(free, left, (&kappa, &curve), resolution);
         let best = |forms: &[Fitted]| (0..forms.len()).min_by(|&a, &b| forms[a].bic.total_cmp(&forms[b].bic));
         let model = pair.model(
             free,
-            &solution,
+            left,
             [&stiffness_forms, &friction_forms],
             [&kappa, &curve],
             resolution,

@@ -21,8 +21,9 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 /// What equations with free curves leave.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Left {
-    /// The weighted sum of squares.
+    /// The weighted sum of squares, and what is minimised.
     squares: f64,
+    objective: f64,
     /// The number of unknowns, and what they take of the sum of squares by chance.
     unknowns: usize,
     taken: [f64; 2],
@@ -33,27 +34,55 @@ impl Left {
     pub fn by(equations: &Equations, solution: &Solution) -> Left {
         Left {
             squares: solution.squares,
+            objective: solution.objective,
             unknowns: solution.x.len(),
-            taken: equations.taken(solution),
+            taken: equations.robust(solution).taken,
         }
     }
 
-    /// The test of a form with this sum of squares, so many unknowns, and what these take by chance: the statistic, its degrees
-    /// of freedom, and the probability of a larger one.
+    /// Takes the test of a form from a fit in which less of the equations has a form.
+    pub fn retest(&self, form: &mut Fitted, fit: &Shapely) {
+        let tested = self.test(fit);
+        form.lack_of_fit = LackOfFit {
+            statistic: tested.statistic,
+            freedom: tested.freedom,
+            p_value: tested.p_value,
+            ..form.lack_of_fit
+        };
+    }
+
+    /// The test of a form fitted instead of one of the curves, and its criterion of Schwarz.
     ///
     /// Where the errors are those that the weights say it is the F test. Otherwise what chance takes is a sum of squares of unequal
     /// size, of which mean and variance are matched (Satterthwaite 1946; Rao & Scott 1984).
-    pub fn test(&self, squares: f64, unknowns: usize, taken: [f64; 2], observations: f64) -> (f64, [f64; 2], f64) {
-        let extra = (self.unknowns as f64 - unknowns as f64).max(1.0);
+    fn test(&self, fit: &Shapely) -> Tested {
+        let unknowns = fit.solution.x.len() as f64;
+        let lines: usize = fit.solution.residuals.iter().map(Vec::len).sum();
+        let observations = 2.0 * lines as f64;
+        let extra = (self.unknowns as f64 - unknowns).max(1.0);
         let left = (observations - self.unknowns as f64).max(1.0);
-        let [mean, half] = [0, 1].map(|i| self.taken[i] - taken[i]);
-        // The sums of fewer unknowns are no larger but for rounding.
+        let [mean, half] = [0, 1].map(|i| self.taken[i] - fit.taken[i]);
+        // Never less than the weights say.
         let mean = mean.max(extra * self.squares / left);
         let freedom = (mean * mean / half.max(f64::MIN_POSITIVE)).clamp(1.0, extra);
-        let statistic = (squares - self.squares).max(0.0) / mean;
-        let p_value = FisherSnedecor::new(freedom, left).map_or(f64::NAN, |f| 1.0 - f.cdf(statistic));
-        (statistic, [freedom, left], p_value)
+        let statistic = (fit.solution.objective - self.objective).max(0.0) / mean;
+        // The sum of squares that would have this statistic if the weights were right.
+        let squares = self.squares * (1.0 + statistic * extra / left);
+        Tested {
+            statistic,
+            freedom: [freedom, left],
+            p_value: FisherSnedecor::new(freedom, left).map_or(f64::NAN, |f| 1.0 - f.cdf(statistic)),
+            bic: observations * (squares / observations).ln() + unknowns * observations.ln(),
+        }
     }
+}
+
+/// A form against the free curves.
+struct Tested {
+    statistic: f64,
+    freedom: [f64; 2],
+    p_value: f64,
+    bic: f64,
 }
 
 /// What a form is held against.
@@ -122,9 +151,12 @@ pub(super) fn fitted(
     ] {
         shapeless(&mut parameters, factor, shapes);
     }
-    let lines: usize = fit.solution.residuals.iter().map(Vec::len).sum();
-    let observations = 2.0 * lines as f64;
-    let (statistic, freedom, p_value) = against.free.test(fit.solution.squares, n, fit.taken, observations);
+    let Tested {
+        statistic,
+        freedom,
+        p_value,
+        bic,
+    } = against.free.test(fit);
     let both = against.x.iter().zip(against.curve);
     let (off, size) = both.fold((0.0, 0.0), |(off, size), (&x, &y)| {
         (off + (curve.value(x) - y).powi(2), size + y * y)
@@ -148,7 +180,7 @@ pub(super) fn fitted(
             p_value,
             distance: (off / size.max(f64::MIN_POSITIVE)).sqrt(),
         },
-        bic: observations * (fit.solution.squares / observations).ln() + n as f64 * observations.ln(),
+        bic,
         shaped: curve.clone(),
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A standard error is the curvature at the minimum. Where two terms are nearly alike, a valley runs from there to values far
 //! away, or the minimum has neighbours, and a standard error says nothing of either. So each parameter is moved away
-//! step by step, everything else following, until the sum of squares has grown by more than chance (Venzon & Moolgavkar 1988).
+//! step by step, everything else following, until the objective has grown by more than chance (Venzon & Moolgavkar 1988).
 
 use super::condensed::{Condensed, Held, Lowest};
 use super::shaping::{Shape, Shapely};
@@ -26,7 +26,7 @@ pub(super) fn intervals(
     let n = fit.solution.x.len();
     let fixed = n - best.factors.len() - best.logs.len();
     let lines: usize = fit.solution.residuals.iter().map(Vec::len).sum();
-    let scale = best.squares / (2.0 * lines as f64 - n as f64).max(1.0);
+    let scale = fit.solution.squares / (2.0 * lines as f64 - n as f64).max(1.0);
     let mut intervals = vec![[f64::NAN; 2]; fixed];
     for unknown in fixed..n {
         let at = unknown - fixed;
@@ -51,7 +51,7 @@ pub(super) fn intervals(
                     return f64::INFINITY;
                 };
                 // The root of the growth is as good as linear.
-                let root = ((found.squares - best.squares).max(0.0) / allowed).sqrt();
+                let root = ((found.objective - best.objective).max(0.0) / allowed).sqrt();
                 if root >= 1.0 {
                     let share = (1.0 - before.1) / (root - before.1);
                     return before.0 + share * (step - before.0);
@@ -61,7 +61,7 @@ pub(super) fn intervals(
             f64::INFINITY
         };
         let mut interval = [value - unit * end(-1.0), value + unit * end(1.0)];
-        for other in minima.iter().filter(|m| m.squares - best.squares < allowed) {
+        for other in minima.iter().filter(|m| m.objective - best.objective < allowed) {
             let v = match at.checked_sub(other.factors.len()) {
                 None => other.factors[at],
                 Some(log) => other.logs[log],

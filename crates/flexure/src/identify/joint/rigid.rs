@@ -7,14 +7,13 @@
 use super::alignment::{held as held_torque, is_held};
 use super::basis::Basis;
 use super::checks;
-use super::condensed::Condensed;
 use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::fourier::Modulation;
-use super::judge::{Against, Left, fitted};
+use super::judge::{Against, Left};
 use super::outcome::{Estimated, Finding, Fitted, Parameter, RigidAxis};
-use super::parametric::friction_starts;
+use super::parametric::{forms_of, friction_starts, shape};
 use super::pieces::lowest;
-use super::shaping::{Shape, Shaping};
+use super::shaping::Shaping;
 use super::smooth::{Noise, Reflected};
 use crate::bands::{Band, BandKind};
 use crate::error::{Error, Result};
@@ -138,7 +137,7 @@ impl RigidJoint<'_> {
         let finer = Basis::friction(&lines.velocity, PIECES[(best + 1).min(PIECES.len() - 1)]);
         let finer_solution = lines.free(&finer, &weights).solve().ok_or_else(untold)?;
         let finer_curve = |v: f64| finer.value(&finer_solution.x[1 + lines.extras.len()..], v);
-        let covariance = lines.free(&basis, &weights).robust(&solution);
+        let covariance = lines.free(&basis, &weights).robust(&solution).covariance;
         let free = (&basis, &solution, &covariance[..]);
         let mut axis = self
             .outcome(&lines, &weights, free, &finer_curve, &noise)
@@ -326,26 +325,15 @@ impl Lines {
     /// The physical forms, each against the free curve.
     fn forms(&self, noise: &[f64], against: &Against) -> Vec<Fitted> {
         let fastest = self.velocity.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let mut shaping = Shaping {
+        let shaping = Shaping {
             fixed: self.fixed(),
             right: vec![self.torque.clone()],
             noise: vec![noise],
             noisy: vec![(0, 0, &self.encoder)],
-            shapes: vec![Shape {
-                terms: Vec::new(),
-                x: &self.velocity,
-                signs: vec![1.0],
-                width: self.resolution,
-            }],
+            shapes: vec![shape(&self.velocity, vec![1.0], self.resolution)],
             modulation: &self.modulation,
         };
-        let condensed = Condensed::new(&shaping);
-        let fits = friction_starts(fastest).into_iter().filter_map(|(form, starts)| {
-            shaping.shapes[0].terms = form.terms(true);
-            let fit = shaping.fit(&condensed, &starts)?;
-            Some(fitted(form, true, &fit, (0, 1 + self.extras.len(), Some(0)), against))
-        });
-        fits.collect()
+        forms_of(shaping, friction_starts(fastest), (true, Some(0)), against)
     }
 }
 
