@@ -42,10 +42,9 @@ pub(super) struct Lowest {
 
 /// The inner products.
 pub(super) struct Condensed {
-    /// Of the fixed columns, the hats of each curve, and the right-hand side, row-major.
+    /// Of the hats of each curve and the right-hand side, less what the fixed columns take of them, row-major.
     gram: Vec<f64>,
     size: usize,
-    fixed: usize,
     /// The knots of each curve, and the number of its first hat.
     knots: Vec<(usize, Vec<f64>)>,
 }
@@ -66,7 +65,7 @@ impl Condensed {
         let mut knots = Vec::new();
         for shape in &shaping.shapes {
             let own = between(shape.x, shape.width);
-            let first = columns.len();
+            let first = columns.len() - shaping.fixed.len();
             let hats: Vec<Column> = (0..own.len())
                 .into_par_iter()
                 .map(|k| {
@@ -86,11 +85,13 @@ impl Condensed {
             noise: shaping.noise.clone(),
             noisy: shaping.noisy.clone(),
         };
-        let (gram, _) = equations.gram();
+        let fixed = shaping.fixed.len();
+        let mut gram = equations.gram().0;
+        (0..fixed).for_each(|i| gram[i * size + i] *= 1.0 + RIDGE);
+        let gram = beside(gram, size, fixed);
         Condensed {
             gram,
-            size,
-            fixed: shaping.fixed.len(),
+            size: size - fixed,
             knots,
         }
     }
@@ -120,7 +121,7 @@ impl Condensed {
         if logs.iter().any(|t| !(t.abs() < LARGEST_LOG)) {
             return None;
         }
-        let mut free: Vec<Sum> = (0..self.fixed).map(|i| (i, vec![1.0])).collect();
+        let mut free: Vec<Sum> = Vec::new();
         let (mut bound, mut slopes): (Option<Sum>, Vec<(usize, Sum)>) = (None, Vec::new());
         let (mut rest, mut at) = (logs, 0);
         for (shape, (first, knots)) in shapes.iter().zip(&self.knots) {
@@ -167,6 +168,9 @@ impl Condensed {
             matrix[i * unknowns + i] += RIDGE;
         }
         let solved = |column: usize| -> Option<Vec<f64>> {
+            if unknowns == 0 {
+                return Some(Vec::new());
+            }
             let moment: Vec<f64> = (0..unknowns).map(|i| g[i * n + column] / scale[i]).collect();
             let x = linalg::solve_positive_definite(&matrix, &moment)?;
             Some(x.iter().zip(&scale).map(|(x, s)| x / s).collect())
@@ -177,7 +181,7 @@ impl Condensed {
             let with: f64 = (0..unknowns).map(|j| g[i * n + j] * x[j]).sum();
             objective += x[i] * (with - 2.0 * g[i * n + last]);
         }
-        let mut factors = x[self.fixed..].to_vec();
+        let mut factors = x.clone();
         if let Some((number, value)) = held {
             factors.insert(number, value);
         }
@@ -247,6 +251,25 @@ impl Condensed {
             logs,
         })
     }
+}
+
+/// The inner products of what the first `fixed` columns leave of the others (their Schur complement).
+fn beside(mut gram: Vec<f64>, size: usize, fixed: usize) -> Vec<f64> {
+    for k in 0..fixed {
+        let row: Vec<f64> = gram[k * size..(k + 1) * size].to_vec();
+        // The diagonal entry has shrunk; a column that is nothing beside the ones before takes nothing.
+        let pivot = row[k];
+        if !(pivot > 0.0) {
+            continue;
+        }
+        for i in k + 1..size {
+            let share = row[i] / pivot;
+            let other = &mut gram[i * size + k + 1..(i + 1) * size];
+            other.iter_mut().zip(&row[k + 1..]).for_each(|(g, r)| *g -= share * r);
+        }
+    }
+    let kept = |i: usize| &gram[i * size + fixed..(i + 1) * size];
+    (fixed..size).flat_map(kept).copied().collect()
 }
 
 /// The equations without one unknown.
