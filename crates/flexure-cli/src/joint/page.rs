@@ -15,7 +15,7 @@ use super::words::{Units, lack_words, parameter_words, with_error};
 use crate::outcome::number;
 
 /// A stiffness whose band is wider than this share of its median is not shown.
-const UNTOLD: f64 = 0.1;
+const UNTOLD: f64 = 0.03;
 
 /// The page of a rigid axis.
 pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], arguments: &Arguments, command: String) -> JointPage {
@@ -214,9 +214,10 @@ fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
     Fact {
         name: name.to_owned(),
         value: typeset(&format!("{} {unit}", number(value.value))),
-        note: match value.standard_error > 0.0 {
-            true => format!("standard error {}", number(value.standard_error)),
-            false => "as given".to_owned(),
+        note: match value.standard_error {
+            0.0 => "as given".to_owned(),
+            error if error.is_finite() => format!("standard error {}", number(error)),
+            _ => "no standard error: see the notes".to_owned(),
         },
     }
 }

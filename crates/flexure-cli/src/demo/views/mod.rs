@@ -187,7 +187,7 @@ fn deflection([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
 /// nearly arrived.
 fn torque([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
     let mut arm = ArmFile::from_toml_str(preset_text(PRESET)?, &format!("preset {PRESET}"))?;
-    arm.run.duration *= SLOWER;
+    arm.run.duration *= 0.5 * SLOWER;
     arm.run.sample_time *= SLOWER;
     let friction = arm.arm.joints[JOINT].friction.unwrap_or_default();
     let (file, context, result) = identified(&arm, "tau2", record)?;

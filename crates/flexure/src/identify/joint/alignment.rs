@@ -93,7 +93,7 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
                 .into_iter()
                 .map(|c| vec![Some(c)]),
         );
-        let solution: Solution = Equations {
+        let equations = Equations {
             columns,
             right: vec![right],
             noise: vec![&noise],
@@ -103,19 +103,21 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
                 .then_some((0, 0, &encoder[..]))
                 .into_iter()
                 .collect(),
-        }
-        .solve()?;
+        };
+        let solution: Solution = equations.solve()?;
+        let covariance = equations.robust(&solution).covariance;
         let inertia = motion.motor_inertia.unwrap_or(solution.x[0]);
         let known: Vec<f64> = encoder.iter().map(|e| inertia * inertia * e).collect();
         noise = NoiseModel::fit(&solution.residuals[0], &known).lines;
-        delay = (solution.x[delay_at], solution.error(delay_at));
+        let error = |i: usize| covariance[i * solution.x.len() + i].max(0.0).sqrt();
+        delay = (solution.x[delay_at], error(delay_at));
         let settled = match curve {
             None => false,
             Some(_) => {
                 let change = solution.x[delay_at + 1];
                 // A step of more than a few samples leaves the linear range.
                 skew -= change.clamp(-20.0 * step, 20.0 * step);
-                skew_error = solution.error(delay_at + 1);
+                skew_error = error(delay_at + 1);
                 pass > 1 && change.abs() < 0.05 * skew_error
             }
         };

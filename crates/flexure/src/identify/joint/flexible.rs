@@ -132,7 +132,7 @@ impl FlexibleJoint<'_> {
         let free = pair.free(&motion).ok_or_else(untold)?;
         let found = self.outcome(&motion, &pair, &free, &alignment, &shifted);
         found
-            .map(|axis| JointFound::Flexible(Box::new(axis)))
+            .map(|axis| JointFound::Flexible(Box::new(axis.distrusted())))
             .ok_or_else(untold)
     }
 
@@ -255,6 +255,7 @@ impl Motion<'_> {
         let mut findings = Vec::new();
         findings.extend(checks::different_angles(self.motor, self.link));
         findings.extend(checks::clipped(self.torque));
+        findings.extend(checks::in_degrees(&[self.motor, self.link]));
         findings.extend(checks::motion(v, resolution));
         for noise in [self.motor_noise, self.link_noise] {
             if noise.unresolved && findings.iter().all(|f| !matches!(f, Finding::SampledTooSlowly { .. })) {

@@ -13,8 +13,8 @@ const UNTOLD: f64 = 0.5;
 const FAR: f64 = 1.2;
 /// Logarithms of shape parameters farther than this from the estimate are no limits.
 const FARTHEST: f64 = 6.0;
-/// Logarithms of shape parameters nearer than this belong to terms that are alike.
-const ALIKE: f64 = 0.02;
+/// Terms are told apart if the standard error of their factor is no more than this share of it.
+const COLLINEAR: f64 = 0.15;
 /// Half the width of an interval of 95 %, in standard errors.
 const NORMAL: f64 = 1.959_963_984_540_054;
 
@@ -130,15 +130,8 @@ pub(super) fn fitted(
     if form == FormName::Stribeck {
         breakaway(&mut parameters, fit, first_factor);
     }
-    if form == FormName::SmoothStribeck && (curve.logs[0] - curve.logs[1]).abs() < ALIKE {
-        for parameter in parameters
-            .iter_mut()
-            .filter(|p| ["g1", "g2", "g3"].contains(&&*p.symbol))
-        {
-            parameter.identifiable = false;
-            parameter.range = [f64::NAN; 2];
-            parameter.remark = "g2 and g3 are not told apart, and so g1 is not either".to_owned();
-        }
+    if form == FormName::SmoothStribeck {
+        collinear(&mut parameters);
     }
     if curve.terms.contains(&Term::Tanh) {
         slope_only(&mut parameters);
@@ -293,6 +286,21 @@ fn slope_only(parameters: &mut [Parameter]) {
     }
 }
 
+/// The three slopes of (12) are nearly alike: what is not well told of its Stribeck part is told of no slope.
+fn collinear(parameters: &mut [Parameter]) {
+    let loose = |p: &Parameter| p.symbol == "g1" && !(p.standard_error < COLLINEAR * p.value.abs());
+    if !parameters.iter().any(loose) {
+        return;
+    }
+    let group = ["g1", "g2", "g3", "g5"];
+    for parameter in parameters.iter_mut().filter(|p| group.contains(&p.symbol.as_str())) {
+        if parameter.identifiable {
+            parameter.identifiable = false;
+            parameter.remark = "g1, g2, g3 and g5 make up for each other: only the curve is told".to_owned();
+        }
+    }
+}
+
 /// Without its factor a term has no shape.
 fn shapeless(parameters: &mut [Parameter], factor: &str, shapes: &[&str]) {
     if !parameters.iter().any(|p| p.symbol == factor && !p.identifiable) {
@@ -313,13 +321,13 @@ fn breakaway(parameters: &mut [Parameter], fit: &Shapely, first: usize) {
     let (a, b) = (first, first + 2);
     let variance = fit.covariance[a * n + a] + fit.covariance[b * n + b] + 2.0 * fit.covariance[a * n + b];
     let value = fit.solution.x[a] + fit.solution.x[b];
-    let told = parameters[2].identifiable;
-    parameters[2] = Parameter {
-        identifiable: told,
-        remark: match told {
-            true => String::new(),
-            false => "not told from Fc by these data".to_owned(),
+    let sum = plain("Fs", [1, 0], Told::new(value, variance.max(0.0).sqrt(), [value; 2]), None);
+    parameters[2] = match parameters[2].identifiable {
+        true => sum,
+        false => Parameter {
+            identifiable: false,
+            remark: "not told from Fc by these data".to_owned(),
+            ..sum
         },
-        ..plain("Fs", [1, 0], Told::new(value, variance.max(0.0).sqrt(), [value; 2]), None)
     };
 }

@@ -139,6 +139,11 @@ pub enum Finding {
         /// How many times as far.
         ratio: f64,
     },
+    /// An angle goes through several turns.
+    ManyTurns {
+        /// From its smallest to its largest value.
+        span: f64,
+    },
     /// The torque's samples are late.
     TorqueDelay {
         /// The time from a torque's sample to its effect, s.
@@ -206,6 +211,12 @@ impl std::fmt::Display for Finding {
                 "the motor goes {ratio:.4} times as far as the link: both angles must be in rad, with the same sign, and on the same \
                  side of the gear; divide the motor's by the gear ratio"
             ),
+            Finding::ManyTurns { span } => write!(
+                f,
+                "an angle goes through {span:.1} rad, {:.1} turns: if it is logged in degrees, multiply it by pi / 180 = 0.017453, or all \
+                 inertias and stiffnesses come out too small by that",
+                span / std::f64::consts::TAU
+            ),
             Finding::TorqueDelay { delay, held: true } => write!(
                 f,
                 "the torque acts {:.3} ms after its sample, as one held from sample to sample does; it has been shifted \
@@ -218,6 +229,58 @@ impl std::fmt::Display for Finding {
                 1e3 * delay.abs(),
                 if *delay > 0.0 { "after" } else { "before" }
             ),
+        }
+    }
+}
+
+/// What was wrong where a torque was clipped.
+const CLIPPED: &str = "the torque is clipped, and what really acted is not in the record";
+/// What was wrong where a joint moved in one direction.
+const ONE_WAY: &str = "the joint moves in one direction only, in which Coulomb friction and an offset are alike";
+
+impl Estimated {
+    /// Without a standard error: chance is not what is wrong with it.
+    fn unsure(&mut self) {
+        self.standard_error = f64::NAN;
+    }
+}
+
+impl Fitted {
+    fn distrust(&mut self, symbols: Option<&[&str]>, remark: &str) {
+        let named = |p: &&mut Parameter| symbols.is_none_or(|s| s.contains(&p.symbol.as_str()));
+        for parameter in self.parameters.iter_mut().filter(named) {
+            parameter.identifiable = false;
+            parameter.range = [f64::NAN; 2];
+            parameter.standard_error = f64::NAN;
+            parameter.remark = remark.to_owned();
+        }
+        if symbols.is_none() {
+            self.inertia.unsure();
+        }
+    }
+}
+
+/// Takes the standard errors off what the findings say cannot be trusted: these tell of chance alone.
+fn distrusted<'a>(
+    findings: &[Finding],
+    inertias: impl IntoIterator<Item = &'a mut Estimated>,
+    extras: &mut [Parameter],
+    forms: impl IntoIterator<Item = &'a mut Fitted>,
+) {
+    let clipped = findings.iter().any(|f| matches!(f, Finding::ClippedTorque { .. }));
+    let one_way = findings.iter().any(|f| matches!(f, Finding::NeverReverses { .. }));
+    if clipped {
+        inertias.into_iter().for_each(Estimated::unsure);
+        for extra in extras {
+            (extra.identifiable, extra.standard_error) = (false, f64::NAN);
+            (extra.range, extra.remark) = ([f64::NAN; 2], CLIPPED.to_owned());
+        }
+    }
+    for form in forms {
+        match (clipped, one_way) {
+            (true, _) => form.distrust(None, CLIPPED),
+            (false, true) => form.distrust(Some(&["Fc", "Fs", "vs", "F0", "g1", "g2", "g3", "g4", "g5"]), ONE_WAY),
+            (false, false) => {}
         }
     }
 }
@@ -311,6 +374,24 @@ pub struct JointModel {
     pub stiffness: Fitted,
     /// The friction, (12) or without its Stribeck part; `inertia` is the link's.
     pub friction: Fitted,
+}
+
+impl RigidAxis {
+    /// With the standard errors that its findings leave it.
+    pub(super) fn distrusted(mut self) -> Self {
+        distrusted(&self.findings, [&mut self.inertia], &mut self.extras, &mut self.forms);
+        self
+    }
+}
+
+impl FlexibleAxis {
+    /// With the standard errors that its findings leave it.
+    pub(super) fn distrusted(mut self) -> Self {
+        let forms = self.stiffness_forms.iter_mut().chain(&mut self.friction_forms);
+        let forms = forms.chain([&mut self.model.stiffness, &mut self.model.friction]);
+        distrusted(&self.findings, [&mut self.motor_inertia, &mut self.link_inertia], &mut [], forms);
+        self
+    }
 }
 
 /// What a log of motor, link and torque turned out to be.

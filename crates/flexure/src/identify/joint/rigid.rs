@@ -144,7 +144,7 @@ impl RigidJoint<'_> {
             .ok_or_else(untold)?;
         axis.findings
             .extend(held.map(|(delay, _)| Finding::TorqueDelay { delay, held: true }));
-        Ok(axis)
+        Ok(axis.distrusted())
     }
 
     fn lines(&self, noise: &Noise) -> Result<Lines> {
@@ -236,6 +236,7 @@ impl RigidJoint<'_> {
         let reconstructed = (0..curve.len()).map(|i| curve[i] + rest(i)).collect();
         let mut findings = Vec::new();
         findings.extend(checks::clipped(self.torque));
+        findings.extend(checks::in_degrees(&[self.position]));
         findings.extend(checks::motion(&lines.velocity, lines.resolution));
         if noise.unresolved {
             findings.push(Finding::SampledTooSlowly {

@@ -74,6 +74,7 @@ impl Whole<'_> {
                 findings: motion.findings(&self.alignments[joint], &pair.v, resolutions[joint]),
             })
         });
+        let joints = joints.map(|axis: Option<FlexibleAxis>| axis.map(FlexibleAxis::distrusted));
         let [first, second] = joints;
         Some(TwoLinkArm {
             shoulder: told.sum(&[(2, 1.0)]),
