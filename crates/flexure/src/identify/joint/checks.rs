@@ -190,7 +190,10 @@ fn plateau(tau: &[f64]) -> Option<(usize, f64)> {
             runs += 1;
         }
         let count = samples as f64;
-        if runs >= 2 && count > CLIPPED_SHARE * n as f64 && bend < FLAT * unit * count && found.is_none_or(|f| samples > f.0)
+        if runs >= 2
+            && count > CLIPPED_SHARE * n as f64
+            && bend < FLAT * unit * count
+            && found.is_none_or(|f| samples > f.0)
         {
             found = Some((samples, level / count));
         }

@@ -330,11 +330,17 @@ mod tests {
         let n = 6000;
         let step = 0.01;
         let at = |i: usize| step * i as f64;
-        let v: Vec<f64> = (0..n).map(|i| (0.7 * at(i)).sin() + 0.5 * (1.9 * at(i)).cos()).collect();
+        let v: Vec<f64> = (0..n)
+            .map(|i| (0.7 * at(i)).sin() + 0.5 * (1.9 * at(i)).cos())
+            .collect();
         let a: Vec<f64> = (0..n)
             .map(|i| 0.7 * (0.7 * at(i)).cos() - 0.95 * (1.9 * at(i)).sin())
             .collect();
-        let tau: Vec<f64> = v.iter().zip(&a).map(|(v, a)| 3.0 * a + 2.0 * (8.0 * v).tanh() + 0.5 * v).collect();
+        let tau: Vec<f64> = v
+            .iter()
+            .zip(&a)
+            .map(|(v, a)| 3.0 * a + 2.0 * (8.0 * v).tanh() + 0.5 * v)
+            .collect();
         let modulation = Modulation::new(n, step, 10.0);
         let lines = |x: &[f64]| -> Vec<Complex<f64>> { modulation.of(x) };
         let noise = vec![1e-4; modulation.len()];
@@ -372,7 +378,11 @@ mod tests {
         }
         // What is held stays, and everything else makes up for it: no lower than the minimum.
         let free = condensed.lowest(&shaping.shapes, &[2.0], None).unwrap();
-        for (held, at) in [(Held::Factor(0, 1.5), 1.5), (Held::Factor(1, 0.0), 0.0), (Held::Log(0, 2.5), 2.5)] {
+        for (held, at) in [
+            (Held::Factor(0, 1.5), 1.5),
+            (Held::Factor(1, 0.0), 0.0),
+            (Held::Log(0, 2.5), 2.5),
+        ] {
             let found = condensed.lowest(&shaping.shapes, &[2.0], Some(held)).unwrap();
             let value = match held {
                 Held::Factor(i, _) => found.factors[i],

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::bursts::over_time;
 use crate::linalg::{self, Complex};
 
 /// Added to the scaled normal equations' diagonal: what the data do not tell stays finite.
@@ -230,7 +231,8 @@ impl Equations<'_> {
 
     /// The errors whatever the noise's spectrum is, from that of the residuals (White 1980, in frequency).
     ///
-    /// Where the weights are right the covariance is the solution's own but for chance; the larger of the two variances counts.
+    /// Where the weights are right the covariance is the solution's own but for chance. That, the one by frequencies and the one by
+    /// the scatter [`over_time`]: the largest variance counts.
     pub fn robust(&self, solution: &Solution) -> Robust {
         let n = self.columns.len();
         let c = &solution.covariance;
@@ -238,11 +240,11 @@ impl Equations<'_> {
         let trace = |a: &[f64]| (0..n).map(|i| a[i * n + i]).sum();
         let taken = [trace(&spread), trace(&times(&spread, &spread, n))];
         let mut robust = times(&spread, c, n);
+        let bursts = times(&times(c, &over_time(self, &solution.residuals), n), c, n);
+        let own: Vec<f64> = (0..n).map(|i| robust[i * n + i].max(f64::MIN_POSITIVE)).collect();
         for i in 0..n {
-            // Never less than the weights say.
-            let grow = (c[i * n + i] / robust[i * n + i].max(f64::MIN_POSITIVE))
-                .sqrt()
-                .max(1.0);
+            // Never less than the weights say, nor than the scatter over time.
+            let grow = (c[i * n + i].max(bursts[i * n + i]) / own[i]).sqrt().max(1.0);
             for j in 0..n {
                 robust[i * n + j] *= grow;
                 robust[j * n + i] *= grow;

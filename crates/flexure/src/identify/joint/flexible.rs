@@ -181,7 +181,7 @@ impl FlexibleJoint<'_> {
                 value,
                 standard_error: 0.0,
             },
-            None => estimated(0),
+            None => estimated(0).or_off_by(solution.x[link_at] * pair.attenuation),
         };
         let resolution = RESOLVED * motion.link_noise.velocity_sd(self.sample_time);
         let (stiffness_forms, friction_forms) = pair.forms(free, left, (&kappa, &curve), resolution);
@@ -255,7 +255,6 @@ impl Motion<'_> {
         let mut findings = Vec::new();
         findings.extend(checks::different_angles(self.motor, self.link));
         findings.extend(checks::clipped(self.torque));
-        findings.extend(checks::in_degrees(&[self.motor, self.link]));
         findings.extend(checks::motion(v, resolution));
         for noise in [self.motor_noise, self.link_noise] {
             if noise.unresolved && findings.iter().all(|f| !matches!(f, Finding::SampledTooSlowly { .. })) {
@@ -274,6 +273,7 @@ impl Motion<'_> {
                 held: alignment.held,
             });
         }
+        findings.extend(checks::in_degrees(&[self.motor, self.link]));
         findings
     }
 }

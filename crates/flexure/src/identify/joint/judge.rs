@@ -13,6 +13,8 @@ const UNTOLD: f64 = 0.5;
 const FAR: f64 = 1.2;
 /// Logarithms of shape parameters farther than this from the estimate are no limits.
 const FARTHEST: f64 = 6.0;
+/// Slopes whose logarithms are nearer than this make terms that are alike.
+const ALIKE: f64 = 0.3;
 /// Terms are told apart if the standard error of their factor is no more than this share of it.
 const COLLINEAR: f64 = 0.15;
 /// Half the width of an interval of 95 %, in standard errors.
@@ -120,7 +122,12 @@ pub(super) fn fitted(
     for (i, ((symbol, unit), &value)) in symbols.factors.iter().zip(&curve.factors).enumerate() {
         let at = first_factor + i;
         let free = (*symbol == "F0").then_some(largest);
-        parameters.push(plain(symbol, *unit, Told::new(value, error(at), fit.intervals[at]), free));
+        parameters.push(plain(
+            symbol,
+            *unit,
+            Told::new(value, error(at), fit.intervals[at]),
+            free,
+        ));
     }
     for (i, ((symbol, unit), &log)) in symbols.shapes.iter().zip(&curve.logs).enumerate() {
         let at = first_log + i;
@@ -289,14 +296,24 @@ fn slope_only(parameters: &mut [Parameter]) {
 /// The three slopes of (12) are nearly alike: what is not well told of its Stribeck part is told of no slope.
 fn collinear(parameters: &mut [Parameter]) {
     let loose = |p: &Parameter| p.symbol == "g1" && !(p.standard_error < COLLINEAR * p.value.abs());
-    if !parameters.iter().any(loose) {
+    let slopes: Vec<f64> = parameters
+        .iter()
+        .filter(|p| ["g2", "g3", "g5"].contains(&p.symbol.as_str()))
+        .map(|p| p.value.ln())
+        .collect();
+    let alike = (0..slopes.len()).any(|i| slopes[..i].iter().any(|s| (s - slopes[i]).abs() < ALIKE));
+    if !alike && !parameters.iter().any(loose) {
         return;
     }
     let group = ["g1", "g2", "g3", "g5"];
     for parameter in parameters.iter_mut().filter(|p| group.contains(&p.symbol.as_str())) {
-        if parameter.identifiable {
+        if parameter.identifiable || alike {
             parameter.identifiable = false;
             parameter.remark = "g1, g2, g3 and g5 make up for each other: only the curve is told".to_owned();
+        }
+        // Between terms that are alike the profile is that of their sum.
+        if alike {
+            parameter.range = [f64::NAN; 2];
         }
     }
 }
@@ -321,7 +338,12 @@ fn breakaway(parameters: &mut [Parameter], fit: &Shapely, first: usize) {
     let (a, b) = (first, first + 2);
     let variance = fit.covariance[a * n + a] + fit.covariance[b * n + b] + 2.0 * fit.covariance[a * n + b];
     let value = fit.solution.x[a] + fit.solution.x[b];
-    let sum = plain("Fs", [1, 0], Told::new(value, variance.max(0.0).sqrt(), [value; 2]), None);
+    let sum = plain(
+        "Fs",
+        [1, 0],
+        Told::new(value, variance.max(0.0).sqrt(), [value; 2]),
+        None,
+    );
     parameters[2] = match parameters[2].identifiable {
         true => sum,
         false => Parameter {

@@ -33,6 +33,7 @@
 
 mod alignment;
 mod basis;
+mod bursts;
 mod checks;
 mod compliance;
 mod condensed;

@@ -239,6 +239,14 @@ const CLIPPED: &str = "the torque is clipped, and what really acted is not in th
 const ONE_WAY: &str = "the joint moves in one direction only, in which Coulomb friction and an offset are alike";
 
 impl Estimated {
+    /// With an error that is not chance's beside the one that is.
+    pub(super) fn or_off_by(self, error: f64) -> Self {
+        Estimated {
+            standard_error: self.standard_error.hypot(error),
+            ..self
+        }
+    }
+
     /// Without a standard error: chance is not what is wrong with it.
     fn unsure(&mut self) {
         self.standard_error = f64::NAN;
@@ -389,7 +397,12 @@ impl FlexibleAxis {
     pub(super) fn distrusted(mut self) -> Self {
         let forms = self.stiffness_forms.iter_mut().chain(&mut self.friction_forms);
         let forms = forms.chain([&mut self.model.stiffness, &mut self.model.friction]);
-        distrusted(&self.findings, [&mut self.motor_inertia, &mut self.link_inertia], &mut [], forms);
+        distrusted(
+            &self.findings,
+            [&mut self.motor_inertia, &mut self.link_inertia],
+            &mut [],
+            forms,
+        );
         self
     }
 }

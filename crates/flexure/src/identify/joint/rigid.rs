@@ -236,7 +236,6 @@ impl RigidJoint<'_> {
         let reconstructed = (0..curve.len()).map(|i| curve[i] + rest(i)).collect();
         let mut findings = Vec::new();
         findings.extend(checks::clipped(self.torque));
-        findings.extend(checks::in_degrees(&[self.position]));
         findings.extend(checks::motion(&lines.velocity, lines.resolution));
         if noise.unresolved {
             findings.push(Finding::SampledTooSlowly {
@@ -254,6 +253,7 @@ impl RigidJoint<'_> {
                 step: self.sample_time,
             });
         }
+        findings.extend(checks::in_degrees(&[self.position]));
         Some(RigidAxis {
             inertia: Estimated {
                 value: solution.x[0],

@@ -140,7 +140,10 @@ impl Shaping<'_> {
     pub fn fit(&self, condensed: &Condensed, starts: &[Vec<f64>]) -> Option<Shapely> {
         let starts = starts.iter().filter(|s| s.len() == self.logs());
         let minima: Vec<Lowest> = starts.filter_map(|s| condensed.lowest(&self.shapes, s, None)).collect();
-        let best = minima.iter().min_by(|a, b| a.objective.total_cmp(&b.objective))?.clone();
+        let best = minima
+            .iter()
+            .min_by(|a, b| a.objective.total_cmp(&b.objective))?
+            .clone();
         let mut fit = self.near(&best.logs)?;
         fit.intervals = profile::intervals(condensed, &self.shapes, &fit, &best, &minima);
         Some(fit)

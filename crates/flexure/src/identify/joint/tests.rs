@@ -246,7 +246,12 @@ fn skewed([motor, link, torque]: &[Vec<f64>; 3], late: usize) -> [Vec<f64>; 3] {
 
 #[test]
 fn a_joint_as_stiff_as_its_encoders_are_coarse_is_no_flexible_one() {
-    for (linear, encoder, run, late) in [(1e6, 1e-5, 0, 4), (1e6, 1e-5, 1, 0), (1e6, 1e-5, 2, 4), (500.0, 0.02, 3, 0)] {
+    for (linear, encoder, run, late) in [
+        (1e6, 1e-5, 0, 4),
+        (1e6, 1e-5, 1, 0),
+        (1e6, 1e-5, 2, 4),
+        (500.0, 0.02, 3, 0),
+    ] {
         let (log, _) = elbow_of(30.0, linear, encoder, run);
         let JointFound::Rigid(axis) = flexible(&skewed(&log, late)).identify().unwrap() else {
             panic!("a flexible joint was seen at {linear} N m/rad");
@@ -263,10 +268,7 @@ fn a_joint_as_stiff_as_its_encoders_are_coarse_is_no_flexible_one() {
             _ => None,
         });
         assert_eq!(skew.is_some(), late > 0, "{:?}", axis.findings);
-        assert!(
-            skew.is_none_or(|s| (s - late as f64 * STEP).abs() < 1e-4),
-            "{skew:?}"
-        );
+        assert!(skew.is_none_or(|s| (s - late as f64 * STEP).abs() < 1e-4), "{skew:?}");
     }
 }
 
@@ -278,8 +280,14 @@ fn a_stiff_joint_is_found_near_the_encoders_noise_and_with_their_skew() {
         let stiffness = &axis.model.stiffness;
         let a2 = stiffness.parameter("a2").unwrap();
         assert!((a2.value - 2e4).abs() < 0.02 * 2e4, "{a2:?}");
-        assert!((axis.motor_inertia.value - 1.0).abs() < 0.02, "{:?}", axis.motor_inertia);
-        assert!((axis.link_inertia.value - inertia).abs() < 0.02 * inertia, "{:?}", axis.link_inertia);
+        let motor = axis.motor_inertia;
+        let off = (motor.value - 1.0).abs();
+        assert!(off < 0.05 && off < 3.0 * motor.standard_error, "{motor:?}");
+        assert!(
+            (axis.link_inertia.value - inertia).abs() < 0.02 * inertia,
+            "{:?}",
+            axis.link_inertia
+        );
         let skew = axis.skew.value;
         assert!((skew - late as f64 * STEP).abs() < 2e-4, "{skew}");
     }
@@ -290,7 +298,16 @@ fn a_stiff_joint_is_found_near_the_encoders_noise_and_with_their_skew() {
 fn what_is_told_of_the_forms_is_true() {
     let joint = space_arm(Model::Nonlinear).joints[1];
     let [g1, g2, g3, g4, g5, g6] = joint.friction.unwrap().0;
-    let truths = [("g1", g1), ("g2", g2), ("g3", g3), ("g4", g4), ("g5", g5), ("g6", g6), ("a2", 500.0), ("ksw", 10.0)];
+    let truths = [
+        ("g1", g1),
+        ("g2", g2),
+        ("g3", g3),
+        ("g4", g4),
+        ("g5", g5),
+        ("g6", g6),
+        ("a2", 500.0),
+        ("ksw", 10.0),
+    ];
     for run in 0..4 {
         let (log, _) = elbow_of(30.0, joint.linear, 1e-5, run);
         let axis = found(flexible(&log));
@@ -321,7 +338,10 @@ fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
     let (position, torque) = axis(20_000, 0.0);
     let is_clipped = |torque: &[f64]| {
         let found = rigid(&position, torque).identify().unwrap();
-        let clipped = found.findings.iter().any(|f| matches!(f, Finding::ClippedTorque { .. }));
+        let clipped = found
+            .findings
+            .iter()
+            .any(|f| matches!(f, Finding::ClippedTorque { .. }));
         // What a clipped torque makes wrong has no standard error.
         assert_eq!(clipped, found.inertia.standard_error.is_nan());
         for form in &found.forms {
@@ -343,7 +363,9 @@ fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
     let degrees: Vec<f64> = position.iter().map(|q| q.to_degrees()).collect();
     let said = rigid(&degrees, &torque).identify().unwrap();
     assert!(
-        said.findings.iter().any(|f| f.to_string().contains("multiply it by pi / 180")),
+        said.findings
+            .iter()
+            .any(|f| f.to_string().contains("multiply it by pi / 180")),
         "{:?}",
         said.findings
     );

@@ -46,7 +46,10 @@ impl Whole<'_> {
             let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
             let best = |forms: &[Fitted]| (0..forms.len()).min_by(|&a, &b| forms[a].bic.total_cmp(&forms[b].bic));
             Some(FlexibleAxis {
-                motor_inertia: told.sum(&[(joint, 1.0)]),
+                motor_inertia: {
+                    let carried = told.sum(&[(2 + joint, 1.0)]).value;
+                    told.sum(&[(joint, 1.0)]).or_off_by(carried * pair.attenuation)
+                },
                 link_inertia: match joint {
                     0 => told.sum(&[(2, 1.0), (4, 2.0)]),
                     _ => told.sum(&[(3, 1.0)]),
