@@ -237,10 +237,13 @@ impl Equations<'_> {
         let n = self.columns.len();
         let c = &solution.covariance;
         let spread = self.spread(solution);
-        let trace = |a: &[f64]| (0..n).map(|i| a[i * n + i]).sum();
-        let taken = [trace(&spread), trace(&times(&spread, &spread, n))];
+        let trace = |a: &[f64]| -> f64 { (0..n).map(|i| a[i * n + i]).sum() };
         let mut robust = times(&spread, c, n);
-        let bursts = times(&times(c, &over_time(self, &solution.residuals), n), c, n);
+        let scatter = times(c, &over_time(self, &solution.residuals), n);
+        // Of the scatter over few stretches the sum is well known, its parts are not.
+        let more = (trace(&scatter) / trace(&spread)).max(1.0);
+        let taken = [more * trace(&spread), more * more * trace(&times(&spread, &spread, n))];
+        let bursts = times(&scatter, c, n);
         let own: Vec<f64> = (0..n).map(|i| robust[i * n + i].max(f64::MIN_POSITIVE)).collect();
         for i in 0..n {
             // Never less than the weights say, nor than the scatter over time.

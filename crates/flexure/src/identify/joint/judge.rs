@@ -18,7 +18,7 @@ const ALIKE: f64 = 0.3;
 /// Terms are told apart if the standard error of their factor is no more than this share of it.
 const COLLINEAR: f64 = 0.15;
 /// Half the width of an interval of 95 %, in standard errors.
-const NORMAL: f64 = 1.959_963_984_540_054;
+pub(super) const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// What equations with free curves leave.
 #[derive(Debug, Clone, Copy)]

@@ -3,7 +3,7 @@
 use super::condensed::Condensed;
 use super::equations::Column;
 use super::forms::FormName;
-use super::judge::{Against, Left, fitted};
+use super::judge::{Against, Left, NORMAL, fitted};
 use super::outcome::{Fitted, JointModel};
 use super::pair::{Free, Pair};
 use super::shaping::{Shape, Shapely, Shaping};
@@ -126,7 +126,9 @@ impl Pair<'_> {
         let stiff = of_an_arm(stiffness)?;
         let with = |simple: bool| {
             let forms = [stiff, friction_of_an_arm(friction, simple)?];
-            self.model_of(free, left, forms, curves, resolution)
+            let mut model = self.model_of(free, left, forms, curves, resolution)?;
+            no_surer(&mut model.stiffness, stiffness);
+            Some(model)
         };
         with(false)
             .filter(|model| possible_friction(&model.friction))
@@ -192,9 +194,30 @@ pub(super) fn of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
         let factor = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
         factor("a2") > 0.0 && factor("a1") >= 0.0 && (0.0..factor("a2")).contains(&factor("ksw"))
     };
-    best(forms, |f| possible(f) && f.lack_of_fit.p_value > REFUTED)
+    let chosen = best(forms, |f| possible(f) && f.lack_of_fit.p_value > REFUTED)
         .or_else(|| best(forms, possible))
-        .or_else(|| forms.first())
+        .or_else(|| forms.first())?;
+    // A cubic term that is not told is no reason to be the more sure of a wind-up.
+    let full = forms.iter().find(|f| f.form == FormName::Windup);
+    full.filter(|f| chosen.form == FormName::LinearWindup && possible(f))
+        .or(Some(chosen))
+}
+
+/// Where the cubic term had to be left out, the wind-up is no more sure than beside it.
+pub(super) fn no_surer(fitted: &mut Fitted, forms: &[Fitted]) {
+    let full = forms.iter().find(|f| f.form == FormName::Windup);
+    let Some(full) = full.filter(|_| fitted.form == FormName::LinearWindup) else {
+        return;
+    };
+    for parameter in &mut fitted.parameters {
+        if let Some(beside) = full.parameter(&parameter.symbol) {
+            parameter.standard_error = parameter.standard_error.max(beside.standard_error);
+            parameter.range = [
+                parameter.range[0].min(parameter.value - NORMAL * parameter.standard_error),
+                parameter.range[1].max(parameter.value + NORMAL * parameter.standard_error),
+            ];
+        }
+    }
 }
 
 /// Whether an arm can have this friction: (12) or a part of it, with a Stribeck part that is not the difference of two

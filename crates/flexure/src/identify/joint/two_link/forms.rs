@@ -4,7 +4,7 @@ use super::super::condensed::Condensed;
 use super::super::judge::{Against, Left, fitted};
 use super::super::outcome::{Estimated, Fitted, JointModel};
 use super::super::parametric::{
-    RESOLVED_DEFLECTION, forms_of, friction_of_an_arm, friction_starts, of_an_arm, possible_friction, shape,
+    RESOLVED_DEFLECTION, forms_of, friction_of_an_arm, friction_starts, no_surer, of_an_arm, possible_friction, shape,
     stiffness_starts,
 };
 use super::super::shaping::{Shape, Shaping};
@@ -142,6 +142,7 @@ impl Whole<'_> {
                 stiffness: told(joint, Some(joint)),
                 friction: told(2 + joint, None),
             };
+            no_surer(&mut model.stiffness, &forms[joint][0]);
             // This joint's own test: the other one's curves are free.
             let (own, others) = ([joint, 2 + joint], [1 - joint, 3 - joint]);
             let alone = self.shaping(shapes(&own), &others).near(&logs(&own))?;
