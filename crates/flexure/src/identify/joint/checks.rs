@@ -145,10 +145,12 @@ const WINDOW: usize = 8;
 /// deviations of a mean.
 const DEEP: f64 = 8.0;
 const STILL: f64 = 4.0;
+/// Fewer plateaus than this may be peaks that happen to be flat.
+const FEWEST_PLATEAUS: usize = 3;
 /// Of a peak the outer thirds lie 5 standard deviations below the middle one; of a plateau by less than this.
-const FLAT: f64 = 0.7;
+const FLAT: f64 = 0.6;
 /// A depth above this share of the torque's range tells no plateau, and so does a torque that stands still for this share of the time.
-const TOO_DEEP: f64 = 0.1;
+const TOO_DEEP: f64 = 0.02;
 const STANDS: f64 = 0.85;
 
 /// How long, and about what extreme, a torque with noise stands still: clipped before it was measured.
@@ -190,7 +192,7 @@ fn plateau(tau: &[f64]) -> Option<(usize, f64)> {
             runs += 1;
         }
         let count = samples as f64;
-        if runs >= 2
+        if runs >= FEWEST_PLATEAUS
             && count > CLIPPED_SHARE * n as f64
             && bend < FLAT * unit * count
             && found.is_none_or(|f| samples > f.0)
