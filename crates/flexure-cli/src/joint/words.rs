@@ -1,7 +1,7 @@
 //! A joint in words and as JSON.
 
 use flexure::bands::Band;
-use flexure::identify::joint::{Finding, Fitted, Parameter};
+use flexure::identify::joint::{Finding, Fitted, Parameter, REFUTED};
 use serde_json::{Value, json};
 
 use crate::outcome::number;
@@ -120,7 +120,7 @@ pub fn fitted_words(form: &Fitted, units: &Units, best: bool) -> Vec<String> {
 /// The test of a form against the free curve, in words.
 pub fn lack_words(form: &Fitted) -> String {
     let lack = form.lack_of_fit;
-    let verdict = if lack.p_value < 0.01 {
+    let verdict = if lack.p_value < REFUTED {
         "refuted by"
     } else {
         "agrees with"

@@ -9,6 +9,7 @@
 
 use super::basis::Basis;
 use super::checks;
+use super::compliance::Compliance;
 use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::flexible::Motion;
 use super::fourier::Modulation;
@@ -63,7 +64,10 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
     let mut noise = vec![1.0; modulation.len()];
     // A motion of few reversals takes a curved friction for a late clock.
     let mut tells = true;
-    let (mut skew, mut skew_error, mut delay) = (0.0, f64::INFINITY, (0.0, f64::INFINITY));
+    // Beside a skew the deflection of a stiff joint is too small for the first passes to find their way.
+    let stiff = motion.compliance(modulation).filter(Compliance::is_stiff);
+    let mut skew = stiff.map_or(0.0, |found| found.skew.0);
+    let (mut skew_error, mut delay) = (f64::INFINITY, (0.0, f64::INFINITY));
     let mut curve: Option<(Basis, Vec<f64>)> = None;
     for pass in 0..PASSES {
         let q = if skew == 0.0 {

@@ -40,6 +40,13 @@ pub(super) struct Compliance {
     pub stiffness: f64,
 }
 
+impl Compliance {
+    /// Whether the deflection is not far above the encoders' noise.
+    pub fn is_stiff(&self) -> bool {
+        self.elastic < PLAIN * self.noise
+    }
+}
+
 impl Motion<'_> {
     /// The deflection against this angle of the link. Where the encoders' noise is not small beside it, it is smoothed, so that its
     /// noise is not taken for its size (a curve over a noisy abscissa comes out too flat). Second, the share of its mean square that

@@ -66,6 +66,7 @@ mod tests;
 pub use flexible::FlexibleJoint;
 pub use forms::{FormName, Term};
 pub use outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound, JointModel, LackOfFit, Parameter, RigidAxis};
+pub use parametric::REFUTED;
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};
 pub use two_link::{TwoLinkArm, TwoLinkLog};

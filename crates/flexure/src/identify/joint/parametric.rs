@@ -185,8 +185,9 @@ pub(super) fn shape(x: &[f64], signs: Vec<f64>, width: f64) -> Shape<'_> {
     }
 }
 
-/// A form is refuted where its lack of fit is less probable than this.
-const REFUTED: f64 = 0.01;
+/// A form is refuted where its lack of fit is less probable than this: far less than is usual, as the free curve that it is held
+/// against is divided as finely as these very data make it pay.
+pub const REFUTED: f64 = 1e-4;
 
 /// The form of stiffness that an arm can have, one that the free curve does not refute if there is one.
 pub(super) fn of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {

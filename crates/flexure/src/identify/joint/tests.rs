@@ -313,7 +313,7 @@ fn what_is_told_of_the_forms_is_true() {
         let axis = found(flexible(&log));
         for form in [&axis.model.stiffness, &axis.model.friction] {
             println!("run {run}: {:?} {:?}", form.form, form.lack_of_fit);
-            assert!(form.lack_of_fit.p_value > 1e-3, "run {run}: {:?}", form.lack_of_fit);
+            assert!(form.lack_of_fit.p_value > REFUTED, "run {run}: {:?}", form.lack_of_fit);
             for (symbol, truth) in truths {
                 let told = form.parameter(symbol).filter(|p| p.identifiable);
                 println!("  {symbol} {told:?}");
@@ -328,7 +328,7 @@ fn what_is_told_of_the_forms_is_true() {
             true_forms(&axis.stiffness_forms, FormName::Windup),
             true_forms(&axis.friction_forms, FormName::SmoothStribeck),
         ] {
-            assert!(lack.p_value > 1e-3, "run {run}: {lack:?}");
+            assert!(lack.p_value > REFUTED, "run {run}: {lack:?}");
         }
     }
 }
