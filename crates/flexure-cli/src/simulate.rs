@@ -11,6 +11,7 @@ use flexure_io::arm::{ArmError, ArmFile, preset_text, run_watched};
 use flexure_io::{check_record_writable, check_writable, read_record, read_text, write_atomically, write_record};
 use serde_json::json;
 
+use crate::arguments::Usage;
 use crate::files::keep_apart;
 use crate::output::print;
 use crate::progress::Progress;
@@ -31,12 +32,7 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", value_parser = known_preset)]
     preset: Option<String>,
     /// Write the record here: .csv or .parquet.
-    #[arg(
-        short = 'o',
-        long = "out",
-        value_name = "RECORD",
-        required_unless_present = "write_arm"
-    )]
+    #[arg(short = 'o', long = "out", value_name = "RECORD")]
     out: Option<PathBuf>,
     /// Write the arm file here, with its comments, to be edited.
     #[arg(long, value_name = "ARM.toml")]
@@ -54,6 +50,12 @@ fn known_preset(name: &str) -> Result<String, String> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.out.is_none() && arguments.write_arm.is_none() {
+        let stem = arguments.arm.as_deref().and_then(Path::file_stem);
+        let stem = stem.map_or_else(|| "record".into(), |s| s.to_string_lossy());
+        let message = format!("say where the record is to be written: -o {stem}.csv, or -o {stem}.parquet");
+        return Err(Usage(message).into());
+    }
     keep_apart(&arguments.arm, arguments.out.iter().chain(&arguments.write_arm))?;
     if let Some(path) = &arguments.out {
         check_record_writable(path)?;

@@ -70,6 +70,10 @@ fn the_identified_arm_moves_as_the_true_one_under_a_fresh_torque() {
     folder.done("simulate fresh.toml -o fresh.csv");
     let arm = folder.read("arm.toml");
     assert!(arm.contains("file = \"log.csv\""), "{arm}");
+    assert!(
+        arm.starts_with("# A joint's log tells the inertia about its axis"),
+        "{arm}"
+    );
     folder.write("again.toml", arm.replace("log.csv", "fresh.csv"));
     folder.done("simulate again.toml -o again.csv");
     let velocity = |name: &str| -> Vec<f64> {

@@ -206,7 +206,7 @@ fn options_that_contradict_each_other_or_are_missing() {
     );
     usage(
         "simulate arm.toml",
-        "the following required arguments were not provided:\n  --out <RECORD>\n",
+        "say where the record is to be written: -o arm.csv, or -o arm.parquet\n",
     );
     usage("identfy r.csv", "unrecognized subcommand 'identfy'\n");
     usage(

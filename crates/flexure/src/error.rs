@@ -294,16 +294,16 @@ pub enum Error {
     },
     /// A joint of an arm with flexible joints shows no deflection.
     #[error(
-        "no flexibility is seen at joint {joint}: motor and link differ by {deflection:.2e} rad in the band of the motion, where \
-         the encoders' noise alone makes {noise:.2e} rad; load it more, measure finer, or lock this joint and identify the \
+        "no flexibility is seen at joint {joint}: of the difference between motor and link the torque explains {deflection:.2e} rad \
+         (root mean square), less than three times the encoders' noise of {noise:.2e} rad, which tells no stiffness curve; load it more, measure finer, or lock this joint and identify the \
          other one by itself"
     )]
     RigidJointInArm {
         /// 1, the shoulder, or 2, the elbow.
         joint: usize,
-        /// The root mean square of the deflection in the band of the motion, rad.
+        /// The root mean square of the deflection that the torque explains, rad.
         deflection: f64,
-        /// That of the encoders' noise in this band, rad.
+        /// That of the encoders' noise in a sample of the deflection, rad.
         noise: f64,
     },
 }

@@ -322,6 +322,13 @@ fn experiment(
             }
         }
         // Responses are not proportional to their cause: halves of the way once a smaller one is allowed.
+        if best.is_none() {
+            // The links move each other: both signals shrink until the limits are kept.
+            let most = over[0].max(over[1]);
+            let shrink = (0.99 / most).clamp(0.3, 0.9);
+            scale.iter_mut().for_each(|s| *s *= shrink);
+            continue;
+        }
         for i in 0..2 {
             if over[i] > 1.0 + 1e-9 {
                 let aimed = scale[i] * (0.99 / over[i]).max(0.3);
@@ -336,9 +343,13 @@ fn experiment(
         }
     }
     best.map(|b| b.1).ok_or_else(|| {
+        let remedy = match arguments.kind {
+            SignalKind::Multilevel => "shorten --hold, as torques that are held long",
+            SignalKind::Multisine | SignalKind::Chirp => "raise --f-min, as slow torques",
+        };
         anyhow::anyhow!(
             "no amplitude was found for which the simulated arm keeps within its limits; raise --max-position or --max-velocity, or \
-             raise --f-min, as slow torques let an arm without gravity drift far"
+             {remedy} let an arm without gravity drift far"
         )
     })
 }

@@ -14,6 +14,14 @@ use super::Arguments;
 use super::data::Log;
 use crate::simulate::read_arm;
 
+/// What an arm file without a template says of its links.
+const PLACEHOLDERS: &str = "\
+# A joint's log tells the inertia about its axis, no mass, length or centre of mass: those below are placeholders, the inertia is in the
+# moment of inertia of the moving link. The motion of this joint is right; for links that move together give the true ones, and
+# write this file with --template.
+
+";
+
 /// The mass of a link that is not there, kg; its length, m.
 const NOTHING: f64 = 1e-9;
 
@@ -177,5 +185,8 @@ pub fn arm_file(axis: &FlexibleAxis, log: &Log, arguments: &Arguments) -> Result
     let text = file.to_toml()?;
     // What is written must read back.
     ArmFile::from_toml_str(&text, "the identified arm")?;
-    Ok(text)
+    match arguments.template {
+        Some(_) => Ok(text),
+        None => Ok(format!("{PLACEHOLDERS}{text}")),
+    }
 }

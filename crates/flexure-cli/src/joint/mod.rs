@@ -92,7 +92,8 @@ pub struct Arguments {
     /// Write the stiffness curve here, as torque and as stiffness over the deflection: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv", requires = "motor", conflicts_with = "position")]
     stiffness: Option<PathBuf>,
-    /// Write the joint or arm as an arm file here, for `flexure simulate`; a single joint's other one is locked.
+    /// Write the joint or arm as an arm file here, for `flexure simulate`; a single joint's other one is locked. Of flexible joints: an
+    /// arm file knows no offset, gravity or spring, which a rigid axis may have.
     #[arg(long, value_name = "ARM.toml", requires = "motor", conflicts_with = "position")]
     arm: Option<PathBuf>,
     /// Which joint of that arm it is: 1, the shoulder, or 2, the elbow.

@@ -15,7 +15,9 @@ use super::words::{Units, lack_words, parameter_words, with_error};
 use crate::outcome::number;
 
 /// A stiffness whose band is wider than this share of its median is not shown.
-const UNTOLD: f64 = 0.1;
+const UNTOLD: f64 = 0.03;
+/// Deflections below this share of the largest one are next to zero.
+const NEXT: f64 = 0.2;
 
 /// The page of a rigid axis.
 pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], arguments: &Arguments, command: String) -> JointPage {
@@ -214,9 +216,10 @@ fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
     Fact {
         name: name.to_owned(),
         value: typeset(&format!("{} {unit}", number(value.value))),
-        note: match value.standard_error > 0.0 {
-            true => format!("standard error {}", number(value.standard_error)),
-            false => "as given".to_owned(),
+        note: match value.standard_error {
+            0.0 => "as given".to_owned(),
+            error if error.is_finite() => format!("standard error {}", number(error)),
+            _ => "no standard error: see the notes".to_owned(),
         },
     }
 }
@@ -268,8 +271,18 @@ fn told(mut curve: Nonlinearity) -> Nonlinearity {
     let mut size: Vec<f64> = curve.y.iter().map(|y| y.abs()).collect();
     size.sort_unstable_by(f64::total_cmp);
     let widest = UNTOLD * size[size.len() / 2];
-    for i in 0..curve.x.len() {
-        if !(curve.upper[i] - curve.lower[i] < widest) {
+    let wide: Vec<bool> = (0..curve.x.len())
+        .map(|i| !(curve.upper[i] - curve.lower[i] < widest))
+        .collect();
+    // Next to zero nothing in between is told either.
+    let farthest = curve.x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let near = wide
+        .iter()
+        .zip(&curve.x)
+        .filter(|(wide, x)| **wide && x.abs() < NEXT * farthest);
+    let reach = near.fold(-1.0_f64, |m, (_, x)| m.max(x.abs()));
+    for (i, wide) in wide.into_iter().enumerate() {
+        if wide || curve.x[i].abs() <= reach {
             (curve.y[i], curve.lower[i], curve.upper[i]) = (f64::NAN, f64::NAN, f64::NAN);
         }
     }

@@ -5,7 +5,7 @@ use std::io::Write;
 use anyhow::{Context as _, Result};
 use flexure::Record;
 use flexure::bands::Band;
-use flexure::identify::joint::{AxisDrive, Extra, RigidAxis, RigidJoint};
+use flexure::identify::joint::{AxisDrive, Extra, Finding, RigidAxis, RigidJoint};
 use flexure_io::{RecordFile, write_atomically, write_record};
 use serde_json::json;
 
@@ -41,7 +41,12 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
         extras: &extras,
         level: arguments.band,
     };
-    let axis = spinning("identifying", || joint.identify()).map_err(|error| file.locate(named(error, arguments)))?;
+    let found = spinning("identifying", || joint.identify());
+    let mut axis = found.map_err(|error| file.locate(named(error, arguments)))?;
+    if arguments.prismatic {
+        // There are no turns to be counted in metres.
+        axis.findings.retain(|f| !matches!(f, Finding::ManyTurns { .. }));
+    }
     possible(file, [("inertia", &axis.inertia)])?;
     tell(file, log, &axis, arguments)
 }

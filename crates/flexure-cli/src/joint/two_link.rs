@@ -21,6 +21,13 @@ use crate::output::{command_line, print};
 use crate::progress::spinning;
 use crate::simulate::read_arm;
 
+/// What an arm file without a template says of its links.
+const PLACEHOLDERS: &str = "\
+# A log tells three constants of the links, not their masses, lengths and centres of mass: those below are one choice with these
+# constants, and move in the same way. For the true ones give lengths and centres of mass by --template.
+
+";
+
 /// The identified arm under its recorded torques.
 #[derive(serde::Serialize)]
 pub struct Replay {
@@ -331,7 +338,10 @@ fn arm_file(found: &TwoLinkArm, log: &ArmLog, columns: &[[String; 2]; 3], argume
     let text = file.to_toml()?;
     // What is written must read back.
     ArmFile::from_toml_str(&text, "the identified arm")?;
-    Ok(text)
+    match template {
+        Some(_) => Ok(text),
+        None => Ok(format!("{PLACEHOLDERS}{text}")),
+    }
 }
 
 fn slices(columns: &[Vec<f64>; 2]) -> [&[f64]; 2] {

@@ -1,7 +1,7 @@
 //! A joint in words and as JSON.
 
 use flexure::bands::Band;
-use flexure::identify::joint::{Finding, Fitted, Parameter};
+use flexure::identify::joint::{Finding, Fitted, Parameter, REFUTED};
 use serde_json::{Value, json};
 
 use crate::outcome::number;
@@ -69,7 +69,10 @@ impl Units {
 
 /// A value with its standard error.
 pub fn with_error(value: f64, error: f64) -> String {
-    format!("{} +- {}", number(value), number(error))
+    match error.is_finite() {
+        true => format!("{} +- {}", number(value), number(error)),
+        false => format!("{} (no standard error: see the notes)", number(value)),
+    }
 }
 
 /// A parameter in words.
@@ -84,7 +87,8 @@ pub fn parameter_words(parameter: &Parameter, unit: &str) -> String {
         (true, true) => format!("the data support {} to {} {unit}", number(low), number(high)),
         (true, false) => format!("the data support any value above {} {unit}", number(low)),
         (false, true) => format!("the data support any value below {} {unit}", number(high)),
-        (false, false) => "the data support any value".to_owned(),
+        (false, false) if parameter.standard_error.is_finite() => "the data support any value".to_owned(),
+        (false, false) => format!("the best fit has {} {unit}", number(parameter.value)),
     };
     format!("{name} not identifiable: {}; {range}", parameter.remark)
 }
@@ -116,7 +120,7 @@ pub fn fitted_words(form: &Fitted, units: &Units, best: bool) -> Vec<String> {
 /// The test of a form against the free curve, in words.
 pub fn lack_words(form: &Fitted) -> String {
     let lack = form.lack_of_fit;
-    let verdict = if lack.p_value < 0.01 {
+    let verdict = if lack.p_value < REFUTED {
         "refuted by"
     } else {
         "agrees with"

@@ -9,6 +9,7 @@
 
 use super::basis::Basis;
 use super::checks;
+use super::compliance::Compliance;
 use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::flexible::Motion;
 use super::fourier::Modulation;
@@ -63,7 +64,10 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
     let mut noise = vec![1.0; modulation.len()];
     // A motion of few reversals takes a curved friction for a late clock.
     let mut tells = true;
-    let (mut skew, mut skew_error, mut delay) = (0.0, f64::INFINITY, (0.0, f64::INFINITY));
+    // Beside a skew the deflection of a stiff joint is too small for the first passes to find their way.
+    let stiff = motion.compliance(modulation).filter(Compliance::is_stiff);
+    let mut skew = stiff.map_or(0.0, |found| found.skew.0);
+    let (mut skew_error, mut delay) = (f64::INFINITY, (0.0, f64::INFINITY));
     let mut curve: Option<(Basis, Vec<f64>)> = None;
     for pass in 0..PASSES {
         let q = if skew == 0.0 {
@@ -71,7 +75,7 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
         } else {
             link.shifted(skew)
         };
-        let d: Vec<f64> = motion.motor.iter().zip(&q).map(|(m, q)| m - q).collect();
+        let (d, _) = motion.deflection(&q);
         let v = Reflected::new(&q, step).velocity(motion.link_noise.cut_off());
         tells &= checks::motion(&v, 0.0).is_none();
         let mut columns: Vec<Column> = vec![vec![Some(motor.clone())], vec![Some(rate.clone())]];
@@ -93,7 +97,7 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
                 .into_iter()
                 .map(|c| vec![Some(c)]),
         );
-        let solution: Solution = Equations {
+        let equations = Equations {
             columns,
             right: vec![right],
             noise: vec![&noise],
@@ -103,19 +107,21 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
                 .then_some((0, 0, &encoder[..]))
                 .into_iter()
                 .collect(),
-        }
-        .solve()?;
+        };
+        let solution: Solution = equations.solve()?;
+        let covariance = equations.robust(&solution).covariance;
         let inertia = motion.motor_inertia.unwrap_or(solution.x[0]);
         let known: Vec<f64> = encoder.iter().map(|e| inertia * inertia * e).collect();
         noise = NoiseModel::fit(&solution.residuals[0], &known).lines;
-        delay = (solution.x[delay_at], solution.error(delay_at));
+        let error = |i: usize| covariance[i * solution.x.len() + i].max(0.0).sqrt();
+        delay = (solution.x[delay_at], error(delay_at));
         let settled = match curve {
             None => false,
             Some(_) => {
                 let change = solution.x[delay_at + 1];
                 // A step of more than a few samples leaves the linear range.
                 skew -= change.clamp(-20.0 * step, 20.0 * step);
-                skew_error = solution.error(delay_at + 1);
+                skew_error = error(delay_at + 1);
                 pass > 1 && change.abs() < 0.05 * skew_error
             }
         };

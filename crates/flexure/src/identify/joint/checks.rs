@@ -13,6 +13,8 @@ const MOST_DIFFERENT: f64 = 4.0;
 /// Samples in a row at the extreme torque that tell of clipping, and all of them as a share of the record.
 const CLIPPED_RUN: usize = 5;
 const CLIPPED_SHARE: f64 = 0.002;
+/// A link that turns farther than this may be logged in degrees.
+const MOST_TURNS: f64 = 3.0;
 /// Less of the time than this in one direction is none.
 const ONE_WAY: f64 = 0.02;
 /// Fewer reversals than this are too few to tell friction.
@@ -133,13 +135,90 @@ pub(super) fn clipped(tau: &[f64]) -> Option<Finding> {
             found = Some((all, extreme));
         }
     }
+    let found = found.or_else(|| plateau(tau));
     found.map(|(samples, value)| Finding::ClippedTorque { samples, value })
+}
+
+/// Samples of a running mean in which plateaus are looked for.
+const WINDOW: usize = 8;
+/// How far below the top a plateau reaches, and how far apart means of neighbouring windows are at most that stand still, in standard
+/// deviations of a mean.
+const DEEP: f64 = 8.0;
+const STILL: f64 = 4.0;
+/// Fewer plateaus than this may be peaks that happen to be flat.
+const FEWEST_PLATEAUS: usize = 3;
+/// Of a peak the outer thirds lie 5 standard deviations below the middle one; of a plateau by less than this.
+const FLAT: f64 = 0.6;
+/// A depth above this share of the torque's range tells no plateau, and so does a torque that stands still for this share of the time.
+const TOO_DEEP: f64 = 0.02;
+const STANDS: f64 = 0.85;
+
+/// How long, and about what extreme, a torque with noise stands still: clipped before it was measured.
+fn plateau(tau: &[f64]) -> Option<(usize, f64)> {
+    let n = tau.len();
+    let mut bends: Vec<f64> = tau.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
+    let middle = bends.len() / 2;
+    // The median of the absolute second differences of white noise is 0.6745 sqrt(6) of its standard deviation.
+    let noise = *bends.select_nth_unstable_by(middle, f64::total_cmp).1 / (0.6745 * 6.0_f64.sqrt());
+    let unit = noise / (WINDOW as f64).sqrt();
+    let means: Vec<f64> = tau
+        .windows(WINDOW)
+        .map(|w| w.iter().sum::<f64>() / WINDOW as f64)
+        .collect();
+    let (low, high) = means
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &m| (l.min(m), h.max(m)));
+    let pairs = means.iter().zip(&means[WINDOW..]);
+    let still = pairs.filter(|(a, b)| (*a - *b).abs() < STILL * unit).count();
+    if !(unit > 0.0) || DEEP * unit > TOO_DEEP * (high - low) || still as f64 > STANDS * means.len() as f64 {
+        return None;
+    }
+    let mut found: Option<(usize, f64)> = None;
+    for sign in [1.0, -1.0] {
+        let bottom = if sign > 0.0 { high } else { -low } - DEEP * unit;
+        let (mut samples, mut runs, mut level, mut bend) = (0, 0, 0.0, 0.0);
+        for run in means.chunk_by(|a, b| (sign * a >= bottom) == (sign * b >= bottom)) {
+            if sign * run[0] < bottom || run.len() < 3 * WINDOW {
+                continue;
+            }
+            // Without the ways up and down.
+            let run = &run[WINDOW / 2..run.len() - WINDOW / 2];
+            let third = run.len() / 3;
+            let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+            let (inner, last) = (&run[third..run.len() - third], &run[run.len() - third..]);
+            bend += sign * (mean(inner) - 0.5 * (mean(&run[..third]) + mean(last))) * run.len() as f64;
+            level += run.iter().sum::<f64>();
+            samples += run.len();
+            runs += 1;
+        }
+        let count = samples as f64;
+        if runs >= FEWEST_PLATEAUS
+            && count > CLIPPED_SHARE * n as f64
+            && bend < FLAT * unit * count
+            && found.is_none_or(|f| samples > f.0)
+        {
+            found = Some((samples, level / count));
+        }
+    }
+    found
 }
 
 /// Whether the samples repeat their predecessor most of the time: steps, not a clipped curve.
 fn few_levels(tau: &[f64]) -> bool {
     let held = tau.windows(2).filter(|w| w[0] == w[1]).count();
     2 * held > tau.len()
+}
+
+/// Whether an angle spans so many turns that it may be in degrees.
+pub(super) fn in_degrees(angles: &[&[f64]]) -> Option<Finding> {
+    let span = |q: &&[f64]| {
+        let (low, high) = q
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        high - low
+    };
+    let span = angles.iter().map(span).fold(0.0, f64::max);
+    (span > MOST_TURNS * std::f64::consts::TAU).then_some(Finding::ManyTurns { span })
 }
 
 /// What is wrong with the motion: in one direction only, or too few reversals; velocities within `resolution` are rest.

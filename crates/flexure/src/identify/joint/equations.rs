@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::bursts::over_time;
 use crate::linalg::{self, Complex};
 
 /// Added to the scaled normal equations' diagonal: what the data do not tell stays finite.
-const RIDGE: f64 = 1e-10;
+pub(super) const RIDGE: f64 = 1e-10;
 
 /// A column of unknown factor: its entries in each of the stacked blocks of equations, or none.
 pub(super) type Column = Vec<Option<Vec<Complex<f64>>>>;
@@ -41,6 +42,17 @@ pub(super) struct Solution {
     pub residuals: Vec<Vec<Complex<f64>>>,
     /// The weighted sum of squares of the residuals, one real and one imaginary part a line.
     pub squares: f64,
+    /// That less what the noise of the columns has in it: what the solution minimises.
+    pub objective: f64,
+}
+
+/// The errors of a solution, whatever the noise's spectrum.
+pub(super) struct Robust {
+    /// The covariance of the unknowns, row-major.
+    pub covariance: Vec<f64>,
+    /// What the unknowns take of the weighted sum of squares by chance: its mean, and half its variance. Each is the number of
+    /// unknowns where the weights are right.
+    pub taken: [f64; 2],
 }
 
 impl Solution {
@@ -52,7 +64,7 @@ impl Solution {
 
 impl Equations<'_> {
     /// sum over all lines of Re(conj(a) b) times the weights.
-    pub(super) fn product(weights: &[Vec<f64>], a: &Column, b: &Column) -> f64 {
+    fn product(weights: &[Vec<f64>], a: &Column, b: &Column) -> f64 {
         let blocks = weights.iter().zip(a.iter().zip(b));
         blocks
             .map(|(w, pair)| match pair {
@@ -90,17 +102,32 @@ impl Equations<'_> {
         normal
     }
 
+    /// The weights of each line of each block: the real and the imaginary part each have half the noise's mean square.
+    fn weights(&self) -> Vec<Vec<f64>> {
+        self.noise.iter().map(|s| s.iter().map(|s| 2.0 / s).collect()).collect()
+    }
+
+    /// The weighted inner products of the columns, row-major, less what the columns' own noise has added; and that, for each column.
+    pub fn gram(&self) -> (Vec<f64>, Vec<f64>) {
+        let n = self.columns.len();
+        let weights = self.weights();
+        let mut normal = self.normal(&weights);
+        let mut excess = vec![0.0; n];
+        for &(column, block, errors) in &self.noisy {
+            let sum: f64 = weights[block].iter().zip(errors).map(|(w, e)| w * e).sum();
+            let entry = &mut normal[column * n + column];
+            let off = sum.min(MOSTLY_NOISE * *entry);
+            *entry -= off;
+            excess[column] += off;
+        }
+        (normal, excess)
+    }
+
     /// The weighted least-squares solution; `None` if the equations do not determine it in double precision.
     pub fn solve(&self) -> Option<Solution> {
         let n = self.columns.len();
-        // The real and the imaginary part each have half the noise's mean square.
-        let weights: Vec<Vec<f64>> = self.noise.iter().map(|s| s.iter().map(|s| 2.0 / s).collect()).collect();
-        let mut normal = self.normal(&weights);
-        for &(column, block, errors) in &self.noisy {
-            let excess: f64 = weights[block].iter().zip(errors).map(|(w, e)| w * e).sum();
-            let entry = &mut normal[column * n + column];
-            *entry -= excess.min(MOSTLY_NOISE * *entry);
-        }
+        let weights = self.weights();
+        let (normal, excess) = self.gram();
         let right: Column = self.right.iter().map(|r| Some(r.clone())).collect();
         let moment: Vec<f64> = self
             .columns
@@ -128,12 +155,13 @@ impl Equations<'_> {
         }
         let x: Vec<f64> = solution.iter().zip(&scale).map(|(x, s)| x / s).collect();
         let residuals = self.residuals(&x);
-        let squares = weights
+        let squares: f64 = weights
             .iter()
             .zip(&residuals)
             .map(|(w, r)| w.iter().zip(r).map(|(w, r)| w * r.norm_sqr()).sum::<f64>())
             .sum();
         Some(Solution {
+            objective: squares - excess.iter().zip(&x).map(|(e, x)| e * x * x).sum::<f64>(),
             x,
             covariance,
             residuals,
@@ -185,11 +213,9 @@ impl Equations<'_> {
             .collect()
     }
 
-    /// The covariance whatever the noise's spectrum is, from that of the residuals (White 1980, in frequency).
-    ///
-    /// Where the weights are right it is the solution's own but for chance; the larger of the two variances counts.
-    pub fn robust(&self, solution: &Solution) -> Vec<f64> {
-        let n = self.columns.len();
+    /// The covariance for the noise as it was given, times the spread of the moments that the residuals show, row-major: the unit matrix
+    /// where the weights are right, but for chance.
+    fn spread(&self, solution: &Solution) -> Vec<f64> {
         let powers = self.powers(solution);
         let meat: Vec<Vec<f64>> = self
             .noise
@@ -200,33 +226,52 @@ impl Equations<'_> {
                 s.iter().zip(&power).map(|(s, p)| 2.0 * p / (s * s)).collect()
             })
             .collect();
-        let middle = self.normal(&meat);
+        times(&solution.covariance, &self.normal(&meat), self.columns.len())
+    }
+
+    /// The errors whatever the noise's spectrum is, from that of the residuals (White 1980, in frequency).
+    ///
+    /// Where the weights are right the covariance is the solution's own but for chance. That, the one by frequencies and the one by
+    /// the scatter [`over_time`]: the largest variance counts.
+    pub fn robust(&self, solution: &Solution) -> Robust {
+        let n = self.columns.len();
         let c = &solution.covariance;
-        let times = |a: &[f64], b: &[f64]| -> Vec<f64> {
-            let mut product = vec![0.0; n * n];
-            for i in 0..n {
-                for k in 0..n {
-                    let v = a[i * n + k];
-                    for j in 0..n {
-                        product[i * n + j] += v * b[k * n + j];
-                    }
-                }
-            }
-            product
-        };
-        let mut robust = times(&times(c, &middle), c);
+        let spread = self.spread(solution);
+        let trace = |a: &[f64]| -> f64 { (0..n).map(|i| a[i * n + i]).sum() };
+        let mut robust = times(&spread, c, n);
+        let scatter = times(c, &over_time(self, &solution.residuals), n);
+        // Of the scatter over few stretches the sum is well known, its parts are not.
+        let more = (trace(&scatter) / trace(&spread)).max(1.0);
+        let taken = [more * trace(&spread), more * more * trace(&times(&spread, &spread, n))];
+        let bursts = times(&scatter, c, n);
+        let own: Vec<f64> = (0..n).map(|i| robust[i * n + i].max(f64::MIN_POSITIVE)).collect();
         for i in 0..n {
-            // Never less than the weights say.
-            let grow = (c[i * n + i] / robust[i * n + i].max(f64::MIN_POSITIVE))
-                .sqrt()
-                .max(1.0);
+            // Never less than the weights say, nor than the scatter over time.
+            let grow = (c[i * n + i].max(bursts[i * n + i]) / own[i]).sqrt().max(1.0);
             for j in 0..n {
                 robust[i * n + j] *= grow;
                 robust[j * n + i] *= grow;
             }
         }
-        robust
+        Robust {
+            covariance: robust,
+            taken,
+        }
     }
+}
+
+/// The product of two square matrices, row-major.
+fn times(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
+    let mut product = vec![0.0; n * n];
+    for i in 0..n {
+        for k in 0..n {
+            let v = a[i * n + k];
+            for j in 0..n {
+                product[i * n + j] += v * b[k * n + j];
+            }
+        }
+    }
+    product
 }
 
 /// The real and imaginary parts of a column's lines, each times the square root of its weight.

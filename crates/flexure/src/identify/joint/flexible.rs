@@ -5,9 +5,10 @@
 //! The motor's equation alone tells kappa, their sum M and f; both together, each line with the weight of its
 //! noise, tell all of them best: the second equation has no torque in it, and so none of its noise.
 
-use super::alignment::{Alignment, NEGLIGIBLE, SIGNIFICANT, align};
+use super::alignment::{Alignment, align};
 use super::checks;
 use super::fourier::Modulation;
+use super::judge::Left;
 use super::outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound};
 use super::pair::{Free, Pair};
 use super::rigid::{FEWEST_LINES, RESOLVED, RigidJoint, band, least_band, widened};
@@ -18,8 +19,6 @@ use crate::linalg::Complex;
 /// The highest frequency of the equations as a share of the sampling rate, and in bands of the motion.
 pub(super) const HIGHEST: f64 = 0.1;
 pub(super) const BANDS: f64 = 3.0;
-/// The deflection is flexibility if it has this many times the encoders' noise power in the band of the motion.
-const FLEXIBLE: f64 = 3.0;
 
 /// The log of a flexible joint, and what is known of it.
 ///
@@ -133,7 +132,7 @@ impl FlexibleJoint<'_> {
         let free = pair.free(&motion).ok_or_else(untold)?;
         let found = self.outcome(&motion, &pair, &free, &alignment, &shifted);
         found
-            .map(|axis| JointFound::Flexible(Box::new(axis)))
+            .map(|axis| JointFound::Flexible(Box::new(axis.distrusted())))
             .ok_or_else(untold)
     }
 
@@ -147,7 +146,8 @@ impl FlexibleJoint<'_> {
     ) -> Option<FlexibleAxis> {
         let equations = pair.both(free);
         let solution = equations.solve()?;
-        let covariance = equations.robust(&solution);
+        let covariance = equations.robust(&solution).covariance;
+        let left = Left::by(&equations, &solution);
         let n = solution.x.len();
         let error = |i: usize| covariance[i * n + i].max(0.0).sqrt();
         let estimated = |i: usize| Estimated {
@@ -181,14 +181,14 @@ impl FlexibleJoint<'_> {
                 value,
                 standard_error: 0.0,
             },
-            None => estimated(0),
+            None => estimated(0).or_off_by(solution.x[link_at] * pair.attenuation),
         };
         let resolution = RESOLVED * motion.link_noise.velocity_sd(self.sample_time);
-        let (stiffness_forms, friction_forms) = pair.forms(free, &solution, (&kappa, &curve), resolution)?;
+        let (stiffness_forms, friction_forms) = pair.forms(free, left, (&kappa, &curve), resolution);
         let best = |forms: &[Fitted]| (0..forms.len()).min_by(|&a, &b| forms[a].bic.total_cmp(&forms[b].bic));
         let model = pair.model(
             free,
-            &solution,
+            left,
             [&stiffness_forms, &friction_forms],
             [&kappa, &curve],
             resolution,
@@ -273,45 +273,7 @@ impl Motion<'_> {
                 held: alignment.held,
             });
         }
+        findings.extend(checks::in_degrees(&[self.motor, self.link]));
         findings
-    }
-
-    /// Whether the deflection is no more than the encoders' noise, and a skew between them.
-    pub fn no_flexibility(&self, modulation: &Modulation) -> Option<Vec<Finding>> {
-        let v = Reflected::new(self.link, self.step).velocity(self.link_noise.cut_off());
-        let n = v.len() as f64;
-        let d: Vec<f64> = self.motor.iter().zip(self.link).map(|(m, q)| m - q).collect();
-        let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
-        let (centre, speed) = (mean(&d), mean(&v));
-        let both = d.iter().zip(&v);
-        let (product, square) = both.fold((0.0, 0.0), |(p, s), (d, v)| {
-            (p + (d - centre) * (v - speed), s + (v - speed).powi(2))
-        });
-        let skew = product / square.max(f64::MIN_POSITIVE);
-        let rest: Vec<f64> = d.iter().zip(&v).map(|(d, v)| d - centre - skew * (v - speed)).collect();
-        let band = 2.0 * std::f64::consts::PI * self.link_noise.band;
-        let lines = modulation.of(&rest);
-        let inside: Vec<f64> = lines
-            .iter()
-            .zip(&modulation.omega)
-            .filter(|(_, w)| **w <= band)
-            .map(|(v, _)| v.norm_sqr())
-            .collect();
-        let power = inside.iter().sum::<f64>() / inside.len().max(1) as f64;
-        let noise = self.motor_noise.sd.powi(2) + self.link_noise.sd.powi(2);
-        // White noise spreads over all frequencies up to half the sampling rate.
-        let share = (2.0 * self.step * self.link_noise.band).min(1.0);
-        if !(power < FLEXIBLE * noise) {
-            return None;
-        }
-        let mut findings = vec![Finding::NoFlexibility {
-            deflection: (power * share).sqrt(),
-            noise: (noise * share).sqrt(),
-        }];
-        let standard_error = (noise / square).sqrt();
-        if skew.abs() > SIGNIFICANT * standard_error && skew.abs() > NEGLIGIBLE * self.step {
-            findings.push(Finding::EncoderSkew { skew, standard_error });
-        }
-        Some(findings)
     }
 }

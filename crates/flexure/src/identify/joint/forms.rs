@@ -92,6 +92,8 @@ pub enum FormName {
     LinearStiffness,
     /// `a1 d^3 + a2 d`, (10) without wind-up.
     CubicStiffness,
+    /// (10)-(11) without the cubic term: `a2 d - ksw exp(-asw d^2) d`.
+    LinearWindup,
     /// (10)-(11): `a1 d^3 + a2 d - ksw exp(-asw d^2) d`.
     Windup,
 }
@@ -107,6 +109,7 @@ impl FormName {
             FormName::SmoothStribeck => "friction (12)",
             FormName::LinearStiffness => "linear stiffness",
             FormName::CubicStiffness => "cubic stiffness, (10) without wind-up",
+            FormName::LinearWindup => "linear stiffness with soft wind-up (11), (10) with a1 = 0",
             FormName::Windup => "stiffness (10) with soft wind-up (11)",
         }
     }
@@ -115,7 +118,7 @@ impl FormName {
     pub fn is_stiffness(self) -> bool {
         matches!(
             self,
-            FormName::LinearStiffness | FormName::CubicStiffness | FormName::Windup
+            FormName::LinearStiffness | FormName::CubicStiffness | FormName::LinearWindup | FormName::Windup
         )
     }
 
@@ -137,6 +140,7 @@ impl FormName {
             FormName::SmoothStribeck => vec![Term::TanhDifference, Term::Tanh, Term::Linear],
             FormName::LinearStiffness => vec![Term::Linear],
             FormName::CubicStiffness => vec![Term::Linear, Term::Cubic],
+            FormName::LinearWindup => vec![Term::Linear, Term::Windup],
             FormName::Windup => vec![Term::Linear, Term::Cubic, Term::Windup],
         };
         if offset && self.is_smooth() {
@@ -164,6 +168,7 @@ impl FormName {
             ),
             FormName::LinearStiffness => (vec![("a2", SLOPE)], vec![]),
             FormName::CubicStiffness => (vec![("a2", SLOPE), ("a1", [1, -3])], vec![]),
+            FormName::LinearWindup => (vec![("a2", SLOPE), ("ksw", SLOPE)], vec![("asw", [0, -2])]),
             FormName::Windup => (
                 vec![("a2", SLOPE), ("a1", [1, -3]), ("ksw", SLOPE)],
                 vec![("asw", [0, -2])],

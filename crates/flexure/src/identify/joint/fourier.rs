@@ -67,6 +67,11 @@ impl Modulation {
         self.omega.len()
     }
 
+    /// The number of samples under the window.
+    pub fn samples(&self) -> usize {
+        self.window[0].len()
+    }
+
     /// The spectrum of the `derivative`-th derivative of the window times x.
     fn lines(&self, x: &[f64], derivative: usize, about: f64) -> Vec<Complex<f64>> {
         let window = &self.window[derivative];
@@ -114,17 +119,24 @@ fn mean(x: &[f64]) -> f64 {
     x.iter().sum::<f64>() / x.len() as f64
 }
 
+/// Whether a number has no prime factors above 7.
+fn smooth(mut n: usize) -> bool {
+    for p in [2, 3, 5, 7] {
+        while n > 0 && n.is_multiple_of(p) {
+            n /= p;
+        }
+    }
+    n == 1
+}
+
 /// The largest number up to n without prime factors above 7.
 pub(super) fn friendly(n: usize) -> usize {
-    let smooth = |mut m: usize| {
-        for p in [2, 3, 5, 7] {
-            while m.is_multiple_of(p) {
-                m /= p;
-            }
-        }
-        m == 1
-    };
     (1..=n).rev().find(|&m| smooth(m)).unwrap_or(n)
+}
+
+/// The smallest even number from n on without prime factors above 7.
+pub(super) fn smooth_from(n: usize) -> usize {
+    (n..).find(|&m| m.is_multiple_of(2) && smooth(m)).unwrap_or(n)
 }
 
 #[cfg(test)]

@@ -2,22 +2,95 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use super::equations::{Equations, Solution};
 use super::forms::{FormName, Shaped, Term};
 use super::outcome::{Estimated, Fitted, LackOfFit, Parameter};
 use super::shaping::Shapely;
 
 /// A parameter whose standard error is this share of it is not told by the data.
 const UNTOLD: f64 = 0.5;
-/// Logarithms of shape parameters nearer than this belong to terms that are alike.
-const ALIKE: f64 = 0.02;
+/// A parameter with values farther away than this that fit as well, relatively or in its logarithm, is not told either.
+const FAR: f64 = 1.2;
+/// Logarithms of shape parameters farther than this from the estimate are no limits.
+const FARTHEST: f64 = 6.0;
+/// Slopes whose logarithms are nearer than this make terms that are alike.
+const ALIKE: f64 = 0.3;
+/// Terms are told apart if the standard error of their factor is no more than this share of it.
+const COLLINEAR: f64 = 0.15;
 /// Half the width of an interval of 95 %, in standard errors.
-const NORMAL: f64 = 1.959_963_984_540_054;
+pub(super) const NORMAL: f64 = 1.959_963_984_540_054;
+
+/// What equations with free curves leave.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Left {
+    /// The weighted sum of squares, and what is minimised.
+    squares: f64,
+    objective: f64,
+    /// The number of unknowns, and what they take of the sum of squares by chance.
+    unknowns: usize,
+    taken: [f64; 2],
+}
+
+impl Left {
+    /// By the solution of these equations.
+    pub fn by(equations: &Equations, solution: &Solution) -> Left {
+        Left {
+            squares: solution.squares,
+            objective: solution.objective,
+            unknowns: solution.x.len(),
+            taken: equations.robust(solution).taken,
+        }
+    }
+
+    /// Takes the test of a form from a fit in which less of the equations has a form.
+    pub fn retest(&self, form: &mut Fitted, fit: &Shapely) {
+        let tested = self.test(fit);
+        form.lack_of_fit = LackOfFit {
+            statistic: tested.statistic,
+            freedom: tested.freedom,
+            p_value: tested.p_value,
+            ..form.lack_of_fit
+        };
+    }
+
+    /// The test of a form fitted instead of one of the curves, and its criterion of Schwarz.
+    ///
+    /// Where the errors are those that the weights say it is the F test. Otherwise what chance takes is a sum of squares of unequal
+    /// size, of which mean and variance are matched (Satterthwaite 1946; Rao & Scott 1984).
+    fn test(&self, fit: &Shapely) -> Tested {
+        let unknowns = fit.solution.x.len() as f64;
+        let lines: usize = fit.solution.residuals.iter().map(Vec::len).sum();
+        let observations = 2.0 * lines as f64;
+        let extra = (self.unknowns as f64 - unknowns).max(1.0);
+        let left = (observations - self.unknowns as f64).max(1.0);
+        let [mean, half] = [0, 1].map(|i| self.taken[i] - fit.taken[i]);
+        // Never less than the weights say.
+        let mean = mean.max(extra * self.squares / left);
+        let freedom = (mean * mean / half.max(f64::MIN_POSITIVE)).clamp(1.0, extra);
+        let statistic = (fit.solution.objective - self.objective).max(0.0) / mean;
+        // The sum of squares that would have this statistic if the weights were right.
+        let squares = self.squares * (1.0 + statistic * extra / left);
+        Tested {
+            statistic,
+            freedom: [freedom, left],
+            p_value: FisherSnedecor::new(freedom, left).map_or(f64::NAN, |f| 1.0 - f.cdf(statistic)),
+            bic: observations * (squares / observations).ln() + unknowns * observations.ln(),
+        }
+    }
+}
+
+/// A form against the free curves.
+struct Tested {
+    statistic: f64,
+    freedom: [f64; 2],
+    p_value: f64,
+    bic: f64,
+}
 
 /// What a form is held against.
 pub(super) struct Against<'a> {
-    /// The weighted sum of squares that the free curves leave, and the number of unknowns they have.
-    pub squares: f64,
-    pub unknowns: usize,
+    /// What the free curves leave.
+    pub free: Left,
     /// The free curve at the data.
     pub curve: &'a [f64],
     /// The data of the curve.
@@ -45,24 +118,27 @@ pub(super) fn fitted(
     let curve = &fit.curves[which];
     let symbols = form.symbols(offset);
     let mut parameters = Vec::new();
+    let largest = against.curve.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
     for (i, ((symbol, unit), &value)) in symbols.factors.iter().zip(&curve.factors).enumerate() {
-        parameters.push(plain(symbol, *unit, value, error(first_factor + i)));
+        let at = first_factor + i;
+        let free = (*symbol == "F0").then_some(largest);
+        parameters.push(plain(
+            symbol,
+            *unit,
+            Told::new(value, error(at), fit.intervals[at]),
+            free,
+        ));
     }
     for (i, ((symbol, unit), &log)) in symbols.shapes.iter().zip(&curve.logs).enumerate() {
-        parameters.push(shape(symbol, *unit, log, error(first_log + i), against));
+        let at = first_log + i;
+        let told = Told::new(log, error(at), fit.intervals[at]);
+        parameters.push(shape(symbol, *unit, told, against));
     }
     if form == FormName::Stribeck {
         breakaway(&mut parameters, fit, first_factor);
     }
-    if form == FormName::SmoothStribeck && (curve.logs[0] - curve.logs[1]).abs() < ALIKE {
-        for parameter in parameters
-            .iter_mut()
-            .filter(|p| ["g1", "g2", "g3"].contains(&&*p.symbol))
-        {
-            parameter.identifiable = false;
-            parameter.range = [f64::NAN; 2];
-            parameter.remark = "g2 and g3 are not told apart, and so g1 is not either".to_owned();
-        }
+    if form == FormName::SmoothStribeck {
+        collinear(&mut parameters);
     }
     if curve.terms.contains(&Term::Tanh) {
         slope_only(&mut parameters);
@@ -75,12 +151,12 @@ pub(super) fn fitted(
     ] {
         shapeless(&mut parameters, factor, shapes);
     }
-    let lines: usize = fit.solution.residuals.iter().map(Vec::len).sum();
-    let observations = 2.0 * lines as f64;
-    let extra = (against.unknowns as f64 - n as f64).max(1.0);
-    let left = (observations - against.unknowns as f64).max(1.0);
-    let statistic = ((fit.solution.squares - against.squares).max(0.0) / extra) / (against.squares / left);
-    let p_value = FisherSnedecor::new(extra, left).map_or(f64::NAN, |f| 1.0 - f.cdf(statistic));
+    let Tested {
+        statistic,
+        freedom,
+        p_value,
+        bic,
+    } = against.free.test(fit);
     let both = against.x.iter().zip(against.curve);
     let (off, size) = both.fold((0.0, 0.0), |(off, size), (&x, &y)| {
         (off + (curve.value(x) - y).powi(2), size + y * y)
@@ -100,35 +176,67 @@ pub(super) fn fitted(
         },
         lack_of_fit: LackOfFit {
             statistic,
-            freedom: [extra, left],
+            freedom,
             p_value,
             distance: (off / size.max(f64::MIN_POSITIVE)).sqrt(),
         },
-        bic: observations * (fit.solution.squares / observations).ln() + n as f64 * observations.ln(),
+        bic,
         shaped: curve.clone(),
     }
 }
 
-fn plain(symbol: &str, unit: [i32; 2], value: f64, standard_error: f64) -> Parameter {
-    // An offset may well be zero: its standard error is all that is to be told.
-    let free = symbol == "F0";
-    let identifiable = free || standard_error < UNTOLD * value.abs();
-    Parameter {
-        symbol: symbol.to_owned(),
-        unit,
-        value,
-        standard_error,
-        identifiable,
-        range: [value - NORMAL * standard_error, value + NORMAL * standard_error],
-        remark: match identifiable {
-            true => String::new(),
-            false => "not told from zero by these data".to_owned(),
-        },
+/// What is told of an unknown: its value, its standard error, and the values that fit as well as far as chance goes.
+struct Told {
+    value: f64,
+    error: f64,
+    interval: [f64; 2],
+}
+
+impl Told {
+    /// Neither the curvature at the minimum nor the profile beyond may be more sure than the other.
+    fn new(value: f64, error: f64, profile: [f64; 2]) -> Told {
+        let near = NORMAL * error;
+        Told {
+            value,
+            error: error.max(0.5 * (profile[1] - profile[0]) / NORMAL),
+            interval: [(value - near).min(profile[0]), (value + near).max(profile[1])],
+        }
+    }
+
+    /// Whether all of the interval is nearer to the value than this.
+    fn within(&self, distance: f64) -> bool {
+        self.interval.iter().all(|end| (end - self.value).abs() < distance)
     }
 }
 
-fn shape(symbol: &str, unit: [i32; 2], log: f64, error: f64, against: &Against) -> Parameter {
-    let value = log.exp();
+/// An interval's ends, NaN where it has none.
+fn limits(ends: [f64; 2]) -> [f64; 2] {
+    ends.map(|end| if end.is_finite() { end } else { f64::NAN })
+}
+
+/// A factor; `free` is the largest torque beside one that may well be zero.
+fn plain(symbol: &str, unit: [i32; 2], told: Told, free: Option<f64>) -> Parameter {
+    let size = free.unwrap_or(told.value.abs());
+    let zero = free.is_none() && told.interval[0] <= 0.0 && told.interval[1] >= 0.0;
+    let identifiable = !zero && told.within(FAR * size) && told.error < UNTOLD * size;
+    let remark = match (identifiable, zero) {
+        (true, _) => "",
+        (false, true) => "not told from zero by these data",
+        (false, false) => "values far from each other fit these data as well",
+    };
+    Parameter {
+        symbol: symbol.to_owned(),
+        unit,
+        value: told.value,
+        standard_error: told.error,
+        identifiable,
+        range: limits(told.interval),
+        remark: remark.to_owned(),
+    }
+}
+
+fn shape(symbol: &str, unit: [i32; 2], told: Told, against: &Against) -> Parameter {
+    let value = told.value.exp();
     let largest = against.x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     // The distance over which the term changes, whatever the parameter's unit.
     let distance = value.powf(1.0 / f64::from(unit[1]));
@@ -138,31 +246,37 @@ fn shape(symbol: &str, unit: [i32; 2], log: f64, error: f64, against: &Against) 
             true => [limit(against.resolution), f64::NAN],
             false => [f64::NAN, limit(against.resolution)],
         };
-        (
-            false,
-            range,
-            "the curve changes within the resolution of the data".to_owned(),
-        )
+        (false, range, "the curve changes within the resolution of the data")
     } else if distance > 2.0 * largest {
         let range = match unit[1] < 0 {
             true => [f64::NAN, limit(2.0 * largest)],
             false => [limit(2.0 * largest), f64::NAN],
         };
-        (false, range, "the curve changes beyond the data's range".to_owned())
+        (false, range, "the curve changes beyond the data's range")
     } else {
-        let spread = (NORMAL * error).min(300.0);
-        let told = error < UNTOLD;
-        let remark = if told { "" } else { "the data do not tell it" };
-        (told, [(log - spread).exp(), (log + spread).exp()], remark.to_owned())
+        let identifiable = told.within(FAR) && told.error < UNTOLD;
+        let remark = match identifiable {
+            true => "",
+            false => "values far from each other fit these data as well",
+        };
+        // Logarithms without an end are of no limit, and so are those that would be absurd.
+        let ends = told.interval.map(|end| {
+            if (end - told.value).abs() < FARTHEST {
+                end.exp()
+            } else {
+                f64::NAN
+            }
+        });
+        (identifiable, ends, remark)
     };
     Parameter {
         symbol: symbol.to_owned(),
         unit,
         value,
-        standard_error: value * error,
+        standard_error: value * told.error,
         identifiable,
         range,
-        remark,
+        remark: remark.to_owned(),
     }
 }
 
@@ -176,6 +290,31 @@ fn slope_only(parameters: &mut [Parameter]) {
         parameter.identifiable = false;
         parameter.range = [f64::NAN; 2];
         parameter.remark = "the data tell only the product g4 g5, a slope".to_owned();
+    }
+}
+
+/// The three slopes of (12) are nearly alike: what is not well told of its Stribeck part is told of no slope.
+fn collinear(parameters: &mut [Parameter]) {
+    let loose = |p: &Parameter| p.symbol == "g1" && !(p.standard_error < COLLINEAR * p.value.abs());
+    let slopes: Vec<f64> = parameters
+        .iter()
+        .filter(|p| ["g2", "g3", "g5"].contains(&p.symbol.as_str()))
+        .map(|p| p.value.ln())
+        .collect();
+    let alike = (0..slopes.len()).any(|i| slopes[..i].iter().any(|s| (s - slopes[i]).abs() < ALIKE));
+    if !alike && !parameters.iter().any(loose) {
+        return;
+    }
+    let group = ["g1", "g2", "g3", "g5"];
+    for parameter in parameters.iter_mut().filter(|p| group.contains(&p.symbol.as_str())) {
+        if parameter.identifiable || alike {
+            parameter.identifiable = false;
+            parameter.remark = "g1, g2, g3 and g5 make up for each other: only the curve is told".to_owned();
+        }
+        // Between terms that are alike the profile is that of their sum.
+        if alike {
+            parameter.range = [f64::NAN; 2];
+        }
     }
 }
 
@@ -199,13 +338,18 @@ fn breakaway(parameters: &mut [Parameter], fit: &Shapely, first: usize) {
     let (a, b) = (first, first + 2);
     let variance = fit.covariance[a * n + a] + fit.covariance[b * n + b] + 2.0 * fit.covariance[a * n + b];
     let value = fit.solution.x[a] + fit.solution.x[b];
-    let told = parameters[2].identifiable;
-    parameters[2] = Parameter {
-        identifiable: told,
-        remark: match told {
-            true => String::new(),
-            false => "not told from Fc by these data".to_owned(),
+    let sum = plain(
+        "Fs",
+        [1, 0],
+        Told::new(value, variance.max(0.0).sqrt(), [value; 2]),
+        None,
+    );
+    parameters[2] = match parameters[2].identifiable {
+        true => sum,
+        false => Parameter {
+            identifiable: false,
+            remark: "not told from Fc by these data".to_owned(),
+            ..sum
         },
-        ..plain("Fs", [1, 0], value, variance.max(0.0).sqrt())
     };
 }

@@ -13,6 +13,13 @@
 //! The physical forms, friction (12) and stiffness (10)-(11) beside the textbook ones, are fitted to the same equations with
 //! the same weights, and tested against the free curves.
 //!
+//! Each form is fitted beside all other curves as they are free, from many starts, in equations condensed to inner products; a
+//! parameter that is far away in another fit as good, by the likelihood's profile, is not told. The test against the free curve and
+//! all standard errors allow for noise whose spectrum is not that of the weights, and the latter for noise that comes in bursts.
+//!
+//! A joint is flexible if the torque explains a deflection of three times the encoders' noise, beyond what a skew between them
+//! makes. A torque that stands still at its extremes, noise or not, is clipped: what is estimated then has no standard error.
+//!
 //! How fine a free curve is follows from all equations together (Akaike's criterion, then the next finer division); its band allows for
 //! what the one after that would change, and the residuals' noise for what the curves themselves took of it. How often 95 %
 //! bands then cover the truth is measured by `cargo run --release -p flexure --example joint_bands`.
@@ -33,7 +40,10 @@
 
 mod alignment;
 mod basis;
+mod bursts;
 mod checks;
+mod compliance;
+mod condensed;
 mod equations;
 mod flexible;
 mod forms;
@@ -43,6 +53,7 @@ mod outcome;
 mod pair;
 mod parametric;
 mod pieces;
+mod profile;
 mod replay;
 mod rigid;
 mod shaping;
@@ -55,6 +66,7 @@ mod tests;
 pub use flexible::FlexibleJoint;
 pub use forms::{FormName, Term};
 pub use outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound, JointModel, LackOfFit, Parameter, RigidAxis};
+pub use parametric::REFUTED;
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};
 pub use two_link::{TwoLinkArm, TwoLinkLog};

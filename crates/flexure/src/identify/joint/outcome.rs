@@ -120,10 +120,12 @@ pub enum Finding {
     },
     /// Motor and link do not move against each other.
     NoFlexibility {
-        /// The root mean square of the deflection in the band of the motion.
+        /// The root mean square of the deflection that the torque explains; 0 where there is none but by chance.
         deflection: f64,
-        /// That of the encoders' noise in this band.
+        /// That of the encoders' noise in a sample of the deflection.
         noise: f64,
+        /// The stiffness that a spring with this deflection would have; NaN where there is none.
+        stiffness: f64,
     },
     /// The encoders' samples are not of the same instants.
     EncoderSkew {
@@ -136,6 +138,11 @@ pub enum Finding {
     DifferentAngles {
         /// How many times as far.
         ratio: f64,
+    },
+    /// An angle goes through several turns.
+    ManyTurns {
+        /// From its smallest to its largest value.
+        span: f64,
     },
     /// The torque's samples are late.
     TorqueDelay {
@@ -176,11 +183,21 @@ impl std::fmt::Display for Finding {
                 "friction stops the joint within {time_constant:.3} s, less than five samples of {step} s: inertia and \
                  friction cannot be told apart; sample faster"
             ),
-            Finding::NoFlexibility { deflection, noise } => write!(
-                f,
-                "no flexibility is seen: motor and link differ by {deflection:.2e} in the band of the motion, where the \
-                 encoders' noise alone makes {noise:.2e}; the joint is taken as rigid. Load it more, or measure finer"
-            ),
+            Finding::NoFlexibility {
+                deflection,
+                noise,
+                stiffness,
+            } => {
+                write!(
+                    f,
+                    "no flexibility is seen: of the difference between motor and link the torque explains {deflection:.2e} (root mean \
+                     square), less than three times the encoders' noise of {noise:.2e}, which tells no stiffness curve"
+                )?;
+                if stiffness.is_finite() {
+                    write!(f, " (a spring would have about {stiffness:.1e} N m/rad)")?;
+                }
+                write!(f, "; the joint is taken as rigid. Load it more, or measure finer")
+            }
             Finding::EncoderSkew { skew, standard_error } => write!(
                 f,
                 "the link's samples are {:.3} ms (standard error {:.3} ms) {} than the motor's; they have been shifted \
@@ -194,6 +211,12 @@ impl std::fmt::Display for Finding {
                 "the motor goes {ratio:.4} times as far as the link: both angles must be in rad, with the same sign, and on the same \
                  side of the gear; divide the motor's by the gear ratio"
             ),
+            Finding::ManyTurns { span } => write!(
+                f,
+                "an angle goes through {span:.1} rad, {:.1} turns: if it is logged in degrees, multiply it by pi / 180 = 0.017453, or all \
+                 inertias and stiffnesses come out too small by that",
+                span / std::f64::consts::TAU
+            ),
             Finding::TorqueDelay { delay, held: true } => write!(
                 f,
                 "the torque acts {:.3} ms after its sample, as one held from sample to sample does; it has been shifted \
@@ -206,6 +229,66 @@ impl std::fmt::Display for Finding {
                 1e3 * delay.abs(),
                 if *delay > 0.0 { "after" } else { "before" }
             ),
+        }
+    }
+}
+
+/// What was wrong where a torque was clipped.
+const CLIPPED: &str = "the torque is clipped, and what really acted is not in the record";
+/// What was wrong where a joint moved in one direction.
+const ONE_WAY: &str = "the joint moves in one direction only, in which Coulomb friction and an offset are alike";
+
+impl Estimated {
+    /// With an error that is not chance's beside the one that is.
+    pub(super) fn or_off_by(self, error: f64) -> Self {
+        Estimated {
+            standard_error: self.standard_error.hypot(error),
+            ..self
+        }
+    }
+
+    /// Without a standard error: chance is not what is wrong with it.
+    fn unsure(&mut self) {
+        self.standard_error = f64::NAN;
+    }
+}
+
+impl Fitted {
+    fn distrust(&mut self, symbols: Option<&[&str]>, remark: &str) {
+        let named = |p: &&mut Parameter| symbols.is_none_or(|s| s.contains(&p.symbol.as_str()));
+        for parameter in self.parameters.iter_mut().filter(named) {
+            parameter.identifiable = false;
+            parameter.range = [f64::NAN; 2];
+            parameter.standard_error = f64::NAN;
+            parameter.remark = remark.to_owned();
+        }
+        if symbols.is_none() {
+            self.inertia.unsure();
+        }
+    }
+}
+
+/// Takes the standard errors off what the findings say cannot be trusted: these tell of chance alone.
+fn distrusted<'a>(
+    findings: &[Finding],
+    inertias: impl IntoIterator<Item = &'a mut Estimated>,
+    extras: &mut [Parameter],
+    forms: impl IntoIterator<Item = &'a mut Fitted>,
+) {
+    let clipped = findings.iter().any(|f| matches!(f, Finding::ClippedTorque { .. }));
+    let one_way = findings.iter().any(|f| matches!(f, Finding::NeverReverses { .. }));
+    if clipped {
+        inertias.into_iter().for_each(Estimated::unsure);
+        for extra in extras {
+            (extra.identifiable, extra.standard_error) = (false, f64::NAN);
+            (extra.range, extra.remark) = ([f64::NAN; 2], CLIPPED.to_owned());
+        }
+    }
+    for form in forms {
+        match (clipped, one_way) {
+            (true, _) => form.distrust(None, CLIPPED),
+            (false, true) => form.distrust(Some(&["Fc", "Fs", "vs", "F0", "g1", "g2", "g3", "g4", "g5"]), ONE_WAY),
+            (false, false) => {}
         }
     }
 }
@@ -299,6 +382,29 @@ pub struct JointModel {
     pub stiffness: Fitted,
     /// The friction, (12) or without its Stribeck part; `inertia` is the link's.
     pub friction: Fitted,
+}
+
+impl RigidAxis {
+    /// With the standard errors that its findings leave it.
+    pub(super) fn distrusted(mut self) -> Self {
+        distrusted(&self.findings, [&mut self.inertia], &mut self.extras, &mut self.forms);
+        self
+    }
+}
+
+impl FlexibleAxis {
+    /// With the standard errors that its findings leave it.
+    pub(super) fn distrusted(mut self) -> Self {
+        let forms = self.stiffness_forms.iter_mut().chain(&mut self.friction_forms);
+        let forms = forms.chain([&mut self.model.stiffness, &mut self.model.friction]);
+        distrusted(
+            &self.findings,
+            [&mut self.motor_inertia, &mut self.link_inertia],
+            &mut [],
+            forms,
+        );
+        self
+    }
 }
 
 /// What a log of motor, link and torque turned out to be.

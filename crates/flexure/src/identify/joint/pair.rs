@@ -20,6 +20,9 @@ pub(super) struct Pair<'a> {
     /// The deflection and the link's velocity at every sample.
     pub d: Vec<f64>,
     pub v: Vec<f64>,
+    /// The share of the deflection's mean square that is noise: the elastic torque comes out too small by it, which the motor's
+    /// inertia makes up for where both angles accelerate alike.
+    pub attenuation: f64,
     /// The torque less the known part of the motor's.
     pub torque: Vec<Complex<f64>>,
     /// The motor's acceleration; `None` if its inertia is known.
@@ -51,8 +54,10 @@ impl Pair<'_> {
             torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known);
         }
         let encoder = |sd: f64| modulation.omega.iter().map(|w| (sd * w * w).powi(2)).collect();
+        let (d, attenuation) = motion.deflection(link);
         Pair {
-            d: motion.motor.iter().zip(link).map(|(m, q)| m - q).collect(),
+            d,
+            attenuation,
             v: Reflected::new(link, motion.step).velocity(motion.link_noise.cut_off()),
             link: modulation.of_acceleration(link).into_iter().map(|v| -v).collect(),
             encoder: [encoder(motion.rotor_sd()), encoder(motion.link_noise.sd)],
@@ -72,16 +77,20 @@ impl Pair<'_> {
         columns.map(|c| vec![Some(c)]).collect()
     }
 
-    /// The motor's equation with a free stiffness curve, and the noise that it turns out to have.
-    pub(super) fn motor_side(&self, stiffness: &[Vec<Complex<f64>>], noise: &[f64]) -> Option<(Solution, Vec<f64>)> {
+    /// The motor's equation with a free stiffness curve.
+    pub(super) fn motor_equation<'b>(&'b self, stiffness: &[Vec<Complex<f64>>], noise: &'b [f64]) -> Equations<'b> {
         let columns = self.motor.iter().cloned().chain(stiffness.iter().cloned());
-        let solution = Equations {
+        Equations {
             columns: Self::one(columns),
             right: vec![self.torque.clone()],
             noise: vec![noise],
             noisy: self.noisy_motor(),
         }
-        .solve()?;
+    }
+
+    /// The solution of the motor's equation, and the noise that it turns out to have.
+    fn motor_side(&self, stiffness: &[Vec<Complex<f64>>], noise: &[f64]) -> Option<(Solution, Vec<f64>)> {
+        let solution = self.motor_equation(stiffness, noise).solve()?;
         let inertia = if self.motor.is_some() { solution.x[0] } else { 0.0 };
         let noise = self.noise(&solution.residuals[0], 0, inertia);
         Some((solution, noise))

@@ -1,15 +1,19 @@
 //! The physical forms of a flexible joint's curves: each against its free curve in its own equation, then both together.
 
-use super::equations::{Column, Equations, Solution};
+use super::condensed::Condensed;
+use super::equations::Column;
 use super::forms::FormName;
-use super::judge::{Against, fitted};
+use super::judge::{Against, Left, NORMAL, fitted};
 use super::outcome::{Fitted, JointModel};
-use super::pair::{Free, Pair, combine};
+use super::pair::{Free, Pair};
 use super::shaping::{Shape, Shapely, Shaping};
 use crate::linalg::Complex;
 
 /// The smallest distance of deflections that is told apart, as a share of the largest one.
 pub(super) const RESOLVED_DEFLECTION: f64 = 1e-3;
+
+/// Slopes of tanh that minima are looked for at, in units of the largest velocity.
+const SLOPES: [f64; 4] = [5.0, 20.0, 60.0, 180.0];
 
 /// The largest Stribeck factor g1 of friction as a multiple of the Coulomb friction g4.
 const LARGEST_STRIBECK: f64 = 5.0;
@@ -17,93 +21,80 @@ const LARGEST_STRIBECK: f64 = 5.0;
 /// The noise of each block of equations, and the noisy ones of the fixed columns.
 type Noises<'a> = (Vec<&'a [f64]>, Vec<(usize, usize, &'a [f64])>);
 
-impl Pair<'_> {
-    /// The forms of the stiffness in the motor's equation, each against the free curve.
-    pub(super) fn stiffness_forms(
-        &self,
-        columns: &[Vec<Complex<f64>>],
-        noise: &[f64],
-        kappa: &[f64],
-    ) -> Option<Vec<Fitted>> {
-        let largest = self.largest_deflection();
-        let sharp = |share: f64| -2.0 * (share * largest).ln();
-        let names = [
-            (FormName::LinearStiffness, vec![vec![]]),
-            (FormName::CubicStiffness, vec![vec![]]),
-            (
-                FormName::Windup,
-                [0.02, 0.06, 0.2, 0.5].map(|s| vec![sharp(s)]).to_vec(),
-            ),
-        ];
-        let (own, _) = self.motor_side(columns, noise)?;
-        let against = Against {
-            squares: own.squares,
-            unknowns: own.x.len(),
-            curve: kappa,
-            x: &self.d,
-            resolution: RESOLVED_DEFLECTION * largest,
-        };
-        let motor = Self::one(self.motor.iter().cloned());
-        let forms = names.into_iter().filter_map(|(form, starts)| {
-            let shapes = vec![shape(form, &self.d, vec![1.0], 0.0)];
-            let fixed = motor.clone();
-            let count = fixed.len();
-            let fit = self.shaping(
-                fixed,
-                vec![self.torque.clone()],
-                (vec![noise], self.noisy_motor()),
-                shapes,
-            );
-            Some(fitted(form, false, &fit.fit(&starts)?, (0, count, None), &against))
-        });
-        Some(forms.collect())
-    }
+/// Forms with the starts of their shape parameters' logarithms.
+pub(super) type Starts = Vec<(FormName, Vec<Vec<f64>>)>;
 
+/// The forms of the one curve of `shaping`, everything else free; `offset` adds a constant, `inertia` is the unknown told beside them.
+pub(super) fn forms_of(
+    mut shaping: Shaping,
+    starts: Starts,
+    (offset, inertia): (bool, Option<usize>),
+    against: &Against,
+) -> Vec<Fitted> {
+    let condensed = Condensed::new(&shaping);
+    let count = shaping.fixed.len();
+    let forms = starts.into_iter().filter_map(|(form, starts)| {
+        shaping.shapes[0].terms = form.terms(offset);
+        let fit = shaping.fit(&condensed, &starts)?;
+        Some(fitted(form, offset, &fit, (0, count, inertia), against))
+    });
+    forms.collect()
+}
+
+impl Pair<'_> {
     /// The largest deflection, rad.
     pub(super) fn largest_deflection(&self) -> f64 {
         self.d.iter().fold(0.0_f64, |m, d| m.max(d.abs()))
     }
 
-    /// The forms of the stiffness in the motor's equation, and those of the friction in the link's.
+    /// The forms of stiffness and friction, each with the other curve free.
     pub(super) fn forms(
         &self,
         free: &Free,
-        solution: &Solution,
+        left: Left,
         (kappa, curve): (&[f64], &[f64]),
         resolution: f64,
-    ) -> Option<(Vec<Fitted>, Vec<Fitted>)> {
-        let stiffness = self.stiffness_forms(&free.stiffness.1, &free.noise[0], kappa)?;
-        let from = usize::from(self.motor.is_some());
-        let elastic = combine(&free.stiffness.1, &solution.x[from..]);
-        let right: Vec<Complex<f64>> = elastic.iter().map(|v| -v).collect();
-        let columns = std::iter::once(self.link.clone()).chain(free.friction.1.iter().cloned());
-        let own = Equations {
-            columns: Self::one(columns),
-            right: vec![right.clone()],
-            noise: vec![&free.noise[1]],
-            noisy: vec![self.noisy_link(0, 0)],
-        }
-        .solve()?;
-        let against = Against {
-            squares: own.squares,
-            unknowns: own.x.len(),
-            curve,
-            x: &self.v,
-            resolution,
+    ) -> (Vec<Fitted>, Vec<Fitted>) {
+        let (motor, link) = self.inertias();
+        let link_at = usize::from(motor.is_some());
+        let inertias: Vec<Column> = motor.into_iter().chain([link]).collect();
+        let shaping = |others: Vec<Column>, shape| {
+            let noise = free.noise.iter().map(Vec::as_slice).collect();
+            let noisy = self.noisy_motor().into_iter().chain([self.noisy_link(link_at, 1)]);
+            let fixed = inertias.iter().cloned().chain(others).collect();
+            self.shaping(fixed, self.right(), (noise, noisy.collect()), vec![shape])
         };
-        let fastest = self.v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let friction = friction_starts(fastest).into_iter().filter_map(|(form, starts)| {
-            let shapes = vec![shape(form, &self.v, vec![-1.0], resolution)];
-            let fixed = Self::one([self.link.clone()].into_iter());
-            let fit = self.shaping(
-                fixed,
-                vec![right.clone()],
-                (vec![&free.noise[1]], vec![self.noisy_link(0, 0)]),
-                shapes,
-            );
-            Some(fitted(form, false, &fit.fit(&starts)?, (0, 1, Some(0)), &against))
-        });
-        Some((stiffness, friction.collect()))
+        let in_link = free.friction.1.iter().map(|c| vec![None, Some(c.clone())]);
+        let in_both = free.stiffness.1.iter().map(|c| vec![Some(c.clone()), Some(c.clone())]);
+        let largest = self.largest_deflection();
+        let stiffness = forms_of(
+            shaping(in_link.collect(), shape(&self.d, vec![1.0, 1.0], 0.0)),
+            stiffness_starts(largest),
+            (false, None),
+            &Against {
+                free: left,
+                curve: kappa,
+                x: &self.d,
+                resolution: RESOLVED_DEFLECTION * largest,
+            },
+        );
+        let friction = forms_of(
+            shaping(in_both.collect(), shape(&self.v, vec![0.0, -1.0], resolution)),
+            friction_starts(self.fastest()),
+            (false, Some(link_at)),
+            &Against {
+                free: left,
+                curve,
+                x: &self.v,
+                resolution,
+            },
+        );
+        (stiffness, friction)
+    }
+
+    /// The largest velocity, rad/s.
+    pub(super) fn fastest(&self) -> f64 {
+        self.v.iter().fold(0.0_f64, |m, v| m.max(v.abs()))
     }
 
     fn shaping<'b>(
@@ -127,7 +118,7 @@ impl Pair<'_> {
     pub(super) fn model(
         &self,
         free: &Free,
-        solution: &Solution,
+        left: Left,
         [stiffness, friction]: [&[Fitted]; 2],
         curves: [&[f64]; 2],
         resolution: f64,
@@ -135,7 +126,9 @@ impl Pair<'_> {
         let stiff = of_an_arm(stiffness)?;
         let with = |simple: bool| {
             let forms = [stiff, friction_of_an_arm(friction, simple)?];
-            self.model_of(free, solution, forms, curves, resolution)
+            let mut model = self.model_of(free, left, forms, curves, resolution)?;
+            no_surer(&mut model.stiffness, stiffness);
+            Some(model)
         };
         with(false)
             .filter(|model| possible_friction(&model.friction))
@@ -145,7 +138,7 @@ impl Pair<'_> {
     fn model_of(
         &self,
         free: &Free,
-        solution: &Solution,
+        left: Left,
         [stiff, rub]: [&Fitted; 2],
         [kappa, curve]: [&[f64]; 2],
         resolution: f64,
@@ -153,8 +146,8 @@ impl Pair<'_> {
         let (motor, link) = self.inertias();
         let count = 1 + usize::from(motor.is_some());
         let shapes = vec![
-            shape(stiff.form, &self.d, vec![1.0, 1.0], 0.0),
-            shape(rub.form, &self.v, vec![0.0, -1.0], resolution),
+            shape(&self.d, vec![1.0, 1.0], 0.0).with(stiff.form),
+            shape(&self.v, vec![0.0, -1.0], resolution).with(rub.form),
         ];
         let noise = free.noise.iter().map(Vec::as_slice).collect();
         let fixed = motor.into_iter().chain([link]).collect();
@@ -165,10 +158,9 @@ impl Pair<'_> {
             .collect();
         let shaping = self.shaping(fixed, self.right(), (noise, noisy), shapes);
         let logs = [stiff.shaped.logs.clone(), rub.shaped.logs.clone()].concat();
-        let fit: Shapely = shaping.fit(&[logs])?;
+        let fit: Shapely = shaping.fit(&Condensed::new(&shaping), &[logs])?;
         let against = |curve, x, resolution| Against {
-            squares: solution.squares,
-            unknowns: solution.x.len(),
+            free: left,
             curve,
             x,
             resolution,
@@ -183,27 +175,50 @@ impl Pair<'_> {
     }
 }
 
-/// The curve of a form.
-pub(super) fn shape(form: FormName, x: &[f64], signs: Vec<f64>, width: f64) -> Shape<'_> {
+/// A curve whose form is still to be said.
+pub(super) fn shape(x: &[f64], signs: Vec<f64>, width: f64) -> Shape<'_> {
     Shape {
-        terms: form.terms(false),
+        terms: Vec::new(),
         x,
         signs,
         width,
     }
 }
 
-/// The form of stiffness that an arm can have.
+/// A form is refuted where its lack of fit is less probable than this: far less than is usual, as the free curve that it is held
+/// against is divided as finely as these very data make it pay.
+pub const REFUTED: f64 = 1e-4;
+
+/// The form of stiffness that an arm can have, one that the free curve does not refute if there is one.
 pub(super) fn of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
     let possible = |f: &Fitted| {
         let factor = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
-        factor("a2") > 0.0
-            && factor("a1") >= 0.0
-            && factor("ksw") >= 0.0
-            && factor("ksw") < factor("a2")
-            && f.parameter("asw").is_none_or(|p| p.identifiable)
+        factor("a2") > 0.0 && factor("a1") >= 0.0 && (0.0..factor("a2")).contains(&factor("ksw"))
     };
-    best(forms, possible).or_else(|| forms.first())
+    let chosen = best(forms, |f| possible(f) && f.lack_of_fit.p_value > REFUTED)
+        .or_else(|| best(forms, possible))
+        .or_else(|| forms.first())?;
+    // A cubic term that is not told is no reason to be the more sure of a wind-up.
+    let full = forms.iter().find(|f| f.form == FormName::Windup);
+    full.filter(|f| chosen.form == FormName::LinearWindup && possible(f))
+        .or(Some(chosen))
+}
+
+/// Where the cubic term had to be left out, the wind-up is no more sure than beside it.
+pub(super) fn no_surer(fitted: &mut Fitted, forms: &[Fitted]) {
+    let full = forms.iter().find(|f| f.form == FormName::Windup);
+    let Some(full) = full.filter(|_| fitted.form == FormName::LinearWindup) else {
+        return;
+    };
+    for parameter in &mut fitted.parameters {
+        if let Some(beside) = full.parameter(&parameter.symbol) {
+            parameter.standard_error = parameter.standard_error.max(beside.standard_error);
+            parameter.range = [
+                parameter.range[0].min(parameter.value - NORMAL * parameter.standard_error),
+                parameter.range[1].max(parameter.value + NORMAL * parameter.standard_error),
+            ];
+        }
+    }
 }
 
 /// Whether an arm can have this friction: (12) or a part of it, with a Stribeck part that is not the difference of two
@@ -229,23 +244,30 @@ fn best(forms: &[Fitted], allowed: impl Fn(&Fitted) -> bool) -> Option<&Fitted> 
     allowed.min_by(|a, b| a.bic.total_cmp(&b.bic))
 }
 
-/// The forms of friction with the starts of their shape parameters' logarithms.
-pub(super) fn friction_starts(fastest: f64) -> [(FormName, Vec<Vec<f64>>); 5] {
+/// The forms of stiffness, for deflections up to the largest one.
+pub(super) fn stiffness_starts(largest: f64) -> Starts {
+    let windup = [0.02, 0.06, 0.2, 0.5].map(|share| vec![-2.0 * (share * largest).ln()]);
+    vec![
+        (FormName::LinearStiffness, vec![vec![]]),
+        (FormName::CubicStiffness, vec![vec![]]),
+        (FormName::LinearWindup, windup.to_vec()),
+        (FormName::Windup, windup.to_vec()),
+    ]
+}
+
+/// The forms of friction, for velocities up to the largest one.
+pub(super) fn friction_starts(fastest: f64) -> Starts {
     let logs = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s / fastest).ln()).collect() };
     let speeds = |shares: &[f64]| -> Vec<f64> { shares.iter().map(|s| (s * fastest).ln()).collect() };
-    [
+    let slopes = || SLOPES.iter().copied();
+    // Minima of (12) lie far from each other: g2 > g3, beside every g5.
+    let pairs = slopes().flat_map(|g2| slopes().filter(move |g3| *g3 < g2).map(move |g3| [g2, g3]));
+    let triples = pairs.flat_map(|[g2, g3]| slopes().map(move |g5| [g2, g3, 1.4 * g5]));
+    vec![
         (FormName::CoulombViscous, vec![vec![]]),
-        (FormName::Stribeck, vec![speeds(&[0.03]), speeds(&[0.2])]),
-        (FormName::SmoothDry, vec![logs(&[10.0]), logs(&[50.0])]),
-        (FormName::SmoothCoulomb, vec![logs(&[10.0]), logs(&[50.0])]),
-        (
-            FormName::SmoothStribeck,
-            vec![
-                logs(&[60.0, 20.0, 40.0]),
-                logs(&[20.0, 5.0, 50.0]),
-                logs(&[20.0, 5.0, 10.0]),
-                logs(&[9.0, 3.0, 6.0]),
-            ],
-        ),
+        (FormName::Stribeck, [0.005, 0.03, 0.2].map(|s| speeds(&[s])).to_vec()),
+        (FormName::SmoothDry, slopes().map(|s| logs(&[s])).collect()),
+        (FormName::SmoothCoulomb, slopes().map(|s| logs(&[s])).collect()),
+        (FormName::SmoothStribeck, triples.map(|t| logs(&t)).collect()),
     ]
 }

@@ -9,11 +9,11 @@ use super::basis::Basis;
 use super::checks;
 use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::fourier::Modulation;
-use super::judge::{Against, fitted};
+use super::judge::{Against, Left};
 use super::outcome::{Estimated, Finding, Fitted, Parameter, RigidAxis};
-use super::parametric::friction_starts;
+use super::parametric::{forms_of, friction_starts, shape};
 use super::pieces::lowest;
-use super::shaping::{Shape, Shaping};
+use super::shaping::Shaping;
 use super::smooth::{Noise, Reflected};
 use crate::bands::{Band, BandKind};
 use crate::error::{Error, Result};
@@ -137,14 +137,14 @@ impl RigidJoint<'_> {
         let finer = Basis::friction(&lines.velocity, PIECES[(best + 1).min(PIECES.len() - 1)]);
         let finer_solution = lines.free(&finer, &weights).solve().ok_or_else(untold)?;
         let finer_curve = |v: f64| finer.value(&finer_solution.x[1 + lines.extras.len()..], v);
-        let covariance = lines.free(&basis, &weights).robust(&solution);
+        let covariance = lines.free(&basis, &weights).robust(&solution).covariance;
         let free = (&basis, &solution, &covariance[..]);
         let mut axis = self
             .outcome(&lines, &weights, free, &finer_curve, &noise)
             .ok_or_else(untold)?;
         axis.findings
             .extend(held.map(|(delay, _)| Finding::TorqueDelay { delay, held: true }));
-        Ok(axis)
+        Ok(axis.distrusted())
     }
 
     fn lines(&self, noise: &Noise) -> Result<Lines> {
@@ -206,8 +206,7 @@ impl RigidJoint<'_> {
             finer,
         );
         let against = Against {
-            squares: solution.squares,
-            unknowns,
+            free: Left::by(&lines.free(basis, weights), solution),
             curve: &curve,
             x: &lines.velocity,
             resolution: lines.resolution,
@@ -254,6 +253,7 @@ impl RigidJoint<'_> {
                 step: self.sample_time,
             });
         }
+        findings.extend(checks::in_degrees(&[self.position]));
         Some(RigidAxis {
             inertia: Estimated {
                 value: solution.x[0],
@@ -326,24 +326,15 @@ impl Lines {
     /// The physical forms, each against the free curve.
     fn forms(&self, noise: &[f64], against: &Against) -> Vec<Fitted> {
         let fastest = self.velocity.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let fits = friction_starts(fastest).into_iter().filter_map(|(form, starts)| {
-            let shaping = Shaping {
-                fixed: self.fixed(),
-                right: vec![self.torque.clone()],
-                noise: vec![noise],
-                noisy: vec![(0, 0, &self.encoder)],
-                shapes: vec![Shape {
-                    terms: form.terms(true),
-                    x: &self.velocity,
-                    signs: vec![1.0],
-                    width: self.resolution,
-                }],
-                modulation: &self.modulation,
-            };
-            let fit = shaping.fit(&starts)?;
-            Some(fitted(form, true, &fit, (0, 1 + self.extras.len(), Some(0)), against))
-        });
-        fits.collect()
+        let shaping = Shaping {
+            fixed: self.fixed(),
+            right: vec![self.torque.clone()],
+            noise: vec![noise],
+            noisy: vec![(0, 0, &self.encoder)],
+            shapes: vec![shape(&self.velocity, vec![1.0], self.resolution)],
+            modulation: &self.modulation,
+        };
+        forms_of(shaping, friction_starts(fastest), (true, Some(0)), against)
     }
 }
 

@@ -1,14 +1,18 @@
 //! Weighted nonlinear least squares for the physical parameters of the curves.
+//!
+//! The factors are linear: only the shape parameters' logarithms are searched for (variable projection, Golub & Pereyra 1973, with
+//! Kaufman's Jacobian), in the [`Condensed`] equations; the best minimum is finished in the equations themselves.
 
 use super::basis::mean_of;
-use super::equations::{Column, Equations, Solution};
-use super::forms::{Shaped, Term};
+use super::condensed::{Condensed, Lowest};
+use super::equations::{Column, Equations, Robust, Solution};
+use super::forms::{FormName, Shaped, Term};
 use super::fourier::Modulation;
+use super::profile;
 use crate::linalg::Complex;
-use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
 
-/// Iterations of a minimisation.
-const ITERATIONS: usize = 60;
+/// The longest step of a logarithm that finishes a minimum of the condensed equations.
+const LONGEST: f64 = 0.5;
 
 /// A curve of the equations of motion that is to have a physical form.
 pub(super) struct Shape<'a> {
@@ -20,6 +24,16 @@ pub(super) struct Shape<'a> {
     pub signs: Vec<f64>,
     /// The width within which signs are softened.
     pub width: f64,
+}
+
+impl Shape<'_> {
+    /// The same with the terms of a form.
+    pub fn with(self, form: FormName) -> Self {
+        Shape {
+            terms: form.terms(false),
+            ..self
+        }
+    }
 }
 
 /// Equations of motion whose curves have physical forms.
@@ -44,6 +58,11 @@ pub(super) struct Shapely {
     pub solution: Solution,
     /// Their covariance, whatever the noise's spectrum.
     pub covariance: Vec<f64>,
+    /// What the unknowns take of the sum of squares by chance; see [`Robust`].
+    pub taken: [f64; 2],
+    /// The intervals of 95 % of the factors and of the logarithms by the likelihood's profile, in the unknowns' order; infinite on
+    /// the side on which no value fits worse. Those of the fixed columns' unknowns are not looked for.
+    pub intervals: Vec<[f64; 2]>,
     /// The curves.
     pub curves: Vec<Shaped>,
 }
@@ -115,79 +134,44 @@ impl Shaping<'_> {
         }
     }
 
-    /// The best factors for given logarithms, and the sum of squares as a function of the logarithms alone
-    /// (variable projection, Golub & Pereyra 1973, with Kaufman's Jacobian).
-    fn projected(&self, logs: &[f64]) -> Option<NormalEquations> {
-        if logs.iter().any(|t| !(t.abs() < 40.0)) {
-            return None;
-        }
-        let columns = self.factors(logs);
-        let solution = self.equations(columns.clone(), self.right.clone()).solve()?;
-        let derivatives = self.derivatives(logs, &solution.x[self.fixed.len()..]);
-        // The part of each derivative that the factors cannot take up.
-        let mut left = Vec::with_capacity(derivatives.len());
-        for derivative in derivatives {
-            let right: Vec<Vec<Complex<f64>>> = derivative
-                .iter()
-                .zip(&self.right)
-                .map(|(d, r)| d.clone().unwrap_or_else(|| vec![Complex::new(0.0, 0.0); r.len()]))
-                .collect();
-            let rest = self.equations(columns.clone(), right).solve()?;
-            left.push(rest.residuals.into_iter().map(Some).collect::<Column>());
-        }
-        let n = left.len();
-        let target: Column = solution.residuals.iter().cloned().map(Some).collect();
-        let weights: Vec<Vec<f64>> = self.noise.iter().map(|s| s.iter().map(|s| 2.0 / s).collect()).collect();
-        let mut normal = vec![0.0; n * n];
-        for i in 0..n {
-            for j in 0..n {
-                normal[i * n + j] = Equations::product(&weights, &left[i], &left[j]);
-            }
-        }
-        Some(NormalEquations {
-            cost: solution.squares,
-            descent: left.iter().map(|l| Equations::product(&weights, l, &target)).collect(),
-            normal,
-        })
+    /// The best of the minima reached from several starts, with what else fits as well; `None` if there is none.
+    ///
+    /// `condensed` is that of the same equations with any terms.
+    pub fn fit(&self, condensed: &Condensed, starts: &[Vec<f64>]) -> Option<Shapely> {
+        let starts = starts.iter().filter(|s| s.len() == self.logs());
+        let minima: Vec<Lowest> = starts.filter_map(|s| condensed.lowest(&self.shapes, s, None)).collect();
+        let best = minima
+            .iter()
+            .min_by(|a, b| a.objective.total_cmp(&b.objective))?
+            .clone();
+        let mut fit = self.near(&best.logs)?;
+        fit.intervals = profile::intervals(condensed, &self.shapes, &fit, &best, &minima);
+        Some(fit)
     }
 
-    /// The best of the minima reached from several starts; `None` if none is.
-    pub fn fit(&self, starts: &[Vec<f64>]) -> Option<Shapely> {
-        let mut best: Option<(f64, Vec<f64>)> = None;
-        for start in starts.iter().filter(|s| s.len() == self.logs()) {
-            let found = match start.is_empty() {
-                true => Some((0.0, Vec::new())),
-                false => minimise_squares(start.clone(), ITERATIONS, |t| self.projected(t))
-                    .map(|m| (m.equations.cost, m.parameters)),
-            };
-            if let Some(found) = found
-                && best.as_ref().is_none_or(|b| found.0 < b.0)
-            {
-                best = Some(found);
-            }
-        }
-        self.at(&best?.1)
-    }
-
-    /// The fit with these logarithms.
-    fn at(&self, logs: &[f64]) -> Option<Shapely> {
+    /// The fit next to these logarithms, a step of Gauss and Newton away: condensed equations are off by little.
+    pub fn near(&self, logs: &[f64]) -> Option<Shapely> {
         let columns = self.factors(logs);
         let linear = self.equations(columns.clone(), self.right.clone()).solve()?;
-        let factors = &linear.x[self.fixed.len()..];
-        // Linearised about the minimum, where the logarithms' own steps vanish.
         let mut all = columns;
-        all.extend(self.derivatives(logs, factors));
-        let equations = self.equations(all, linear.residuals.clone());
+        all.extend(self.derivatives(logs, &linear.x[self.fixed.len()..]));
+        let equations = self.equations(all, self.right.clone());
         let mut solution = equations.solve()?;
-        let covariance = equations.robust(&solution);
-        solution.x = linear.x.iter().chain(logs).copied().collect();
-        solution.residuals = linear.residuals.clone();
-        solution.squares = linear.squares;
-        let mut rest = factors;
+        let Robust { covariance, taken } = equations.robust(&solution);
+        let steps = &solution.x[linear.x.len()..];
+        let (mut end, mut best) = (logs.to_vec(), linear);
+        if !logs.is_empty() && steps.iter().all(|s| s.abs() < LONGEST) {
+            let moved: Vec<f64> = logs.iter().zip(steps).map(|(t, s)| t + s).collect();
+            let there = self.equations(self.factors(&moved), self.right.clone()).solve();
+            if let Some(there) = there.filter(|there| there.objective < best.objective) {
+                (end, best) = (moved, there);
+            }
+        }
+        let mut rest = &best.x[self.fixed.len()..];
         let curves = self
             .shapes
             .iter()
-            .zip(self.parts(logs))
+            .zip(self.parts(&end))
             .map(|(shape, logs)| {
                 let (own, after) = rest.split_at(shape.terms.len());
                 rest = after;
@@ -199,7 +183,11 @@ impl Shaping<'_> {
                 }
             })
             .collect();
+        solution.x = best.x.iter().chain(&end).copied().collect();
+        (solution.residuals, solution.squares, solution.objective) = (best.residuals, best.squares, best.objective);
         Some(Shapely {
+            intervals: Vec::new(),
+            taken,
             solution,
             covariance,
             curves,

@@ -178,6 +178,16 @@ impl Reflected {
         v
     }
 
+    /// The smoothed signal with this cut-off in Hz.
+    pub fn smoothed(&self, cut_off: f64) -> Vec<f64> {
+        let edge = 2.0 * std::f64::consts::PI * cut_off;
+        let mut x = self.back(|w| Complex::new(1.0 / (1.0 + (w / edge).powi(STEEPNESS)), 0.0));
+        for (i, v) in x.iter_mut().enumerate() {
+            *v += self.line.0 + self.line.1 * i as f64;
+        }
+        x
+    }
+
     /// The signal `ahead` s later: x(t + ahead).
     pub fn shifted(&self, ahead: f64) -> Vec<f64> {
         let mut x = self.back(|w| Complex::new(0.0, w * ahead).exp());

@@ -42,15 +42,21 @@ fn noisy(x: &[f64], sd: f64, seed: u64) -> Vec<f64> {
 
 /// Motor angle, link angle and torque of the space arm's elbow with its shoulder locked, with noise; the link's inertia.
 fn elbow(seconds: f64) -> ([Vec<f64>; 3], f64) {
+    elbow_of(seconds, space_arm(Model::Nonlinear).joints[1].linear, 1e-5, 0)
+}
+
+/// The same with this linear stiffness and this noise of the encoders, another one in each `run`.
+fn elbow_of(seconds: f64, linear: f64, encoder: f64, run: u64) -> ([Vec<f64>; 3], f64) {
     let mut parameters = space_arm(Model::Nonlinear);
     parameters.joints[0].locked = true;
+    parameters.joints[1].linear = linear;
     let arm = Arm::new(parameters).unwrap();
     let options = SimulationOptions::new(seconds, STEP).unwrap();
     let rows = options.sampling.rows();
     let tau = torque(rows, 2.5);
     let record = simulate(&arm, &Drive::Held([&vec![0.0; rows], &tau]), &options).unwrap();
-    let column = |name: &str, seed| noisy(record.column(name).unwrap(), 1e-5, seed);
-    let log = [column("qm2", 1), column("q2", 2), noisy(&tau, 0.05, 3)];
+    let column = |name: &str, seed| noisy(record.column(name).unwrap(), encoder, seed + 10 * run);
+    let log = [column("qm2", 1), column("q2", 2), noisy(&tau, 0.05, 3 + 10 * run)];
     (log, arm.link_dynamics().inertia(0.0)[1][1])
 }
 
@@ -228,6 +234,145 @@ fn a_rigid_joint_is_no_flexible_one_even_with_skewed_encoders() {
     }
 }
 
+/// The link's angle `late` samples late.
+fn skewed([motor, link, torque]: &[Vec<f64>; 3], late: usize) -> [Vec<f64>; 3] {
+    let n = link.len();
+    [
+        motor[late..].to_vec(),
+        link[..n - late].to_vec(),
+        torque[late..].to_vec(),
+    ]
+}
+
+#[test]
+fn a_joint_as_stiff_as_its_encoders_are_coarse_is_no_flexible_one() {
+    for (linear, encoder, run, late) in [
+        (1e6, 1e-5, 0, 4),
+        (1e6, 1e-5, 1, 0),
+        (1e6, 1e-5, 2, 4),
+        (500.0, 0.02, 3, 0),
+    ] {
+        let (log, _) = elbow_of(30.0, linear, encoder, run);
+        let JointFound::Rigid(axis) = flexible(&skewed(&log, late)).identify().unwrap() else {
+            panic!("a flexible joint was seen at {linear} N m/rad");
+        };
+        let Finding::NoFlexibility { stiffness, .. } = axis.findings[0] else {
+            panic!("{:?}", axis.findings);
+        };
+        assert!(
+            stiffness.is_nan() || (0.5..2.0).contains(&(stiffness / linear)),
+            "{stiffness}, but it is {linear}"
+        );
+        let skew = axis.findings.iter().find_map(|f| match f {
+            Finding::EncoderSkew { skew, .. } => Some(*skew),
+            _ => None,
+        });
+        assert_eq!(skew.is_some(), late > 0, "{:?}", axis.findings);
+        assert!(skew.is_none_or(|s| (s - late as f64 * STEP).abs() < 1e-4), "{skew:?}");
+    }
+}
+
+#[test]
+fn a_stiff_joint_is_found_near_the_encoders_noise_and_with_their_skew() {
+    let (log, inertia) = elbow_of(30.0, 2e4, 1e-5, 0);
+    for late in [0, 4] {
+        let axis = found(flexible(&skewed(&log, late)));
+        let stiffness = &axis.model.stiffness;
+        let a2 = stiffness.parameter("a2").unwrap();
+        assert!((a2.value - 2e4).abs() < 0.02 * 2e4, "{a2:?}");
+        let motor = axis.motor_inertia;
+        let off = (motor.value - 1.0).abs();
+        assert!(off < 0.05 && off < 4.0 * motor.standard_error, "{motor:?}");
+        assert!(
+            (axis.link_inertia.value - inertia).abs() < 0.02 * inertia,
+            "{:?}",
+            axis.link_inertia
+        );
+        let skew = axis.skew.value;
+        assert!((skew - late as f64 * STEP).abs() < 2e-4, "{skew}");
+    }
+}
+
+/// Where g1, g2, g3 and g5 make up for each other no small error may stand beside a wrong value; and true forms agree.
+#[test]
+fn what_is_told_of_the_forms_is_true() {
+    let joint = space_arm(Model::Nonlinear).joints[1];
+    let [g1, g2, g3, g4, g5, g6] = joint.friction.unwrap().0;
+    let truths = [
+        ("g1", g1),
+        ("g2", g2),
+        ("g3", g3),
+        ("g4", g4),
+        ("g5", g5),
+        ("g6", g6),
+        ("a2", 500.0),
+        ("ksw", 10.0),
+    ];
+    for run in 0..4 {
+        let (log, _) = elbow_of(30.0, joint.linear, 1e-5, run);
+        let axis = found(flexible(&log));
+        for form in [&axis.model.stiffness, &axis.model.friction] {
+            println!("run {run}: {:?} {:?}", form.form, form.lack_of_fit);
+            assert!(form.lack_of_fit.p_value > REFUTED, "run {run}: {:?}", form.lack_of_fit);
+            for (symbol, truth) in truths {
+                let told = form.parameter(symbol).filter(|p| p.identifiable);
+                println!("  {symbol} {told:?}");
+                assert!(
+                    told.is_none_or(|p| (p.value - truth).abs() < 4.0 * p.standard_error),
+                    "run {run}: {told:?}, but it is {truth}"
+                );
+            }
+        }
+        let true_forms = |forms: &[Fitted], form| forms.iter().find(|f| f.form == form).unwrap().lack_of_fit;
+        for lack in [
+            true_forms(&axis.stiffness_forms, FormName::Windup),
+            true_forms(&axis.friction_forms, FormName::SmoothStribeck),
+        ] {
+            assert!(lack.p_value > REFUTED, "run {run}: {lack:?}");
+        }
+    }
+}
+
+#[test]
+fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
+    let (position, torque) = axis(20_000, 0.0);
+    let is_clipped = |torque: &[f64]| {
+        let found = rigid(&position, torque).identify().unwrap();
+        let clipped = found
+            .findings
+            .iter()
+            .any(|f| matches!(f, Finding::ClippedTorque { .. }));
+        // What a clipped torque makes wrong has no standard error.
+        assert_eq!(clipped, found.inertia.standard_error.is_nan());
+        for form in &found.forms {
+            assert!(!clipped || form.parameters.iter().all(|p| !p.identifiable), "{form:?}");
+        }
+        clipped
+    };
+    assert!(!is_clipped(&torque));
+    for (seed, limit) in [(1, 5.0), (2, 8.0)] {
+        let clipped: Vec<f64> = torque.iter().map(|t| t.clamp(-limit, limit)).collect();
+        assert!(is_clipped(&noisy(&clipped, 0.05, seed)), "at {limit}");
+    }
+    // The peaks of a sine are none, nor are levels.
+    let sine: Vec<f64> = (0..20_000).map(|i| 8.0 * (0.002 * f64::from(i)).sin()).collect();
+    let levels: Vec<f64> = (0..20_000).map(|i| f64::from((i / 500 * 3) % 7)).collect();
+    for torque in [sine, levels] {
+        assert_eq!(super::checks::clipped(&noisy(&torque, 0.05, 4)), None);
+    }
+    let degrees: Vec<f64> = position.iter().map(|q| q.to_degrees()).collect();
+    let said = rigid(&degrees, &torque).identify().unwrap();
+    assert!(
+        said.findings
+            .iter()
+            .any(|f| f.to_string().contains("multiply it by pi / 180")),
+        "{:?}",
+        said.findings
+    );
+    let said = rigid(&position, &torque).identify().unwrap();
+    assert!(!said.findings.iter().any(|f| matches!(f, Finding::ManyTurns { .. })));
+}
+
 #[test]
 fn bad_logs_are_refused_or_remarked_on() {
     let (position, torque) = axis(20_000, 0.0);
@@ -286,6 +431,12 @@ fn bad_logs_are_refused_or_remarked_on() {
         "{:?}",
         found.findings
     );
+    // Friction and offset are alike: no form has a size of either.
+    for symbol in ["Fc", "Fs", "F0", "g4"] {
+        for p in found.forms.iter().filter_map(|f| f.parameter(symbol)) {
+            assert!(!p.identifiable && p.standard_error.is_nan(), "{p:?}");
+        }
+    }
     // A slope alone has no size.
     let smooth = found.forms.iter().find(|f| f.form == FormName::SmoothDry).unwrap();
     let [g4, g5] = ["g4", "g5"].map(|name| smooth.parameter(name).unwrap());

@@ -1,15 +1,14 @@
-//! The physical forms of an arm's curves: each against its free curve in its own equations, then all together.
+//! The physical forms of an arm's curves: each beside the other curves as they are free, then all together.
 
-use super::super::equations::Solution;
-use super::super::judge::{Against, fitted};
+use super::super::condensed::Condensed;
+use super::super::judge::{Against, Left, fitted};
 use super::super::outcome::{Estimated, Fitted, JointModel};
-use super::super::pair::combine;
 use super::super::parametric::{
-    RESOLVED_DEFLECTION, friction_of_an_arm, friction_starts, of_an_arm, possible_friction, shape,
+    RESOLVED_DEFLECTION, forms_of, friction_of_an_arm, friction_starts, no_surer, of_an_arm, possible_friction, shape,
+    stiffness_starts,
 };
-use super::super::shaping::Shaping;
-use super::{CONSTANTS, Whole};
-use crate::linalg::Complex;
+use super::super::shaping::{Shape, Shaping};
+use super::{CONSTANTS, Whole, on_equations};
 
 /// The forms of one joint's curves: stiffness and friction.
 pub(super) type Forms = [Vec<Fitted>; 2];
@@ -21,64 +20,81 @@ pub(super) struct Model {
     pub joints: [JointModel; 2],
 }
 
+/// What all forms of an arm are held against: what the free curves leave, the torques of the curves of each joint at the data, and the
+/// velocities that the data resolve.
+pub(super) struct Free<'a> {
+    pub left: Left,
+    pub curves: &'a [[Vec<f64>; 2]; 2],
+    pub resolutions: [f64; 2],
+}
+
 impl Whole<'_> {
-    /// The forms of a joint's curves, each by itself; the other joint's curves are as the free solution has them.
-    pub fn forms(
-        &self,
-        solution: &Solution,
-        joint: usize,
-        [kappa, rub]: [&[f64]; 2],
-        resolution: f64,
-    ) -> Option<Forms> {
-        let stiffness = self.pairs[joint].stiffness_forms(&self.stiffness[joint].1, &self.motor_noise[joint], kappa)?;
-        let part = |joint: usize, which: usize| {
-            let columns = [&self.stiffness[joint].1, &self.free.friction[joint].1][which];
-            combine(columns, &solution.x[self.places(joint)[which]..])
+    /// The curve of this number as the splines of one are, whose form is still to be said.
+    fn shape(&self, curve: usize, free: &Free) -> Shape<'_> {
+        let joint = curve % 2;
+        let pair = &self.pairs[joint];
+        let mut signs = vec![0.0; 4];
+        if curve < 2 {
+            (signs[joint], signs[2 + joint]) = (1.0, 1.0);
+            shape(&pair.d, signs, 0.0)
+        } else {
+            signs[2 + joint] = -1.0;
+            shape(&pair.v, signs, free.resolutions[joint])
+        }
+    }
+
+    /// Some curves in physical forms, the others free.
+    fn shaping<'b>(&'b self, shapes: Vec<Shape<'b>>, others: &[usize]) -> Shaping<'b> {
+        let splines = [
+            &self.stiffness[0],
+            &self.stiffness[1],
+            &self.free.friction[0],
+            &self.free.friction[1],
+        ];
+        let others = others.iter().flat_map(|&curve| on_equations(curve, splines[curve]));
+        Shaping {
+            fixed: self.inertias().into_iter().chain(others).collect(),
+            right: self.right(),
+            noise: self.noise(),
+            noisy: self.noisy(),
+            shapes,
+            modulation: self.modulation,
+        }
+    }
+
+    fn against<'b>(&'b self, curve: usize, free: &'b Free) -> Against<'b> {
+        let joint = curve % 2;
+        let pair = &self.pairs[joint];
+        let own = &free.curves[joint][curve / 2];
+        let (x, resolution) = match curve < 2 {
+            true => (&pair.d, RESOLVED_DEFLECTION * pair.largest_deflection()),
+            false => (&pair.v, free.resolutions[joint]),
         };
-        let elastic = [part(0, 0), part(1, 0)];
-        let mut right = self.links.right([&elastic[0], &elastic[1]], solution.x[1]);
-        let other = 1 - joint;
-        let known: Vec<Complex<f64>> = part(other, 1);
-        right[other].iter_mut().zip(&known).for_each(|(r, f)| *r -= f);
-        let weights = [self.free.noise[0].as_slice(), self.free.noise[1].as_slice()];
-        let mut curves: [&[Vec<Complex<f64>>]; 2] = [&[], &[]];
-        curves[joint] = &self.free.friction[joint].1;
-        let own = self.links.equations(right.clone(), curves, weights).solve()?;
-        let v = &self.pairs[joint].v;
-        let against = Against {
-            squares: own.squares,
-            unknowns: own.x.len(),
-            curve: rub,
-            x: v,
+        Against {
+            free: free.left,
+            curve: own,
+            x,
             resolution,
-        };
-        let fastest = v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let friction = friction_starts(fastest).into_iter().filter_map(|(form, starts)| {
-            let mut signs = vec![0.0; 2];
-            signs[joint] = -1.0;
-            let shaping = Shaping {
-                fixed: self.links.constants.to_vec(),
-                right: right.clone(),
-                noise: weights.to_vec(),
-                noisy: self.links.noisy(0, 0),
-                shapes: vec![shape(form, v, signs, resolution)],
-                modulation: self.modulation,
+        }
+    }
+
+    /// The forms of a joint's curves, each with all other curves free.
+    pub fn forms(&self, joint: usize, free: &Free) -> Forms {
+        let pair = &self.pairs[joint];
+        [joint, 2 + joint].map(|curve| {
+            let others: Vec<usize> = (0..4).filter(|&other| other != curve).collect();
+            let starts = match curve < 2 {
+                true => stiffness_starts(pair.largest_deflection()),
+                false => friction_starts(pair.fastest()),
             };
-            let fit = shaping.fit(&starts)?;
-            Some(fitted(form, false, &fit, (0, CONSTANTS, None), &against))
-        });
-        Some([stiffness, friction.collect()])
+            let shaping = self.shaping(vec![self.shape(curve, free)], &others);
+            forms_of(shaping, starts, (false, None), &self.against(curve, free))
+        })
     }
 
     /// All four curves in the forms that an arm can have, in all equations.
-    pub fn model(
-        &self,
-        solution: &Solution,
-        forms: &[Forms; 2],
-        curves: &[[Vec<f64>; 2]; 2],
-        resolutions: [f64; 2],
-    ) -> Option<Model> {
-        let with = |simple: [bool; 2]| self.model_of(solution, forms, curves, resolutions, simple);
+    pub fn model(&self, forms: &[Forms; 2], free: &Free) -> Option<Model> {
+        let with = |simple: [bool; 2]| self.model_of(forms, free, simple);
         let simple = match with([false; 2]) {
             None => [true; 2],
             Some(model) => {
@@ -92,68 +108,52 @@ impl Whole<'_> {
         with(simple)
     }
 
-    fn model_of(
-        &self,
-        solution: &Solution,
-        forms: &[Forms; 2],
-        curves: &[[Vec<f64>; 2]; 2],
-        resolutions: [f64; 2],
-        simple: [bool; 2],
-    ) -> Option<Model> {
-        let mut shapes = Vec::new();
-        let (mut stiff_logs, mut rub_logs) = (Vec::new(), Vec::new());
-        let mut names = Vec::new();
-        for (joint, [stiffness, _]) in forms.iter().enumerate() {
-            let form = of_an_arm(stiffness)?;
-            let mut signs = vec![0.0; 4];
-            (signs[joint], signs[2 + joint]) = (1.0, 1.0);
-            shapes.push(shape(form.form, &self.pairs[joint].d, signs, 0.0));
-            stiff_logs.extend_from_slice(&form.shaped.logs);
-            names.push(form.form);
-        }
-        for (joint, [_, friction]) in forms.iter().enumerate() {
-            let form = friction_of_an_arm(friction, simple[joint])?;
-            let mut signs = vec![0.0; 4];
-            signs[2 + joint] = -1.0;
-            shapes.push(shape(form.form, &self.pairs[joint].v, signs, resolutions[joint]));
-            rub_logs.extend_from_slice(&form.shaped.logs);
-            names.push(form.form);
-        }
-        let shaping = Shaping {
-            fixed: self.inertias(),
-            right: self.right(),
-            noise: self.noise(),
-            noisy: self.noisy(),
-            shapes,
-            modulation: self.modulation,
+    fn model_of(&self, forms: &[Forms; 2], free: &Free, simple: [bool; 2]) -> Option<Model> {
+        let [first, second] = forms;
+        let chosen = [
+            of_an_arm(&first[0])?,
+            of_an_arm(&second[0])?,
+            friction_of_an_arm(&first[1], simple[0])?,
+            friction_of_an_arm(&second[1], simple[1])?,
+        ];
+        let shapes = |curves: &[usize]| -> Vec<Shape> {
+            let of = |&curve: &usize| self.shape(curve, free).with(chosen[curve].form);
+            curves.iter().map(of).collect()
         };
-        let fit = shaping.fit(&[[stiff_logs, rub_logs].concat()])?;
+        let logs = |curves: &[usize]| -> Vec<f64> {
+            let of = |&curve: &usize| chosen[curve].shaped.logs.iter().copied();
+            curves.iter().flat_map(of).collect()
+        };
+        let all = [0, 1, 2, 3];
+        let shaping = self.shaping(shapes(&all), &[]);
+        let fit = shaping.fit(&Condensed::new(&shaping), &[logs(&all)])?;
         let n = fit.solution.x.len();
         let estimated = |i: usize| Estimated {
             value: fit.solution.x[i],
             standard_error: fit.covariance[i * n + i].max(0.0).sqrt(),
         };
         let count = 2 + CONSTANTS;
-        let joints = [0, 1].map(|joint| {
-            let against = |which: usize, x, resolution| Against {
-                squares: solution.squares,
-                unknowns: solution.x.len(),
-                curve: &curves[joint][which],
-                x,
-                resolution,
+        let joint = |joint: usize| {
+            let told = |curve: usize, inertia| {
+                let of = (curve, count, inertia);
+                fitted(chosen[curve].form, false, &fit, of, &self.against(curve, free))
             };
-            let pair = &self.pairs[joint];
-            let stiffness = against(0, &pair.d, RESOLVED_DEFLECTION * pair.largest_deflection());
-            let friction = against(1, &pair.v, resolutions[joint]);
-            JointModel {
-                stiffness: fitted(names[joint], false, &fit, (joint, count, Some(joint)), &stiffness),
-                friction: fitted(names[2 + joint], false, &fit, (2 + joint, count, None), &friction),
-            }
-        });
+            let mut model = JointModel {
+                stiffness: told(joint, Some(joint)),
+                friction: told(2 + joint, None),
+            };
+            no_surer(&mut model.stiffness, &forms[joint][0]);
+            // This joint's own test: the other one's curves are free.
+            let (own, others) = ([joint, 2 + joint], [1 - joint, 3 - joint]);
+            let alone = self.shaping(shapes(&own), &others).near(&logs(&own))?;
+            free.left.retest(&mut model.stiffness, &alone);
+            free.left.retest(&mut model.friction, &alone);
+            Some(model)
+        };
         Some(Model {
             motors: [0, 1].map(estimated),
             constants: [2, 3, 4].map(estimated),
-            joints,
+            joints: [joint(0)?, joint(1)?],
         })
     }
 }

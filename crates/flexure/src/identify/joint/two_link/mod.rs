@@ -90,6 +90,18 @@ struct Whole<'a> {
     finer: Vec<Splines>,
 }
 
+/// The columns of the splines of stiffness 1 and 2, friction 1 and 2 in the equations of motor 1 and 2, link 1 and 2.
+fn on_equations(curve: usize, splines: &Splines) -> impl Iterator<Item = Column> + '_ {
+    splines.1.iter().map(move |lines| {
+        let mut column: Column = vec![None; 4];
+        if curve < 2 {
+            column[curve] = Some(lines.clone());
+        }
+        column[2 + curve % 2] = Some(lines.clone());
+        column
+    })
+}
+
 impl TwoLinkLog<'_> {
     fn check(&self) -> Result<()> {
         let n = self.link[0].len();
@@ -143,7 +155,7 @@ impl TwoLinkLog<'_> {
         for (joint, motion) in motions.iter().enumerate() {
             let findings = motion.no_flexibility(&modulation).unwrap_or_default();
             for finding in findings {
-                if let Finding::NoFlexibility { deflection, noise } = finding {
+                if let Finding::NoFlexibility { deflection, noise, .. } = finding {
                     return Err(Error::RigidJointInArm {
                         joint: joint + 1,
                         deflection,
@@ -240,14 +252,7 @@ impl<'a> Whole<'a> {
     fn equations_with(&self, curves: [&Splines; 4]) -> Equations<'_> {
         let mut columns = self.inertias();
         for (i, splines) in curves.into_iter().enumerate() {
-            columns.extend(splines.1.iter().map(|lines| {
-                let mut column: Column = vec![None; 4];
-                if i < 2 {
-                    column[i] = Some(lines.clone());
-                }
-                column[2 + i % 2] = Some(lines.clone());
-                column
-            }));
+            columns.extend(on_equations(i, splines));
         }
         Equations {
             columns,

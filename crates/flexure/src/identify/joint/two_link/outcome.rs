@@ -2,9 +2,11 @@
 
 use super::super::basis::Basis;
 use super::super::equations::Solution;
+use super::super::judge::Left;
 use super::super::outcome::{Estimated, Fitted, FlexibleAxis, torque_band};
 use super::super::rigid::{RESOLVED, band, widened};
 use super::super::smooth::Reflected;
+use super::forms::Free;
 use super::{CONSTANTS, TwoLinkArm, Whole};
 use crate::bands::Band;
 
@@ -13,7 +15,7 @@ impl Whole<'_> {
     pub fn outcome(&self, level: f64) -> Option<TwoLinkArm> {
         let equations = self.equations();
         let solution = equations.solve()?;
-        let covariance = equations.robust(&solution);
+        let covariance = equations.robust(&solution).covariance;
         let [k1, k2, f1, f2] = &self.finer[..] else { return None };
         let told = Told {
             whole: self,
@@ -25,12 +27,13 @@ impl Whole<'_> {
         let step = self.motions[0].step;
         let curves = [0, 1].map(|joint| self.curves(&solution, joint));
         let resolutions = [0, 1].map(|joint| RESOLVED * self.motions[joint].link_noise.velocity_sd(step));
-        let forms = |joint: usize| {
-            let [kappa, rub] = &curves[joint];
-            self.forms(&solution, joint, [kappa, rub], resolutions[joint])
+        let free = Free {
+            left: Left::by(&equations, &solution),
+            curves: &curves,
+            resolutions,
         };
-        let forms = [forms(0)?, forms(1)?];
-        let model = self.model(&solution, &forms, &curves, resolutions)?;
+        let forms = [0, 1].map(|joint| self.forms(joint, &free));
+        let model = self.model(&forms, &free)?;
         let inertial = told.inertial_torques();
         let [first, second] = forms;
         let [one, two] = model.joints;
@@ -43,7 +46,10 @@ impl Whole<'_> {
             let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
             let best = |forms: &[Fitted]| (0..forms.len()).min_by(|&a, &b| forms[a].bic.total_cmp(&forms[b].bic));
             Some(FlexibleAxis {
-                motor_inertia: told.sum(&[(joint, 1.0)]),
+                motor_inertia: {
+                    let carried = told.sum(&[(2 + joint, 1.0)]).value;
+                    told.sum(&[(joint, 1.0)]).or_off_by(carried * pair.attenuation)
+                },
                 link_inertia: match joint {
                     0 => told.sum(&[(2, 1.0), (4, 2.0)]),
                     _ => told.sum(&[(3, 1.0)]),
@@ -71,6 +77,7 @@ impl Whole<'_> {
                 findings: motion.findings(&self.alignments[joint], &pair.v, resolutions[joint]),
             })
         });
+        let joints = joints.map(|axis: Option<FlexibleAxis>| axis.map(FlexibleAxis::distrusted));
         let [first, second] = joints;
         Some(TwoLinkArm {
             shoulder: told.sum(&[(2, 1.0)]),

@@ -1,0 +1,161 @@
+//! Whether a joint's motor and link move against each other at all, beyond their encoders' noise and skew.
+//!
+//! To first order the deflection is that of a spring under the torque that the motor's inertia leaves, beside what a skew
+//! sigma of the encoders and their noise make:
+//!
+//! $$ d = c\,\tau - c J_m\, \ddot q_m + \sigma\, \dot q + e. $$
+//!
+//! A deflection that the torque does not explain is no flexibility, and one that is small beside the noise of a sample tells no curve:
+//! the curve's abscissa is that noise.
+
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use super::alignment::{NEGLIGIBLE, SIGNIFICANT};
+use super::equations::Equations;
+use super::flexible::Motion;
+use super::fourier::Modulation;
+use super::outcome::Finding;
+use super::smooth::{Noise, Reflected};
+use crate::linalg::Complex;
+
+/// The least deflection that tells a stiffness, in standard deviations of the encoders' noise.
+const FLEXIBLE: f64 = 3.0;
+/// A deflection larger than this, in the same, needs no smoothing.
+const PLAIN: f64 = 100.0;
+/// The probability with which chance alone may pass for a spring.
+const CHANCE: f64 = 1e-3;
+/// Passes at most that shift the link's angle, and the last change in samples.
+const PASSES: usize = 5;
+const SETTLED: f64 = 1e-3;
+
+/// The deflection as that of a spring with skewed encoders.
+pub(super) struct Compliance {
+    /// The time by which the link's samples are late, s, and its standard error.
+    pub skew: (f64, f64),
+    /// The root mean square of the deflection that the torque explains, rad; 0 where that may be chance.
+    pub elastic: f64,
+    /// That of the encoders' noise in a sample, rad.
+    pub noise: f64,
+    /// The spring's stiffness, N m/rad; not finite or negative where there is none.
+    pub stiffness: f64,
+}
+
+impl Compliance {
+    /// Whether the deflection is not far above the encoders' noise.
+    pub fn is_stiff(&self) -> bool {
+        self.elastic < PLAIN * self.noise
+    }
+}
+
+impl Motion<'_> {
+    /// The deflection against this angle of the link. Where the encoders' noise is not small beside it, it is smoothed, so that its
+    /// noise is not taken for its size (a curve over a noisy abscissa comes out too flat). Second, the share of its mean square that
+    /// is noise.
+    pub fn deflection(&self, link: &[f64]) -> (Vec<f64>, f64) {
+        let d: Vec<f64> = self.motor.iter().zip(link).map(|(m, q)| m - q).collect();
+        let size = centred(&d).iter().map(|d| d * d).sum::<f64>() / d.len() as f64;
+        let share = self.encoders().powi(2) / size.max(f64::MIN_POSITIVE);
+        if share * PLAIN * PLAIN < 1.0 {
+            return (d, share);
+        }
+        let cut_off = Noise::of(&d, self.step).cut_off();
+        // White noise spreads over all frequencies up to half the sampling rate.
+        let passed = (2.0 * self.step * cut_off).min(1.0);
+        (Reflected::new(&d, self.step).smoothed(cut_off), share * passed)
+    }
+
+    /// The standard deviation of the noise of a sample of the deflection.
+    fn encoders(&self) -> f64 {
+        self.motor_noise.sd.hypot(self.link_noise.sd)
+    }
+
+    /// The deflection in the band of the motion as that of a spring; `None` where the motion has too few frequencies.
+    pub fn compliance(&self, modulation: &Modulation) -> Option<Compliance> {
+        let edge = 2.0 * std::f64::consts::PI * self.link_noise.band.max(self.motor_noise.band);
+        let inside = modulation.omega.partition_point(|w| *w <= edge).max(1);
+        let lines = |mut lines: Vec<Complex<f64>>| {
+            lines.truncate(inside);
+            lines
+        };
+        let reflected = Reflected::new(self.link, self.step);
+        let springs = [
+            lines(modulation.of(&centred(self.torque))),
+            lines(self.rotor_acceleration(modulation)),
+        ];
+        let ones = vec![1.0; inside];
+        let mut skew = 0.0;
+        let mut last = None;
+        for _ in 0..PASSES {
+            let link = match skew == 0.0 {
+                true => self.link.to_vec(),
+                false => reflected.shifted(skew),
+            };
+            let d: Vec<f64> = self.motor.iter().zip(&link).map(|(m, q)| m - q).collect();
+            let velocity = lines(modulation.of_rate(&link));
+            let right = vec![lines(modulation.of(&centred(&d)))];
+            let solve = |columns: Vec<&Vec<Complex<f64>>>| {
+                Equations {
+                    columns: columns.into_iter().map(|c| vec![Some(c.clone())]).collect(),
+                    right: right.clone(),
+                    noise: vec![&ones],
+                    noisy: Vec::new(),
+                }
+                .solve()
+            };
+            let with = solve(vec![&velocity, &springs[0], &springs[1]])?;
+            let without = solve(vec![&velocity])?;
+            let change = with.x[0];
+            skew += change;
+            let freedom = 2.0 * inside as f64 - 3.0;
+            last = Some((with, without, freedom));
+            if change.abs() < SETTLED * self.step {
+                break;
+            }
+        }
+        let (with, without, freedom) = last?;
+        if !(freedom > 0.0) {
+            return None;
+        }
+        // The weights are those of noise of a mean square of 1 a line.
+        let spread = with.squares / freedom;
+        let gain = (without.squares - with.squares).max(0.0);
+        let chance = FisherSnedecor::new(2.0, freedom).map_or(1.0, |f| 1.0 - f.cdf(gain / 2.0 / spread));
+        let own: f64 = (0..inside)
+            .map(|k| (springs[0][k] * with.x[1] + springs[1][k] * with.x[2]).norm_sqr())
+            .sum();
+        // The lines of one side of the spectrum; white noise of variance s has the mean square s in each.
+        let all = 0.5 * modulation.samples() as f64;
+        Some(Compliance {
+            skew: (skew, with.error(0) * spread.sqrt()),
+            elastic: if chance < CHANCE { (own / all).sqrt() } else { 0.0 },
+            noise: self.encoders(),
+            stiffness: 1.0 / with.x[1],
+        })
+    }
+
+    /// Whether the deflection is too small to tell a stiffness, and what is then to be said.
+    pub fn no_flexibility(&self, modulation: &Modulation) -> Option<Vec<Finding>> {
+        let found = self.compliance(modulation)?;
+        if found.elastic > FLEXIBLE * found.noise {
+            return None;
+        }
+        let mut findings = vec![Finding::NoFlexibility {
+            deflection: found.elastic,
+            noise: found.noise,
+            stiffness: match found.elastic > 0.0 && found.stiffness > 0.0 {
+                true => found.stiffness,
+                false => f64::NAN,
+            },
+        }];
+        let (skew, standard_error) = found.skew;
+        if skew.abs() > SIGNIFICANT * standard_error && skew.abs() > NEGLIGIBLE * self.step {
+            findings.push(Finding::EncoderSkew { skew, standard_error });
+        }
+        Some(findings)
+    }
+}
+
+fn centred(x: &[f64]) -> Vec<f64> {
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    x.iter().map(|v| v - mean).collect()
+}
