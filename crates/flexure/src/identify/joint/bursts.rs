@@ -81,7 +81,7 @@ mod tests {
         let n = 8000;
         let modulation = Modulation::new(n, 0.01, 40.0);
         let mut rng = rand_pcg::Pcg64::seed_from_u64(7);
-        let inside = |i: usize| (i / 50) % 4 == 0;
+        let inside = |i: usize| (i / 50).is_multiple_of(4);
         let column: Vec<f64> = (0..n)
             .map(|i| if inside(i) { (0.3 * i as f64).sin() } else { 0.0 })
             .collect();

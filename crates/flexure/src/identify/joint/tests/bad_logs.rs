@@ -1,0 +1,141 @@
+//! Logs that say too little, or something else than they seem to.
+
+use super::*;
+
+#[test]
+fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
+    let (position, torque) = axis(20_000, 0.0);
+    let is_clipped = |torque: &[f64]| {
+        let found = rigid(&position, torque).identify().unwrap();
+        let clipped = found
+            .findings
+            .iter()
+            .any(|f| matches!(f, Finding::ClippedTorque { .. }));
+        // What a clipped torque makes wrong has no standard error.
+        assert_eq!(clipped, found.inertia.standard_error.is_nan());
+        for form in &found.forms {
+            assert!(!clipped || form.parameters.iter().all(|p| !p.identifiable), "{form:?}");
+        }
+        clipped
+    };
+    assert!(!is_clipped(&torque));
+    for (seed, limit) in [(1, 5.0), (2, 8.0)] {
+        let clipped: Vec<f64> = torque.iter().map(|t| t.clamp(-limit, limit)).collect();
+        assert!(is_clipped(&noisy(&clipped, 0.05, seed)), "at {limit}");
+    }
+    // The peaks of a sine are none, nor are levels.
+    let sine: Vec<f64> = (0..20_000).map(|i| 8.0 * (0.002 * f64::from(i)).sin()).collect();
+    let levels: Vec<f64> = (0..20_000).map(|i| f64::from((i / 500 * 3) % 7)).collect();
+    for torque in [sine, levels] {
+        assert_eq!(super::checks::clipped(&noisy(&torque, 0.05, 4)), None);
+    }
+    let degrees: Vec<f64> = position.iter().map(|q| q.to_degrees()).collect();
+    let said = rigid(&degrees, &torque).identify().unwrap();
+    assert!(
+        said.findings
+            .iter()
+            .any(|f| f.to_string().contains("multiply it by pi / 180")),
+        "{:?}",
+        said.findings
+    );
+    let said = rigid(&position, &torque).identify().unwrap();
+    assert!(!said.findings.iter().any(|f| matches!(f, Finding::ManyTurns { .. })));
+}
+
+#[test]
+fn bad_logs_are_refused_or_remarked_on() {
+    let (position, torque) = axis(20_000, 0.0);
+    let message = |error: Error| error.to_string();
+    // Wrapped in the middle of its way.
+    let (low, high) = position
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(l, h), &q| (l.min(q), h.max(q)));
+    let middle = 0.5 * (low + high);
+    for (turn, words) in [
+        (std::f64::consts::TAU, "wraps at 2 pi;"),
+        (360.0, "a whole turn in degrees:"),
+    ] {
+        let unit = turn / std::f64::consts::TAU;
+        let wrapped: Vec<f64> = position
+            .iter()
+            .map(|q| ((q - middle) * unit).rem_euclid(turn))
+            .collect();
+        let said = message(rigid(&wrapped, &torque).identify().unwrap_err());
+        assert!(
+            said.contains(words) && said.contains("unwrap the angle first"),
+            "{said}"
+        );
+    }
+    // Too short.
+    let error = rigid(&position[..150], &torque[..150]).identify().unwrap_err();
+    assert_eq!(
+        message(error),
+        "a joint's friction and inertia needs at least 200 samples, but there are 150"
+    );
+    // Too slow.
+    let every = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(80).collect() };
+    let (q, t) = (every(&position), every(&torque));
+    let slow = RigidJoint {
+        sample_time: 0.08,
+        ..rigid(&q, &t)
+    };
+    let said = match slow.identify() {
+        Err(error) => message(error),
+        Ok(found) => found.findings.iter().map(ToString::to_string).collect(),
+    };
+    assert!(said.contains("sample faster"), "{said}");
+    // Clipped.
+    let clipped: Vec<f64> = torque.iter().map(|t| t.clamp(-5.0, 5.0)).collect();
+    let found = rigid(&position, &clipped).identify().unwrap();
+    assert!(
+        matches!(found.findings[0], Finding::ClippedTorque { .. }),
+        "{:?}",
+        found.findings
+    );
+    // One way.
+    let (position, torque) = axis(30_000, 25.0);
+    let found = rigid(&position, &torque).identify().unwrap();
+    assert!(
+        matches!(found.findings[0], Finding::NeverReverses { .. }),
+        "{:?}",
+        found.findings
+    );
+    // Friction and offset are alike: no form has a size of either.
+    for symbol in ["Fc", "Fs", "F0", "g4"] {
+        for p in found.forms.iter().filter_map(|f| f.parameter(symbol)) {
+            assert!(!p.identifiable && p.standard_error.is_nan(), "{p:?}");
+        }
+    }
+    // A slope alone has no size.
+    let smooth = found.forms.iter().find(|f| f.form == FormName::SmoothDry).unwrap();
+    let [g4, g5] = ["g4", "g5"].map(|name| smooth.parameter(name).unwrap());
+    assert!(g5.identifiable || !g4.identifiable, "{g4:?} {g5:?}");
+    // Nonsense.
+    let error = RigidJoint {
+        sample_time: f64::NAN,
+        ..rigid(&position, &torque)
+    };
+    assert!(matches!(error.identify(), Err(Error::InvalidParameter { .. })));
+}
+
+#[test]
+fn a_motor_on_the_other_side_of_its_gear_is_said() {
+    let (log, _) = elbow(20.0);
+    let geared: Vec<f64> = log[0].iter().map(|q| 100.0 * q).collect();
+    let [_, link, torque] = &log;
+    let found = FlexibleJoint {
+        motor: &geared,
+        link,
+        torque,
+        ..flexible(&log)
+    }
+    .identify();
+    let Ok(JointFound::Flexible(axis)) = found else {
+        panic!("{found:?}");
+    };
+    let said: Vec<String> = axis.findings.iter().map(ToString::to_string).collect();
+    assert!(
+        said[0].contains("times as far as the link") && said[0].contains("gear ratio"),
+        "{said:?}"
+    );
+}
