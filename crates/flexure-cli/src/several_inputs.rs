@@ -1,5 +1,7 @@
 //! Systems of several inputs: what was identified, as JSON and in words.
 
+use std::ops::ControlFlow;
+
 use flexure::Record;
 use flexure::identify::{MultipleInputs, MultipleInputsIdentification, Verdict};
 use serde_json::{Value, json};
@@ -14,17 +16,14 @@ pub fn columns(list: &str) -> Vec<&str> {
     list.split(',').map(str::trim).collect()
 }
 
-/// Identifies the system from the inputs of a list to `output`; `stage` is told what is being done.
+/// Identifies the system from the inputs of a list to `output`; `stage` is told what is being done, and may stop it.
 pub fn identify(
     method: &MultipleInputs,
     record: &Record,
     signals: &Signals,
-    stage: &dyn Fn(&str),
+    stage: &dyn Fn(&str) -> ControlFlow<()>,
 ) -> flexure::Result<MultipleInputsIdentification> {
-    method.identify_with(record, &columns(signals.input), signals.output, &mut |now| {
-        stage(now.name());
-        std::ops::ControlFlow::Continue(())
-    })
+    method.identify_with(record, &columns(signals.input), signals.output, &mut |now| stage(now.name()))
 }
 
 /// The verdict against the input that the error has most to do with: one that refutes the model, if there is one.

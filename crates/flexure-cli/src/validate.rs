@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use flexure::identify::Verdict;
-use flexure_io::{read_model, read_record};
-use serde_json::json;
+use flexure_io::{ModelFile, RecordFile, read_model, read_record};
+use serde_json::{Value, json};
 
 use crate::arguments;
 use crate::outcome::{SETTLED, number, tests_json};
@@ -43,42 +43,71 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments::distinct_columns(&arguments.input, &arguments.output)?;
-    let model = read_model(&arguments.model)?;
-    let file = spinning("reading", || read_record(&arguments.record))?;
-    arguments::same_sample_time(&file, model.sample_time, &[&arguments.input, &arguments.output])?;
-    let (u, y) = (file.finite(&arguments.input)?, file.finite(&arguments.output)?);
-    let settling = model.settling.unwrap_or_else(|| model.block.settling(SETTLED));
-    let skip = arguments.skip.unwrap_or_else(|| settling.min(u.len() / 10));
-    if skip >= u.len() {
-        bail!(
-            "{}: --skip {skip} leaves nothing of {} samples to compare",
-            file.path.display(),
-            u.len()
-        );
+/// What a model says about a record that was not used for its fit.
+pub struct Judged {
+    /// The verdict on the samples after those that are skipped.
+    pub verdict: Verdict,
+    skip: usize,
+    free: FreeRun,
+    outside: Outside,
+}
+
+impl Judged {
+    /// Compares the model's free run with the output; `signals` are the columns of input and output. `skip` samples at the start
+    /// do not count, by default those that the model takes to settle, at most a tenth.
+    ///
+    /// # Errors
+    /// Names what is wrong with the columns, or that `skip` leaves nothing.
+    pub fn new(
+        model: &ModelFile,
+        file: &RecordFile,
+        [input, output]: [&str; 2],
+        skip: Option<usize>,
+        initial_state: Option<Start>,
+    ) -> Result<Self> {
+        let (u, y) = (file.finite(input)?, file.finite(output)?);
+        let settling = model.settling.unwrap_or_else(|| model.block.settling(SETTLED));
+        let skip = skip.unwrap_or_else(|| settling.min(u.len() / 10));
+        if skip >= u.len() {
+            bail!(
+                "{}: --skip {skip} leaves nothing of {} samples to compare",
+                file.path.display(),
+                u.len()
+            );
+        }
+        let start = initial_state.unwrap_or(match skip < settling {
+            true if Start::enough(&model.block, y.len()) => Start::Estimate,
+            _ => Start::Steady,
+        });
+        let known = Some(y).filter(|_| start == Start::Estimate);
+        let free = FreeRun::new(&model.block, file, input, known)?;
+        let (fresh, measured, free_run) = (&u[skip..], &y[skip..], &free.output[skip..]);
+        let verdict = match model.estimated {
+            Some(estimated) => Verdict::of_estimate(fresh, measured, free_run, estimated),
+            None => Verdict::new(fresh, measured, free_run),
+        };
+        let verdict = verdict.map_err(|error| file.locate(named(error, output)))?;
+        if is_constant(fresh) {
+            let (column, value) = (input.to_owned(), u[skip]);
+            return Err(file.locate(flexure::Error::Constant { column, value }).into());
+        }
+        Ok(Judged {
+            verdict,
+            skip,
+            outside: Outside::new(&model.block, u),
+            free,
+        })
     }
-    let start = arguments.initial_state.unwrap_or(match skip < settling {
-        true if Start::enough(&model.block, y.len()) => Start::Estimate,
-        _ => Start::Steady,
-    });
-    let known = Some(y).filter(|_| start == Start::Estimate);
-    let free = FreeRun::new(&model.block, &file, &arguments.input, known)?;
-    let predicted = &free.output;
-    let (fresh, measured, free_run) = (&u[skip..], &y[skip..], &predicted[skip..]);
-    let verdict = match model.estimated {
-        Some(estimated) => Verdict::of_estimate(fresh, measured, free_run, estimated),
-        None => Verdict::new(fresh, measured, free_run),
-    };
-    let verdict = verdict.map_err(|error| file.locate(named(error, &arguments.output)))?;
-    if is_constant(&u[skip..]) {
-        let (column, value) = (arguments.input.clone(), u[skip]);
-        return Err(file.locate(flexure::Error::Constant { column, value }).into());
-    }
-    let outside = Outside::new(&model.block, u);
-    if arguments.json {
-        let object = json!({
+
+    /// The object that `validate --json` prints.
+    pub fn json(&self) -> Value {
+        let Judged {
+            verdict,
+            skip,
+            free,
+            outside,
+        } = self;
+        json!({
             "fit_percent": verdict.measures.fit_percent,
             "rms": verdict.measures.rms,
             "r_squared": verdict.measures.r_squared,
@@ -88,11 +117,29 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "initial_state_samples": free.estimated_from,
             "holds": verdict.holds(),
             "verdict": verdict.words(),
-            "residual_tests": tests_json(&verdict),
+            "residual_tests": tests_json(verdict),
             "samples_outside_range": outside.samples,
-        });
-        return print(&object.to_string());
+        })
     }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments::distinct_columns(&arguments.input, &arguments.output)?;
+    let model = read_model(&arguments.model)?;
+    let file = spinning("reading", || read_record(&arguments.record))?;
+    arguments::same_sample_time(&file, model.sample_time, &[&arguments.input, &arguments.output])?;
+    let columns = [arguments.input.as_str(), arguments.output.as_str()];
+    let judged = Judged::new(&model, &file, columns, arguments.skip, arguments.initial_state)?;
+    if arguments.json {
+        return print(&judged.json().to_string());
+    }
+    let Judged {
+        verdict,
+        skip,
+        free,
+        outside,
+    } = &judged;
     let mut lines = vec![format!(
         "fit {:.2} %, RMS error {}, {} samples compared, the first {skip} skipped",
         verdict.measures.fit_percent,
