@@ -26,7 +26,7 @@ def samples(values: Any, name: str) -> Array:
         For any other shape.
     """
     if isinstance(values, np.ma.MaskedArray):
-        values = values.astype(np.float64).filled(np.nan)
+        values = np.ma.filled(values.astype(np.float64), np.nan)
     elif hasattr(values, "to_numpy") and not isinstance(values, np.ndarray):
         values = _column(values)
     try:

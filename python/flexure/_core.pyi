@@ -9,6 +9,22 @@ import numpy.typing as npt
 
 type _Array = npt.NDArray[np.float64]
 
+__all__ = [
+    "Arm",
+    "DataError",
+    "FileError",
+    "FlexureError",
+    "Identification",
+    "Model",
+    "ParameterError",
+    "Regression",
+    "SimulationError",
+    "TooShortError",
+    "__version__",
+    "command",
+    "sample_time",
+]
+
 __version__: str
 
 class FlexureError(ValueError): ...

@@ -33,7 +33,8 @@ def _axes(axes: Axes | None, **size: Any) -> Axes:
         return axes
     import matplotlib.pyplot as plt  # an optional dependency
 
-    return plt.subplots(layout="constrained", **size)[1]
+    made: Axes = plt.subplots(layout="constrained", **size)[1]
+    return made
 
 
 def _calm(axes: Axes) -> Axes:
@@ -131,7 +132,7 @@ def system(model: System, *, truth: Any = None) -> Figure:
     record = getattr(model, "_record", None)
     rows = 2 + (record is not None and model.predicted_ is not None)
     figure = plt.figure(figsize=(max(3.6 * len(blocks), 6.5), 2.6 * rows + 0.6), layout="constrained")
-    parts = figure.subfigures(rows, 1, height_ratios=[1.35, 1.0, 1.0][:rows])
+    parts: Any = figure.subfigures(rows, 1, height_ratios=[1.35, 1.0, 1.0][:rows])
     drawn = parts[0].subfigures(1, len(blocks), squeeze=False)[0]
     for (name, block), place in zip(blocks, drawn, strict=True):
         title = name.replace("_", " ").capitalize()

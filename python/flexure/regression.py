@@ -58,6 +58,16 @@ class Band(NamedTuple):
     """How it was made, in words."""
 
 
+# The most points that whole-number weights stand for.
+_MOST_REPEATED = 1_000_000
+
+
+def _repetitions(weights: Array) -> bool:
+    """Whether weights are numbers of repetitions, and not too many."""
+    whole = np.all((weights >= 0) & (weights == np.floor(weights)))
+    return bool(whole and 0 < np.sum(weights) <= _MOST_REPEATED)
+
+
 class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     """What the four have in common: the names of a method and of its parameter come from the class."""
 
@@ -78,7 +88,9 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         y : array of shape (n,)
             The ordinates; finite.
         sample_weight : array of shape (n,), optional
-            A point of weight 2 counts as two, one of weight 0 is not there.
+            A point of weight 2 counts as two, one of weight 0 is not there. Whole numbers are repetitions also where the
+            parameter is chosen (up to a million points in all); with other weights, and in ``flexure regress``, leave-one-out
+            leaves a point out with all its weight.
 
         Raises
         ------
@@ -89,17 +101,21 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         DataError
             For values so large or so small that their squares overflow or vanish.
         """
-        X, y = validate_data(self, X, y, dtype=np.float64, order="F", y_numeric=True, ensure_min_samples=2)
+        points: Array
+        points, y = validate_data(self, X, y, dtype=np.float64, order="F", y_numeric=True, ensure_min_samples=2)
         weights = None
         if sample_weight is not None:
-            weights = _check_sample_weight(sample_weight, X, dtype=np.float64)
-        x, y = columns_of(X), np.ascontiguousarray(y, dtype=np.float64)
+            weights = _check_sample_weight(sample_weight, points, dtype=np.float64)
         name, settings = self._method()
         given = getattr(self, self._parameter)
+        if weights is not None and given is None and _repetitions(weights):
+            repeats = weights.astype(np.intp)
+            points, y, weights = points.repeat(repeats, axis=0), np.repeat(y, repeats), None
+        x, y = columns_of(points), np.ascontiguousarray(y, dtype=np.float64)
         parameter = None if given is None else np.atleast_1d(np.asarray(given, dtype=np.float64)).tolist()
         if len(x) > self._most_columns:
-            self._additive = Additive.fit(name, settings, x, y, weights, parameter)
-            self._term = None
+            self._additive: Additive | None = Additive.fit(name, settings, x, y, weights, parameter)
+            self._term: Term | None = None
             found = [t.core.parameter[0] for t in self._additive.terms.values()]
             self.scores_, self.left_out_error_ = None, None
         else:
@@ -150,8 +166,8 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             In the unit of y.
         """
         check_is_fitted(self)
-        X = validate_data(self, X, dtype=np.float64, order="F", reset=False)
-        x = columns_of(X)
+        points: Array = validate_data(self, X, dtype=np.float64, order="F", reset=False)
+        x = columns_of(points)
         if self._additive is not None:
             if return_band is not None:
                 raise ParameterError("an additive model has no band; fit fewer columns, or take predict without return_band")

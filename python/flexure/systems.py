@@ -446,7 +446,7 @@ def load(path: str | PathLike[str]) -> System:
 
 def _is_offset(curve: dict[str, Any]) -> bool:
     """Whether a static block only adds a number, as the last one of a model with an offset does."""
-    return curve["x"] == [0.0, 1.0] and curve["outside"] == "linear" and curve["y"][1] == 1.0 + curve["y"][0]
+    return bool(curve["x"] == [0.0, 1.0] and curve["outside"] == "linear" and curve["y"][1] == 1.0 + curve["y"][0])
 
 
 def _blocks_of(file: dict[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
+
+os.environ.setdefault("SCIPY_ARRAY_API", "1")  # before SciPy is imported: scikit-learn then checks what it otherwise skips
+from scipy.signal import lfilter  # noqa: E402
 
 # The linear part of the known systems: two complex poles, static gain 1.
 B, A = np.array([0.0, 0.2, 0.15]), np.array([1.0, -1.2, 0.55])

@@ -60,15 +60,12 @@ def test_leave_one_out_is_its_definition(points):
     assert fit.scores_.parameter[best] == fit.bandwidth_
 
     def left_out(h):
-        keep = ~np.eye(len(x), dtype=bool)
-        errors = [
-            y[i] - KernelRegressor(degree=0, bandwidth=h).fit(x[keep[i], None], y[keep[i]]).predict([[x[i]]])[0]
-            for i in range(len(x))
-        ]
-        return np.mean(np.square(errors))
+        k = np.maximum(1 - ((x[:, None] - x) / h) ** 2, 0)
+        np.fill_diagonal(k, 0)
+        return np.mean((y - k @ y / k.sum(axis=1)) ** 2)
 
     assert fit.left_out_error_ == pytest.approx(left_out(fit.bandwidth_), rel=1e-9)
-    assert fit.left_out_error_ < left_out(fit.bandwidth_ / 4)
+    assert fit.left_out_error_ < left_out(2 * fit.bandwidth_)
 
 
 def test_neighbours_are_means():
@@ -83,6 +80,13 @@ def test_weights_count_points(points):
     weighted = SplineRegressor(penalty=0.1).fit(x[:, None], y, sample_weight=w)
     at = np.linspace(-1.9, 1.9, 50)[:, None]
     np.testing.assert_allclose(weighted.predict(at), whole.predict(at), rtol=1e-8)
+    # Where the parameter is chosen, too; and other weights are weights.
+    whole = KernelRegressor().fit(np.repeat(x, w)[:, None], np.repeat(y, w))
+    assert KernelRegressor().fit(x[:, None], y, sample_weight=w).bandwidth_ == whole.bandwidth_
+    halves = KernelRegressor(bandwidth=0.3).fit(x[:, None], y, sample_weight=0.5 * w)
+    np.testing.assert_allclose(
+        halves.predict(at), KernelRegressor(bandwidth=0.3).fit(x[:, None], y, sample_weight=w).predict(at), rtol=1e-10
+    )
 
 
 def test_bands_cover(points):

@@ -87,7 +87,7 @@ def test_models_go_back_and_forth(fitted, record, tmp_path, command):
     command("validate", tmp_path / "model.json", path, "--input", "u", "--output", "y")
     with pytest.raises(flexure.FlexureError, match="structure is hammerstein, not wiener"):
         flexure.Wiener.from_json(fitted.to_json())
-    with pytest.raises(flexure.FileError, match="not JSON"):
+    with pytest.raises(flexure.FileError, match="not JSON|cut off"):
         flexure.Hammerstein.from_json("{")
     with pytest.raises(flexure.FileError, match="cannot read"):
         flexure.load(tmp_path / "none.json")
@@ -162,7 +162,7 @@ def test_parameters_are_scikit_learns():
     system = flexure.Hammerstein(order=3)
     assert system.get_params()["order"] == 3
     assert clone(system.set_params(delay=2)).get_params() == system.get_params()
-    assert "Hammerstein(order=3" in repr(clone(system))
+    assert repr(clone(system)) == "Hammerstein(delay=2, order=3)"
 
 
 @pytest.mark.parametrize(

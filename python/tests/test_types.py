@@ -1,0 +1,30 @@
+"""The stubs say what the compiled part has, and the package's types hold."""
+
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parent.parent / "flexure"
+pytestmark = pytest.mark.skipif(find_spec("mypy") is None, reason="mypy is not installed")
+
+
+def _run(tmp_path, *module):
+    environment = {**os.environ, "MYPY_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-m", *module], capture_output=True, text=True, env=environment, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_stubs_are_the_compiled_part(tmp_path):
+    _run(tmp_path, "mypy.stubtest", "flexure._core")
+
+
+def test_the_types_hold(tmp_path):
+    _run(tmp_path, "mypy", "--strict", "--ignore-missing-imports", str(PACKAGE))
+
+
+def test_the_package_says_that_it_is_typed():
+    assert (PACKAGE / "py.typed").exists()
