@@ -32,9 +32,14 @@ struct Source {
 }
 
 impl Source {
-    fn new(text: String, name: String, folder: PathBuf) -> PyResult<Arm> {
+    fn arm(text: String, name: String, folder: PathBuf) -> PyResult<Arm> {
         let file = ArmFile::from_toml_str(&text, &name).map_err(|error| of_arm(&error))?;
-        Ok(Arm(Arc::new(Source { file, text, name, folder })))
+        Ok(Arm(Arc::new(Source {
+            file,
+            text,
+            name,
+            folder,
+        })))
     }
 
     /// The file with a run as long as the samples of a drive.
@@ -90,13 +95,13 @@ impl Arm {
     #[staticmethod]
     fn preset(name: &str) -> PyResult<Self> {
         let text = preset_text(name).map_err(|error| of_arm(&error))?;
-        Source::new(text.to_owned(), format!("preset {name}"), PathBuf::new())
+        Source::arm(text.to_owned(), format!("preset {name}"), PathBuf::new())
     }
 
     /// The text of an arm file.
     #[staticmethod]
     fn from_text(text: String) -> PyResult<Self> {
-        Source::new(text, "the arm".to_owned(), PathBuf::new())
+        Source::arm(text, "the arm".to_owned(), PathBuf::new())
     }
 
     /// Reads an arm file.
@@ -104,7 +109,7 @@ impl Arm {
     fn read(path: PathBuf) -> PyResult<Self> {
         let text = read_text(&path).map_err(|error| of_any(&error.into()))?;
         let folder = path.parent().map(PathBuf::from).unwrap_or_default();
-        Source::new(text, path.display().to_string(), folder)
+        Source::arm(text, path.display().to_string(), folder)
     }
 
     /// The text of the arm file, with its comments.
@@ -160,7 +165,9 @@ impl Arm {
             };
             batch(&jobs, run)
         })?;
-        let each = records.into_iter().map(|record| columns(py, &record.map_err(|error| self.0.located(error))?));
+        let each = records
+            .into_iter()
+            .map(|record| columns(py, &record.map_err(|error| self.0.located(error))?));
         each.collect()
     }
 }

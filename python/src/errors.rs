@@ -30,7 +30,12 @@ create_exception!(
     FlexureError,
     "A parameter is outside its valid range, or asks for more than the data can tell."
 );
-create_exception!(flexure, FileError, FlexureError, "A file cannot be read or written, or its content is wrong.");
+create_exception!(
+    flexure,
+    FileError,
+    FlexureError,
+    "A file cannot be read or written, or its content is wrong."
+);
 create_exception!(
     flexure,
     SimulationError,

@@ -46,13 +46,21 @@ struct Options {
 impl Options {
     fn calibration(&self) -> PyResult<Calibration> {
         if let Some([p, q]) = self.known {
-            return Ok(Calibration::TwoPoints { x: [p[0], q[0]], phi: [p[1], q[1]] });
+            return Ok(Calibration::TwoPoints {
+                x: [p[0], q[0]],
+                phi: [p[1], q[1]],
+            });
         }
-        known("unit", &self.unit, &["static-gain", "first-coefficient"], |name| match name {
-            "static-gain" => Some(Calibration::UnitStaticGain),
-            "first-coefficient" => Some(Calibration::UnitFirstCoefficient),
-            _ => None,
-        })
+        known(
+            "unit",
+            &self.unit,
+            &["static-gain", "first-coefficient"],
+            |name| match name {
+                "static-gain" => Some(Calibration::UnitStaticGain),
+                "first-coefficient" => Some(Calibration::UnitFirstCoefficient),
+                _ => None,
+            },
+        )
     }
 
     fn refined(&self) -> PyResult<RefinedHammerstein> {
@@ -91,20 +99,27 @@ impl Options {
         Ok(match self.structure.as_str() {
             "hammerstein" => Task::Hammerstein(match self.method.as_str() {
                 "plain" => Method::Plain(self.plain()?),
-                "refined" => Method::Refined { method: self.refined()?, form: self.form()? },
+                "refined" => Method::Refined {
+                    method: self.refined()?,
+                    form: self.form()?,
+                },
                 other => {
                     let text = format!("the method is '{other}', but must be one of refined, plain");
                     return Err(ParameterError::new_err(text));
                 }
             }),
-            "auto" => Task::Compare(Auto { fresh_share, ..Default::default() }),
+            "auto" => Task::Compare(Auto {
+                fresh_share,
+                ..Default::default()
+            }),
             "linear" => Task::Cascade(CascadeMethod::Linear(Linear { fresh_share })),
             "wiener" => Task::Cascade(CascadeMethod::Wiener(Wiener { fresh_share })),
-            "wiener-hammerstein" => {
-                Task::Cascade(CascadeMethod::WienerHammerstein(WienerHammerstein { fresh_share }))
-            }
+            "wiener-hammerstein" => Task::Cascade(CascadeMethod::WienerHammerstein(WienerHammerstein { fresh_share })),
             "hammerstein-wiener" => Task::HammersteinWiener(HammersteinWiener { fresh_share }),
-            "parallel" => Task::Parallel(Parallel { branches: self.branches, fresh_share }),
+            "parallel" => Task::Parallel(Parallel {
+                branches: self.branches,
+                fresh_share,
+            }),
             "multiple-inputs" => Task::MultipleInputs(MultipleInputs { fresh_share }),
             "narx" => Task::Reference(ReferenceMethod::Narx(Narx { fresh_share })),
             "volterra" => Task::Reference(ReferenceMethod::Volterra(Volterra { fresh_share })),
@@ -125,7 +140,11 @@ struct Owner {
 
 impl Owner {
     fn signals(&self) -> Signals<'_> {
-        Signals { input: &self.input, output: &self.output, sample_time: self.sample_time }
+        Signals {
+            input: &self.input,
+            output: &self.output,
+            sample_time: self.sample_time,
+        }
     }
 }
 
@@ -164,7 +183,11 @@ impl Identification {
             Some(_) if options.structure == "hammerstein" && options.method == "refined" => {
                 Some((options.refined()?, options.form()?))
             }
-            Some(_) => return Err(DataError::new_err("several experiments are for Hammerstein(method='refined')")),
+            Some(_) => {
+                return Err(DataError::new_err(
+                    "several experiments are for Hammerstein(method='refined')",
+                ));
+            }
         };
         let session = interruptible(py, move |stop| {
             let names: Vec<String> = inputs.iter().map(|(name, _)| name.clone()).collect();
@@ -188,7 +211,9 @@ impl Identification {
                 }
             })
         })?;
-        session.map(|session| Identification(Arc::new(session))).map_err(|error| of_any(&error))
+        session
+            .map(|session| Identification(Arc::new(session)))
+            .map_err(|error| of_any(&error))
     }
 
     /// The object that `flexure identify --json` prints, as text.

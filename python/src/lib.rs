@@ -4,6 +4,7 @@ mod arm;
 mod arrays;
 mod errors;
 mod identification;
+mod joint;
 mod model;
 mod names;
 mod regression;
@@ -28,6 +29,8 @@ mod _core {
     use crate::errors::{DataError, FileError, FlexureError, ParameterError, SimulationError, TooShortError};
     #[pymodule_export]
     use crate::identification::Identification;
+    #[pymodule_export]
+    use crate::joint::identify_joint;
     #[pymodule_export]
     use crate::model::Model;
     #[pymodule_export]

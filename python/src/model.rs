@@ -41,7 +41,11 @@ impl Model {
             if let Some(output) = output {
                 record.push(model.output.clone(), output.samples().to_vec())?;
             }
-            work(&model, &RecordFile::in_memory(record, RECORD), [&model.input, &model.output])
+            work(
+                &model,
+                &RecordFile::in_memory(record, RECORD),
+                [&model.input, &model.output],
+            )
         })?;
         result.map_err(|error| of_any(&error))
     }

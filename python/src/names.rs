@@ -19,7 +19,12 @@ pub fn known<T>(what: &str, name: &str, names: &[&str], parse: impl Fn(&str) -> 
 /// # Errors
 /// As [`known`].
 pub fn estimator(name: &str) -> PyResult<EstimatorName> {
-    known("estimator", name, &EstimatorName::ALL.map(EstimatorName::name), EstimatorName::parse)
+    known(
+        "estimator",
+        name,
+        &EstimatorName::ALL.map(EstimatorName::name),
+        EstimatorName::parse,
+    )
 }
 
 /// A kernel.

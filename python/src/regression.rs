@@ -69,9 +69,17 @@ impl Regression {
         };
         let fitted = interruptible(py, move |_| {
             let fit = method.fit(&slices(&x), y.samples(), weights.as_ref().map(Column::samples))?;
-            Ok(Fitted { method, fit, x, y, weights })
+            Ok(Fitted {
+                method,
+                fit,
+                x,
+                y,
+                weights,
+            })
         })?;
-        fitted.map(|fitted| Regression(Arc::new(fitted))).map_err(|error| of_library(&error))
+        fitted
+            .map(|fitted| Regression(Arc::new(fitted)))
+            .map_err(|error| of_library(&error))
     }
 
     /// The estimates at the points with these coordinates.
@@ -107,7 +115,9 @@ impl Regression {
         let found = interruptible(py, move |stop| {
             let data = (&slices(&fitted.x)[..], fitted.y.samples(), fitted.weights());
             let at: Vec<Vec<f64>> = x.iter().map(|column| column.samples().to_vec()).collect();
-            band(&options, (&fitted.method, &fitted.fit), data, &at, &mut |_, _| stop.flow())
+            band(&options, (&fitted.method, &fitted.fit), data, &at, &mut |_, _| {
+                stop.flow()
+            })
         })?;
         let Some(band) = found.map_err(|error| of_library(&error))? else {
             return Ok(None);

@@ -33,10 +33,7 @@ impl Stop {
 /// # Errors
 /// Whatever a signal's handler raises, `KeyboardInterrupt` above all: `work` is told to stop, and its result, should it
 /// still come, is thrown away. `RuntimeError` for a panic, which is a defect of Flexure.
-pub fn interruptible<T: Send + 'static>(
-    py: Python<'_>,
-    work: impl FnOnce(&Stop) -> T + Send + 'static,
-) -> PyResult<T> {
+pub fn interruptible<T: Send + 'static>(py: Python<'_>, work: impl FnOnce(&Stop) -> T + Send + 'static) -> PyResult<T> {
     let stop = Stop::default();
     let theirs = stop.clone();
     let (send, receive) = sync_channel(1);
@@ -50,7 +47,12 @@ pub fn interruptible<T: Send + 'static>(
         })
         .map_err(|error| PyRuntimeError::new_err(format!("no thread can be started: {error}")))?;
     loop {
-        let received = py.detach(|| receive.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(POLL));
+        let received = py.detach(|| {
+            receive
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .recv_timeout(POLL)
+        });
         match received {
             Ok(Ok(result)) => return Ok(result),
             Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => return Err(defect()),

@@ -40,7 +40,6 @@ def test_every_layout():
         [Fraction(int(v)) for v in VALUES],
         VALUES.astype(object),
         memoryview(VALUES.astype(float)),
-        np.matrix(VALUES).T,
     ):
         np.testing.assert_array_equal(samples(array, "u"), VALUES)
     np.testing.assert_array_equal(np.isnan(samples(masked, "u")), masked.mask)

@@ -6,9 +6,10 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+import flexure
 import pytest
 
-PACKAGE = Path(__file__).parent.parent / "flexure"
+PACKAGE = Path(flexure.__file__).parent
 pytestmark = pytest.mark.skipif(find_spec("mypy") is None, reason="mypy is not installed")
 
 

@@ -8,8 +8,7 @@ use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::Record;
 use flexure::identify::{
-    self, Calibration, HammersteinWiener, Linear, MultipleInputs, Narx, Parallel, Volterra, Wiener,
-    WienerHammerstein,
+    self, Calibration, HammersteinWiener, Linear, MultipleInputs, Narx, Parallel, Volterra, Wiener, WienerHammerstein,
 };
 use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::{ArmMotion, Page};
@@ -268,9 +267,7 @@ impl Task {
                 let estimate = method.identify(record, input, output)?;
                 Found::Hammerstein(Context { signals, method }, Box::new(estimate))
             }
-            Task::Cascade(method) => {
-                Found::Cascade(signals, Box::new(method.identify(record, input, output, stage)?))
-            }
+            Task::Cascade(method) => Found::Cascade(signals, Box::new(method.identify(record, input, output, stage)?)),
             Task::HammersteinWiener(method) => {
                 let result = method.identify_with(record, input, output, &mut |now| stage(now.name()))?;
                 Found::HammersteinWiener(signals, Box::new(result))
@@ -283,9 +280,7 @@ impl Task {
                 let result = several_inputs::identify(&method, record, &signals, stage)?;
                 Found::MultipleInputs(signals, Box::new(result))
             }
-            Task::Reference(method) => {
-                Found::Reference(signals, Box::new(method.identify(record, input, output)?))
-            }
+            Task::Reference(method) => Found::Reference(signals, Box::new(method.identify(record, input, output)?)),
             Task::Compare(method) => {
                 let progress = &mut |structure: identify::Structure, now: identify::Stage| {
                     stage(&format!("{structure}, {}", now.name()))

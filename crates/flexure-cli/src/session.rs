@@ -15,6 +15,7 @@ use crate::structure::Found;
 
 pub use crate::cascade::CascadeMethod;
 pub use crate::estimate::Method;
+pub use crate::joint::memory::JointLog;
 pub use crate::method::form;
 pub use crate::outcome::Signals;
 pub use crate::references::ReferenceMethod;

@@ -23,7 +23,9 @@ pub fn identify(
     signals: &Signals,
     stage: &dyn Fn(&str) -> ControlFlow<()>,
 ) -> flexure::Result<MultipleInputsIdentification> {
-    method.identify_with(record, &columns(signals.input), signals.output, &mut |now| stage(now.name()))
+    method.identify_with(record, &columns(signals.input), signals.output, &mut |now| {
+        stage(now.name())
+    })
 }
 
 /// The verdict against the input that the error has most to do with: one that refutes the model, if there is one.
