@@ -13,6 +13,7 @@ from flexure._core import (
     __version__,
 )
 from flexure.arms import Arm
+from flexure.joints import identify_joint
 from flexure.regression import KernelRegressor, KNNRegressor, SeriesRegressor, SplineRegressor
 from flexure.results import LinearPart, Nonlinearity, ResidualTest, Verdict
 from flexure.systems import Auto, Hammerstein, HammersteinWiener, Wiener, WienerHammerstein, load
@@ -39,5 +40,6 @@ __all__ = [
     "Wiener",
     "WienerHammerstein",
     "__version__",
+    "identify_joint",
     "load",
 ]

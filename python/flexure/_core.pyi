@@ -22,6 +22,7 @@ __all__ = [
     "TooShortError",
     "__version__",
     "command",
+    "identify_joint",
     "sample_time",
 ]
 
@@ -36,6 +37,19 @@ class SimulationError(FlexureError): ...
 
 def sample_time(times: _Array) -> float: ...
 def command(arguments: Sequence[str]) -> int: ...
+def identify_joint(
+    torque: Sequence[_Array],
+    link: Sequence[_Array],
+    motor: Sequence[_Array],
+    velocity: _Array | None,
+    sample_time: float,
+    *,
+    motor_inertia: float | None = None,
+    gravity: bool = False,
+    spring: bool = False,
+    prismatic: bool = False,
+    level: float = 0.95,
+) -> str: ...
 @final
 class Regression:
     @staticmethod
