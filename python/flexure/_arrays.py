@@ -28,7 +28,7 @@ def samples(values: Any, name: str) -> Array:
     if isinstance(values, np.ma.MaskedArray):
         values = np.ma.filled(values.astype(np.float64), np.nan)
     elif hasattr(values, "to_numpy") and not isinstance(values, np.ndarray):
-        values = _column(values)
+        values = values.to_numpy()
     try:
         array = np.asarray(values)
     except ValueError as error:
@@ -45,19 +45,9 @@ def samples(values: Any, name: str) -> Array:
     return np.ascontiguousarray(array, dtype=np.dtype("=f8"))
 
 
-def _column(values: Any) -> Any:
-    """The values of a pandas or polars series (or an xarray variable), missing ones as NaN."""
-    try:
-        return values.to_numpy(dtype=np.float64, na_value=np.nan)
-    except TypeError:
-        return values.to_numpy()
-    except ValueError:
-        return np.asarray(values, dtype=object)
-
-
 def _numbers(array: npt.NDArray[Any], name: str) -> Array:
-    """An array of objects that are numbers, or None."""
-    flat = [np.nan if value is None else value for value in array.ravel()]
+    """An array of objects that are numbers, or None or pandas' missing value."""
+    flat = [np.nan if value is None or type(value).__name__ == "NAType" else value for value in array.ravel()]
     if any(isinstance(value, str | bytes | complex) for value in flat):
         raise TypeError(f"'{name}' holds text or complex numbers, but real numbers are needed")
     try:

@@ -32,7 +32,7 @@ def signals(u: Any, y: Any, dt: float | None, input: str | None, output: str | N
     where that is time, or from a column ``t``.
     """
     if y is None:
-        u, y, told = _columns(u, input, output)
+        u, y, told, input, output = _columns(u, input, output)
     else:
         told = _time(u)
         told = _time(y) if told is None else told
@@ -71,38 +71,35 @@ def _is_response(data: Any) -> bool:
     return all(hasattr(data, name) for name in ("time", "outputs", "inputs", "output_labels"))
 
 
-def _columns(data: Any, input: str | None, output: str | None) -> tuple[Any, Any, Any]:
+def _columns(data: Any, input: str | None, output: str | None) -> tuple[Any, Any, Any, str, str]:
+    """Input and output of a table, its instants, and the names of both."""
     if not _is_table(data):
         raise DataError("there is no output: give u and y, or a table with the names of its columns as input and output")
     if _is_response(data):
-        return (*_response(data, input, output), np.asarray(data.time))
+        input, u = _labelled(data, "input", input)
+        output, y = _labelled(data, "output", output)
+        return u, y, np.asarray(data.time), input, output
     if input is None or output is None:
         raise ParameterError("name the table's columns: fit(table, input='...', output='...')")
     u, y = _take(data, input), _take(data, output)
     told = _time(u)
     if told is None and "t" in _names(data) and "t" not in (input, output):
         told = samples(_take(data, "t"), "t")
-    return u, y, told
+    return u, y, told, input, output
 
 
-def _response(data: Any, input: str | None, output: str | None) -> tuple[Any, Any]:
-    """Input and output of python-control's response: the ones named, or the only ones."""
-
-    def pick(values: Any, labels: Any, name: str | None, what: str) -> Any:
-        values, labels = np.asarray(values), list(labels)
-        values = values.reshape(-1, values.shape[-1])
-        if name is None and len(labels) > 1:
-            raise ParameterError(f"the response has the {what}s {', '.join(labels)}; name one by {what}=")
-        if name is not None and name not in labels:
-            raise DataError(f"no {what} '{name}'; the {what}s are: {', '.join(labels)}")
-        return values[0 if name is None else labels.index(name)]
-
-    if data.inputs is None:
-        raise DataError("the response has no inputs; simulate it with control.forced_response")
-    return (
-        pick(data.inputs, data.input_labels, input, "input"),
-        pick(data.outputs, data.output_labels, output, "output"),
-    )
+def _labelled(response: Any, what: str, name: str | None) -> tuple[str, Any]:
+    """The label and the samples of an input or output of python-control's response: the one named, or the only one."""
+    values, labels = getattr(response, f"{what}s"), list(getattr(response, f"{what}_labels") or ())
+    if values is None:
+        raise DataError(f"the response has no {what}s; simulate it with control.forced_response")
+    if name is None and len(labels) > 1:
+        raise ParameterError(f"the response has the {what}s {', '.join(labels)}; name one by {what}=")
+    if name is not None and name not in labels:
+        raise DataError(f"no {what} '{name}'; the {what}s are: {', '.join(labels)}")
+    values = np.asarray(values)
+    place = 0 if name is None else labels.index(name)
+    return labels[place], values.reshape(-1, values.shape[-1])[place]
 
 
 def _names(data: Any) -> list[str]:
@@ -113,7 +110,7 @@ def _names(data: Any) -> list[str]:
 
 def _take(data: Any, name: str) -> Any:
     if _is_response(data):
-        return _response(data, name, None)[0]
+        return _labelled(data, "input", name)[1]
     if name not in _names(data):
         raise DataError(f"no column '{name}'; the columns are: {', '.join(_names(data))}")
     return data[name]

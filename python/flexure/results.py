@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from flexure._core import ParameterError
 
 __all__ = ["LinearPart", "Nonlinearity", "ResidualTest", "Verdict"]
 
@@ -16,6 +18,19 @@ ComplexArray = npt.NDArray[np.complex128]
 
 def _array(values: Any) -> Array:
     return np.array(values, dtype=np.float64)
+
+
+def frame(columns: dict[str, Any], library: str) -> Any:
+    """Columns as a frame of "pandas" or "polars", both optional dependencies."""
+    if library == "pandas":
+        import pandas
+
+        return pandas.DataFrame(columns)
+    if library == "polars":
+        import polars
+
+        return polars.DataFrame(columns)
+    raise ParameterError(f"the library is {library!r}, but must be pandas or polars")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +61,11 @@ class Nonlinearity:
                 slope = (self.y[end] - self.y[other]) / (self.x[end] - self.x[other])
                 values = np.where(beyond, self.y[end] + slope * (at - self.x[end]), values)
         return np.asarray(values)
+
+    def to_frame(self, library: str = "pandas") -> Any:
+        """The columns ``x, y`` and, with a band, ``lower, upper``, as a frame of "pandas" or "polars"."""
+        columns = {"x": self.x, "y": self.y, "lower": self.lower, "upper": self.upper}
+        return frame({name: values for name, values in columns.items() if values is not None}, library)
 
     @classmethod
     def of(cls, curve: dict[str, Any], breakpoints: Any = ()) -> Nonlinearity:
@@ -182,6 +202,11 @@ class Verdict:
 
     def __str__(self) -> str:
         return self.words
+
+    def to_frame(self, library: str = "pandas") -> Any:
+        """The tests, one a row, as a frame of "pandas" or "polars"."""
+        names = [field.name for field in fields(ResidualTest)]
+        return frame({name: [getattr(test, name) for test in self.tests] for name in names}, library)
 
     @classmethod
     def of(cls, result: dict[str, Any]) -> Verdict:

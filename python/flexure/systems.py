@@ -28,7 +28,7 @@ from sklearn.exceptions import NotFittedError
 from flexure import _records as records
 from flexure._html import html
 from flexure._core import FlexureError, Identification, Model, ParameterError
-from flexure.results import LinearPart, Nonlinearity, Verdict
+from flexure.results import LinearPart, Nonlinearity, Verdict, frame
 
 __all__ = ["Auto", "Hammerstein", "HammersteinWiener", "System", "Wiener", "WienerHammerstein", "load"]
 
@@ -236,6 +236,33 @@ class System(BaseEstimator):  # type: ignore[misc]
         assert page is not None, "every structure of this module has a page"
         with open(path, "w", encoding="utf-8") as file:
             file.write(page)
+
+    def to_control(self, form: str = "tf") -> Any:
+        """The linear part as python-control's ``TransferFunction`` (``form="tf"``) or ``StateSpace`` (``form="ss"``).
+
+        Of a structure with two linear parts, both by name in a dict.
+        """
+        parts = {name: b.to_control(form) for name, b in self.blocks_ if isinstance(b, LinearPart)}
+        return parts if len(parts) > 1 else next(iter(parts.values()))
+
+    def to_frame(self, library: str = "pandas") -> Any:
+        """The record and the free run over it, as a frame of "pandas" or "polars".
+
+        Columns: ``t`` (s, where the sample time is known), input and output by their names, ``simulated``, ``residual``, and
+        ``fresh`` for the samples that were not fitted.
+        """
+        self._session("to_frame")
+        u, y = self._record
+        time = {} if self.dt_ is None else {"t": np.arange(len(u)) * self.dt_}
+        columns = {
+            **time,
+            self.input_: u,
+            self.output_: y,
+            "simulated": self.predicted_,
+            "residual": y - self.predicted_,
+            "fresh": np.arange(len(u)) >= self.fitted_,
+        }
+        return frame(columns, library)
 
     def plot(self, *, truth: Any = None) -> Any:
         """Everything in one matplotlib figure: blocks, fresh data against the free run, and the residual's tests.
