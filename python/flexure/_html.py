@@ -24,7 +24,7 @@ def html(model: System) -> str:
     """The blocks in the signal's order, each with its curve or its gain, and the verdict."""
     arrow = '<span style="padding:0 8px;font-size:130%">&rarr;</span>'
     cells = arrow.join(_cell(name, block) for name, block in model.blocks_)
-    title = f"{model.structure_.replace('-', '&#8209;').capitalize()} model"
+    title = "&#8209;".join(word.capitalize() for word in model.structure_.split("-")) + " model"
     colour = "#1a7f37" if model.verdict_.holds else "#b35900"
     warnings = "".join(f"<li>{escape(text)}</li>" for text in model.warnings_)
     return (

@@ -115,7 +115,7 @@ def comparison(
     time = np.arange(len(measured))[shown] * (dt or 1.0)
     valid = np.isfinite(measured)
     error = np.linalg.norm((measured - predicted)[valid]) / np.linalg.norm(measured[valid] - measured[valid].mean())
-    axes.plot(time, measured[shown], color=GREY, linewidth=1.6, label="measured")
+    axes.plot(time, measured[shown], color="#b0b0b0", linewidth=2.6, label="measured")
     axes.plot(time, predicted[shown], color=ORANGE, linewidth=1.0, label=f"free run, fit {100 * (1 - error):.1f} %")
     axes.set(xlabel="time / s" if dt else "sample", ylabel=output)
     axes.legend(frameon=False, fontsize="small", ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
@@ -131,7 +131,8 @@ def system(model: System, *, truth: Any = None) -> Figure:
     blocks = model.blocks_
     record = getattr(model, "_record", None)
     rows = 2 + (record is not None and model.predicted_ is not None)
-    figure = plt.figure(figsize=(max(3.6 * len(blocks), 6.5), 2.6 * rows + 0.6), layout="constrained")
+    figure = plt.figure(figsize=(max(3.6 * len(blocks), 6.5), 2.6 * rows + 0.6))
+    figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.06)
     parts: Any = figure.subfigures(rows, 1, height_ratios=[1.35, 1.0, 1.0][:rows])
     drawn = parts[0].subfigures(1, len(blocks), squeeze=False)[0]
     for (name, block), place in zip(blocks, drawn, strict=True):
