@@ -59,6 +59,7 @@ def nonlinearity(
     if told:
         axes.plot(told, found(told), "o", color=BLUE, markersize=4, markerfacecolor="white", label="jump or kink")
     axes.set(xlabel=input, ylabel=output)
+    axes.ticklabel_format(style="sci", scilimits=(-3, 4))
     if len(axes.get_legend_handles_labels()[1]) > 1:
         axes.legend(frameon=False, fontsize="small")
     return axes
