@@ -192,11 +192,11 @@ class Verdict:
     words: str
     """The verdict in sentences."""
     fit_percent: float
-    """100 (1 - |y - yh| / |y - mean y|) of the free run."""
+    """``100 (1 - |y - yh| / |y - mean y|)`` of the free run."""
     rms: float
     """The root mean square of the free run's error, in the unit of y."""
     r_squared: float
-    """1 - |y - yh|^2 / |y - mean y|^2."""
+    """``1 - |y - yh|² / |y - mean y|²``."""
     tests: tuple[ResidualTest, ...] = field(default=(), repr=False)
     """The tests of the residual."""
 

@@ -220,7 +220,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         return Verdict.of(json.loads(model.validate(given.u, given.y, skip)))
 
     def score(self, u: Any, y: Any = None) -> float:
-        """The free run's R², 1 - |y - yh|² / |y - mean y|², on this record; at best 1."""
+        """The free run's R², ``1 - |y - yh|² / |y - mean y|²``, on this record; at best 1."""
         return self.validate(u, y).r_squared
 
     def _signals(self, u: Any, y: Any) -> records.Signals:

@@ -36,7 +36,7 @@ def test_the_table_names_what_there_is(fitted):
         assert hasattr(flexure, name), name
 
 
-NOTEBOOKS = sorted((PYTHON / "notebooks").glob("*.ipynb"))
+NOTEBOOKS = sorted((PYTHON / "docs" / "tutorials").glob("*.ipynb"))
 
 
 def test_there_are_notebooks():
@@ -58,3 +58,13 @@ def test_the_notebooks_run(path, tmp_path):
 
     assert kinds(stored) == kinds(fresh), "the stored outputs are of another version; run the notebook again"
     assert not any(o.get("name") == "stderr" for cell in stored.cells for o in cell.get("outputs", ()))
+
+
+def test_the_book_builds_without_warnings(tmp_path):
+    pytest.importorskip("sphinx")
+    pytest.importorskip("myst_nb")
+    arguments = ["-W", "--keep-going", "-q", "-b", "html", str(PYTHON / "docs"), str(tmp_path / "book")]
+    done = subprocess.run([sys.executable, "-m", "sphinx", *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    reference = (tmp_path / "book" / "reference" / "systems.html").read_text()
+    assert "flexure.systems.Hammerstein" in reference and "breakpoints" in reference
