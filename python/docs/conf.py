@@ -16,6 +16,8 @@ autodoc_default_options = {
     "member-order": "bysource",
 }
 autodoc_typehints = "none"
+# Names between single backticks are links where they are known.
+default_role = "py:obj"
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 html_theme = "alabaster"

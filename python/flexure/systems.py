@@ -280,6 +280,10 @@ class System(BaseEstimator):  # type: ignore[misc]
             return f"<pre>{escape(repr(self))}</pre>"
         return html(self)
 
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, str]:
+        """What notebooks ask for first, where scikit-learn has its own drawing."""
+        return {"text/plain": repr(self), "text/html": self._repr_html_()}
+
     def _session(self, what: str) -> Identification:
         self._fitted()
         if getattr(self, "_identification", None) is None:

@@ -59,4 +59,5 @@ def test_notebooks_draw_the_blocks(fitted):
     curve = fitted.nonlinearity_(np.linspace(-2, 2, len(down)))
     assert np.corrcoef(-down, curve)[0, 1] > 0.999
     assert "model holds" in html and "order 2, delay 1" in html
+    assert fitted._repr_mimebundle_()["text/html"] == html
     assert flexure.Wiener()._repr_html_() == "<pre>Wiener()</pre>"
