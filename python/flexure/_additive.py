@@ -40,7 +40,9 @@ class Term:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {**self.__dict__, "parameter": self.core.parameter}
+        # Local bandwidths are no parameter that could be given: they are found again.
+        parameter = None if self.name == "local-bandwidth" else self.core.parameter
+        state = {**self.__dict__, "parameter": parameter}
         del state["core"]
         return state
 

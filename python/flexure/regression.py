@@ -108,6 +108,7 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             weights = _check_sample_weight(sample_weight, points, dtype=np.float64)
         name, settings = self._method()
         given = getattr(self, self._parameter)
+        given = None if isinstance(given, str) else given
         if weights is not None and given is None and _repetitions(weights):
             repeats = weights.astype(np.intp)
             points, y, weights = points.repeat(repeats, axis=0), np.repeat(y, repeats), None
@@ -190,8 +191,10 @@ class KernelRegressor(_Regressor):
     ----------
     degree : {1, 0}
         The polynomial that is fitted around every point: 1 a line (a plane), 0 a constant.
-    bandwidth : float or sequence of one a column, optional
+    bandwidth : float, sequence of one a column, or "local", optional
         Half the width of the window in the unit of X (the Gaussian's standard deviation); positive. None: from the data.
+        "local": of its own at every point of one column, following kinks and jumps (Lepski's rule, or ``rule="plugin"``), where
+        that predicts clearly better than one bandwidth; a line is fitted.
     kernel : {"epanechnikov", "uniform", "triangular", "biweight", "triweight", "gaussian"}
         The weight function.
     rule : {"loo", "gcv", "block", "plugin", "bootstrap", "block-bootstrap"}
@@ -217,7 +220,7 @@ class KernelRegressor(_Regressor):
         self,
         degree: int = 1,
         *,
-        bandwidth: float | npt.ArrayLike | None = None,
+        bandwidth: float | str | npt.ArrayLike | None = None,
         kernel: str = "epanechnikov",
         rule: str = "loo",
         outside: str = "nearest",
@@ -232,6 +235,10 @@ class KernelRegressor(_Regressor):
         if self.degree not in (0, 1):
             raise ParameterError(f"the degree is {self.degree}, but must be 0 or 1")
         name = "local-linear" if self.degree == 1 else "kernel"
+        if isinstance(self.bandwidth, str):
+            if self.bandwidth != "local" or self.degree != 1:
+                raise ParameterError("the bandwidth must be numbers, None, or with degree 1 'local'")
+            name = "local-bandwidth"
         return name, {"kernel": self.kernel, "rule": self.rule, "outside": self.outside}
 
 

@@ -103,6 +103,22 @@ def test_bands_cover(points):
     assert np.all(boot.lower < boot.upper) and "ootstrap" in boot.method
 
 
+def test_local_bandwidths_follow_a_kink():
+    rng = np.random.default_rng(3)
+    x = rng.uniform(-2, 2, 2000)
+    y = np.maximum(np.abs(x) - 1, 0) + 0.02 * rng.normal(size=2000)
+    at = np.linspace(-1.8, 1.8, 300)
+    rms = {}
+    for bandwidth in (None, "local"):
+        fit = KernelRegressor(bandwidth=bandwidth).fit(x[:, None], y)
+        rms[bandwidth] = np.sqrt(np.mean((fit.predict(at[:, None]) - np.maximum(np.abs(at) - 1, 0)) ** 2))
+    assert rms["local"] < 0.8 * rms[None]
+    again = pickle.loads(pickle.dumps(fit))
+    np.testing.assert_array_equal(again.predict(at[:, None]), fit.predict(at[:, None]))
+    with pytest.raises(flexure.ParameterError, match="at most|takes 1 column"):
+        KernelRegressor(bandwidth="local").fit(np.stack([x, x**2], axis=1), y)
+
+
 def test_two_columns_and_many():
     rng = np.random.default_rng(2)
     x = rng.uniform(-1, 1, (600, 8))
@@ -140,6 +156,7 @@ def test_scikit_learns_tools_work(points):
         (KernelRegressor(bandwidth=-1.0), "the bandwidth is -1, but must be positive"),
         (KernelRegressor(kernel="box"), "the kernel is 'box', but must be one of uniform, triangular"),
         (KernelRegressor(degree=2), "the degree is 2"),
+        (KernelRegressor(bandwidth="wide"), "must be numbers, None, or with degree 1 'local'"),
         (KernelRegressor(rule="best"), "the rule is 'best'"),
         (KernelRegressor(outside="zero"), "the outside is 'zero'"),
         (KNNRegressor(1000), "number of neighbours is 1000, but these data allow at most 400"),

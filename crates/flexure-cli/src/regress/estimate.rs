@@ -227,15 +227,26 @@ fn validation(method: &NamedEstimator, fit: &NamedFit, data: &Data, rows: &[usiz
         (Tuning::FromData(Rule::Block), Some(scores)) => scores.score.iter().copied().reduce(f64::min),
         _ => None,
     };
-    let (error, by, unpredicted) = match (blocks.filter(|e| e.is_finite()), fit.left_out.filter(|e| e.is_finite())) {
-        (Some(error), _) => (error, "cross-validation over blocks of rows", 0),
-        (None, Some(error)) => (error, "leave-one-out", 0),
-        (None, None) => {
+    let halves = fit.local.as_ref().and_then(|local| local.prediction_error);
+    let known = [
+        (blocks, "cross-validation over blocks of rows"),
+        (fit.left_out, "leave-one-out"),
+        (halves, "either half of the rows from the other"),
+    ];
+    let known = known
+        .into_iter()
+        .find_map(|(error, by)| Some((error.filter(|e| e.is_finite())?, by)));
+    let (error, by, unpredicted) = match known {
+        Some((error, by)) => (error, by, 0),
+        None => {
             let residuals = folded(&method.fixed(fit), data, rows)?;
             let unpredicted = residuals.iter().filter(|r| !r.is_finite()).count();
             (
                 mean_square(&residuals, &weights),
-                "10-fold cross-validation",
+                match rows.len() > FOLDS {
+                    true => "10-fold cross-validation",
+                    false => "leave-one-out",
+                },
                 unpredicted,
             )
         }

@@ -2,6 +2,7 @@
 
 use flexure::nonlinearity::{EstimatorName, NamedEstimator, Rule, Tuning};
 
+use super::band::BandMethod;
 use super::{Arguments, Method, Outside, band};
 use crate::arguments::Usage;
 use crate::tuning;
@@ -12,7 +13,7 @@ const RESULT: [&str; 3] = ["y", "lower", "upper"];
 /// The method that the options ask for.
 pub fn method(arguments: &Arguments) -> Result<Method, Usage> {
     columns(arguments)?;
-    let name = arguments.estimator;
+    let name = name(arguments);
     tuning::check_kernel("--estimator", name, arguments.kernel)?;
     band::check(arguments)?;
     let estimator = NamedEstimator {
@@ -32,6 +33,20 @@ pub fn method(arguments: &Arguments) -> Result<Method, Usage> {
         simultaneous: arguments.simultaneous,
         band_method: arguments.band_method,
         block: arguments.block,
+    })
+}
+
+/// The estimator. By default local bandwidths where they can be: in one column, unless some option is about one
+/// bandwidth or about refits, which would take long.
+pub fn name(arguments: &Arguments) -> EstimatorName {
+    let one = arguments.x.len() > 1
+        || arguments.bandwidth.clone().given().is_some()
+        || arguments.parameter.given().is_some()
+        || arguments.select.is_some()
+        || matches!(arguments.band_method, BandMethod::Bootstrap | BandMethod::Block);
+    arguments.estimator.unwrap_or(match one {
+        true => EstimatorName::LocalLinear,
+        false => EstimatorName::LocalBandwidth,
     })
 }
 
@@ -57,9 +72,9 @@ fn columns(arguments: &Arguments) -> Result<(), Usage> {
             "--weights and --y both name '{weights}'; name two different columns"
         )));
     }
-    let (got, most) = (x.len(), arguments.estimator.most_columns());
+    let (got, most) = (x.len(), name(arguments).most_columns());
     if got > most {
-        let name = arguments.estimator;
+        let name = name(arguments);
         let others = EstimatorName::ALL.into_iter().filter(|e| e.most_columns() >= got);
         let others: Vec<&str> = others.map(EstimatorName::name).collect();
         let instead = match others.as_slice() {
@@ -89,7 +104,8 @@ fn columns(arguments: &Arguments) -> Result<(), Usage> {
 /// The tuning parameter: a bandwidth by one option, all others by another.
 fn chosen(arguments: &Arguments) -> Result<Tuning, Usage> {
     let (bandwidth, parameter) = (arguments.bandwidth.clone(), arguments.parameter);
-    match tuning::given("--estimator", arguments.estimator, bandwidth, parameter)? {
+    let name = name(arguments);
+    match tuning::given("--estimator", name, bandwidth, parameter)? {
         Some(values) if values.len() != 1 && values.len() != arguments.x.len() => Err(Usage(format!(
             "--bandwidth gives {} values for {} of x; give one for all, or one a column",
             values.len(),
@@ -99,7 +115,7 @@ fn chosen(arguments: &Arguments) -> Result<Tuning, Usage> {
             Some(rule) => Err(Usage(format!(
                 "--select {} chooses what {} gives; leave one of them out",
                 rule.name(),
-                if arguments.estimator.has_bandwidth() {
+                if name.has_bandwidth() {
                     "--bandwidth"
                 } else {
                     "--parameter"
@@ -112,7 +128,7 @@ fn chosen(arguments: &Arguments) -> Result<Tuning, Usage> {
                 Rule::BlockBootstrap { .. } => Rule::BlockBootstrap { block: arguments.block },
                 rule => rule,
             };
-            if rule.suits(arguments.estimator, arguments.x.len()) {
+            if rule.suits(name, arguments.x.len()) {
                 Ok(Tuning::FromData(rule))
             } else {
                 Err(unsuited(arguments, rule))
@@ -122,7 +138,7 @@ fn chosen(arguments: &Arguments) -> Result<Tuning, Usage> {
 }
 
 fn unsuited(arguments: &Arguments, rule: Rule) -> Usage {
-    let (name, columns) = (arguments.estimator, arguments.x.len());
+    let (name, columns) = (name(arguments), arguments.x.len());
     let suited = Rule::ALL.into_iter().filter(|rule| rule.suits(name, columns));
     let instead = match rule {
         Rule::PlugIn if name.has_bandwidth() && columns == 1 => {

@@ -13,10 +13,10 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::Record;
-use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Rule};
+use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Rule, Tuning};
 use flexure_io::{check_record_writable, check_writable, read_record, write_atomically, write_record};
 
-use crate::arguments::{self, Auto};
+use crate::arguments::{self, Auto, Usage};
 use crate::files::keep_apart;
 use crate::output::{command_line, print};
 use crate::progress::spinning;
@@ -41,9 +41,11 @@ pub struct Arguments {
     #[arg(long, value_name = "COLUMN")]
     y: String,
     /// Estimator: kernel (local constant), local-linear, local-bandwidth, knn, fourier, cosine, legendre, hermite, haar,
-    /// polynomial, spline, network or recursive; several columns: kernel, local-linear, knn, network.
-    #[arg(long, value_name = "NAME", default_value = "local-linear", value_parser = arguments::estimator)]
-    estimator: EstimatorName,
+    /// polynomial, spline, network or recursive; several columns: kernel, local-linear, knn, network. By default
+    /// local-linear; in one column, where nothing else asks for one bandwidth, local-bandwidth, which is local-linear
+    /// unless bandwidths that vary along x predict clearly better.
+    #[arg(long, value_name = "NAME", value_parser = arguments::estimator)]
+    estimator: Option<EstimatorName>,
     /// Bandwidth of an estimator with a kernel, in the unit of x: one, or one a column.
     #[arg(long, value_name = "auto|H[,H...]", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_positives)]
     bandwidth: Auto<Vec<f64>>,
@@ -137,7 +139,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         None => data.grid(arguments.grid.map(|n| n as usize)),
     };
     let (estimate, curve) = spinning("estimating", || -> Result<(Estimate, Evaluated)> {
-        let estimate = Estimate::new(&method, &data).map_err(|error| file.locate(error))?;
+        let estimate = Estimate::new(&method, &data).map_err(|error| match (&method.estimator.tuning, error) {
+            // Whatever the data.
+            (Tuning::Fixed(_), error @ flexure::Error::InvalidParameter { .. }) => Usage(error.to_string()).into(),
+            (_, error) => anyhow::Error::from(file.locate(error)),
+        })?;
         let curve = estimate.evaluate(&data, at).map_err(|error| file.locate(error))?;
         Ok((estimate, curve))
     })?;

@@ -5,7 +5,7 @@ use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, Regressio
 
 use super::data::Data;
 use super::estimate::{BandWords, Estimate, Evaluated};
-use super::words::{percent, predicted_by, why};
+use super::words::{percent, predicted_by, range, why};
 use crate::outcome::number;
 use crate::page::labelled;
 use crate::tuning::{capitalised, kernel_words, list, score_curve};
@@ -112,6 +112,13 @@ fn facts(estimate: &Estimate, band: Option<&BandWords>) -> Vec<Fact> {
         ),
         fact(&capitalised(fit.name.parameter()), list(&fit.parameter), why(estimate)),
     ];
+    if let Some(local) = &fit.local {
+        let jumps = match local.jumps.as_slice() {
+            [] => "one for every point".to_owned(),
+            jumps => format!("jumps at {}", list(jumps)),
+        };
+        facts.push(fact("Local bandwidths", range(local), jumps));
+    }
     if let Some(band) = band {
         facts.push(fact("Band", format!("{} %", percent(band.level)), band.kind.to_owned()));
     }

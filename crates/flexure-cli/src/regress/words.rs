@@ -1,6 +1,6 @@
 //! A regression in words and as JSON.
 
-use flexure::nonlinearity::Tuning;
+use flexure::nonlinearity::{EstimatorName, LocalBandwidths, LocalWindow, Side, Tuning};
 use serde_json::{Value, json};
 
 use super::band::{BandMethod, FEWEST};
@@ -12,6 +12,9 @@ use crate::tuning::{capitalised, kernel_words, list, scores_json, smallest};
 
 /// With a larger share of rows alone in their windows the user is warned.
 const MANY_ALONE: f64 = 0.05;
+
+/// Columns whose extent is this share of the bandwidth have no slope in a local fit.
+const FLAT: f64 = 1e-8;
 
 /// What the user should know before trusting the result.
 pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: &Arguments) -> Vec<String> {
@@ -27,6 +30,12 @@ pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: 
                 "rougher than the values tried resolve"
             },
         ));
+    }
+    if name == EstimatorName::LocalLinear && (0..data.x.len()).all(|j| fit_is_constant(estimate, data, j)) {
+        warnings.push(
+            "the bandwidth is so much wider than the data that no slope can be told: the fit is constant; take a bandwidth of the data's size"
+                .to_owned(),
+        );
     }
     let blocks = matches!(estimate.method.tuning, Tuning::FromData(rule) if rule.in_time());
     if estimate.dependent && !blocks {
@@ -54,6 +63,18 @@ pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: 
             curve.y.len()
         ));
     }
+    let bare = curve
+        .y
+        .iter()
+        .zip(&curve.lower)
+        .filter(|(y, l)| y.is_finite() && l.is_nan())
+        .count();
+    if bare > 0 && curve.band.is_some() {
+        warnings.push(format!(
+            "at {bare} of the {} points of the result the estimate is continued beyond what the data tell: the band there is NaN",
+            curve.y.len()
+        ));
+    }
     if curve.band.is_none() && arguments.band_method == BandMethod::Auto && rows < FEWEST {
         warnings.push(format!("no band was made, as it needs {FEWEST} rows or more"));
     } else if curve.band.is_none() && arguments.band_method == BandMethod::Auto {
@@ -72,6 +93,19 @@ pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: 
         }
     }
     warnings
+}
+
+/// Whether the bandwidth of a local line is out of all proportion to the values of column `j`.
+fn fit_is_constant(estimate: &Estimate, data: &Data, j: usize) -> bool {
+    let parameter = &estimate.fit.parameter;
+    let Some(h) = parameter.get(j).or(parameter.first()) else {
+        return false;
+    };
+    let (low, high) = (estimate.rows.iter().map(|&i| data.x[j][i]))
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+            (x.min(low), x.max(high))
+        });
+    high > low && h * FLAT > high - low
 }
 
 /// The number of distinct values of the first column, counted up to `most`.
@@ -114,6 +148,11 @@ pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[Str
         },
         "scores": fit.scores.as_ref().map(scores_json),
         "band": curve.band.as_ref().map(|band| json!({ "level": band.level, "kind": band.kind, "method": band.method })),
+        "local_bandwidths": fit.local.as_ref().map(|local| {
+            let of = |value: fn(&LocalWindow) -> f64| local.windows.iter().map(value).collect::<Vec<_>>();
+            let sides: Vec<&str> = local.windows.iter().map(|w| side(w.side)).collect();
+            json!({ "x": of(|w| w.x), "bandwidth": of(|w| w.bandwidth), "side": sides, "jumps": local.jumps })
+        }),
         "residual_sd": estimate.residual_sd,
         "r_squared": estimate.validation.r_squared,
         "prediction_rms": estimate.validation.rms,
@@ -126,6 +165,25 @@ pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[Str
         "report": shown(&arguments.report),
         "warnings": warnings,
     })
+}
+
+/// The side of a point to which its window reaches.
+fn side(side: Side) -> &'static str {
+    match side {
+        Side::Left => "left",
+        Side::Both => "both",
+        Side::Right => "right",
+    }
+}
+
+/// The narrowest and the widest of local bandwidths.
+pub fn range(local: &LocalBandwidths) -> String {
+    let bandwidths = || local.windows.iter().map(|w| w.bandwidth);
+    let (least, most) = (
+        bandwidths().fold(f64::INFINITY, f64::min),
+        bandwidths().fold(0.0, f64::max),
+    );
+    format!("{} to {}", number(least), number(most))
 }
 
 /// A short account for a terminal.
@@ -142,13 +200,25 @@ pub fn summary(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[
             data.names.join("', '")
         ),
         format!("  {:<19} {}  ({why})", fit.name.parameter(), list(&fit.parameter)),
+    ];
+    if let Some(local) = &fit.local {
+        let jumps = match local.jumps.as_slice() {
+            [] => String::new(),
+            jumps => format!(
+                "; jumps at {}",
+                jumps.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", ")
+            ),
+        };
+        lines.push(format!("  local bandwidths    {}{jumps}", range(local)));
+    }
+    lines.extend([
         format!("  R squared           {}", judged(validation)),
         format!(
             "  residuals           standard deviation {}, {} rows",
             number(estimate.residual_sd),
             estimate.rows.len()
         ),
-    ];
+    ]);
     if let Some(band) = &curve.band {
         lines.push(format!(
             "  band                {} %, {}",

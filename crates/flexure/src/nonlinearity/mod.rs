@@ -43,7 +43,7 @@ mod series;
 pub(crate) mod spline;
 mod tabulate;
 
-pub use by_name::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning};
+pub use by_name::{EstimatorName, LocalBandwidths, NamedEstimator, NamedFit, Rule, Scores, Tuning};
 pub use curve::{Curve, Outside};
 pub(crate) use estimator::Points;
 pub use estimator::{Choice, Estimator, Regression};

@@ -129,7 +129,7 @@ pub struct FoldSearch<P> {
 }
 
 impl BlockFolds {
-    /// Ten blocks and the gap that the first column of `x` and `y`, in the order of time, call for: the first lag at
+    /// Ten blocks (with fewer samples one for each) and the gap that the first column of `x` and `y`, in the order of time, call for: the first lag at
     /// which the autocorrelation of the ordinates about an oversmoothed estimate is within its 95 % limits, less one,
     /// at most a tenth of the samples and at most 200.
     ///
@@ -138,8 +138,8 @@ impl BlockFolds {
     pub fn for_data(x: &[f64], y: &[f64]) -> Result<Self> {
         crate::nonlinearity::kernel::check_points(x, y, 3)?;
         Ok(BlockFolds {
+            folds: BlockFolds::default().folds.min(x.len()),
             gap: gap_from_data(x, y),
-            ..Default::default()
         })
     }
 

@@ -39,9 +39,17 @@ impl<'a> InTime<'a> {
     /// Takes checked samples, at least 3 of them of positive weight.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] where `gap` leaves some sample less than 3 others.
+    /// [`Error::TooShort`] for fewer than 4 samples, [`Error::InvalidParameter`] where `gap` leaves some sample less than 3
+    /// others.
     pub fn new(x: &'a [f64], y: &[f64], weights: Option<&[f64]>, gap: usize) -> Result<Self> {
         let n = x.len();
+        if n < 4 {
+            return Err(Error::TooShort {
+                what: "cross-validation over blocks",
+                need: 4,
+                got: n,
+            });
+        }
         if gap.saturating_mul(2).saturating_add(4) > n {
             return Err(Error::InvalidParameter {
                 name: "the gap".to_owned(),

@@ -5,8 +5,8 @@ use crate::error::{Error, Result};
 use crate::nonlinearity::estimator::{Choice, Estimator};
 use crate::nonlinearity::kernel::Degree;
 use crate::nonlinearity::{
-    Basis, Decay, HaarFit, HaarRegression, LocalKernel, LocalRule, NearestNeighbours, NeighboursFit, NetworkFit,
-    NetworkRegression, PolynomialRegression, SeriesFit, SeriesRegression, SplineFit, SplineRegression,
+    Basis, Decay, HaarFit, HaarRegression, NearestNeighbours, NeighboursFit, NetworkFit, NetworkRegression,
+    PolynomialRegression, SeriesFit, SeriesRegression, SplineFit, SplineRegression,
 };
 use crate::selection::{BlockFolds, Candidate, Criterion, Search};
 
@@ -31,7 +31,7 @@ pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Opt
     match method.name {
         EstimatorName::Kernel => kernels::fit(method, Degree::Constant, data),
         EstimatorName::LocalLinear => kernels::fit(method, Degree::Linear, data),
-        EstimatorName::LocalBandwidth => local_bandwidth(method, data),
+        EstimatorName::LocalBandwidth => kernels::local_bandwidth(method, data),
         EstimatorName::Recursive => recursive::fit(method, data),
         EstimatorName::Neighbours => neighbours(method, data),
         EstimatorName::Fourier => series(method, Basis::Fourier, data),
@@ -147,6 +147,7 @@ pub(super) fn named(
         parameter: vec![value],
         scores,
         left_out,
+        local: None,
     }
 }
 
@@ -158,22 +159,6 @@ pub(super) fn criterion_words(criterion: Criterion) -> &'static str {
         Criterion::LeaveOneOut => "leave-one-out error",
         Criterion::Generalized => "generalised cross-validation score",
     }
-}
-
-fn local_bandwidth(method: &NamedEstimator, (x, y, weights): Data) -> Result<NamedFit> {
-    let estimator = LocalKernel {
-        kernel: method.kernel,
-        rule: match method.tuning {
-            Tuning::FromData(Rule::PlugIn) => LocalRule::PlugIn,
-            _ => LocalRule::Lepski,
-        },
-        outside: method.outside,
-    };
-    let fit = estimator.fit(x, y, weights)?;
-    let global = fit.global();
-    // The plug-in rule has no scores.
-    let scores = (!global.curve.is_empty()).then(|| kernels::scores(global, criterion_words(Criterion::LeaveOneOut)));
-    Ok(named(method, global.bandwidth, fit, scores, None))
 }
 
 fn neighbours(method: &NamedEstimator, data: Data) -> Result<NamedFit> {

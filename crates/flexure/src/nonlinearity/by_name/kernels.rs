@@ -1,11 +1,13 @@
 //! The kernel estimates by name: in one column by any rule, in several by those that know them.
 
-use super::fit::{BLOCK_WORDS, Data, criterion_words, single};
-use super::{NamedEstimator, NamedFit, Rule, Scores, Tuning};
+use super::fit::{BLOCK_WORDS, Data, criterion_words, named, single};
+use super::{EstimatorName, LocalBandwidths, NamedEstimator, NamedFit, Rule, Scores, Tuning};
 use crate::error::Result;
 use crate::nonlinearity::estimator::Estimator;
 use crate::nonlinearity::kernel::{Degree, Sorted, check_points, check_weights, leave_one_out};
-use crate::nonlinearity::{Bandwidth, KernelEstimator, KernelRegression, KernelSearch, Outside};
+use crate::nonlinearity::{
+    Bandwidth, KernelEstimator, KernelFit, KernelRegression, KernelSearch, LocalKernel, LocalRule, Outside,
+};
 use crate::selection::{BandwidthSearch, BlockFolds, Criterion, choose_bandwidth};
 
 /// Factors between the bandwidths of leave-one-out and those that blocks are asked about: from a quarter to eight times.
@@ -49,36 +51,80 @@ fn line(
             (choice.bandwidth(), found)
         }
     };
+    let line = one_bandwidth(method, data, bandwidth, degree)?;
+    one_line(method, line, scores, (x, y, weights))
+}
+
+/// The local line with local bandwidths; by Lepski's rule that with one bandwidth where local ones do not predict clearly
+/// better.
+pub(super) fn local_bandwidth(method: &NamedEstimator, (columns, y, weights): Data) -> Result<NamedFit> {
+    let estimator = LocalKernel {
+        kernel: method.kernel,
+        rule: match method.tuning {
+            Tuning::FromData(Rule::PlugIn) => LocalRule::PlugIn,
+            _ => LocalRule::Lepski,
+        },
+        outside: method.outside,
+    };
+    let (x, data) = estimator.sorted(columns, y, weights)?;
+    let fit = estimator.fit_sorted(&data)?;
+    let global = fit.global();
+    // The plug-in rule has no scores.
+    let scores = (!global.curve.is_empty()).then(|| scores(global, criterion_words(Criterion::LeaveOneOut)));
+    let line = one_bandwidth(method, data, global.bandwidth, Degree::Linear)?;
+    if estimator.rule == LocalRule::Lepski && fit.threshold().is_none() {
+        let one = NamedEstimator {
+            name: EstimatorName::LocalLinear,
+            ..method.clone()
+        };
+        return one_line(&one, line, scores, (x, y, weights));
+    }
+    let local = LocalBandwidths {
+        windows: fit.table(),
+        jumps: fit.jumps().to_vec(),
+        prediction_error: fit.prediction_error(),
+        line,
+    };
+    Ok(NamedFit {
+        local: Some(Box::new(local)),
+        ..named(method, global.bandwidth, fit, scores, None)
+    })
+}
+
+/// The estimate with one bandwidth.
+fn one_bandwidth(method: &NamedEstimator, data: Sorted, bandwidth: f64, degree: Degree) -> Result<KernelFit> {
     let estimator = KernelRegression {
         kernel: method.kernel,
         bandwidth,
     };
-    let fit = estimator.fit_sorted(data)?.with_degree(degree);
+    Ok(estimator.fit_sorted(data)?.with_degree(degree))
+}
+
+/// A local line with one bandwidth in the common form.
+fn one_line(
+    method: &NamedEstimator,
+    fit: KernelFit,
+    scores: Option<Scores>,
+    (x, y, weights): (&[f64], &[f64], Option<&[f64]>),
+) -> Result<NamedFit> {
+    let (bandwidth, degree) = (fit.method().bandwidth, fit.degree());
     let left_out = match &scores {
         Some(s) if s.criterion == criterion_words(Criterion::LeaveOneOut) => score_at(s, bandwidth),
         _ => leave_one_out(fit.data(), method.kernel, degree, &[bandwidth])
             .first()
             .copied(),
     };
-    let regression: Box<dyn super::Regression> = match method.outside {
-        Outside::Nan => Box::new(fit),
-        outside => Box::new(
-            KernelEstimator {
-                kernel: method.kernel,
-                degree,
-                bandwidth: Bandwidth::Fixed(vec![bandwidth]),
-                outside,
-            }
-            .fit(&[x], y, weights)?,
-        ),
+    if method.outside == Outside::Nan {
+        return Ok(named(method, bandwidth, fit, scores, left_out));
+    }
+    let estimator = KernelEstimator {
+        kernel: method.kernel,
+        degree,
+        bandwidth: Bandwidth::Fixed(vec![bandwidth]),
+        outside: method.outside,
     };
-    Ok(NamedFit {
-        name: method.name,
-        regression,
-        parameter: vec![bandwidth],
-        scores,
-        left_out,
-    })
+    let fit = estimator.fit(&[x], y, weights)?;
+    Ok(named(method, bandwidth, fit, scores, left_out))
 }
 
 /// The score of one of the values that were tried.
@@ -122,6 +168,7 @@ fn product(method: &NamedEstimator, degree: Degree, (x, y, weights): Data) -> Re
         regression: Box::new(fit),
         scores,
         left_out,
+        local: None,
     };
     if method.tuning != Tuning::FromData(Rule::Block) {
         let search = fit.search();

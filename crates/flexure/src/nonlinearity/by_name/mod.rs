@@ -11,7 +11,7 @@ mod rule;
 use std::fmt;
 
 use super::estimator::Regression;
-use super::{Kernel, Outside};
+use super::{Kernel, KernelFit, LocalWindow, Outside};
 use crate::error::Result;
 
 pub use rule::Rule;
@@ -234,7 +234,8 @@ impl Default for NamedEstimator {
 /// What [`NamedEstimator::fit`] returns.
 #[derive(Debug)]
 pub struct NamedFit {
-    /// The estimator.
+    /// The estimator: that of the method, but for local bandwidths that do not predict clearly better than one, where
+    /// it is [`EstimatorName::LocalLinear`].
     pub name: EstimatorName,
     /// The fitted regression.
     pub regression: Box<dyn Regression>,
@@ -244,6 +245,30 @@ pub struct NamedFit {
     pub scores: Option<Scores>,
     /// The mean squared leave-one-out error at this parameter, in the squared unit of y, where it is known.
     pub left_out: Option<f64>,
+    /// Local bandwidths, where they were used.
+    pub local: Option<Box<LocalBandwidths>>,
+}
+
+impl NamedFit {
+    /// The kernel estimate with one bandwidth for which robust bands are made: the regression itself, or, beside local
+    /// bandwidths, the local line with the best single one.
+    pub fn one_bandwidth(&self) -> Option<&KernelFit> {
+        let beside = self.local.as_ref().map(|local| &local.line);
+        beside.or_else(|| self.regression.kernel_fit())
+    }
+}
+
+/// What is known of local bandwidths.
+#[derive(Debug)]
+pub struct LocalBandwidths {
+    /// The window at every node of the table, in order of x.
+    pub windows: Vec<LocalWindow>,
+    /// The abscissas of jumps, increasing.
+    pub jumps: Vec<f64>,
+    /// See [`LocalKernelFit::prediction_error`](super::LocalKernelFit::prediction_error).
+    pub prediction_error: Option<f64>,
+    /// The local line with one bandwidth for all points.
+    pub line: KernelFit,
 }
 
 /// The scores of all values of a parameter that were tried.
@@ -277,11 +302,15 @@ impl NamedEstimator {
     /// parameter cannot be given stays as it is.
     #[must_use]
     pub fn fixed(&self, fit: &NamedFit) -> NamedEstimator {
-        let tuning = match self.name.takes_parameter() {
+        let tuning = match fit.name.takes_parameter() {
             true => Tuning::Fixed(fit.parameter.clone()),
             false => self.tuning.clone(),
         };
-        NamedEstimator { tuning, ..self.clone() }
+        NamedEstimator {
+            name: fit.name,
+            tuning,
+            ..self.clone()
+        }
     }
 }
 

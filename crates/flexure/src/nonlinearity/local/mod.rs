@@ -27,6 +27,7 @@ use super::{Outside, estimator};
 use crate::error::{Error, Result};
 use crate::selection::BandwidthSearch;
 use choice::{Broken, Chosen};
+use validation::Better;
 use windows::{Design, Windows};
 
 /// The fewest points for which local bandwidths are tried.
@@ -79,7 +80,7 @@ pub struct LocalKernelFit {
     table: Vec<LocalWindow>,
     curve: Broken,
     jumps: Vec<f64>,
-    threshold: Option<f64>,
+    better: Option<Better>,
     global: BandwidthSearch,
     range: (f64, f64),
     outside: Outside,
@@ -90,6 +91,14 @@ impl Estimator for LocalKernel {
     type Fit = LocalKernelFit;
 
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<LocalKernelFit> {
+        let (_, data) = self.sorted(x, y, weights)?;
+        self.fit_sorted(&data)
+    }
+}
+
+impl LocalKernel {
+    /// The one column of x, and the points in order.
+    pub(super) fn sorted<'a>(self, x: &[&'a [f64]], y: &[f64], weights: Option<&[f64]>) -> Result<(&'a [f64], Sorted)> {
         let [x] = x else {
             return Err(Error::ColumnCount {
                 what: "a local kernel regression",
@@ -101,39 +110,39 @@ impl Estimator for LocalKernel {
         if let Some(weights) = weights {
             check_weights(weights, x.len(), 3)?;
         }
-        let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
-        if self.rule == LocalRule::PlugIn {
-            let (global, table) = plug_in::windows(&data, self.kernel)?;
-            let chosen = Chosen::smooth(table, &data);
-            return Ok(self.made(&data, global, None, chosen));
-        }
-        let global = BandwidthSearch::with_degree(self.kernel, Degree::Linear, &data);
-        Ok(self.fit_sorted(&data, global))
+        Ok((
+            x,
+            weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w)),
+        ))
     }
-}
 
-impl LocalKernel {
-    fn fit_sorted(self, data: &Sorted, global: BandwidthSearch) -> LocalKernelFit {
+    pub(super) fn fit_sorted(self, data: &Sorted) -> Result<LocalKernelFit> {
+        if self.rule == LocalRule::PlugIn {
+            let (global, table) = plug_in::windows(data, self.kernel)?;
+            let chosen = Chosen::smooth(table, data);
+            return Ok(self.made(data, global, None, chosen));
+        }
+        let global = BandwidthSearch::with_degree(self.kernel, Degree::Linear, data);
         let design = Design::new(data, self.kernel, global.bandwidth);
-        let threshold = if data.len() < FEWEST || design.nodes.len() < 3 {
+        let better = if data.len() < FEWEST || design.nodes.len() < 3 {
             None
         } else {
             validation::threshold(data, &design)
         };
         let windows = Windows::new(data, &design);
-        let chosen = match threshold {
-            Some(threshold) => windows.adapted(data, threshold),
+        let chosen = match better {
+            Some(better) => windows.adapted(data, better.threshold),
             None => windows.uniform(data, global.bandwidth),
         };
-        self.made(data, global, threshold, chosen)
+        Ok(self.made(data, global, better, chosen))
     }
 
-    fn made(self, data: &Sorted, global: BandwidthSearch, threshold: Option<f64>, chosen: Chosen) -> LocalKernelFit {
+    fn made(self, data: &Sorted, global: BandwidthSearch, better: Option<Better>, chosen: Chosen) -> LocalKernelFit {
         LocalKernelFit {
             table: chosen.table,
             curve: chosen.curve,
             jumps: chosen.jumps,
-            threshold,
+            better,
             global,
             range: (data.x[0], data.x[data.len() - 1]),
             outside: self.outside,
@@ -160,7 +169,13 @@ impl LocalKernelFit {
     /// By Lepski's rule, the half width of the confidence intervals that decide how far a window grows, in standard
     /// errors; none where one bandwidth serves for all points.
     pub fn threshold(&self) -> Option<f64> {
-        self.threshold
+        self.better.map(|better| better.threshold)
+    }
+
+    /// By Lepski's rule, the mean squared error with which either half of the data (every other point in order of x) is
+    /// predicted from the other, in the squared unit of y; none where one bandwidth serves for all points.
+    pub fn prediction_error(&self) -> Option<f64> {
+        self.better.map(|better| better.error)
     }
 
     /// The search for one bandwidth for all points; by the plug-in rule without scores.

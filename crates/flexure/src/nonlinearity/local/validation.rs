@@ -11,11 +11,21 @@ const CLEARLY: f64 = 2.0;
 /// From all points to half of them the best bandwidth grows by this factor.
 const HALVED: f64 = 1.148_698_354_997_035; // 2^(1/5)
 
+/// Local bandwidths that predict clearly better than one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Better {
+    /// Half width of the confidence intervals, in standard errors.
+    pub threshold: f64,
+    /// The mean squared error with which either half of the data is predicted from the other.
+    pub error: f64,
+}
+
 /// The threshold with the smallest error of prediction from either half (every other point in order of x) of the other;
 /// nothing where the gain over one bandwidth for all is not more than twice its standard error.
-pub fn threshold(data: &Sorted, design: &Design) -> Option<f64> {
+pub fn threshold(data: &Sorted, design: &Design) -> Option<Better> {
     // For every threshold the sum of the gains and of their squares.
     let mut gains = [[0.0; 2]; THRESHOLDS.len()];
+    let mut errors = 0.0;
     for first in 0..2 {
         let (train, other) = (half(data, first), half(data, 1 - first));
         let test = design.grouped(&other);
@@ -25,6 +35,7 @@ pub fn threshold(data: &Sorted, design: &Design) -> Option<f64> {
             (0..test.len()).map(|i| test.weight(i) * residual(i).powi(2)).collect()
         };
         let global = squares(&windows.uniform(&train, HALVED * design.global).curve);
+        errors += global.iter().sum::<f64>();
         for (gain, threshold) in gains.iter_mut().zip(THRESHOLDS) {
             let local = squares(&windows.adapted(&train, threshold).curve);
             for (g, l) in global.iter().zip(&local) {
@@ -35,7 +46,10 @@ pub fn threshold(data: &Sorted, design: &Design) -> Option<f64> {
     }
     let best = (0..THRESHOLDS.len()).max_by(|&i, &j| gains[i][0].total_cmp(&gains[j][0]))?;
     let [gain, squares] = gains[best];
-    (gain > CLEARLY * squares.sqrt()).then_some(THRESHOLDS[best])
+    (gain > CLEARLY * squares.sqrt()).then(|| Better {
+        threshold: THRESHOLDS[best],
+        error: (errors - gain) / (0..data.len()).map(|i| data.weight(i)).sum::<f64>(),
+    })
 }
 
 /// Every other point, from `first` on.
