@@ -8,8 +8,10 @@ import pytest
 from conftest import A, B, dead_zone, simulated, write_csv
 from scipy.signal import lfilter
 from sklearn.base import clone
+from sklearn.utils.estimator_checks import check_estimator
 
 import flexure
+from flexure.systems import EXPECTED_FAILED_CHECKS
 
 
 def test_the_truth_is_found(fitted, record):
@@ -163,6 +165,17 @@ def test_parameters_are_scikit_learns():
     assert system.get_params()["order"] == 3
     assert clone(system.set_params(delay=2)).get_params() == system.get_params()
     assert repr(clone(system)) == "Hammerstein(delay=2, order=3)"
+
+
+@pytest.mark.parametrize("estimator", [flexure.Hammerstein(), flexure.Wiener(), flexure.Auto()], ids=repr)
+def test_scikit_learns_checks_as_far_as_declared(estimator):
+    """Those that are not declared pass, and those that are fail."""
+    results = check_estimator(estimator, expected_failed_checks=EXPECTED_FAILED_CHECKS, on_fail=None, on_skip=None)
+    found = {(r["check_name"], r["status"]) for r in results if r["status"] != "skipped"}
+    assert {name for name, status in found if status == "failed"} == set()
+    expected = {name for name, status in found if status == "xfail"}
+    assert set(EXPECTED_FAILED_CHECKS) - expected <= {"check_array_api_input"}  # skipped without SCIPY_ARRAY_API
+    assert sum(status == "passed" for _, status in found) >= 10
 
 
 @pytest.mark.parametrize(
