@@ -33,12 +33,16 @@ pub enum CascadeMethod {
 }
 
 impl CascadeMethod {
-    /// Identifies the system from `input` to `output`; `stage` is told what is being done.
-    pub fn identify(&self, record: &Record, input: &str, output: &str, stage: &dyn Fn(&str)) -> Result<Cascade> {
-        let progress = &mut |now: Stage| {
-            stage(now.name());
-            ControlFlow::Continue(())
-        };
+    /// Identifies the system from `input` to `output`; `stage` is told what is being done, and may
+    /// stop it.
+    pub fn identify(
+        &self,
+        record: &Record,
+        input: &str,
+        output: &str,
+        stage: &dyn Fn(&str) -> ControlFlow<()>,
+    ) -> Result<Cascade> {
+        let progress = &mut |now: Stage| stage(now.name());
         match self {
             CascadeMethod::Linear(method) => method.identify_with(record, input, output, progress).map(Cascade::from),
             CascadeMethod::Wiener(method) => method.identify_with(record, input, output, progress).map(Cascade::from),

@@ -18,7 +18,9 @@ const MOST_TOLD: usize = 6;
 pub enum Method {
     /// Prediction error over both blocks, and the form to fit to the nonlinearity, if any.
     Refined {
+        /// The method.
         method: RefinedHammerstein,
+        /// The form, if one was asked for.
         form: Option<Form>,
     },
     /// The paper's.
@@ -59,12 +61,21 @@ impl Method {
     pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Estimate> {
         match self {
             Method::Plain(method) => method.identify(record, input, output).map(Estimate::from_plain),
-            Method::Refined { method, form } => {
-                let result = method.identify(record, input, output)?;
-                let form = form.map(|form| result.fit_form(form)).transpose()?;
-                Ok(Estimate::from_refined(result, form))
-            }
+            Method::Refined { method, form } => Self::of_experiments(method, *form, &[record], input, output),
         }
+    }
+
+    /// Identifies one system by the refined method from several experiments, each with an initial state of its own.
+    pub fn of_experiments(
+        method: &RefinedHammerstein,
+        form: Option<Form>,
+        records: &[&Record],
+        input: &str,
+        output: &str,
+    ) -> Result<Estimate> {
+        let result = method.identify_experiments(records, input, output)?;
+        let form = form.map(|form| result.fit_form(form)).transpose()?;
+        Ok(Estimate::from_refined(result, form))
     }
 }
 

@@ -6,15 +6,16 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
+use flexure::Record;
 use flexure::identify::{
-    self, AutoIdentification, Calibration, HammersteinWiener, JointInputs, Linear, MultipleInputs, Narx, Parallel,
-    Volterra, Wiener, WienerHammerstein,
+    self, Calibration, HammersteinWiener, JointInputs, Linear, MultipleInputs, Narx, Parallel, Volterra, Wiener,
+    WienerHammerstein,
 };
 use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::{ArmMotion, Page};
 
 use crate::arguments::{self, Auto, Usage};
-use crate::cascade::{Cascade, CascadeMethod};
+use crate::cascade::CascadeMethod;
 use crate::estimate::Estimate;
 use crate::files::keep_apart;
 use crate::method::{self, MethodName, PlainOptions, RefinedOptions, Shared};
@@ -221,51 +222,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         },
     };
     let periodic = arguments.periods.approximate(&file, &signals)?;
-    let found = match task {
-        Task::Hammerstein(method) => {
-            let context = Context { signals, method };
-            let estimate = hammerstein(&file, &context)?;
-            Found::Hammerstein(context, Box::new(estimate))
-        }
-        Task::Cascade(method) => Found::Cascade(signals, Box::new(cascade(&file, &signals, &method)?)),
-        Task::HammersteinWiener(method) => {
-            let result = located(&file, &inputs, &signals, |stage| {
-                method.identify_with(&file.record, signals.input, signals.output, &mut |now| {
-                    stage(now.name());
-                    ControlFlow::Continue(())
-                })
-            });
-            Found::HammersteinWiener(signals, Box::new(result?))
-        }
-        Task::Parallel(method) => {
-            let result = located(&file, &inputs, &signals, |stage| {
-                parallel::identify(&method, &file.record, &signals, stage)
-            });
-            Found::Parallel(signals, Box::new(result?))
-        }
-        Task::MultipleInputs(method) => {
-            let result = located(&file, &inputs, &signals, |stage| {
-                several_inputs::identify(&method, &file.record, &signals, stage)
-            });
-            Found::MultipleInputs(signals, Box::new(result?))
-        }
-        Task::JointInputs(method) => {
-            let result = located(&file, &inputs, &signals, |stage| {
-                method.identify_with(&file.record, &inputs, signals.output, &mut |now| {
-                    stage(now.name());
-                    ControlFlow::Continue(())
-                })
-            });
-            Found::JointInputs(signals, Box::new(result?))
-        }
-        Task::Reference(method) => {
-            let result = located(&file, &inputs, &signals, |_| {
-                method.identify(&file.record, signals.input, signals.output)
-            });
-            Found::Reference(signals, Box::new(result?))
-        }
-        Task::Compare(method) => Found::compared(compare(&file, &signals, &method)?, signals, method),
-    };
+    let found = spinning_through("identifying", |tell| {
+        task.identify(&file, &inputs, signals, &|stage| {
+            tell(stage);
+            ControlFlow::Continue(())
+        })
+    })?;
     let page = match &arguments.report {
         Some(path) => {
             let decoration = Decoration {
@@ -303,49 +265,82 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     print(&lines.join("\n"))
 }
 
+impl Task {
+    /// Identifies from columns of a record, and says in which file and line an error lies; `inputs` are the inputs' columns
+    /// one by one. `stage` is told what is being done, and stops the work by returning [`ControlFlow::Break`].
+    pub fn identify<'a>(
+        self,
+        file: &'a RecordFile,
+        inputs: &[&str],
+        signals: Signals<'a>,
+        stage: &dyn Fn(&str) -> ControlFlow<()>,
+    ) -> Result<Found<'a>> {
+        let may_miss = matches!(&self, Task::Hammerstein(method) if method.skips_missing());
+        check(file, inputs, signals.output, may_miss)?;
+        self.found(&file.record, inputs, signals, stage)
+            .map_err(|error| file.locate(error).into())
+    }
+
+    fn found<'a>(
+        self,
+        record: &Record,
+        inputs: &[&str],
+        signals: Signals<'a>,
+        stage: &dyn Fn(&str) -> ControlFlow<()>,
+    ) -> flexure::Result<Found<'a>> {
+        let Signals { input, output, .. } = signals;
+        Ok(match self {
+            Task::Hammerstein(method) => {
+                let estimate = method.identify(record, input, output)?;
+                Found::Hammerstein(Context { signals, method }, Box::new(estimate))
+            }
+            Task::Cascade(method) => Found::Cascade(signals, Box::new(method.identify(record, input, output, stage)?)),
+            Task::HammersteinWiener(method) => {
+                let result = method.identify_with(record, input, output, &mut |now| stage(now.name()))?;
+                Found::HammersteinWiener(signals, Box::new(result))
+            }
+            Task::Parallel(method) => {
+                let result = parallel::identify(&method, record, &signals, stage)?;
+                Found::Parallel(signals, Box::new(result))
+            }
+            Task::MultipleInputs(method) => {
+                let result = several_inputs::identify(&method, record, &signals, stage)?;
+                Found::MultipleInputs(signals, Box::new(result))
+            }
+            Task::JointInputs(method) => {
+                let result = method.identify_with(record, inputs, output, &mut |now| stage(now.name()))?;
+                Found::JointInputs(signals, Box::new(result))
+            }
+            Task::Reference(method) => Found::Reference(signals, Box::new(method.identify(record, input, output)?)),
+            Task::Compare(method) => {
+                let progress = &mut |structure: identify::Structure, now: identify::Stage| {
+                    stage(&format!("{structure}, {}", now.name()))
+                };
+                let result = method.identify_with(record, input, output, progress)?;
+                Found::compared(result, signals, method)
+            }
+        })
+    }
+}
+
 /// Identifies a Hammerstein model, and says in which file and line an error lies.
 pub fn hammerstein(file: &RecordFile, context: &Context) -> Result<Estimate> {
     let Signals { input, output, .. } = context.signals;
-    file.finite(input)?;
-    if context.method.skips_missing() {
-        file.column(output)?;
-    } else {
-        file.finite(output)?;
-    }
+    check(file, &[input], output, context.method.skips_missing())?;
     spinning("identifying", || context.method.identify(&file.record, input, output))
         .map_err(|error| file.locate(error).into())
 }
 
-/// Identifies any other cascade, and says in which file and line an error lies.
-fn cascade(file: &RecordFile, signals: &Signals, method: &CascadeMethod) -> Result<Cascade> {
-    located(file, &[signals.input], signals, |stage| {
-        method.identify(&file.record, signals.input, signals.output, stage)
-    })
-}
-
-/// Identifies under a spinner that shows the stages, and says in which file and line an error lies.
-fn located<T: Send>(
-    file: &RecordFile,
-    inputs: &[&str],
-    signals: &Signals,
-    work: impl FnOnce(&dyn Fn(&str)) -> flexure::Result<T> + Send,
-) -> Result<T> {
+/// The inputs must be finite, and the output too unless it may miss samples.
+fn check(file: &RecordFile, inputs: &[&str], output: &str, may_miss: bool) -> Result<()> {
     for input in inputs {
         file.finite(input)?;
     }
-    file.finite(signals.output)?;
-    spinning_through("identifying", work).map_err(|error| file.locate(error).into())
-}
-
-/// Identifies the structure, and says in which file and line an error lies.
-fn compare(file: &RecordFile, signals: &Signals, method: &identify::Auto) -> Result<AutoIdentification> {
-    located(file, &[signals.input], signals, |tell| {
-        let progress = &mut |structure: identify::Structure, stage: identify::Stage| {
-            tell(&format!("{structure}, {}", stage.name()));
-            ControlFlow::Continue(())
-        };
-        method.identify_with(&file.record, signals.input, signals.output, progress)
-    })
+    match may_miss {
+        true => file.column(output)?,
+        false => file.finite(output)?,
+    };
+    Ok(())
 }
 
 /// Writes the model and the page, where asked for; neither if the page cannot be made.

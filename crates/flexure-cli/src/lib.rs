@@ -25,12 +25,18 @@ mod prediction;
 mod progress;
 mod references;
 mod regress;
+pub mod session;
 mod several_inputs;
 mod simulate;
 mod structure;
 mod study;
 mod tuning;
 mod validate;
+
+/// Bands of regressions, as `flexure regress` makes them.
+pub mod regression {
+    pub use crate::regress::band::{BandMethod, BandOptions, band};
+}
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -191,7 +191,8 @@ fn regression_lag(text: &str) -> Result<RegressionLag, String> {
     }
 }
 
-fn form(text: &str) -> Result<Form, String> {
+/// A form by name, with its degree where it is a polynomial.
+pub fn form(text: &str) -> Result<Form, String> {
     let polynomial = || {
         let degree = text.strip_prefix("polynomial:")?.parse().ok()?;
         (1..=MOST_DEGREE).contains(&degree).then_some(Form::Polynomial(degree))

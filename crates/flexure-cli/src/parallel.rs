@@ -1,5 +1,7 @@
 //! Sums of branches: what was identified, as JSON, as a model file and in words.
 
+use std::ops::ControlFlow;
+
 use flexure::identify::{Parallel, ParallelBranch, ParallelIdentification, TriedSum};
 use flexure::{Record, Result};
 use flexure_io::ModelFile;
@@ -16,17 +18,14 @@ const METHOD: &str = "prediction-error";
 pub const ONLY_THE_SUM: &str =
     "the record determines the branches' sum; parts of it can be moved from one branch to another";
 
-/// Identifies the sum from the input to the output; `stage` is told what is being done.
+/// Identifies the sum from the input to the output; `stage` is told what is being done, and may stop it.
 pub fn identify(
     method: &Parallel,
     record: &Record,
     signals: &Signals,
-    stage: &dyn Fn(&str),
+    stage: &dyn Fn(&str) -> ControlFlow<()>,
 ) -> Result<ParallelIdentification> {
-    method.identify_with(record, signals.input, signals.output, &mut |now| {
-        stage(now.name());
-        std::ops::ControlFlow::Continue(())
-    })
+    method.identify_with(record, signals.input, signals.output, &mut |now| stage(now.name()))
 }
 
 /// The linear parts of a branch with what is said of them.

@@ -1,5 +1,7 @@
 //! Systems of several inputs: what was identified, as JSON and in words.
 
+use std::ops::ControlFlow;
+
 use flexure::Record;
 use flexure::identify::{MultipleInputs, MultipleInputsIdentification, Verdict};
 use flexure_io::ModelFile;
@@ -18,16 +20,15 @@ pub fn columns(list: &str) -> Vec<&str> {
     list.split(',').map(str::trim).collect()
 }
 
-/// Identifies the system from the inputs of a list to `output`; `stage` is told what is being done.
+/// Identifies the system from the inputs of a list to `output`; `stage` is told what is being done, and may stop it.
 pub fn identify(
     method: &MultipleInputs,
     record: &Record,
     signals: &Signals,
-    stage: &dyn Fn(&str),
+    stage: &dyn Fn(&str) -> ControlFlow<()>,
 ) -> flexure::Result<MultipleInputsIdentification> {
     method.identify_with(record, &columns(signals.input), signals.output, &mut |now| {
-        stage(now.name());
-        std::ops::ControlFlow::Continue(())
+        stage(now.name())
     })
 }
 

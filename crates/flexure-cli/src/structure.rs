@@ -219,6 +219,20 @@ impl<'a> Found<'a> {
         })
     }
 
+    /// The free-run output over the record; `None` for a reference.
+    pub fn predicted(&self) -> Option<&[f64]> {
+        Some(match self {
+            Found::Hammerstein(_, estimate) => &estimate.predicted,
+            Found::Cascade(_, cascade) => &cascade.predicted,
+            Found::HammersteinWiener(_, result) => &result.predicted,
+            Found::Parallel(_, result) => &result.predicted,
+            Found::MultipleInputs(_, result) => &result.predicted,
+            Found::JointInputs(_, result) => &result.predicted,
+            Found::Reference(..) => return None,
+            Found::Compared(_, chosen) => return chosen.predicted(),
+        })
+    }
+
     /// A short account for a terminal.
     pub fn summary(&self) -> String {
         match self {

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use flexure::identify::Verdict;
-use flexure_io::{read_model, read_record};
-use serde_json::json;
+use flexure_io::{ModelFile, RecordFile, read_model, read_record};
+use serde_json::{Value, json};
 
 use crate::arguments;
 use crate::outcome::{SETTLED, number, tests_json};
@@ -43,46 +43,71 @@ pub struct Arguments {
     json: bool,
 }
 
-/// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments::distinct_inputs(&[&arguments.input], Some(&arguments.output))?;
-    let model = read_model(&arguments.model)?;
-    let inputs = prediction::inputs(&model.block, &arguments.input, &model.input)?;
-    arguments::distinct_inputs(&inputs, Some(&arguments.output))?;
-    let file = spinning("reading", || read_record(&arguments.record))?;
-    let columns = [&inputs[..], &[&arguments.output]].concat();
-    arguments::same_sample_time(&file, model.sample_time, &columns)?;
-    let (u, y) = (prediction::columns(&file, &inputs)?, file.finite(&arguments.output)?);
-    let settling = model.settling.unwrap_or_else(|| model.block.settling(SETTLED));
-    let skip = arguments.skip.unwrap_or_else(|| settling.min(y.len() / 10));
-    if skip >= y.len() {
-        bail!(
-            "{}: --skip {skip} leaves nothing of {} samples to compare",
-            file.path.display(),
-            y.len()
-        );
+/// What a model says about a record that was not used for its fit.
+pub struct Judged {
+    /// The verdict on the samples after those that are skipped.
+    pub verdict: Verdict,
+    skip: usize,
+    free: FreeRun,
+    outside: Outside,
+}
+
+impl Judged {
+    /// Compares the model's free run under the columns `inputs` with the column `output`. `skip` samples at the start do not
+    /// count, by default those that the model takes to settle, at most a tenth.
+    ///
+    /// # Errors
+    /// Names what is wrong with the columns, or that `skip` leaves nothing.
+    pub fn new(
+        model: &ModelFile,
+        file: &RecordFile,
+        (inputs, output): (&[&str], &str),
+        skip: Option<usize>,
+        initial_state: Option<Start>,
+    ) -> Result<Self> {
+        let (u, y) = (prediction::columns(file, inputs)?, file.finite(output)?);
+        let settling = model.settling.unwrap_or_else(|| model.block.settling(SETTLED));
+        let skip = skip.unwrap_or_else(|| settling.min(y.len() / 10));
+        if skip >= y.len() {
+            bail!(
+                "{}: --skip {skip} leaves nothing of {} samples to compare",
+                file.path.display(),
+                y.len()
+            );
+        }
+        let start = initial_state.unwrap_or(match skip < settling {
+            true if Start::enough(&model.block, y.len()) => Start::Estimate,
+            _ => Start::Steady,
+        });
+        let known = Some(y).filter(|_| start == Start::Estimate);
+        let free = FreeRun::new(&model.block, file, inputs, known)?;
+        let fresh: Vec<&[f64]> = u.iter().map(|u| &u[skip..]).collect();
+        let verdicts = Verdict::of_inputs(&fresh, &y[skip..], &free.output[skip..], model.estimated)
+            .map_err(|error| file.locate(named(error, output)))?;
+        if let Some((name, u)) = inputs.iter().zip(&fresh).find(|(_, u)| is_constant(u)) {
+            let (column, value) = ((*name).to_owned(), u[0]);
+            return Err(file.locate(flexure::Error::Constant { column, value }).into());
+        }
+        let Some(verdict) = Verdict::worst(&verdicts) else {
+            bail!("the model has no input");
+        };
+        Ok(Judged {
+            verdict: verdict.clone(),
+            skip,
+            outside: Outside::new(&model.block, &u),
+            free,
+        })
     }
-    let start = arguments.initial_state.unwrap_or(match skip < settling {
-        true if Start::enough(&model.block, y.len()) => Start::Estimate,
-        _ => Start::Steady,
-    });
-    let known = Some(y).filter(|_| start == Start::Estimate);
-    let free = FreeRun::new(&model.block, &file, &inputs, known)?;
-    let predicted = &free.output;
-    let (measured, free_run) = (&y[skip..], &predicted[skip..]);
-    let fresh: Vec<&[f64]> = u.iter().map(|u| &u[skip..]).collect();
-    let verdicts = Verdict::of_inputs(&fresh, measured, free_run, model.estimated)
-        .map_err(|error| file.locate(named(error, &arguments.output)))?;
-    let Some(verdict) = Verdict::worst(&verdicts) else {
-        bail!("{}: the model has no input", arguments.model.display());
-    };
-    if let Some((name, u)) = inputs.iter().zip(&fresh).find(|(_, u)| is_constant(u)) {
-        let (column, value) = ((*name).to_owned(), u[0]);
-        return Err(file.locate(flexure::Error::Constant { column, value }).into());
-    }
-    let outside = Outside::new(&model.block, &u);
-    if arguments.json {
-        let object = json!({
+
+    /// The object that `validate --json` prints.
+    pub fn json(&self) -> Value {
+        let Judged {
+            verdict,
+            skip,
+            free,
+            outside,
+        } = self;
+        json!({
             "fit_percent": verdict.measures.fit_percent,
             "rms": verdict.measures.rms,
             "r_squared": verdict.measures.r_squared,
@@ -94,9 +119,30 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "verdict": verdict.words(),
             "residual_tests": tests_json(verdict),
             "samples_outside_range": outside.samples,
-        });
-        return print(&object.to_string());
+        })
     }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments::distinct_inputs(&[&arguments.input], Some(&arguments.output))?;
+    let model = read_model(&arguments.model)?;
+    let inputs = prediction::inputs(&model.block, &arguments.input, &model.input)?;
+    arguments::distinct_inputs(&inputs, Some(&arguments.output))?;
+    let file = spinning("reading", || read_record(&arguments.record))?;
+    let columns = [&inputs[..], &[&arguments.output]].concat();
+    arguments::same_sample_time(&file, model.sample_time, &columns)?;
+    let columns = (&inputs[..], arguments.output.as_str());
+    let judged = Judged::new(&model, &file, columns, arguments.skip, arguments.initial_state)?;
+    if arguments.json {
+        return print(&judged.json().to_string());
+    }
+    let Judged {
+        verdict,
+        skip,
+        free,
+        outside,
+    } = &judged;
     let mut lines = vec![format!(
         "fit {:.2} %, RMS error {}, {} samples compared, the first {skip} skipped",
         verdict.measures.fit_percent,

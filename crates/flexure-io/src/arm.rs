@@ -52,4 +52,4 @@ pub use error::ArmError;
 pub use excitation::{Amplitude, Distribution, DriveKind, Excitation, Kind, PhaseChoice, SweepChoice};
 pub use file::{ArmFile, Noise, Run};
 pub use presets::{PRESETS, preset, preset_text};
-pub use run::{run, run_watched};
+pub use run::{run, run_driven, run_watched};

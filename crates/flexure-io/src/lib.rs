@@ -6,7 +6,7 @@
 //! | write a record (CSV, Parquet) | [`write_record`] |
 //! | read, write or run an arm | [`arm`] |
 //! | read a text file, such as an arm's | [`read_text`] |
-//! | read or write a model | [`read_model`], [`write_model`] |
+//! | read or write a model | [`read_model`], [`write_model`]; its text [`parse_model`], [`model_text`] |
 //! | know before long work that its result can be written | [`check_writable`], [`check_record_writable`] |
 //! | write any other file whole or not at all | [`write_atomically`] |
 
@@ -23,7 +23,7 @@ mod write;
 
 pub use atomic::{check_writable, write_atomically};
 pub use error::{Error, LineProblem, Result};
-pub use model::{ModelFile, read_model, write_model};
+pub use model::{ModelFile, model_text, parse_model, read_model, write_model};
 pub use record_file::{Format, RecordFile, read_record};
 pub use text::read_text;
 pub use write::{check_record_writable, write_record};

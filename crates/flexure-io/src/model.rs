@@ -1,6 +1,6 @@
 //! Model files: JSON that carries everything needed to predict.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::Path;
 
 use flexure::Block;
@@ -126,12 +126,20 @@ struct Head {
 pub fn read_model(path: impl AsRef<Path>) -> Result<ModelFile> {
     let path = path.as_ref();
     let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+    parse_model(&bytes, path)
+}
+
+/// Reads the text of a model file; `path` stands for it in messages.
+///
+/// # Errors
+/// Those of [`read_model`] but [`Error::Read`].
+pub fn parse_model(bytes: &[u8], path: &Path) -> Result<ModelFile> {
     let json = |error: serde_json::Error| json_error(path, &error);
     let wrong = |problem| Error::Model {
         path: path.to_owned(),
         problem,
     };
-    let head: Head = serde_json::from_slice(&bytes).map_err(json)?;
+    let head: Head = serde_json::from_slice(bytes).map_err(json)?;
     if head.format != FORMAT {
         return Err(wrong(format!(
             "not a model file: its \"format\" is {}, not \"{FORMAT}\"; models are written by `flexure identify -o`",
@@ -145,7 +153,7 @@ pub fn read_model(path: impl AsRef<Path>) -> Result<ModelFile> {
             ModelFile::CURRENT
         )));
     }
-    let model: ModelFile = serde_json::from_slice(&bytes).map_err(json)?;
+    let model: ModelFile = serde_json::from_slice(bytes).map_err(json)?;
     match model.problem() {
         Some(problem) => Err(wrong(problem)),
         None => Ok(model),
@@ -158,21 +166,29 @@ pub fn read_model(path: impl AsRef<Path>) -> Result<ModelFile> {
 /// [`Error::Model`] for values out of range, [`Error::Write`].
 pub fn write_model(path: impl AsRef<Path>, model: &ModelFile) -> Result<()> {
     let path = path.as_ref();
+    let text = model_text(model, path)?;
+    write_atomically(path, |out| out.write_all(text.as_bytes()))
+}
+
+/// The text of a model file, with a line break at its end; `path` stands for the file in messages.
+///
+/// # Errors
+/// [`Error::Model`] for values out of range.
+pub fn model_text(model: &ModelFile, path: &Path) -> Result<String> {
+    let wrong = |problem| Error::Model {
+        path: path.to_owned(),
+        problem,
+    };
     if let Some(problem) = model.problem() {
-        return Err(Error::Model {
-            path: path.to_owned(),
-            problem,
-        });
+        return Err(wrong(problem));
     }
     let on_disk = OnDisk {
         format: FORMAT,
         version: VERSION,
         model,
     };
-    write_atomically(path, |out| {
-        serde_json::to_writer_pretty(&mut *out, &on_disk).map_err(io::Error::from)?;
-        out.write_all(b"\n")
-    })
+    let text = serde_json::to_string_pretty(&on_disk).map_err(|error| wrong(error.to_string()))?;
+    Ok(text + "\n")
 }
 
 fn json_error(path: &Path, error: &serde_json::Error) -> Error {

@@ -29,6 +29,8 @@ pub enum Format {
     Parquet,
     /// MATLAB's MAT-file of level 5 (`-v6`, `-v7`).
     Mat,
+    /// No file: made in memory.
+    Memory,
 }
 
 /// A variable or column that is in the file but is no signal.
@@ -76,6 +78,18 @@ pub struct RecordFile {
 }
 
 impl RecordFile {
+    /// A record that came from no file; `name` stands for one in messages and on pages.
+    pub fn in_memory(record: Record, name: &str) -> Self {
+        RecordFile {
+            record,
+            path: PathBuf::from(name),
+            format: Format::Memory,
+            constants: Vec::new(),
+            others: Vec::new(),
+            lines: Lines::default(),
+        }
+    }
+
     /// The samples of one column, as they are.
     ///
     /// # Errors

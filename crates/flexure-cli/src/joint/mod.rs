@@ -3,6 +3,7 @@
 mod arm;
 mod data;
 mod flexible;
+pub mod memory;
 mod page;
 mod rigid;
 mod two_link;

@@ -75,23 +75,12 @@ pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Argument
             .iter()
             .map(|r| json!({ "drive": r.drive, "rms": r.rms, "fit_percent": r.fit_percent }))
             .collect();
-        let object = json!({
-            "joint": "rigid",
-            "samples": log.position.len(),
-            "sample_time": log.sample_time,
-            "inertia": axis.inertia,
-            "inertia_unit": units.inertia(),
-            "friction": curve_json(&axis.friction),
-            "extras": axis.extras,
-            "forms": axis.forms.iter().map(|f| fitted_json(f, &units, false)).collect::<Vec<_>>(),
-            "best_form": axis.forms[axis.best].form,
-            "cut_off": axis.cut_off,
-            "highest_frequency": axis.highest,
-            "replays": replays,
-            "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
-            "friction_file": shown(&arguments.friction),
-            "report": shown(&arguments.report),
-        });
+        let mut object = axis_json(axis, &units);
+        object["samples"] = json!(log.position.len());
+        object["sample_time"] = json!(log.sample_time);
+        object["replays"] = json!(replays);
+        object["friction_file"] = json!(shown(&arguments.friction));
+        object["report"] = json!(shown(&arguments.report));
         return print(&object.to_string());
     }
     let mut lines = vec![
@@ -127,6 +116,22 @@ pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Argument
     let written = [&arguments.friction, &arguments.report].into_iter().flatten();
     lines.extend(written.map(|path| format!("wrote {}", path.display())));
     print(&lines.join("\n"))
+}
+
+/// What was found of an axis, as JSON.
+pub fn axis_json(axis: &RigidAxis, units: &Units) -> serde_json::Value {
+    json!({
+        "joint": "rigid",
+        "inertia": axis.inertia,
+        "inertia_unit": units.inertia(),
+        "friction": curve_json(&axis.friction),
+        "extras": axis.extras,
+        "forms": axis.forms.iter().map(|f| fitted_json(f, units, false)).collect::<Vec<_>>(),
+        "best_form": axis.forms[axis.best].form,
+        "cut_off": axis.cut_off,
+        "highest_frequency": axis.highest,
+        "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
 }
 
 /// The library's names of columns as the file has them.

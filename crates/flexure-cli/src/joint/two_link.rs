@@ -42,6 +42,24 @@ pub struct Replay {
     pub velocity_fit_percent: [f64; 2],
 }
 
+/// What was found of an arm, as JSON.
+pub fn arm_json(arm: &TwoLinkArm) -> serde_json::Value {
+    let [shoulder, elbow, coupling] = &arm.model;
+    json!({
+        "joint": "two_link_arm",
+        "shoulder": arm.shoulder,
+        "elbow": arm.elbow,
+        "coupling": arm.coupling,
+        "model": {
+            "motor_inertia": arm.model_motors,
+            "shoulder": shoulder,
+            "elbow": elbow,
+            "coupling": coupling,
+        },
+        "joints": arm.joints.iter().map(axis_json).collect::<Vec<_>>(),
+    })
+}
+
 /// Runs the command for a two-link arm.
 pub fn run(file: &RecordFile, columns: &[[String; 2]; 3], arguments: &Arguments) -> Result<()> {
     let curves = [&arguments.friction, &arguments.stiffness];
@@ -96,24 +114,11 @@ pub fn run(file: &RecordFile, columns: &[[String; 2]; 3], arguments: &Arguments)
         write_atomically(path, |out| out.write_all(text.as_bytes()))?;
     }
     if arguments.json {
-        let [shoulder, elbow, coupling] = &arm.model;
-        let object = json!({
-            "joint": "two_link_arm",
-            "samples": log.link[0].len(),
-            "sample_time": log.sample_time,
-            "shoulder": arm.shoulder,
-            "elbow": arm.elbow,
-            "coupling": arm.coupling,
-            "model": {
-                "motor_inertia": arm.model_motors,
-                "shoulder": shoulder,
-                "elbow": elbow,
-                "coupling": coupling,
-            },
-            "joints": arm.joints.iter().map(axis_json).collect::<Vec<_>>(),
-            "replay": replay,
-            "written": written.iter().map(|p| p.display().to_string()).collect::<Vec<_>>(),
-        });
+        let mut object = arm_json(&arm);
+        object["samples"] = json!(log.link[0].len());
+        object["sample_time"] = json!(log.sample_time);
+        object["replay"] = json!(replay);
+        object["written"] = json!(written.iter().map(|p| p.display().to_string()).collect::<Vec<_>>());
         return print(&object.to_string());
     }
     let mut lines = words(&arm, &log, replay.as_ref());

@@ -40,6 +40,72 @@ pub enum BandMethod {
     None,
 }
 
+impl BandMethod {
+    /// All of them.
+    pub const ALL: [BandMethod; 5] = [
+        BandMethod::Auto,
+        BandMethod::Robust,
+        BandMethod::Bootstrap,
+        BandMethod::Block,
+        BandMethod::None,
+    ];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            BandMethod::Auto => "auto",
+            BandMethod::Robust => "robust",
+            BandMethod::Bootstrap => "bootstrap",
+            BandMethod::Block => "block",
+            BandMethod::None => "none",
+        }
+    }
+}
+
+/// What is asked of a band.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BandOptions {
+    /// The nominal coverage, 0.5 to 0.999.
+    pub level: f64,
+    /// Whether it is to hold at all points at once.
+    pub simultaneous: bool,
+    /// How it is made.
+    pub method: BandMethod,
+    /// Rows in a block; from the data where none is given.
+    pub block: Option<usize>,
+}
+
+/// The band of a fitted regression at the points `at`, column by column, as `flexure regress` makes it; `None` where there is
+/// none. `x`, `y` and the weights are those of the fit. `go_on` is called now and then; `Break` stops the work.
+///
+/// # Errors
+/// Those of [`RobustBand`] and [`BootstrapBand`].
+pub fn band(
+    options: &BandOptions,
+    (estimator, fit): (&NamedEstimator, &NamedFit),
+    (x, y, weights): (&[&[f64]], &[f64], Option<&[f64]>),
+    at: &[Vec<f64>],
+    go_on: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
+) -> flexure::Result<Option<Band>> {
+    let method = Method {
+        estimator: estimator.clone(),
+        level: options.level,
+        simultaneous: options.simultaneous,
+        band_method: options.method,
+        block: options.block,
+    };
+    let data = Data {
+        file: String::new(),
+        names: Vec::new(),
+        y_name: String::new(),
+        x: x.to_vec(),
+        y,
+        weights,
+    };
+    let banding = banding(&method, fit, &data);
+    banding.map(|b| b.band(estimator, fit, &data, at, go_on)).transpose()
+}
+
 /// How the band is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Banding {
@@ -130,7 +196,14 @@ pub fn banding(method: &Method, fit: &NamedFit, data: &Data) -> Option<Banding> 
 
 impl Banding {
     /// The band at the points `at`, column by column.
-    pub fn band(self, method: &NamedEstimator, fit: &NamedFit, data: &Data, at: &[Vec<f64>]) -> flexure::Result<Band> {
+    pub fn band(
+        self,
+        method: &NamedEstimator,
+        fit: &NamedFit,
+        data: &Data,
+        at: &[Vec<f64>],
+        go_on: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
+    ) -> flexure::Result<Band> {
         match (self, fit.one_bandwidth()) {
             (Banding::Robust(band), Some(kernel)) => band.for_kernel(kernel, &at[0]),
             (Banding::Robust(band), None) => {
@@ -140,13 +213,12 @@ impl Banding {
                     seed: band.seed,
                     ..BootstrapBand::default()
                 };
-                Banding::Bootstrap(band).band(method, fit, data, at)
+                Banding::Bootstrap(band).band(method, fit, data, at, go_on)
             }
             (Banding::Bootstrap(band), _) => {
                 let fixed = method.fixed(fit);
                 let refit = |x: &[&[f64]], y: &[f64], w: Option<&[f64]>| Ok(fixed.fit(x, y, w)?.regression);
-                let mut go_on = |_, _| ControlFlow::Continue(());
-                band.run(&refit, &data.x, data.y, data.weights, &slices(at), &mut go_on)
+                band.run(&refit, &data.x, data.y, data.weights, &slices(at), go_on)
             }
         }
     }

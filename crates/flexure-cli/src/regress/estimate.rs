@@ -1,5 +1,7 @@
 //! The fit and what can be said of it.
 
+use std::ops::ControlFlow;
+
 use flexure::nonlinearity::{Degree, EstimatorName, NamedEstimator, NamedFit, Outside, Rule, Tuning};
 use flexure::selection::{BandwidthRule, BlockFolds, choose_bandwidth};
 
@@ -127,7 +129,7 @@ impl Estimate {
                 band: None,
             });
         };
-        let band = banding.band(&self.method, &self.fit, data, &x)?;
+        let band = banding.band(&self.method, &self.fit, data, &x, &mut |_, _| ControlFlow::Continue(()))?;
         Ok(Evaluated {
             x,
             y,

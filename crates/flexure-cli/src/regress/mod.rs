@@ -1,6 +1,6 @@
 //! `flexure regress`: the regression of one column on others, with a band and a page.
 
-mod band;
+pub mod band;
 mod data;
 mod estimate;
 mod method;

@@ -35,7 +35,6 @@ where
     L: FnOnce(&str) -> Result<Record, E>,
     E: std::fmt::Display,
 {
-    let arm = Arm::new(file.arm)?;
     let options = file.options()?;
     let excited = file.excitation.excited(file.locked());
     let inputs = match (&file.excitation.kind, &file.excitation.file) {
@@ -55,7 +54,21 @@ where
             [samples(0)?, samples(1)?]
         }
     };
-    let columns = [inputs[0].as_slice(), inputs[1].as_slice()];
+    run_driven(file, [&inputs[0], &inputs[1]], watch)
+}
+
+/// Simulates an arm file under other inputs than its own excitation: torques or deflections, as that says, one sample an
+/// instant of the run for each joint.
+///
+/// # Errors
+/// [`ArmError::Simulation`], also for samples that do not fit the instants.
+pub fn run_driven(
+    file: &ArmFile,
+    columns: [&[f64]; 2],
+    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Record, ArmError> {
+    let arm = Arm::new(file.arm)?;
+    let options = file.options()?;
     let drive = match file.excitation.drive {
         DriveKind::Torque => Drive::Held(columns),
         DriveKind::Deflection => Drive::Deflection(columns),

@@ -1,0 +1,56 @@
+"""Whatever holds samples as one contiguous array of float64."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from flexure._core import DataError
+
+Array = npt.NDArray[np.float64]
+
+
+def samples(values: Any, name: str) -> Array:
+    """The samples of one signal: shape (n,), contiguous, float64; the same memory where it is that already.
+
+    Takes arrays of any real dtype and layout, of shape (n,) or (n, 1), sequences of numbers, and whatever NumPy takes.
+    Masked and missing values become NaN.
+
+    Raises
+    ------
+    TypeError
+        For complex numbers, text and instants.
+    DataError
+        For any other shape.
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(values.astype(np.float64), np.nan)
+    elif hasattr(values, "to_numpy") and not isinstance(values, np.ndarray):
+        values = values.to_numpy()
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise DataError(f"'{name}' is no sequence of numbers: {error}") from None
+    if array.dtype.kind == "O":
+        array = _numbers(array, name)
+    if array.dtype.kind not in "biuf":
+        what = {"c": "complex numbers", "U": "text", "S": "text", "M": "instants", "m": "durations"}
+        raise TypeError(f"'{name}' holds {what.get(array.dtype.kind, str(array.dtype))}, but real numbers are needed")
+    if array.ndim == 2 and array.shape[1] == 1:
+        array = array[:, 0]
+    if array.ndim != 1:
+        raise DataError(f"'{name}' has the shape {array.shape}, but one signal has the shape (n,)")
+    return np.ascontiguousarray(array, dtype=np.dtype("=f8"))
+
+
+def _numbers(array: npt.NDArray[Any], name: str) -> Array:
+    """An array of objects that are numbers, or None or pandas' missing value."""
+    flat = [np.nan if value is None or type(value).__name__ == "NAType" else value for value in array.ravel()]
+    if any(isinstance(value, str | bytes | complex) for value in flat):
+        raise TypeError(f"'{name}' holds text or complex numbers, but real numbers are needed")
+    try:
+        return np.array([float(value) for value in flat]).reshape(array.shape)
+    except (TypeError, ValueError):
+        raise TypeError(f"'{name}' holds {type(flat[0]).__name__} objects, but real numbers are needed") from None

@@ -1,0 +1,329 @@
+"""What all identified systems have in common."""
+
+from __future__ import annotations
+
+import json
+from html import escape
+from os import PathLike
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+from sklearn.base import BaseEstimator
+from sklearn.exceptions import NotFittedError
+
+from flexure import _records as records
+from flexure._core import FlexureError, Identification, Model, ParameterError
+from flexure._files import blocks_of
+from flexure._html import html
+from flexure.results import LinearPart, Nonlinearity, Verdict, frame
+
+Array = npt.NDArray[np.float64]
+
+# What is asked of the library where nothing else is.
+_OPTIONS: dict[str, Any] = {
+    "method": "refined",
+    "order": None,
+    "delay": None,
+    "unit": "static-gain",
+    "known": None,
+    "fresh": 0.25,
+    "form": None,
+    "missing": False,
+    "noise_model": True,
+    "nonlinearity": "kernel",
+    "kernel": "epanechnikov",
+    "parameter": None,
+    "lag": None,
+    "ignore_colour": False,
+    "branches": None,
+}
+
+
+class System(BaseEstimator):  # type: ignore[misc]
+    """What all identified systems have in common.
+
+    Attributes
+    ----------
+    nonlinearity_, linear_, front_, back_, output_nonlinearity_ : Nonlinearity or LinearPart
+        The blocks that the structure has.
+    structure_ : str
+        The structure's name.
+    verdict_ : Verdict
+        Whether the model holds on the samples kept from the fit.
+    order_, delay_ : int
+        Of all linear parts together, in poles and samples.
+    dt_ : float or None
+        The sample time, s.
+    output_offset_ : float
+        Added to the last linear part's output.
+    warnings_ : list of str
+        What to know before trusting it.
+    predicted_ : array of shape (n,)
+        The free run over the record; None of a model out of a file.
+    fitted_ : int
+        The samples of the record that were fitted; the others are fresh.
+    result_ : dict
+        Everything that was found, as ``flexure identify --json`` prints it.
+    """
+
+    _structure: ClassVar[str] = ""
+
+    def __init__(self, *, fresh: float = 0.25) -> None:
+        self.fresh = fresh
+
+    def fit(
+        self,
+        u: Any,
+        y: Any = None,
+        *,
+        dt: float | None = None,
+        input: str | None = None,
+        output: str | None = None,
+    ) -> Self:
+        """Identifies the system from input and output.
+
+        Parameters
+        ----------
+        u, y : array of shape (n,)
+            Input and output, one value a sample, any real dtype and layout; series keep their names, and a time index tells
+            the sample time. Or `u` alone: a table (pandas, polars, xarray, a dict, python-control's response) with the columns
+            that `input` and `output` name. Lists of either are several experiments (Hammerstein's refined method).
+        dt : float, optional
+            The sample time, s.
+        input, output : str, optional
+            The names of the columns, or of the signals.
+
+        Raises
+        ------
+        DataError
+            Samples that are not finite or do not vary, lengths or times that do not fit.
+        TooShortError
+            Too few samples.
+        ParameterError
+            A parameter outside its range.
+        KeyboardInterrupt
+            On Ctrl-C, at once. A Hammerstein fit cannot be stopped inside and then ends in the background.
+        """
+        if records.is_several(u):
+            outputs = [None] * len(u) if y is None else list(y)
+            if len(outputs) != len(u):
+                raise ParameterError(f"there are {len(u)} inputs, but {len(outputs)} outputs")
+            parts = [records.signals(a, b, dt, input, output) for a, b in zip(u, outputs, strict=True)]
+        else:
+            parts = [records.signals(u, y, dt, input, output)]
+        steps = {part.dt for part in parts}
+        if len(steps) > 1:
+            raise ParameterError("the experiments have different sample times")
+        first = parts[0]
+        joined = [np.concatenate([getattr(p, s) for p in parts]) if len(parts) > 1 else getattr(first, s) for s in "uy"]
+        samples = [len(part.u) for part in parts] if len(parts) > 1 else None
+        self._identification = Identification(
+            [(first.names[0], joined[0])], (first.names[1], joined[1]), first.dt, self._options(), samples
+        )
+        self._record = (joined[0], joined[1])
+        model = self._identification.model()
+        self.predicted_ = self._identification.predicted()
+        self._take(model, json.loads(self._identification.json()))
+        return self
+
+    def _options(self) -> dict[str, Any]:
+        """What is asked of the library."""
+        return {**_OPTIONS, "structure": self._structure, **self.get_params()}
+
+    def _take(self, model: Model, result: dict[str, Any]) -> None:
+        """Sets what was found as attributes."""
+        self._model = model
+        self.result_ = result
+        self.structure_ = str(result["structure"])
+        self.dt_ = result["sample_time"]
+        self.input_, self.output_ = result["input"], result["output"]
+        self.order_, self.delay_ = result["order"], result["delay"]
+        self.output_offset_ = result.get("output_offset", 0.0)
+        self.verdict_ = Verdict.of(result)
+        self.warnings_ = list(result["warnings"])
+        self.fitted_ = result["samples_fitted"]
+        self.comparison_ = result.get("comparison")
+        for name in ("nonlinearity", "output_nonlinearity"):
+            if result.get(name) is not None:
+                curve = result[name]
+                found = curve.get("breakpoints") or result.get("breakpoints") or ()
+                setattr(self, f"{name}_", Nonlinearity.of(curve, found))
+        for name in ("linear", "front", "back"):
+            if result.get(name) is not None and "b" in result[name]:
+                setattr(self, f"{name}_", LinearPart.of(result[name], self.dt_))
+
+    @property
+    def blocks_(self) -> list[tuple[str, Nonlinearity | LinearPart]]:
+        """The blocks with their names, in the signal's order."""
+        self._fitted()
+        order = {
+            "hammerstein": ("nonlinearity_", "linear_"),
+            "hammerstein-wiener": ("nonlinearity_", "linear_", "output_nonlinearity_"),
+        }.get(self.structure_, ("front_", "linear_", "nonlinearity_", "back_"))
+        return [(name[:-1], getattr(self, name)) for name in order if hasattr(self, name)]
+
+    def simulate(self, u: Any) -> Array:
+        """The free run: the output under the input alone, from the steady state that belongs to the mean input.
+
+        Parameters
+        ----------
+        u : array of shape (n,)
+            The input, one value a sample; or a table with the column that was fitted.
+
+        Returns
+        -------
+        array of shape (n,)
+            In the unit of the output.
+        """
+        return self._fitted().simulate(records.input_signal(u, self.input_))
+
+    def predict(self, u: Any, y: Any = None, horizon: int = 1) -> Array:
+        """The output predicted `horizon` samples ahead: every value uses the outputs up to so many samples before it.
+
+        Parameters
+        ----------
+        u, y : array of shape (n,)
+            Input and measured output; or a table with the columns that were fitted.
+        horizon : int
+            At least 1. Only a noise model (``Hammerstein``) makes a difference to the free run.
+
+        Returns
+        -------
+        array of shape (n,)
+            In the unit of the output. The state at the start is the one that fits best.
+        """
+        model, given = self._fitted(), self._signals(u, y)
+        return model.predict(given.u, given.y, horizon)
+
+    def validate(self, u: Any, y: Any = None, *, skip: int | None = None) -> Verdict:
+        """Judges the model on a record that was not used for its fit.
+
+        `skip` samples at the start do not count, by default those that the model takes to settle, at most a tenth.
+        """
+        model, given = self._fitted(), self._signals(u, y)
+        return Verdict.of(json.loads(model.validate(given.u, given.y, skip)))
+
+    def score(self, u: Any, y: Any = None) -> float:
+        """The free run's R², ``1 - |y - yh|² / |y - mean y|²``, on this record; at best 1."""
+        return self.validate(u, y).r_squared
+
+    def _signals(self, u: Any, y: Any) -> records.Signals:
+        return records.signals(u, y, None, self.input_, self.output_)
+
+    def summary(self) -> str:
+        """The text that ``flexure identify`` prints."""
+        return self._session("summary").summary()
+
+    def report(self, path: str | PathLike[str]) -> None:
+        """Writes the page that ``flexure identify --report`` writes: one HTML file that needs no network."""
+        page = self._session("report").page()
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(page)
+
+    def to_control(self, form: str = "tf") -> Any:
+        """The linear part as python-control's ``TransferFunction`` (``form="tf"``) or ``StateSpace`` (``form="ss"``).
+
+        Of a structure with two linear parts, both by name in a dict.
+        """
+        parts = {name: b.to_control(form) for name, b in self.blocks_ if isinstance(b, LinearPart)}
+        return parts if len(parts) > 1 else next(iter(parts.values()))
+
+    def to_frame(self, library: str = "pandas") -> Any:
+        """The record and the free run over it, as a frame of "pandas" or "polars".
+
+        Columns: ``t`` (s, where the sample time is known), input and output by their names, ``simulated``, ``residual``, and
+        ``fresh`` for the samples that were not fitted.
+        """
+        self._session("to_frame")
+        u, y = self._record
+        time = {} if self.dt_ is None else {"t": np.arange(len(u)) * self.dt_}
+        columns = {
+            **time,
+            self.input_: u,
+            self.output_: y,
+            "simulated": self.predicted_,
+            "residual": y - self.predicted_,
+            "fresh": np.arange(len(u)) >= self.fitted_,
+        }
+        return frame(columns, library)
+
+    def plot(self, *, truth: Any = None) -> Any:
+        """Everything in one matplotlib figure: blocks, fresh data against the free run, and the residual's tests.
+
+        `truth(x)` is drawn dashed beside the nonlinearity, where it is known. `flexure.plots` has the parts.
+        """
+        self._fitted()
+        from flexure import plots
+
+        return plots.system(self, truth=truth)
+
+    def _repr_html_(self) -> str:
+        """The blocks as a drawing, for notebooks."""
+        if not self.__sklearn_is_fitted__():
+            return f"<pre>{escape(repr(self))}</pre>"
+        return html(self)
+
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, str]:
+        """What notebooks ask for first, where scikit-learn has its own drawing."""
+        return {"text/plain": repr(self), "text/html": self._repr_html_()}
+
+    def _session(self, what: str) -> Identification:
+        self._fitted()
+        if getattr(self, "_identification", None) is None:
+            raise FlexureError(f"{what} needs the record, which a model out of a file or a pickle does not have; fit it again")
+        return self._identification
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the model file that ``flexure identify -o`` writes."""
+        self._fitted().write(path)
+
+    def to_json(self) -> str:
+        """The text of the model file."""
+        return self._fitted().json()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The model file as a dict."""
+        return dict(json.loads(self.to_json()))
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """The model out of the text of a model file, such as ``flexure identify -o`` writes."""
+        return cls._of(Model.from_json(text))
+
+    @classmethod
+    def from_dict(cls, model: dict[str, Any]) -> Self:
+        """The model out of what `to_dict` made."""
+        return cls.from_json(json.dumps(model))
+
+    @classmethod
+    def _of(cls, model: Model) -> Self:
+        file = json.loads(model.json())
+        if cls._structure not in (file["structure"], "auto"):
+            raise FlexureError(f"the model's structure is {file['structure']}, not {cls._structure}; take flexure.load")
+        self = cls()
+        result = {**file["identification"], **blocks_of(file)}
+        self.predicted_ = None
+        self._take(model, {k: v for k, v in {**file, **result}.items() if k not in ("block", "identification")})
+        return self
+
+    def _fitted(self) -> Model:
+        model: Model | None = getattr(self, "_model", None)
+        if model is None:
+            raise NotFittedError(f"this {type(self).__name__} is not fitted yet; call fit first")
+        return model
+
+    def __sklearn_is_fitted__(self) -> bool:
+        return hasattr(self, "_model")
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = dict(super().__getstate__())
+        if "_model" in state:
+            state["_model"] = self._model.json()
+        state["_identification"] = None
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        if isinstance(self.__dict__.get("_model"), str):
+            self._model = Model.from_json(self.__dict__["_model"])

@@ -1,0 +1,130 @@
+"""Two-link arms with flexible joints: from an arm file or a preset to records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from os import PathLike
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from flexure import _core
+from flexure._arrays import samples
+from flexure._core import DataError
+
+__all__ = ["Arm"]
+
+Array = npt.NDArray[np.float64]
+
+
+class Arm:
+    """A two-link arm with its initial state, its run and its excitation.
+
+    Take it from an arm file or a preset: `Arm.from_toml`, `Arm.preset`. The records that it simulates are dicts of columns,
+    in s, N m, rad and rad/s, one value an instant: ``t, tau1, tau2, q1, q2, qm1, qm2, dq1, dq2, dqm1, dqm2`` (a rigid arm's
+    have no ``qm``, ``dqm``); the torque of an instant is held until the next. ``pandas.DataFrame(record)`` and
+    ``polars.DataFrame(record)`` make frames of them.
+    """
+
+    def __init__(self, core: _core.Arm) -> None:
+        self._core = core
+
+    @classmethod
+    def from_toml(cls, path: str | PathLike[str]) -> Self:
+        """Reads an arm file; errors say the line.
+
+        Raises
+        ------
+        FileError
+            The file cannot be read.
+        FlexureError
+            A key or a value in it is wrong.
+        """
+        return cls(_core.Arm.read(path))
+
+    @classmethod
+    def from_text(cls, text: str) -> Self:
+        """The text of an arm file."""
+        return cls(_core.Arm.from_text(text))
+
+    @classmethod
+    def preset(cls, name: str) -> Self:
+        """One of `Arm.presets`, for example "space-arm"."""
+        return cls(_core.Arm.preset(name))
+
+    @staticmethod
+    def presets() -> list[str]:
+        """The names of the arms that come with Flexure."""
+        return _core.Arm.presets()
+
+    @property
+    def toml(self) -> str:
+        """The text of the arm file, with its comments, to be edited."""
+        return self._core.text
+
+    @property
+    def dt(self) -> float:
+        """The run's sample time, s."""
+        return self._core.sample_time
+
+    @property
+    def duration(self) -> float:
+        """The run's duration, s."""
+        return self._core.duration
+
+    def simulate(self, torque: Any = None, *, deflection: Any = None) -> dict[str, Array]:
+        """Simulates the run of the arm file, or one under other inputs in place of its excitation.
+
+        Parameters
+        ----------
+        torque : array of shape (n, 2), optional
+            Motor torques, N m, one row an instant, held until the next.
+        deflection : array of shape (n, 2), optional
+            Commanded deflections of the joints, rad, in place of torques.
+
+        Returns
+        -------
+        dict of arrays of shape (n,)
+            The record. Without inputs n is duration / dt + 1.
+
+        Raises
+        ------
+        SimulationError
+            The motion grows without bound, or needs too many steps.
+        """
+        given = {"torque": torque, "deflection": deflection}
+        drives = {kind: value for kind, value in given.items() if value is not None}
+        if len(drives) > 1:
+            raise _core.ParameterError("give torque or deflection, not both")
+        for kind, value in drives.items():
+            return self._core.simulate(_pair(value, kind), kind)
+        return self._core.simulate()
+
+    def simulate_batch(self, torques: Iterable[Any], *, kind: str = "torque") -> list[dict[str, Array]]:
+        """Simulates under many inputs, over all cores; the records are in the order of the inputs.
+
+        Parameters
+        ----------
+        torques : sequence of arrays of shape (n, 2), or one array of shape (m, n, 2)
+            The inputs, as in `simulate`.
+        kind : {"torque", "deflection"}
+            What they are.
+
+        Returns
+        -------
+        list of dicts
+            The records, the same whatever the number of cores. Measurement noise, if the arm file has any, differs.
+        """
+        return self._core.simulate_batch([_pair(torque, kind) for torque in torques], kind)
+
+    def __repr__(self) -> str:
+        return f"<Arm, {self.duration:g} s in steps of {self.dt:g} s>"
+
+
+def _pair(values: Any, name: str) -> tuple[Array, Array]:
+    """The two columns of an array of shape (n, 2)."""
+    array = np.asarray(values)
+    if array.ndim != 2 or array.shape[1] != 2:
+        raise DataError(f"'{name}' has the shape {array.shape}, but both joints' inputs have the shape (n, 2)")
+    return samples(array[:, 0], f"{name} of joint 1"), samples(array[:, 1], f"{name} of joint 2")

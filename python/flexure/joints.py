@@ -1,0 +1,220 @@
+"""Friction, stiffness and inertia of a joint from its log, without differentiating noisy angles twice."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from flexure import _core
+from flexure._arrays import samples
+from flexure._core import DataError, ParameterError
+from flexure.results import Nonlinearity
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Estimate", "Form", "Joint", "TwoLinkArm", "identify_joint"]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its standard error; `error` is 0 for one that was given."""
+
+    value: float
+    """In SI units."""
+    error: float
+    """Its standard error, in the same unit."""
+
+    def __str__(self) -> str:
+        return f"{self.value:.4g} ± {self.error:.2g}" if self.error > 0 else f"{self.value:.4g}"
+
+
+@dataclass(frozen=True)
+class Form:
+    """A physical form of a curve, fitted to the equations of motion, with its test against the free curve."""
+
+    name: str
+    """For example "lugre_static"."""
+    parameters: dict[str, dict[str, Any]]
+    """By symbol: value, standard error or the range that the data support, unit."""
+    result: dict[str, Any] = field(repr=False)
+    """All that ``flexure joint --json`` says of it."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A rigid axis, or a flexible joint with its link."""
+
+    kind: str
+    """"rigid" or "flexible"."""
+    inertia: Estimate
+    """Of a rigid axis, or of the link of a flexible joint, kg m² (kg for a prismatic axis)."""
+    motor_inertia: Estimate | None
+    """Of a flexible joint's motor, kg m²."""
+    friction: Nonlinearity
+    """Friction torque over velocity, N m over rad/s, with its band."""
+    stiffness: Nonlinearity | None
+    """A flexible joint's torque over its deflection, N m over rad, with its band."""
+    friction_forms: tuple[Form, ...]
+    """The forms that were fitted to the friction."""
+    stiffness_forms: tuple[Form, ...]
+    """The forms that were fitted to the stiffness."""
+    findings: tuple[str, ...]
+    """What to know before trusting it."""
+    result: dict[str, Any] = field(repr=False)
+    """All that ``flexure joint --json`` says of it."""
+
+    @property
+    def best_friction(self) -> Form:
+        """The form of the friction that the data support best."""
+        return _best(self.friction_forms, self.result.get("best_friction_form", self.result.get("best_form")))
+
+    @property
+    def best_stiffness(self) -> Form:
+        """The form of the stiffness that the data support best."""
+        return _best(self.stiffness_forms, self.result.get("best_stiffness_form"))
+
+    def plot(self, *, friction: Any = None, stiffness: Any = None) -> Figure:
+        """The curves with their bands in a matplotlib figure; dashed, the true ones where they are known."""
+        import matplotlib.pyplot as plt
+
+        from flexure.plots import nonlinearity
+
+        curves = [(self.friction, "velocity / rad/s", "friction / N m", friction)]
+        if self.stiffness is not None:
+            curves.append((self.stiffness, "deflection / rad", "torque / N m", stiffness))
+        figure, axes = plt.subplots(1, len(curves), squeeze=False, layout="constrained", figsize=(4.2 * len(curves), 3.2))
+        for (curve, x, y, truth), ax in zip(curves, axes[0], strict=True):
+            nonlinearity(curve, input=x, output=y, truth=truth, axes=ax)
+        return figure
+
+
+@dataclass(frozen=True)
+class TwoLinkArm:
+    """A two-link arm with flexible joints and the coupling of its links."""
+
+    shoulder: Estimate
+    """The link's inertia about the shoulder with the elbow straight, as ``flexure joint`` tells it, kg m²."""
+    elbow: Estimate
+    """The inertia of the second link about the elbow, kg m²."""
+    coupling: Estimate
+    """The coupling m2 l1 c2, kg m²."""
+    joints: tuple[Joint, Joint]
+    """Shoulder and elbow."""
+    result: dict[str, Any] = field(repr=False)
+    """All that ``flexure joint --json`` says of it."""
+
+
+def identify_joint(
+    torque: Any,
+    *,
+    dt: float,
+    position: Any = None,
+    motor: Any = None,
+    link: Any = None,
+    velocity: Any = None,
+    motor_inertia: float | None = None,
+    gravity: bool = False,
+    spring: bool = False,
+    prismatic: bool = False,
+    level: float = 0.95,
+) -> Joint | TwoLinkArm:
+    """Identifies a joint: a rigid axis from `position`, a flexible joint from `motor` and `link`, a two-link arm from two each.
+
+    Parameters
+    ----------
+    torque : array of shape (n,), or (n, 2) for an arm
+        On the link's side of the gear, N m (N for a prismatic axis).
+    dt : float
+        The sample time, s.
+    position : array of shape (n,)
+        Of a rigid axis, rad (m).
+    motor, link : arrays of shape (n,), or (n, 2)
+        The angles of a flexible joint, both on the link's side, rad.
+    velocity : array of shape (n,), optional
+        Of a rigid axis, where it is logged.
+    motor_inertia : float, optional
+        Of a flexible joint, where it is known, kg m².
+    gravity, spring : bool
+        Terms cos q and sin q, or q, that act on a rigid axis.
+    prismatic : bool
+        Whether the rigid axis moves along a line.
+    level : float
+        Of the confidence bands.
+
+    Raises
+    ------
+    DataError
+        Samples that are not finite or do not vary, wrapped angles, a motion that does not tell.
+    ParameterError
+        A parameter outside its range, or columns that do not belong together.
+    """
+    if (position is None) == (motor is None or link is None):
+        raise ParameterError("give the position of a rigid axis, or motor and link of a flexible joint")
+    if not (dt > 0 and np.isfinite(dt)):
+        raise ParameterError("dt must be positive and finite, in s")
+    result = json.loads(
+        _core.identify_joint(
+            _columns(torque, "torque"),
+            _columns(link if position is None else position, "link" if position is None else "position"),
+            [] if motor is None else _columns(motor, "motor"),
+            None if velocity is None else samples(velocity, "velocity"),
+            dt,
+            motor_inertia=motor_inertia,
+            gravity=gravity,
+            spring=spring,
+            prismatic=prismatic,
+            level=level,
+        )
+    )
+    if result["joint"] != "two_link_arm":
+        return _joint(result)
+    first, second = (_joint({"joint": "flexible", **joint}) for joint in result["joints"])
+    return TwoLinkArm(
+        _estimate(result["shoulder"]), _estimate(result["elbow"]), _estimate(result["coupling"]), (first, second), result
+    )
+
+
+def _columns(values: Any, name: str) -> list[Array]:
+    if np.ndim(values) == 2 and np.shape(values)[1] == 2:
+        values = np.asarray(values)
+        return [samples(values[:, i], f"{name} {i + 1}") for i in (0, 1)]
+    if np.ndim(values) > 1:
+        raise DataError(f"'{name}' has the shape {np.shape(values)}, but one signal has the shape (n,), an arm's (n, 2)")
+    return [samples(values, name)]
+
+
+def _joint(result: dict[str, Any]) -> Joint:
+    flexible = result["joint"] == "flexible"
+    return Joint(
+        result["joint"],
+        _estimate(result["link_inertia" if flexible else "inertia"]),
+        _estimate(result["motor_inertia"]) if flexible else None,
+        Nonlinearity.of(result["friction"]),
+        Nonlinearity.of(result["stiffness"]) if flexible else None,
+        tuple(map(_form, result["friction_forms" if flexible else "forms"])),
+        tuple(map(_form, result.get("stiffness_forms", ()))),
+        tuple(result["findings"]),
+        result,
+    )
+
+
+def _estimate(told: dict[str, Any]) -> Estimate:
+    return Estimate(told["value"], told["standard_error"])
+
+
+def _form(told: dict[str, Any]) -> Form:
+    return Form(told["form"], told["parameters"], told)
+
+
+def _best(forms: tuple[Form, ...], name: str | None) -> Form:
+    for form in forms:
+        if form.name == name:
+            return form
+    raise DataError("there is no such form")

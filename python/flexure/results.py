@@ -1,0 +1,221 @@
+"""What an identification found: blocks, and whether the model holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from flexure._core import ParameterError
+
+__all__ = ["LinearPart", "Nonlinearity", "ResidualTest", "Verdict"]
+
+Array = npt.NDArray[np.float64]
+ComplexArray = npt.NDArray[np.complex128]
+
+
+def _array(values: Any) -> Array:
+    return np.array(values, dtype=np.float64)
+
+
+def frame(columns: dict[str, Any], library: str) -> Any:
+    """Columns as a frame of "pandas" or "polars", both optional dependencies."""
+    if library == "pandas":
+        import pandas
+
+        return pandas.DataFrame(columns)
+    if library == "polars":
+        import polars
+
+        return polars.DataFrame(columns)
+    raise ParameterError(f"the library is {library!r}, but must be pandas or polars")
+
+
+@dataclass(frozen=True, eq=False)
+class Nonlinearity:
+    """A static nonlinearity, piecewise linear between tabulated points; call it to evaluate it."""
+
+    x: Array
+    """Abscissas, increasing, in the unit of what enters it."""
+    y: Array
+    """Ordinates, in the unit that the convention for the scale gives them."""
+    lower: Array | None = None
+    """The lower edge of the pointwise 95 % band at `x`; None where there is none."""
+    upper: Array | None = None
+    """The upper edge."""
+    breakpoints: tuple[tuple[float, str], ...] = ()
+    """Where it breaks, with "jump", "kink" or "knot"."""
+    outside: str = "nearest"
+    """Beyond its points: held at its end ("nearest"), the straight continuation ("linear"), or "nan"."""
+
+    def __call__(self, at: npt.ArrayLike) -> Array:
+        """Its values; of the shape of `at`."""
+        at = np.asarray(at, dtype=np.float64)
+        values = np.interp(at, self.x, self.y)
+        if self.outside == "nan":
+            return np.where((at < self.x[0]) | (at > self.x[-1]), np.nan, values)
+        if self.outside == "linear" and len(self.x) > 1:
+            for end, other, beyond in ((0, 1, at < self.x[0]), (-1, -2, at > self.x[-1])):
+                slope = (self.y[end] - self.y[other]) / (self.x[end] - self.x[other])
+                values = np.where(beyond, self.y[end] + slope * (at - self.x[end]), values)
+        return np.asarray(values)
+
+    def to_frame(self, library: str = "pandas") -> Any:
+        """The columns ``x, y`` and, with a band, ``lower, upper``, as a frame of "pandas" or "polars"."""
+        columns = {"x": self.x, "y": self.y, "lower": self.lower, "upper": self.upper}
+        return frame({name: values for name, values in columns.items() if values is not None}, library)
+
+    @classmethod
+    def of(cls, curve: dict[str, Any], breakpoints: Any = ()) -> Nonlinearity:
+        """From the object that a model file or a result has."""
+        told = [(b["at"], b["kind"]) if isinstance(b, dict) else (b, "knot") for b in breakpoints]
+        edge = {k: _array(curve[k]) for k in ("lower", "upper") if len(curve.get(k) or ())}
+        return cls(
+            _array(curve["x"]),
+            _array(curve["y"]),
+            breakpoints=tuple(told),
+            outside=curve.get("outside", "nearest"),
+            **edge,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class LinearPart:
+    """A linear, time-invariant, discrete-time system b(z)/a(z) in powers of 1/z, a[0] = 1; always stable."""
+
+    b: Array
+    """Numerator; the delay is its leading zeros."""
+    a: Array
+    """Denominator."""
+    dt: float | None = None
+    """Sample time, s; None where it is not known."""
+    b_errors: Array | None = None
+    """Standard errors of `b`, zero for what is given; None where there are none."""
+    a_errors: Array | None = None
+    """Standard errors of `a`."""
+
+    @property
+    def order(self) -> int:
+        """The number of poles."""
+        return len(self.a) - 1
+
+    @property
+    def delay(self) -> int:
+        """Samples by which it delays."""
+        nonzero = np.flatnonzero(self.b)
+        return int(nonzero[0]) if len(nonzero) else 0
+
+    @property
+    def poles(self) -> ComplexArray:
+        """The poles that are not zero."""
+        return np.roots(self.a).astype(np.complex128)
+
+    @property
+    def zeros(self) -> ComplexArray:
+        """The zeros of the numerator without the delay."""
+        return np.roots(self.b).astype(np.complex128)
+
+    @property
+    def static_gain(self) -> float:
+        """The response to a constant 1."""
+        return float(np.sum(self.b) / np.sum(self.a))
+
+    def frequency_response(self, omega: npt.ArrayLike) -> ComplexArray:
+        """The response at angular frequencies in rad/s (rad a sample where the sample time is not known)."""
+        z = np.exp(-1j * np.asarray(omega, dtype=np.float64) * (self.dt or 1.0))
+        return np.asarray(np.polyval(self.b[::-1], z) / np.polyval(self.a[::-1], z))
+
+    def impulse_response(self, n: int) -> Array:
+        """Its first `n` values."""
+        response = np.zeros(n)
+        for i in range(n):
+            past = min(i, self.order)
+            response[i] = (self.b[i] if i < len(self.b) else 0.0) - self.a[1 : past + 1] @ response[i - past : i][::-1]
+        return response
+
+    def to_control(self, form: str = "tf") -> Any:
+        """As python-control's ``TransferFunction`` (``form="tf"``) or ``StateSpace`` (``form="ss"``)."""
+        import control  # an optional dependency
+
+        if form not in ("tf", "ss"):
+            raise ValueError(f"the form is {form!r}, but must be 'tf' or 'ss'")
+        size = max(len(self.b), len(self.a))
+        b, a = (np.pad(c, (0, size - len(c))) for c in (self.b, self.a))
+        dt = True if self.dt is None else self.dt
+        return control.tf(b, a, dt) if form == "tf" else control.ss(*_companion(b, a), dt)
+
+    @classmethod
+    def of(cls, block: dict[str, Any], dt: float | None) -> LinearPart:
+        """From the object that a model file or a result has."""
+        errors = {k: _array(block[k]) for k in ("b_errors", "a_errors") if block.get(k) is not None}
+        return cls(_array(block["b"]), _array(block["a"]), dt, **errors)
+
+
+def _companion(b: Array, a: Array) -> tuple[Array, Array, Array, Array]:
+    """The controllable canonical form of b(z)/a(z), both of one length and in powers of 1/z."""
+    n = len(a) - 1
+    A = np.eye(n, k=-1)
+    A[:1] = -a[1:]
+    B = np.zeros((n, 1))
+    B[:1] = 1.0
+    return A, B, (b[1:] - b[0] * a[1:]).reshape(1, n), np.array([[b[0]]])
+
+
+@dataclass(frozen=True)
+class ResidualTest:
+    """A test of the residual on samples that were not used for the fit."""
+
+    name: str
+    """What is tested."""
+    statistic: float
+    """Its value."""
+    degrees_of_freedom: float
+    """Of its distribution where the model holds."""
+    limit: float
+    """The value above which it fails at 1 %."""
+    p_value: float
+    """The probability of a larger value where the model holds."""
+    passed: bool
+    """Whether it stayed below."""
+    refutes: bool
+    """Whether failing refutes the model, rather than the noise being white."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How well a model does on samples that were not used for the fit, and whether they refute it."""
+
+    holds: bool
+    """Whether no test refutes the model."""
+    words: str
+    """The verdict in sentences."""
+    fit_percent: float
+    """``100 (1 - |y - yh| / |y - mean y|)`` of the free run."""
+    rms: float
+    """The root mean square of the free run's error, in the unit of y."""
+    r_squared: float
+    """``1 - |y - yh|² / |y - mean y|²``."""
+    tests: tuple[ResidualTest, ...] = field(default=(), repr=False)
+    """The tests of the residual."""
+
+    def __str__(self) -> str:
+        return self.words
+
+    def to_frame(self, library: str = "pandas") -> Any:
+        """The tests, one a row, as a frame of "pandas" or "polars"."""
+        names = [field.name for field in fields(ResidualTest)]
+        return frame({name: [getattr(test, name) for test in self.tests] for name in names}, library)
+
+    @classmethod
+    def of(cls, result: dict[str, Any]) -> Verdict:
+        """From the object that ``identify --json`` and ``validate --json`` print."""
+        return cls(
+            result["holds"],
+            result["verdict"],
+            result["fit_percent"],
+            result["rms"],
+            result["r_squared"],
+            tuple(ResidualTest(**test) for test in result["residual_tests"]),
+        )

@@ -1,0 +1,173 @@
+//! Two-link arms: from a file or a preset to a record.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use flexure::Record;
+use flexure::simulation::batch;
+use flexure_io::arm::{ArmError, ArmFile, DriveKind, PRESETS, preset_text, run_driven, run_watched};
+use flexure_io::{read_record, read_text};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{Column, array};
+use crate::errors::{FlexureError, of_any, of_library};
+use crate::names::known;
+use crate::run::{Stop, interruptible};
+
+/// Torques or deflections of both joints, one sample an instant.
+type Drive = (Column, Column);
+
+/// An arm with its initial state, its run, its excitation and its noise, as in an arm file.
+#[pyclass(frozen, module = "flexure._core")]
+pub struct Arm(Arc<Source>);
+
+struct Source {
+    file: ArmFile,
+    text: String,
+    name: String,
+    /// Where the records lie that the excitation names.
+    folder: PathBuf,
+}
+
+impl Source {
+    fn arm(text: String, name: String, folder: PathBuf) -> PyResult<Arm> {
+        let file = ArmFile::from_toml_str(&text, &name).map_err(|error| of_arm(&error))?;
+        Ok(Arm(Arc::new(Source {
+            file,
+            text,
+            name,
+            folder,
+        })))
+    }
+
+    /// The file with a run as long as the samples of a drive.
+    fn driven(&self, kind: DriveKind, samples: usize) -> ArmFile {
+        let mut file = self.file.clone();
+        file.excitation.drive = kind;
+        file.run.duration = samples.saturating_sub(1) as f64 * file.run.sample_time;
+        file
+    }
+
+    fn located(&self, error: ArmError) -> PyErr {
+        of_arm(&error.located(&self.text, &self.name))
+    }
+}
+
+/// The exception of an arm's error: of the library's where that is the cause.
+fn of_arm(error: &ArmError) -> PyErr {
+    match error {
+        ArmError::Simulation(cause) => of_library(cause),
+        _ => FlexureError::new_err(error.to_string()),
+    }
+}
+
+fn columns<'py>(py: Python<'py>, record: &Record) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, samples) in record.columns() {
+        dict.set_item(name, array(py, samples)?)?;
+    }
+    Ok(dict)
+}
+
+fn drive_kind(name: &str) -> PyResult<DriveKind> {
+    known("drive", name, &["torque", "deflection"], |name| match name {
+        "torque" => Some(DriveKind::Torque),
+        "deflection" => Some(DriveKind::Deflection),
+        _ => None,
+    })
+}
+
+fn driven(file: &ArmFile, drive: &Drive, stop: &Stop) -> Result<Record, ArmError> {
+    run_driven(file, [drive.0.samples(), drive.1.samples()], &mut |_| stop.flow())
+}
+
+#[pymethods]
+impl Arm {
+    /// The names of the presets.
+    #[staticmethod]
+    fn presets() -> Vec<&'static str> {
+        PRESETS.map(|(name, _)| name).to_vec()
+    }
+
+    /// A preset.
+    #[staticmethod]
+    fn preset(name: &str) -> PyResult<Self> {
+        let text = preset_text(name).map_err(|error| of_arm(&error))?;
+        Source::arm(text.to_owned(), format!("preset {name}"), PathBuf::new())
+    }
+
+    /// The text of an arm file.
+    #[staticmethod]
+    fn from_text(text: String) -> PyResult<Self> {
+        Source::arm(text, "the arm".to_owned(), PathBuf::new())
+    }
+
+    /// Reads an arm file.
+    #[staticmethod]
+    fn read(path: PathBuf) -> PyResult<Self> {
+        let text = read_text(&path).map_err(|error| of_any(&error.into()))?;
+        let folder = path.parent().map(PathBuf::from).unwrap_or_default();
+        Source::arm(text, path.display().to_string(), folder)
+    }
+
+    /// The text of the arm file, with its comments.
+    #[getter]
+    fn text(&self) -> &str {
+        &self.0.text
+    }
+
+    /// The run's sample time, s.
+    #[getter]
+    fn sample_time(&self) -> f64 {
+        self.0.file.run.sample_time
+    }
+
+    /// The run's duration, s.
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.0.file.run.duration
+    }
+
+    /// Simulates the file's run, or under torques or deflections of both joints in place of its excitation.
+    #[pyo3(signature = (drive=None, kind="torque"))]
+    fn simulate<'py>(&self, py: Python<'py>, drive: Option<Drive>, kind: &str) -> PyResult<Bound<'py, PyDict>> {
+        let (source, kind) = (Arc::clone(&self.0), drive_kind(kind)?);
+        let record = interruptible(py, move |stop| match drive {
+            Some(drive) => driven(&source.driven(kind, drive.0.len()), &drive, stop),
+            None => {
+                let load = |name: &str| read_record(source.folder.join(name)).map(|file| file.record);
+                let mut watch = |_| -> ControlFlow<()> { stop.flow() };
+                run_watched(&source.file, load, &mut watch)
+            }
+        })?;
+        columns(py, &record.map_err(|error| self.0.located(error))?)
+    }
+
+    /// Simulates under many drives, over all cores; noise, if any, has another seed each.
+    #[pyo3(signature = (drives, kind="torque"))]
+    fn simulate_batch<'py>(
+        &self,
+        py: Python<'py>,
+        drives: Vec<Drive>,
+        kind: &str,
+    ) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let (source, kind) = (Arc::clone(&self.0), drive_kind(kind)?);
+        let records = interruptible(py, move |stop| {
+            let jobs: Vec<_> = drives.into_iter().enumerate().collect();
+            let run = |(i, drive): &(usize, Drive)| {
+                let mut file = source.driven(kind, drive.0.len());
+                if let Some(noise) = &mut file.noise {
+                    noise.seed = noise.seed.wrapping_add(*i as u64);
+                }
+                driven(&file, drive, stop)
+            };
+            batch(&jobs, run)
+        })?;
+        let each = records
+            .into_iter()
+            .map(|record| columns(py, &record.map_err(|error| self.0.located(error))?));
+        each.collect()
+    }
+}

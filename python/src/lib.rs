@@ -1,0 +1,62 @@
+//! Flexure for Python: conversions, and nothing else.
+
+mod arm;
+mod arrays;
+mod errors;
+mod identification;
+mod joint;
+mod model;
+mod names;
+mod regression;
+mod run;
+
+use pyo3::prelude::*;
+
+/// The compiled part of Flexure: conversions around the Rust library.
+#[pymodule]
+mod _core {
+    use std::process::ExitCode;
+
+    use flexure::Record;
+    use pyo3::prelude::*;
+
+    use crate::arrays::Column;
+    use crate::errors::of_library;
+
+    #[pymodule_export]
+    use crate::arm::Arm;
+    #[pymodule_export]
+    use crate::errors::{DataError, FileError, FlexureError, ParameterError, SimulationError, TooShortError};
+    #[pymodule_export]
+    use crate::identification::Identification;
+    #[pymodule_export]
+    use crate::joint::identify_joint;
+    #[pymodule_export]
+    use crate::model::Model;
+    #[pymodule_export]
+    use crate::regression::Regression;
+
+    /// Runs the command `flexure` with these arguments, the program's name first; returns the exit code.
+    #[pyfunction]
+    fn command(py: Python<'_>, arguments: Vec<String>) -> u8 {
+        let code = py.detach(|| flexure_cli::run(arguments));
+        match code == ExitCode::SUCCESS {
+            true => 0,
+            false if code == ExitCode::from(2) => 2,
+            false => 1,
+        }
+    }
+
+    /// The sample time of uniform, increasing instants.
+    #[pyfunction]
+    fn sample_time(times: Column) -> PyResult<f64> {
+        let step = Record::new([("t", times.samples().to_vec())]).and_then(|record| record.sample_time("t"));
+        step.map_err(|error| of_library(&error))
+    }
+
+    /// The version.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,160 @@
+//! Static nonlinearities by name.
+
+use std::sync::Arc;
+
+use flexure::nonlinearity::{NamedEstimator, NamedFit, Outside, Rule, Tuning};
+use flexure_cli::regression::{BandMethod, BandOptions, band};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{Column, array, slices};
+use crate::errors::of_library;
+use crate::names::{estimator, kernel as named_kernel, known};
+use crate::run::{briefly, interruptible};
+
+/// Values up to so many are found without a thread of their own.
+const BRIEF: usize = 20_000;
+
+/// A fitted regression of y on the columns of x.
+#[pyclass(frozen, module = "flexure._core")]
+pub struct Regression(Arc<Fitted>);
+
+struct Fitted {
+    method: NamedEstimator,
+    fit: NamedFit,
+    x: Vec<Column>,
+    y: Column,
+    weights: Option<Column>,
+}
+
+impl Fitted {
+    fn weights(&self) -> Option<&[f64]> {
+        self.weights.as_ref().map(Column::samples)
+    }
+}
+
+#[pymethods]
+impl Regression {
+    /// Fits the estimator of this name; `parameter` None chooses it from the data by `rule`.
+    #[staticmethod]
+    #[pyo3(signature = (name, x, y, weights=None, *, parameter=None, rule="loo", kernel="epanechnikov", outside="nan", seed=1))]
+    #[expect(clippy::too_many_arguments, reason = "keywords on the other side")]
+    fn fit(
+        py: Python<'_>,
+        name: &str,
+        x: Vec<Column>,
+        y: Column,
+        weights: Option<Column>,
+        parameter: Option<Vec<f64>>,
+        rule: &str,
+        kernel: &str,
+        outside: &str,
+        seed: u64,
+    ) -> PyResult<Regression> {
+        let rules = Rule::ALL.map(Rule::name);
+        let method = NamedEstimator {
+            name: estimator(name)?,
+            tuning: match parameter {
+                Some(values) => Tuning::Fixed(values),
+                None => Tuning::FromData(known("rule", rule, &rules, Rule::parse)?),
+            },
+            kernel: named_kernel(kernel)?,
+            outside: known("outside", outside, &["nan", "nearest", "linear"], |name| match name {
+                "nan" => Some(Outside::Nan),
+                "nearest" => Some(Outside::Nearest),
+                "linear" => Some(Outside::Linear),
+                _ => None,
+            })?,
+            seed,
+        };
+        let fitted = interruptible(py, move |_| {
+            let fit = method.fit(&slices(&x), y.samples(), weights.as_ref().map(Column::samples))?;
+            Ok(Fitted {
+                method,
+                fit,
+                x,
+                y,
+                weights,
+            })
+        })?;
+        fitted
+            .map(|fitted| Regression(Arc::new(fitted)))
+            .map_err(|error| of_library(&error))
+    }
+
+    /// The estimates at the points with these coordinates.
+    fn predict<'py>(&self, py: Python<'py>, x: Vec<Column>) -> PyResult<Bound<'py, PyAny>> {
+        let fitted = Arc::clone(&self.0);
+        let values = match x.iter().map(Column::len).sum::<usize>() {
+            0..BRIEF => briefly(py, || fitted.fit.regression.predict(&slices(&x)))?,
+            _ => interruptible(py, move |_| fitted.fit.regression.predict(&slices(&x)))?,
+        };
+        array(py, &values.map_err(|error| of_library(&error))?)
+    }
+
+    /// The band at the points with these coordinates, as a dict; None where there is none.
+    #[pyo3(signature = (x, *, level=0.95, simultaneous=false, method="auto", block=None))]
+    fn band<'py>(
+        &self,
+        py: Python<'py>,
+        x: Vec<Column>,
+        level: f64,
+        simultaneous: bool,
+        method: &str,
+        block: Option<usize>,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let options = BandOptions {
+            level,
+            simultaneous,
+            method: known("band method", method, &BandMethod::ALL.map(BandMethod::name), |name| {
+                BandMethod::ALL.into_iter().find(|m| m.name() == name)
+            })?,
+            block,
+        };
+        let fitted = Arc::clone(&self.0);
+        let found = interruptible(py, move |stop| {
+            let data = (&slices(&fitted.x)[..], fitted.y.samples(), fitted.weights());
+            let at: Vec<Vec<f64>> = x.iter().map(|column| column.samples().to_vec()).collect();
+            band(&options, (&fitted.method, &fitted.fit), data, &at, &mut |_, _| {
+                stop.flow()
+            })
+        })?;
+        let Some(band) = found.map_err(|error| of_library(&error))? else {
+            return Ok(None);
+        };
+        let dict = PyDict::new(py);
+        dict.set_item("lower", array(py, &band.lower)?)?;
+        dict.set_item("upper", array(py, &band.upper)?)?;
+        dict.set_item("centre", array(py, &band.centre)?)?;
+        dict.set_item("standard_error", array(py, &band.standard_error)?)?;
+        dict.set_item("level", band.level)?;
+        dict.set_item("method", band.method)?;
+        Ok(Some(dict))
+    }
+
+    /// The parameter, given or chosen: one value, or one bandwidth a column.
+    #[getter]
+    fn parameter(&self) -> Vec<f64> {
+        self.0.fit.parameter.clone()
+    }
+
+    /// The mean squared leave-one-out error, where it is known.
+    #[getter]
+    fn left_out(&self) -> Option<f64> {
+        self.0.fit.left_out
+    }
+
+    /// The scores of all values that were tried, as a dict; None where the parameter was given.
+    #[getter]
+    fn scores<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(scores) = &self.0.fit.scores else {
+            return Ok(None);
+        };
+        let dict = PyDict::new(py);
+        dict.set_item("criterion", scores.criterion)?;
+        dict.set_item("parameter", array(py, &scores.parameter)?)?;
+        dict.set_item("score", array(py, &scores.score)?)?;
+        dict.set_item("at_edge", scores.at_edge)?;
+        Ok(Some(dict))
+    }
+}

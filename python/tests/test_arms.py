@@ -1,0 +1,137 @@
+"""Arms and joints: the command line's numbers, and the truth that was simulated."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import write_csv
+
+import flexure
+
+
+def test_a_simulation_is_the_command_lines(tmp_path, command):
+    arm = flexure.Arm.preset("space-arm")
+    path = tmp_path / "arm.toml"
+    path.write_text(arm.toml)
+    command("simulate", path, "-o", tmp_path / "record.csv")
+    theirs = np.genfromtxt(tmp_path / "record.csv", delimiter=",", names=True)
+    own = flexure.Arm.from_toml(path).simulate()
+    assert tuple(own) == theirs.dtype.names
+    for name, values in own.items():
+        np.testing.assert_array_equal(values, theirs[name])
+    assert len(own["t"]) == round(arm.duration / arm.dt) + 1
+
+
+def test_own_torques():
+    arm = flexure.Arm.preset("frictionless")
+    torque = np.random.default_rng(1).normal(size=(201, 2))
+    record = arm.simulate(torque)
+    np.testing.assert_array_equal(record["tau1"], torque[:, 0])
+    np.testing.assert_allclose(np.diff(record["t"]), arm.dt)
+    batch = arm.simulate_batch([torque, 2 * torque, torque[:50]])
+    np.testing.assert_array_equal(batch[0]["q2"], record["q2"])
+    assert np.ptp(batch[1]["q2"]) > np.ptp(batch[0]["q2"]) and len(batch[2]["t"]) == 50
+    bent = arm.simulate(deflection=0.01 * torque)
+    np.testing.assert_allclose(bent["qm1"] - bent["q1"], 0.01 * torque[:, 0], atol=1e-12)
+
+
+def test_frames_out():
+    record = flexure.Arm.preset("frictionless").simulate(np.zeros((5, 2)))
+    frame = pd.DataFrame(record)
+    assert list(frame.columns)[:3] == ["t", "tau1", "tau2"] and len(frame) == 5
+    polars = pytest.importorskip("polars")
+    assert polars.DataFrame(record).shape == frame.shape
+
+
+def test_what_is_wrong_is_said(tmp_path):
+    with pytest.raises(flexure.FlexureError, match="no preset 'x'; the presets are: space-arm"):
+        flexure.Arm.preset("x")
+    with pytest.raises(flexure.FileError, match="cannot read"):
+        flexure.Arm.from_toml(tmp_path / "none.toml")
+    text = flexure.Arm.preset("space-arm").toml
+    with pytest.raises(flexure.FlexureError, match="line [0-9]+: .*mass"):
+        flexure.Arm.from_text(text.replace("mass = 1.5075", "mass = -1", 1))
+    arm = flexure.Arm.from_text(text)
+    with pytest.raises(flexure.DataError, match=r"'torque' has the shape \(5,\)"):
+        arm.simulate(np.zeros(5))
+    with pytest.raises(flexure.DataError, match="tau1.*NaN|NaN.*tau1"):
+        arm.simulate(np.full((5, 2), np.nan))
+    with pytest.raises(flexure.ParameterError, match="not both"):
+        arm.simulate(np.zeros((5, 2)), deflection=np.zeros((5, 2)))
+    with pytest.raises(flexure.SimulationError, match="steps were not enough"):
+        flexure.Arm.from_text(text.replace("[run]", "[run]\nmax_steps = 3")).simulate()
+
+
+def _without(theirs, *names):
+    return {k: v for k, v in theirs.items() if k not in ("samples", "sample_time", "report", *names)}
+
+
+_RUN = """
+[run]
+duration = 20.0
+sample_time = 0.002
+
+[excitation]
+kind = "multisine"
+amplitude = [40.0, 20.0]
+f_min = 0.05
+f_max = 3.0
+
+[noise]
+std = { tau1 = 0.4, tau2 = 0.2, q1 = 1e-5, q2 = 1e-5 }
+"""
+
+
+@pytest.fixture(scope="module")
+def two_links():
+    """Both joints under multisines, 20 s, with the noise of torques and encoders."""
+    text = flexure.Arm.preset("space-arm").toml
+    run = _RUN.replace("q2 = 1e-5", "q2 = 1e-5, qm1 = 1e-5, qm2 = 1e-5")
+    return flexure.Arm.from_text(text[: text.index("[run]")] + run).simulate()
+
+
+@pytest.fixture(scope="module")
+def axis():
+    """The elbow of a rigid arm whose shoulder is locked."""
+    text = flexure.Arm.preset("space-arm").toml.replace('model = "nonlinear"', 'model = "rigid"')
+    text = text.replace("[[arm.joint]] ", "[[arm.joint]]\nlocked = true ", 1)
+    return flexure.Arm.from_text(text[: text.index("[run]")] + _RUN).simulate()
+
+
+def test_an_arm_is_identified_as_on_the_command_line(two_links, tmp_path, command):
+    path = write_csv(tmp_path / "log.csv", **two_links)
+    done = command("joint", path, "--motor", "qm1,qm2", "--link", "q1,q2", "--torque", "tau1,tau2", "--json")
+    log = two_links
+    pair = lambda name: np.column_stack([log[f"{name}1"], log[f"{name}2"]])  # noqa: E731
+    arm = flexure.identify_joint(pair("tau"), motor=pair("qm"), link=pair("q"), dt=0.002)
+    assert arm.result == _without(json.loads(done.stdout), "replay", "written")
+    truth = 2.544 + 1.5075 * 2.25**2
+    assert abs(arm.elbow.value - truth) < 4 * arm.elbow.error + 0.01 * truth
+    shoulder = arm.joints[0]
+    assert shoulder.kind == "flexible" and abs(shoulder.motor_inertia.value - 1.0) < 0.05
+    slope = np.polyfit(shoulder.stiffness.x, shoulder.stiffness.y, 1)[0]  # N m/rad; the truth bends around 500
+    assert 400 < slope < 600 and np.all(shoulder.friction.lower < shoulder.friction.upper)
+
+
+def test_a_rigid_axis_is_identified_as_on_the_command_line(axis, tmp_path, command):
+    path = write_csv(tmp_path / "log.csv", t=axis["t"], q=axis["q2"], tau=axis["tau2"])
+    done = command("joint", path, "--position", "q", "--torque", "tau", "--json")
+    found = flexure.identify_joint(axis["tau2"], position=axis["q2"], dt=0.002)
+    assert found.kind == "rigid" and found.motor_inertia is None and found.stiffness is None
+    assert found.result == _without(json.loads(done.stdout), "replays", "friction_file")
+    assert found.best_friction.name == found.result["best_form"]
+    truth = 2.544 + 1.5075 * 2.25**2
+    assert abs(found.inertia.value - truth) < 4 * found.inertia.error + 0.01 * truth
+
+
+def test_wrong_logs_are_said(two_links):
+    log = two_links
+    with pytest.raises(flexure.ParameterError, match="position of a rigid axis, or motor and link"):
+        flexure.identify_joint(log["tau1"], dt=0.002)
+    with pytest.raises(flexure.ParameterError, match="two columns each"):
+        flexure.identify_joint(log["tau1"], motor=np.zeros((9, 2)), link=np.zeros((9, 2)), dt=0.002)
+    with pytest.raises(flexure.DataError, match="NaN"):
+        flexure.identify_joint(log["tau1"], position=np.where(log["t"] == 0.02, np.nan, log["q1"]), dt=0.002)
+    with pytest.raises(flexure.FlexureError, match="comes out negative"):
+        flexure.identify_joint(-log["tau2"], motor=log["qm2"], link=log["q2"], dt=0.002)

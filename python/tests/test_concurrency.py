@@ -1,0 +1,135 @@
+"""Two threads at once, a forked process, an interrupted fit, a failing callback's neighbours: never a crash.
+
+What can end a process by a signal runs in one of its own.
+"""
+
+import subprocess
+import sys
+import textwrap
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import flexure
+
+_START = """
+import os, signal, sys, threading, time, warnings
+import numpy as np
+import flexure
+warnings.simplefilter("ignore", DeprecationWarning)  # os.fork beside threads, which is the point here
+rng = np.random.default_rng(1)
+
+def record(n):
+    u = rng.normal(size=n)
+    y = np.convolve(np.tanh(2 * u), [0.5, 0.3, 0.1])[:n] + 0.01 * rng.normal(size=n)
+    return u, y
+"""
+
+
+def _process(text):
+    done = subprocess.run(
+        [sys.executable, "-c", _START + textwrap.dedent(text)], capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, f"{done.returncode}: {done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def test_threads_at_once(record):
+    parts = [slice(i * 200, i * 200 + 1500) for i in range(4)]
+    alone = [flexure.Hammerstein().fit(record.u[p], record.y[p]).to_json() for p in parts]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda p: flexure.Hammerstein().fit(record.u[p], record.y[p]).to_json(), parts))
+    assert together == alone
+
+
+def test_the_lock_is_released():
+    """Another thread goes on while a fit runs: it counts further than a fit that held the lock would let it."""
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (20_000, 3))
+    y = x.sum(axis=1) + rng.normal(size=len(x))
+    counted, done = [0], threading.Event()
+
+    def count():
+        while not done.wait(0.001):
+            counted[0] += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    flexure.KNNRegressor().fit(x, y)
+    seen = counted[0]
+    done.set()
+    thread.join()
+    assert seen > 5
+
+
+@pytest.mark.parametrize(
+    ("estimator", "samples"), [("Hammerstein()", 1_000_000), ("WienerHammerstein()", 30_000), ("Auto()", 30_000)]
+)
+def test_an_interrupted_fit_raises_soon(estimator, samples):
+    """The fit takes seconds; the interrupt comes at once and the process is still good for another."""
+    out = _process(f"""
+        u, y = record({samples})
+        threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        try:
+            flexure.{estimator}.fit(u, y)
+            print("not interrupted")
+        except KeyboardInterrupt:
+            print("interrupted")
+        print(flexure.Hammerstein().fit(u[:2000], y[:2000]).verdict_.fit_percent > 90)
+    """)
+    assert out.split() == ["interrupted", "True"]
+
+
+def test_an_interrupted_simulation():
+    out = _process("""
+        arm = flexure.Arm.from_text(flexure.Arm.preset("space-arm").toml.replace("duration = ", "duration = 1000"))
+        threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        try:
+            arm.simulate()
+            print("not interrupted")
+        except KeyboardInterrupt:
+            print("interrupted")
+    """)
+    assert out.split() == ["interrupted"]
+
+
+@pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="there is no fork here")
+def test_a_forked_process_computes(record):
+    """The threads of the parent's pool are not there in the child, nor those of the child's in the grandchild."""
+    out = _process("""
+        x = rng.uniform(-1, 1, (30_000, 2))
+        y = np.sin(3 * x[:, 0]) + 0.1 * rng.normal(size=len(x))
+        at = x[:2000]
+        expected = flexure.KernelRegressor(bandwidth=0.3).fit(x, y).predict(at)
+
+        def check():
+            got = flexure.KernelRegressor(bandwidth=0.3).fit(x, y).predict(at)
+            u, v = record(1500)
+            return np.array_equal(got, expected) and flexure.Hammerstein().fit(u, v).verdict_.fit_percent > 90
+
+        signal.alarm(120)  # a child that waits for threads that are not there ends here
+        child = os.fork()
+        if child == 0:
+            grandchild = os.fork()
+            if grandchild == 0:
+                os._exit(0 if check() else 3)
+            ok = os.waitpid(grandchild, 0)[1] == 0
+            os._exit(0 if check() and ok else 4)
+        print(os.waitpid(child, 0)[1], check())
+    """)
+    assert out.split() == ["0", "True"]
+
+
+def test_multiprocessing_by_fork():
+    out = _process("""
+        import multiprocessing
+        u, y = record(3000)
+        first = flexure.Hammerstein().fit(u[:1500], y[:1500])
+        with multiprocessing.get_context("fork").Pool(2) as pool:
+            parts = [(u[:1500], y[:1500]), (u[1500:], y[1500:])]
+            models = pool.starmap(flexure.Hammerstein().fit, parts)
+        print(models[0].to_json() == first.to_json(), models[1].verdict_.holds)
+    """)
+    assert out.split() == ["True", "True"]

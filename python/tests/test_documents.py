@@ -1,0 +1,70 @@
+"""What the documents show runs: the READMEs' examples, the notebooks, the names in the table for users of MATLAB."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import flexure
+from flexure import plots
+
+PYTHON = Path(__file__).parent.parent
+ROOT = PYTHON.parent
+
+
+@pytest.mark.parametrize("path", [PYTHON / "README.md", ROOT / "README.md"], ids=["package", "project"])
+def test_the_readmes_example(path, tmp_path):
+    blocks = re.findall(r"```python\n(.*?)```", path.read_text(), flags=re.DOTALL)
+    assert blocks
+    for block in blocks:
+        done = subprocess.run([sys.executable, "-c", block], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert "holds" in done.stdout
+    assert (tmp_path / "report.html").exists()
+
+
+def test_the_table_names_what_there_is(fitted):
+    text = (PYTHON / "docs" / "matlab.md").read_text()
+    for name in re.findall(r"model\.(?!json)(\w+)", text):
+        assert hasattr(fitted, name), name
+    for name in re.findall(r"`(?:flexure\.)?plots?\.(\w+)\(", text):
+        assert hasattr(plots, name), name
+    for name in re.findall(r"\b([A-Z][A-Za-z]+)\(", text):
+        assert hasattr(flexure, name), name
+
+
+NOTEBOOKS = sorted((PYTHON / "docs" / "tutorials").glob("*.ipynb"))
+
+
+def test_there_are_notebooks():
+    assert len(NOTEBOOKS) >= 3
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_the_notebooks_run(path, tmp_path):
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    stored = nbformat.read(path, as_version=4)
+    fresh = nbformat.read(path, as_version=4)
+    os.environ.setdefault("FLEXURE_DATA", str(ROOT.parent / "shared" / "data"))
+    nbclient.NotebookClient(fresh, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+
+    def kinds(notebook):
+        cells = [cell.outputs for cell in notebook.cells if cell.cell_type == "code"]
+        return [sorted(o.output_type for o in outputs if o.get("name") != "stderr") for outputs in cells]
+
+    assert kinds(stored) == kinds(fresh), "the stored outputs are of another version; run the notebook again"
+    assert not any(o.get("name") == "stderr" for cell in stored.cells for o in cell.get("outputs", ()))
+
+
+def test_the_book_builds_without_warnings(tmp_path):
+    pytest.importorskip("sphinx")
+    pytest.importorskip("myst_nb")
+    arguments = ["-W", "--keep-going", "-q", "-b", "html", str(PYTHON / "docs"), str(tmp_path / "book")]
+    done = subprocess.run([sys.executable, "-m", "sphinx", *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    reference = (tmp_path / "book" / "reference" / "systems.html").read_text()
+    assert "flexure.systems.Hammerstein" in reference and "breakpoints" in reference
