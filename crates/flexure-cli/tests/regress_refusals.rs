@@ -137,7 +137,7 @@ fn parameters_that_are_not_the_estimators() {
     );
     folder.misused(
         &regress("--x x --y y --estimator spline --band-method robust"),
-        "--band-method robust is for the estimators kernel and local-linear in one column of x; take --band-method bootstrap",
+        "--band-method robust is for the estimators kernel, local-linear and local-bandwidth in one column of x; take --band-method bootstrap",
     );
     folder.misused(
         &regress("--x x --y y --estimator magic"),

@@ -75,7 +75,7 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
         } else {
             link.shifted(skew)
         };
-        let (d, _) = motion.deflection(&q);
+        let (d, ..) = motion.deflection(&q);
         let v = Reflected::new(&q, step).velocity(motion.link_noise.cut_off());
         tells &= checks::motion(&v, 0.0).is_none();
         let mut columns: Vec<Column> = vec![vec![Some(motor.clone())], vec![Some(rate.clone())]];

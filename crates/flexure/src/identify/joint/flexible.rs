@@ -181,7 +181,9 @@ impl FlexibleJoint<'_> {
                 value,
                 standard_error: 0.0,
             },
-            None => estimated(0).or_off_by(solution.x[link_at] * pair.attenuation),
+            None => estimated(0)
+                .or_off_by(solution.x[link_at] * pair.attenuation)
+                .or_off_by(solution.x[0] * pair.confusion),
         };
         let resolution = RESOLVED * motion.link_noise.velocity_sd(self.sample_time);
         let (stiffness_forms, friction_forms) = pair.forms(free, left, (&kappa, &curve), resolution);

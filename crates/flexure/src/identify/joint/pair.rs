@@ -23,6 +23,8 @@ pub(super) struct Pair<'a> {
     /// The share of the deflection's mean square that is noise: the elastic torque comes out too small by it, which the motor's
     /// inertia makes up for where both angles accelerate alike.
     pub attenuation: f64,
+    /// By how much of itself the motor's inertia may be off, as its acceleration has the noise of the deflection.
+    pub confusion: f64,
     /// The torque less the known part of the motor's.
     pub torque: Vec<Complex<f64>>,
     /// The motor's acceleration; `None` if its inertia is known.
@@ -54,10 +56,11 @@ impl Pair<'_> {
             torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known);
         }
         let encoder = |sd: f64| modulation.omega.iter().map(|w| (sd * w * w).powi(2)).collect();
-        let (d, attenuation) = motion.deflection(link);
+        let (d, attenuation, confusion) = motion.deflection(link);
         Pair {
             d,
             attenuation,
+            confusion,
             v: Reflected::new(link, motion.step).velocity(motion.link_noise.cut_off()),
             link: modulation.of_acceleration(link).into_iter().map(|v| -v).collect(),
             encoder: [encoder(motion.rotor_sd()), encoder(motion.link_noise.sd)],

@@ -284,7 +284,8 @@ fn a_stiff_joint_is_found_near_the_encoders_noise_and_with_their_skew() {
         assert!((a2.value - 2e4).abs() < 0.02 * 2e4, "{a2:?}");
         let motor = axis.motor_inertia;
         let off = (motor.value - 1.0).abs();
-        assert!(off < 0.05 && off < 4.0 * motor.standard_error, "{motor:?}");
+        // The same noise is in the deflection and in the motor's acceleration: a bias, which its error allows for.
+        assert!(off < 0.06 && off < 3.0 * motor.standard_error, "{motor:?}");
         assert!(
             (axis.link_inertia.value - inertia).abs() < 0.02 * inertia,
             "{:?}",

@@ -48,7 +48,9 @@ impl Whole<'_> {
             Some(FlexibleAxis {
                 motor_inertia: {
                     let carried = told.sum(&[(2 + joint, 1.0)]).value;
-                    told.sum(&[(joint, 1.0)]).or_off_by(carried * pair.attenuation)
+                    let inertia = told.sum(&[(joint, 1.0)]);
+                    let confused = inertia.value * pair.confusion;
+                    inertia.or_off_by(carried * pair.attenuation).or_off_by(confused)
                 },
                 link_inertia: match joint {
                     0 => told.sum(&[(2, 1.0), (4, 2.0)]),
