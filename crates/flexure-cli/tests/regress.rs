@@ -394,7 +394,7 @@ fn a_continued_estimate_has_no_band() {
     let object = folder.json(&format!("{REGRESS} --at wide.csv --outside linear"));
     let warnings = object["warnings"].to_string();
     assert!(
-        warnings.contains("at 2 of the 3 points of the result the estimate is continued"),
+        warnings.contains("at 2 of the 3 points of the result the band is NaN: the estimate is continued"),
         "{warnings}"
     );
 }

@@ -88,6 +88,8 @@ pub struct BandWords {
     pub level: f64,
     /// "pointwise" or "simultaneous".
     pub kind: &'static str,
+    /// Of what it is, where that is not the estimate itself; with its comma.
+    pub of: &'static str,
     /// How it was made.
     pub method: String,
 }
@@ -130,6 +132,10 @@ impl Estimate {
             });
         };
         let band = banding.band(&self.method, &self.fit, data, &x, &mut |_, _| ControlFlow::Continue(()))?;
+        let of = match (&self.fit.local, banding) {
+            (Some(_), Banding::Robust(_)) => ", of the local line with one bandwidth",
+            _ => "",
+        };
         Ok(Evaluated {
             x,
             y,
@@ -138,7 +144,8 @@ impl Estimate {
             band: Some(BandWords {
                 level: band.level,
                 kind: kind_words(band.kind),
-                method: band.method,
+                of,
+                method: format!("{}{of}", band.method),
             }),
         })
     }

@@ -120,7 +120,11 @@ fn facts(estimate: &Estimate, band: Option<&BandWords>) -> Vec<Fact> {
         facts.push(fact("Local bandwidths", range(local), jumps));
     }
     if let Some(band) = band {
-        facts.push(fact("Band", format!("{} %", percent(band.level)), band.kind.to_owned()));
+        facts.push(fact(
+            "Band",
+            format!("{} %", percent(band.level)),
+            format!("{}{}", band.kind, band.of),
+        ));
     }
     facts.push(fact(
         "Rows",
@@ -141,7 +145,9 @@ fn curve(at: &Evaluated, along: usize, data: &Data) -> Nonlinearity {
         y: at.y.clone(),
         lower: edge(&at.lower),
         upper: edge(&at.upper),
-        band_label: band.map_or(String::new(), |band| format!("{} % {}", percent(band.level), band.kind)),
+        band_label: band.map_or(String::new(), |band| {
+            format!("{} % {}{}", percent(band.level), band.kind, band.of)
+        }),
         ..Nonlinearity::default()
     }
 }
@@ -266,7 +272,7 @@ fn choice(estimate: &Estimate, data: &Data) -> Choice {
 fn band_choice(band: &BandWords) -> Choice {
     Choice {
         name: "Band".to_owned(),
-        value: format!("{} % {}", percent(band.level), band.kind),
+        value: format!("{} % {}{}", percent(band.level), band.kind, band.of),
         why: capitalised(&band.method),
         curve: None,
     }

@@ -71,7 +71,7 @@ pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: 
         .count();
     if bare > 0 && curve.band.is_some() {
         warnings.push(format!(
-            "at {bare} of the {} points of the result the estimate is continued beyond what the data tell: the band there is NaN",
+            "at {bare} of the {} points of the result the band is NaN: the estimate is continued there, or too few data are within reach",
             curve.y.len()
         ));
     }
@@ -221,9 +221,10 @@ pub fn summary(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[
     ]);
     if let Some(band) = &curve.band {
         lines.push(format!(
-            "  band                {} %, {}",
+            "  band                {} %, {}{}",
             percent(band.level),
-            band.kind
+            band.kind,
+            band.of
         ));
     }
     lines.extend(warnings.iter().map(|w| format!("  warning: {w}")));

@@ -6,6 +6,9 @@ use crate::nonlinearity::kernel::Sorted;
 /// Left and right contradict each other when they differ by more standard errors than this.
 const CONTRADICTION: f64 = 6.0;
 
+/// Jumps below this share of the largest ordinate are rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// The sides of a node to which its window reaches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
@@ -147,6 +150,7 @@ impl Windows<'_> {
             let nodes = [self.design.nodes[from], self.design.nodes[to]];
             Some(Jump {
                 x: f64::NAN,
+                spacing: 0.0,
                 nodes,
                 lines,
             })
@@ -158,13 +162,18 @@ impl Windows<'_> {
                 (jump.value(0, middle) - jump.value(1, middle)).abs() > CONTRADICTION * l.error.hypot(r.error)
             })
         };
+        let least = ROUNDING * data.y.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
         let torn: Vec<bool> = (0..left.len().saturating_sub(1)).map(torn).collect();
         let mut jumps = Vec::new();
         let mut cell = 0;
         for run in torn.chunk_by(|a, b| a == b) {
             if run[0] {
                 let evidence = evidence * self.design.noise[cell].powi(2);
-                jumps.extend(across(cell, cell + run.len()).and_then(|jump| jump.placed(data, smooth, evidence)));
+                jumps.extend(
+                    across(cell, cell + run.len())
+                        .and_then(|jump| jump.placed(data, smooth, evidence))
+                        .filter(|jump| jump.height() > least),
+                );
             }
             cell += run.len();
         }
@@ -191,6 +200,8 @@ fn last_consistent(family: &Family, j: usize, threshold: f64) -> Option<(usize, 
 /// A jump between two nodes, and the lines on either side with their nodes.
 struct Jump {
     x: f64,
+    /// Between the points beside it.
+    spacing: f64,
     nodes: [f64; 2],
     lines: [Line; 2],
 }
@@ -200,13 +211,20 @@ impl Jump {
         self.lines[side].value + self.lines[side].slope * (x - self.nodes[side])
     }
 
+    /// What is left of the jump when the two lines may meet within so far: nothing at a kink.
+    fn height(&self) -> f64 {
+        let [l, r] = self.lines;
+        let bent = (l.slope - r.slope).abs() * self.spacing;
+        (self.value(0, self.x) - self.value(1, self.x)).abs() - bent
+    }
+
     /// At the place where the points between the nodes leave the smallest residuals; nothing where all of them belong
     /// to one side, or where the sum of their squares is not less by `evidence` than about the curve without a jump.
     fn placed(mut self, data: &Sorted, smooth: &Broken, evidence: f64) -> Option<Jump> {
         let from = data.x.partition_point(|&x| x < self.nodes[0]);
         let to = data.x.partition_point(|&x| x <= self.nodes[1]);
         let square = |i: usize, value: f64| data.weight(i) * (data.y[i] - value).powi(2);
-        let (mut gain, mut best, mut place) = (0.0, f64::NEG_INFINITY, f64::NAN);
+        let (mut gain, mut best, mut place, mut spacing) = (0.0, f64::NEG_INFINITY, f64::NAN, 0.0);
         for i in from..to {
             // First as if all points were to the right of the jump, then one after the other to its left.
             gain += square(i, smooth.value(data.x[i])) - square(i, self.value(1, data.x[i]));
@@ -216,10 +234,10 @@ impl Jump {
             gain += square(i, self.value(1, x)) - square(i, self.value(0, x));
             // Not between points of one abscissa.
             if gain > best && next > x {
-                (best, place) = (gain, x + 0.5 * (next - x));
+                (best, place, spacing) = (gain, x + 0.5 * (next - x), next - x);
             }
         }
-        self.x = place;
+        (self.x, self.spacing) = (place, spacing);
         (best > evidence).then_some(self)
     }
 }

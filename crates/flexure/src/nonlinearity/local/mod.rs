@@ -51,9 +51,11 @@ pub enum LocalRule {
 /// |---|---|---|---|
 /// | `kernel` | the weight function of the windows around a point; one-sided ones are uniform | | Epanechnikov |
 /// | `rule` | how the bandwidths are chosen | | Lepski's |
-/// | `outside` | the estimate beyond the data's range | | NaN |
+/// | `outside` | the estimate beyond the data's range and in empty windows | | NaN |
 ///
-/// The estimate is tabulated at up to 2000 quantiles of the data and at the jumps that were found, and straight between.
+/// The estimate is tabulated at up to 2000 quantiles of the data and at the jumps that were found, and straight between; where
+/// no window reaches, between data far apart, `outside` decides as it does beyond the data: NaN, the estimate at the nearer
+/// abscissa, or the straight line between.
 ///
 /// ```
 /// use flexure::nonlinearity::{Estimator, LocalKernel, Regression};
@@ -83,8 +85,41 @@ pub struct LocalKernelFit {
     better: Option<Better>,
     global: BandwidthSearch,
     range: (f64, f64),
+    gaps: Vec<Gap>,
     outside: Outside,
     mean: f64,
+}
+
+/// A stretch between neighbouring abscissas that no window reaches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Gap {
+    /// The abscissas.
+    data: (f64, f64),
+    /// The stretch between them.
+    empty: (f64, f64),
+}
+
+impl Gap {
+    /// All gaps, in order; the windows at two neighbouring abscissas are those of the nodes next to them.
+    fn all(data: &Sorted, table: &[LocalWindow]) -> Vec<Gap> {
+        let bandwidth = |x: f64| {
+            let after = table.partition_point(|w| w.x < x);
+            let near = [after.checked_sub(1), Some(after)].into_iter().flatten();
+            let near = near.filter_map(|j| table.get(j));
+            let nearest = near.min_by(|a, b| (a.x - x).abs().total_cmp(&(b.x - x).abs()));
+            nearest.map_or(0.0, |w| w.bandwidth)
+        };
+        let narrowest = table.iter().map(|w| w.bandwidth).fold(f64::INFINITY, f64::min);
+        let wide = data.x.windows(2).filter(|pair| pair[1] - pair[0] > narrowest);
+        wide.filter_map(|pair| {
+            let empty = (pair[0] + bandwidth(pair[0]), pair[1] - bandwidth(pair[1]));
+            (empty.1 > empty.0).then_some(Gap {
+                data: (pair[0], pair[1]),
+                empty,
+            })
+        })
+        .collect()
+    }
 }
 
 impl Estimator for LocalKernel {
@@ -138,7 +173,13 @@ impl LocalKernel {
     }
 
     fn made(self, data: &Sorted, global: BandwidthSearch, better: Option<Better>, chosen: Chosen) -> LocalKernelFit {
+        // The Gaussian kernel's windows end nowhere.
+        let gaps = match self.kernel {
+            Kernel::Gaussian => Vec::new(),
+            _ => Gap::all(data, &chosen.table),
+        };
         LocalKernelFit {
+            gaps,
             table: chosen.table,
             curve: chosen.curve,
             jumps: chosen.jumps,
@@ -191,7 +232,18 @@ impl Regression for LocalKernelFit {
 
     fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>> {
         let x = check_queries(x, 1)?[0];
-        let value = |x| self.mean + self.curve.value(x);
+        let value = |x: f64| {
+            let gap = self.gaps.get(self.gaps.partition_point(|gap| gap.empty.1 <= x));
+            let place = match (gap.filter(|gap| x > gap.empty.0), self.outside) {
+                (None, _) | (_, Outside::Linear) => x,
+                (Some(_), Outside::Nan) => return f64::NAN,
+                (Some(gap), Outside::Nearest) => match x - gap.data.0 <= gap.data.1 - x {
+                    true => gap.data.0,
+                    false => gap.data.1,
+                },
+            };
+            self.mean + self.curve.value(place)
+        };
         Ok(evaluate(x, self.range, self.outside, value, |x| self.curve.slope(x)))
     }
 }

@@ -385,3 +385,53 @@ fn by_plug_in_straight_lines_and_degenerate_data_give_an_estimate() {
             .contains("the plug-in bandwidth needs at least 10")
     );
 }
+
+/// The error of prediction is that of points, also where there are so many that groups stand for them.
+#[test]
+fn the_error_of_prediction_has_the_noise_in_it() {
+    let (x, y) = noisy(31, 200_000, f64::signum);
+    let error = fitted(&x, &y).prediction_error().unwrap().sqrt();
+    assert!((error / 0.1 - 1.0).abs() < 0.01, "{error}");
+}
+
+#[test]
+fn kinks_and_rounding_are_no_jumps() {
+    let (x, _) = noisy(32, 600, |_| 0.0);
+    let jumps = |m: &dyn Fn(f64) -> f64| {
+        let y: Vec<f64> = x.iter().map(|x| m(*x)).collect();
+        fitted(&x, &y).jumps().to_vec()
+    };
+    let dead_zone = |x: f64| (x - 0.5).max(0.0) + (x + 0.5).min(0.0);
+    for (name, m) in [
+        ("line", &(|x| 2.0 * x + 1.0) as &dyn Fn(f64) -> f64),
+        ("identity", &|x| x),
+        ("bend", &f64::abs),
+        ("dead zone", &dead_zone),
+    ] {
+        assert_eq!(jumps(m), [] as [f64; 0], "{name}");
+    }
+}
+
+/// Where no window reaches there is nothing, or what the policy says.
+#[test]
+fn between_data_far_apart_the_policy_holds() {
+    let (x, y) = noisy(33, 6000, |x| f64::from(x.abs() > 0.75));
+    let kept: Vec<usize> = (0..x.len()).filter(|&i| x[i].abs() > 0.5 && x[i].abs() < 1.0).collect();
+    let of = |v: &[f64]| kept.iter().map(|&i| v[i]).collect::<Vec<f64>>();
+    let (x, y) = (of(&x), of(&y));
+    let at = [-0.6, 0.0, 0.6];
+    let found = |outside| {
+        let method = LocalKernel {
+            outside,
+            ..LocalKernel::default()
+        };
+        let fit = method.fit(&[&x], &y, None).unwrap();
+        assert!(fit.threshold().is_some());
+        fit.predict(&[&at]).unwrap()
+    };
+    let [nan, nearest, linear] = [Outside::Nan, Outside::Nearest, Outside::Linear].map(found);
+    assert!(nan[1].is_nan() && nearest[1].abs() < 0.05 && linear[1].abs() < 0.05);
+    for j in [0, 2] {
+        assert!(nan[j].is_finite() && nan[j] == nearest[j] && nan[j] == linear[j]);
+    }
+}

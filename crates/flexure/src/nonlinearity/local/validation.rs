@@ -8,6 +8,8 @@ use crate::nonlinearity::kernel::Sorted;
 const THRESHOLDS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
 /// A gain of so many standard errors is clear.
 const CLEARLY: f64 = 2.0;
+/// A gain below this share of the ordinates' sum of squares is rounding.
+const ROUNDING: f64 = 1e-18;
 /// From all points to half of them the best bandwidth grows by this factor.
 const HALVED: f64 = 1.148_698_354_997_035; // 2^(1/5)
 
@@ -25,7 +27,7 @@ pub struct Better {
 pub fn threshold(data: &Sorted, design: &Design) -> Option<Better> {
     // For every threshold the sum of the gains and of their squares.
     let mut gains = [[0.0; 2]; THRESHOLDS.len()];
-    let mut errors = 0.0;
+    let (mut errors, mut size) = (0.0, 0.0);
     for first in 0..2 {
         let (train, other) = (half(data, first), half(data, 1 - first));
         let test = design.grouped(&other);
@@ -35,7 +37,11 @@ pub fn threshold(data: &Sorted, design: &Design) -> Option<Better> {
             (0..test.len()).map(|i| test.weight(i) * residual(i).powi(2)).collect()
         };
         let global = squares(&windows.uniform(&train, HALVED * design.global).curve);
-        errors += global.iter().sum::<f64>();
+        // With groups of points in place of points, what is among those of a group is in no difference, but in the error.
+        let squared = |data: &Sorted| (0..data.len()).map(|i| data.weight(i) * data.y[i].powi(2)).sum::<f64>();
+        let all = squared(&other);
+        errors += global.iter().sum::<f64>() + (all - squared(&test)).max(0.0);
+        size += all;
         for (gain, threshold) in gains.iter_mut().zip(THRESHOLDS) {
             let local = squares(&windows.adapted(&train, threshold).curve);
             for (g, l) in global.iter().zip(&local) {
@@ -46,7 +52,7 @@ pub fn threshold(data: &Sorted, design: &Design) -> Option<Better> {
     }
     let best = (0..THRESHOLDS.len()).max_by(|&i, &j| gains[i][0].total_cmp(&gains[j][0]))?;
     let [gain, squares] = gains[best];
-    (gain > CLEARLY * squares.sqrt()).then(|| Better {
+    (gain > CLEARLY * squares.sqrt() && gain > ROUNDING * size).then(|| Better {
         threshold: THRESHOLDS[best],
         error: (errors - gain) / (0..data.len()).map(|i| data.weight(i)).sum::<f64>(),
     })
