@@ -15,7 +15,8 @@
 //! 24 runs of 20 s at 2 ms: the bands cover 97 and 96 % of the stiffness, 98 and 96 % of the friction (of their own points 97, 97,
 //! 98 and 97 %); estimates are 0.05 and 0.06, 2.6 and 1.0 % off, the friction's mostly at the few points near its largest
 //! velocities, where the band is as wide. Errors of one run hang together: a mean of the torque's noise, say, is an offset of all
-//! of the friction curve.
+//! of the friction curve. 4 runs of 60 s at 1 ms: 95, 93, 92 and 99 %, in one of them 80, 86, 67 and 99 %: too few to tell
+//! the bands' level, enough to doubt it.
 
 use flexure::bands::Band;
 use flexure::identify::joint::{Estimated, TwoLinkArm, TwoLinkLog};
