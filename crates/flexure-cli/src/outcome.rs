@@ -96,6 +96,13 @@ pub fn judged_json(signals: &Signals, fitted: usize, verdict: &Verdict, warnings
     })
 }
 
+/// Adds what every structure's object has, for a model of several inputs: by the verdict that says most against it.
+pub fn extend_judged(object: &mut Value, signals: &Signals, fitted: usize, verdicts: &[Verdict], warnings: &[Warning]) {
+    if let Some(verdict) = Verdict::worst(verdicts) {
+        extend(object, judged_json(signals, fitted, verdict, warnings));
+    }
+}
+
 /// A linear part.
 pub fn linear_json(linear: &TransferFunction) -> Value {
     json!({

@@ -51,10 +51,7 @@ pub fn json(result: &MultipleInputsIdentification, signals: &Signals) -> Value {
         "output_offset": result.output_offset,
         "tried": result.tried.iter().map(tried_json).collect::<Vec<_>>(),
     });
-    if let Some(verdict) = Verdict::worst(&result.verdicts) {
-        let judged = outcome::judged_json(signals, result.fitted, verdict, &result.warnings);
-        outcome::extend(&mut object, judged);
-    }
+    outcome::extend_judged(&mut object, signals, result.fitted, &result.verdicts, &result.warnings);
     object
 }
 

@@ -47,6 +47,13 @@ fn kinks_get_local_bandwidths_by_default() {
     assert_eq!(local["estimator"], "local-bandwidth");
     assert!(local_error < 0.8 * one_error, "{local_error} {one_error}");
     assert_eq!(local["value"], one["value"]);
+    let whose = |object: &Value| {
+        object["band"]["method"]
+            .as_str()
+            .unwrap()
+            .ends_with("of the local line with one bandwidth")
+    };
+    assert!(whose(&local) && !whose(&one));
     assert_eq!(column(&curve, "lower"), column(&other, "lower"));
     assert_eq!(column(&curve, "upper"), column(&other, "upper"));
     let outside = |y: &[f64], lower: &[f64], upper: &[f64]| {

@@ -298,8 +298,8 @@ impl NamedEstimator {
         fit::fit(self, x, y, weights)
     }
 
-    /// The same estimator with the parameter fixed to that of a fit, for refits to parts of the data; one whose
-    /// parameter cannot be given stays as it is.
+    /// The estimator of a fit with its parameter, for refits to parts of the data; one whose parameter cannot be given stays as
+    /// it is.
     #[must_use]
     pub fn fixed(&self, fit: &NamedFit) -> NamedEstimator {
         let tuning = match fit.name.takes_parameter() {
