@@ -128,6 +128,25 @@ JOBS = [
         full=LINE,
     ),
     Job(
+        "scores",
+        "leave-one-out scores of 20 bandwidths",
+        {"task": "scores", "degree": 0, "candidates": 20},
+        [Contestant("NumPy, sort and sums", "numpy", EXACT)],
+        quick=[1_000, 10_000],
+        full=[1_000, *LINE],
+        estimates=False,
+    ),
+    Job(
+        "binned-scores",
+        "leave-one-out scores of 50 bandwidths, binned",
+        {"task": "binned-scores", "degree": 0, "candidates": 50},
+        # Exactly; a score is about 0.01, so that the bins may be off by a thousandth of it.
+        [Contestant("NumPy, sort and sums", "numpy", 1e-5)],
+        quick=[10_000],
+        full=LINE,
+        estimates=False,
+    ),
+    Job(
         "bandwidth",
         "bandwidth chosen from the data",
         {"task": "bandwidth", "rule": "leave-one-out", "degree": 0},

@@ -105,6 +105,17 @@ def bandwidth(job):
     return call
 
 
+def scores(job):
+    """The leave-one-out scores of bandwidths from 0.02 to 1, evenly spaced in their logarithm."""
+    bandwidths = np.geomspace(0.02, 1, int(job["candidates"]))
+
+    def call(x, y, at):
+        line = Line(x[0], y)
+        return np.array([line.leave_one_out(h) for h in bandwidths])
+
+    return call
+
+
 def polynomial(job):
     degree = int(job["degree"])
     return lambda x, y, at: Polynomial.fit(x[0], y, degree)(np.clip(at[0], x[0].min(), x[0].max()))

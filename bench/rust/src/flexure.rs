@@ -5,7 +5,7 @@ use flexure::nonlinearity::{
     LocalKernel, NearestNeighbours, NetworkRegression, Outside, PolynomialRegression, Regression, SeriesRegression,
     SplineRegression,
 };
-use flexure::selection::{BandwidthRule, Criterion, choose_bandwidth};
+use flexure::selection::{BandwidthRule, Criterion, LeaveOneOut, choose_bandwidth};
 
 use crate::job::{Call, Data, Job, Outcome, Result};
 
@@ -29,6 +29,22 @@ pub fn call(job: &Job) -> Result<Call> {
             Ok(Box::new(move |data: &Data| {
                 let score = method.score(Criterion::LeaveOneOut, &data.columns(), &data.y, None)?;
                 Ok(vec![score].into())
+            }))
+        }
+        task @ ("scores" | "binned-scores") => {
+            let (degree, binned) = (degree(job)?, task == "binned-scores");
+            let bandwidths = log_spaced(0.02, 1.0, job.number("candidates")?);
+            Ok(Box::new(move |data: &Data| {
+                let (x, y) = (&data.x[0], &data.y);
+                let search = LeaveOneOut {
+                    degree,
+                    ..Default::default()
+                };
+                let scores = match binned {
+                    true => search.binned_scores(x, y, &bandwidths)?,
+                    false => search.exact_scores(x, y, None, &bandwidths)?,
+                };
+                Ok(scores.iter().map(|s| s.error).collect::<Vec<f64>>().into())
             }))
         }
         "bandwidth" if dimension > 1 => {
@@ -133,6 +149,12 @@ fn chosen<E: Estimator + Clone + 'static>(method: E, choice: fn(&E::Fit) -> Stri
             chosen: Some(choice(&fit)),
         })
     })
+}
+
+/// So many bandwidths from `low` to `high`, evenly spaced in their logarithm.
+fn log_spaced(low: f64, high: f64, count: usize) -> Vec<f64> {
+    let step = (high / low).ln() / count.saturating_sub(1).max(1) as f64;
+    (0..count).map(|i| low * (step * i as f64).exp()).collect()
 }
 
 /// The product kernel with one bandwidth for all columns.
