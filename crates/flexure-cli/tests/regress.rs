@@ -3,6 +3,8 @@
 mod common;
 #[path = "regress/local.rs"]
 mod local;
+#[path = "regress/warnings.rs"]
+mod warnings;
 
 use common::{Folder, numbers};
 use flexure::Record;

@@ -26,6 +26,10 @@ const WIDER: f64 = 1.5;
 /// Where x goes with time, rows near in time are those near in x, and leaving them out widens the window even where the
 /// noise is independent: there a window of no more rows than this to either side tells that it follows the noise.
 const FEW_ROWS: f64 = 5.0;
+/// So far apart rows tell whether the noise depends on itself, where their second differences are so many times larger
+/// than those of neighbours; independent noise makes both alike, an autoregression of 0.5 the far ones 1.5 times larger.
+const FAR_APART: usize = 5;
+const ROUGHER: f64 = 1.3;
 /// Estimate and ordinate that differ by no more than this share of the ordinates' size are the same.
 const REPEATED: f64 = 1e-9;
 
@@ -218,9 +222,22 @@ fn follows_noise(method: &NamedEstimator, data: &Data, rows: &[usize]) -> flexur
     let loo = bandwidth(BandwidthRule::LeaveOneOut)?;
     if trend {
         let extent = x[0].iter().fold(0.0, |most: f64, v| most.max((v - x[0][0]).abs()));
-        return Ok(loo <= FEW_ROWS * extent / rows.len() as f64);
+        // A jump asks for a narrow window too; but the differences tell no dependence.
+        return Ok(loo <= FEW_ROWS * extent / rows.len() as f64 && rougher_far_apart(&y));
     }
     Ok(bandwidth(BandwidthRule::HBlock { gap: None })? > WIDER * loo)
+}
+
+/// Whether values some rows apart differ more than neighbours do, beyond a trend: as they do where the noise depends on
+/// itself. Of second differences the medians are compared, which a few jumps do not move.
+fn rougher_far_apart(y: &[f64]) -> bool {
+    let median = |lag: usize| {
+        let differences = y.windows(2 * lag + 1).map(|w| (w[0] - 2.0 * w[lag] + w[2 * lag]).abs());
+        let mut sizes: Vec<f64> = differences.collect();
+        let middle = sizes.len() / 2;
+        *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    y.len() > 2 * FAR_APART && median(FAR_APART) > ROUGHER * median(1)
 }
 
 fn validation(method: &NamedEstimator, fit: &NamedFit, data: &Data, rows: &[usize]) -> flexure::Result<Validation> {

@@ -5,6 +5,7 @@ mod data;
 mod estimate;
 mod method;
 mod page;
+mod warnings;
 mod words;
 
 use std::io::Write;
@@ -52,10 +53,10 @@ pub struct Arguments {
     /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units.
     #[arg(long, value_name = "auto|P", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_number)]
     parameter: Auto<f64>,
-    /// How the parameter is chosen: loo (leave-one-out; the default), gcv (generalised cross-validation), block
+    /// How the one parameter is chosen: loo (leave-one-out; the rule where none is given), gcv (generalised cross-validation), block
     /// (cross-validation over blocks of rows in order of time, whose errors depend on each other); for one bandwidth also
-    /// bootstrap, block-bootstrap (rows in order of time) and, for local lines, plugin. The bandwidths of local-bandwidth
-    /// are chosen by Lepski's rule (loo) or by plug-in (plugin).
+    /// bootstrap, block-bootstrap (rows in order of time) and, for local lines, plugin. With a rule the estimator is, unless
+    /// it is named, local-linear. The bandwidths of local-bandwidth are chosen by Lepski's rule (loo) or by plug-in (plugin).
     #[arg(long, value_name = "RULE", value_parser = arguments::rule)]
     select: Option<Rule>,
     /// Rows in a block, for --select block-bootstrap and for --band-method block; from the data by default.
@@ -147,7 +148,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let curve = estimate.evaluate(&data, at).map_err(|error| file.locate(error))?;
         Ok((estimate, curve))
     })?;
-    let warnings = words::warnings(&estimate, &data, &curve, arguments);
+    let warnings = warnings::warnings(&estimate, &data, &curve, arguments);
 
     // Everything is made before anything is written.
     let rendered = match &arguments.report {

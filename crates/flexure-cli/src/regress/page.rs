@@ -5,7 +5,7 @@ use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, Regressio
 
 use super::data::Data;
 use super::estimate::{BandWords, Estimate, Evaluated};
-use super::words::{percent, predicted_by, range, why};
+use super::words::{FELL_BACK, fell_back, local_rule, percent, places, predicted_by, range, why};
 use crate::outcome::number;
 use crate::page::labelled;
 use crate::tuning::{capitalised, kernel_words, list, score_curve};
@@ -73,10 +73,14 @@ pub fn page(
         surface,
         slices,
         residuals: residuals(estimate, data, &y_label),
-        choices: [Some(choice(estimate, data)), band.map(band_choice)]
-            .into_iter()
-            .flatten()
-            .collect(),
+        choices: [
+            Some(choice(estimate, data)),
+            local_choice(estimate),
+            band.map(band_choice),
+        ]
+        .into_iter()
+        .flatten()
+        .collect(),
         command: Some(command),
     })
 }
@@ -115,7 +119,7 @@ fn facts(estimate: &Estimate, band: Option<&BandWords>) -> Vec<Fact> {
     if let Some(local) = &fit.local {
         let jumps = match local.jumps.as_slice() {
             [] => "one for every point".to_owned(),
-            jumps => format!("jumps at {}", list(jumps)),
+            _ => format!("jumps at {}", places(local)),
         };
         facts.push(fact("Local bandwidths", range(local), jumps));
     }
@@ -267,6 +271,21 @@ fn choice(estimate: &Estimate, data: &Data) -> Choice {
         why: why(estimate),
         curve,
     }
+}
+
+/// How local bandwidths were chosen, or that they were not.
+fn local_choice(estimate: &Estimate) -> Option<Choice> {
+    let (value, why) = match &estimate.fit.local {
+        Some(local) => (range(local), capitalised(&local_rule(local).1)),
+        None if fell_back(estimate) => ("none".to_owned(), capitalised(FELL_BACK)),
+        None => return None,
+    };
+    Some(Choice {
+        name: "Local bandwidths".to_owned(),
+        value,
+        why,
+        curve: None,
+    })
 }
 
 fn band_choice(band: &BandWords) -> Choice {

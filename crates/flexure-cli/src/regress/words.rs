@@ -3,125 +3,11 @@
 use flexure::nonlinearity::{EstimatorName, LocalBandwidths, LocalWindow, Side, Tuning};
 use serde_json::{Value, json};
 
-use super::band::{BandMethod, FEWEST};
+use super::Arguments;
 use super::data::Data;
 use super::estimate::{Estimate, Evaluated, Validation};
-use super::{Arguments, Outside};
 use crate::outcome::number;
 use crate::tuning::{capitalised, kernel_words, list, scores_json, smallest};
-
-/// With a larger share of rows alone in their windows the user is warned.
-const MANY_ALONE: f64 = 0.05;
-
-/// Columns whose extent is this share of the bandwidth have no slope in a local fit.
-const FLAT: f64 = 1e-8;
-
-/// What the user should know before trusting the result.
-pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: &Arguments) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let (name, parameter) = (estimate.fit.name, estimate.fit.name.parameter());
-    if estimate.fit.scores.as_ref().is_some_and(|scores| scores.at_edge) {
-        warnings.push(format!(
-            "the score is smallest at the edge of the values tried ({parameter} {}): the regression is {}",
-            list(&estimate.fit.parameter),
-            if name.has_bandwidth() {
-                "nearly straight or constant, or rougher than the data resolve"
-            } else {
-                "rougher than the values tried resolve"
-            },
-        ));
-    }
-    if name == EstimatorName::LocalLinear && (0..data.x.len()).all(|j| fit_is_constant(estimate, data, j)) {
-        warnings.push(
-            "the bandwidth is so much wider than the data that no slope can be told: the fit is constant; take a bandwidth of the data's size"
-                .to_owned(),
-        );
-    }
-    let blocks = matches!(estimate.method.tuning, Tuning::FromData(rule) if rule.in_time());
-    if estimate.dependent && !blocks {
-        warnings.push(
-            "neighbouring rows are correlated beyond what is estimated, as in a record in order of time: leave-one-out may then follow the \
-             noise (undersmooth), and a band for independent rows is too narrow; --select block allows for it"
-                .to_owned(),
-        );
-    }
-    let (alone, rows) = (estimate.validation.alone, estimate.rows.len());
-    if alone as f64 > MANY_ALONE * rows as f64 {
-        warnings.push(format!(
-            "no other row is within reach of {alone} of the {rows} rows: R squared counts them as predicted by their nearest rows, and the \
-             curve is not known between them; take a wider bandwidth"
-        ));
-    }
-    let unknown = curve.y.iter().filter(|v| v.is_nan()).count();
-    if unknown > 0 {
-        let where_to = match (arguments.outside, &arguments.at) {
-            (Outside::Nan, Some(_)) => "; --outside nearest or --outside linear continues the estimate beyond the data",
-            _ => "",
-        };
-        warnings.push(format!(
-            "at {unknown} of the {} points of the result there are no data within reach: the estimate there is NaN{where_to}",
-            curve.y.len()
-        ));
-    }
-    let bare = curve
-        .y
-        .iter()
-        .zip(&curve.lower)
-        .filter(|(y, l)| y.is_finite() && l.is_nan())
-        .count();
-    if bare > 0 && curve.band.is_some() {
-        warnings.push(format!(
-            "at {bare} of the {} points of the result the band is NaN: the estimate is continued there, or too few data are within reach",
-            curve.y.len()
-        ));
-    }
-    if curve.band.is_none() && arguments.band_method == BandMethod::Auto && rows < FEWEST {
-        warnings.push(format!("no band was made, as it needs {FEWEST} rows or more"));
-    } else if curve.band.is_none() && arguments.band_method == BandMethod::Auto {
-        warnings.push(format!(
-            "no band was made, as --estimator {name} would have to be fitted to these {} rows many times over; --band-method bootstrap does",
-            estimate.rows.len()
-        ));
-    }
-    if data.x.len() == 1 {
-        let levels = distinct(data, 10);
-        if levels < 10 && estimate.rows.len() > 10 * levels {
-            warnings.push(format!(
-                "column '{}' has only {levels} levels: between them the estimate rests on the estimator's shape, not on data",
-                data.names[0]
-            ));
-        }
-    }
-    warnings
-}
-
-/// Whether the bandwidth of a local line is out of all proportion to the values of column `j`.
-fn fit_is_constant(estimate: &Estimate, data: &Data, j: usize) -> bool {
-    let parameter = &estimate.fit.parameter;
-    let Some(h) = parameter.get(j).or(parameter.first()) else {
-        return false;
-    };
-    let (low, high) = (estimate.rows.iter().map(|&i| data.x[j][i]))
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (x.min(low), x.max(high))
-        });
-    high > low && h * FLAT > high - low
-}
-
-/// The number of distinct values of the first column, counted up to `most`.
-fn distinct(data: &Data, most: usize) -> usize {
-    let mut found: Vec<f64> = Vec::new();
-    for i in data.rows() {
-        let value = data.x[0][i];
-        if !found.contains(&value) {
-            found.push(value);
-        }
-        if found.len() == most {
-            break;
-        }
-    }
-    found.len()
-}
 
 /// The object that `--json` prints.
 pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[String], arguments: &Arguments) -> Value {
@@ -139,6 +25,7 @@ pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[Str
         "weights": arguments.weights,
         "samples": estimate.rows.len(),
         "estimator": fit.name.name(),
+        "estimator_asked": estimate.method.name.name(),
         "kernel": fit.name.has_bandwidth().then(|| estimate.method.kernel.name()),
         "parameter": fit.name.parameter(),
         "value": fit.parameter,
@@ -151,7 +38,13 @@ pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[Str
         "local_bandwidths": fit.local.as_ref().map(|local| {
             let of = |value: fn(&LocalWindow) -> f64| local.windows.iter().map(value).collect::<Vec<_>>();
             let sides: Vec<&str> = local.windows.iter().map(|w| side(w.side)).collect();
-            json!({ "x": of(|w| w.x), "bandwidth": of(|w| w.bandwidth), "side": sides, "jumps": local.jumps })
+            json!({
+                "rule": local_rule(local).0,
+                "threshold": local.threshold,
+                "prediction_rms": local.prediction_error.map(f64::sqrt),
+                "prediction_rms_of_one_bandwidth": local.prediction_error_of_one.map(f64::sqrt),
+                "x": of(|w| w.x), "bandwidth": of(|w| w.bandwidth), "side": sides, "jumps": local.jumps,
+            })
         }),
         "residual_sd": estimate.residual_sd,
         "r_squared": estimate.validation.r_squared,
@@ -174,6 +67,59 @@ fn side(side: Side) -> &'static str {
         Side::Both => "both",
         Side::Right => "right",
     }
+}
+
+/// How local bandwidths were chosen: the rule, and what speaks for them.
+pub fn local_rule(local: &LocalBandwidths) -> (&'static str, String) {
+    let rms = |error: Option<f64>| error.filter(|e| e.is_finite()).map(|e| number(e.sqrt()));
+    match (
+        local.threshold,
+        rms(local.prediction_error),
+        rms(local.prediction_error_of_one),
+    ) {
+        (Some(threshold), Some(local), Some(one)) => (
+            "lepski",
+            format!(
+                "by Lepski's rule, intervals of {threshold} standard errors; either half of the rows predicted from the other with RMS error {local}, \
+                 by one bandwidth {one}"
+            ),
+        ),
+        (Some(threshold), ..) => (
+            "lepski",
+            format!("by Lepski's rule, intervals of {threshold} standard errors"),
+        ),
+        (None, ..) => ("plugin", "by the plug-in rule".to_owned()),
+    }
+}
+
+/// Whether local bandwidths were tried and do not predict clearly better than one.
+pub fn fell_back(estimate: &Estimate) -> bool {
+    estimate.method.name == EstimatorName::LocalBandwidth && estimate.fit.local.is_none()
+}
+
+/// What is said where local bandwidths were tried in vain.
+pub const FELL_BACK: &str = "not used: they do not predict clearly better than one for all points";
+
+/// The abscissas of jumps, to digits that tell them apart within the data's range.
+pub fn places(local: &LocalBandwidths) -> String {
+    let windows = local.windows.iter().map(|w| w.x);
+    let (low, high) = windows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (x.min(low), x.max(high))
+    });
+    let shown: Vec<String> = local.jumps.iter().map(|&x| place(x, high - low)).collect();
+    shown.join(", ")
+}
+
+/// An abscissa to a ten-thousandth of the range in which it lies.
+fn place(x: f64, range: f64) -> String {
+    let more = (x.abs() / range).log10().ceil();
+    // An abscissa has no more than 17 digits.
+    if !(more > 0.0 && more < 14.0) {
+        return number(x);
+    }
+    let digits = 3 + more as usize;
+    let rounded: f64 = format!("{x:.digits$e}").parse().unwrap_or(x);
+    rounded.to_string()
 }
 
 /// The narrowest and the widest of local bandwidths.
@@ -204,12 +150,15 @@ pub fn summary(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[
     if let Some(local) = &fit.local {
         let jumps = match local.jumps.as_slice() {
             [] => String::new(),
-            jumps => format!(
-                "; jumps at {}",
-                jumps.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", ")
-            ),
+            _ => format!("; jumps at {}", places(local)),
         };
-        lines.push(format!("  local bandwidths    {}{jumps}", range(local)));
+        lines.push(format!(
+            "  local bandwidths    {}{jumps}  ({})",
+            range(local),
+            local_rule(local).1
+        ));
+    } else if fell_back(estimate) {
+        lines.push(format!("  local bandwidths    {FELL_BACK}"));
     }
     lines.extend([
         format!("  R squared           {}", judged(validation)),

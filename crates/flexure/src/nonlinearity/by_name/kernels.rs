@@ -82,7 +82,9 @@ pub(super) fn local_bandwidth(method: &NamedEstimator, (columns, y, weights): Da
     let local = LocalBandwidths {
         windows: fit.table(),
         jumps: fit.jumps().to_vec(),
+        threshold: fit.threshold(),
         prediction_error: fit.prediction_error(),
+        prediction_error_of_one: fit.prediction_error_of_one(),
         line,
     };
     Ok(NamedFit {

@@ -265,8 +265,12 @@ pub struct LocalBandwidths {
     pub windows: Vec<LocalWindow>,
     /// The abscissas of jumps, increasing.
     pub jumps: Vec<f64>,
+    /// See [`LocalKernelFit::threshold`](super::LocalKernelFit::threshold).
+    pub threshold: Option<f64>,
     /// See [`LocalKernelFit::prediction_error`](super::LocalKernelFit::prediction_error).
     pub prediction_error: Option<f64>,
+    /// See [`LocalKernelFit::prediction_error_of_one`](super::LocalKernelFit::prediction_error_of_one).
+    pub prediction_error_of_one: Option<f64>,
     /// The local line with one bandwidth for all points.
     pub line: KernelFit,
 }

@@ -219,6 +219,12 @@ impl LocalKernelFit {
         self.better.map(|better| better.error)
     }
 
+    /// By Lepski's rule, [`prediction_error`](Self::prediction_error) with one bandwidth for all points, of which it is
+    /// clearly less.
+    pub fn prediction_error_of_one(&self) -> Option<f64> {
+        self.better.map(|better| better.error_of_one)
+    }
+
     /// The search for one bandwidth for all points; by the plug-in rule without scores.
     pub fn global(&self) -> &BandwidthSearch {
         &self.global
