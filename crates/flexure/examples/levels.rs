@@ -206,22 +206,24 @@ fn identified_table(scale: u64) {
 fn noise_table(scale: u64) {
     head("noise: the error of an identified model through its noise model, both from three quarters of n samples");
     for n in [2000, 8000] {
-        let runs = |each: u64| scale * each;
-        Row::new(&format!("n = {n}, ARMA e, noise model"), runs(800), move |seed| {
-            let [u, y0, e] = hammerstein(seed, n, false, true)?;
-            let y = sum(&y0, &e);
-            let result = RefinedHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
-            let from = result.fitted;
-            let e = sum(&y, &result.predicted.iter().map(|p| -p).collect::<Vec<_>>());
-            let e = filtered(&result.noise_model, &[1.0], &e)?;
-            let noise = Estimated {
-                parameters: result.noise_model.len() - 1,
-                samples: from,
-            };
-            let model = result.verdict.estimated.unwrap_or(noise);
-            ResidualTests::of_whitened(&e[from..], &u[from..], &result.predicted[from..], model, noise).map(Some)
-        })
-        .print(true);
+        // No finite autoregression makes the second one white.
+        for (name, numerator) in [("AR(2) e", [1.0, 0.0]), ("ARMA(2, 1) e", [1.0, 0.5])] {
+            Row::new(&format!("n = {n}, {name}, noise model"), 800 * scale, move |seed| {
+                let [u, y0, e] = hammerstein(seed, n, false, false)?;
+                let y = sum(&y0, &filtered(&numerator, &[1.0, -1.1, 0.4], &e)?);
+                let result = RefinedHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
+                let from = result.fitted;
+                let e = sum(&y, &result.predicted.iter().map(|p| -p).collect::<Vec<_>>());
+                let e = filtered(&result.noise_model, &[1.0], &e)?;
+                let noise = Estimated {
+                    parameters: result.noise_model.len() - 1,
+                    samples: from,
+                };
+                let model = result.verdict.estimated.unwrap_or(noise);
+                ResidualTests::of_whitened(&e[from..], &u[from..], &result.predicted[from..], model, noise).map(Some)
+            })
+            .print(true);
+        }
     }
 }
 
