@@ -63,6 +63,11 @@ class Arm:
         """The text of the arm file, with its comments, to be edited."""
         return self._core.text
 
+    def to_toml(self, path: str | PathLike[str]) -> None:
+        """Writes the arm file, for `from_toml` and ``flexure simulate``."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.toml)
+
     @property
     def dt(self) -> float:
         """The run's sample time, s."""
