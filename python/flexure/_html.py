@@ -95,7 +95,9 @@ def _gain(block: LinearPart) -> str:
     highest = np.pi / (block.dt or 1.0)
     omega = np.logspace(np.log10(highest) - 3, np.log10(highest), _POINTS)
     decibels = 20 * np.log10(np.maximum(np.abs(block.frequency_response(omega)), 1e-12))
-    return _svg(np.log10(omega), np.maximum(decibels, decibels.max() - 80), [], "the gain over frequency, dB")
+    # From 0 on: no axis is drawn where the frequency is 1.
+    across = np.log10(omega) - np.log10(omega[0])
+    return _svg(across, np.maximum(decibels, decibels.max() - 80), [], "the gain over frequency, dB; the line is 0 dB")
 
 
 def _svg(x: Array, y: Array, edges: list[Array], what: str) -> str:
@@ -106,10 +108,13 @@ def _svg(x: Array, y: Array, edges: list[Array], what: str) -> str:
         down = _HEIGHT - _MARGIN - (values - low) / (high - low or 1) * (_HEIGHT - 2 * _MARGIN)
         return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))
 
-    band = ""
+    # The axes, where they are within.
+    lines = [f"M0,{at:.1f}H{_WIDTH}" for at in (_HEIGHT - _MARGIN + low / (high - low or 1) * (_HEIGHT - 2 * _MARGIN),) if low < 0 < high]
+    lines += [f"M{np.interp(0.0, x, across):.1f},0V{_HEIGHT}"] if x[0] < 0 < x[-1] else []
+    band = f'<path d="{" ".join(lines)}" stroke="#ddd" fill="none"/>'
     if edges:
         back = " ".join(reversed(path(edges[1]).split()))
-        band = f'<polygon points="{path(edges[0])} {back}" fill="#0072b2" fill-opacity="0.2"/>'
+        band += f'<polygon points="{path(edges[0])} {back}" fill="#0072b2" fill-opacity="0.2"/>'
     return (
         f'<svg width="{_WIDTH}" height="{_HEIGHT}" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{escape(what)}">'
         f'{band}<polyline points="{path(y)}" fill="none" stroke="#0072b2" stroke-width="1.5"/></svg>'

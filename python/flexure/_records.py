@@ -90,7 +90,7 @@ def _parts(u: Any, given: list[str] | None, several: bool) -> tuple[list[Any], l
     array = np.asarray(u)
     if array.ndim == 1:
         array = array[:, np.newaxis]
-    if array.ndim != 2 or array.shape[0] < array.shape[1]:
+    if array.ndim != 2 or not 0 < array.shape[1] <= array.shape[0]:
         raise DataError(f"the inputs have the shape {array.shape}, but m inputs of n samples have the shape (n, m)")
     names = given or [f"u{i + 1}" for i in range(array.shape[1])]
     if len(names) != array.shape[1]:

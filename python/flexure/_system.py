@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from html import escape
+from numbers import Real
 from os import PathLike
 from typing import Any, ClassVar, Self
 
@@ -14,6 +15,7 @@ from sklearn.base import BaseEstimator
 from sklearn.exceptions import NotFittedError
 
 from flexure import _records as records
+from flexure._arrays import whole
 from flexure._core import FlexureError, Identification, Model, ParameterError
 from flexure._files import blocks_of
 from flexure._html import html
@@ -42,6 +44,17 @@ _OPTIONS: dict[str, Any] = {
     "ignore_colour": False,
     "branches": None,
 }
+
+
+# The parameters' types; None is one where it is the default.
+_NAME, _NUMBER, _FLAG = (str, "a name"), (Real, "a number"), (bool | np.bool_, "True or False")
+_COUNT: tuple[Any, str] = (int, "")
+_KINDS: list[tuple[str, Any, str]] = [
+    *((name, *_NAME) for name in ("method", "unit", "form", "nonlinearity", "kernel")),
+    *((name, *_NUMBER) for name in ("fresh", "parameter")),
+    *((name, *_FLAG) for name in ("missing", "noise_model", "ignore_colour")),
+    *((name, *_COUNT) for name in ("order", "delay", "lag", "branches")),
+]
 
 
 def _joined(parts: list[Array]) -> Array:
@@ -141,7 +154,19 @@ class System(BaseEstimator):  # type: ignore[misc]
 
     def _options(self) -> dict[str, Any]:
         """What is asked of the library."""
-        return {**_OPTIONS, "structure": self._structure, **self.get_params()}
+        options = {**_OPTIONS, "structure": self._structure, **self.get_params()}
+        for name, kind, words in _KINDS:
+            value = options[name]
+            if value is None and _OPTIONS[name] is None:
+                continue
+            if kind is int:
+                options[name] = whole(value, name)
+            elif not isinstance(value, kind):
+                raise ParameterError(f"{name} is {value!r}, but must be {words}")
+        known = options["known"]
+        if known is not None and (not isinstance(known, tuple | list) or np.shape(known) != (2, 2)):
+            raise ParameterError(f"known is {known!r}, but must be two points, ((x, phi), (x, phi))")
+        return options
 
     def _take(self, model: Model, result: dict[str, Any]) -> None:
         """Sets what was found as attributes."""
@@ -224,6 +249,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         array of shape (n,)
             In the unit of the output. The state at the start is the one that fits best.
         """
+        horizon = whole(horizon, "horizon")
         model, given = self._fitted(), self._signals(u, y)
         return model.predict(given.u, given.y, horizon)
 
@@ -233,7 +259,8 @@ class System(BaseEstimator):  # type: ignore[misc]
         `skip` samples at the start do not count, by default those that the model takes to settle, at most a tenth.
         """
         model, given = self._fitted(), self._signals(u, y)
-        if skip is not None and not 0 <= skip < len(given.y):
+        skip = None if skip is None else whole(skip, "skip")
+        if skip is not None and skip >= len(given.y):
             raise ParameterError(f"skip is {skip}, which leaves nothing of {len(given.y)} samples to compare")
         return Verdict.of(json.loads(model.validate(given.u, given.y, skip)))
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from flexure import _core
 from flexure._arrays import samples
-from flexure._core import DataError
+from flexure._core import DataError, TooShortError
 
 __all__ = ["Arm"]
 
@@ -132,4 +132,6 @@ def _pair(values: Any, name: str) -> tuple[Array, Array]:
     array = np.asarray(values)
     if array.ndim != 2 or array.shape[1] != 2:
         raise DataError(f"'{name}' has the shape {array.shape}, but both joints' inputs have the shape (n, 2)")
+    if len(array) < 2:
+        raise TooShortError(f"'{name}' has {len(array)} rows, but a simulation needs at least 2 instants")
     return samples(array[:, 0], f"{name} of joint 1"), samples(array[:, 1], f"{name} of joint 2")
