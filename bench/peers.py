@@ -186,7 +186,23 @@ def scipy_spline(job):
     return call
 
 
+def flexure_regressor(job):
+    """Flexure's own Python package."""
+    from flexure import KernelRegressor
+
+    h = float(job["h"]) if "h" in job else None
+    return lambda x, y, at: KernelRegressor(bandwidth=h).fit(x[0][:, None], y).predict(at[0][:, None])
+
+
+def flexure_hammerstein(job):
+    """The same, and the free run over the record in place of estimates."""
+    from flexure import Hammerstein
+
+    return lambda x, y, at: Hammerstein().fit(x[0], y).predicted_
+
+
 PEERS = {
+    "flexure-python": {"regressor": flexure_regressor, "hammerstein": flexure_hammerstein},
     "numpy": {
         "kernel": numpy_peers.kernel,
         "bandwidth": numpy_peers.bandwidth,

@@ -15,28 +15,47 @@ from flexure._core import (
 from flexure.arms import Arm
 from flexure.joints import identify_joint
 from flexure.regression import KernelRegressor, KNNRegressor, SeriesRegressor, SplineRegressor
-from flexure.results import LinearPart, Nonlinearity, ResidualTest, Verdict
-from flexure.systems import Auto, Hammerstein, HammersteinWiener, Wiener, WienerHammerstein, load
+from flexure.results import Branch, LinearPart, Nonlinearity, ResidualTest, Surface, Verdict
+from flexure.systems import (
+    NARX,
+    Auto,
+    Hammerstein,
+    HammersteinWiener,
+    JointInputs,
+    MultipleInputs,
+    Parallel,
+    Volterra,
+    Wiener,
+    WienerHammerstein,
+    load,
+)
 
 __all__ = [
+    "NARX",
     "Arm",
     "Auto",
+    "Branch",
     "DataError",
     "FileError",
     "FlexureError",
     "Hammerstein",
     "HammersteinWiener",
+    "JointInputs",
     "KNNRegressor",
     "KernelRegressor",
     "LinearPart",
+    "MultipleInputs",
     "Nonlinearity",
+    "Parallel",
     "ParameterError",
     "ResidualTest",
     "SeriesRegressor",
     "SimulationError",
     "SplineRegressor",
+    "Surface",
     "TooShortError",
     "Verdict",
+    "Volterra",
     "Wiener",
     "WienerHammerstein",
     "__version__",

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from flexure._core import DataError
+from flexure._core import DataError, ParameterError
 
 Array = npt.NDArray[np.float64]
 
@@ -42,7 +43,19 @@ def samples(values: Any, name: str) -> Array:
         array = array[:, 0]
     if array.ndim != 1:
         raise DataError(f"'{name}' has the shape {array.shape}, but one signal has the shape (n,)")
-    return np.ascontiguousarray(array, dtype=np.dtype("=f8"))
+    with np.errstate(over="ignore"):  # to infinity, which is said with its sample
+        return np.ascontiguousarray(array, dtype=np.dtype("=f8"))
+
+
+def whole(value: Any, name: str) -> int:
+    """A whole number from 0 that the library can count to."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = -1
+    if not 0 <= number < 2**53:
+        raise ParameterError(f"{name} is {value!r}, but must be a whole number from 0")
+    return number
 
 
 def _numbers(array: npt.NDArray[Any], name: str) -> Array:

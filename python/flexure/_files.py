@@ -4,32 +4,47 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 
 def _is_offset(curve: dict[str, Any]) -> bool:
     """Whether a static block only adds a number, as the last one of a model with an offset does."""
     return bool(curve["x"] == [0.0, 1.0] and curve["outside"] == "linear" and curve["y"][1] == 1.0 + curve["y"][0])
 
 
+def _walk(block: dict[str, Any]) -> list[tuple[str, Any]]:
+    """The kinds and contents of the blocks in cascade."""
+    kind, value = next(iter(block.items()))
+    return [found for part in value for found in _walk(part)] if kind == "series" else [(kind, value)]
+
+
 def blocks_of(file: dict[str, Any]) -> dict[str, Any]:
-    """The blocks of a model file by the names that they have in a result; of parallel branches the first."""
-
-    def walk(block: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
-        kind, value = next(iter(block.items()))
-        if kind == "series":
-            return [found for part in value for found in walk(part)]
-        return walk(value[0]) if kind == "parallel" else [(kind, value)]
-
-    found = walk(file["block"])
-    curves = [value for kind, value in found if kind == "static" and not _is_offset(value)]
-    linear = [value for kind, value in found if kind == "linear"]
+    """What a result has of the blocks, out of a model file."""
     told = file["identification"]
+    cascade = _walk(file["block"])
+    for kind, value in cascade:
+        if kind in ("parallel", "inputs"):
+            names = told.get("inputs", ())
+            own = [_cascade(_walk(branch), [at]) for branch, at in zip(value, told["breakpoints"], strict=True)]
+            return {"branches": [{**branch, **({"input": names[i]} if names else {})} for i, branch in enumerate(own)]}
+        if kind == "surface":
+            return {**_cascade([part for part in cascade if part[0] == "linear"], []), "nonlinearity": value}
+        if kind == "narx":
+            return {"past_outputs": value["outputs"], "past_inputs": value["inputs"], **value}
+        if kind == "volterra":
+            return {**value, "second": np.reshape(value["second"], (value["second_memory"], -1)).tolist()}
     breakpoints = told.get("input_breakpoints", told.get("breakpoints", ()))
-    named: dict[str, Any] = {}
-    for name, curve, at in zip(
-        ("nonlinearity", "output_nonlinearity"), curves, (breakpoints, told.get("output_breakpoints", ())), strict=False
-    ):
-        named[name] = {**curve, "breakpoints": at}
-    names = ("linear",) if len(linear) == 1 else ("front", "back")
+    found = _cascade(cascade, [breakpoints, told.get("output_breakpoints", ())])
     errors = told.get("linear") or {}
-    named.update({name: {**errors, **value} for name, value in zip(names, linear, strict=False)})
+    return {name: {**errors, **value} if name in ("linear", "front", "back") else value for name, value in found.items()}
+
+
+def _cascade(blocks: list[tuple[str, Any]], breakpoints: list[Any]) -> dict[str, Any]:
+    """A cascade's blocks by name."""
+    curves = [value for kind, value in blocks if kind == "static" and not _is_offset(value)]
+    linear = [value for kind, value in blocks if kind == "linear"]
+    named: dict[str, Any] = {}
+    for name, curve, at in zip(("nonlinearity", "output_nonlinearity"), curves, breakpoints, strict=False):
+        named[name] = {**curve, "breakpoints": at}
+    named.update(zip(("linear",) if len(linear) == 1 else ("front", "back"), linear, strict=False))
     return named

@@ -8,43 +8,80 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from flexure.results import LinearPart, Nonlinearity
+from flexure.results import LinearPart, Nonlinearity, Surface
 
 if TYPE_CHECKING:
-    from flexure.systems import System
+    from flexure._system import Block, System
 
 Array = npt.NDArray[np.float64]
 
 _WIDTH, _HEIGHT, _MARGIN = 190, 110, 6
 _POINTS = 160
+_SQUARES = 24
+_BLUE, _ORANGE = (0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)
+_TITLES = {"narx": "NARX model", "multiple-inputs": "Model of several inputs", "joint-inputs": "Joint Hammerstein model"}
+_WORDS = {"narx": "a polynomial of past outputs and inputs", "volterra": "a Volterra series of second order"}
 _STYLE = "border:1px solid #999;border-radius:4px;background:#fff;color:#222;padding:4px 8px"
 
 
 def html(model: System) -> str:
     """The blocks in the signal's order, each with its curve or its gain, and the verdict."""
     arrow = '<span style="padding:0 8px;font-size:130%">&rarr;</span>'
-    cells = arrow.join(_cell(name, block) for name, block in model.blocks_)
-    title = "&#8209;".join(word.capitalize() for word in model.structure_.split("-")) + " model"
+    rows = []
+    for enters, blocks in model.paths_:
+        cells = arrow.join(_cell(name, block) for name, block in blocks) or f"<span>{escape(_WORDS[model.structure_])}</span>"
+        rows.append(
+            f'<div style="display:flex;align-items:center;flex-wrap:wrap;margin:6px 0"><i>{escape(enters)}</i>{arrow}{cells}{arrow}'
+            f"<i>{escape(model.output_)}</i></div>"
+        )
+    if len(rows) > 1:
+        rows.append(f"<div>{escape(model.output_)} is the sum of these.</div>")
+    title = _TITLES.get(model.structure_) or "&#8209;".join(word.capitalize() for word in model.structure_.split("-")) + " model"
     colour = "#1a7f37" if model.verdict_.holds else "#b35900"
     warnings = "".join(f"<li>{escape(text)}</li>" for text in model.warnings_)
     return (
         f'<div style="font-family:sans-serif;font-size:13px"><b>{title}</b>, fit on fresh data '
-        f"{model.verdict_.fit_percent:.2f} %"
-        f'<div style="display:flex;align-items:center;flex-wrap:wrap;margin:6px 0">'
-        f"<i>{escape(model.input_)}</i>{arrow}{cells}{arrow}<i>{escape(model.output_)}</i></div>"
-        f'<div style="color:{colour};max-width:60em">{escape(model.verdict_.words)}</div>'
-        + (f'<ul style="margin:4px 0">{warnings}</ul>' if warnings else "")
-        + "</div>"
+        f"{model.verdict_.fit_percent:.2f} %" + "".join(rows) + f'<div style="color:{colour};max-width:60em">'
+        f"{escape(model.verdict_.words)}</div>" + (f'<ul style="margin:4px 0">{warnings}</ul>' if warnings else "") + "</div>"
     )
 
 
-def _cell(name: str, block: Nonlinearity | LinearPart) -> str:
-    if isinstance(block, Nonlinearity):
+def _cell(name: str, block: Block) -> str:
+    if isinstance(block, Surface):
+        drawing, words = _map(block), " by ".join(str(pieces) for *_, pieces in block.axes) + " pieces"
+    elif isinstance(block, Nonlinearity):
         drawing, words = _curve(block), f"{block.x[0]:.3g} to {block.x[-1]:.3g}"
     else:
         drawing, words = _gain(block), f"order {block.order}, delay {block.delay}, gain {block.static_gain:.3g}"
     label = escape(name.replace("_", " "))
     return f'<div style="{_STYLE}"><div>{label}</div>{drawing}<div style="color:#666">{escape(words)}</div></div>'
+
+
+def _map(block: Surface) -> str:
+    """The values over the first input (across) and the second (up), blue where low and orange where high."""
+    if len(block.axes) < 2:
+        return ""
+    _, values = block.grid(_SQUARES)
+    low, high = float(values.min()), float(values.max())
+    share = (values - low) / (high - low or 1)
+    wide, tall = (_WIDTH - 2 * _MARGIN) / _SQUARES, (_HEIGHT - 2 * _MARGIN) / _SQUARES
+    squares = []
+    for i in range(_SQUARES):
+        for j in range(_SQUARES):
+            colour = "#" + "".join(f"{round(_colour(share[i, j], k)):02x}" for k in range(3))
+            x, y = _MARGIN + i * wide, _HEIGHT - _MARGIN - (j + 1) * tall
+            squares.append(f'<rect x="{x:.1f}" y="{y:.1f}" width="{wide + 0.3:.1f}" height="{tall + 0.3:.1f}" fill="{colour}"/>')
+    return (
+        f'<svg width="{_WIDTH}" height="{_HEIGHT}" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" '
+        f'aria-label="the nonlinearity of the inputs">{"".join(squares)}</svg>'
+    )
+
+
+def _colour(share: float, channel: int) -> float:
+    """Between blue, white and orange."""
+    ends = _BLUE if share < 0.5 else _ORANGE
+    away = abs(2.0 * share - 1.0)
+    return 255.0 + (ends[channel] - 255.0) * away
 
 
 def _curve(block: Nonlinearity) -> str:
@@ -58,7 +95,9 @@ def _gain(block: LinearPart) -> str:
     highest = np.pi / (block.dt or 1.0)
     omega = np.logspace(np.log10(highest) - 3, np.log10(highest), _POINTS)
     decibels = 20 * np.log10(np.maximum(np.abs(block.frequency_response(omega)), 1e-12))
-    return _svg(np.log10(omega), np.maximum(decibels, decibels.max() - 80), [], "the gain over frequency, dB")
+    # From 0 on: no axis is drawn where the frequency is 1.
+    across = np.log10(omega) - np.log10(omega[0])
+    return _svg(across, np.maximum(decibels, decibels.max() - 80), [], "the gain over frequency, dB; the line is 0 dB")
 
 
 def _svg(x: Array, y: Array, edges: list[Array], what: str) -> str:
@@ -69,10 +108,13 @@ def _svg(x: Array, y: Array, edges: list[Array], what: str) -> str:
         down = _HEIGHT - _MARGIN - (values - low) / (high - low or 1) * (_HEIGHT - 2 * _MARGIN)
         return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))
 
-    band = ""
+    # The axes, where they are within.
+    lines = [f"M0,{at:.1f}H{_WIDTH}" for at in (_HEIGHT - _MARGIN + low / (high - low or 1) * (_HEIGHT - 2 * _MARGIN),) if low < 0 < high]
+    lines += [f"M{np.interp(0.0, x, across):.1f},0V{_HEIGHT}"] if x[0] < 0 < x[-1] else []
+    band = f'<path d="{" ".join(lines)}" stroke="#ddd" fill="none"/>'
     if edges:
         back = " ".join(reversed(path(edges[1]).split()))
-        band = f'<polygon points="{path(edges[0])} {back}" fill="#0072b2" fill-opacity="0.2"/>'
+        band += f'<polygon points="{path(edges[0])} {back}" fill="#0072b2" fill-opacity="0.2"/>'
     return (
         f'<svg width="{_WIDTH}" height="{_HEIGHT}" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{escape(what)}">'
         f'{band}<polyline points="{path(y)}" fill="none" stroke="#0072b2" stroke-width="1.5"/></svg>'

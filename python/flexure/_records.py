@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,44 +17,85 @@ _SAME = 1e-3
 
 @dataclass
 class Signals:
-    """The input and the output of one experiment."""
+    """The inputs and the output of one experiment."""
 
-    u: Array
+    u: list[Array]
     y: Array
-    names: tuple[str, str]
+    inputs: list[str]
+    output: str
     dt: float | None
 
 
-def signals(u: Any, y: Any, dt: float | None, input: str | None, output: str | None) -> Signals:
-    """Input and output out of two arrays or series, or out of the columns of one table.
+def signals(
+    u: Any, y: Any, dt: float | None, input: str | Sequence[str] | None, output: str | None, several: bool = False
+) -> Signals:
+    """Inputs and output out of two arrays or series, or out of the columns of one table; one input unless `several`.
 
     A table is anything with columns by name: a pandas or polars frame, an xarray data set, a dict of arrays; or python-control's
     ``TimeResponseData``. The sample time comes from `dt`, from the index of a pandas object or the coordinate of an xarray one
     where that is time, or from a column ``t``.
     """
+    given = _given(input, several)
     if y is None:
-        u, y, told, input, output = _columns(u, input, output)
+        parts, y, told, inputs, output = _columns(u, given, output)
     else:
+        parts, inputs = _parts(u, given, several)
         told = _time(u)
         told = _time(y) if told is None else told
-    names = (input or _name(u) or "u", output or _name(y) or "y")
-    if names[0] == names[1]:
-        names = ("u", "y")
+        output = output or _name(y) or "y"
+        if inputs == [output]:
+            inputs, output = ["u"], "y"
     step = None if told is None or len(told) < 2 else sample_time(np.ascontiguousarray(told, dtype=np.float64))
     if dt is not None and step is not None and abs(step - dt) > _SAME * step:
         raise DataError(f"the record's sample time is {step:g} s, but dt is {dt:g} s; leave dt out, or correct the times")
-    signal = Signals(samples(u, names[0]), samples(y, names[1]), names, dt if dt is not None else step)
-    if len(signal.u) != len(signal.y):
-        raise DataError(
-            f"'{names[1]}' has {len(signal.y)} samples where {len(signal.u)} were expected; input and output must have the "
-            "same length"
-        )
+    columns = [samples(part, name) for part, name in zip(parts, inputs, strict=True)]
+    signal = Signals(columns, samples(y, output), inputs, output, dt if dt is not None else step)
+    for name, column in zip([*inputs[1:], output], [*columns[1:], signal.y], strict=True):
+        if len(column) != len(columns[0]):
+            raise DataError(
+                f"'{name}' has {len(column)} samples where {len(columns[0])} were expected; inputs and output must have the same length"
+            )
     return signal
 
 
-def input_signal(u: Any, name: str) -> Array:
-    """The input out of an array or a series, or the column of this name out of a table."""
-    return samples(_take(u, name) if _is_table(u) else u, name)
+def input_signals(u: Any, names: Sequence[str], several: bool) -> list[Array]:
+    """The inputs out of arrays or series, or the columns of these names out of a table."""
+    parts = [_take(u, name) for name in names] if _is_table(u) else _parts(u, None, several)[0]
+    if len(parts) != len(names):
+        raise DataError(f"the model has the {len(names)} inputs {', '.join(names)}, but {len(parts)} were given")
+    return [samples(part, name) for part, name in zip(parts, names, strict=True)]
+
+
+def _given(input: str | Sequence[str] | None, several: bool) -> list[str] | None:
+    """The names of the inputs, if they were given."""
+    if input is None:
+        return None
+    if isinstance(input, str) == several or (not several and len(input) != 1):
+        needs = "several inputs: input=['...', '...']" if several else "one input: input='...'"
+        raise ParameterError(f"the model has {needs}, not {input!r}")
+    names = [input] if isinstance(input, str) else [str(name) for name in input]
+    for name in names:
+        if several and ("," in name or name != name.strip() or not name):
+            raise ParameterError(f"the input's name {name!r} must have no comma, and no spaces at its ends")
+    return names
+
+
+def _parts(u: Any, given: list[str] | None, several: bool) -> tuple[list[Any], list[str]]:
+    """The inputs one by one, out of the columns of a table or of an array of shape (n, m), and their names."""
+    if not several:
+        return [u], given or [_name(u) or "u"]
+    if _is_table(u):
+        names = given or [name for name in _names(u) if name != "t"]
+        return [_take(u, name) for name in names], names
+    array = np.asarray(u)
+    if array.ndim == 1:
+        array = array[:, np.newaxis]
+    if array.ndim != 2 or not 0 < array.shape[1] <= array.shape[0]:
+        raise DataError(f"the inputs have the shape {array.shape}, but m inputs of n samples have the shape (n, m)")
+    names = given or [f"u{i + 1}" for i in range(array.shape[1])]
+    if len(names) != array.shape[1]:
+        raise ParameterError(f"there are {array.shape[1]} inputs, but {len(names)} names")
+    return list(array.T), names
 
 
 def is_several(u: Any) -> bool:
@@ -71,21 +113,21 @@ def _is_response(data: Any) -> bool:
     return all(hasattr(data, name) for name in ("time", "outputs", "inputs", "output_labels"))
 
 
-def _columns(data: Any, input: str | None, output: str | None) -> tuple[Any, Any, Any, str, str]:
-    """Input and output of a table, its instants, and the names of both."""
+def _columns(data: Any, given: list[str] | None, output: str | None) -> tuple[list[Any], Any, Any, list[str], str]:
+    """Inputs and output of a table, its instants, and the names of both."""
     if not _is_table(data):
         raise DataError("there is no output: give u and y, or a table with the names of its columns as input and output")
     if _is_response(data):
-        input, u = _labelled(data, "input", input)
+        found = [_labelled(data, "input", name) for name in given or [None]]
         output, y = _labelled(data, "output", output)
-        return u, y, np.asarray(data.time), input, output
-    if input is None or output is None:
+        return [u for _, u in found], y, np.asarray(data.time), [name for name, _ in found], output
+    if given is None or output is None:
         raise ParameterError("name the table's columns: fit(table, input='...', output='...')")
-    u, y = _take(data, input), _take(data, output)
-    told = _time(u)
-    if told is None and "t" in _names(data) and "t" not in (input, output):
+    parts, y = [_take(data, name) for name in given], _take(data, output)
+    told = _time(parts[0])
+    if told is None and "t" in _names(data) and "t" not in (*given, output):
         told = samples(_take(data, "t"), "t")
-    return u, y, told, input, output
+    return parts, y, told, given, output
 
 
 def _labelled(response: Any, what: str, name: str | None) -> tuple[str, Any]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from html import escape
+from numbers import Real
 from os import PathLike
 from typing import Any, ClassVar, Self
 
@@ -13,12 +15,16 @@ from sklearn.base import BaseEstimator
 from sklearn.exceptions import NotFittedError
 
 from flexure import _records as records
+from flexure._arrays import whole
 from flexure._core import FlexureError, Identification, Model, ParameterError
 from flexure._files import blocks_of
 from flexure._html import html
-from flexure.results import LinearPart, Nonlinearity, Verdict, frame
+from flexure.results import Branch, LinearPart, Nonlinearity, Surface, Verdict, frame
 
 Array = npt.NDArray[np.float64]
+Block = Nonlinearity | Surface | LinearPart
+
+_BLOCKS = ("nonlinearity", "output_nonlinearity", "linear", "front", "back", "branches")
 
 # What is asked of the library where nothing else is.
 _OPTIONS: dict[str, Any] = {
@@ -40,13 +46,31 @@ _OPTIONS: dict[str, Any] = {
 }
 
 
+# The parameters' types; None is one where it is the default.
+_NAME, _NUMBER, _FLAG = (str, "a name"), (Real, "a number"), (bool | np.bool_, "True or False")
+_COUNT: tuple[Any, str] = (int, "")
+_KINDS: list[tuple[str, Any, str]] = [
+    *((name, *_NAME) for name in ("method", "unit", "form", "nonlinearity", "kernel")),
+    *((name, *_NUMBER) for name in ("fresh", "parameter")),
+    *((name, *_FLAG) for name in ("missing", "noise_model", "ignore_colour")),
+    *((name, *_COUNT) for name in ("order", "delay", "lag", "branches")),
+]
+
+
+def _joined(parts: list[Array]) -> Array:
+    """The samples of all experiments, one after the other."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
 class System(BaseEstimator):  # type: ignore[misc]
     """What all identified systems have in common.
 
     Attributes
     ----------
-    nonlinearity_, linear_, front_, back_, output_nonlinearity_ : Nonlinearity or LinearPart
+    nonlinearity_, linear_, front_, back_, output_nonlinearity_ : Nonlinearity, Surface or LinearPart
         The blocks that the structure has.
+    branches_ : list of Branch
+        Of a structure with several cascades side by side.
     structure_ : str
         The structure's name.
     verdict_ : Verdict
@@ -68,6 +92,7 @@ class System(BaseEstimator):  # type: ignore[misc]
     """
 
     _structure: ClassVar[str] = ""
+    _several: ClassVar[bool] = False
 
     def __init__(self, *, fresh: float = 0.25) -> None:
         self.fresh = fresh
@@ -78,7 +103,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         y: Any = None,
         *,
         dt: float | None = None,
-        input: str | None = None,
+        input: str | Sequence[str] | None = None,
         output: str | None = None,
     ) -> Self:
         """Identifies the system from input and output.
@@ -88,11 +113,12 @@ class System(BaseEstimator):  # type: ignore[misc]
         u, y : array of shape (n,)
             Input and output, one value a sample, any real dtype and layout; series keep their names, and a time index tells
             the sample time. Or `u` alone: a table (pandas, polars, xarray, a dict, python-control's response) with the columns
-            that `input` and `output` name. Lists of either are several experiments (Hammerstein's refined method).
+            that `input` and `output` name. Lists of either are several experiments (Hammerstein's refined method). Models of
+            several inputs (`MultipleInputs`, `JointInputs`) take them as an array of shape (n, m) or as a table.
         dt : float, optional
             The sample time, s.
         input, output : str, optional
-            The names of the columns, or of the signals.
+            The names of the columns, or of the signals; a list of names for several inputs.
 
         Raises
         ------
@@ -103,25 +129,24 @@ class System(BaseEstimator):  # type: ignore[misc]
         ParameterError
             A parameter outside its range.
         KeyboardInterrupt
-            On Ctrl-C, at once. A Hammerstein fit cannot be stopped inside and then ends in the background.
+            On Ctrl-C. The work has then ended.
         """
-        if records.is_several(u):
+        if records.is_several(u) and not self._several:
             outputs = [None] * len(u) if y is None else list(y)
             if len(outputs) != len(u):
                 raise ParameterError(f"there are {len(u)} inputs, but {len(outputs)} outputs")
             parts = [records.signals(a, b, dt, input, output) for a, b in zip(u, outputs, strict=True)]
         else:
-            parts = [records.signals(u, y, dt, input, output)]
-        steps = {part.dt for part in parts}
-        if len(steps) > 1:
+            parts = [records.signals(u, y, dt, input, output, self._several)]
+        if len({part.dt for part in parts}) > 1:
             raise ParameterError("the experiments have different sample times")
         first = parts[0]
-        joined = [np.concatenate([getattr(p, s) for p in parts]) if len(parts) > 1 else getattr(first, s) for s in "uy"]
-        samples = [len(part.u) for part in parts] if len(parts) > 1 else None
+        joined = [_joined(list(columns)) for columns in zip(*([*part.u, part.y] for part in parts), strict=True)]
+        samples = [len(part.y) for part in parts] if len(parts) > 1 else None
         self._identification = Identification(
-            [(first.names[0], joined[0])], (first.names[1], joined[1]), first.dt, self._options(), samples
+            list(zip(first.inputs, joined, strict=False)), (first.output, joined[-1]), first.dt, self._options(), samples
         )
-        self._record = (joined[0], joined[1])
+        self._record = (joined[:-1], joined[-1])
         model = self._identification.model()
         self.predicted_ = self._identification.predicted()
         self._take(model, json.loads(self._identification.json()))
@@ -129,16 +154,32 @@ class System(BaseEstimator):  # type: ignore[misc]
 
     def _options(self) -> dict[str, Any]:
         """What is asked of the library."""
-        return {**_OPTIONS, "structure": self._structure, **self.get_params()}
+        options = {**_OPTIONS, "structure": self._structure, **self.get_params()}
+        for name, kind, words in _KINDS:
+            value = options[name]
+            if value is None and _OPTIONS[name] is None:
+                continue
+            if kind is int:
+                options[name] = whole(value, name)
+            elif not isinstance(value, kind):
+                raise ParameterError(f"{name} is {value!r}, but must be {words}")
+        known = options["known"]
+        if known is not None and (not isinstance(known, tuple | list) or np.shape(known) != (2, 2)):
+            raise ParameterError(f"known is {known!r}, but must be two points, ((x, phi), (x, phi))")
+        return options
 
     def _take(self, model: Model, result: dict[str, Any]) -> None:
         """Sets what was found as attributes."""
+        for name in _BLOCKS:  # those of a fit before, which may have had another structure
+            self.__dict__.pop(f"{name}_", None)
         self._model = model
+        file = json.loads(model.json())
         self.result_ = result
         self.structure_ = str(result["structure"])
         self.dt_ = result["sample_time"]
-        self.input_, self.output_ = result["input"], result["output"]
-        self.order_, self.delay_ = result["order"], result["delay"]
+        self.inputs_ = tuple(model.inputs)
+        self.input_, self.output_ = ", ".join(self.inputs_), result["output"]
+        self.order_, self.delay_ = file["order"], file["delay"]
         self.output_offset_ = result.get("output_offset", 0.0)
         self.verdict_ = Verdict.of(result)
         self.warnings_ = list(result["warnings"])
@@ -148,42 +189,57 @@ class System(BaseEstimator):  # type: ignore[misc]
             if result.get(name) is not None:
                 curve = result[name]
                 found = curve.get("breakpoints") or result.get("breakpoints") or ()
-                setattr(self, f"{name}_", Nonlinearity.of(curve, found))
+                block = Surface.of(curve) if "axes" in curve else Nonlinearity.of(curve, found)
+                setattr(self, f"{name}_", block)
         for name in ("linear", "front", "back"):
             if result.get(name) is not None and "b" in result[name]:
                 setattr(self, f"{name}_", LinearPart.of(result[name], self.dt_))
+        if "branches" in result:
+            self.branches_ = [Branch.of(branch, self.dt_) for branch in result["branches"]]
 
     @property
-    def blocks_(self) -> list[tuple[str, Nonlinearity | LinearPart]]:
-        """The blocks with their names, in the signal's order."""
+    def paths_(self) -> list[tuple[str, list[tuple[str, Block]]]]:
+        """What enters each cascade of blocks, and the blocks with their names in the signal's order; the cascades' outputs add up."""
         self._fitted()
+        if hasattr(self, "branches_"):
+            return [(branch.input or self.input_, list(branch.blocks)) for branch in self.branches_]
         order = {
             "hammerstein": ("nonlinearity_", "linear_"),
+            "joint-inputs": ("nonlinearity_", "linear_"),
             "hammerstein-wiener": ("nonlinearity_", "linear_", "output_nonlinearity_"),
         }.get(self.structure_, ("front_", "linear_", "nonlinearity_", "back_"))
-        return [(name[:-1], getattr(self, name)) for name in order if hasattr(self, name)]
+        return [(self.input_, [(name[:-1], getattr(self, name)) for name in order if hasattr(self, name)])]
+
+    @property
+    def blocks_(self) -> list[tuple[str, Block]]:
+        """The blocks with their names, in the signal's order; those of several cascades one after the other, numbered."""
+        paths = self.paths_
+        if len(paths) == 1:
+            return paths[0][1]
+        return [(f"{name}_{i + 1}", block) for i, (_, blocks) in enumerate(paths) for name, block in blocks]
 
     def simulate(self, u: Any) -> Array:
         """The free run: the output under the input alone, from the steady state that belongs to the mean input.
 
         Parameters
         ----------
-        u : array of shape (n,)
-            The input, one value a sample; or a table with the column that was fitted.
+        u : array of shape (n,), or (n, m) for m inputs
+            The input, one value a sample; or a table with the columns that were fitted.
 
         Returns
         -------
         array of shape (n,)
             In the unit of the output.
         """
-        return self._fitted().simulate(records.input_signal(u, self.input_))
+        model = self._fitted()
+        return model.simulate(records.input_signals(u, self.inputs_, self._several_inputs))
 
     def predict(self, u: Any, y: Any = None, horizon: int = 1) -> Array:
         """The output predicted `horizon` samples ahead: every value uses the outputs up to so many samples before it.
 
         Parameters
         ----------
-        u, y : array of shape (n,)
+        u, y : array of shape (n,); u of shape (n, m) for m inputs
             Input and measured output; or a table with the columns that were fitted.
         horizon : int
             At least 1. Only a noise model (``Hammerstein``) makes a difference to the free run.
@@ -193,6 +249,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         array of shape (n,)
             In the unit of the output. The state at the start is the one that fits best.
         """
+        horizon = whole(horizon, "horizon")
         model, given = self._fitted(), self._signals(u, y)
         return model.predict(given.u, given.y, horizon)
 
@@ -202,14 +259,25 @@ class System(BaseEstimator):  # type: ignore[misc]
         `skip` samples at the start do not count, by default those that the model takes to settle, at most a tenth.
         """
         model, given = self._fitted(), self._signals(u, y)
+        skip = None if skip is None else whole(skip, "skip")
+        if skip is not None and skip >= len(given.y):
+            raise ParameterError(f"skip is {skip}, which leaves nothing of {len(given.y)} samples to compare")
         return Verdict.of(json.loads(model.validate(given.u, given.y, skip)))
 
     def score(self, u: Any, y: Any = None) -> float:
         """The free run's R², ``1 - |y - yh|² / |y - mean y|²``, on this record; at best 1."""
         return self.validate(u, y).r_squared
 
+    @property
+    def _several_inputs(self) -> bool:
+        return len(self.inputs_) > 1
+
     def _signals(self, u: Any, y: Any) -> records.Signals:
-        return records.signals(u, y, None, self.input_, self.output_)
+        several = self._several_inputs
+        if y is not None:
+            columns = records.input_signals(u, self.inputs_, several)
+            u = np.column_stack(columns) if several else columns[0]
+        return records.signals(u, y, None, list(self.inputs_) if several else self.input_, self.output_, several)
 
     def summary(self) -> str:
         """The text that ``flexure identify`` prints."""
@@ -224,27 +292,29 @@ class System(BaseEstimator):  # type: ignore[misc]
     def to_control(self, form: str = "tf") -> Any:
         """The linear part as python-control's ``TransferFunction`` (``form="tf"``) or ``StateSpace`` (``form="ss"``).
 
-        Of a structure with two linear parts, both by name in a dict.
+        Of a structure with several linear parts, all by name in a dict.
         """
         parts = {name: b.to_control(form) for name, b in self.blocks_ if isinstance(b, LinearPart)}
+        if not parts:
+            raise FlexureError(f"a {self.structure_} model has no linear part")
         return parts if len(parts) > 1 else next(iter(parts.values()))
 
     def to_frame(self, library: str = "pandas") -> Any:
         """The record and the free run over it, as a frame of "pandas" or "polars".
 
-        Columns: ``t`` (s, where the sample time is known), input and output by their names, ``simulated``, ``residual``, and
+        Columns: ``t`` (s, where the sample time is known), inputs and output by their names, ``simulated``, ``residual``, and
         ``fresh`` for the samples that were not fitted.
         """
         self._session("to_frame")
-        u, y = self._record
-        time = {} if self.dt_ is None else {"t": np.arange(len(u)) * self.dt_}
+        inputs, y = self._record
+        time = {} if self.dt_ is None else {"t": np.arange(len(y)) * self.dt_}
         columns = {
             **time,
-            self.input_: u,
+            **dict(zip(self.inputs_, inputs, strict=True)),
             self.output_: y,
             "simulated": self.predicted_,
             "residual": y - self.predicted_,
-            "fresh": np.arange(len(u)) >= self.fitted_,
+            "fresh": np.arange(len(y)) >= self.fitted_,
         }
         return frame(columns, library)
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from flexure import _core
 from flexure._arrays import samples
-from flexure._core import DataError
+from flexure._core import DataError, TooShortError
 
 __all__ = ["Arm"]
 
@@ -62,6 +62,11 @@ class Arm:
     def toml(self) -> str:
         """The text of the arm file, with its comments, to be edited."""
         return self._core.text
+
+    def to_toml(self, path: str | PathLike[str]) -> None:
+        """Writes the arm file, for `from_toml` and ``flexure simulate``."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.toml)
 
     @property
     def dt(self) -> float:
@@ -127,4 +132,6 @@ def _pair(values: Any, name: str) -> tuple[Array, Array]:
     array = np.asarray(values)
     if array.ndim != 2 or array.shape[1] != 2:
         raise DataError(f"'{name}' has the shape {array.shape}, but both joints' inputs have the shape (n, 2)")
+    if len(array) < 2:
+        raise TooShortError(f"'{name}' has {len(array)} rows, but a simulation needs at least 2 instants")
     return samples(array[:, 0], f"{name} of joint 1"), samples(array[:, 1], f"{name} of joint 2")

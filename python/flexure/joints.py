@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,8 @@ import numpy.typing as npt
 
 from flexure import _core
 from flexure._arrays import samples
-from flexure._core import DataError, ParameterError
+from flexure._core import DataError, FlexureError, ParameterError
+from flexure.arms import Arm
 from flexure.results import Nonlinearity
 
 if TYPE_CHECKING:
@@ -47,8 +49,28 @@ class Form:
     """All that ``flexure joint --json`` says of it."""
 
 
+class _Logged:
+    """What can be made of a joint or an arm together with its log."""
+
+    _found: _core.Joint | None
+
+    def _own(self, what: str) -> _core.Joint:
+        if self._found is None:
+            raise FlexureError(f"{what} needs the log; which a joint of an arm or one out of a pickle does not have")
+        return self._found
+
+    def report(self, path: str | PathLike[str]) -> None:
+        """Writes the page that ``flexure joint --report`` writes: one HTML file that needs no network."""
+        page = self._own("report").page()
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(page)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_found": None}
+
+
 @dataclass(frozen=True)
-class Joint:
+class Joint(_Logged):
     """A rigid axis, or a flexible joint with its link."""
 
     kind: str
@@ -69,6 +91,17 @@ class Joint:
     """What to know before trusting it."""
     result: dict[str, Any] = field(repr=False)
     """All that ``flexure joint --json`` says of it."""
+    _found: _core.Joint | None = field(default=None, repr=False, compare=False)
+
+    def arm(self, joint: int = 1, *, template: Arm | None = None) -> Arm:
+        """The flexible joint in an arm whose other joint is locked, in the run of its log, as ``flexure joint --arm`` writes it.
+
+        `joint` says which it is, 1 (the shoulder) or 2; `template` is the arm whose links it moves, without which masses and
+        lengths are placeholders.
+        """
+        if joint not in (1, 2):
+            raise ParameterError(f"joint is {joint}, but must be 1, the shoulder, or 2, the elbow")
+        return Arm.from_text(self._own("arm").arm_file(joint - 1, template and template.toml))
 
     @property
     def best_friction(self) -> Form:
@@ -96,7 +129,7 @@ class Joint:
 
 
 @dataclass(frozen=True)
-class TwoLinkArm:
+class TwoLinkArm(_Logged):
     """A two-link arm with flexible joints and the coupling of its links."""
 
     shoulder: Estimate
@@ -109,6 +142,15 @@ class TwoLinkArm:
     """Shoulder and elbow."""
     result: dict[str, Any] = field(repr=False)
     """All that ``flexure joint --json`` says of it."""
+    _found: _core.Joint | None = field(default=None, repr=False, compare=False)
+
+    def arm(self, *, template: Arm | None = None) -> Arm:
+        """The arm in the run of its log, as ``flexure joint --arm`` writes it.
+
+        A log tells no masses, lengths and centres of mass, only constants: `template` is the arm whose lengths and centres of mass
+        it has, without which they are one choice with the same motion.
+        """
+        return Arm.from_text(self._own("arm").arm_file(0, template and template.toml))
 
 
 def identify_joint(
@@ -159,26 +201,24 @@ def identify_joint(
         raise ParameterError("give the position of a rigid axis, or motor and link of a flexible joint")
     if not (dt > 0 and np.isfinite(dt)):
         raise ParameterError("dt must be positive and finite, in s")
-    result = json.loads(
-        _core.identify_joint(
-            _columns(torque, "torque"),
-            _columns(link if position is None else position, "link" if position is None else "position"),
-            [] if motor is None else _columns(motor, "motor"),
-            None if velocity is None else samples(velocity, "velocity"),
-            dt,
-            motor_inertia=motor_inertia,
-            gravity=gravity,
-            spring=spring,
-            prismatic=prismatic,
-            level=level,
-        )
+    core = _core.identify_joint(
+        _columns(torque, "torque"),
+        _columns(link if position is None else position, "link" if position is None else "position"),
+        [] if motor is None else _columns(motor, "motor"),
+        None if velocity is None else samples(velocity, "velocity"),
+        dt,
+        motor_inertia=motor_inertia,
+        gravity=gravity,
+        spring=spring,
+        prismatic=prismatic,
+        level=level,
     )
+    result = json.loads(core.json())
     if result["joint"] != "two_link_arm":
-        return _joint(result)
-    first, second = (_joint({"joint": "flexible", **joint}) for joint in result["joints"])
-    return TwoLinkArm(
-        _estimate(result["shoulder"]), _estimate(result["elbow"]), _estimate(result["coupling"]), (first, second), result
-    )
+        return _joint(result, core)
+    first, second = (_joint({"joint": "flexible", **joint}, None) for joint in result["joints"])
+    links = (_estimate(result[name]) for name in ("shoulder", "elbow", "coupling"))
+    return TwoLinkArm(*links, (first, second), result, core)
 
 
 def _columns(values: Any, name: str) -> list[Array]:
@@ -190,7 +230,7 @@ def _columns(values: Any, name: str) -> list[Array]:
     return [samples(values, name)]
 
 
-def _joint(result: dict[str, Any]) -> Joint:
+def _joint(result: dict[str, Any], core: _core.Joint | None) -> Joint:
     flexible = result["joint"] == "flexible"
     return Joint(
         result["joint"],
@@ -202,6 +242,7 @@ def _joint(result: dict[str, Any]) -> Joint:
         tuple(map(_form, result.get("stiffness_forms", ()))),
         tuple(result["findings"]),
         result,
+        core,
     )
 
 

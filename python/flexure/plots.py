@@ -5,19 +5,23 @@ Every function draws into axes of its own or into the ones that are given, and r
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from flexure._core import ParameterError
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
-    from flexure.results import LinearPart, Nonlinearity, Verdict
+    from flexure._system import Block
+    from flexure.results import LinearPart, Nonlinearity, Surface, Verdict
     from flexure.systems import System
 
-__all__ = ["bode", "comparison", "nonlinearity", "residual_tests", "system"]
+__all__ = ["bode", "comparison", "nonlinearity", "residual_tests", "surface", "system"]
 
 # Told apart by colour-blind readers too (Okabe and Ito 2008).
 BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#666666"
@@ -62,6 +66,21 @@ def nonlinearity(
     axes.ticklabel_format(style="sci", scilimits=(-3, 4))
     if len(axes.get_legend_handles_labels()[1]) > 1:
         axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def surface(
+    found: Surface, *, inputs: Sequence[str] = ("input 1", "input 2"), output: str = "nonlinearity", axes: Axes | None = None
+) -> Axes:
+    """A nonlinearity of several inputs as lines of equal height over the first two, the others at the middles of their ranges."""
+    if len(found.axes) < 2:
+        raise ParameterError("the nonlinearity has one input; draw it over that")
+    axes = _axes(axes, figsize=(4.5, 3.4))
+    across, values = found.grid()
+    filled = axes.contourf(*across, values.T, levels=14, cmap="PuOr_r")
+    axes.contour(*across, values.T, levels=filled.levels, colors=GREY, linewidths=0.4)
+    axes.get_figure().colorbar(filled, ax=axes, label=output)  # type: ignore[union-attr]
+    axes.set(xlabel=inputs[0], ylabel=inputs[1])
     return axes
 
 
@@ -127,29 +146,40 @@ def system(model: System, *, truth: Any = None) -> Figure:
     """All of it: the blocks in the signal's order, fresh data against the free run, and the residual's tests."""
     import matplotlib.pyplot as plt
 
-    from flexure.results import Nonlinearity
-
-    blocks = model.blocks_
+    paths = [path for path in model.paths_ if path[1]]
     record = getattr(model, "_record", None)
-    rows = 2 + (record is not None and model.predicted_ is not None)
-    figure = plt.figure(figsize=(max(3.6 * len(blocks), 6.5), 2.6 * rows + 0.6))
+    shown = record is not None and model.predicted_ is not None
+    heights = [1.35] * len(paths) + [1.0] * (1 + shown)
+    across = max([len(blocks) for _, blocks in paths], default=0)
+    figure = plt.figure(figsize=(max(3.6 * across, 6.5), 2.4 * sum(heights) + 0.6))
     figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.06)
-    parts: Any = figure.subfigures(rows, 1, height_ratios=[1.35, 1.0, 1.0][:rows])
-    drawn = parts[0].subfigures(1, len(blocks), squeeze=False)[0]
-    for (name, block), place in zip(blocks, drawn, strict=True):
-        title = name.replace("_", " ").capitalize()
-        if isinstance(block, Nonlinearity):
-            enters = model.input_ if name == "nonlinearity" and blocks[0][0] == "nonlinearity" else "what enters it"
-            ax = nonlinearity(block, input=enters, truth=truth if name == "nonlinearity" else None, axes=place.subplots())
-            ax.set_title(title, fontsize="medium", loc="left")
-        else:
-            pair = place.subplots(2, 1, sharex=True)
-            bode(block, axes=(pair[0], pair[1]))
-            pair[0].set_title(f"{title}, order {block.order}, delay {block.delay}", fontsize="medium", loc="left")
-    if record is not None and model.predicted_ is not None:
+    parts = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
+    for (enters, blocks), part in zip(paths, parts, strict=False):
+        for (name, block), place in zip(blocks, part.subfigures(1, len(blocks), squeeze=False)[0], strict=True):
+            first = name == "nonlinearity" and blocks[0][0] == "nonlinearity"
+            of = f" of {enters}" if len(paths) > 1 and first else ""
+            entering = model.inputs_ if first and not of else [enters if first else "what enters it"]
+            _block(place, name + of, block, entering, truth if name == "nonlinearity" else None)
+    if shown:
         fresh = slice(model.fitted_, None)
         comparison(
-            record[1][fresh], model.predicted_[fresh], dt=model.dt_, output=model.output_, axes=parts[1].subplots()
+            record[1][fresh], model.predicted_[fresh], dt=model.dt_, output=model.output_, axes=parts[-2].subplots()
         )
     residual_tests(model.verdict_, axes=parts[-1].subplots())
     return figure
+
+
+def _block(place: SubFigure, title: str, block: Block, inputs: Sequence[str], truth: Any) -> None:
+    """One block with its title."""
+    from flexure.results import LinearPart, Surface
+
+    title = title[:1].upper() + title[1:].replace("_", " ")
+    if isinstance(block, LinearPart):
+        pair = place.subplots(2, 1, sharex=True)
+        ax, _ = bode(block, axes=(pair[0], pair[1]))
+        title += f", order {block.order}, delay {block.delay}"
+    elif isinstance(block, Surface):
+        ax = surface(block, inputs=inputs, axes=place.subplots())
+    else:
+        ax = nonlinearity(block, input=inputs[0], truth=truth, axes=place.subplots())
+    ax.set_title(title, fontsize="medium", loc="left")

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from flexure._core import ParameterError
+from flexure._core import DataError, ParameterError
 
-__all__ = ["LinearPart", "Nonlinearity", "ResidualTest", "Verdict"]
+__all__ = ["Branch", "LinearPart", "Nonlinearity", "ResidualTest", "Surface", "Verdict"]
 
 Array = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
@@ -79,6 +79,56 @@ class Nonlinearity:
             outside=curve.get("outside", "nearest"),
             **edge,
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A static nonlinearity of several inputs: a tensor product of cubic B-splines over a box; call it to evaluate it."""
+
+    axes: tuple[tuple[float, float, int], ...]
+    """Of each input: the lower end, the upper end, and the number of pieces between them."""
+    coefficients: Array
+    """Of the products of B-splines, pieces + 3 along every axis."""
+
+    def __call__(self, at: npt.ArrayLike) -> Array:
+        """Its values at points of shape (..., m), of shape (...); beyond the box those of its nearest point."""
+        points = np.asarray(at, dtype=np.float64)
+        if points.shape[-1:] != (len(self.axes),):
+            raise DataError(f"the points have the shape {points.shape}, but {len(self.axes)} inputs need (..., {len(self.axes)})")
+        values = self.coefficients
+        flat = points.reshape(-1, len(self.axes))
+        for i, (low, high, pieces) in enumerate(self.axes):
+            splines = _splines((flat[:, i] - low) / (high - low) * pieces, pieces)
+            # The first axis meets each point's own row; later ones one coefficient a point.
+            values = np.einsum("nk,k...->n...", splines, values) if i == 0 else np.einsum("nk,nk...->n...", splines, values)
+        return np.asarray(values.reshape(points.shape[:-1]))
+
+    def grid(self, points: int = 60) -> tuple[list[Array], Array]:
+        """Abscissas of the first two inputs and the values over them, of shape (points, points); others at their middles."""
+        middle = [0.5 * (low + high) for low, high, _ in self.axes]
+        across = [np.linspace(low, high, points) for low, high, _ in self.axes[:2]]
+        at = np.tile(np.array(middle), (points, points, 1))
+        at[..., 0], at[..., 1] = np.meshgrid(*across, indexing="ij")
+        return across, self(at)
+
+    @classmethod
+    def of(cls, surface: dict[str, Any]) -> Surface:
+        """From the object that a model file or a result has."""
+        axes = tuple((axis["low"], axis["high"], axis["pieces"]) for axis in surface["axes"])
+        return cls(axes, _array(surface["coefficients"]).reshape([pieces + 3 for *_, pieces in axes]))
+
+
+def _splines(place: Array, pieces: int) -> Array:
+    """The values of all cubic B-splines along an axis at places from 0 to `pieces`, held within."""
+    place = np.clip(place, 0.0, pieces)
+    first = np.minimum(place.astype(int), pieces - 1)
+    t = place - first
+    s = 1.0 - t
+    values = np.zeros((len(place), pieces + 3))
+    four = (s**3 / 6, (3 * t**3 - 6 * t**2 + 4) / 6, (-3 * t**3 + 3 * t**2 + 3 * t + 1) / 6, t**3 / 6)
+    for k, value in enumerate(four):
+        values[np.arange(len(place)), first + k] = value
+    return values
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +211,35 @@ def _companion(b: Array, a: Array) -> tuple[Array, Array, Array, Array]:
     B = np.zeros((n, 1))
     B[:1] = 1.0
     return A, B, (b[1:] - b[0] * a[1:]).reshape(1, n), np.array([[b[0]]])
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """One of the cascades whose outputs add up."""
+
+    nonlinearity: Nonlinearity
+    """Its static nonlinearity."""
+    linear: LinearPart | None = None
+    """The dynamics after it, where there are none before it."""
+    front: LinearPart | None = None
+    """The dynamics before it."""
+    back: LinearPart | None = None
+    """Those after it, where there are some before it."""
+    input: str | None = None
+    """The input that enters it, where each branch has its own."""
+
+    @property
+    def blocks(self) -> list[tuple[str, Nonlinearity | LinearPart]]:
+        """The blocks with their names, in the signal's order."""
+        found = ((name, getattr(self, name)) for name in ("front", "nonlinearity", "linear", "back"))
+        return [(name, block) for name, block in found if block is not None]
+
+    @classmethod
+    def of(cls, branch: dict[str, Any], dt: float | None) -> Branch:
+        """From the object that a result has."""
+        curve = branch["nonlinearity"]
+        parts = {name: LinearPart.of(branch[name], dt) for name in ("linear", "front", "back") if name in branch}
+        return cls(Nonlinearity.of(curve, curve["breakpoints"]), input=branch.get("input"), **parts)
 
 
 @dataclass(frozen=True)

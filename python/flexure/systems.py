@@ -1,4 +1,4 @@
-"""Block-oriented systems from one input to one output: identified, simulated, predicted, judged.
+"""Block-oriented systems: identified, simulated, predicted, judged.
 
 =========================  ==============================================  =============================================
 estimator                  blocks, in the signal's order                   results
@@ -8,6 +8,10 @@ estimator                  blocks, in the signal's order                   resul
 `WienerHammerstein`        linear, static, linear                          ``front_``, ``nonlinearity_``, ``back_``
 `HammersteinWiener`        static, linear, static                          ``nonlinearity_``, ``linear_``, ``output_nonlinearity_``
 `Auto`                     those of the structure that the data support    ``structure_``, ``comparison_`` and its blocks
+`Parallel`                 a sum of cascades from one input                ``branches_``
+`MultipleInputs`           a sum of Hammerstein systems, one an input      ``branches_``
+`JointInputs`              one static of all inputs, linear                ``nonlinearity_`` (a `Surface`), ``linear_``
+`NARX`, `Volterra`         none: what blocks should come near to           ``terms_``; ``first_``, ``second_``
 =========================  ==============================================  =============================================
 
 Nothing has to be given but the record: orders, delay, noise model and the nonlinearity's shape come from the data.
@@ -18,10 +22,29 @@ from __future__ import annotations
 import json
 from os import PathLike
 
+import numpy as np
+import numpy.typing as npt
+
 from flexure._core import Model
 from flexure._system import System
 
-__all__ = ["EXPECTED_FAILED_CHECKS", "Auto", "Hammerstein", "HammersteinWiener", "System", "Wiener", "WienerHammerstein", "load"]
+__all__ = [
+    "EXPECTED_FAILED_CHECKS",
+    "NARX",
+    "Auto",
+    "Hammerstein",
+    "HammersteinWiener",
+    "JointInputs",
+    "MultipleInputs",
+    "Parallel",
+    "System",
+    "Volterra",
+    "Wiener",
+    "WienerHammerstein",
+    "load",
+]
+
+Array = npt.NDArray[np.float64]
 
 _SHAPE = "the check's X has several columns and few rows in no order; a system has one input, sampled in time, at least 100 times"
 _WORDS = "the error is said in terms of signals and samples, not of features"
@@ -165,9 +188,133 @@ class Auto(System):
     _structure = "auto"
 
 
+class Parallel(System):
+    """A sum of branches from one input: each a static nonlinearity and linear dynamics, with linear dynamics before it if needed.
+
+    The record determines the branches' sum; parts of it can be moved from one branch to another.
+
+    Parameters
+    ----------
+    branches : int, optional
+        Their number, 1 to 5; None: up to 3, from the data.
+    fresh : float
+        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+    """
+
+    _structure = "parallel"
+
+    def __init__(self, *, branches: int | None = None, fresh: float = 0.25) -> None:
+        super().__init__(fresh=fresh)
+        self.branches = branches
+
+
+class MultipleInputs(System):
+    """Several inputs, each through a static nonlinearity and linear dynamics of its own; the branches add up.
+
+    Parameters
+    ----------
+    fresh : float
+        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+    """
+
+    _structure = "multiple-inputs"
+    _several = True
+
+
+class JointInputs(System):
+    """Two to four inputs into one static nonlinearity of all of them, then linear dynamics.
+
+    Parameters
+    ----------
+    fresh : float
+        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+    """
+
+    _structure = "joint-inputs"
+    _several = True
+
+
+class NARX(System):
+    """A polynomial of past outputs and inputs: a reference without blocks, to see what a model with blocks should come near to.
+
+    ``terms_`` has the coefficients by their monomials, in inputs u and outputs y of mean 0 and variance 1; the one of ``""`` is the
+    constant.
+
+    Parameters
+    ----------
+    fresh : float
+        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+    """
+
+    _structure = "narx"
+
+    @property
+    def terms_(self) -> dict[str, float]:
+        """The coefficients by monomial."""
+        self._fitted()
+        found = self.result_
+        past = [f"y[n-{i + 1}]" for i in range(found["past_outputs"])]
+        past += [f"u[n-{i}]" if i else "u[n]" for i in range(self.delay_, self.delay_ + found["past_inputs"])]
+        terms = {" ".join(past[i] for i in term["factors"]): term["coefficient"] for term in found["terms"]}
+        return {"": found["constant"], **terms}
+
+
+class Volterra(System):
+    """A Volterra series of second order with a prior of decay and smoothness: a reference without blocks.
+
+    The output is ``constant_`` plus the sums of ``first_[i]`` u[n-d-i] and of ``second_[i, j]`` u[n-d-i] u[n-d-j], u being the input
+    less ``input_level_`` and d ``delay_``.
+
+    Parameters
+    ----------
+    fresh : float
+        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+    """
+
+    _structure = "volterra"
+
+    @property
+    def constant_(self) -> float:
+        """The kernel of order zero, in the unit of the output."""
+        self._fitted()
+        return float(self.result_["constant"])
+
+    @property
+    def input_level_(self) -> float:
+        """What is taken off the input, in its unit."""
+        self._fitted()
+        return float(self.result_["input_level"])
+
+    @property
+    def first_(self) -> Array:
+        """The kernel of first order, of shape (lags,)."""
+        self._fitted()
+        return np.array(self.result_["first"], dtype=np.float64)
+
+    @property
+    def second_(self) -> Array:
+        """The kernel of second order, symmetric, of shape (lags, lags)."""
+        self._fitted()
+        found = np.array(self.result_["second"], dtype=np.float64)
+        return found.reshape(len(found), len(found))
+
+
+_CLASSES = (
+    Hammerstein,
+    Wiener,
+    WienerHammerstein,
+    HammersteinWiener,
+    Parallel,
+    MultipleInputs,
+    JointInputs,
+    NARX,
+    Volterra,
+)
+
+
 def load(path: str | PathLike[str]) -> System:
     """The model out of a model file, as an estimator of its structure (`Auto` for structures without one of their own)."""
     model = Model.read(path)
     structure = json.loads(model.json())["structure"]
-    classes = {c._structure: c for c in (Hammerstein, Wiener, WienerHammerstein, HammersteinWiener)}
+    classes: dict[str, type[System]] = {c._structure: c for c in _CLASSES}
     return classes.get(structure, Auto)._of(model)

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use flexure::Record;
 use flexure::simulation::batch;
+use flexure::{Interrupt, Record};
 use flexure_io::arm::{ArmError, ArmFile, DriveKind, PRESETS, preset_text, run_driven, run_watched};
 use flexure_io::{read_record, read_text};
 use pyo3::prelude::*;
@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 use crate::arrays::{Column, array};
 use crate::errors::{FlexureError, of_any, of_library};
 use crate::names::known;
-use crate::run::{Stop, interruptible};
+use crate::run::interruptible;
 
 /// Torques or deflections of both joints, one sample an instant.
 type Drive = (Column, Column);
@@ -79,8 +79,8 @@ fn drive_kind(name: &str) -> PyResult<DriveKind> {
     })
 }
 
-fn driven(file: &ArmFile, drive: &Drive, stop: &Stop) -> Result<Record, ArmError> {
-    run_driven(file, [drive.0.samples(), drive.1.samples()], &mut |_| stop.flow())
+fn driven(file: &ArmFile, drive: &Drive, interrupt: &Interrupt) -> Result<Record, ArmError> {
+    run_driven(file, [drive.0.samples(), drive.1.samples()], &mut |_| interrupt.flow())
 }
 
 #[pymethods]
@@ -134,11 +134,11 @@ impl Arm {
     #[pyo3(signature = (drive=None, kind="torque"))]
     fn simulate<'py>(&self, py: Python<'py>, drive: Option<Drive>, kind: &str) -> PyResult<Bound<'py, PyDict>> {
         let (source, kind) = (Arc::clone(&self.0), drive_kind(kind)?);
-        let record = interruptible(py, move |stop| match drive {
-            Some(drive) => driven(&source.driven(kind, drive.0.len()), &drive, stop),
+        let record = interruptible(py, move |interrupt| match drive {
+            Some(drive) => driven(&source.driven(kind, drive.0.len()), &drive, interrupt),
             None => {
                 let load = |name: &str| read_record(source.folder.join(name)).map(|file| file.record);
-                let mut watch = |_| -> ControlFlow<()> { stop.flow() };
+                let mut watch = |_| -> ControlFlow<()> { interrupt.flow() };
                 run_watched(&source.file, load, &mut watch)
             }
         })?;
@@ -154,14 +154,14 @@ impl Arm {
         kind: &str,
     ) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let (source, kind) = (Arc::clone(&self.0), drive_kind(kind)?);
-        let records = interruptible(py, move |stop| {
+        let records = interruptible(py, move |interrupt| {
             let jobs: Vec<_> = drives.into_iter().enumerate().collect();
             let run = |(i, drive): &(usize, Drive)| {
                 let mut file = source.driven(kind, drive.0.len());
                 if let Some(noise) = &mut file.noise {
                     noise.seed = noise.seed.wrapping_add(*i as u64);
                 }
-                driven(&file, drive, stop)
+                driven(&file, drive, interrupt)
             };
             batch(&jobs, run)
         })?;

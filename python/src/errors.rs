@@ -58,7 +58,7 @@ pub fn of_library(error: &Error) -> PyErr {
         | Error::BeyondData { .. }
         | Error::RuleUnsuited { .. } => ParameterError::new_err(text),
         Error::Integration { .. } => SimulationError::new_err(text),
-        Error::Cancelled { .. } | Error::Stopped { .. } | Error::IdentificationStopped { .. } => {
+        Error::Cancelled { .. } | Error::Stopped { .. } | Error::IdentificationStopped { .. } | Error::Interrupted => {
             PyRuntimeError::new_err(text)
         }
         _ => DataError::new_err(text),

@@ -194,7 +194,7 @@ impl Identification {
                 ));
             }
         };
-        let session = interruptible(py, move |stop| {
+        let session = interruptible(py, move |interrupt| {
             let names: Vec<String> = inputs.iter().map(|(name, _)| name.clone()).collect();
             let columns = inputs.iter().chain([&output]);
             let columns = columns.map(|(name, samples)| (name.clone(), samples.samples().to_vec()));
@@ -213,7 +213,7 @@ impl Identification {
                 }
                 _ => {
                     let inputs: Vec<&str> = owner.inputs.iter().map(String::as_str).collect();
-                    Identified::new(task, &owner.file, &inputs, owner.signals(), &|_| stop.flow())
+                    Identified::new(task, &owner.file, &inputs, owner.signals(), &|_| interrupt.flow())
                 }
             })
         })?;
@@ -238,10 +238,9 @@ impl Identification {
         model.map(Model::new).map_err(|error| of_any(&error))
     }
 
-    /// The free-run output over the record; None where the method keeps none.
-    fn predicted<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let predicted = self.0.borrow_dependent().predicted();
-        predicted.map(|values| array(py, values)).transpose()
+    /// The free-run output over the record.
+    fn predicted<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        array(py, self.0.borrow_dependent().predicted())
     }
 
     /// The page that `flexure identify --report` writes.

@@ -1,15 +1,41 @@
 //! Joints from their logs.
 
+use std::sync::Arc;
+
 use flexure::identify::joint::{Extra, FlexibleJoint, RigidJoint, TwoLinkLog};
-use flexure_cli::session::JointLog;
+use flexure_cli::session::{JointLog, LoggedJoint};
 use pyo3::prelude::*;
 
 use crate::arrays::Column;
 use crate::errors::{ParameterError, of_any};
 use crate::run::interruptible;
 
-/// Identifies a joint or an arm from the columns of its log, one or two of each kind, and returns the object that
-/// `flexure joint --json` prints, as text. Without `motor` it is a rigid axis.
+/// An identified joint or arm with its log.
+#[pyclass(frozen, module = "flexure._core")]
+pub struct Joint(Arc<LoggedJoint>);
+
+#[pymethods]
+impl Joint {
+    /// The object that `flexure joint --json` prints, as text, without simulated motions and files.
+    fn json(&self) -> String {
+        self.0.json().to_string()
+    }
+
+    /// The page that `flexure joint --report` writes.
+    fn page(&self, py: Python<'_>) -> PyResult<String> {
+        let joint = Arc::clone(&self.0);
+        interruptible(py, move |_| joint.page())?.map_err(|error| of_any(&error))
+    }
+
+    /// The text of the arm file that `flexure joint --arm` writes, not driven by any record; `joint`, 0 or 1, is the place of a
+    /// single joint in the arm, `template` the text of an arm file whose links' geometry it has.
+    #[pyo3(signature = (joint=0, template=None))]
+    fn arm_file(&self, joint: usize, template: Option<&str>) -> PyResult<String> {
+        self.0.arm_file(joint, template).map_err(|error| of_any(&error))
+    }
+}
+
+/// Identifies a joint or an arm from the columns of its log, one or two of each kind. Without `motor` it is a rigid axis.
 #[pyfunction]
 #[pyo3(signature = (torque, link, motor, velocity, sample_time, *, motor_inertia=None, gravity=false, spring=false, prismatic=false, level=0.95))]
 #[expect(clippy::too_many_arguments, reason = "keywords on the other side")]
@@ -25,7 +51,7 @@ pub fn identify_joint(
     spring: bool,
     prismatic: bool,
     level: f64,
-) -> PyResult<String> {
+) -> PyResult<Joint> {
     let found = interruptible(py, move |_| {
         let mut extras = Vec::new();
         extras.extend(gravity.then_some(Extra::Gravity));
@@ -64,7 +90,7 @@ pub fn identify_joint(
         log.identify().map(Some)
     })?;
     match found.map_err(|error| of_any(&error))? {
-        Some(object) => Ok(object.to_string()),
+        Some(found) => Ok(Joint(Arc::new(found))),
         None => Err(ParameterError::new_err(
             "a two-link arm needs two columns each of motors, links and torques, a joint one",
         )),

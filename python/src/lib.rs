@@ -30,7 +30,7 @@ mod _core {
     #[pymodule_export]
     use crate::identification::Identification;
     #[pymodule_export]
-    use crate::joint::identify_joint;
+    use crate::joint::{Joint, identify_joint};
     #[pymodule_export]
     use crate::model::Model;
     #[pymodule_export]

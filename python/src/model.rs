@@ -17,7 +17,7 @@ use crate::run::interruptible;
 /// What stands for a file's name in messages.
 const MODEL: &str = "the model";
 
-/// A model of one input and one output.
+/// A model of one output.
 #[pyclass(frozen, module = "flexure._core")]
 pub struct Model(Arc<ModelFile>);
 
@@ -27,25 +27,32 @@ impl Model {
         Model(Arc::new(file))
     }
 
+    /// The names of the inputs: one that a comma may be part of, or several with commas between them.
+    fn input_names(&self) -> Vec<String> {
+        match self.0.block.inputs() {
+            1 => vec![self.0.input.clone()],
+            _ => self.0.input.split(',').map(|name| name.trim().to_owned()).collect(),
+        }
+    }
+
     /// Runs `work` with the columns as a record whose names are the model's.
     fn with_record<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        input: Column,
+        inputs: Vec<Column>,
         output: Option<Column>,
-        work: impl FnOnce(&ModelFile, &RecordFile, [&str; 2]) -> Result<T> + Send + 'static,
+        work: impl FnOnce(&ModelFile, &RecordFile, (&[&str], &str)) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
-        let model = Arc::clone(&self.0);
+        let (model, names) = (Arc::clone(&self.0), self.input_names());
         let result = interruptible(py, move |_| {
-            let mut record = Record::new([(model.input.clone(), input.samples().to_vec())])?;
+            let columns = names.iter().zip(&inputs);
+            let mut record = Record::new(columns.map(|(name, column)| (name.clone(), column.samples().to_vec())))?;
             if let Some(output) = output {
                 record.push(model.output.clone(), output.samples().to_vec())?;
             }
-            work(
-                &model,
-                &RecordFile::in_memory(record, RECORD),
-                [&model.input, &model.output],
-            )
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let file = RecordFile::in_memory(record, RECORD);
+            work(&model, &file, (&names, &model.output))
         })?;
         result.map_err(|error| of_any(&error))
     }
@@ -77,36 +84,40 @@ impl Model {
         write_model(path, &self.0).map_err(|error| of_any(&error.into()))
     }
 
-    /// The free run from the steady state of the mean input.
-    fn simulate<'py>(&self, py: Python<'py>, input: Column) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.with_record(py, input, None, |model, file, [input, _]| {
-            simulate(model, file, &[input])
+    /// The names of the inputs, in the order in which they are given to the other methods.
+    #[getter]
+    fn inputs(&self) -> Vec<String> {
+        self.input_names()
+    }
+
+    /// The free run from the steady state of the mean inputs.
+    fn simulate<'py>(&self, py: Python<'py>, inputs: Vec<Column>) -> PyResult<Bound<'py, PyAny>> {
+        let values = self.with_record(py, inputs, None, |model, file, (inputs, _)| {
+            simulate(model, file, inputs)
         })?;
         array(py, &values)
     }
 
     /// The prediction so many samples ahead; the free run without a horizon. Both start from the state that fits best.
-    #[pyo3(signature = (input, output, horizon=None))]
+    #[pyo3(signature = (inputs, output, horizon=None))]
     fn predict<'py>(
         &self,
         py: Python<'py>,
-        input: Column,
+        inputs: Vec<Column>,
         output: Column,
         horizon: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.with_record(py, input, Some(output), move |model, file, [input, output]| {
-            predict(model, file, (&[input], output), horizon)
+        let values = self.with_record(py, inputs, Some(output), move |model, file, names| {
+            predict(model, file, names, horizon)
         })?;
         array(py, &values)
     }
 
     /// The object that `flexure validate --json` prints, as text.
-    #[pyo3(signature = (input, output, skip=None))]
-    fn validate(&self, py: Python<'_>, input: Column, output: Column, skip: Option<usize>) -> PyResult<String> {
-        self.with_record(py, input, Some(output), move |model, file, [input, output]| {
-            Ok(Judged::new(model, file, (&[input], output), skip, None)?
-                .json()
-                .to_string())
+    #[pyo3(signature = (inputs, output, skip=None))]
+    fn validate(&self, py: Python<'_>, inputs: Vec<Column>, output: Column, skip: Option<usize>) -> PyResult<String> {
+        self.with_record(py, inputs, Some(output), move |model, file, names| {
+            Ok(Judged::new(model, file, names, skip, None)?.json().to_string())
         })
     }
 }

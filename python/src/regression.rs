@@ -112,11 +112,11 @@ impl Regression {
             block,
         };
         let fitted = Arc::clone(&self.0);
-        let found = interruptible(py, move |stop| {
+        let found = interruptible(py, move |interrupt| {
             let data = (&slices(&fitted.x)[..], fitted.y.samples(), fitted.weights());
             let at: Vec<Vec<f64>> = x.iter().map(|column| column.samples().to_vec()).collect();
             band(&options, (&fitted.method, &fitted.fit), data, &at, &mut |_, _| {
-                stop.flow()
+                interrupt.flow()
             })
         })?;
         let Some(band) = found.map_err(|error| of_library(&error))? else {

@@ -1,64 +1,62 @@
 //! Work without the interpreter's lock: Ctrl-C stops it, threads share it, forks survive it.
 
-use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
+use flexure::Interrupt;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::errors::of_library;
+
 /// How often signals are looked for.
 const POLL: Duration = Duration::from_millis(50);
+/// How long a computation that was told to stop is waited for.
+const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Asks a computation to stop.
-#[derive(Clone, Default)]
-pub struct Stop(Arc<AtomicBool>);
-
-impl Stop {
-    /// Whether to go on: what the library's progress functions return.
-    pub fn flow(&self) -> ControlFlow<()> {
-        match self.0.load(Ordering::Relaxed) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
-    }
-}
-
-/// Runs `work` on a thread of its own, while this one waits without the lock and looks for signals.
+/// Runs `work` on a thread of its own, watched by the interrupt that it is given, while this one waits without the lock and looks
+/// for signals.
 ///
 /// # Errors
-/// Whatever a signal's handler raises, `KeyboardInterrupt` above all: `work` is told to stop, and its result, should it
-/// still come, is thrown away. `RuntimeError` for a panic, which is a defect of Flexure.
-pub fn interruptible<T: Send + 'static>(py: Python<'_>, work: impl FnOnce(&Stop) -> T + Send + 'static) -> PyResult<T> {
-    let stop = Stop::default();
-    let theirs = stop.clone();
+/// Whatever a signal's handler raises, `KeyboardInterrupt` above all: `work` is stopped first, and its result thrown away.
+/// `RuntimeError` for a panic, which is a defect of Flexure.
+pub fn interruptible<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce(&Interrupt) -> T + Send + 'static,
+) -> PyResult<T> {
+    let interrupt = Interrupt::default();
+    let theirs = interrupt.clone();
     let (send, receive) = sync_channel(1);
     let receive = Mutex::new(receive);
     std::thread::Builder::new()
         .name("flexure".to_owned())
         .spawn(move || {
-            let result = catch_unwind(AssertUnwindSafe(|| in_pool(|| work(&theirs))));
-            // Nobody waits any more where a signal came.
+            let watched = || theirs.watch(|| work(&theirs));
+            let result = catch_unwind(AssertUnwindSafe(|| in_pool(watched)));
+            // Nobody waits any more where a signal came and stopping took long.
             let _ = send.send(result);
         })
         .map_err(|error| PyRuntimeError::new_err(format!("no thread can be started: {error}")))?;
-    loop {
-        let received = py.detach(|| {
+    let wait = |time: Duration| {
+        py.detach(|| {
             receive
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
-                .recv_timeout(POLL)
-        });
-        match received {
-            Ok(Ok(result)) => return Ok(result),
+                .recv_timeout(time)
+        })
+    };
+    loop {
+        match wait(POLL) {
+            Ok(Ok(result)) => return result.map_err(|error| of_library(&error)),
             Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => return Err(defect()),
             Err(RecvTimeoutError::Timeout) => {
                 if let Err(raised) = py.check_signals() {
-                    stop.0.store(true, Ordering::Relaxed);
+                    interrupt.stop();
+                    // The cores are free again when the exception is seen, and so is the memory.
+                    let _ = wait(PATIENCE);
                     return Err(raised);
                 }
             }

@@ -1,6 +1,8 @@
 """Arms and joints: the command line's numbers, and the truth that was simulated."""
 
 import json
+import pickle
+import re
 
 import numpy as np
 import pandas as pd
@@ -55,6 +57,8 @@ def test_what_is_wrong_is_said(tmp_path):
     arm = flexure.Arm.from_text(text)
     with pytest.raises(flexure.DataError, match=r"'torque' has the shape \(5,\)"):
         arm.simulate(np.zeros(5))
+    with pytest.raises(flexure.TooShortError, match="has 1 rows, but a simulation needs at least 2"):
+        arm.simulate(np.zeros((1, 2)))
     with pytest.raises(flexure.DataError, match="tau1.*NaN|NaN.*tau1"):
         arm.simulate(np.full((5, 2), np.nan))
     with pytest.raises(flexure.ParameterError, match="not both"):
@@ -99,13 +103,45 @@ def axis():
     return flexure.Arm.from_text(text[: text.index("[run]")] + _RUN).simulate()
 
 
+def same_page(found, page, folder):
+    """The page of the command line, but for the file's name and the command that makes it."""
+    found.report(folder / "own.html")
+    own, theirs = (re.sub(r"<!--.*?-->", "", path.read_text(), flags=re.DOTALL) for path in (folder / "own.html", page))
+    assert own.count("<svg") == theirs.count("<svg") and own.count("<table") == theirs.count("<table")
+    assert abs(len(own) - len(theirs)) < 2000
+
+
+def test_a_flexible_joint_in_an_arm(tmp_path, command):
+    text = flexure.Arm.preset("space-arm").toml.replace("[[arm.joint]] ", "[[arm.joint]]\nlocked = true ", 1)
+    log = flexure.Arm.from_text(text[: text.index("[run]")] + _RUN.replace("q2 = 1e-5", "q2 = 1e-5, qm2 = 1e-5")).simulate()
+    path = write_csv(tmp_path / "log.csv", t=log["t"], m=log["qm2"], q=log["q2"], tau=log["tau2"])
+    page, file = tmp_path / "page.html", tmp_path / "arm.toml"
+    command("joint", path, "--motor", "m", "--link", "q", "--torque", "tau", "--joint", "2", "--arm", file, "--report", page)
+    joint = flexure.identify_joint(log["tau2"], motor=log["qm2"], link=log["q2"], dt=0.002)
+    assert joint.kind == "flexible" and joint.arm(2).toml == file.read_text()
+    same_page(joint, page, tmp_path)
+    again = joint.arm(2).simulate(np.column_stack([np.zeros_like(log["tau2"]), log["tau2"]]))
+    assert np.std(again["q2"] - log["q2"]) < 0.05 * np.std(log["q2"])
+    with pytest.raises(flexure.ParameterError, match="joint is 3, but must be 1"):
+        joint.arm(3)
+
+
 def test_an_arm_is_identified_as_on_the_command_line(two_links, tmp_path, command):
     path = write_csv(tmp_path / "log.csv", **two_links)
-    done = command("joint", path, "--motor", "qm1,qm2", "--link", "q1,q2", "--torque", "tau1,tau2", "--json")
+    page, file = tmp_path / "page.html", tmp_path / "other" / "arm.toml"
+    file.parent.mkdir()
+    columns = ["--motor", "qm1,qm2", "--link", "q1,q2", "--torque", "tau1,tau2"]
+    done = command("joint", path, *columns, "--report", page, "--arm", file, "--json")
     log = two_links
     pair = lambda name: np.column_stack([log[f"{name}1"], log[f"{name}2"]])  # noqa: E731
     arm = flexure.identify_joint(pair("tau"), motor=pair("qm"), link=pair("q"), dt=0.002)
     assert arm.result == _without(json.loads(done.stdout), "replay", "written")
+    assert arm.arm().toml == file.read_text()
+    arm.arm().to_toml(tmp_path / "own.toml")
+    assert flexure.Arm.from_toml(tmp_path / "own.toml").toml == file.read_text()
+    same_page(arm, page, tmp_path)
+    with pytest.raises(flexure.FlexureError, match="report needs the log"):
+        pickle.loads(pickle.dumps(arm)).report(tmp_path / "none.html")
     truth = 2.544 + 1.5075 * 2.25**2
     assert abs(arm.elbow.value - truth) < 4 * arm.elbow.error + 0.01 * truth
     shoulder = arm.joints[0]
@@ -116,11 +152,15 @@ def test_an_arm_is_identified_as_on_the_command_line(two_links, tmp_path, comman
 
 def test_a_rigid_axis_is_identified_as_on_the_command_line(axis, tmp_path, command):
     path = write_csv(tmp_path / "log.csv", t=axis["t"], q=axis["q2"], tau=axis["tau2"])
-    done = command("joint", path, "--position", "q", "--torque", "tau", "--json")
+    page = tmp_path / "page.html"
+    done = command("joint", path, "--position", "q", "--torque", "tau", "--report", page, "--json")
     found = flexure.identify_joint(axis["tau2"], position=axis["q2"], dt=0.002)
     assert found.kind == "rigid" and found.motor_inertia is None and found.stiffness is None
     assert found.result == _without(json.loads(done.stdout), "replays", "friction_file")
     assert found.best_friction.name == found.result["best_form"]
+    same_page(found, page, tmp_path)
+    with pytest.raises(flexure.FlexureError, match="a rigid axis has no arm file"):
+        found.arm()
     truth = 2.544 + 1.5075 * 2.25**2
     assert abs(found.inertia.value - truth) < 4 * found.inertia.error + 0.01 * truth
 

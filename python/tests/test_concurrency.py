@@ -64,22 +64,68 @@ def test_the_lock_is_released():
     assert seen > 5
 
 
+_INTERRUPTS = """
+def logs(seconds):
+    run = ("[run]\\nduration = %g\\nsample_time = 0.002\\n[excitation]\\nkind = 'multisine'\\namplitude = [40.0, 20.0]\\nf_min = 0.05\\nf_max = 3.0\\n"
+           "[noise]\\nstd = { tau1 = 0.4, tau2 = 0.2, q1 = 1e-5, q2 = 1e-5, qm1 = 1e-5, qm2 = 1e-5 }\\n") % seconds
+    text = flexure.Arm.preset("space-arm").toml
+    log = flexure.Arm.from_text(text[: text.index("[run]")] + run).simulate()
+    return lambda name: np.column_stack([log[name + "1"], log[name + "2"]])
+
+def busy():
+    # Whether any thread works.
+    before = time.process_time()
+    time.sleep(0.2)
+    return time.process_time() - before > 0.02
+
+def interrupted(work):
+    threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    try:
+        work()
+    except KeyboardInterrupt:
+        return True
+"""
+
+
 @pytest.mark.parametrize(
-    ("estimator", "samples"), [("Hammerstein()", 1_000_000), ("WienerHammerstein()", 30_000), ("Auto()", 30_000)]
+    "work",
+    [
+        "flexure.Hammerstein().fit(*record(2_000_000))",
+        "flexure.Hammerstein(method='plain', nonlinearity='network').fit(*record(500_000))",
+        "flexure.Wiener().fit(*record(100_000))",
+        "flexure.WienerHammerstein().fit(*record(100_000))",
+        "flexure.HammersteinWiener().fit(*record(100_000))",
+        "flexure.Auto().fit(*record(100_000))",
+        "flexure.Parallel().fit(*record(100_000))",
+        "flexure.NARX().fit(*record(100_000))",
+        "flexure.Volterra().fit(*record(100_000))",
+        "flexure.MultipleInputs().fit(rng.normal(size=(100_000, 3)), rng.normal(size=100_000))",
+        "flexure.JointInputs().fit(rng.normal(size=(100_000, 3)), rng.normal(size=100_000))",
+        "flexure.identify_joint(log('tau'), motor=log('qm'), link=log('q'), dt=0.002)",
+        "flexure.identify_joint(log('tau')[:, 0], position=log('q')[:, 0], dt=0.002)",
+        "flexure.KNNRegressor().fit(rng.normal(size=(300_000, 3)), rng.normal(size=300_000))",
+        "flexure.KernelRegressor().fit(rng.normal(size=(300_000, 3)), rng.normal(size=300_000))",
+        "flexure.KernelRegressor(kernel='gaussian').fit(rng.normal(size=(3_000_000, 1)), rng.normal(size=3_000_000))",
+        "flexure.Arm.preset('space-arm').simulate_batch(np.zeros((64, 100_000, 2)))",
+    ],
 )
-def test_an_interrupted_fit_raises_soon(estimator, samples):
-    """The fit takes seconds; the interrupt comes at once and the process is still good for another."""
-    out = _process(f"""
-        u, y = record({samples})
-        threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
-        try:
-            flexure.{estimator}.fit(u, y)
-            print("not interrupted")
-        except KeyboardInterrupt:
-            print("interrupted")
-        print(flexure.Hammerstein().fit(u[:2000], y[:2000]).verdict_.fit_percent > 90)
-    """)
-    assert out.split() == ["interrupted", "True"]
+def test_an_interrupt_ends_the_work(work):
+    """Every one of these takes many seconds. The interrupt is seen at once, and soon no thread works any more."""
+    setup = "log = logs(120)" if "log(" in work else ""
+    out = _process(
+        _INTERRUPTS
+        + setup
+        + textwrap.dedent(f"""
+        work = lambda: {work}
+        stopped = interrupted(work)
+        begin = time.monotonic()
+        while (still := busy()) and time.monotonic() - begin < 5:
+            pass
+        u, y = record(2000)
+        print(stopped, still, flexure.Hammerstein().fit(u, y).verdict_.fit_percent > 90)
+        """)
+    )
+    assert out.split() == ["True", "False", "True"]
 
 
 def test_an_interrupted_simulation():

@@ -1,9 +1,11 @@
 //! Flexure itself.
 
+use flexure::Record;
+use flexure::identify::RefinedHammerstein;
 use flexure::nonlinearity::{
-    Bandwidth, Basis, Choice, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, KernelRegression,
-    LocalKernel, NearestNeighbours, NetworkRegression, Outside, PolynomialRegression, Regression, SeriesRegression,
-    SplineRegression,
+    Bandwidth, Basis, Choice, Degree, Estimator, EstimatorName, HaarRegression, Kernel, KernelEstimator,
+    KernelRegression, LocalKernel, NamedEstimator, NearestNeighbours, NetworkRegression, Outside, PolynomialRegression,
+    Regression, Rule, SeriesRegression, SplineRegression, Tuning,
 };
 use flexure::selection::{BandwidthRule, Criterion, LeaveOneOut, choose_bandwidth};
 
@@ -116,6 +118,25 @@ pub fn call(job: &Job) -> Result<Call> {
                 ..Default::default()
             }))
         }
+        "regressor" => {
+            let method = NamedEstimator {
+                name: EstimatorName::LocalLinear,
+                tuning: match job.number("h") {
+                    Ok(h) => Tuning::Fixed(vec![h]),
+                    Err(_) => Tuning::FromData(Rule::LeaveOneOut),
+                },
+                outside,
+                ..Default::default()
+            };
+            Ok(Box::new(move |data: &Data| {
+                let fit = method.fit(&data.columns(), &data.y, None)?;
+                Ok(fit.regression.predict(&data.points())?.into())
+            }))
+        }
+        "hammerstein" => Ok(Box::new(|data: &Data| {
+            let record = Record::new([("u", data.x[0].clone()), ("y", data.y.clone())])?;
+            Ok(RefinedHammerstein::default().identify(&record, "u", "y")?.predicted.into())
+        })),
         other => Err(format!("no task {other}").into()),
     }
 }

@@ -41,6 +41,14 @@ impl Reference {
         }
     }
 
+    /// The free-run output over the record.
+    pub fn predicted(&self) -> &[f64] {
+        match self {
+            Reference::Narx(result) => &result.predicted,
+            Reference::Volterra(result) => &result.predicted,
+        }
+    }
+
     /// The object that `identify --json` prints.
     pub fn json(&self, signals: &Signals) -> Value {
         let (mut object, fitted, warnings) = match self {

@@ -15,7 +15,7 @@ use crate::structure::Found;
 
 pub use crate::cascade::CascadeMethod;
 pub use crate::estimate::Method;
-pub use crate::joint::memory::JointLog;
+pub use crate::joint::memory::{JointLog, LoggedJoint};
 pub use crate::method::form;
 pub use crate::outcome::Signals;
 pub use crate::references::ReferenceMethod;
@@ -30,7 +30,8 @@ pub struct Identified<'a> {
 
 impl<'a> Identified<'a> {
     /// Does the task; `inputs` are the inputs' columns one by one, those of the signals joined by commas. `stage` is told
-    /// what is being done, and stops the work by returning [`ControlFlow::Break`] (the Hammerstein methods have no stages).
+    /// what is being done, and stops the work by returning [`ControlFlow::Break`]. The Hammerstein methods and the references have no
+    /// stages; a [`flexure::Interrupt`] stops them.
     ///
     /// # Errors
     /// Those of the method.
@@ -87,8 +88,8 @@ impl<'a> Identified<'a> {
         Ok(self.found.model_file()?)
     }
 
-    /// The free-run output over the record; `None` where the method keeps none.
-    pub fn predicted(&self) -> Option<&[f64]> {
+    /// The free-run output over the record.
+    pub fn predicted(&self) -> &[f64] {
         self.found.predicted()
     }
 

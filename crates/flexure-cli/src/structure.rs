@@ -219,18 +219,18 @@ impl<'a> Found<'a> {
         })
     }
 
-    /// The free-run output over the record; `None` for a reference.
-    pub fn predicted(&self) -> Option<&[f64]> {
-        Some(match self {
+    /// The free-run output over the record.
+    pub fn predicted(&self) -> &[f64] {
+        match self {
             Found::Hammerstein(_, estimate) => &estimate.predicted,
             Found::Cascade(_, cascade) => &cascade.predicted,
             Found::HammersteinWiener(_, result) => &result.predicted,
             Found::Parallel(_, result) => &result.predicted,
             Found::MultipleInputs(_, result) => &result.predicted,
             Found::JointInputs(_, result) => &result.predicted,
-            Found::Reference(..) => return None,
-            Found::Compared(_, chosen) => return chosen.predicted(),
-        })
+            Found::Reference(_, reference) => reference.predicted(),
+            Found::Compared(_, chosen) => chosen.predicted(),
+        }
     }
 
     /// A short account for a terminal.

@@ -306,6 +306,9 @@ pub enum Error {
         /// That of the encoders' noise in a sample of the deflection, rad.
         noise: f64,
     },
+    /// A computation was stopped by an [`Interrupt`](crate::Interrupt).
+    #[error("stopped, as asked")]
+    Interrupted,
 }
 
 /// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.

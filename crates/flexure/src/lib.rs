@@ -36,11 +36,13 @@
 //! | [`validation`] | fit measures and residual tests |
 //! | [`systems`] | known systems with their exact truth |
 //! | [`study`] | convergence rates by Monte Carlo, beside the theorems' |
+//! | [`interrupt`] | stopping a computation from another thread |
 //! | [`error`] | everything that can go wrong, with the facts in the fields |
 
 pub mod bands;
 pub mod error;
 pub mod identify;
+pub mod interrupt;
 pub mod linear;
 pub mod manipulator;
 pub mod model;
@@ -56,5 +58,6 @@ pub mod validation;
 pub(crate) mod linalg;
 
 pub use error::{Error, Result};
+pub use interrupt::Interrupt;
 pub use model::Block;
 pub use record::Record;

@@ -57,12 +57,55 @@ pub fn joint(axis: &FlexibleAxis) -> JointParameters {
     }
 }
 
+/// What an arm file says that no log tells.
+pub struct Place {
+    /// Which joint it is: 0, the shoulder, or 1, the elbow.
+    pub joint: usize,
+    /// The arm whose links it has.
+    pub template: Option<ArmParameters>,
+    /// What drives it.
+    pub excitation: Excitation,
+}
+
+impl Place {
+    /// What the options say; driven by the record where an arm file can name it.
+    pub fn given(log: &Log, arguments: &Arguments) -> Result<Place> {
+        let joint = usize::from(arguments.joint) - 1;
+        let named = arguments.torque == format!("tau{}", joint + 1) && log.torque_constant == 1.0;
+        let template = arguments.template.as_ref().map(|path| read_arm(path)).transpose()?;
+        Ok(Place {
+            joint,
+            template: template.map(|file| file.arm),
+            excitation: match named && log.has_both_torques && beside(arguments) {
+                true => recorded(&log.file),
+                false => Excitation::zero(),
+            },
+        })
+    }
+}
+
+/// Whether the arm file is written into the folder of the record.
+pub fn beside(arguments: &Arguments) -> bool {
+    let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
+    let arm = arguments.arm.as_ref();
+    arm.is_some_and(|arm| folder(arm) == folder(&arguments.record))
+}
+
+/// The torques of a record beside the arm file.
+pub fn recorded(file: &str) -> Excitation {
+    Excitation {
+        kind: Kind::Record,
+        drive: DriveKind::Torque,
+        file: Some(file.to_owned()),
+        ..Excitation::zero()
+    }
+}
+
 /// The arm with the identified joint: that of the template, or a single link of the identified inertia.
-fn arm(axis: &FlexibleAxis, arguments: &Arguments) -> Result<ArmParameters> {
-    let moving = usize::from(arguments.joint) - 1;
+fn arm(axis: &FlexibleAxis, moving: usize, template: Option<ArmParameters>) -> Result<ArmParameters> {
     let inertia = axis.model.friction.inertia.value;
-    let mut arm = match &arguments.template {
-        Some(path) => read_arm(path)?.arm,
+    let mut arm = match template {
+        Some(arm) => arm,
         None => {
             let link = |inertia| Link {
                 mass: NOTHING,
@@ -149,32 +192,33 @@ pub fn simulated(axis: &FlexibleAxis, log: &Log) -> Result<Option<Simulated>> {
     }))
 }
 
-/// The text of the arm file: the joint with the run of its record, excited by that where an arm file can name it.
-pub fn arm_file(axis: &FlexibleAxis, log: &Log, arguments: &Arguments) -> Result<String> {
-    let moving = usize::from(arguments.joint) - 1;
+/// The text of the arm file: the joint with the run of its record.
+pub fn arm_file(axis: &FlexibleAxis, log: &Log, place: Place) -> Result<String> {
+    let moving = place.joint;
     let mut initial = State::default();
     initial.q[moving] = log.position[0];
     initial.qm[moving] = log.motor[0];
     initial.dq[moving] = axis.velocity[0];
     initial.dqm[moving] = axis.velocity[0];
-    let mut excitation = Excitation::zero();
-    let named = arguments.torque == format!("tau{}", moving + 1) && log.torque_constant == 1.0;
-    let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
-    let beside = arguments
-        .arm
-        .as_ref()
-        .is_some_and(|arm| folder(arm) == folder(&arguments.record));
-    if named && beside && log.has_both_torques {
-        excitation.kind = Kind::Record;
-        excitation.drive = DriveKind::Torque;
-        excitation.file = Some(log.file.clone());
-    }
+    let placeholders = if place.template.is_none() { PLACEHOLDERS } else { "" };
+    let arm = arm(axis, moving, place.template)?;
+    text(arm, initial, (log.position.len(), log.sample_time), place.excitation)
+        .map(|text| format!("{placeholders}{text}"))
+}
+
+/// The text of the file of an arm in the run of a record of so many samples and this sample time.
+pub fn text(
+    arm: ArmParameters,
+    initial: State,
+    (samples, sample_time): (usize, f64),
+    excitation: Excitation,
+) -> Result<String> {
     let file = ArmFile {
-        arm: arm(axis, arguments)?,
+        arm,
         initial,
         run: Run {
-            duration: (log.position.len() - 1) as f64 * log.sample_time,
-            sample_time: log.sample_time,
+            duration: (samples - 1) as f64 * sample_time,
+            sample_time,
             rtol: 1e-9,
             atol: 1e-12,
             max_steps: 10_000_000,
@@ -185,8 +229,5 @@ pub fn arm_file(axis: &FlexibleAxis, log: &Log, arguments: &Arguments) -> Result
     let text = file.to_toml()?;
     // What is written must read back.
     ArmFile::from_toml_str(&text, "the identified arm")?;
-    match arguments.template {
-        Some(_) => Ok(text),
-        None => Ok(format!("{PLACEHOLDERS}{text}")),
-    }
+    Ok(text)
 }

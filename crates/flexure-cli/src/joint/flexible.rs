@@ -9,7 +9,7 @@ use flexure_io::{RecordFile, write_atomically, write_record};
 use serde_json::json;
 
 use super::Arguments;
-use super::arm::{Simulated, arm_file, simulated};
+use super::arm::{Place, Simulated, arm_file, simulated};
 use super::data::{Log, possible};
 use super::page;
 use super::rigid;
@@ -35,20 +35,19 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
         JointFound::Rigid(axis) => return rigid::tell(file, log, &axis, arguments),
         JointFound::Flexible(axis) => axis,
     };
-    let link = ("link's inertia", &axis.link_inertia);
-    possible(file, [("motor's inertia", &axis.motor_inertia), link])?;
+    checked(file, &axis)?;
     let replay = spinning("simulating", || simulated(&axis, log))?;
     let html = match &arguments.report {
         None => None,
         Some(path) => {
             let command = command_line(std::env::args_os().skip(1));
-            let page = page::flexible(&axis, log, replay.as_ref(), arguments, command);
+            let page = page::flexible(&axis, log, replay.as_ref(), Some(command));
             Some((path, flexure_report::render_joint(&page).context("the report")?))
         }
     };
     let arm = match &arguments.arm {
         None => None,
-        Some(path) => Some((path, arm_file(&axis, log, arguments)?)),
+        Some(path) => Some((path, arm_file(&axis, log, Place::given(log, arguments)?)?)),
     };
     if let Some(path) = &arguments.friction {
         write_record(path, &rigid::curve(&axis.friction, "velocity", "torque")?)?;
@@ -79,6 +78,12 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
             .map(|path| format!("wrote {}", path.display())),
     );
     print(&lines.join("\n"))
+}
+
+/// Refuses a joint whose inertias are impossible.
+pub fn checked(file: &RecordFile, axis: &FlexibleAxis) -> Result<()> {
+    let link = ("link's inertia", &axis.link_inertia);
+    possible(file, [("motor's inertia", &axis.motor_inertia), link])
 }
 
 /// The stiffness curve as the columns of its file.

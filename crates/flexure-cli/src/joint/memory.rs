@@ -1,16 +1,20 @@
-//! A joint's log in memory: what `flexure joint --json` says of it.
+//! A joint's log in memory: what `flexure joint` says, shows and writes of it.
 
-use anyhow::Result;
+use anyhow::{Context as _, Result, bail};
 use flexure::Record;
-use flexure::identify::joint::{FlexibleJoint, JointFound, RigidAxis, RigidJoint, TwoLinkLog};
+use flexure::identify::joint::{
+    FlexibleAxis, FlexibleJoint, JointFound, RigidAxis, RigidJoint, TwoLinkArm, TwoLinkLog,
+};
 use flexure_io::RecordFile;
+use flexure_io::arm::{ArmFile, Excitation};
 use serde_json::{Value, json};
 
-use super::data::possible;
+use super::arm::{Place, arm_file, simulated};
+use super::data::{ArmLog, Log};
 use super::words::Units;
-use super::{flexible, rigid, two_link};
+use super::{flexible, page, rigid, two_link};
 
-/// What stands for a file's name in messages.
+/// What stands for a file's name in messages and on pages.
 const LOG: &str = "the log";
 
 /// A joint's log, as the library takes it.
@@ -23,42 +27,125 @@ pub enum JointLog<'a> {
     TwoLinks(TwoLinkLog<'a>),
 }
 
+/// An identified joint or arm with its log.
+pub enum LoggedJoint {
+    /// A rigid axis, which is prismatic or not.
+    Rigid(Log, Box<RigidAxis>, bool),
+    /// A flexible joint.
+    Flexible(Log, Box<FlexibleAxis>),
+    /// A two-link arm.
+    TwoLinks(ArmLog, Box<TwoLinkArm>),
+}
+
 impl JointLog<'_> {
-    /// Identifies the joint, and says what was found as the object that `flexure joint --json` prints, without simulated
-    /// motions and files.
+    /// Identifies the joint.
     ///
     /// # Errors
     /// Those of the library, and for inertias that are clearly negative.
-    pub fn identify(&self) -> Result<Value> {
+    pub fn identify(&self) -> Result<LoggedJoint> {
         let file = RecordFile::in_memory(Record::new::<String>([])?, LOG);
+        let rigid = |log: Log, axis: RigidAxis, prismatic: bool| -> Result<LoggedJoint> {
+            let axis = rigid::checked(&file, axis, prismatic)?;
+            Ok(LoggedJoint::Rigid(log, Box::new(axis), prismatic))
+        };
         match self {
-            JointLog::Rigid(joint, prismatic) => axis(&file, &joint.identify()?, *prismatic),
-            JointLog::Flexible(joint) => match joint.identify()? {
-                JointFound::Rigid(found) => axis(&file, &found, false),
-                JointFound::Flexible(found) => {
-                    let link = ("link's inertia", &found.link_inertia);
-                    possible(&file, [("motor's inertia", &found.motor_inertia), link])?;
-                    let mut object = flexible::axis_json(&found);
-                    object["joint"] = json!("flexible");
-                    Ok(object)
+            JointLog::Rigid(joint, prismatic) => {
+                let log = log(joint.position, joint.torque, &[], joint.sample_time);
+                rigid(log, joint.identify()?, *prismatic)
+            }
+            JointLog::Flexible(joint) => {
+                let log = log(joint.link, joint.torque, joint.motor, joint.sample_time);
+                match joint.identify()? {
+                    JointFound::Rigid(axis) => rigid(log, *axis, false),
+                    JointFound::Flexible(axis) => {
+                        flexible::checked(&file, &axis)?;
+                        Ok(LoggedJoint::Flexible(log, axis))
+                    }
                 }
-            },
-            JointLog::TwoLinks(log) => {
-                let arm = log.identify()?;
-                possible(
-                    &file,
-                    [("shoulder's inertia", &arm.shoulder), ("elbow's inertia", &arm.elbow)],
-                )?;
-                for axis in &arm.joints {
-                    possible(&file, [("motor's inertia", &axis.motor_inertia)])?;
-                }
-                Ok(two_link::arm_json(&arm))
+            }
+            JointLog::TwoLinks(joints) => {
+                let arm = joints.identify()?;
+                two_link::checked(&file, &arm)?;
+                let log = ArmLog {
+                    file: LOG.to_owned(),
+                    torque: joints.torque.map(<[f64]>::to_vec),
+                    link: joints.link.map(<[f64]>::to_vec),
+                    motor: joints.motor.map(<[f64]>::to_vec),
+                    sample_time: joints.sample_time,
+                    torque_constant: 1.0,
+                };
+                Ok(LoggedJoint::TwoLinks(log, Box::new(arm)))
             }
         }
     }
 }
 
-fn axis(file: &RecordFile, axis: &RigidAxis, prismatic: bool) -> Result<Value> {
-    possible(file, [("inertia", &axis.inertia)])?;
-    Ok(rigid::axis_json(axis, &Units::of(prismatic)))
+fn log(position: &[f64], torque: &[f64], motor: &[f64], sample_time: f64) -> Log {
+    Log {
+        file: LOG.to_owned(),
+        torque: torque.to_vec(),
+        position: position.to_vec(),
+        motor: motor.to_vec(),
+        velocity: None,
+        sample_time,
+        torque_constant: 1.0,
+        has_both_torques: false,
+    }
+}
+
+impl LoggedJoint {
+    /// The object that `flexure joint --json` prints, without simulated motions and files.
+    pub fn json(&self) -> Value {
+        match self {
+            LoggedJoint::Rigid(_, axis, prismatic) => rigid::axis_json(axis, &Units::of(*prismatic)),
+            LoggedJoint::Flexible(_, axis) => {
+                let mut object = flexible::axis_json(axis);
+                object["joint"] = json!("flexible");
+                object
+            }
+            LoggedJoint::TwoLinks(_, arm) => two_link::arm_json(arm),
+        }
+    }
+
+    /// The page that `flexure joint --report` writes.
+    ///
+    /// # Errors
+    /// For numbers that cannot be drawn.
+    pub fn page(&self) -> Result<String> {
+        let page = match self {
+            LoggedJoint::Rigid(log, axis, prismatic) => {
+                page::rigid(axis, log, &[rigid::replay(log, axis)], &Units::of(*prismatic), None)
+            }
+            LoggedJoint::Flexible(log, axis) => page::flexible(axis, log, simulated(axis, log)?.as_ref(), None),
+            LoggedJoint::TwoLinks(log, arm) => page::two_link(arm, log, two_link::replay(arm, log)?.as_ref(), None),
+        };
+        flexure_report::render_joint(&page).context("the report")
+    }
+
+    /// The text of the arm file that `flexure joint --arm` writes, not driven by any record. `joint`, 0 or 1, is the place of a
+    /// single joint in the arm; `template` is the text of the arm file whose links' geometry it has.
+    ///
+    /// # Errors
+    /// For a rigid axis, which no arm file describes; for a template that is wrong, or contradicts what was identified.
+    pub fn arm_file(&self, joint: usize, template: Option<&str>) -> Result<String> {
+        let template = template.map(|text| ArmFile::from_toml_str(text, "the template"));
+        let template = template.transpose()?.map(|file| file.arm);
+        let excitation = Excitation::zero();
+        match self {
+            LoggedJoint::Rigid(..) => bail!(
+                "a rigid axis has no arm file, which knows no offset, gravity or spring; that of a flexible joint or an arm has"
+            ),
+            LoggedJoint::Flexible(log, axis) => {
+                let place = Place {
+                    joint: joint.min(1),
+                    template,
+                    excitation,
+                };
+                arm_file(axis, log, place)
+            }
+            LoggedJoint::TwoLinks(log, arm) => {
+                two_link::arm_file(arm, log, template.map(|arm| arm.links).as_ref(), excitation)
+            }
+        }
+    }
 }

@@ -6,7 +6,6 @@ use flexure_report::data::{
     Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
 };
 
-use super::Arguments;
 use super::arm::Simulated;
 use super::data::{ArmLog, Log};
 use super::rigid::{Replay, fit};
@@ -20,12 +19,11 @@ const UNTOLD: f64 = 0.03;
 const NEXT: f64 = 0.2;
 
 /// The page of a rigid axis.
-pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], arguments: &Arguments, command: String) -> JointPage {
-    let units = Units::of(arguments.prismatic);
+pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], units: &Units, command: Option<String>) -> JointPage {
     let best = &axis.forms[axis.best];
     let velocity = format!("velocity ({}/s)", units.position);
-    let mut motions = vec![torque(log, &axis.reconstructed, &units)];
-    motions.extend(replays.iter().map(|r| motion(log, &r.position, r.drive, &units)));
+    let mut motions = vec![torque(log, &axis.reconstructed, units)];
+    motions.extend(replays.iter().map(|r| motion(log, &r.position, r.drive, units)));
     JointPage {
         title: "A rigid axis".to_owned(),
         subtitle: subtitle(log),
@@ -46,20 +44,14 @@ pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], arguments: &Argume
                 y: axis.partial.clone(),
             },
         }],
-        tables: axis.forms.iter().map(|f| table(f, &units)).collect(),
+        tables: axis.forms.iter().map(|f| table(f, units)).collect(),
         motions,
-        command: Some(command),
+        command,
     }
 }
 
 /// The page of a flexible joint.
-pub fn flexible(
-    axis: &FlexibleAxis,
-    log: &Log,
-    replay: Option<&Simulated>,
-    _arguments: &Arguments,
-    command: String,
-) -> JointPage {
+pub fn flexible(axis: &FlexibleAxis, log: &Log, replay: Option<&Simulated>, command: Option<String>) -> JointPage {
     let units = Units::of(false);
     let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
     let mut motions = vec![torque(log, &axis.reconstructed, &units)];
@@ -92,12 +84,12 @@ pub fn flexible(
             .map(|f| table(f, &units))
             .collect(),
         motions,
-        command: Some(command),
+        command,
     }
 }
 
 /// The page of a two-link arm.
-pub fn two_link(arm: &TwoLinkArm, log: &ArmLog, replay: Option<&ArmReplay>, command: String) -> JointPage {
+pub fn two_link(arm: &TwoLinkArm, log: &ArmLog, replay: Option<&ArmReplay>, command: Option<String>) -> JointPage {
     let units = Units::of(false);
     let mut facts: Vec<Fact> = constants(arm)
         .into_iter()
@@ -154,7 +146,7 @@ pub fn two_link(arm: &TwoLinkArm, log: &ArmLog, replay: Option<&ArmReplay>, comm
         curves,
         tables,
         motions,
-        command: Some(command),
+        command,
     }
 }
 

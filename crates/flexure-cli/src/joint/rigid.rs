@@ -42,13 +42,19 @@ pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
         level: arguments.band,
     };
     let found = spinning("identifying", || joint.identify());
-    let mut axis = found.map_err(|error| file.locate(named(error, arguments)))?;
-    if arguments.prismatic {
+    let axis = found.map_err(|error| file.locate(named(error, arguments)))?;
+    let axis = checked(file, axis, arguments.prismatic)?;
+    tell(file, log, &axis, arguments)
+}
+
+/// The axis with what there is to be known of it, if its inertia is possible.
+pub fn checked(file: &RecordFile, mut axis: RigidAxis, prismatic: bool) -> Result<RigidAxis> {
+    if prismatic {
         // There are no turns to be counted in metres.
         axis.findings.retain(|f| !matches!(f, Finding::ManyTurns { .. }));
     }
     possible(file, [("inertia", &axis.inertia)])?;
-    tell(file, log, &axis, arguments)
+    Ok(axis)
 }
 
 /// Writes and prints what was found of a rigid axis.
@@ -59,7 +65,7 @@ pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Argument
         None => None,
         Some(path) => {
             let command = command_line(std::env::args_os().skip(1));
-            let page = page::rigid(axis, log, &replays, arguments, command);
+            let page = page::rigid(axis, log, &replays, &units, Some(command));
             Some((path, flexure_report::render_joint(&page).context("the report")?))
         }
     };
@@ -148,10 +154,7 @@ pub fn named(error: flexure::Error, arguments: &Arguments) -> flexure::Error {
 
 /// The simulated motions: under the recorded torque, and in the recorded loop if there is one.
 fn replays(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Arguments) -> Result<Vec<Replay>> {
-    let form = &axis.forms[axis.best];
-    let start = [log.position[0], axis.velocity[0]];
-    let open = axis.replay(form, AxisDrive::Torque(&log.torque), start);
-    let mut replays = vec![compared("under the recorded torque", open, &log.position)];
+    let mut replays = vec![replay(log, axis)];
     if let (Some(reference), Some(kp), Some(kv)) = (&arguments.reference, &arguments.kp, &arguments.kv) {
         let drive = AxisDrive::Loop {
             reference: file.finite(reference)?,
@@ -159,16 +162,22 @@ fn replays(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Arguments
             kv: kv.value(file, "kv")?,
             torque_constant: log.torque_constant,
         };
-        let closed = axis.replay(form, drive, start);
-        replays.push(compared("in the position loop", closed, &log.position));
+        replays.push(driven(log, axis, "in the position loop", drive));
     }
     Ok(replays)
 }
 
-fn compared(drive: &'static str, position: Vec<f64>, measured: &[f64]) -> Replay {
-    let (rms, fit_percent) = fit(measured, &position);
+/// The simulated motion under the recorded torque.
+pub fn replay(log: &Log, axis: &RigidAxis) -> Replay {
+    driven(log, axis, "under the recorded torque", AxisDrive::Torque(&log.torque))
+}
+
+fn driven(log: &Log, axis: &RigidAxis, words: &'static str, drive: AxisDrive) -> Replay {
+    let start = [log.position[0], axis.velocity[0]];
+    let position = axis.replay(&axis.forms[axis.best], drive, start);
+    let (rms, fit_percent) = fit(&log.position, &position);
     Replay {
-        drive,
+        drive: words,
         position,
         rms,
         fit_percent,

@@ -8,11 +8,11 @@ use flexure::identify::joint::{Estimated, TwoLinkArm, TwoLinkLog};
 use flexure::manipulator::{
     Arm, ArmParameters, Drive, Link, LinkDynamics, Model, Parts, SimulationOptions, State, simulate,
 };
-use flexure_io::arm::{ArmFile, DriveKind, Excitation, Kind, Run};
+use flexure_io::arm::Excitation;
 use flexure_io::{RecordFile, check_record_writable, write_atomically, write_record};
 use serde_json::json;
 
-use super::arm::joint;
+use super::arm::{beside, joint, recorded, text};
 use super::data::{ArmLog, possible, renamed};
 use super::flexible::{axis_json, axis_words, stiffness};
 use super::words::{findings, nearness, with_error};
@@ -76,24 +76,28 @@ pub fn run(file: &RecordFile, columns: &[[String; 2]; 3], arguments: &Arguments)
     };
     let found = spinning("identifying", || joints.identify());
     let arm = found.map_err(|error| file.locate(named(error, columns)))?;
-    possible(
-        file,
-        [("shoulder's inertia", &arm.shoulder), ("elbow's inertia", &arm.elbow)],
-    )?;
-    for axis in &arm.joints {
-        possible(file, [("motor's inertia", &axis.motor_inertia)])?;
-    }
+    checked(file, &arm)?;
     let replay = spinning("simulating", || replay(&arm, &log))?;
     let html = match &arguments.report {
         None => None,
         Some(path) => {
-            let page = page::two_link(&arm, &log, replay.as_ref(), command_line(std::env::args_os().skip(1)));
+            let command = command_line(std::env::args_os().skip(1));
+            let page = page::two_link(&arm, &log, replay.as_ref(), Some(command));
             Some((path, flexure_report::render_joint(&page).context("the report")?))
         }
     };
     let text = match &arguments.arm {
         None => None,
-        Some(path) => Some((path, arm_file(&arm, &log, columns, arguments)?)),
+        Some(path) => {
+            let template = arguments.template.as_ref().map(|path| read_arm(path)).transpose()?;
+            let named = log.torque_constant == 1.0 && columns[2] == ["tau1", "tau2"];
+            let excitation = match named && beside(arguments) {
+                true => recorded(&log.file),
+                false => Excitation::zero(),
+            };
+            let links = template.map(|file| file.arm.links);
+            Some((path, arm_file(&arm, &log, links.as_ref(), excitation)?))
+        }
     };
     let mut written = Vec::new();
     for (i, axis) in arm.joints.iter().enumerate() {
@@ -124,6 +128,13 @@ pub fn run(file: &RecordFile, columns: &[[String; 2]; 3], arguments: &Arguments)
     let mut lines = words(&arm, &log, replay.as_ref());
     lines.extend(written.iter().map(|path| format!("wrote {}", path.display())));
     print(&lines.join("\n"))
+}
+
+/// Refuses an arm whose inertias are impossible.
+pub fn checked(file: &RecordFile, arm: &TwoLinkArm) -> Result<()> {
+    let links = [("shoulder's inertia", &arm.shoulder), ("elbow's inertia", &arm.elbow)];
+    let motors = arm.joints.iter().map(|axis| ("motor's inertia", &axis.motor_inertia));
+    possible(file, links.into_iter().chain(motors))
 }
 
 /// The constants of the links by what they are.
@@ -285,7 +296,7 @@ fn initial(arm: &TwoLinkArm, log: &ArmLog) -> State {
 }
 
 /// Simulates the arm under its recorded torques, held from sample to sample; `None` where that fails.
-fn replay(found: &TwoLinkArm, log: &ArmLog) -> Result<Option<Replay>> {
+pub fn replay(found: &TwoLinkArm, log: &ArmLog) -> Result<Option<Replay>> {
     let Ok(arm) = parameters(found, None).and_then(|p| Ok(Arm::new(p)?)) else {
         return Ok(None);
     };
@@ -313,40 +324,17 @@ fn replay(found: &TwoLinkArm, log: &ArmLog) -> Result<Option<Replay>> {
     }))
 }
 
-/// The text of the arm file: the arm with the run of its record, excited by that where an arm file can name it.
-fn arm_file(found: &TwoLinkArm, log: &ArmLog, columns: &[[String; 2]; 3], arguments: &Arguments) -> Result<String> {
-    let template = arguments.template.as_ref().map(|path| read_arm(path)).transpose()?;
-    let mut excitation = Excitation::zero();
-    let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
-    let beside = arguments
-        .arm
-        .as_ref()
-        .is_some_and(|arm| folder(arm) == folder(&arguments.record));
-    if beside && log.torque_constant == 1.0 && columns[2] == ["tau1", "tau2"] {
-        excitation.kind = Kind::Record;
-        excitation.drive = DriveKind::Torque;
-        excitation.file = Some(log.file.clone());
-    }
-    let file = ArmFile {
-        arm: parameters(found, template.as_ref().map(|t| &t.arm.links))?,
-        initial: initial(found, log),
-        run: Run {
-            duration: (log.link[0].len() - 1) as f64 * log.sample_time,
-            sample_time: log.sample_time,
-            rtol: 1e-9,
-            atol: 1e-12,
-            max_steps: 10_000_000,
-        },
-        excitation,
-        noise: None,
-    };
-    let text = file.to_toml()?;
-    // What is written must read back.
-    ArmFile::from_toml_str(&text, "the identified arm")?;
-    match template {
-        Some(_) => Ok(text),
-        None => Ok(format!("{PLACEHOLDERS}{text}")),
-    }
+/// The text of the arm file: the arm, with these links' geometry if given, in the run of its record.
+pub fn arm_file(
+    found: &TwoLinkArm,
+    log: &ArmLog,
+    template: Option<&[Link; 2]>,
+    excitation: Excitation,
+) -> Result<String> {
+    let placeholders = if template.is_none() { PLACEHOLDERS } else { "" };
+    let arm = parameters(found, template)?;
+    let run = (log.link[0].len(), log.sample_time);
+    text(arm, initial(found, log), run, excitation).map(|text| format!("{placeholders}{text}"))
 }
 
 fn slices(columns: &[Vec<f64>; 2]) -> [&[f64]; 2] {

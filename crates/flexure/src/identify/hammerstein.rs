@@ -20,6 +20,7 @@ use super::dependence::Dependence;
 use super::impulse::{correlate, deconvolve, deconvolved_lags, less_other_lags, linear_part};
 use super::outcome::{Identification, Verdict, Warning};
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
 use crate::model::Block;
@@ -234,6 +235,7 @@ impl PlainHammerstein {
         }
 
         // Its rational form.
+        interrupt::check()?;
         let settled = estimate.settling_lag(delay);
         let last = estimate.k.len() - 1;
         let memory = settled.max(delay + 4 * order + 4).min(last);
@@ -243,6 +245,7 @@ impl PlainHammerstein {
         }
 
         // Scale and offset by convention, then the verdict.
+        interrupt::check()?;
         let calibrated = self.calibration.apply(
             &regression,
             &linear,
@@ -320,6 +323,7 @@ impl PlainHammerstein {
             },
             ..NamedEstimator::default()
         };
+        interrupt::check()?;
         let fit = method.fit(&[x], y, None)?;
         // The last samples of the input have no partner, and may lie out of reach of all others.
         let overall = fit

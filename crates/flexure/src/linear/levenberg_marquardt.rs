@@ -1,6 +1,7 @@
 //! Nonlinear least squares for a few parameters (Marquardt 1963, with the gain-ratio damping of
 //! Nielsen 1999).
 
+use crate::interrupt;
 use crate::linalg;
 
 /// Stop when a step lowers the sum of squares by less than this share.
@@ -71,6 +72,9 @@ pub(crate) fn minimise_squares(
     let mut point = evaluate(&parameters)?;
     let (mut damping, mut growth) = (1e-3, 2.0);
     for _ in 0..iterations {
+        if interrupt::requested() {
+            break;
+        }
         let Some((step, predicted)) = damped_step(&point, damping) else {
             break;
         };

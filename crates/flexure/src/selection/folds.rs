@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::Search;
 use super::h_block::gap_from_data;
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::nonlinearity::{
     Choice, Estimator, HaarRegression, KernelRegression, NearestNeighbours, Points, PolynomialRegression,
     RecursiveRegression, Regression, SeriesRegression, SplineRegression,
@@ -179,9 +180,13 @@ impl BlockFolds {
         let jobs: Vec<(usize, usize)> = (0..candidates.len())
             .flat_map(|c| (0..blocks.len()).map(move |b| (c, b)))
             .collect();
+        let interrupt = interrupt::current();
         let errors: Vec<Result<f64>> = jobs
             .into_par_iter()
-            .map(|(c, b)| blocks[b].error(estimator(candidates[c])))
+            .map(|(c, b)| match interrupt.is_requested() {
+                true => Err(Error::Interrupted),
+                false => blocks[b].error(estimator(candidates[c])),
+            })
             .collect();
         let total: f64 = blocks.iter().map(|b| b.weight).sum();
         let mut curve = Vec::with_capacity(candidates.len());

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::{BandwidthSearch, Score};
+use crate::interrupt;
 
 /// Bandwidths of the logarithmic grid.
 const COARSE: usize = 20;
@@ -46,7 +47,12 @@ impl Grid {
 
     /// The whole search, all bandwidths of a round in parallel; of equal scores the smoothest wins.
     pub fn search(&self, score: impl Fn(f64) -> f64 + Sync) -> BandwidthSearch {
-        self.search_by(|bandwidths| bandwidths.par_iter().map(|&h| score(h)).collect())
+        let interrupt = interrupt::current();
+        let score = |&h: &f64| match interrupt.is_requested() {
+            true => f64::INFINITY,
+            false => score(h),
+        };
+        self.search_by(|bandwidths| bandwidths.par_iter().map(score).collect())
     }
 
     /// [`search`](Self::search), with the scores of many bandwidths at a time.
@@ -65,7 +71,11 @@ impl Grid {
         let step = (self.largest / self.smallest).ln() / (count - 1) as f64;
         let scores = |positions: &[f64]| {
             let bandwidths: Vec<f64> = positions.iter().map(|t| self.smallest * (step * t).exp()).collect();
-            scored(&bandwidths, scores(&bandwidths))
+            let errors = match interrupt::requested() {
+                true => vec![f64::INFINITY; bandwidths.len()],
+                false => scores(&bandwidths),
+            };
+            scored(&bandwidths, errors)
         };
         let places: Vec<f64> = (0..count).map(|i| i as f64).collect();
         let mut curve = scores(&places);

@@ -10,6 +10,7 @@ use super::basis::mean_of;
 use super::equations::{Column, Equations, RIDGE};
 use super::forms::Shaped;
 use super::shaping::{Shape, Shaping};
+use crate::interrupt;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
 
@@ -214,8 +215,11 @@ impl Condensed {
         })
     }
 
-    /// The minimum next to these logarithms; `None` if there is none in double precision.
+    /// The minimum next to these logarithms; `None` if there is none in double precision, and where the work is asked to stop.
     pub fn lowest(&self, shapes: &[Shape], start: &[f64], held: Option<Held>) -> Option<Lowest> {
+        if interrupt::requested() {
+            return None;
+        }
         let (factor, log) = match held {
             Some(Held::Factor(number, value)) => (Some((number, value)), None),
             Some(Held::Log(number, value)) => (None, Some((number, value))),

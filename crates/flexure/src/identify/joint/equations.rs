@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::bursts::over_time;
+use crate::interrupt;
 use crate::linalg::{self, Complex};
 
 /// Added to the scaled normal equations' diagonal: what the data do not tell stays finite.
@@ -123,8 +124,12 @@ impl Equations<'_> {
         (normal, excess)
     }
 
-    /// The weighted least-squares solution; `None` if the equations do not determine it in double precision.
+    /// The weighted least-squares solution; `None` if the equations do not determine it in double precision, and where the work
+    /// is asked to stop.
     pub fn solve(&self) -> Option<Solution> {
+        if interrupt::requested() {
+            return None;
+        }
         let n = self.columns.len();
         let weights = self.weights();
         let (normal, excess) = self.gram();

@@ -7,6 +7,7 @@ use super::judge::{Against, Left, NORMAL, fitted};
 use super::outcome::{Fitted, JointModel};
 use super::pair::{Free, Pair};
 use super::shaping::{Shape, Shapely, Shaping};
+use crate::interrupt;
 use crate::linalg::Complex;
 
 /// The smallest distance of deflections that is told apart, as a share of the largest one.
@@ -31,6 +32,9 @@ pub(super) fn forms_of(
     (offset, inertia): (bool, Option<usize>),
     against: &Against,
 ) -> Vec<Fitted> {
+    if interrupt::requested() {
+        return Vec::new();
+    }
     let condensed = Condensed::new(&shaping);
     let count = shaping.fixed.len();
     let forms = starts.into_iter().filter_map(|(form, starts)| {

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::super::branches::{Signals, branches, coarse, dominant_products, splines};
 use super::super::sandwich::{Data, Rational, Sandwich, Shape, delayed, groups, normal_equations, schwarz, solve};
 use super::sum::Sum;
+use crate::interrupt::{self, Interrupt};
 use crate::linear::Complex;
 use crate::linear::correlation::variance;
 
@@ -65,7 +66,13 @@ fn take_offset(branches: &mut [Sandwich], offset: f64) {
 pub(super) fn sandwiches(approximation: &Rational, data: &Data, count: usize) -> Vec<Sum> {
     let mut poles = groups(&approximation.poles());
     poles.truncate(MOST_GROUPS);
-    let pool = Pool { poles, data, count };
+    let interrupt = interrupt::current();
+    let pool = Pool {
+        poles,
+        data,
+        count,
+        interrupt,
+    };
     let climbs = (0..CLIMBS).into_par_iter().filter_map(|seed| pool.climbed(seed));
     let mut all: Vec<(Vec<usize>, f64)> = climbs.collect();
     all.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -80,6 +87,7 @@ struct Pool<'a> {
     poles: Vec<(Complex<f64>, bool)>,
     data: &'a Data,
     count: usize,
+    interrupt: Interrupt,
 }
 
 impl Pool<'_> {
@@ -88,7 +96,7 @@ impl Pool<'_> {
         let mut random = Pcg64::seed_from_u64(seed);
         let places = 2 * self.count;
         let mut slots: Vec<usize> = self.poles.iter().map(|_| random.random_range(0..places)).collect();
-        let mut score = self.shared_out(&slots).score(self.data)?;
+        let mut score = self.score(&slots)?;
         loop {
             let moves = (0..slots.len()).flat_map(|group| (0..places).map(move |place| (group, place)));
             let judged = moves
@@ -96,7 +104,7 @@ impl Pool<'_> {
                 .filter_map(|(group, place)| {
                     let mut next = slots.clone();
                     next[group] = place;
-                    let score = self.shared_out(&next).score(self.data)?;
+                    let score = self.score(&next)?;
                     Some((next, score))
                 });
             match judged.min_by(|a, b| a.1.total_cmp(&b.1)) {
@@ -104,6 +112,11 @@ impl Pool<'_> {
                 _ => return Some((slots, score)),
             }
         }
+    }
+
+    /// The score of a way to share out the poles; `None` where it cannot be fitted, and where the work is asked to stop.
+    fn score(&self, slots: &[usize]) -> Option<f64> {
+        (!self.interrupt.is_requested()).then(|| self.shared_out(slots).score(self.data))?
     }
 
     fn shared_out(&self, slots: &[usize]) -> SharedOut {

@@ -17,6 +17,7 @@ use super::super::branches::{Columns, delays};
 use super::super::outcome::{Verdict, Warning};
 use super::ridge::Ridge;
 use crate::error::Result;
+use crate::interrupt;
 use crate::record::Record;
 
 /// Largest number of past outputs, extra past inputs, and degrees that are tried.
@@ -268,10 +269,13 @@ impl Narx {
             }
         }
         let estimated = u.len() - (CHOICE_SHARE * u.len() as f64) as usize;
+        let interrupt = interrupt::current();
         let fits: Vec<(TriedNarx, NarxModel)> = structures
             .par_iter()
+            .filter(|_| !interrupt.is_requested())
             .filter_map(|&(outputs, inputs, degree)| fit(blank(outputs, inputs), degree, u, y, estimated))
             .collect();
+        interrupt::check()?;
         let score = |t: &TriedNarx| (!t.bounded, t.relative_error);
         let best = fits.iter().min_by(|a, b| {
             let (a, b) = (score(&a.0), score(&b.0));

@@ -16,6 +16,7 @@ use super::super::outcome::{Verdict, Warning};
 use super::super::sandwich::normal_equations;
 use super::narx::LARGEST_LAG;
 use crate::error::Result;
+use crate::interrupt;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::record::Record;
@@ -258,7 +259,7 @@ fn improves(
     from: usize,
     samples: f64,
 ) -> bool {
-    if delay + memory.first.max(memory.second) > from {
+    if delay + memory.first.max(memory.second) > from || interrupt::requested() {
         return false;
     }
     let columns = running_sums(memory, u, delay);
@@ -363,6 +364,9 @@ fn most_likely(memory: Memory, start: [DecayPrior; 2], equations: &NormalEquatio
     let mut best = fit(at)?;
     let mut share = 1.0;
     for _ in 0..MOST_ROUNDS {
+        if interrupt::requested() {
+            break;
+        }
         let before = best.deviance;
         for parameter in 0..4 {
             let (order, kind) = (parameter / 2, parameter % 2);

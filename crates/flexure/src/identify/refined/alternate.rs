@@ -13,6 +13,7 @@ use super::loss::{Data, Dynamics, Model, Normal, filter, filter_back, product, r
 use super::pieces::Term;
 use super::select::select;
 use super::stepwise::Costs;
+use crate::interrupt;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::whitening;
 
@@ -105,6 +106,9 @@ pub(super) fn alternate(data: &mut Data, cells: &Cells, start: Start) -> Option<
     let mut terms: Vec<Term> = Vec::new();
     let mut chosen = None;
     for _ in 0..PASSES {
+        if interrupt::requested() {
+            return best;
+        }
         let simulated = filter(&dynamics, &data.parts, &w);
         data.complete(&simulated, offset);
         let r = whitened(&residual(data, &simulated, offset));

@@ -1,6 +1,7 @@
 //! Levenberg-Marquardt steps on all parameters of both blocks.
 
 use super::loss::{Data, Model, Normal};
+use crate::interrupt;
 use crate::linalg;
 
 /// Poles are kept within this radius.
@@ -66,7 +67,7 @@ pub(super) fn descend(mut model: Model, data: &Data, whitening: &[f64], steps: u
     for _ in 0..steps {
         let skip = fixed(&model);
         let mut next = None;
-        while next.is_none() && damping < MOST_DAMPING {
+        while next.is_none() && damping < MOST_DAMPING && !interrupt::requested() {
             let trial = step(&normal, skip, damping).map(|d| {
                 let p: Vec<f64> = model.parameters().iter().zip(d).map(|(p, d)| p + d).collect();
                 model.with(&p)

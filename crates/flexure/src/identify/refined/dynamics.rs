@@ -4,6 +4,7 @@ use super::super::hammerstein::LARGEST_ORDER;
 use super::super::impulse::{ImpulseEstimate, deconvolve};
 use super::super::outcome::OrderScore;
 use super::loss::{Data, Dynamics, filter};
+use crate::interrupt;
 use crate::linalg;
 use crate::linear::TransferFunction;
 use crate::linear::from_impulse_response::from_impulse_response;
@@ -59,6 +60,9 @@ pub(super) fn choose(data: &Data, w: &[f64], whitening: &[f64], request: Request
         .order
         .map_or(0..=LARGEST_ORDER.min((k.len() - 1) / 2), |l| l..=l);
     for order in orders {
+        if interrupt::requested() {
+            return None;
+        }
         let Some(model) = from_impulse_response(k, order, Some(&factor)) else {
             continue;
         };

@@ -32,6 +32,7 @@ use super::checks::{warn_of_colour, warn_of_range};
 use super::hammerstein::{MOST_ORDER, PlainHammerstein};
 use super::outcome::{ChosenOrder, Identification, Verdict, Warning};
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::linear::correlation::mean;
 use crate::linear::from_impulse_response::hankel_singular_values;
 use crate::model::Block;
@@ -228,7 +229,9 @@ impl RefinedHammerstein {
             memory,
             whiten: self.noise_model && data.missing.is_empty(),
         };
-        let Some(minimum) = alternate(&mut data, &cells, from) else {
+        let minimum = alternate(&mut data, &cells, from);
+        interrupt::check()?;
+        let Some(minimum) = minimum else {
             return Ok(None);
         };
         let squares: f64 = minimum.model.errors(&data).iter().map(|e| e * e).sum();

@@ -7,6 +7,7 @@
 
 use super::cells::Cells;
 use super::pieces::Term;
+use crate::interrupt;
 
 /// Most functions of a basis.
 const MOST_TERMS: usize = 40;
@@ -199,7 +200,7 @@ pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs
     let breakpoints = start.iter().copied().filter(|t| matches!(t, Term::From { .. }));
     let mut growing = Growing::new(cells, z, &powers.chain(breakpoints).collect::<Vec<_>>());
     let least = PATIENCE * costs.of.iter().copied().fold(f64::INFINITY, f64::min);
-    while growing.terms.len() < MOST_TERMS {
+    while growing.terms.len() < MOST_TERMS && !interrupt::requested() {
         match growing.best(costs) {
             Some((term, gain)) if gain > least && growing.add(term) => {}
             _ => break,
@@ -207,7 +208,7 @@ pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs
     }
     let mut fit = Growing::new(cells, z, &prune(&growing, costs));
     for _ in 0..SWEEPS {
-        if fit.breakpoints() > MOST_MOVED {
+        if fit.breakpoints() > MOST_MOVED || interrupt::requested() {
             break;
         }
         let (moved, changed) = sweep(cells, z, fit.terms, costs);
@@ -256,6 +257,9 @@ fn sweep(cells: &Cells, z: &[f64], mut terms: Vec<Term>, costs: &Costs) -> (Vec<
     let (mut now, count) = (criterion(&here), here.breakpoints());
     let first = terms.len() - count;
     for _ in 0..count {
+        if interrupt::requested() {
+            break;
+        }
         // The oldest goes to the end of the line.
         let moving = terms.remove(first);
         let mut without = Growing::new(cells, z, &terms);

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::error::{Error, Result};
+use crate::interrupt;
 
 /// What an identification is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +55,7 @@ impl<'a> Monitor<'a> {
 
     /// Whether to go on.
     pub fn keep_on(&mut self) -> bool {
-        if self.stopped.is_none() && (self.progress)(self.stage).is_break() {
+        if self.stopped.is_none() && (interrupt::requested() || (self.progress)(self.stage).is_break()) {
             self.stopped = Some(self.stage);
         }
         self.stopped.is_none()

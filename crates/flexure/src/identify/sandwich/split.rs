@@ -11,6 +11,7 @@ use super::loss::{Data, Sandwich};
 use super::products::normal_equations;
 use super::rational::{Rational, convolved, groups};
 use super::shape::{Shape, thinned};
+use crate::interrupt::{self, Interrupt};
 use crate::linear::Complex;
 use crate::linear::correlation::{mean, variance};
 
@@ -36,6 +37,7 @@ pub(super) fn split(approximation: &Rational, data: &Data) -> Vec<Candidate> {
         poles: groups(&approximation.poles()),
         zeros: groups(&approximation.zeros().unwrap_or_default()),
         data,
+        interrupt: interrupt::current(),
     };
     let splits = 1_usize << roots.poles.len().min(MOST_GROUPS);
     let started: Vec<Vec<Start>> = (0..splits).into_par_iter().map(|s| roots.starts(s)).collect();
@@ -59,6 +61,7 @@ struct Roots<'a> {
     poles: Vec<(Complex<f64>, bool)>,
     zeros: Vec<(Complex<f64>, bool)>,
     data: &'a Data,
+    interrupt: Interrupt,
 }
 
 /// The bits of the poles and zeros that are in the front, and how well that does.
@@ -69,7 +72,11 @@ struct Start {
 }
 
 impl Roots<'_> {
+    /// `None` for what cannot be fitted, and where the work is asked to stop.
     fn judge(&self, front_poles: usize, front_zeros: usize) -> Option<Candidate> {
+        if self.interrupt.is_requested() {
+            return None;
+        }
         let part = |front: bool| {
             let zeros = chosen(&self.zeros, front_zeros, front);
             Rational::from_roots(&zeros, &chosen(&self.poles, front_poles, front))

@@ -1,6 +1,7 @@
 //! The search over bandwidths in several columns: a common scale first, then column by column.
 
 use super::choice::{KernelScore, KernelSearch};
+use crate::interrupt;
 use crate::selection::Criterion;
 
 /// Common factors of the logarithmic grid.
@@ -146,6 +147,9 @@ pub fn search(objective: &dyn Objective, columns: &[Column]) -> KernelSearch {
 impl Descent<'_> {
     /// Scores these bandwidths; of equally good ones the wider are the better.
     fn attempt(&mut self, bandwidths: Vec<f64>) -> f64 {
+        if interrupt::requested() {
+            return self.best.score;
+        }
         let tried = self.objective.score(&bandwidths, self.points);
         let size = |h: &[f64]| h.iter().map(|h| h.ln()).sum::<f64>();
         let best = &self.best;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::piece::{Visit, at_own_points};
 use super::sums::{DIRECT_BELOW, residual_without};
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
+use crate::interrupt;
 
 /// Points are summed in parts of at least so many: the parts do not depend on the number of threads, nor does
 /// therefore the score.
@@ -21,7 +22,11 @@ pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, bandw
     let total: f64 = (0..data.len()).map(|i| data.weight(i)).sum();
     let mut scores = Vec::new();
     if kernel == Kernel::Gaussian {
+        let interrupt = interrupt::current();
         let score = |&h: &f64| {
+            if interrupt.is_requested() {
+                return 0.0;
+            }
             let mut errors = Errors::new(data, kernel, degree, h);
             for_each_sum(data, kernel, degree, h, &data.x, |i, sums| errors.visit(i, sums));
             errors.sum
@@ -54,8 +59,12 @@ fn sums_over_parts(
     let mut tasks: Vec<(usize, Range<usize>)> = bandwidths.iter().enumerate().flat_map(parts).collect();
     // All bandwidths' parts of a region follow one another while its points are in the cache.
     tasks.sort_by_key(|(_, points)| points.start);
+    let interrupt = interrupt::current();
     let sums: Vec<f64> = (tasks.par_iter())
-        .map_init(Vec::new, |room, (k, points)| part(bandwidths[*k], points.clone(), room))
+        .map_init(Vec::new, |room, (k, points)| match interrupt.is_requested() {
+            true => 0.0,
+            false => part(bandwidths[*k], points.clone(), room),
+        })
         .collect();
     let mut scores = vec![0.0; bandwidths.len()];
     for ((k, _), sum) in tasks.iter().zip(sums) {

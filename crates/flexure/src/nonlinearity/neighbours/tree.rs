@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::super::estimator::Points;
 use super::{Neighbourhood, Scores};
+use crate::interrupt;
 
 /// Points of a leaf.
 const LEAF: usize = 12;
@@ -141,8 +142,10 @@ impl Tree {
             return Vec::new();
         };
         let n = self.points.len();
+        let interrupt = interrupt::current();
         let pieces: Vec<Vec<Scores>> = (0..n.div_ceil(PIECE))
             .into_par_iter()
+            .filter(|_| !interrupt.is_requested())
             .map(|piece| {
                 let mut scores = vec![Scores::default(); numbers.len()];
                 for i in piece * PIECE..n.min((piece + 1) * PIECE) {

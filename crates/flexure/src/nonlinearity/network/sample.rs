@@ -3,6 +3,7 @@
 use super::super::blocks::{Row, load};
 use super::super::estimator::Points;
 use super::super::series::location;
+use crate::interrupt::{self, Interrupt};
 use std::ops::Range;
 
 /// A scale is at least this share of the range, so that no standardised coordinate is farther out than its inverse.
@@ -58,6 +59,8 @@ pub(super) struct Sample {
     pub w: Vec<f64>,
     /// The sum of the weights.
     pub total: f64,
+    /// What may stop the training.
+    pub interrupt: Interrupt,
 }
 
 impl Sample {
@@ -71,6 +74,7 @@ impl Sample {
             u: points.y.iter().map(|&y| output.apply(y)).collect(),
             w: points.w.clone(),
             total: points.total_weight(),
+            interrupt: interrupt::current(),
         };
         (sample, inputs, output)
     }
@@ -90,6 +94,7 @@ impl Sample {
             u: pick(&self.u),
             total: w.iter().sum(),
             w,
+            interrupt: self.interrupt.clone(),
         }
     }
 

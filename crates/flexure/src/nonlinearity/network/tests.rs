@@ -4,6 +4,7 @@ use rand_pcg::Pcg64;
 
 use super::train::{descend, equations};
 use super::*;
+use crate::interrupt::Interrupt;
 use crate::selection::Criterion;
 
 /// Uniform columns on [-2, 2] and noise of deviation 1.
@@ -86,7 +87,14 @@ fn reference(d: usize, units: usize) -> (Sample, Layer, Vec<f64>) {
     let layer = Layer { inputs: d, units };
     let theta = (0..layer.parameters()).map(|p| (2.3 * i(p) + 1.3).sin()).collect();
     let total = w.iter().sum();
-    (Sample { z, u, w, total }, layer, theta)
+    let sample = Sample {
+        z,
+        u,
+        w,
+        total,
+        interrupt: Interrupt::default(),
+    };
+    (sample, layer, theta)
 }
 
 #[test]

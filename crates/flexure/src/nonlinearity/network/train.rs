@@ -87,9 +87,12 @@ pub(super) fn equations(sample: &Sample, layer: Layer, theta: &[f64], decay: f64
     NormalEquations { cost, descent, normal }
 }
 
-/// The minimum that the method reaches from `theta`.
+/// The minimum that the method reaches from `theta`; `None` if its sum of squares is not finite, and where the work is asked to stop.
 pub(super) fn descend(sample: &Sample, layer: Layer, theta: Vec<f64>, decay: f64, steps: usize) -> Option<Minimum> {
     minimise_squares(theta, steps, |theta| {
+        if sample.interrupt.is_requested() {
+            return None;
+        }
         let e = equations(sample, layer, theta, decay);
         e.cost.is_finite().then_some(e)
     })

@@ -1,0 +1,141 @@
+//! Stopping a computation from another thread.
+//!
+//! Under [`Interrupt::watch`] every long loop of the library ends soon after [`Interrupt::stop`]: searches, descents, starts,
+//! cross-validation. What it has by then is thrown away, and [`Error::Interrupted`] told in its place, so that no loop has to
+//! say in its result that it was cut short.
+//!
+//! ```
+//! use std::sync::mpsc;
+//! use flexure::{Error, Interrupt};
+//!
+//! let interrupt = Interrupt::default();
+//! let theirs = interrupt.clone();
+//! std::thread::spawn(move || theirs.stop()).join().unwrap();
+//! assert_eq!(interrupt.watch(|| 1 + 1), Err(Error::Interrupted));
+//! ```
+//!
+//! The identifications' own progress functions stop them as well, between their steps and with the step's name in the error.
+
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::{Error, Result};
+
+thread_local! {
+    /// What the thread's work is watched by.
+    static CURRENT: RefCell<Option<Interrupt>> = const { RefCell::new(None) };
+}
+
+/// Asks the computations that it watches to stop; clones ask the same ones, from any thread.
+#[derive(Debug, Clone, Default)]
+pub struct Interrupt(Arc<State>);
+
+#[derive(Debug, Default)]
+struct State {
+    requested: AtomicBool,
+    /// In tests: the number of times still to be asked before it is requested by itself.
+    #[cfg(test)]
+    fuse: std::sync::Mutex<Option<u64>>,
+}
+
+impl Interrupt {
+    /// Asks them to stop, for good.
+    pub fn stop(&self) {
+        self.0.requested.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether they have been asked to stop.
+    pub fn is_requested(&self) -> bool {
+        #[cfg(test)]
+        self.burn();
+        self.0.requested.load(Ordering::Relaxed)
+    }
+
+    /// Whether to go on: what the library's progress functions return.
+    pub fn flow(&self) -> ControlFlow<()> {
+        match self.is_requested() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    /// Does `work` on this thread, which ends soon when asked to. Inside, another `watch` takes the place of this one.
+    ///
+    /// The threads of rayon's pools take work from each other: there, the loops do not ask, and `work` runs to its end.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if it was asked to stop before it ended, whatever its result.
+    pub fn watch<T>(&self, work: impl FnOnce() -> T) -> Result<T> {
+        /// Puts back what was watched by, also when `work` panics.
+        struct Before(Option<Interrupt>);
+        impl Drop for Before {
+            fn drop(&mut self) {
+                CURRENT.set(self.0.take());
+            }
+        }
+        let _before = Before(CURRENT.replace(Some(self.clone())));
+        let result = work();
+        match self.is_requested() {
+            true => Err(Error::Interrupted),
+            false => Ok(result),
+        }
+    }
+}
+
+/// What this thread's work is watched by, for the closures that it hands to other threads; one that is never requested where
+/// nothing watches.
+///
+/// A thread of rayon's pool that waits may meanwhile do what belongs to another computation: what it is watched by is not asked.
+pub(crate) fn current() -> Interrupt {
+    match rayon::current_thread_index() {
+        Some(_) => Interrupt::default(),
+        None => CURRENT.with_borrow(|current| current.clone().unwrap_or_default()),
+    }
+}
+
+/// Whether this thread's work is asked to stop: some nanoseconds.
+pub(crate) fn requested() -> bool {
+    let asked = CURRENT.with_borrow(|current| current.as_ref().is_some_and(Interrupt::is_requested));
+    asked && rayon::current_thread_index().is_none()
+}
+
+/// An error where this thread's work is asked to stop.
+///
+/// # Errors
+/// [`Error::Interrupted`].
+pub(crate) fn check() -> Result<()> {
+    match requested() {
+        true => Err(Error::Interrupted),
+        false => Ok(()),
+    }
+}
+
+#[cfg(test)]
+impl Interrupt {
+    /// One that is requested by itself once it has been asked so many times.
+    pub(crate) fn after(times: u64) -> Self {
+        let interrupt = Interrupt::default();
+        *interrupt.0.fuse.lock().unwrap() = Some(times);
+        interrupt
+    }
+
+    /// How often it can still be asked.
+    pub(crate) fn left(&self) -> u64 {
+        self.0.fuse.lock().unwrap().unwrap_or(0)
+    }
+
+    fn burn(&self) {
+        if let Some(left) = &mut *self.0.fuse.lock().unwrap() {
+            match left.checked_sub(1) {
+                Some(less) => *left = less,
+                None => self.stop(),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "interrupt_tests.rs"]
+mod tests;

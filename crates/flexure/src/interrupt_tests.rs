@@ -1,0 +1,241 @@
+//! Every long method ends wherever it is interrupted, without a panic, and says so.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use super::*;
+use crate::identify::joint::{FlexibleJoint, RigidJoint, TwoLinkLog};
+use crate::identify::{
+    Auto, HammersteinWiener, JointInputs, MultipleInputs, Narx, Parallel, PlainHammerstein, RefinedHammerstein,
+    Volterra, Wiener, WienerHammerstein,
+};
+use crate::manipulator::{Arm, Drive, Model, SimulationOptions, add_noise, simulate, space_arm};
+use crate::nonlinearity::{EstimatorName, NamedEstimator, Rule, Tuning};
+use crate::record::Record;
+use crate::signal::{Phases, multisine};
+
+/// Asked so often, a method has been asked often enough to stop soon.
+const OFTEN: u64 = 6;
+/// Places at which a method is interrupted.
+const PLACES: u64 = 6;
+
+/// Interrupts the work at places over all of its course; `work` returns what it found, or why it did not.
+fn stops(name: &str, work: impl Fn() -> Result<()>) {
+    let all = u64::MAX;
+    let whole = Interrupt::after(all);
+    whole
+        .watch(&work)
+        .unwrap()
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
+    let asked = all - whole.left();
+    assert!(asked >= OFTEN, "{name} is asked {asked} times");
+    for place in 0..PLACES {
+        // At the very beginning, and then ever later.
+        let interrupt = Interrupt::after(place * (asked - 1) / (PLACES - 1));
+        let told = interrupt.watch(&work).map(|_| ());
+        // Parallel parts are asked in no fixed order, and their number may differ by a few.
+        let late = place + 1 == PLACES;
+        assert!(told == Err(Error::Interrupted) || late, "{name} at {place}: {told:?}");
+    }
+}
+
+/// Inputs p and q, and outputs: a Hammerstein system's, a cascade's with two linear parts, and one of both inputs.
+fn record(n: usize) -> Record {
+    let mut random = Pcg64::seed_from_u64(7);
+    let mut white = || (0..n).map(|_| random.random_range(-2.0..2.0)).collect::<Vec<f64>>();
+    let (p, q, noise) = (white(), white(), white());
+    let filtered = |x: &[f64], a: f64| -> Vec<f64> {
+        let mut last = 0.0;
+        let each = x.iter().map(|x| {
+            last = a * last + (1.0 - a) * x;
+            last
+        });
+        each.collect()
+    };
+    let noisy = |x: Vec<f64>| -> Vec<f64> { x.iter().zip(&noise).map(|(x, e)| x + 0.01 * e).collect() };
+    let bent = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| (2.0 * x).tanh()).collect() };
+    let hammerstein = filtered(&bent(&p), 0.6);
+    let sandwich = filtered(&bent(&filtered(&p, 0.5)), 0.6);
+    let products: Vec<f64> = p.iter().zip(&q).map(|(p, q)| p * q + p.tanh()).collect();
+    let both = filtered(&products, 0.6);
+    Record::new([
+        ("h", noisy(hammerstein)),
+        ("s", noisy(sandwich)),
+        ("b", noisy(both)),
+        ("p", p),
+        ("q", q),
+    ])
+    .unwrap()
+}
+
+#[test]
+fn a_watch_ends_with_its_work() {
+    let (outer, inner) = (Interrupt::default(), Interrupt::default());
+    inner.stop();
+    assert!(!requested() && check().is_ok());
+    let found = outer.watch(|| {
+        assert_eq!(inner.watch(requested), Err(Error::Interrupted));
+        assert!(!requested());
+        assert_eq!(inner.watch(|| current().is_requested()), Err(Error::Interrupted));
+        outer.stop();
+        assert!(requested() && check() == Err(Error::Interrupted));
+    });
+    assert_eq!(found, Err(Error::Interrupted));
+    assert!(!requested());
+    let panicked = catch_unwind(AssertUnwindSafe(|| outer.watch(|| panic!("as any work may"))));
+    assert!(panicked.is_err() && !requested());
+}
+
+/// What a thread of rayon's pool does meanwhile for another computation must not stop with this one.
+#[test]
+fn threads_of_the_pool_ask_only_what_they_were_given() {
+    let interrupt = Interrupt::default();
+    interrupt.stop();
+    let told = interrupt.watch(|| {
+        let given = current();
+        rayon::join(
+            || assert!(!requested() && given.is_requested()),
+            || assert!(!current().is_requested()),
+        );
+    });
+    assert_eq!(told, Err(Error::Interrupted));
+}
+
+#[test]
+fn hammerstein_systems_stop() {
+    let record = record(1500);
+    let white = PlainHammerstein::default();
+    stops("plain", || white.identify(&record, "p", "h").map(drop));
+    let refined = RefinedHammerstein::default();
+    stops("refined", || refined.identify(&record, "p", "h").map(drop));
+}
+
+#[test]
+fn cascades_stop() {
+    let record = record(1200);
+    let (u, y) = ("p", "s");
+    stops("Wiener", || Wiener::default().identify(&record, u, y).map(drop));
+    stops("sandwich", || {
+        WienerHammerstein::default().identify(&record, u, y).map(drop)
+    });
+    stops("both ends", || {
+        HammersteinWiener::default().identify(&record, u, y).map(drop)
+    });
+    stops("auto", || Auto::default().identify(&record, u, y).map(drop));
+}
+
+#[test]
+fn sums_and_references_stop() {
+    let record = record(1000);
+    let (u, y) = ("p", "h");
+    let branches = Some(1);
+    let parallel = Parallel {
+        branches,
+        ..Parallel::default()
+    };
+    stops("parallel", || parallel.identify(&record, u, y).map(drop));
+    stops("NARX", || Narx::default().identify(&record, u, y).map(drop));
+    stops("Volterra", || Volterra::default().identify(&record, u, y).map(drop));
+    let (inputs, y) = (["p", "q"], "b");
+    stops("several inputs", || {
+        MultipleInputs::default().identify(&record, &inputs, y).map(drop)
+    });
+    stops("joint inputs", || {
+        JointInputs::default().identify(&record, &inputs, y).map(drop)
+    });
+}
+
+#[test]
+fn joints_stop() {
+    let (rows, step) = (10_001, 2e-3);
+    let torque = |amplitude, seed| multisine(rows, step, amplitude, 0.05, 3.0, Phases::Random { seed }).unwrap();
+    let (first, second) = (torque(40.0, 1), torque(20.0, 2));
+    let options = SimulationOptions::new((rows - 1) as f64 * step, step).unwrap();
+    let run = |locked: bool, model| {
+        let mut parameters = space_arm(model);
+        parameters.joints[0].locked = locked;
+        let arm = Arm::new(parameters).unwrap();
+        let record = simulate(&arm, &Drive::Held([&first, &second]), &options).unwrap();
+        let angles = ["q1", "q2", "qm1", "qm2"]
+            .into_iter()
+            .filter(|name| record.column(name).is_ok());
+        let noise = angles.map(|name| (name, 1e-5)).chain([("tau1", 0.4), ("tau2", 0.2)]);
+        add_noise(&record, 5, &noise.collect::<Vec<_>>()).unwrap()
+    };
+    let columns = |record: &Record, names: [&str; 2]| names.map(|name| record.column(name).unwrap().to_vec());
+    let (axis, joint, arm) = (
+        run(true, Model::Rigid),
+        run(true, Model::Nonlinear),
+        run(false, Model::Nonlinear),
+    );
+    stops("rigid axis", || {
+        let joint = RigidJoint {
+            position: axis.column("q2")?,
+            torque: axis.column("tau2")?,
+            velocity: None,
+            sample_time: step,
+            extras: &[],
+            level: 0.95,
+        };
+        joint.identify().map(drop)
+    });
+    stops("flexible joint", || {
+        let joint = FlexibleJoint {
+            motor: joint.column("qm2")?,
+            link: joint.column("q2")?,
+            torque: joint.column("tau2")?,
+            sample_time: step,
+            motor_inertia: None,
+            level: 0.95,
+        };
+        joint.identify().map(drop)
+    });
+    let (motor, link, torque) = (
+        columns(&arm, ["qm1", "qm2"]),
+        columns(&arm, ["q1", "q2"]),
+        columns(&arm, ["tau1", "tau2"]),
+    );
+    stops("two links", || {
+        let log = TwoLinkLog {
+            motor: [&motor[0], &motor[1]],
+            link: [&link[0], &link[1]],
+            torque: [&torque[0], &torque[1]],
+            sample_time: step,
+            level: 0.95,
+        };
+        log.identify().map(drop)
+    });
+}
+
+#[test]
+fn regressions_stop() {
+    let mut random = Pcg64::seed_from_u64(9);
+    let n = 3000;
+    let columns: Vec<Vec<f64>> = (0..3)
+        .map(|_| (0..n).map(|_| random.random_range(-1.0..1.0)).collect())
+        .collect();
+    let (x, y) = ([&columns[0][..], &columns[1][..]], &columns[2][..]);
+    use EstimatorName::{Kernel, LocalBandwidth, LocalLinear, Neighbours, Network, Spline};
+    for (name, d, rule) in [
+        (Kernel, 1, Rule::LeaveOneOut),
+        (Kernel, 1, Rule::Block),
+        (Kernel, 2, Rule::LeaveOneOut),
+        (LocalLinear, 1, Rule::LeaveOneOut),
+        (LocalLinear, 2, Rule::LeaveOneOut),
+        (LocalBandwidth, 1, Rule::LeaveOneOut),
+        (Neighbours, 2, Rule::LeaveOneOut),
+        (Spline, 1, Rule::Block),
+        (Network, 1, Rule::LeaveOneOut),
+    ] {
+        let method = NamedEstimator {
+            name,
+            tuning: Tuning::FromData(rule),
+            ..NamedEstimator::default()
+        };
+        stops(&format!("{} in {d} columns by {}", name.name(), rule.name()), || {
+            method.fit(&x[..d], y, None).map(drop)
+        });
+    }
+}
