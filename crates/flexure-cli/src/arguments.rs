@@ -10,7 +10,7 @@ use flexure_io::RecordFile;
 /// The column of sample instants in records that Flexure writes, and looks for in others.
 pub const TIME: &str = "t";
 /// Relative difference of two sample times that still counts as none (printed digits).
-const SAME_SAMPLE_TIME: f64 = 1e-3;
+pub const SAME_SAMPLE_TIME: f64 = 1e-3;
 
 /// The options contradict each other: wrong usage, found only after they were read one by one.
 #[derive(Debug)]

@@ -16,7 +16,8 @@ use flexure_report::data::{ArmMotion, Page};
 
 use crate::arguments::{self, Auto, Usage};
 use crate::cascade::CascadeMethod;
-use crate::estimate::Estimate;
+use crate::estimate::{Estimate, Method};
+use crate::experiments::{self, Experiments};
 use crate::files::keep_apart;
 use crate::method::{self, MethodName, PlainOptions, RefinedOptions, Shared};
 use crate::outcome::{Context, Signals};
@@ -43,8 +44,9 @@ const BEST_LINEAR: &str = "best_linear_approximation";
     after_help = "Example:\n  flexure identify record.csv --input u --output y -o model.json --report report.html"
 )]
 pub struct Arguments {
-    /// The record.
-    record: PathBuf,
+    /// The record; several are so many experiments of one system, for a refined Hammerstein model, judged on the end of the last.
+    #[arg(value_name = "RECORD", required = true)]
+    records: Vec<PathBuf>,
     /// The input's column; A,B for several with --structure multiple-inputs or joint-inputs.
     #[arg(long, value_name = "COLUMN")]
     input: String,
@@ -178,6 +180,21 @@ impl Arguments {
         Ok((task, None))
     }
 
+    /// The record, or those of several experiments, whose output may miss samples or not.
+    fn read(&self, inputs: &[&str], may_miss: bool) -> Result<Experiments> {
+        let [path] = self.records.as_slice() else {
+            let columns = (self.input.as_str(), self.output.as_str());
+            return Experiments::read(&self.records, columns, self.sample_time, may_miss);
+        };
+        let file = read_record(path)?;
+        let columns = [inputs, &[&self.output]].concat();
+        Ok(Experiments {
+            sample_time: arguments::sample_time(&file, self.sample_time, &columns)?,
+            samples: vec![file.record.len()],
+            file,
+        })
+    }
+
     /// The arm in motion, for a record that has its angles.
     fn moving_arm(&self, file: &RecordFile, signals: &Signals) -> Result<Option<ArmMotion>> {
         let (lengths, known) = match &self.arm {
@@ -204,29 +221,40 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let (task, note) = arguments.task()?;
     let outputs = [&arguments.model, &arguments.report].into_iter().flatten();
-    keep_apart([&arguments.record].into_iter().chain(&arguments.arm), outputs.clone())?;
+    let others = [arguments.periods.first_given(), arguments.arm.as_ref().map(|_| "--arm")];
+    experiments::refuse(arguments.records.len(), &task, others.into_iter().flatten().next())?;
+    keep_apart(arguments.records.iter().chain(&arguments.arm), outputs.clone())?;
     for path in outputs {
         check_writable(path)?;
     }
     if let Some(note) = note {
         print_note(&note);
     }
-    let file = spinning("reading", || read_record(&arguments.record))?;
+    let may_miss = matches!(&task, Task::Hammerstein(method) if method.skips_missing());
+    let Experiments {
+        file,
+        samples,
+        sample_time,
+    } = spinning("reading", || arguments.read(&inputs, may_miss))?;
     let signals = Signals {
         input: &arguments.input,
         output: &arguments.output,
         several: arguments.structure.has_several_inputs(),
-        sample_time: {
-            let columns = [&inputs[..], &[&arguments.output]].concat();
-            arguments::sample_time(&file, arguments.sample_time, &columns)?
-        },
+        sample_time,
     };
-    let periodic = arguments.periods.approximate(&file, &signals)?;
-    let found = spinning_through("identifying", |tell| {
-        task.identify(&file, &inputs, signals, &|stage| {
+    let several = samples.len() > 1;
+    let periodic = match several {
+        true => None,
+        false => arguments.periods.approximate(&file, &signals)?,
+    };
+    let found = spinning_through("identifying", |tell| match task {
+        Task::Hammerstein(Method::Refined { method, form }) if several => {
+            Ok(Found::of_experiments(method, form, &file, &samples, signals)?)
+        }
+        task => task.identify(&file, &inputs, signals, &|stage| {
             tell(stage);
             ControlFlow::Continue(())
-        })
+        }),
     })?;
     let page = match &arguments.report {
         Some(path) => {
@@ -332,7 +360,7 @@ pub fn hammerstein(file: &RecordFile, context: &Context) -> Result<Estimate> {
 }
 
 /// The inputs must be finite, and the output too unless it may miss samples.
-fn check(file: &RecordFile, inputs: &[&str], output: &str, may_miss: bool) -> Result<()> {
+pub fn check(file: &RecordFile, inputs: &[&str], output: &str, may_miss: bool) -> Result<()> {
     for input in inputs {
         file.finite(input)?;
     }

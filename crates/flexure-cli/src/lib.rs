@@ -9,6 +9,7 @@ mod comparison;
 mod demo;
 mod estimate;
 mod excite;
+mod experiments;
 mod files;
 mod identify;
 mod joint;

@@ -8,7 +8,6 @@ use flexure::identify::{Form, RefinedHammerstein};
 use flexure_io::{ModelFile, RecordFile};
 use serde_json::Value;
 
-use crate::outcome::Context;
 use crate::page::Decoration;
 use crate::prediction::{self, Ahead, FreeRun, Start};
 use crate::structure::Found;
@@ -57,16 +56,7 @@ impl<'a> Identified<'a> {
         samples: &[usize],
         signals: Signals<'a>,
     ) -> Result<Self> {
-        let mut start = 0;
-        let mut parts = Vec::with_capacity(samples.len());
-        for samples in samples {
-            parts.push(file.record.slice(start..start + samples));
-            start += samples;
-        }
-        let parts: Vec<_> = parts.iter().collect();
-        let estimate = Method::of_experiments(&method, form, &parts, signals.input, signals.output)?;
-        let method = Method::Refined { method, form };
-        let found = Found::Hammerstein(Context { signals, method }, Box::new(estimate));
+        let found = Found::of_experiments(method, form, file, samples, signals)?;
         Ok(Identified { file, found })
     }
 

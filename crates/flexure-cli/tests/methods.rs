@@ -3,6 +3,7 @@
 mod common;
 
 use common::{Folder, numbers};
+use flexure::identify::RefinedHammerstein;
 use flexure::systems::KnownNonlinearity;
 use serde_json::Value;
 
@@ -299,4 +300,54 @@ fn the_refined_method_takes_what_is_given() {
         &format!("{IDENTIFY} -o new.json --delay 600"),
         "r.csv: the delay is 600, but must be below a quarter of the number of samples that are fitted",
     );
+}
+
+/// Several records are several experiments: better than one of them, as one long record, and what takes one is told.
+#[test]
+fn several_records_are_several_experiments() {
+    let folder = Folder::new();
+    let lengths = [1500, 2500, 2000];
+    let parts: Vec<_> = (0..3)
+        .map(|k| folder.known(&format!("{k}.csv"), lengths[k], 7 + k as u64))
+        .collect();
+    let three = "identify 0.csv 1.csv 2.csv --input u --output y";
+    let found = folder.json(&format!("{three} -o model.json --report r.html"));
+    assert_eq!(found["samples_fitted"], 4500);
+    assert_eq!(found["samples_fresh"], 1500);
+    let one = folder.json("identify 0.csv --input u --output y");
+    assert!(
+        error(&found) < error(&one) && error(&found) < 0.02,
+        "{} {}",
+        error(&found),
+        error(&one)
+    );
+    // The library on the same records.
+    let records: Vec<_> = parts.iter().collect();
+    let twin = RefinedHammerstein::default()
+        .identify_experiments(&records, "u", "y")
+        .unwrap();
+    let y = numbers(&found["nonlinearity"]["y"]);
+    assert_eq!(y, twin.nonlinearity.y());
+    assert!(folder.read("r.html").contains("0.csv, 1.csv, 2.csv"));
+    folder.done("validate model.json 2.csv --input u --output y");
+
+    folder.misused(
+        &format!("{three} --structure wiener"),
+        "this structure or method takes one record; name one record",
+    );
+    folder.misused(
+        &format!("{three} --method plain"),
+        "3 records are so many experiments of one system",
+    );
+    folder.misused(&format!("{three} --period 100"), "--period is for one record");
+    folder.write("slow.csv", "t,u,y\n0,1,2\n0.5,2,3\n1,3,4\n");
+    folder.write("fast.csv", "t,u,y\n0,1,2\n0.1,2,3\n0.2,3,4\n");
+    folder.failed(
+        "identify slow.csv fast.csv --input u --output y",
+        "fast.csv: the sample time is 0.1 s, but that of slow.csv is 0.5 s; experiments of one system need the same",
+    );
+    folder.write("bad.csv", "u,y\n1,2\n2,x\n");
+    folder.failed("identify 0.csv bad.csv --input u --output y", "bad.csv");
+    folder.write("gap.csv", "u,y\n1,2\n2,\n3,4\n");
+    folder.failed("identify 0.csv gap.csv --input u --output y", "gap.csv, line 3");
 }

@@ -1,0 +1,102 @@
+//! Several experiments of one system: their records, one after the other.
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use flexure::Record;
+use flexure::identify::{Form, RefinedHammerstein};
+use flexure_io::{RecordFile, read_record};
+
+use crate::arguments::{self, SAME_SAMPLE_TIME, Usage};
+use crate::estimate::Method;
+use crate::identify::check;
+use crate::outcome::{Context, Signals};
+use crate::structure::{Found, Task};
+
+/// The records of experiments, as one.
+pub struct Experiments {
+    /// The input and the output of all of them, in order.
+    pub file: RecordFile,
+    /// The samples of each.
+    pub samples: Vec<usize>,
+    /// Their sample time in s, where it is known.
+    pub sample_time: Option<f64>,
+}
+
+impl Experiments {
+    /// Reads them: columns `input` and `output` of each, and their sample time.
+    ///
+    /// # Errors
+    /// Names the record, the column and the line.
+    pub fn read(
+        paths: &[PathBuf],
+        (input, output): (&str, &str),
+        sample_time: Option<f64>,
+        may_miss: bool,
+    ) -> Result<Self> {
+        let (mut u, mut y, mut samples) = (Vec::new(), Vec::new(), Vec::new());
+        let mut known: Option<(f64, &PathBuf)> = None;
+        for path in paths {
+            let file = read_record(path)?;
+            check(&file, &[input], output, may_miss)?;
+            u.extend_from_slice(file.column(input)?);
+            y.extend_from_slice(file.column(output)?);
+            samples.push(file.record.len());
+            match (arguments::sample_time(&file, sample_time, &[input, output])?, known) {
+                (Some(own), Some((first, of))) if (own - first).abs() > SAME_SAMPLE_TIME * first => bail!(
+                    "{}: the sample time is {own} s, but that of {} is {first} s; experiments of one system need the same: resample one of them",
+                    path.display(),
+                    of.display()
+                ),
+                (Some(own), None) => known = Some((own, path)),
+                _ => {}
+            }
+        }
+        let record = Record::new([(input.to_owned(), u), (output.to_owned(), y)])?;
+        let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        Ok(Experiments {
+            file: RecordFile::in_memory(record, &names.join(", ")),
+            samples,
+            sample_time: known.map(|k| k.0),
+        })
+    }
+}
+
+/// Refuses several records for what takes one.
+pub fn refuse(records: usize, task: &Task, other: Option<&'static str>) -> Result<(), Usage> {
+    let refined = matches!(task, Task::Hammerstein(Method::Refined { .. }));
+    let what = match (records, refined, other) {
+        (..=1, ..) | (_, true, None) => return Ok(()),
+        (_, true, Some(option)) => format!("{option} is for one record"),
+        (_, false, _) => "this structure or method takes one record".to_owned(),
+    };
+    Err(Usage(format!(
+        "{records} records are so many experiments of one system, from which only a Hammerstein model by the refined method is identified, and \
+         {what}; name one record"
+    )))
+}
+
+impl<'a> Found<'a> {
+    /// A Hammerstein model of several experiments, whose records follow each other in `file`, so many `samples` each.
+    ///
+    /// # Errors
+    /// Those of [`RefinedHammerstein::identify_experiments`].
+    pub fn of_experiments(
+        method: RefinedHammerstein,
+        form: Option<Form>,
+        file: &'a RecordFile,
+        samples: &[usize],
+        signals: Signals<'a>,
+    ) -> flexure::Result<Self> {
+        let mut start = 0;
+        let mut parts = Vec::with_capacity(samples.len());
+        for samples in samples {
+            parts.push(file.record.slice(start..start + samples));
+            start += samples;
+        }
+        let parts: Vec<_> = parts.iter().collect();
+        let estimate = Method::of_experiments(&method, form, &parts, signals.input, signals.output)?;
+        let method = Method::Refined { method, form };
+        Ok(Found::Hammerstein(Context { signals, method }, Box::new(estimate)))
+    }
+}
