@@ -48,7 +48,7 @@ def main():
                 if row.failed:
                     failures.append(row)
     if options.save:
-        (FOLDER / "RESULTS.md").write_text(f"# Results\n\n{description}\n\n{markdown(rows)}\n")
+        (FOLDER / options.save).write_text(f"# Results\n\n{description}\n\n{markdown(rows)}\n")
     for row in failures:
         print(f"error: {row.job}, n = {row.n}, {row.who}: {row.failed}", file=sys.stderr)
     if not any(row.cpu for row in rows):
@@ -69,7 +69,7 @@ def arguments():
     parser.add_argument("--most", type=float, metavar="N", help="no more points than this")
     parser.add_argument("--limit", type=float, metavar="S", help="processor time of one call (quick 10, full 120)")
     parser.add_argument("--memory", type=float, metavar="GB", default=8, help="for one process (8)")
-    parser.add_argument("--save", action="store_true", help="write bench/RESULTS.md too")
+    parser.add_argument("--save", metavar="FILE", nargs="?", const="RESULTS.md", help="write bench/FILE (RESULTS.md) too")
     options = parser.parse_args()
     options.jobs = options.jobs and options.jobs.split(",")
     options.peers = ["numpy"] if options.check else options.peers and options.peers.split(",")

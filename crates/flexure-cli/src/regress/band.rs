@@ -13,6 +13,8 @@ use crate::arguments::Usage;
 
 /// With more rows, refits for a band are only made when they are asked for.
 const MOST_REFITTED: usize = 20_000;
+/// In more columns, with so many more points of the grid, neither.
+const MOST_COLUMNS: usize = 3;
 /// A band needs so many rows.
 pub const FEWEST: usize = 5;
 /// Resamples for few rows in one column; elsewhere there are fewer.
@@ -25,8 +27,8 @@ const FEW: usize = 2_000;
 /// Which band is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BandMethod {
-    /// Robust where it can be, else wild bootstrap up to 20,000 rows; by blocks with --select block or block-bootstrap; none
-    /// for network, whose refits take long.
+    /// Robust where it can be, else wild bootstrap up to 20,000 rows and three columns; by blocks with --select block or
+    /// block-bootstrap; none for network and for more columns, where refits take long.
     Auto,
     /// Robust bias correction: kernel estimators in one column, independent rows; for local-bandwidth that of the local
     /// line with one bandwidth.
@@ -145,7 +147,8 @@ pub fn check(arguments: &Arguments) -> Result<(), Usage> {
 pub fn banding(method: &Method, fit: &NamedFit, data: &Data) -> Option<Banding> {
     let rows = data.rows().len();
     let blocks = matches!(method.estimator.tuning, Tuning::FromData(rule) if rule.in_time());
-    let slow = matches!(fit.name, EstimatorName::Network | EstimatorName::LocalBandwidth);
+    let slow =
+        matches!(fit.name, EstimatorName::Network | EstimatorName::LocalBandwidth) || data.x.len() > MOST_COLUMNS;
     let chosen = match method.band_method {
         BandMethod::Auto if rows < FEWEST => BandMethod::None,
         BandMethod::Auto if blocks && !slow && rows <= MOST_REFITTED => BandMethod::Block,
@@ -195,6 +198,14 @@ pub fn banding(method: &Method, fit: &NamedFit, data: &Data) -> Option<Banding> 
 }
 
 impl Banding {
+    /// Whether rows that depend on their neighbours make it too narrow.
+    pub fn is_for_independent_rows(&self) -> bool {
+        match self {
+            Banding::Robust(_) => true,
+            Banding::Bootstrap(band) => !matches!(band.scheme, Scheme::MovingBlock { .. }),
+        }
+    }
+
     /// The band at the points `at`, column by column.
     pub fn band(
         self,

@@ -65,7 +65,8 @@ pub struct Arguments {
     /// Kernel: uniform, triangular, epanechnikov, biweight, triweight or gaussian.
     #[arg(long, value_name = "NAME", value_parser = arguments::kernel)]
     kernel: Option<Kernel>,
-    /// Column of weights: a row of weight 2 counts as two, one of weight 0 as none.
+    /// Column of weights: in the estimate a row of weight 2 counts as two, one of weight 0 as none; scores and bands take each as one
+    /// row.
     #[arg(long, value_name = "COLUMN")]
     weights: Option<String>,
     /// Level of the confidence band.

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use flexure::nonlinearity::{EstimatorName, Tuning};
 
-use super::band::{BandMethod, FEWEST};
+use super::band::{BandMethod, Banding, FEWEST};
 use super::data::Data;
 use super::estimate::{Estimate, Evaluated};
 use super::{Arguments, Outside};
@@ -53,6 +53,27 @@ pub fn warnings(estimate: &Estimate, data: &Data, curve: &Evaluated, arguments: 
         warnings.push(
             "neighbouring rows are correlated beyond what is estimated, as in a record in order of time: leave-one-out may then follow the \
              noise (undersmooth), and a band for independent rows is too narrow; --select block allows for it"
+                .to_owned(),
+        );
+    }
+    if estimate.dependent
+        && blocks
+        && estimate
+            .banding
+            .is_some_and(|banding| banding.is_for_independent_rows())
+    {
+        warnings.push(
+            "neighbouring rows are correlated beyond what is estimated, and the band is one for independent rows: it is too narrow; --band-method \
+             block allows for it"
+                .to_owned(),
+        );
+    }
+    if let (Some(local), Some(Banding::Robust(_))) = (&estimate.fit.local, estimate.banding)
+        && !local.jumps.is_empty()
+    {
+        warnings.push(
+            "the band is that of the line with one bandwidth, which jumps make narrow, and so it says little of the estimate shown, whose error is \
+             smaller; --estimator local-bandwidth --band-method bootstrap makes a band of its own"
                 .to_owned(),
         );
     }

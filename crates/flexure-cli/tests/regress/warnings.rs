@@ -42,7 +42,35 @@ fn a_jump_along_a_trend_is_no_dependence() {
             x.sin() + state
         })
         .collect();
-    assert!(regressed(ramp, wander, "").1.contains("correlated"));
+    assert!(regressed(ramp.clone(), wander.clone(), "").1.contains("correlated"));
+    let robust = "--select block --band-method robust";
+    let (_, warnings) = regressed(ramp.clone(), wander.clone(), robust);
+    assert!(warnings.contains("the band is one for independent rows"), "{warnings}");
+    let (_, warnings) = regressed(ramp, wander, "--select block");
+    assert!(!warnings.contains("correlated"), "{warnings}");
+}
+
+/// Where jumps make one bandwidth narrow its band is not the estimate's.
+#[test]
+fn a_band_beside_jumps_is_said_to_tell_little() {
+    let x = uniform(3000);
+    let y = step(&x);
+    let words = "says little of the estimate shown";
+    assert!(regressed(x.clone(), y.clone(), "").1.contains(words));
+    assert!(!regressed(x, y, "--band-method none").1.contains(words));
+}
+
+/// In many columns refits take long.
+#[test]
+fn in_many_columns_a_band_is_made_only_when_asked_for() {
+    let folder = Folder::new();
+    let columns = ["a", "b", "c", "d", "y"].map(|name| (name.to_owned(), step(&uniform(60))));
+    write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
+    let object = folder.json("regress r.csv --x a,b,c,d --y y --estimator kernel --bandwidth 1 --grid 2");
+    assert!(object["band"].is_null() && object["warnings"].to_string().contains("no band was made"));
+    let object = folder
+        .json("regress r.csv --x a,b,c,d --y y --estimator kernel --bandwidth 1 --grid 2 --band-method bootstrap");
+    assert!(object["band"].is_object());
 }
 
 /// Where one bandwidth is at the edge of those tried, but another estimate is shown, that is said.
