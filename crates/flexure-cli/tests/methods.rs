@@ -315,12 +315,7 @@ fn several_records_are_several_experiments() {
     assert_eq!(found["samples_fitted"], 4500);
     assert_eq!(found["samples_fresh"], 1500);
     let one = folder.json("identify 0.csv --input u --output y");
-    assert!(
-        error(&found) < error(&one) && error(&found) < 0.02,
-        "{} {}",
-        error(&found),
-        error(&one)
-    );
+    assert!(error(&found) < 0.8 * error(&one), "{} {}", error(&found), error(&one));
     // The library on the same records.
     let records: Vec<_> = parts.iter().collect();
     let twin = RefinedHammerstein::default()
