@@ -70,14 +70,14 @@ def _given(input: str | Sequence[str] | None, several: bool) -> list[str] | None
     """The names of the inputs, if they were given."""
     if input is None:
         return None
-    if isinstance(input, str) == several or (not several and len(input) != 1):
+    names = input if several else [input]
+    if not isinstance(names, list | tuple) or not names or not all(isinstance(name, str) and name for name in names):
         needs = "several inputs: input=['...', '...']" if several else "one input: input='...'"
         raise ParameterError(f"the model has {needs}, not {input!r}")
-    names = [input] if isinstance(input, str) else [str(name) for name in input]
     for name in names:
-        if several and ("," in name or name != name.strip() or not name):
+        if several and ("," in name or name != name.strip()):
             raise ParameterError(f"the input's name {name!r} must have no comma, and no spaces at its ends")
-    return names
+    return list(names)
 
 
 def _parts(u: Any, given: list[str] | None, several: bool) -> tuple[list[Any], list[str]]:
