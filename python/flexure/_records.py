@@ -70,14 +70,14 @@ def _given(input: str | Sequence[str] | None, several: bool) -> list[str] | None
     """The names of the inputs, if they were given."""
     if input is None:
         return None
-    if isinstance(input, str) == several or (not several and len(input) != 1):
+    names: Any = input if several else [input]
+    if not isinstance(names, list | tuple) or not names or not all(isinstance(name, str) and name for name in names):
         needs = "several inputs: input=['...', '...']" if several else "one input: input='...'"
         raise ParameterError(f"the model has {needs}, not {input!r}")
-    names = [input] if isinstance(input, str) else [str(name) for name in input]
     for name in names:
-        if several and ("," in name or name != name.strip() or not name):
+        if several and ("," in name or name != name.strip()):
             raise ParameterError(f"the input's name {name!r} must have no comma, and no spaces at its ends")
-    return names
+    return list(names)
 
 
 def _parts(u: Any, given: list[str] | None, several: bool) -> tuple[list[Any], list[str]]:
@@ -118,7 +118,8 @@ def _columns(data: Any, given: list[str] | None, output: str | None) -> tuple[li
     if not _is_table(data):
         raise DataError("there is no output: give u and y, or a table with the names of its columns as input and output")
     if _is_response(data):
-        found = [_labelled(data, "input", name) for name in given or [None]]
+        wanted: list[str | None] = [*given] if given else [None]
+        found = [_labelled(data, "input", name) for name in wanted]
         output, y = _labelled(data, "output", output)
         return [u for _, u in found], y, np.asarray(data.time), [name for name, _ in found], output
     if given is None or output is None:

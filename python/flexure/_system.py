@@ -148,7 +148,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         )
         self._record = (joined[:-1], joined[-1])
         model = self._identification.model()
-        self.predicted_ = self._identification.predicted()
+        self.predicted_: Array | None = self._identification.predicted()
         self._take(model, json.loads(self._identification.json()))
         return self
 
@@ -164,7 +164,7 @@ class System(BaseEstimator):  # type: ignore[misc]
             elif not isinstance(value, kind):
                 raise ParameterError(f"{name} is {value!r}, but must be {words}")
         known = options["known"]
-        if known is not None and (not isinstance(known, tuple | list) or np.shape(known) != (2, 2)):
+        if known is not None and (not isinstance(known, tuple | list) or [np.size(point) for point in known] != [2, 2]):
             raise ParameterError(f"known is {known!r}, but must be two points, ((x, phi), (x, phi))")
         return options
 
@@ -313,7 +313,7 @@ class System(BaseEstimator):  # type: ignore[misc]
             **dict(zip(self.inputs_, inputs, strict=True)),
             self.output_: y,
             "simulated": self.predicted_,
-            "residual": y - self.predicted_,
+            "residual": y - np.asarray(self.predicted_),
             "fresh": np.arange(len(y)) >= self.fitted_,
         }
         return frame(columns, library)

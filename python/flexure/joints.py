@@ -101,7 +101,7 @@ class Joint(_Logged):
         """
         if joint not in (1, 2):
             raise ParameterError(f"joint is {joint}, but must be 1, the shoulder, or 2, the elbow")
-        return Arm.from_text(self._own("arm").arm_file(joint - 1, template and template.toml))
+        return Arm.from_text(self._own("arm").arm_file(joint - 1, None if template is None else template.toml))
 
     @property
     def best_friction(self) -> Form:
@@ -150,7 +150,7 @@ class TwoLinkArm(_Logged):
         A log tells no masses, lengths and centres of mass, only constants: `template` is the arm whose lengths and centres of mass
         it has, without which they are one choice with the same motion.
         """
-        return Arm.from_text(self._own("arm").arm_file(0, template and template.toml))
+        return Arm.from_text(self._own("arm").arm_file(0, None if template is None else template.toml))
 
 
 def identify_joint(
@@ -217,8 +217,8 @@ def identify_joint(
     if result["joint"] != "two_link_arm":
         return _joint(result, core)
     first, second = (_joint({"joint": "flexible", **joint}, None) for joint in result["joints"])
-    links = (_estimate(result[name]) for name in ("shoulder", "elbow", "coupling"))
-    return TwoLinkArm(*links, (first, second), result, core)
+    shoulder, elbow, coupling = (_estimate(result[name]) for name in ("shoulder", "elbow", "coupling"))
+    return TwoLinkArm(shoulder, elbow, coupling, (first, second), result, core)
 
 
 def _columns(values: Any, name: str) -> list[Array]:

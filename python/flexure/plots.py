@@ -148,8 +148,8 @@ def system(model: System, *, truth: Any = None) -> Figure:
 
     paths = [path for path in model.paths_ if path[1]]
     record = getattr(model, "_record", None)
-    shown = record is not None and model.predicted_ is not None
-    heights = [1.35] * len(paths) + [1.0] * (1 + shown)
+    shown = None if record is None or model.predicted_ is None else (record[1], model.predicted_)
+    heights = [1.35] * len(paths) + [1.0] * (1 if shown is None else 2)
     across = max([len(blocks) for _, blocks in paths], default=0)
     figure = plt.figure(figsize=(max(3.6 * across, 6.5), 2.4 * sum(heights) + 0.6))
     figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.06)
@@ -160,11 +160,9 @@ def system(model: System, *, truth: Any = None) -> Figure:
             of = f" of {enters}" if len(paths) > 1 and first else ""
             entering = model.inputs_ if first and not of else [enters if first else "what enters it"]
             _block(place, name + of, block, entering, truth if name == "nonlinearity" else None)
-    if shown:
-        fresh = slice(model.fitted_, None)
-        comparison(
-            record[1][fresh], model.predicted_[fresh], dt=model.dt_, output=model.output_, axes=parts[-2].subplots()
-        )
+    if shown is not None:
+        measured, predicted = (values[model.fitted_ :] for values in shown)
+        comparison(measured, predicted, dt=model.dt_, output=model.output_, axes=parts[-2].subplots())
     residual_tests(model.verdict_, axes=parts[-1].subplots())
     return figure
 

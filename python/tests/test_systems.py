@@ -51,11 +51,19 @@ def of_two_inputs(n, seed):
     return SimpleNamespace(u=np.column_stack([first.u, second.u]), y=first.y + lfilter([0, 0.5], [1, -0.5], second.u**2))
 
 
+def of_a_product(n, seed):
+    """A nonlinearity of both inputs that is no sum."""
+    rng = np.random.default_rng(seed)
+    u = rng.uniform(-2, 2, (n, 2))
+    y = lfilter([0, 0.5], [1, -0.5], u[:, 0] * np.abs(u[:, 1]))
+    return SimpleNamespace(u=u, y=y + 0.02 * rng.normal(size=n))
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_the_numbers_are_the_command_lines(case, tmp_path, command):
     estimator, options = CASES[case]
     several = case.endswith("inputs")
-    make = of_two_inputs if several else simulated
+    make = {"multiple-inputs": of_two_inputs, "joint-inputs": of_a_product}.get(case, simulated)
     names = ["u1", "u2"] if several else ["u"]
     inputs = ["--input", ",".join(names)]
 
