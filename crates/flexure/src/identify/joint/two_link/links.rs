@@ -15,11 +15,15 @@ use super::super::noisy::Noisy;
 use super::super::pair::{FRICTION_PIECES, Pair, Splines, akaike};
 use super::super::pieces::undersmoothed;
 use super::super::rigid::ROUNDS;
-use super::super::smooth::{Noise, gain};
+use super::super::smooth::{Noise, Reflected, gain};
 use crate::linalg::Complex;
 
 /// The number of the links' constants.
 pub(super) const CONSTANTS: usize = 3;
+
+/// The cut-off of the velocities in the coupling's terms, in that of the abscissas of friction: they need less smoothing, and what
+/// they lose of the highest frequencies the coupling would make up for.
+const WIDER: f64 = 2.0;
 
 /// The two links' motion in their equations.
 pub(super) struct Links {
@@ -43,9 +47,11 @@ pub(super) struct FreeLinks {
 }
 
 impl Links {
-    /// From the angles of the links and of motor 2 with what is known of their noise, and the links' velocities.
-    pub fn new(modulation: &Modulation, q: [&[f64]; 2], v: [&[f64]; 2], motor: &[f64], noise: [Noise; 3]) -> Links {
+    /// From the angles of the links and of motor 2, `step` s apart, with what is known of their noise.
+    pub fn new(modulation: &Modulation, q: [&[f64]; 2], motor: &[f64], noise: [Noise; 3], step: f64) -> Links {
         let n = q[0].len();
+        let cut_off = [0, 1].map(|i| WIDER * noise[i].cut_off());
+        let v = [0, 1].map(|i| Reflected::new(q[i], step).velocity(cut_off[i]));
         let negative = |lines: Vec<Complex<f64>>| -> Vec<Complex<f64>> { lines.into_iter().map(|v| -v).collect() };
         let along = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(f).collect() };
         let [first, second] = q.map(|q| negative(modulation.of_acceleration(q)));
@@ -58,10 +64,8 @@ impl Links {
             .into_iter()
             .zip(modulation.of(&centrifugal));
         let spectrum = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { modulation.omega.iter().map(|w| f(*w)).collect() };
-        let smooth = |times: i32| {
-            [noise[0], noise[1]]
-                .map(|noise| spectrum(&|w| (noise.sd * w * w).powi(2) * gain(w, noise.cut_off()).powi(times)))
-        };
+        let smooth =
+            |times: i32| [0, 1].map(|i| spectrum(&|w| (noise[i].sd * w * w).powi(2) * gain(w, cut_off[i]).powi(times)));
         let mean = |power: i32| q[1].iter().map(|q| q.cos().powi(power)).sum::<f64>() / n as f64;
         Links {
             constants: [
