@@ -56,8 +56,8 @@ pub(super) struct Deflection {
     /// By how much of itself the motor's inertia may then be off, whose acceleration has the same noise: a bound that simulated
     /// joints kept, 0 where nothing was smoothed.
     pub confusion: f64,
-    /// The cut-off of its smoothing, Hz; `None` where it was not smoothed.
-    pub cut_off: Option<f64>,
+    /// Whether it was smoothed.
+    pub smoothed: bool,
 }
 
 impl Motion<'_> {
@@ -72,7 +72,7 @@ impl Motion<'_> {
                 d,
                 attenuation: share,
                 confusion: 0.0,
-                cut_off: None,
+                smoothed: false,
             };
         }
         let cut_off = Noise::of(&d, self.step).cut_off();
@@ -82,7 +82,7 @@ impl Motion<'_> {
             d: Reflected::new(&d, self.step).smoothed(cut_off),
             attenuation: share * passed,
             confusion: share.sqrt(),
-            cut_off: Some(cut_off),
+            smoothed: true,
         }
     }
 

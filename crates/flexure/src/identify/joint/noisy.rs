@@ -269,7 +269,7 @@ mod tests {
             "off, and in standard errors: nothing taken off {:?}, squares {:?}, all {:?}",
             told[0], told[1], told[2]
         );
-        assert!(told[0].1.abs() > 8.0 && told[1].1.abs() > 8.0, "{told:?}");
+        assert!(told[0].1.abs() > 5.0 && told[1].1.abs() > 5.0, "{told:?}");
         assert!(told[2].1.abs() < 3.0, "{told:?}");
     }
 

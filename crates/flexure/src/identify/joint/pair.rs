@@ -9,7 +9,7 @@ use super::fourier::Modulation;
 use super::noisy::{Abscissa, Noisy};
 use super::pieces::{self, Divisions, undersmoothed};
 use super::rigid::ROUNDS;
-use super::smooth::{Reflected, gain};
+use super::smooth::Reflected;
 use crate::linalg::Complex;
 
 /// Intervals on either side of zero that are tried for the stiffness and for the friction curve.
@@ -38,6 +38,8 @@ pub(super) struct Pair<'a> {
     /// The gains of an angle's noise: squared in a deflection, and in the product of a deflection and minus an acceleration.
     pub elastic: Vec<f64>,
     pub shared: Vec<f64>,
+    /// Whether the deflection was smoothed: its noise is then none of a sample, and is allowed for by `confusion` instead.
+    pub smoothed: bool,
     /// The variances of the noise of the motor's and of the link's angle.
     pub variances: [f64; 2],
 }
@@ -69,16 +71,15 @@ impl Pair<'_> {
             d,
             attenuation,
             confusion,
-            cut_off,
+            smoothed,
         } = motion.deflection(link);
-        let passed = |w: f64| cut_off.map_or(1.0, |cut_off| gain(w, cut_off));
-        let omega = &modulation.omega;
         Pair {
             d,
             attenuation,
             confusion,
-            elastic: omega.iter().map(|w| passed(*w).powi(2)).collect(),
-            shared: omega.iter().map(|w| w * w * passed(*w)).collect(),
+            smoothed,
+            elastic: vec![1.0; modulation.len()],
+            shared: modulation.omega.iter().map(|w| w * w).collect(),
             variances: [motion.motor_noise.sd, motion.link_noise.sd].map(|sd| sd * sd),
             v: Reflected::new(link, motion.step).velocity(motion.link_noise.cut_off()),
             link: modulation.of_acceleration(link).into_iter().map(|v| -v).collect(),
@@ -303,6 +304,10 @@ impl Pair<'_> {
 
     /// The deflection as an abscissa in the motor's equation, and in that of the link, whose inertia is the unknown `link_at`.
     pub(super) fn abscissa(&self, link_at: Option<usize>) -> Abscissa<'_> {
+        // Taken off a smoothed deflection it made the inertias of stiff joints worse.
+        if self.smoothed {
+            return Abscissa::default();
+        }
         let [motor, link] = self.variances;
         let blocks = 0..1 + usize::from(link_at.is_some());
         // The deflection has plus the motor's noise and minus the link's; so has, but for a positive factor, minus each acceleration.
@@ -316,6 +321,9 @@ impl Pair<'_> {
 
     /// What the abscissa's noise adds to the products of the splines of a stiffness curve, the columns from `first` on.
     pub(super) fn noisy_curve<'b>(&self, abscissa: &Abscissa<'b>, splines: &Splines, first: usize) -> Vec<Noisy<'b>> {
+        if abscissa.is_exact() {
+            return Vec::new();
+        }
         abscissa.noisy(&splines.0.slopes(self.modulation, &self.d), |k| first + k)
     }
 

@@ -250,6 +250,9 @@ impl<'a> Whole<'a> {
     /// The deflection of a joint as an abscissa in the equations of its motor and its link.
     fn abscissa(&self, joint: usize) -> Abscissa<'_> {
         let pair = &self.pairs[joint];
+        if pair.smoothed {
+            return Abscissa::default();
+        }
         let [motor, link] = pair.variances;
         let (inertia, carried) = (joint, 2 + joint);
         // The acceleration of link 1 is in the equation of link 1 twice, that of link 2 in its own with the elbow's constant alone.
