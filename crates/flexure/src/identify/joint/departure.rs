@@ -1,9 +1,9 @@
 //! Whether a curve departs from its form: the test for lack of fit.
 //!
 //! Splines of a division that is fixed beforehand are put beside the form and all else that is estimated (a score test; Rao 1948).
-//! What they explain is compared with what chance would let them: its mean and variance follow from the residuals of the form
-//! (Satterthwaite 1946; Rao & Scott 1984). These have not been fitted by the splines, so that errors in bursts, as those of a
-//! velocity where friction is steep, keep their size. A division chosen from the same data would be the one that explains the
+//! What they explain is compared with what chance would let them: its mean and variance follow from what they leave
+//! (Satterthwaite 1946; Rao & Scott 1984). They are few, so that errors in bursts, as those of a velocity where friction is
+//! steep, keep their size beside them. A division chosen from the same data would be the one that explains the
 //! most by chance.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -78,19 +78,27 @@ impl Departure {
             .collect();
         let (values, vectors) = linalg::symmetric_eigen(&rest, m)?;
         let mut explained = 0.0;
+        let mut after = solution.clone();
         let mut columns = Vec::new();
         for (value, vector) in values.iter().zip(vectors.chunks_exact(m)) {
             if !(*value > OF_THE_FORM) {
                 continue;
             }
             let root = value.sqrt();
-            explained += vector.iter().zip(&moment).map(|(v, g)| v * g).sum::<f64>().powi(2) / value;
+            let part = vector.iter().zip(&moment).map(|(v, g)| v * g).sum::<f64>() / root;
+            explained += part * part;
             let mut factors: Vec<f64> = (0..n)
                 .map(|k| -(0..m).map(|j| vector[j] * share[j][k]).sum::<f64>() / (root * scale[k]))
                 .collect();
             factors.extend((0..m).map(|j| vector[j] / (root * scale[n + j])));
-            columns.push(sum(&all.columns, &factors));
+            let column = sum(&all.columns, &factors);
+            for (residuals, lines) in after.residuals.iter_mut().zip(&column) {
+                let lines = lines.iter().flatten();
+                residuals.iter_mut().zip(lines).for_each(|(r, v)| *r -= v * part);
+            }
+            columns.push(column);
         }
+        after.squares = (solution.squares - explained).max(0.0);
         let unknowns = columns.len() as f64;
         // Columns of unit length: what chance makes of their products with the residuals is one where the weights are right.
         let own = Equations {
@@ -102,14 +110,14 @@ impl Departure {
         let count = own.columns.len();
         let trace = |a: &[f64]| -> f64 { (0..count).map(|i| a[i * count + i]).sum() };
         let square = |a: &[f64]| -> f64 { a.iter().map(|v| v * v).sum() };
-        let by_lines = own.spread_of(&equations.powers(solution));
-        let by_time = over_time(&own, &solution.residuals);
+        let by_lines = own.spread_of(&equations.powers(&after));
+        let by_time = over_time(&own, &after.residuals);
         let observations = 2.0 * solution.residuals.iter().map(Vec::len).sum::<usize>() as f64;
         let left = (observations - size as f64).max(1.0);
         // A covariance from few stretches has too large a square, by that of its trace over their number.
         let few = STRETCHES as f64 - 1.0;
         let of_stretches = square(&by_time) - trace(&by_time).powi(2) / few;
-        let least = unknowns * solution.squares / left;
+        let least = unknowns * after.squares / left;
         let (mean, half) = [
             (least, least * least / unknowns.max(1.0)),
             (trace(&by_lines), square(&by_lines)),
