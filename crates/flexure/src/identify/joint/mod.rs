@@ -11,7 +11,7 @@
 //! grows with the square of the frequency in an acceleration.
 //!
 //! The physical forms, friction (12) and stiffness (10)-(11) beside the textbook ones, are fitted to the same equations with
-//! the same weights, and tested beside splines of a fixed division; one whose lack of fit has p < [`REFUTED`], 1 %, is refuted.
+//! the same weights, and tested beside splines of a fixed division; one whose lack of fit has p < [`REFUTED`] is refuted.
 //!
 //! Each form is fitted beside all other curves as they are free, from many starts, in equations condensed to inner products; a
 //! parameter that is far away in another fit as good, by the likelihood's profile, is not told. The test for lack of fit and
