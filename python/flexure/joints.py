@@ -94,7 +94,7 @@ class Joint(_Logged):
     _found: _core.Joint | None = field(default=None, repr=False, compare=False)
 
     def arm(self, joint: int = 1, *, template: Arm | None = None) -> Arm:
-        """The flexible joint in an arm whose other joint is locked, in the run of its log, as ``flexure joint --arm`` writes it.
+        """The joint in an arm whose other joint is locked, in the run of its log, as ``flexure joint --arm`` writes it.
 
         `joint` says which it is, 1 (the shoulder) or 2; `template` is the arm whose links it moves, without which masses and
         lengths are placeholders.

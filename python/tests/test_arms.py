@@ -152,15 +152,18 @@ def test_an_arm_is_identified_as_on_the_command_line(two_links, tmp_path, comman
 
 def test_a_rigid_axis_is_identified_as_on_the_command_line(axis, tmp_path, command):
     path = write_csv(tmp_path / "log.csv", t=axis["t"], q=axis["q2"], tau=axis["tau2"])
-    page = tmp_path / "page.html"
-    done = command("joint", path, "--position", "q", "--torque", "tau", "--report", page, "--json")
+    page, file = tmp_path / "page.html", tmp_path / "arm.toml"
+    wanted = ["--joint", "2", "--arm", file, "--report", page, "--json"]
+    done = command("joint", path, "--position", "q", "--torque", "tau", *wanted)
     found = flexure.identify_joint(axis["tau2"], position=axis["q2"], dt=0.002)
     assert found.kind == "rigid" and found.motor_inertia is None and found.stiffness is None
-    assert found.result == _without(json.loads(done.stdout), "replays", "friction_file")
+    assert found.result == _without(json.loads(done.stdout), "replays", "friction_file", "arm")
     assert found.best_friction.name == found.result["best_form"]
     same_page(found, page, tmp_path)
-    with pytest.raises(flexure.FlexureError, match="a rigid axis has no arm file"):
-        found.arm()
+    assert found.arm(2).toml == file.read_text()
+    heavy = flexure.identify_joint(axis["tau2"], position=axis["q2"], dt=0.002, gravity=True)
+    with pytest.raises(flexure.FlexureError, match="an arm file has no gravity or spring"):
+        heavy.arm(2)
     truth = 2.544 + 1.5075 * 2.25**2
     assert abs(found.inertia.value - truth) < 4 * found.inertia.error + 0.01 * truth
 

@@ -123,12 +123,45 @@ fn what_cannot_be_used_is_said() {
     );
 }
 
+/// A rigid axis as an arm file moves as its log did, but for the constant torque that it says it cannot hold.
+#[test]
+fn a_rigid_axis_becomes_an_arm_file() {
+    let folder = Folder::new();
+    let truth = shoulder(3, 1.0).replace("\"nonlinear\"\n", "\"rigid\"\nfriction = true\n");
+    folder.write("truth.toml", truth.replace(", qm1 = 0.00001", ""));
+    folder.done("simulate truth.toml -o log.csv");
+    let found = folder.json("joint log.csv --position q1 --torque tau1 --arm arm.toml");
+    assert_eq!(found["joint"], "rigid");
+    let arm = folder.read("arm.toml");
+    assert!(
+        arm.starts_with("# A rigid axis:")
+            && arm.contains("a constant torque of")
+            && arm.contains("file = \"log.csv\""),
+        "{arm}"
+    );
+    folder.done("simulate arm.toml -o again.csv");
+    let velocity = |name: &str| -> Vec<f64> {
+        let file = flexure_io::read_record(folder.path(name)).unwrap();
+        file.finite("dq1").unwrap().to_vec()
+    };
+    let (true_one, again) = (velocity("log.csv"), velocity("again.csv"));
+    let both = true_one.iter().zip(&again);
+    let (off, size) = both.fold((0.0, 0.0), |(o, s), (a, b)| (o + (a - b).powi(2), s + a * a));
+    let fit = 100.0 * (1.0 - (off / size).sqrt());
+    assert!(fit > 98.0, "{fit}");
+    folder.misused(
+        "joint log.csv --position q1 --torque tau1 --gravity --arm arm.toml",
+        "--arm: an arm file has no gravity, and without it the arm would not move as the axis does; leave --arm out: the motion with \
+         the gravity is simulated under the recorded torque, and --report shows it",
+    );
+}
+
 /// What would not be used is not taken.
 #[test]
 fn options_of_another_kind_of_joint_are_refused() {
     let folder = Folder::new();
     folder.write("r.csv", "t,q,tau\n0,0,1\n0.1,0.1,2\n0.2,0.3,1\n");
-    for option in ["--arm a.toml", "--stiffness k.csv", "--motor-inertia 1"] {
+    for option in ["--stiffness k.csv", "--motor-inertia 1"] {
         let outcome = folder.run(&format!("joint r.csv --position q --torque tau {option}"));
         assert_eq!(outcome.code, Some(2), "{option}");
         let name = option.split(' ').next().unwrap();

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use flexure::identify::joint::FlexibleAxis;
+use flexure::identify::joint::{Fitted, FlexibleAxis, FormName, RigidAxis};
 use flexure::manipulator::{
     Arm, ArmParameters, Drive, Friction, JointParameters, Link, LinkDynamics, Model, Parts, SimulationOptions, State,
     simulate,
@@ -12,6 +12,8 @@ use flexure_io::arm::{ArmFile, DriveKind, Excitation, Kind, Run};
 
 use super::Arguments;
 use super::data::Log;
+use super::words::with_error;
+use crate::arguments::Usage;
 use crate::simulate::read_arm;
 
 /// What an arm file without a template says of its links.
@@ -20,6 +22,12 @@ const PLACEHOLDERS: &str = "\
 # moment of inertia of the moving link. The motion of this joint is right; for links that move together give the true ones, and
 # write this file with --template.
 
+";
+
+/// What an arm file of a rigid axis says of its links.
+const RIGID: &str = "\
+# A rigid axis: a log tells the inertia about it, no mass, length or centre of mass; those below are placeholders, the inertia is in the
+# moment of inertia of the moving link.
 ";
 
 /// The mass of a link that is not there, kg; its length, m.
@@ -195,15 +203,91 @@ pub fn simulated(axis: &FlexibleAxis, log: &Log) -> Result<Option<Simulated>> {
 /// The text of the arm file: the joint with the run of its record.
 pub fn arm_file(axis: &FlexibleAxis, log: &Log, place: Place) -> Result<String> {
     let moving = place.joint;
-    let mut initial = State::default();
-    initial.q[moving] = log.position[0];
-    initial.qm[moving] = log.motor[0];
-    initial.dq[moving] = axis.velocity[0];
-    initial.dqm[moving] = axis.velocity[0];
+    let initial = started(moving, log.position[0], [log.motor[0], axis.velocity[0]]);
     let placeholders = if place.template.is_none() { PLACEHOLDERS } else { "" };
     let arm = arm(axis, moving, place.template)?;
     text(arm, initial, (log.position.len(), log.sample_time), place.excitation)
         .map(|text| format!("{placeholders}{text}"))
+}
+
+/// Whether an arm file can have a rigid axis with what the command line says of it.
+pub fn possible_rigid(arguments: &Arguments) -> Result<()> {
+    let term = match (arguments.gravity, arguments.spring) {
+        (true, _) => "gravity",
+        (_, true) => "spring",
+        _ => return Ok(()),
+    };
+    let message = format!(
+        "--arm: an arm file has no {term}, and without it the arm would not move as the axis does; leave --arm out: the motion with the \
+         {term} is simulated under the recorded torque, and --report shows it"
+    );
+    Err(Usage(message).into())
+}
+
+/// The text of the arm file of a rigid axis: one link of its inertia, with the smooth form of its friction.
+pub fn rigid_arm_file(axis: &RigidAxis, log: &Log, place: Place, prismatic: bool) -> Result<String> {
+    let smooth = |f: &&Fitted| {
+        let known = [FormName::SmoothDry, FormName::SmoothCoulomb, FormName::SmoothStribeck].contains(&f.form);
+        let value = |g: &str| f.parameter(g).map_or(0.0, |p| p.value);
+        let [g1, g2, g3, g4, g6] = ["g1", "g2", "g3", "g4", "g6"].map(value);
+        known && f.inertia.value > 0.0 && g1 >= 0.0 && g2 >= g3 && g4 >= 0.0 && g6 >= 0.0
+    };
+    let possible = axis.forms.iter().filter(smooth);
+    let Some(form) = possible.min_by(|a, b| a.bic.total_cmp(&b.bic)) else {
+        bail!(
+            "an arm file has friction (12) only, of which no form with positive factors fits this axis; leave --arm out"
+        );
+    };
+    let g = ["g1", "g2", "g3", "g4", "g5", "g6"].map(|g| form.parameter(g).map_or(0.0, |p| p.value));
+    let moving = place.joint;
+    let joint = JointParameters {
+        friction: Some(Friction(g)),
+        ..JointParameters::default()
+    };
+    let mut joints = [joint; 2];
+    joints[1 - moving].locked = true;
+    let link = |inertia| Link {
+        mass: NOTHING,
+        length: 1.0,
+        com: 0.0,
+        inertia,
+    };
+    let mut links = [link(0.0); 2];
+    // What the placeholders have about the shoulder is taken off.
+    links[moving] = link(form.inertia.value - if moving == 0 { NOTHING } else { 0.0 });
+    let arm = ArmParameters {
+        model: Model::Rigid,
+        links,
+        joints,
+        parts: Parts {
+            friction: true,
+            ..Parts::of(Model::Rigid)
+        },
+    };
+    let initial = started(moving, log.position[0], [log.position[0], axis.velocity[0]]);
+    let text = text(arm, initial, (log.position.len(), log.sample_time), place.excitation)?;
+    let mut header = RIGID.to_owned();
+    if prismatic {
+        header.push_str("# The axis is prismatic: read m for rad, kg for kg m^2 and N for N m.\n");
+    }
+    if let Some(offset) = form.parameter("F0") {
+        header.push_str(&format!(
+            "# Its log has a constant {} of {} beside these, which an arm file cannot hold: take it off the ones that you play.\n",
+            if prismatic { "force" } else { "torque" },
+            with_error(offset.value, offset.standard_error)
+        ));
+    }
+    Ok(format!("{header}\n{text}"))
+}
+
+/// The state in which a joint starts: its angle, and its motor's with the velocity of both.
+fn started(joint: usize, angle: f64, [motor, velocity]: [f64; 2]) -> State {
+    let mut state = State::default();
+    state.q[joint] = angle;
+    state.qm[joint] = motor;
+    state.dq[joint] = velocity;
+    state.dqm[joint] = velocity;
+    state
 }
 
 /// The text of the file of an arm in the run of a record of so many samples and this sample time.

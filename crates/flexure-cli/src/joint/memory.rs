@@ -9,7 +9,7 @@ use flexure_io::RecordFile;
 use flexure_io::arm::{ArmFile, Excitation};
 use serde_json::{Value, json};
 
-use super::arm::{Place, arm_file, simulated};
+use super::arm::{Place, arm_file, rigid_arm_file, simulated};
 use super::data::{ArmLog, Log};
 use super::words::Units;
 use super::{flexible, page, rigid, two_link};
@@ -126,24 +126,25 @@ impl LoggedJoint {
     /// single joint in the arm; `template` is the text of the arm file whose links' geometry it has.
     ///
     /// # Errors
-    /// For a rigid axis, which no arm file describes; for a template that is wrong, or contradicts what was identified.
+    /// For a rigid axis with gravity or a spring, which no arm file has; for a template that is wrong, or contradicts what was identified.
     pub fn arm_file(&self, joint: usize, template: Option<&str>) -> Result<String> {
         let template = template.map(|text| ArmFile::from_toml_str(text, "the template"));
         let template = template.transpose()?.map(|file| file.arm);
-        let excitation = Excitation::zero();
+        let place = Place {
+            joint: joint.min(1),
+            template,
+            excitation: Excitation::zero(),
+        };
         match self {
-            LoggedJoint::Rigid(..) => bail!(
-                "a rigid axis has no arm file, which knows no offset, gravity or spring; that of a flexible joint or an arm has"
-            ),
-            LoggedJoint::Flexible(log, axis) => {
-                let place = Place {
-                    joint: joint.min(1),
-                    template,
-                    excitation,
-                };
-                arm_file(axis, log, place)
+            LoggedJoint::Rigid(_, axis, _) if !axis.extras.is_empty() => {
+                bail!("an arm file has no gravity or spring, and without them the arm would not move as the axis does")
             }
+            LoggedJoint::Rigid(log, axis, prismatic) => rigid_arm_file(axis, log, place, *prismatic),
+            LoggedJoint::Flexible(log, axis) => arm_file(axis, log, place),
             LoggedJoint::TwoLinks(log, arm) => {
+                let Place {
+                    template, excitation, ..
+                } = place;
                 two_link::arm_file(arm, log, template.map(|arm| arm.links).as_ref(), excitation)
             }
         }

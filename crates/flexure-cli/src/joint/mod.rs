@@ -93,16 +93,16 @@ pub struct Arguments {
     /// Write the stiffness curve here, as torque and as stiffness over the deflection: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv", requires = "motor", conflicts_with = "position")]
     stiffness: Option<PathBuf>,
-    /// Write the joint or arm as an arm file here, for `flexure simulate`; a single joint's other one is locked. Of flexible joints: an
-    /// arm file knows no offset, gravity or spring, which a rigid axis may have.
-    #[arg(long, value_name = "ARM.toml", requires = "motor", conflicts_with = "position")]
+    /// Write the joint or arm as an arm file here, for `flexure simulate`; a single joint's other one is locked. An arm file has no
+    /// gravity and no spring, and of a rigid axis's constant torque it only says how large it is.
+    #[arg(long, value_name = "ARM.toml")]
     arm: Option<PathBuf>,
     /// Which joint of that arm it is: 1, the shoulder, or 2, the elbow.
     #[arg(long, value_name = "1|2", default_value = "1", value_parser = clap::value_parser!(u8).range(1..=2))]
     joint: u8,
     /// Take the links of that arm from this arm file; the moving link's moment of inertia becomes what was identified (of a
     /// two-link arm lengths, centres of mass and the mass of link 1 are taken).
-    #[arg(long, value_name = "ARM.toml", requires = "arm")]
+    #[arg(long, value_name = "ARM.toml", requires = "arm", conflicts_with = "position")]
     template: Option<PathBuf>,
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]

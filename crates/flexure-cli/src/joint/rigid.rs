@@ -10,6 +10,7 @@ use flexure_io::{RecordFile, write_atomically, write_record};
 use serde_json::json;
 
 use super::Arguments;
+use super::arm::{Place, possible_rigid, rigid_arm_file};
 use super::data::{Log, possible, renamed};
 use super::page;
 use super::words::{Units, findings, fitted_json, fitted_words, nearness, range_words, with_error};
@@ -30,6 +31,9 @@ pub struct Replay {
 
 /// Runs the command for a rigid axis.
 pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {
+    if arguments.arm.is_some() {
+        possible_rigid(arguments)?;
+    }
     let mut extras = Vec::new();
     extras.extend(arguments.gravity.then_some(Extra::Gravity));
     extras.extend(arguments.spring.then_some(Extra::Spring));
@@ -69,6 +73,16 @@ pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Argument
             Some((path, flexure_report::render_joint(&page).context("the report")?))
         }
     };
+    let arm = match &arguments.arm {
+        None => None,
+        Some(path) => Some((
+            path,
+            rigid_arm_file(axis, log, Place::given(log, arguments)?, arguments.prismatic)?,
+        )),
+    };
+    if let Some((path, text)) = &arm {
+        write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+    }
     if let Some(path) = &arguments.friction {
         write_record(path, &curve(&axis.friction, "velocity", "torque")?)?;
     }
@@ -87,6 +101,7 @@ pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Argument
         object["replays"] = json!(replays);
         object["friction_file"] = json!(shown(&arguments.friction));
         object["report"] = json!(shown(&arguments.report));
+        object["arm"] = json!(shown(&arguments.arm));
         return print(&object.to_string());
     }
     let mut lines = vec![
@@ -119,7 +134,15 @@ pub fn tell(file: &RecordFile, log: &Log, axis: &RigidAxis, arguments: &Argument
         ));
     }
     lines.extend(findings(&axis.findings));
-    let written = [&arguments.friction, &arguments.report].into_iter().flatten();
+    if let Some(path) = &arguments.stiffness {
+        lines.push(format!(
+            "  note: {} is not written: no stiffness was seen",
+            path.display()
+        ));
+    }
+    let written = [&arguments.friction, &arguments.arm, &arguments.report]
+        .into_iter()
+        .flatten();
     lines.extend(written.map(|path| format!("wrote {}", path.display())));
     print(&lines.join("\n"))
 }

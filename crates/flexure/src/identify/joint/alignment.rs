@@ -13,6 +13,7 @@ use super::compliance::Compliance;
 use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::flexible::Motion;
 use super::fourier::Modulation;
+use super::noisy::Noisy;
 use super::smooth::Reflected;
 use crate::linalg::Complex;
 
@@ -75,7 +76,7 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
         } else {
             link.shifted(skew)
         };
-        let (d, ..) = motion.deflection(&q);
+        let d = motion.deflection(&q).d;
         let v = Reflected::new(&q, step).velocity(motion.link_noise.cut_off());
         tells &= checks::motion(&v, 0.0).is_none();
         let mut columns: Vec<Column> = vec![vec![Some(motor.clone())], vec![Some(rate.clone())]];
@@ -104,7 +105,12 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
             noisy: motion
                 .motor_inertia
                 .is_none()
-                .then_some((0, 0, &encoder[..]))
+                .then_some(Noisy {
+                    columns: [0, 0],
+                    block: 0,
+                    lines: &encoder,
+                    factor: 1.0,
+                })
                 .into_iter()
                 .collect(),
         };

@@ -1,5 +1,7 @@
 //! The splines in which the unknown curves are written.
 
+use super::fourier::Modulation;
+use super::noisy::Slopes;
 use crate::nonlinearity::spline::basis::CubicSplines;
 
 /// Points an interval must hold, at least.
@@ -10,6 +12,9 @@ const SHARE: f64 = 1e-3;
 /// changes sign, and of stiffness, of which the torque tells the less the nearer to zero.
 const FRICTION_DENSER: f64 = 100.0;
 const STIFFNESS_DENSER: f64 = 10.0;
+
+/// Half the distance of the points between which a slope is taken, as a share of the range.
+const SLOPE_STEP: f64 = 1e-6;
 
 /// Simpson's weights of a sample and of the middles between it and its neighbours.
 const MIDDLE: f64 = 4.0 / 6.0;
@@ -122,6 +127,23 @@ impl Basis {
             }
         }
         columns
+    }
+
+    /// The slopes of every spline times the abscissa, at the points x.
+    pub fn slopes(&self, modulation: &Modulation, x: &[f64]) -> Slopes {
+        let h = SLOPE_STEP * (self.high - self.low);
+        Slopes::new(modulation, self.len(), |i| {
+            let [below, above] = [x[i] - h, x[i] + h].map(|x| (x, self.at(x)));
+            let first = below.1.0.min(above.1.0);
+            let mut slopes = [0.0; 5];
+            for (sign, (x, (at, values))) in [(-1.0, below), (1.0, above)] {
+                // Neighbouring points are at most one breakpoint apart.
+                for (slope, v) in slopes.iter_mut().skip(at - first).zip(values) {
+                    *slope += sign * v * x / (2.0 * h);
+                }
+            }
+            (first, slopes)
+        })
     }
 
     /// The spline with these coefficients at x.

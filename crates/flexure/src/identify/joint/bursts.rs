@@ -13,7 +13,7 @@ use super::fourier::smooth_from;
 use crate::linalg::Complex;
 
 /// Stretches of time, and the fewest points of one.
-const STRETCHES: usize = 64;
+pub(super) const STRETCHES: usize = 64;
 const FEWEST: usize = 8;
 
 /// The covariance of the equations' moments by their scatter over time, row-major.

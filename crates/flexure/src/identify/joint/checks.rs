@@ -10,6 +10,8 @@ pub(super) const FEWEST: usize = 200;
 const TURN: f64 = 0.2;
 /// A motor that goes this many times as far as the link is not on the link's side of the gear.
 const MOST_DIFFERENT: f64 = 4.0;
+/// The least squared correlation of motor and link that tells how far one goes beside the other.
+const TOGETHER: f64 = 0.5;
 /// Samples in a row at the extreme torque that tell of clipping, and all of them as a share of the record.
 const CLIPPED_RUN: usize = 5;
 const CLIPPED_SHARE: f64 = 0.002;
@@ -108,12 +110,14 @@ pub(super) fn different_angles(motor: &[f64], link: &[f64]) -> Option<Finding> {
     let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
     let (m, q) = (mean(motor), mean(link));
     let both = motor.iter().zip(link);
-    let (product, square) = both.fold((0.0, 0.0), |(p, s), (a, b)| {
-        (p + (a - m) * (b - q), s + (b - q).powi(2))
+    let (product, own, square) = both.fold((0.0, 0.0, 0.0), |(p, o, s), (a, b)| {
+        (p + (a - m) * (b - q), o + (a - m).powi(2), s + (b - q).powi(2))
     });
     let ratio = product / square.max(f64::MIN_POSITIVE);
     let alike = 1.0 / MOST_DIFFERENT..MOST_DIFFERENT;
-    (!alike.contains(&ratio)).then_some(Finding::DifferentAngles { ratio })
+    // A motor that mostly moves against its link tells no ratio.
+    let together = product * product > TOGETHER * own * square;
+    (together && !alike.contains(&ratio)).then_some(Finding::DifferentAngles { ratio })
 }
 
 /// Whether the torque stays at an extreme.

@@ -47,23 +47,43 @@ impl Compliance {
     }
 }
 
+/// A deflection as a curve's abscissa.
+pub(super) struct Deflection {
+    /// At every sample, rad.
+    pub d: Vec<f64>,
+    /// The share of its mean square that is noise.
+    pub attenuation: f64,
+    /// By how much of itself the motor's inertia may then be off, whose acceleration has the same noise: a bound that simulated
+    /// joints kept, 0 where nothing was smoothed.
+    pub confusion: f64,
+    /// Whether it was smoothed.
+    pub smoothed: bool,
+}
+
 impl Motion<'_> {
     /// The deflection against this angle of the link. Where the encoders' noise is not small beside it, it is smoothed, so that its
-    /// noise is not taken for its size (a curve over a noisy abscissa comes out too flat). Second, the share of its mean square that
-    /// is noise; third, by how much of itself the motor's inertia may then be off, whose acceleration has the same noise: a
-    /// bound that simulated joints kept, 0 where nothing was smoothed.
-    pub fn deflection(&self, link: &[f64]) -> (Vec<f64>, f64, f64) {
+    /// noise is not taken for its size (a curve over a noisy abscissa comes out too flat).
+    pub fn deflection(&self, link: &[f64]) -> Deflection {
         let d: Vec<f64> = self.motor.iter().zip(link).map(|(m, q)| m - q).collect();
         let size = centred(&d).iter().map(|d| d * d).sum::<f64>() / d.len() as f64;
         let share = self.encoders().powi(2) / size.max(f64::MIN_POSITIVE);
         if share * PLAIN * PLAIN < 1.0 {
-            return (d, share, 0.0);
+            return Deflection {
+                d,
+                attenuation: share,
+                confusion: 0.0,
+                smoothed: false,
+            };
         }
         let cut_off = Noise::of(&d, self.step).cut_off();
         // White noise spreads over all frequencies up to half the sampling rate.
         let passed = (2.0 * self.step * cut_off).min(1.0);
-        let smoothed = Reflected::new(&d, self.step).smoothed(cut_off);
-        (smoothed, share * passed, share.sqrt())
+        Deflection {
+            d: Reflected::new(&d, self.step).smoothed(cut_off),
+            attenuation: share * passed,
+            confusion: share.sqrt(),
+            smoothed: true,
+        }
     }
 
     /// The standard deviation of the noise of a sample of the deflection.

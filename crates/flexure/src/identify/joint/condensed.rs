@@ -9,6 +9,8 @@ use rayon::prelude::*;
 use super::basis::mean_of;
 use super::equations::{Column, Equations, RIDGE};
 use super::forms::Shaped;
+use super::fourier::Modulation;
+use super::noisy::Slopes;
 use super::shaping::{Shape, Shaping};
 use crate::interrupt;
 use crate::linalg;
@@ -64,9 +66,14 @@ impl Condensed {
     pub fn new(shaping: &Shaping) -> Condensed {
         let mut columns: Vec<Column> = shaping.fixed.clone();
         let mut knots = Vec::new();
+        let mut noisy = shaping.noisy.clone();
         for shape in &shaping.shapes {
             let own = between(shape.x, shape.width);
             let first = columns.len() - shaping.fixed.len();
+            if !shape.abscissa.is_exact() {
+                let slopes = slopes(shaping.modulation, &own, shape.x);
+                noisy.extend(shape.abscissa.noisy(&slopes, |k| columns.len() + k));
+            }
             let hats: Vec<Column> = (0..own.len())
                 .into_par_iter()
                 .map(|k| {
@@ -84,10 +91,10 @@ impl Condensed {
             columns,
             right: Vec::new(),
             noise: shaping.noise.clone(),
-            noisy: shaping.noisy.clone(),
+            noisy,
         };
         let fixed = shaping.fixed.len();
-        let mut gram = equations.gram().0;
+        let mut gram = equations.gram(fixed).0;
         (0..fixed).for_each(|i| gram[i * size + i] *= 1.0 + RIDGE);
         let gram = beside(gram, size, fixed);
         Condensed {
@@ -321,11 +328,21 @@ fn hat(knots: &[f64], k: usize, x: f64) -> f64 {
     }
 }
 
+/// The slopes of the hat functions at the points x.
+fn slopes(modulation: &Modulation, knots: &[f64], x: &[f64]) -> Slopes {
+    Slopes::new(modulation, knots.len(), |i| {
+        let k = knots.partition_point(|knot| *knot <= x[i]).clamp(1, knots.len() - 1);
+        let rise = 1.0 / (knots[k] - knots[k - 1]);
+        (k - 1, [-rise, rise])
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identify::joint::basis::Basis;
     use crate::identify::joint::forms::{FormName, Term};
-    use crate::identify::joint::fourier::Modulation;
+    use crate::identify::joint::noisy::Abscissa;
     use crate::linalg::Complex;
 
     /// A curve of velocity beside an inertia, with a known answer: the condensed minimum is that of the equations themselves.
@@ -348,6 +365,8 @@ mod tests {
         let modulation = Modulation::new(n, step, 10.0);
         let lines = |x: &[f64]| -> Vec<Complex<f64>> { modulation.of(x) };
         let noise = vec![1e-4; modulation.len()];
+        let basis = Basis::friction(&v, 5);
+        let beside = (basis.clone(), modulation.of_all(&basis.mean_columns(&v, 1.0)));
         let shaping = Shaping {
             fixed: vec![vec![Some(lines(&a))]],
             right: vec![lines(&tau)],
@@ -359,6 +378,8 @@ mod tests {
                     x: &v,
                     signs: vec![1.0],
                     width: 0.0,
+                    beside: &beside,
+                    abscissa: Abscissa::default(),
                 }
                 .with(FormName::SmoothCoulomb),
             ],

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::bursts::over_time;
+use super::noisy::{Excess, Noisy};
 use crate::interrupt;
 use crate::linalg::{self, Complex};
 
@@ -20,17 +21,12 @@ pub(super) struct Equations<'a> {
     pub right: Vec<Vec<Complex<f64>>>,
     /// The mean square of the noise in each line of each block.
     pub noise: Vec<&'a [f64]>,
-    /// Columns that are themselves noisy: their number, the block, and the mean square of the error of each line.
-    ///
-    /// What this adds to the normal equations is taken off again (errors in variables; Fuller 1987), as it would pull
-    /// inertias towards zero.
-    pub noisy: Vec<(usize, usize, &'a [f64])>,
+    /// What columns that are themselves noisy have of it in their products, which is taken off again.
+    pub noisy: Vec<Noisy<'a>>,
 }
 
 /// The least share of a line that the unknowns are taken to leave.
 const LEAST_LEFT: f64 = 0.05;
-/// No more than this share of a column's square may be noise.
-const MOSTLY_NOISE: f64 = 0.5;
 
 /// A solution.
 #[derive(Clone)]
@@ -51,9 +47,8 @@ pub(super) struct Solution {
 pub(super) struct Robust {
     /// The covariance of the unknowns, row-major.
     pub covariance: Vec<f64>,
-    /// What the unknowns take of the weighted sum of squares by chance: its mean, and half its variance. Each is the number of
-    /// unknowns where the weights are right.
-    pub taken: [f64; 2],
+    /// What the unknowns take of the weighted sum of squares by chance, on average: their number where the weights are right.
+    pub taken: f64,
 }
 
 impl Solution {
@@ -108,20 +103,22 @@ impl Equations<'_> {
         self.noise.iter().map(|s| s.iter().map(|s| 2.0 / s).collect()).collect()
     }
 
-    /// The weighted inner products of the columns, row-major, less what the columns' own noise has added; and that, for each column.
-    pub fn gram(&self) -> (Vec<f64>, Vec<f64>) {
-        let n = self.columns.len();
+    /// The weighted inner products of the columns, row-major, less what the columns' own noise has added; and that. No sum of the
+    /// first `unknown` columns loses more than half of its square.
+    pub fn gram(&self, unknown: usize) -> (Vec<f64>, Excess) {
         let weights = self.weights();
-        let mut normal = self.normal(&weights);
-        let mut excess = vec![0.0; n];
-        for &(column, block, errors) in &self.noisy {
-            let sum: f64 = weights[block].iter().zip(errors).map(|(w, e)| w * e).sum();
-            let entry = &mut normal[column * n + column];
-            let off = sum.min(MOSTLY_NOISE * *entry);
-            *entry -= off;
-            excess[column] += off;
-        }
-        (normal, excess)
+        let normal = self.normal(&weights);
+        let mut excess = Excess::new(&self.noisy, &weights);
+        let less = excess.off(&normal, self.columns.len(), unknown);
+        (less, excess)
+    }
+
+    /// The weighted products of the columns with the right-hand side.
+    pub fn moments(&self) -> Vec<f64> {
+        let weights = self.weights();
+        let right: Column = self.right.iter().map(|r| Some(r.clone())).collect();
+        let columns = self.columns.par_iter();
+        columns.map(|c| Self::product(&weights, c, &right)).collect()
     }
 
     /// The weighted least-squares solution; `None` if the equations do not determine it in double precision, and where the work
@@ -132,13 +129,8 @@ impl Equations<'_> {
         }
         let n = self.columns.len();
         let weights = self.weights();
-        let (normal, excess) = self.gram();
-        let right: Column = self.right.iter().map(|r| Some(r.clone())).collect();
-        let moment: Vec<f64> = self
-            .columns
-            .iter()
-            .map(|c| Self::product(&weights, c, &right))
-            .collect();
+        let (normal, excess) = self.gram(n);
+        let moment = self.moments();
         let scale: Vec<f64> = (0..n)
             .map(|i| normal[i * n + i].sqrt())
             .map(|s| if s > 0.0 && s.is_finite() { s } else { 1.0 })
@@ -166,7 +158,7 @@ impl Equations<'_> {
             .map(|(w, r)| w.iter().zip(r).map(|(w, r)| w * r.norm_sqr()).sum::<f64>())
             .sum();
         Some(Solution {
-            objective: squares - excess.iter().zip(&x).map(|(e, x)| e * x * x).sum::<f64>(),
+            objective: squares - excess.square(&x),
             x,
             covariance,
             residuals,
@@ -221,17 +213,22 @@ impl Equations<'_> {
     /// The covariance for the noise as it was given, times the spread of the moments that the residuals show, row-major: the unit matrix
     /// where the weights are right, but for chance.
     fn spread(&self, solution: &Solution) -> Vec<f64> {
-        let powers = self.powers(solution);
+        let meat = self.spread_of(&self.powers(solution));
+        times(&solution.covariance, &meat, self.columns.len())
+    }
+
+    /// The covariance of the columns' weighted products with errors of these mean squares of each line, row-major.
+    pub fn spread_of(&self, powers: &[Vec<f64>]) -> Vec<f64> {
         let meat: Vec<Vec<f64>> = self
             .noise
             .iter()
-            .zip(&powers)
+            .zip(powers)
             .map(|(s, power)| {
                 let power = smoothed(power);
                 s.iter().zip(&power).map(|(s, p)| 2.0 * p / (s * s)).collect()
             })
             .collect();
-        times(&solution.covariance, &self.normal(&meat), self.columns.len())
+        self.normal(&meat)
     }
 
     /// The errors whatever the noise's spectrum is, from that of the residuals (White 1980, in frequency).
@@ -245,9 +242,7 @@ impl Equations<'_> {
         let trace = |a: &[f64]| -> f64 { (0..n).map(|i| a[i * n + i]).sum() };
         let mut robust = times(&spread, c, n);
         let scatter = times(c, &over_time(self, &solution.residuals), n);
-        // Of the scatter over few stretches the sum is well known, its parts are not.
-        let more = (trace(&scatter) / trace(&spread)).max(1.0);
-        let taken = [more * trace(&spread), more * more * trace(&times(&spread, &spread, n))];
+        let taken = trace(&scatter).max(trace(&spread));
         let bursts = times(&scatter, c, n);
         let own: Vec<f64> = (0..n).map(|i| robust[i * n + i].max(f64::MIN_POSITIVE)).collect();
         for i in 0..n {

@@ -107,9 +107,14 @@ impl FlexibleJoint<'_> {
             });
         }
         if let Some(findings) = motion.no_flexibility(&modulation) {
-            // The motor's clock is the torque's.
+            // The link's angle on the motor's clock, which is the torque's: the motor's own shakes against a stiff joint.
+            let skew = findings.iter().find_map(|f| match f {
+                Finding::EncoderSkew { skew, .. } => Some(*skew),
+                _ => None,
+            });
+            let link = skew.map(|skew| Reflected::new(self.link, step).shifted(skew));
             let mut axis = RigidJoint {
-                position: self.motor,
+                position: link.as_deref().unwrap_or(self.link),
                 torque: self.torque,
                 velocity: None,
                 sample_time: step,

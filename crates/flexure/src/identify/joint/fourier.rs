@@ -72,6 +72,11 @@ impl Modulation {
         self.window[0].len()
     }
 
+    /// The share of each sample in a mean over the window's square, the power of what is modulated.
+    pub fn shares(&self) -> impl Iterator<Item = f64> + '_ {
+        self.window[0].iter().map(|w| (w * self.scale).powi(2))
+    }
+
     /// The spectrum of the `derivative`-th derivative of the window times x.
     fn lines(&self, x: &[f64], derivative: usize, about: f64) -> Vec<Complex<f64>> {
         let window = &self.window[derivative];

@@ -1,7 +1,6 @@
 //! From a fitted form to its parameters, what the data tell of them, and how far the form is from the free curve.
 
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
-
+use super::departure::Departure;
 use super::equations::{Equations, Solution};
 use super::forms::{FormName, Shaped, Term};
 use super::outcome::{Estimated, Fitted, LackOfFit, Parameter};
@@ -28,7 +27,7 @@ pub(super) struct Left {
     objective: f64,
     /// The number of unknowns, and what they take of the sum of squares by chance.
     unknowns: usize,
-    taken: [f64; 2],
+    taken: f64,
 }
 
 impl Left {
@@ -42,49 +41,45 @@ impl Left {
         }
     }
 
-    /// Takes the test of a form from a fit in which less of the equations has a form.
-    pub fn retest(&self, form: &mut Fitted, fit: &Shapely) {
-        let tested = self.test(fit);
-        form.lack_of_fit = LackOfFit {
-            statistic: tested.statistic,
-            freedom: tested.freedom,
-            p_value: tested.p_value,
-            ..form.lack_of_fit
-        };
-    }
-
-    /// The test of a form fitted instead of one of the curves, and its criterion of Schwarz.
+    /// Schwarz's criterion of a form fitted instead of one of the curves.
     ///
-    /// Where the errors are those that the weights say it is the F test. Otherwise what chance takes is a sum of squares of unequal
-    /// size, of which mean and variance are matched (Satterthwaite 1946; Rao & Scott 1984).
-    fn test(&self, fit: &Shapely) -> Tested {
+    /// Where the errors are not those that the weights say, what chance takes is a sum of squares of another mean: the form's is made
+    /// what it would be if they were.
+    fn schwarz(&self, fit: &Shapely) -> f64 {
         let unknowns = fit.solution.x.len() as f64;
         let lines: usize = fit.solution.residuals.iter().map(Vec::len).sum();
         let observations = 2.0 * lines as f64;
         let extra = (self.unknowns as f64 - unknowns).max(1.0);
         let left = (observations - self.unknowns as f64).max(1.0);
-        let [mean, half] = [0, 1].map(|i| self.taken[i] - fit.taken[i]);
         // Never less than the weights say.
-        let mean = mean.max(extra * self.squares / left);
-        let freedom = (mean * mean / half.max(f64::MIN_POSITIVE)).clamp(1.0, extra);
+        let mean = (self.taken - fit.taken).max(extra * self.squares / left);
         let statistic = (fit.solution.objective - self.objective).max(0.0) / mean;
-        // The sum of squares that would have this statistic if the weights were right.
         let squares = self.squares * (1.0 + statistic * extra / left);
-        Tested {
-            statistic,
-            freedom: [freedom, left],
-            p_value: FisherSnedecor::new(freedom, left).map_or(f64::NAN, |f| 1.0 - f.cdf(statistic)),
-            bic: observations * (squares / observations).ln() + unknowns * observations.ln(),
-        }
+        observations * (squares / observations).ln() + unknowns * observations.ln()
     }
 }
 
-/// A form against the free curves.
-struct Tested {
-    statistic: f64,
-    freedom: [f64; 2],
-    p_value: f64,
-    bic: f64,
+/// Takes the test of a form from a fit in which less of the equations has a form.
+pub(super) fn retest(form: &mut Fitted, fit: &Shapely) {
+    form.lack_of_fit = LackOfFit {
+        distance: form.lack_of_fit.distance,
+        ..tested(fit)
+    };
+}
+
+/// The test of the forms of a fit, but for the distance.
+fn tested(fit: &Shapely) -> LackOfFit {
+    let Departure {
+        statistic,
+        freedom,
+        p_value,
+    } = fit.departure;
+    LackOfFit {
+        statistic,
+        freedom,
+        p_value,
+        distance: f64::NAN,
+    }
 }
 
 /// What a form is held against.
@@ -151,12 +146,6 @@ pub(super) fn fitted(
     ] {
         shapeless(&mut parameters, factor, shapes);
     }
-    let Tested {
-        statistic,
-        freedom,
-        p_value,
-        bic,
-    } = against.free.test(fit);
     let both = against.x.iter().zip(against.curve);
     let (off, size) = both.fold((0.0, 0.0), |(off, size), (&x, &y)| {
         (off + (curve.value(x) - y).powi(2), size + y * y)
@@ -175,12 +164,10 @@ pub(super) fn fitted(
             },
         },
         lack_of_fit: LackOfFit {
-            statistic,
-            freedom,
-            p_value,
             distance: (off / size.max(f64::MIN_POSITIVE)).sqrt(),
+            ..tested(fit)
         },
-        bic,
+        bic: against.free.schwarz(fit),
         shaped: curve.clone(),
     }
 }

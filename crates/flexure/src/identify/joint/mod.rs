@@ -11,10 +11,10 @@
 //! grows with the square of the frequency in an acceleration.
 //!
 //! The physical forms, friction (12) and stiffness (10)-(11) beside the textbook ones, are fitted to the same equations with
-//! the same weights, and tested against the free curves.
+//! the same weights, and tested beside splines of a fixed division; one whose lack of fit has p < [`REFUTED`] is refuted.
 //!
 //! Each form is fitted beside all other curves as they are free, from many starts, in equations condensed to inner products; a
-//! parameter that is far away in another fit as good, by the likelihood's profile, is not told. The test against the free curve and
+//! parameter that is far away in another fit as good, by the likelihood's profile, is not told. The test for lack of fit and
 //! all standard errors allow for noise whose spectrum is not that of the weights, and the latter for noise that comes in bursts.
 //!
 //! A joint is flexible if the torque explains a deflection of three times the encoders' noise, beyond what a skew between them
@@ -22,7 +22,7 @@
 //!
 //! How fine a free curve is follows from all equations together (Akaike's criterion, then the next finer division); its band allows for
 //! what the one after that would change, and the residuals' noise for what the curves themselves took of it. How often 95 %
-//! bands then cover the truth is measured by `cargo run --release -p flexure --example joint_bands`.
+//! bands then cover the truth, and how often true forms are refuted, is measured by `cargo run --release -p flexure --example joint_bands`.
 //!
 //! The forms are fitted to the equations of motion, not to the simulated motion. On the electro-mechanical positioning system
 //! (EMPS; Janot, Gautier & Brunot 2019) that was tried too (`scripts/reference/emps_output_error.py`): least squares of the
@@ -44,11 +44,13 @@ mod bursts;
 mod checks;
 mod compliance;
 mod condensed;
+mod departure;
 mod equations;
 mod flexible;
 mod forms;
 mod fourier;
 mod judge;
+mod noisy;
 mod outcome;
 mod pair;
 mod parametric;

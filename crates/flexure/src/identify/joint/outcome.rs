@@ -34,14 +34,15 @@ pub struct Parameter {
     pub remark: String,
 }
 
-/// How far a form is from the curve that the data show without any.
+/// How far a form is from the curve that the data show without any: the test of splines of a fixed division beside the form, and the
+/// distance from the free curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LackOfFit {
-    /// The F statistic of what the free curve explains beyond the form.
+    /// The F statistic of what the splines explain beside the form.
     pub statistic: f64,
     /// Its degrees of freedom.
     pub freedom: [f64; 2],
-    /// The probability of a larger one if the form were right.
+    /// The probability of a larger one if the form were right; below [`REFUTED`](super::REFUTED) the form is refuted.
     pub p_value: f64,
     /// The root mean square of form less curve over the data, as a share of the curve's own.
     pub distance: f64,

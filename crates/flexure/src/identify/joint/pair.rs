@@ -2,9 +2,11 @@
 
 use super::alignment::{Alignment, stiffness_columns};
 use super::basis::Basis;
+use super::compliance::Deflection;
 use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::flexible::Motion;
 use super::fourier::Modulation;
+use super::noisy::{Abscissa, Noisy};
 use super::pieces::{self, Divisions, undersmoothed};
 use super::rigid::ROUNDS;
 use super::smooth::Reflected;
@@ -33,6 +35,13 @@ pub(super) struct Pair<'a> {
     pub link: Vec<Complex<f64>>,
     /// The encoders' noise in the accelerations of motor and link.
     pub encoder: [Vec<f64>; 2],
+    /// The gains of an angle's noise: squared in a deflection, and in the product of a deflection and minus an acceleration.
+    pub elastic: Vec<f64>,
+    pub shared: Vec<f64>,
+    /// Whether the deflection was smoothed: its noise is then none of a sample, and is allowed for by `confusion` instead.
+    pub smoothed: bool,
+    /// The variances of the noise of the motor's and of the link's angle.
+    pub variances: [f64; 2],
 }
 
 /// The splines of a free curve, and what they are in the equations.
@@ -46,6 +55,8 @@ pub(super) struct Free {
     pub noise: [Vec<f64>; 2],
     /// The next finer splines of stiffness and friction, which tell what those in use smooth away.
     pub finer: Vec<Splines>,
+    /// The splines beside which forms of stiffness and friction are tested.
+    pub tested: [Splines; 2],
 }
 
 impl Pair<'_> {
@@ -56,11 +67,20 @@ impl Pair<'_> {
             torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known);
         }
         let encoder = |sd: f64| modulation.omega.iter().map(|w| (sd * w * w).powi(2)).collect();
-        let (d, attenuation, confusion) = motion.deflection(link);
+        let Deflection {
+            d,
+            attenuation,
+            confusion,
+            smoothed,
+        } = motion.deflection(link);
         Pair {
             d,
             attenuation,
             confusion,
+            smoothed,
+            elastic: vec![1.0; modulation.len()],
+            shared: modulation.omega.iter().map(|w| w * w).collect(),
+            variances: [motion.motor_noise.sd, motion.link_noise.sd].map(|sd| sd * sd),
             v: Reflected::new(link, motion.step).velocity(motion.link_noise.cut_off()),
             link: modulation.of_acceleration(link).into_iter().map(|v| -v).collect(),
             encoder: [encoder(motion.rotor_sd()), encoder(motion.link_noise.sd)],
@@ -81,18 +101,21 @@ impl Pair<'_> {
     }
 
     /// The motor's equation with a free stiffness curve.
-    pub(super) fn motor_equation<'b>(&'b self, stiffness: &[Vec<Complex<f64>>], noise: &'b [f64]) -> Equations<'b> {
-        let columns = self.motor.iter().cloned().chain(stiffness.iter().cloned());
+    pub(super) fn motor_equation<'b>(&'b self, stiffness: &Splines, noise: &'b [f64]) -> Equations<'b> {
+        let columns = self.motor.iter().cloned().chain(stiffness.1.iter().cloned());
+        let first = usize::from(self.motor.is_some());
+        let mut noisy = self.noisy_motor();
+        noisy.extend(self.noisy_curve(&self.abscissa(None), stiffness, first));
         Equations {
             columns: Self::one(columns),
             right: vec![self.torque.clone()],
             noise: vec![noise],
-            noisy: self.noisy_motor(),
+            noisy,
         }
     }
 
     /// The solution of the motor's equation, and the noise that it turns out to have.
-    fn motor_side(&self, stiffness: &[Vec<Complex<f64>>], noise: &[f64]) -> Option<(Solution, Vec<f64>)> {
+    fn motor_side(&self, stiffness: &Splines, noise: &[f64]) -> Option<(Solution, Vec<f64>)> {
         let solution = self.motor_equation(stiffness, noise).solve()?;
         let inertia = if self.motor.is_some() { solution.x[0] } else { 0.0 };
         let noise = self.noise(&solution.residuals[0], 0, inertia);
@@ -137,14 +160,14 @@ impl Pair<'_> {
     pub fn stiffness(&self) -> Option<(Splines, Solution, Vec<f64>)> {
         let start = vec![1.0; self.modulation.len()];
         let lines = self.modulation.len();
-        let (_, columns) = self.stiffness_splines(STIFFNESS_PIECES[1]);
+        let coarse = self.stiffness_splines(STIFFNESS_PIECES[1]);
         let mut motor_noise = start;
         for _ in 0..2 {
-            motor_noise = self.motor_side(&columns, &motor_noise)?.1;
+            motor_noise = self.motor_side(&coarse, &motor_noise)?.1;
         }
         let curves = STIFFNESS_PIECES.iter().filter_map(|&pieces| {
             let splines = self.stiffness_splines(pieces);
-            let (solution, noise) = self.motor_side(&splines.1, &motor_noise)?;
+            let (solution, noise) = self.motor_side(&splines, &motor_noise)?;
             Some((akaike(&solution, lines), splines, solution, noise))
         });
         let (_, stiffness, solution, noise) = curves.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -163,6 +186,14 @@ impl Pair<'_> {
         let basis = Basis::friction(&self.v, pieces);
         let columns = self.modulation.of_all(&basis.mean_columns(&self.v, -1.0));
         (basis, columns)
+    }
+
+    /// The splines beside which forms of stiffness and friction are tested: of a division that does not depend on the torques.
+    pub fn tested(&self) -> [Splines; 2] {
+        [
+            self.stiffness_splines(STIFFNESS_PIECES[2]),
+            self.friction_splines(FRICTION_PIECES[1]),
+        ]
     }
 
     /// The free curves with as many splines as pay for themselves, and the noise of both equations.
@@ -201,6 +232,7 @@ impl Pair<'_> {
             stiffness,
             friction,
             finer: Vec::new(),
+            tested: self.tested(),
         })
     }
 
@@ -250,14 +282,49 @@ impl Pair<'_> {
     }
 
     /// The noise of the motor's acceleration, where its inertia is the first unknown.
-    pub(super) fn noisy_motor(&self) -> Vec<(usize, usize, &[f64])> {
-        let noisy = self.motor.is_some().then_some((0, 0, &self.encoder[0][..]));
+    pub(super) fn noisy_motor(&self) -> Vec<Noisy<'_>> {
+        let noisy = self.motor.is_some().then_some(Noisy {
+            columns: [0, 0],
+            block: 0,
+            lines: &self.encoder[0],
+            factor: 1.0,
+        });
         noisy.into_iter().collect()
     }
 
     /// That of the link's acceleration, the unknown `at` of the equations of `block`.
-    pub(super) fn noisy_link(&self, at: usize, block: usize) -> (usize, usize, &[f64]) {
-        (at, block, &self.encoder[1])
+    pub(super) fn noisy_link(&self, at: usize, block: usize) -> Noisy<'_> {
+        Noisy {
+            columns: [at, at],
+            block,
+            lines: &self.encoder[1],
+            factor: 1.0,
+        }
+    }
+
+    /// The deflection as an abscissa in the motor's equation, and in that of the link, whose inertia is the unknown `link_at`.
+    pub(super) fn abscissa(&self, link_at: Option<usize>) -> Abscissa<'_> {
+        // Taken off a smoothed deflection it made the inertias of stiff joints worse.
+        if self.smoothed {
+            return Abscissa::default();
+        }
+        let [motor, link] = self.variances;
+        let blocks = 0..1 + usize::from(link_at.is_some());
+        // The deflection has plus the motor's noise and minus the link's; so has, but for a positive factor, minus each acceleration.
+        let rotor = self.motor.is_some().then_some((0, 0, &self.shared[..], -motor));
+        let carried = link_at.map(|at| (at, 1, &self.shared[..], -link));
+        Abscissa {
+            own: blocks.map(|block| (block, &self.elastic[..], motor + link)).collect(),
+            with: rotor.into_iter().chain(carried).collect(),
+        }
+    }
+
+    /// What the abscissa's noise adds to the products of the splines of a stiffness curve, the columns from `first` on.
+    pub(super) fn noisy_curve<'b>(&self, abscissa: &Abscissa<'b>, splines: &Splines, first: usize) -> Vec<Noisy<'b>> {
+        if abscissa.is_exact() {
+            return Vec::new();
+        }
+        abscissa.noisy(&splines.0.slopes(self.modulation, &self.d), |k| first + k)
     }
 
     pub(super) fn right(&self) -> Vec<Vec<Complex<f64>>> {
@@ -277,7 +344,9 @@ impl Pair<'_> {
         noise: &'b [Vec<f64>; 2],
     ) -> Equations<'b> {
         let (motor, link) = self.inertias();
-        let link_at = usize::from(motor.is_some()) + stiffness.1.len();
+        let first = usize::from(motor.is_some());
+        let link_at = first + stiffness.1.len();
+        let curve = self.noisy_curve(&self.abscissa(Some(link_at)), stiffness, first);
         let stiffness = stiffness.1.iter().map(|c| vec![Some(c.clone()), Some(c.clone())]);
         let friction = friction.1.iter().map(|c| vec![None, Some(c.clone())]);
         Equations {
@@ -293,6 +362,7 @@ impl Pair<'_> {
                 .noisy_motor()
                 .into_iter()
                 .chain([self.noisy_link(link_at, 1)])
+                .chain(curve)
                 .collect(),
         }
     }

@@ -10,6 +10,7 @@ use super::checks;
 use super::equations::{Column, Equations, NoiseModel, Solution};
 use super::fourier::Modulation;
 use super::judge::{Against, Left};
+use super::noisy::Noisy;
 use super::outcome::{Estimated, Finding, Fitted, Parameter, RigidAxis};
 use super::parametric::{forms_of, friction_starts, shape};
 use super::pieces::lowest;
@@ -275,6 +276,16 @@ impl RigidJoint<'_> {
 }
 
 impl Lines {
+    /// The noise of the acceleration.
+    fn noisy(&self) -> Vec<Noisy<'_>> {
+        vec![Noisy {
+            columns: [0, 0],
+            block: 0,
+            lines: &self.encoder,
+            factor: 1.0,
+        }]
+    }
+
     /// The columns of inertia and position-dependent terms.
     fn fixed(&self) -> Vec<Column> {
         let extras = self
@@ -294,7 +305,7 @@ impl Lines {
             columns,
             right: vec![self.torque.clone()],
             noise: vec![noise],
-            noisy: vec![(0, 0, &self.encoder)],
+            noisy: self.noisy(),
         }
     }
 
@@ -326,12 +337,16 @@ impl Lines {
     /// The physical forms, each against the free curve.
     fn forms(&self, noise: &[f64], against: &Against) -> Vec<Fitted> {
         let fastest = self.velocity.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        // A division that does not depend on the torque.
+        let basis = Basis::friction(&self.velocity, PIECES[2]);
+        let lines = self.modulation.of_all(&basis.mean_columns(&self.velocity, 1.0));
+        let beside = (basis, lines);
         let shaping = Shaping {
             fixed: self.fixed(),
             right: vec![self.torque.clone()],
             noise: vec![noise],
-            noisy: vec![(0, 0, &self.encoder)],
-            shapes: vec![shape(&self.velocity, vec![1.0], self.resolution)],
+            noisy: self.noisy(),
+            shapes: vec![shape(&self.velocity, vec![1.0], self.resolution, &beside)],
             modulation: &self.modulation,
         };
         forms_of(shaping, friction_starts(fastest), (true, Some(0)), against)

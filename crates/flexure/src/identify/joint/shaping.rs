@@ -5,14 +5,19 @@
 
 use super::basis::mean_of;
 use super::condensed::{Condensed, Lowest};
+use super::departure::Departure;
 use super::equations::{Column, Equations, Robust, Solution};
 use super::forms::{FormName, Shaped, Term};
 use super::fourier::Modulation;
+use super::noisy::{Abscissa, Noisy, Slopes};
+use super::pair::Splines;
 use super::profile;
 use crate::linalg::Complex;
 
 /// The longest step of a logarithm that finishes a minimum of the condensed equations.
 const LONGEST: f64 = 0.5;
+/// Half the distance of the points between which a slope is taken, as a share of the largest abscissa.
+const SLOPE_STEP: f64 = 1e-6;
 
 /// A curve of the equations of motion that is to have a physical form.
 pub(super) struct Shape<'a> {
@@ -24,6 +29,10 @@ pub(super) struct Shape<'a> {
     pub signs: Vec<f64>,
     /// The width within which signs are softened.
     pub width: f64,
+    /// The splines that are put beside the form to test it; in the equations with the same signs, or all with the others.
+    pub beside: &'a Splines,
+    /// The noise of x, where it counts.
+    pub abscissa: Abscissa<'a>,
 }
 
 impl Shape<'_> {
@@ -44,8 +53,8 @@ pub(super) struct Shaping<'a> {
     pub right: Vec<Vec<Complex<f64>>>,
     /// The noise of each block.
     pub noise: Vec<&'a [f64]>,
-    /// The noisy ones of the fixed columns, as in [`Equations::noisy`].
-    pub noisy: Vec<(usize, usize, &'a [f64])>,
+    /// The noise of the fixed columns, as in [`Equations::noisy`].
+    pub noisy: Vec<Noisy<'a>>,
     /// The curves.
     pub shapes: Vec<Shape<'a>>,
     /// The integrals' window.
@@ -59,7 +68,9 @@ pub(super) struct Shapely {
     /// Their covariance, whatever the noise's spectrum.
     pub covariance: Vec<f64>,
     /// What the unknowns take of the sum of squares by chance; see [`Robust`].
-    pub taken: [f64; 2],
+    pub taken: f64,
+    /// The test against splines beside the forms.
+    pub departure: Departure,
     /// The intervals of 95 % of the factors and of the logarithms by the likelihood's profile, in the unknowns' order; infinite on
     /// the side on which no value fits worse. Those of the fixed columns' unknowns are not looked for.
     pub intervals: Vec<[f64; 2]>,
@@ -125,12 +136,48 @@ impl Shaping<'_> {
         columns
     }
 
-    fn equations(&self, columns: Vec<Column>, right: Vec<Vec<Complex<f64>>>) -> Equations<'_> {
+    /// What noise adds to the products of the columns: of the factors, and for given factors of the derivatives by the logarithms too.
+    fn noisy(&self, logs: &[f64], factors: Option<&[f64]>) -> Vec<Noisy<'_>> {
+        let mut noisy = self.noisy.clone();
+        let (mut term_at, mut log_at) = (0, self.shapes.iter().map(|s| s.terms.len()).sum::<usize>());
+        for (shape, logs) in self.shapes.iter().zip(self.parts(logs)) {
+            let from = term_at;
+            term_at += shape.terms.len();
+            if shape.abscissa.is_exact() {
+                log_at += logs.len();
+                continue;
+            }
+            let h = SLOPE_STEP * shape.x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let slope_of = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+                let slope = |x: &f64| (f(x + h) - f(x - h)) / (2.0 * h);
+                shape.x.iter().map(slope).collect()
+            };
+            let (mut slopes, mut numbers) = (Vec::new(), Vec::new());
+            for (i, (term, _, t)) in Shaped::split(&shape.terms, logs).enumerate() {
+                slopes.push(slope_of(&|x| term.value(x, t, shape.width)));
+                numbers.push(self.fixed.len() + from + i);
+            }
+            if let Some(factors) = factors {
+                for (i, (term, _, t)) in Shaped::split(&shape.terms, logs).enumerate() {
+                    for k in 0..term.shapes() {
+                        slopes.push(slope_of(&|x| factors[from + i] * term.by_shape(x, t, k, shape.width)));
+                        numbers.push(self.fixed.len() + log_at);
+                        log_at += 1;
+                    }
+                }
+            }
+            let slopes = Slopes::of_all(self.modulation, &slopes);
+            noisy.extend(shape.abscissa.noisy(&slopes, |k| numbers[k]));
+        }
+        noisy
+    }
+
+    fn equations<'b>(&'b self, columns: Vec<Column>, noisy: Vec<Noisy<'b>>) -> Equations<'b> {
         Equations {
             columns,
-            right,
+            right: self.right.clone(),
             noise: self.noise.clone(),
-            noisy: self.noisy.clone(),
+            noisy,
         }
     }
 
@@ -149,20 +196,37 @@ impl Shaping<'_> {
         Some(fit)
     }
 
+    /// What the splines of all curves explain beside their forms.
+    fn departure(&self, equations: &Equations, solution: &Solution) -> Option<Departure> {
+        let (mut beside, mut noisy) = (Vec::new(), Vec::new());
+        for shape in &self.shapes {
+            let first = equations.columns.len() + beside.len();
+            let (basis, lines) = shape.beside;
+            beside.extend(lines.iter().map(|lines| self.place(&shape.signs, lines, 1.0)));
+            if !shape.abscissa.is_exact() {
+                let slopes = basis.slopes(self.modulation, shape.x);
+                noisy.extend(shape.abscissa.noisy(&slopes, |k| first + k));
+            }
+        }
+        Departure::new(equations, solution, beside, noisy)
+    }
+
     /// The fit next to these logarithms, a step of Gauss and Newton away: condensed equations are off by little.
     pub fn near(&self, logs: &[f64]) -> Option<Shapely> {
         let columns = self.factors(logs);
-        let linear = self.equations(columns.clone(), self.right.clone()).solve()?;
+        let linear = self.equations(columns.clone(), self.noisy(logs, None)).solve()?;
+        let factors = &linear.x[self.fixed.len()..];
         let mut all = columns;
-        all.extend(self.derivatives(logs, &linear.x[self.fixed.len()..]));
-        let equations = self.equations(all, self.right.clone());
+        all.extend(self.derivatives(logs, factors));
+        let equations = self.equations(all, self.noisy(logs, Some(factors)));
         let mut solution = equations.solve()?;
         let Robust { covariance, taken } = equations.robust(&solution);
+        let departure = self.departure(&equations, &solution)?;
         let steps = &solution.x[linear.x.len()..];
         let (mut end, mut best) = (logs.to_vec(), linear);
         if !logs.is_empty() && steps.iter().all(|s| s.abs() < LONGEST) {
             let moved: Vec<f64> = logs.iter().zip(steps).map(|(t, s)| t + s).collect();
-            let there = self.equations(self.factors(&moved), self.right.clone()).solve();
+            let there = self.equations(self.factors(&moved), self.noisy(&moved, None)).solve();
             if let Some(there) = there.filter(|there| there.objective < best.objective) {
                 (end, best) = (moved, there);
             }
@@ -188,6 +252,7 @@ impl Shaping<'_> {
         Some(Shapely {
             intervals: Vec::new(),
             taken,
+            departure,
             solution,
             covariance,
             curves,

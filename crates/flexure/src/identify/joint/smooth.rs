@@ -108,6 +108,11 @@ fn periodogram(x: &[f64], length: usize) -> Vec<f64> {
     total
 }
 
+/// The gain of the smoothing filter with this cut-off in Hz at w rad/s.
+pub(super) fn gain(w: f64, cut_off: f64) -> f64 {
+    1.0 / (1.0 + (w / (2.0 * std::f64::consts::PI * cut_off)).powi(STEEPNESS))
+}
+
 /// A signal continued at both ends by its reflection in the end point, as a spectrum to filter in.
 ///
 /// That is how forward-backward filters treat the ends (Gustafsson 1996): the signal and its slope go on.
@@ -172,16 +177,14 @@ impl Reflected {
 
     /// The smoothed first derivative with this cut-off in Hz.
     pub fn velocity(&self, cut_off: f64) -> Vec<f64> {
-        let edge = 2.0 * std::f64::consts::PI * cut_off;
-        let mut v = self.back(|w| Complex::new(0.0, w) / (1.0 + (w / edge).powi(STEEPNESS)));
+        let mut v = self.back(|w| Complex::new(0.0, w * gain(w, cut_off)));
         v.iter_mut().for_each(|v| *v += self.line.1 / self.step);
         v
     }
 
     /// The smoothed signal with this cut-off in Hz.
     pub fn smoothed(&self, cut_off: f64) -> Vec<f64> {
-        let edge = 2.0 * std::f64::consts::PI * cut_off;
-        let mut x = self.back(|w| Complex::new(1.0 / (1.0 + (w / edge).powi(STEEPNESS)), 0.0));
+        let mut x = self.back(|w| Complex::new(gain(w, cut_off), 0.0));
         for (i, v) in x.iter_mut().enumerate() {
             *v += self.line.0 + self.line.1 * i as f64;
         }

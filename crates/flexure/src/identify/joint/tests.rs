@@ -124,7 +124,7 @@ fn the_space_arms_elbow_is_found_with_its_wind_up() {
         .iter()
         .find(|f| f.form == FormName::CubicStiffness)
         .unwrap();
-    assert!(cubic.lack_of_fit.p_value < 1e-6);
+    assert!(cubic.lack_of_fit.p_value < REFUTED, "{:?}", cubic.lack_of_fit);
     // The torque is held: half a sample late, which is said.
     assert!(
         matches!(axis.findings[..], [Finding::TorqueDelay { held: true, .. }]),

@@ -1,7 +1,7 @@
 //! The physical forms of an arm's curves: each beside the other curves as they are free, then all together.
 
 use super::super::condensed::Condensed;
-use super::super::judge::{Against, Left, fitted};
+use super::super::judge::{Against, Left, fitted, retest};
 use super::super::outcome::{Estimated, Fitted, JointModel};
 use super::super::parametric::{
     RESOLVED_DEFLECTION, forms_of, friction_of_an_arm, friction_starts, no_surer, of_an_arm, possible_friction, shape,
@@ -33,13 +33,17 @@ impl Whole<'_> {
     fn shape(&self, curve: usize, free: &Free) -> Shape<'_> {
         let joint = curve % 2;
         let pair = &self.pairs[joint];
+        let beside = &self.tested[joint][curve / 2];
         let mut signs = vec![0.0; 4];
         if curve < 2 {
             (signs[joint], signs[2 + joint]) = (1.0, 1.0);
-            shape(&pair.d, signs, 0.0)
+            Shape {
+                abscissa: self.abscissa(joint),
+                ..shape(&pair.d, signs, 0.0, beside)
+            }
         } else {
             signs[2 + joint] = -1.0;
-            shape(&pair.v, signs, free.resolutions[joint])
+            shape(&pair.v, signs, free.resolutions[joint], beside)
         }
     }
 
@@ -51,12 +55,18 @@ impl Whole<'_> {
             &self.free.friction[0],
             &self.free.friction[1],
         ];
-        let others = others.iter().flat_map(|&curve| on_equations(curve, splines[curve]));
+        let (mut fixed, mut noisy) = (self.inertias(), self.noisy());
+        for &curve in others {
+            if curve < 2 {
+                noisy.extend(self.noisy_curves(&[(curve, splines[curve], fixed.len())]));
+            }
+            fixed.extend(on_equations(curve, splines[curve]));
+        }
         Shaping {
-            fixed: self.inertias().into_iter().chain(others).collect(),
+            fixed,
             right: self.right(),
             noise: self.noise(),
-            noisy: self.noisy(),
+            noisy,
             shapes,
             modulation: self.modulation,
         }
@@ -146,8 +156,8 @@ impl Whole<'_> {
             // This joint's own test: the other one's curves are free.
             let (own, others) = ([joint, 2 + joint], [1 - joint, 3 - joint]);
             let alone = self.shaping(shapes(&own), &others).near(&logs(&own))?;
-            free.left.retest(&mut model.stiffness, &alone);
-            free.left.retest(&mut model.friction, &alone);
+            retest(&mut model.stiffness, &alone);
+            retest(&mut model.friction, &alone);
             Some(model)
         };
         Some(Model {

@@ -11,13 +11,19 @@
 
 use super::super::equations::{Column, Equations, NoiseModel, Solution};
 use super::super::fourier::Modulation;
+use super::super::noisy::Noisy;
 use super::super::pair::{FRICTION_PIECES, Pair, Splines, akaike};
 use super::super::pieces::undersmoothed;
 use super::super::rigid::ROUNDS;
+use super::super::smooth::{Noise, Reflected, gain};
 use crate::linalg::Complex;
 
 /// The number of the links' constants.
 pub(super) const CONSTANTS: usize = 3;
+
+/// The cut-off of the velocities in the coupling's terms, in that of the abscissas of friction: they need less smoothing, and what
+/// they lose of the highest frequencies the coupling would make up for.
+const WIDER: f64 = 2.0;
 
 /// The two links' motion in their equations.
 pub(super) struct Links {
@@ -27,8 +33,11 @@ pub(super) struct Links {
     pub rotor: Vec<Complex<f64>>,
     /// The encoders' noise in the accelerations of link 1 and 2 and of motor 2.
     encoder: [Vec<f64>; 3],
+    /// That of link 1 and 2 in the product of an acceleration and the rate of a smoothed velocity, and in the square of the latter.
+    smoothed: [Vec<f64>; 2],
+    smoother: [Vec<f64>; 2],
     /// The means of cos q2 and of its square.
-    cosine: [f64; 2],
+    pub cosine: [f64; 2],
 }
 
 /// The free friction curves, and the noise of the links' equations.
@@ -38,9 +47,11 @@ pub(super) struct FreeLinks {
 }
 
 impl Links {
-    /// From the angles of the links and of motor 2, the links' velocities and the standard deviations of the angles' noise.
-    pub fn new(modulation: &Modulation, q: [&[f64]; 2], v: [&[f64]; 2], motor: &[f64], sd: [f64; 3]) -> Links {
+    /// From the angles of the links and of motor 2, `step` s apart, with what is known of their noise.
+    pub fn new(modulation: &Modulation, q: [&[f64]; 2], motor: &[f64], noise: [Noise; 3], step: f64) -> Links {
         let n = q[0].len();
+        let cut_off = [0, 1].map(|i| WIDER * noise[i].cut_off());
+        let v = [0, 1].map(|i| Reflected::new(q[i], step).velocity(cut_off[i]));
         let negative = |lines: Vec<Complex<f64>>| -> Vec<Complex<f64>> { lines.into_iter().map(|v| -v).collect() };
         let along = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(f).collect() };
         let [first, second] = q.map(|q| negative(modulation.of_acceleration(q)));
@@ -52,6 +63,9 @@ impl Links {
             .of_rate(&carried)
             .into_iter()
             .zip(modulation.of(&centrifugal));
+        let spectrum = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { modulation.omega.iter().map(|w| f(*w)).collect() };
+        let smooth =
+            |times: i32| [0, 1].map(|i| spectrum(&|w| (noise[i].sd * w * w).powi(2) * gain(w, cut_off[i]).powi(times)));
         let mean = |power: i32| q[1].iter().map(|q| q.cos().powi(power)).sum::<f64>() / n as f64;
         Links {
             constants: [
@@ -63,7 +77,9 @@ impl Links {
                 ],
             ],
             rotor: negative(modulation.of_acceleration(motor)),
-            encoder: sd.map(|sd| modulation.omega.iter().map(|w| (sd * w * w).powi(2)).collect()),
+            encoder: noise.map(|noise| spectrum(&|w| (noise.sd * w * w).powi(2))),
+            smoothed: smooth(1),
+            smoother: smooth(2),
             cosine: [mean(1), mean(2)],
         }
     }
@@ -83,15 +99,35 @@ impl Links {
         })
     }
 
-    /// The noise of the constants' own columns, where the link's equations are the blocks `first` and the next one.
-    pub fn noisy(&self, from: usize, first: usize) -> Vec<(usize, usize, &[f64])> {
-        let [link_1, link_2, _] = &self.encoder;
-        vec![
-            (from, first, link_1),
-            (from + 1, first, link_2),
-            (from + 1, first + 1, link_1),
-            (from + 1, first + 1, link_2),
-        ]
+    /// The noise of the columns of the constants, from `from` on, and of rotor 2 if that is an unknown, where the links' equations
+    /// are the blocks `first` and the next one.
+    pub fn noisy(&self, from: usize, first: usize, rotor: Option<usize>) -> Vec<Noisy<'_>> {
+        let [link_1, link_2, motor_2] = &self.encoder;
+        // Of the coupling's column the velocities are smoothed.
+        let [smooth_1, smooth_2] = &self.smoothed;
+        let [smoother_1, smoother_2] = &self.smoother;
+        let [cosine, square] = self.cosine;
+        let (shoulder, elbow, coupling) = (from, from + 1, from + 2);
+        let entry = |a: usize, b: usize, block: usize, lines, factor: f64| Noisy {
+            columns: [a, b],
+            block: first + block,
+            lines,
+            factor,
+        };
+        let carried = rotor.map(|rotor| entry(rotor, rotor, 0, &motor_2[..], 1.0));
+        let links = [
+            entry(shoulder, shoulder, 0, &link_1[..], 1.0),
+            entry(elbow, elbow, 0, link_2, 1.0),
+            entry(elbow, elbow, 1, link_1, 1.0),
+            entry(elbow, elbow, 1, link_2, 1.0),
+            entry(coupling, coupling, 0, smoother_1, 4.0 * square),
+            entry(coupling, coupling, 0, smoother_2, square),
+            entry(coupling, coupling, 1, smoother_1, square),
+            entry(shoulder, coupling, 0, smooth_1, 2.0 * cosine),
+            entry(elbow, coupling, 0, smooth_2, cosine),
+            entry(elbow, coupling, 1, smooth_1, cosine),
+        ];
+        links.into_iter().chain(carried).collect()
     }
 
     /// Minus the elastic torques, and what is else known, as right-hand sides: `kappa` less the torque of rotor 2.
@@ -122,7 +158,7 @@ impl Links {
                 .collect(),
             right,
             noise: noise.to_vec(),
-            noisy: self.noisy(0, 0),
+            noisy: self.noisy(0, 0, None),
         }
     }
 

@@ -20,6 +20,7 @@ use super::checks;
 use super::equations::{Column, Equations, Solution};
 use super::flexible::{BANDS, HIGHEST, Motion};
 use super::fourier::Modulation;
+use super::noisy::{Abscissa, Noisy};
 use super::outcome::{Estimated, Finding, FlexibleAxis};
 use super::pair::{Pair, Splines, combine};
 use super::rigid::{FEWEST_LINES, least_band};
@@ -86,6 +87,8 @@ struct Whole<'a> {
     stiffness: [Splines; 2],
     motor_noise: [Vec<f64>; 2],
     free: FreeLinks,
+    /// The splines beside which the forms of the curves of each joint are tested.
+    tested: [[Splines; 2]; 2],
     /// The next finer splines of stiffness 1 and 2, friction 1 and 2, which tell what those in use smooth away.
     finer: Vec<Splines>,
 }
@@ -182,13 +185,9 @@ impl<'a> Whole<'a> {
         let links = Links::new(
             modulation,
             [&q[0], &q[1]],
-            [&pairs[0].v, &pairs[1].v],
             motions[1].motor,
-            [
-                motions[0].link_noise.sd,
-                motions[1].link_noise.sd,
-                motions[1].motor_noise.sd,
-            ],
+            [motions[0].link_noise, motions[1].link_noise, motions[1].motor_noise],
+            motions[0].step,
         );
         let (first, second) = (pairs[0].stiffness()?, pairs[1].stiffness()?);
         // Unknown 0 of a motor's equation is its inertia.
@@ -203,6 +202,7 @@ impl<'a> Whole<'a> {
             stiffness: [first.0, second.0],
             motor_noise: [first.2, second.2],
             free,
+            tested: [pairs[0].tested(), pairs[1].tested()],
             pairs,
             motions,
             finer: Vec::new(),
@@ -236,9 +236,47 @@ impl<'a> Whole<'a> {
         both.map(Vec::as_slice).collect()
     }
 
-    fn noisy(&self) -> Vec<(usize, usize, &[f64])> {
-        let motors = (0..2).map(|i| (i, i, self.pairs[i].encoder[0].as_slice()));
-        motors.chain(self.links.noisy(2, 2)).collect()
+    /// The noise of the columns of the inertias.
+    fn noisy(&self) -> Vec<Noisy<'_>> {
+        let motors = (0..2).map(|i| Noisy {
+            columns: [i, i],
+            block: i,
+            lines: &self.pairs[i].encoder[0],
+            factor: 1.0,
+        });
+        motors.chain(self.links.noisy(2, 2, Some(1))).collect()
+    }
+
+    /// The deflection of a joint as an abscissa in the equations of its motor and its link.
+    fn abscissa(&self, joint: usize) -> Abscissa<'_> {
+        let pair = &self.pairs[joint];
+        if pair.smoothed {
+            return Abscissa::default();
+        }
+        let [motor, link] = pair.variances;
+        let (inertia, carried) = (joint, 2 + joint);
+        // The acceleration of link 1 is in the equation of link 1 twice, that of link 2 in its own with the elbow's constant alone.
+        let coupled = (joint == 0).then(|| (4, 2, &pair.shared[..], -2.0 * self.links.cosine[0] * link));
+        Abscissa {
+            own: [joint, 2 + joint]
+                .map(|block| (block, &pair.elastic[..], motor + link))
+                .to_vec(),
+            with: [
+                (inertia, joint, &pair.shared[..], -motor),
+                (carried, 2 + joint, &pair.shared[..], -link),
+            ]
+            .into_iter()
+            .chain(coupled)
+            .collect(),
+        }
+    }
+
+    /// What the deflections' noise adds to the products of the splines of these curves of stiffness, whose columns begin there.
+    fn noisy_curves<'b>(&'b self, curves: &[(usize, &Splines, usize)]) -> Vec<Noisy<'b>> {
+        let of = |&(joint, splines, first): &(usize, &Splines, usize)| {
+            self.pairs[joint].noisy_curve(&self.abscissa(joint), splines, first)
+        };
+        curves.iter().flat_map(of).collect()
     }
 
     /// All equations with free curves.
@@ -251,6 +289,10 @@ impl<'a> Whole<'a> {
     /// All equations with these curves of stiffness 1 and 2, friction 1 and 2.
     fn equations_with(&self, curves: [&Splines; 4]) -> Equations<'_> {
         let mut columns = self.inertias();
+        let mut noisy = self.noisy();
+        let [k1, k2, ..] = curves;
+        let first = columns.len();
+        noisy.extend(self.noisy_curves(&[(0, k1, first), (1, k2, first + k1.1.len())]));
         for (i, splines) in curves.into_iter().enumerate() {
             columns.extend(on_equations(i, splines));
         }
@@ -258,7 +300,7 @@ impl<'a> Whole<'a> {
             columns,
             right: self.right(),
             noise: self.noise(),
-            noisy: self.noisy(),
+            noisy,
         }
     }
 
