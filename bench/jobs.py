@@ -87,6 +87,7 @@ JOBS = [
         "local constant, Epanechnikov, h = 0.1",
         {"task": "kernel", "kernel": "epanechnikov", "degree": 0, "h": 0.1},
         [
+            Contestant("Flexure, binned", "flexure", 0.01, changes={"binned": "yes"}),
             Contestant("NumPy, sort and sums", "numpy", EXACT),
             Contestant("scikit-learn, radius", "sklearn", EXACT),
             Contestant("fdars-core", "fdars", EXACT),

@@ -22,8 +22,14 @@ pub fn call(job: &Job) -> Result<Call> {
                 kernel,
                 bandwidth: job.number("h")?,
             };
+            let binned = job.text("binned").is_ok_and(|b| b == "yes");
             Ok(Box::new(move |data: &Data| {
-                Ok(method.evaluate(degree, &data.x[0], &data.y, None, &data.at[0])?.into())
+                let (x, y, at) = (&data.x[0], &data.y, &data.at[0]);
+                Ok(match binned {
+                    true => method.evaluate_binned(degree, x, y, None, at)?,
+                    false => method.evaluate(degree, x, y, None, at)?,
+                }
+                .into())
             }))
         }
         "leave-one-out" => {

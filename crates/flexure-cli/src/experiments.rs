@@ -65,15 +65,16 @@ impl Experiments {
 /// Refuses several records for what takes one.
 pub fn refuse(records: usize, task: &Task, other: Option<&'static str>) -> Result<(), Usage> {
     let refined = matches!(task, Task::Hammerstein(Method::Refined { .. }));
-    let what = match (records, refined, other) {
-        (..=1, ..) | (_, true, None) => return Ok(()),
-        (_, true, Some(option)) => format!("{option} is for one record"),
-        (_, false, _) => "this structure or method takes one record".to_owned(),
-    };
-    Err(Usage(format!(
-        "{records} records are so many experiments of one system, from which only a Hammerstein model by the refined method is identified, and \
-         {what}; name one record"
-    )))
+    match (records, refined, other) {
+        (..=1, ..) | (_, true, None) => Ok(()),
+        (_, true, Some(option)) => Err(Usage(format!(
+            "{option} is for one record, and {records} are named; name one, or leave the option out"
+        ))),
+        (_, false, _) => Err(Usage(format!(
+            "{records} records are as many experiments of one system, which only --structure hammerstein by the refined method takes; name one \
+             record"
+        ))),
+    }
 }
 
 impl<'a> Found<'a> {

@@ -326,23 +326,23 @@ fn several_records_are_several_experiments() {
     assert!(folder.read("r.html").contains("0.csv, 1.csv, 2.csv"));
     folder.done("validate model.json 2.csv --input u --output y");
 
+    let several = "3 records are as many experiments of one system, which only --structure hammerstein by the refined method takes; name one \
+                   record";
+    folder.misused(&format!("{three} --structure wiener"), several);
+    folder.misused(&format!("{three} --method plain"), several);
     folder.misused(
-        &format!("{three} --structure wiener"),
-        "this structure or method takes one record; name one record",
+        &format!("{three} --period 100"),
+        "--period is for one record, and 3 are named; name one, or leave the option out",
     );
-    folder.misused(
-        &format!("{three} --method plain"),
-        "3 records are so many experiments of one system",
-    );
-    folder.misused(&format!("{three} --period 100"), "--period is for one record");
     folder.write("slow.csv", "t,u,y\n0,1,2\n0.5,2,3\n1,3,4\n");
     folder.write("fast.csv", "t,u,y\n0,1,2\n0.1,2,3\n0.2,3,4\n");
     folder.failed(
         "identify slow.csv fast.csv --input u --output y",
-        "fast.csv: the sample time is 0.1 s, but that of slow.csv is 0.5 s; experiments of one system need the same",
+        "fast.csv: the sample time is 0.1 s, but that of slow.csv is 0.5 s; experiments of one system need the same: resample one of them",
     );
-    folder.write("bad.csv", "u,y\n1,2\n2,x\n");
-    folder.failed("identify 0.csv bad.csv --input u --output y", "bad.csv");
     folder.write("gap.csv", "u,y\n1,2\n2,\n3,4\n");
-    folder.failed("identify 0.csv gap.csv --input u --output y", "gap.csv, line 3");
+    folder.failed(
+        "identify 0.csv gap.csv --input u --output y",
+        "gap.csv, line 3: column 'y' is NaN or missing at sample 1; remove or repair that sample",
+    );
 }

@@ -13,6 +13,7 @@
 
 mod binned;
 mod choice;
+mod coarse;
 mod descent;
 mod estimator;
 mod gaussian;
