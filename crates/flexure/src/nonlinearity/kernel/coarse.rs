@@ -18,6 +18,9 @@ const MOST: f64 = 0.1;
 const PARTS: usize = 8;
 const PART: usize = 1 << 16;
 
+/// 2^52: what it is added to has no place left for a fraction, and its bits count up.
+const WHOLE: f64 = 4_503_599_627_370_496.0;
+
 /// Sums of weights, of weighted deviations of x from the bin's middle in units of its width, and of those of y.
 type Sum = [f64; 4];
 
@@ -65,23 +68,30 @@ impl KernelRegression {
             return None;
         }
         let (count, centre) = (places as usize + 1, mean(y, weights));
-        let weighted = |from: usize, points: &[f64], values: &[f64]| {
+        let summed = |points: &[f64], values: &[f64], weight: &dyn Fn(usize) -> Option<f64>| {
             let mut sums = vec![Sum::default(); count];
-            for (i, (x, y)) in points.iter().zip(values).enumerate() {
-                let place = (x - low) * per_width;
-                // Beyond reach it is negative or too large.
-                let Some(sum) = sums.get_mut(place as i64 as usize).filter(|_| place >= 0.0) else {
-                    continue;
-                };
-                let w = weights.map_or(1.0, |weights| weights[from + i]);
-                let add = [w, w * (place - place.trunc() - 0.5), w * (y - centre), 0.0];
-                sum.iter_mut().zip(add).for_each(|(sum, add)| *sum += add);
+            let mut add = |x: f64, y: f64, w: f64| {
+                let place = (x - low) * per_width - 0.5;
+                let rounded = place + WHOLE;
+                // Beyond reach the bits are less than those, and so the difference large, or it is too large.
+                let k = rounded.to_bits().wrapping_sub(WHOLE.to_bits());
+                if let Some(sum) = sums.get_mut(k as usize) {
+                    let add = [w, w * (place - (rounded - WHOLE)), w * (y - centre), 0.0];
+                    sum.iter_mut().zip(add).for_each(|(sum, add)| *sum += add);
+                }
+            };
+            let points = points.iter().zip(values);
+            match weight(0) {
+                None => points.for_each(|(x, y)| add(*x, *y, 1.0)),
+                Some(_) => points
+                    .enumerate()
+                    .for_each(|(i, (x, y))| add(*x, *y, weight(i).unwrap_or(1.0))),
             }
             sums
         };
         let part = PART.max(x.len().div_ceil(PARTS));
         let parts: Vec<Vec<Sum>> = (x.par_chunks(part).zip(y.par_chunks(part)).enumerate())
-            .map(|(k, (x, y))| weighted(k * part, x, y))
+            .map(|(k, (x, y))| summed(x, y, &|i| weights.map(|w| w[k * part + i])))
             .collect();
         let (mut abscissas, mut ordinates, mut masses) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..count {
