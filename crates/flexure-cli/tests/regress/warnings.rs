@@ -7,11 +7,17 @@ use flexure_io::write_record;
 use rand::RngExt;
 use serde_json::Value;
 
-/// The record's object, and its warnings in one.
-fn regressed(x: Vec<f64>, y: Vec<f64>, options: &str) -> (Value, String) {
+/// A folder with the record of these columns.
+fn written(x: Vec<f64>, y: Vec<f64>) -> Folder {
     let folder = Folder::new();
     let record = Record::new([("x", x), ("y", y)]).unwrap();
     write_record(folder.path("r.csv"), &record).unwrap();
+    folder
+}
+
+/// The record's object, and its warnings in one.
+fn regressed(x: Vec<f64>, y: Vec<f64>, options: &str) -> (Value, String) {
+    let folder = written(x, y);
     let object = folder.json(&format!("{} {options}", super::REGRESS));
     let warnings = object["warnings"].to_string();
     (object, warnings)
@@ -122,8 +128,7 @@ fn a_band_that_tells_nothing_is_said_to() {
 fn jumps_far_from_zero_keep_their_place() {
     let x = uniform(3000);
     let (y, far) = (step(&x), x.iter().map(|x| x + 1e6).collect());
-    let folder = Folder::new();
-    write_record(folder.path("r.csv"), &Record::new([("x", far), ("y", y)]).unwrap()).unwrap();
+    let folder = written(far, y);
     let text = folder.done(super::REGRESS);
     let place = text
         .split("jumps at ")
@@ -140,8 +145,7 @@ fn that_one_bandwidth_serves_is_said() {
     let x = uniform(500);
     let mut rng = rng();
     let y = x.iter().map(|x| x.sin() + 0.1 * normal(&mut rng)).collect();
-    let folder = Folder::new();
-    write_record(folder.path("r.csv"), &Record::new([("x", x), ("y", y)]).unwrap()).unwrap();
+    let folder = written(x, y);
     let asked = format!("{} --estimator local-bandwidth --report r.html", super::REGRESS);
     let words = "ot used: they do not predict clearly better than one";
     assert!(folder.done(&asked).contains(words));

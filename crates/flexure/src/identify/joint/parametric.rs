@@ -214,8 +214,8 @@ pub(super) fn shape<'a>(x: &'a [f64], signs: Vec<f64>, width: f64, beside: &'a S
 }
 
 /// A form is refuted where its lack of fit is less probable than this: less than is usual, as errors that come in bursts, where friction is
-/// steep, still make small probabilities too frequent on short logs (three of 20 simulated logs of 20 s gave the true friction
-/// less than 0.01, none less than 1e-4).
+/// steep, still make small probabilities too frequent on short logs (on ten simulated logs of 20 s three of the 20 tests gave the true
+/// friction less than 0.01, none less than 1e-4).
 pub const REFUTED: f64 = 1e-4;
 
 /// The form of stiffness that an arm can have, one that the free curve does not refute if there is one.

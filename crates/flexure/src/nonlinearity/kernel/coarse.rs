@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::regression::{KernelRegression, check_points, check_weights};
+use super::regression::KernelRegression;
 use super::sorted::mean;
 use super::{Degree, Kernel, Sorted};
 use crate::error::Result;
@@ -42,13 +42,10 @@ impl KernelRegression {
         weights: Option<&[f64]>,
         at: &[f64],
     ) -> Result<Vec<f64>> {
-        check_points(x, y, 1)?;
-        if let Some(weights) = weights {
-            check_weights(weights, x.len(), 1)?;
-        }
+        self.check_all(x, y, weights)?;
         match self.binned(x, y, weights, at) {
             Some(data) => Ok(self.fit_sorted(data)?.with_degree(degree).predict(at)),
-            None => self.evaluate(degree, x, y, weights, at),
+            None => self.evaluate_checked(degree, (x, y, weights), at),
         }
     }
 
@@ -68,7 +65,7 @@ impl KernelRegression {
             return None;
         }
         let (count, centre) = (places as usize + 1, mean(y, weights));
-        let summed = |points: &[f64], values: &[f64], weight: &dyn Fn(usize) -> Option<f64>| {
+        let summed = |x: &[f64], y: &[f64], weights: Option<&[f64]>| {
             let mut sums = vec![Sum::default(); count];
             let mut add = |x: f64, y: f64, w: f64| {
                 let place = (x - low) * per_width - 0.5;
@@ -80,18 +77,16 @@ impl KernelRegression {
                     sum.iter_mut().zip(add).for_each(|(sum, add)| *sum += add);
                 }
             };
-            let points = points.iter().zip(values);
-            match weight(0) {
+            let points = x.iter().zip(y);
+            match weights {
                 None => points.for_each(|(x, y)| add(*x, *y, 1.0)),
-                Some(_) => points
-                    .enumerate()
-                    .for_each(|(i, (x, y))| add(*x, *y, weight(i).unwrap_or(1.0))),
+                Some(weights) => points.zip(weights).for_each(|((x, y), w)| add(*x, *y, *w)),
             }
             sums
         };
         let part = PART.max(x.len().div_ceil(PARTS));
         let parts: Vec<Vec<Sum>> = (x.par_chunks(part).zip(y.par_chunks(part)).enumerate())
-            .map(|(k, (x, y))| summed(x, y, &|i| weights.map(|w| w[k * part + i])))
+            .map(|(k, (x, y))| summed(x, y, weights.map(|w| &w[k * part..][..x.len()])))
             .collect();
         let (mut abscissas, mut ordinates, mut masses) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..count {
