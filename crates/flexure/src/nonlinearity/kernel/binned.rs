@@ -22,6 +22,9 @@ const PARTS: usize = 8;
 /// A point whose share in its own estimate is larger than 1 less this is left out by direct summation.
 const ALONE: f64 = 1e-3;
 
+/// 2^52: what it is added to has no place left for a fraction, and its bits count up.
+const WHOLE: f64 = 4_503_599_627_370_496.0;
+
 /// The number of points, their means, and the sums of products of their deviations from these.
 #[derive(Debug, Clone, Copy)]
 struct Bin {
@@ -146,17 +149,19 @@ impl Bins {
             return None;
         }
         // Sums about the bins' middles and the mean, with the bins' width as the unit of x.
-        let (count, mean, per_width) = (places as usize + 1, mean(y, None), 1.0 / width);
-        let middle = |k: usize| low + (k as f64 + 0.5) * width;
+        let (count, mean, per_width) = (places as usize + 2, mean(y, None), 1.0 / width);
+        let middle = |k: usize| low + k as f64 * width;
         let part = CHUNK.max(x.len().div_ceil(PARTS));
         let mut parts: Vec<Vec<Products>> = (x.par_chunks(part))
             .zip(y.par_chunks(part))
             .map(|(x, y)| {
                 let mut bins = vec![Products::default(); count];
                 for (x, y) in x.iter().zip(y) {
-                    let place = (x - low) * per_width;
-                    let k = (place as i64 as usize).min(count - 1);
-                    bins[k].add(place - (k as f64 + 0.5), y - mean);
+                    let (k, rest) = nearest_whole((x - low) * per_width);
+                    // All are: rounding moves none by a whole bin.
+                    if let Some(bin) = bins.get_mut(k) {
+                        bin.add(rest, y - mean);
+                    }
                 }
                 bins
             })
@@ -260,6 +265,16 @@ impl Bins {
         };
         (0..count).map(near).sum()
     }
+}
+
+/// The whole number nearest to a place and what the place is more than it; no index of anything where the place is negative or not
+/// finite. Without a conversion, which would take longer than the rest.
+#[inline(always)]
+pub(super) fn nearest_whole(place: f64) -> (usize, f64) {
+    let rounded = place + WHOLE;
+    // Below WHOLE the bits are less than its own, and so the difference is large.
+    let k = rounded.to_bits().wrapping_sub(WHOLE.to_bits());
+    (usize::try_from(k).unwrap_or(usize::MAX), place - (rounded - WHOLE))
 }
 
 /// The least and the largest of finite values.

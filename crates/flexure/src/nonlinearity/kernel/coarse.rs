@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::binned::nearest_whole;
 use super::regression::KernelRegression;
 use super::sorted::mean;
 use super::{Degree, Kernel, Sorted};
@@ -17,9 +18,6 @@ const MOST: f64 = 0.1;
 /// Data are taken in at most this many parts, each of at least so many points, whatever the number of threads.
 const PARTS: usize = 8;
 const PART: usize = 1 << 16;
-
-/// 2^52: what it is added to has no place left for a fraction, and its bits count up.
-const WHOLE: f64 = 4_503_599_627_370_496.0;
 
 /// Sums of weights, of weighted deviations of x from the bin's middle in units of its width, and of those of y.
 type Sum = [f64; 4];
@@ -64,16 +62,14 @@ impl KernelRegression {
         if !(places < MOST * x.len() as f64) {
             return None;
         }
-        let (count, centre) = (places as usize + 1, mean(y, weights));
+        let (count, centre) = (places as usize + 2, mean(y, weights));
         let summed = |x: &[f64], y: &[f64], weights: Option<&[f64]>| {
             let mut sums = vec![Sum::default(); count];
             let mut add = |x: f64, y: f64, w: f64| {
-                let place = (x - low) * per_width - 0.5;
-                let rounded = place + WHOLE;
-                // Beyond reach the bits are less than those, and so the difference large, or it is too large.
-                let k = rounded.to_bits().wrapping_sub(WHOLE.to_bits());
-                if let Some(sum) = sums.get_mut(k as usize) {
-                    let add = [w, w * (place - (rounded - WHOLE)), w * (y - centre), 0.0];
+                let (k, rest) = nearest_whole((x - low) * per_width);
+                // Those beyond reach have none.
+                if let Some(sum) = sums.get_mut(k) {
+                    let add = [w, w * rest, w * (y - centre), 0.0];
                     sum.iter_mut().zip(add).for_each(|(sum, add)| *sum += add);
                 }
             };
@@ -94,7 +90,7 @@ impl KernelRegression {
                 .iter()
                 .fold(Sum::default(), |a, part| std::array::from_fn(|j| a[j] + part[k][j]));
             if w > 0.0 {
-                abscissas.push(low + (k as f64 + 0.5 + dx / w) / per_width);
+                abscissas.push(low + (k as f64 + dx / w) / per_width);
                 ordinates.push(centre + dy / w);
                 masses.push(w);
             }

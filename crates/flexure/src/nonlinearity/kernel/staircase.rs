@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// Steps that are made at a time, a power of two, and the pieces that are made side by side.
 const TILE: usize = 1024;
-const PIECES: usize = 4;
+const PIECES: usize = 6;
 
 /// Sorted abscissas, continued by infinity.
 pub struct Abscissas<'a> {
