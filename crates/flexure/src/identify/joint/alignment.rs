@@ -37,6 +37,8 @@ pub(super) struct Alignment {
     pub delay: (f64, bool),
     /// Whether that is the half sample of a held torque.
     pub held: bool,
+    /// Whether the motion reverses often enough to tell clocks at all.
+    pub tells: bool,
 }
 
 /// The free stiffness curve's columns `B_j(d) d`, transformed.
@@ -45,7 +47,7 @@ pub(super) fn stiffness_columns(modulation: &Modulation, basis: &Basis, d: &[f64
 }
 
 /// kappa'(d) by central differences within the range of the basis.
-fn tangent(basis: &Basis, coefficients: &[f64], d: f64, h: f64) -> f64 {
+pub(super) fn tangent(basis: &Basis, coefficients: &[f64], d: f64, h: f64) -> f64 {
     let kappa = |d: f64| basis.value(coefficients, d) * d;
     (kappa(d + h) - kappa(d - h)) / (2.0 * h)
 }
@@ -136,11 +138,11 @@ pub(super) fn align(motion: &Motion, modulation: &Modulation) -> Option<Alignmen
             break;
         }
     }
-    let matters =
-        |value: f64, error: f64| tells && value.abs() > SIGNIFICANT * error && value.abs() > NEGLIGIBLE * step;
+    let matters = |value: f64, error: f64| tells && is_more(value, error, step);
     Some(Alignment {
         skew: (skew, skew_error, matters(skew, skew_error)),
         delay: (delay.0, matters(delay.0, delay.1)),
+        tells,
         held: tells && is_held(delay.0, delay.1, step),
     })
 }
@@ -154,6 +156,11 @@ impl Alignment {
             (false, _) => modulation.of(torque),
         }
     }
+}
+
+/// Whether an offset with this standard error, s, is more than chance and no tiny part of a sample.
+pub(super) fn is_more(value: f64, error: f64, step: f64) -> bool {
+    value.abs() > SIGNIFICANT * error && value.abs() > NEGLIGIBLE * step
 }
 
 /// Whether a delay is that of a torque held from sample to sample.

@@ -12,6 +12,7 @@ use super::judge::Left;
 use super::outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound};
 use super::pair::{Free, Pair};
 use super::rigid::{FEWEST_LINES, RESOLVED, RigidJoint, band, least_band, widened};
+use super::skew;
 use super::smooth::{Noise, Reflected};
 use crate::error::{Error, Result};
 use crate::linalg::Complex;
@@ -128,7 +129,7 @@ impl FlexibleJoint<'_> {
         let untold = || Error::TooLittleMotion {
             what: "inertias, stiffness and friction of the joint",
         };
-        let alignment = align(&motion, &modulation).ok_or_else(untold)?;
+        let alignment = skew::refined(&motion, &modulation, align(&motion, &modulation).ok_or_else(untold)?);
         let shifted = match alignment.skew {
             (skew, _, true) => Reflected::new(self.link, step).shifted(skew),
             _ => self.link.to_vec(),

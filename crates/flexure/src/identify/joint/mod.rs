@@ -59,6 +59,7 @@ mod profile;
 mod replay;
 mod rigid;
 mod shaping;
+mod skew;
 mod smooth;
 mod two_link;
 

@@ -243,15 +243,7 @@ impl Pair<'_> {
         let lines = 2 * self.modulation.len();
         let noise = |free: &Free| -> Option<[Vec<f64>; 2]> {
             let equations = self.both(free);
-            let solution = equations.solve()?;
-            let powers = equations.powers(&solution);
-            let first = usize::from(self.motor.is_some());
-            let motor = if first == 1 { solution.x[0] } else { 0.0 };
-            let inertias = [motor, solution.x[first + free.stiffness.0.len()]];
-            Some([0, 1].map(|i| {
-                let known = self.encoder[i].iter().map(|e| inertias[i].powi(2) * e);
-                NoiseModel::of_power(&powers[i], &known.collect::<Vec<_>>()).lines
-            }))
+            Some(self.noise_of(&equations, &equations.solve()?, free.stiffness.0.len()))
         };
         for _ in 0..pieces::ROUNDS {
             free.noise = noise(&free)?;
@@ -273,6 +265,18 @@ impl Pair<'_> {
         }
         free.noise = noise(&free)?;
         Some(free)
+    }
+
+    /// The noise of both equations, with so many splines of the stiffness, from what their solution leaves.
+    pub fn noise_of(&self, equations: &Equations, solution: &Solution, splines: usize) -> [Vec<f64>; 2] {
+        let powers = equations.powers(solution);
+        let first = usize::from(self.motor.is_some());
+        let motor = if first == 1 { solution.x[0] } else { 0.0 };
+        let inertias = [motor, solution.x[first + splines]];
+        [0, 1].map(|i| {
+            let known = self.encoder[i].iter().map(|e| inertias[i].powi(2) * e);
+            NoiseModel::of_power(&powers[i], &known.collect::<Vec<_>>()).lines
+        })
     }
 
     /// The columns of the inertias in both equations: of the motor, if it is not known, and of the link.

@@ -186,7 +186,9 @@ impl Shaping<'_> {
     /// `condensed` is that of the same equations with any terms.
     pub fn fit(&self, condensed: &Condensed, starts: &[Vec<f64>]) -> Option<Shapely> {
         let starts = starts.iter().filter(|s| s.len() == self.logs());
-        let minima: Vec<Lowest> = starts.filter_map(|s| condensed.lowest(&self.shapes, s, None)).collect();
+        let minima: Vec<Lowest> = starts
+            .filter_map(|s| Some(self.in_order(condensed.lowest(&self.shapes, s, None)?)))
+            .collect();
         let best = minima
             .iter()
             .min_by(|a, b| a.objective.total_cmp(&b.objective))?
@@ -194,6 +196,20 @@ impl Shaping<'_> {
         let mut fit = self.near(&best.logs)?;
         fit.intervals = profile::intervals(condensed, &self.shapes, &fit, &best, &minima);
         Some(fit)
+    }
+
+    /// The same curves with no negative factor of a difference of two alike: with the two exchanged instead.
+    fn in_order(&self, mut lowest: Lowest) -> Lowest {
+        let (mut factor, mut log) = (0, 0);
+        for term in self.shapes.iter().flat_map(|s| &s.terms) {
+            if *term == Term::TanhDifference && lowest.factors[factor] < 0.0 {
+                lowest.factors[factor] *= -1.0;
+                lowest.logs.swap(log, log + 1);
+            }
+            factor += 1;
+            log += term.shapes();
+        }
+        lowest
     }
 
     /// What the splines of all curves explain beside their forms.
@@ -257,5 +273,57 @@ impl Shaping<'_> {
             covariance,
             curves,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::joint::basis::Basis;
+
+    /// (12) is the same with g1 of the other sign and g2 and g3 exchanged; only the one with a positive g1 is a friction.
+    #[test]
+    fn a_difference_of_two_alike_has_a_positive_factor() {
+        let v: Vec<f64> = (0..400).map(|i| (0.05 * f64::from(i)).sin()).collect();
+        let beside = (Basis::friction(&v, 5), Vec::new());
+        let modulation = Modulation::new(v.len(), 0.01, 10.0);
+        let shape = Shape {
+            terms: Vec::new(),
+            x: &v,
+            signs: vec![1.0],
+            width: 0.0,
+            beside: &beside,
+            abscissa: Abscissa::default(),
+        };
+        let shaping = Shaping {
+            fixed: Vec::new(),
+            right: Vec::new(),
+            noise: Vec::new(),
+            noisy: Vec::new(),
+            shapes: vec![shape.with(FormName::SmoothStribeck)],
+            modulation: &modulation,
+        };
+        let lowest = |g1: f64, logs: [f64; 3]| Lowest {
+            objective: 1.0,
+            factors: vec![g1, 2.0, 0.3],
+            logs: logs.to_vec(),
+        };
+        let value = |lowest: &Lowest, v: f64| {
+            let curve = Shaped {
+                terms: shaping.shapes[0].terms.clone(),
+                factors: lowest.factors.clone(),
+                logs: lowest.logs.clone(),
+                width: 0.0,
+            };
+            curve.value(v)
+        };
+        for (g1, logs) in [(-0.7, [1.0, 3.0, 2.0]), (0.7, [3.0, 1.0, 2.0])] {
+            let given = lowest(g1, logs);
+            let found = shaping.in_order(given.clone());
+            assert_eq!((found.factors[0], &found.logs[..]), (0.7, &[3.0, 1.0, 2.0][..]));
+            for v in [-0.4, 0.01, 0.2] {
+                assert!((value(&found, v) - value(&given, v)).abs() < 1e-15);
+            }
+        }
     }
 }

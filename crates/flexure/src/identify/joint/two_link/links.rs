@@ -15,15 +15,11 @@ use super::super::noisy::Noisy;
 use super::super::pair::{FRICTION_PIECES, Pair, Splines, akaike};
 use super::super::pieces::undersmoothed;
 use super::super::rigid::ROUNDS;
-use super::super::smooth::{Noise, Reflected, gain};
+use super::super::smooth::{Noise, gain};
 use crate::linalg::Complex;
 
 /// The number of the links' constants.
 pub(super) const CONSTANTS: usize = 3;
-
-/// The cut-off of the velocities in the coupling's terms, in that of the abscissas of friction: they need less smoothing, and what
-/// they lose of the highest frequencies the coupling would make up for.
-const WIDER: f64 = 2.0;
 
 /// The two links' motion in their equations.
 pub(super) struct Links {
@@ -47,11 +43,11 @@ pub(super) struct FreeLinks {
 }
 
 impl Links {
-    /// From the angles of the links and of motor 2, `step` s apart, with what is known of their noise.
-    pub fn new(modulation: &Modulation, q: [&[f64]; 2], motor: &[f64], noise: [Noise; 3], step: f64) -> Links {
+    /// From the angles of the links and of motor 2, with what is known of their noise, and the links' velocities, smoothed with the
+    /// angles' cut-offs.
+    pub fn new(modulation: &Modulation, q: [&[f64]; 2], v: [&[f64]; 2], motor: &[f64], noise: [Noise; 3]) -> Links {
         let n = q[0].len();
-        let cut_off = [0, 1].map(|i| WIDER * noise[i].cut_off());
-        let v = [0, 1].map(|i| Reflected::new(q[i], step).velocity(cut_off[i]));
+        let cut_off = [0, 1].map(|i| noise[i].cut_off());
         let negative = |lines: Vec<Complex<f64>>| -> Vec<Complex<f64>> { lines.into_iter().map(|v| -v).collect() };
         let along = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(f).collect() };
         let [first, second] = q.map(|q| negative(modulation.of_acceleration(q)));

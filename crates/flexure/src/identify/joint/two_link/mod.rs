@@ -185,9 +185,9 @@ impl<'a> Whole<'a> {
         let links = Links::new(
             modulation,
             [&q[0], &q[1]],
+            [&pairs[0].v, &pairs[1].v],
             motions[1].motor,
             [motions[0].link_noise, motions[1].link_noise, motions[1].motor_noise],
-            motions[0].step,
         );
         let (first, second) = (pairs[0].stiffness()?, pairs[1].stiffness()?);
         // Unknown 0 of a motor's equation is its inertia.
