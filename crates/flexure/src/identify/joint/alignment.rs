@@ -5,7 +5,8 @@
 //! $$ \tau - J_m \ddot q_m - \kappa(d) = \delta \dot\tau - \Delta\sigma\, \kappa'(d) \dot q, $$
 //!
 //! so both follow by least squares beside the free stiffness curve. A skew of the encoders is a deflection
-//! proportional to the velocity: the torque alone tells it from stiffness and friction.
+//! proportional to the velocity, which here the torque alone tells from stiffness and friction; of one joint both equations tell it
+//! far better ([`skew`](super::skew)).
 
 use super::basis::Basis;
 use super::checks;
