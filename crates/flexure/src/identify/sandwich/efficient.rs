@@ -151,3 +151,7 @@ fn product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
     }
     product
 }
+
+#[cfg(test)]
+#[path = "efficient_tests.rs"]
+mod tests;
