@@ -6,9 +6,9 @@
 //! efficient estimates is it true that each parameter costs one noise variance on fresh data
 //! ([`Estimated`](crate::validation::Estimated)).
 //!
-//! An error with a colour may as well be what the structure misses. Weighted otherwise, the estimate is then another one, and not the best
-//! for simulation. Hausman (1978): of a true model both estimates are consistent, so that they differ by no more than their
-//! covariances say; where they do, least squares stays.
+//! An error with a colour may as well be what the structure misses. Weighted otherwise, the estimate is then another one, and not
+//! the best for simulation. Hausman (1978): of a true model both estimates are consistent, so that they differ by no more than
+//! their covariances say; where they do, least squares stays.
 
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -24,8 +24,9 @@ use crate::linear::levenberg_marquardt::NormalEquations;
 
 /// Samples for each coefficient of the autoregression.
 const SAMPLES_A_COEFFICIENT: usize = 50;
-/// The probability that a true model stays as it is.
-const LEVEL: f64 = 0.01;
+/// The probability that a true model stays as it is: small, as those that stay are the ones with the largest errors of their own,
+/// and a rise of the simulation error by no more than chance does costs little.
+const LEVEL: f64 = 1e-4;
 const STEPS: usize = 20;
 const TOLERANCE: f64 = 1e-7;
 /// Added to a unit diagonal where parameters nearly do the same.
