@@ -5,7 +5,10 @@
 //! cargo run --release -p flexure --example levels                # some minutes on two cores
 //! cargo run --release -p flexure --example levels -- full        # ten times as many runs
 //! cargo run --release -p flexure --example levels -- known       # one table: known, identified, noise or wrong
+//! cargo run --release -p flexure --example levels -- identified --only "n = 2000, linear" --runs 2000
 //! ```
+//!
+//! `--only` prints the rows whose name contains a text, `--runs` sets the number of runs of every row.
 //!
 //! "known": the error is the noise itself, as if the model were exactly the system; n is the number of samples tested.
 //! "identified": the model is of the system's structure and estimated from three quarters of n samples; the tests see the
@@ -86,6 +89,29 @@ fn sum(y: &[f64], e: &[f64]) -> Vec<f64> {
     y.iter().zip(e).map(|(y, e)| y + e).collect()
 }
 
+/// Which rows are printed, and of how many runs.
+struct Options {
+    scale: u64,
+    only: Option<String>,
+    runs: Option<u64>,
+}
+
+impl Options {
+    fn new(arguments: &[String]) -> Options {
+        let value = |name: &str| {
+            arguments
+                .windows(2)
+                .find(|pair| pair[0] == name)
+                .map(|pair| pair[1].clone())
+        };
+        Options {
+            scale: if arguments.iter().any(|a| a == "full") { 10 } else { 1 },
+            only: value("--only"),
+            runs: value("--runs").and_then(|runs| runs.parse().ok()),
+        }
+    }
+}
+
 /// A table's row: what was tested, and how the signals come about.
 struct Row {
     name: String,
@@ -103,8 +129,8 @@ impl Row {
     }
 
     /// How often each test, and any that refutes a model, rejects; and how many runs could be tested.
-    fn counts(&self) -> ([u64; KINDS.len() + 1], u64) {
-        let each = (0..self.runs).into_par_iter().filter_map(|seed| {
+    fn counts(&self, runs: u64) -> ([u64; KINDS.len() + 1], u64) {
+        let each = (0..runs).into_par_iter().filter_map(|seed| {
             let tests = (self.draw)(seed).ok()??;
             let mut rejected = [0; KINDS.len() + 1];
             for (count, (kind, _)) in rejected.iter_mut().zip(KINDS) {
@@ -120,8 +146,11 @@ impl Row {
         })
     }
 
-    fn print(&self, level: bool) {
-        let (counts, runs) = self.counts();
+    fn print(&self, level: bool, options: &Options) {
+        if !options.only.as_ref().is_none_or(|text| self.name.contains(text)) {
+            return;
+        }
+        let (counts, runs) = self.counts(options.runs.unwrap_or(options.scale * self.runs));
         let cells = counts.iter().enumerate().map(|(i, &count)| {
             let (rate, [low, high]) = interval(count, runs);
             let off = level && i < KINDS.len() && !(low..=high).contains(&LEVEL);
@@ -156,7 +185,7 @@ fn head(title: &str) {
     );
 }
 
-fn known_table(scale: u64) {
+fn known_table(options: &Options) {
     head("known: the error is the noise itself");
     for n in [500, 1000, 8000] {
         for (name, coloured) in [
@@ -165,16 +194,16 @@ fn known_table(scale: u64) {
             ("white u, ARMA e", [false, true]),
             ("coloured u, ARMA e", [true, true]),
         ] {
-            let runs = 10_000 * scale;
-            Row::new(&format!("n = {n}, {name}"), runs, move |seed| known(seed, n, coloured)).print(true);
+            let runs = 10_000;
+            Row::new(&format!("n = {n}, {name}"), runs, move |seed| known(seed, n, coloured)).print(true, options);
         }
     }
 }
 
-fn identified_table(scale: u64) {
+fn identified_table(options: &Options) {
     head("identified: of the system's structure, from three quarters of n samples, tested on the last");
     for n in [2000, 32_000] {
-        let runs = |each: u64| scale * if n > 10_000 { each / 4 } else { each };
+        let runs = |each: u64| if n > 10_000 { each / 4 } else { each };
         for coloured in [[false, false], [true, true]] {
             let name = if coloured[0] { "coloured" } else { "white" };
             Row::new(&format!("n = {n}, Hammerstein, {name}"), runs(800), move |seed| {
@@ -183,32 +212,38 @@ fn identified_table(scale: u64) {
                 let result = RefinedHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
                 Ok(result.verdict.residuals)
             })
-            .print(true);
+            .print(true, options);
         }
-        Row::new(&format!("n = {n}, linear"), runs(800), move |seed| {
-            let [u, _, e] = hammerstein(seed, n, true, true)?;
-            let y = sum(&filtered(&[0.5, 0.2], &[1.0, -1.2, 0.52], &u)?, &e);
-            let result = Linear::default().identify(&record(&u, &y)?, "u", "y")?;
-            Ok(result.verdict.residuals)
-        })
-        .print(true);
-        Row::new(&format!("n = {n}, Wiener"), runs(60), move |seed| {
-            let [u, _, e] = hammerstein(seed, n, true, false)?;
-            let linear = filtered(&[0.3, 0.1], &[1.0, -0.7], &u)?;
-            let y = sum(&linear.iter().map(|x| saturation(*x)).collect::<Vec<_>>(), &e);
-            let result = Wiener::default().identify(&record(&u, &y)?, "u", "y")?;
-            Ok(result.verdict.residuals)
-        })
-        .print(true);
+        for coloured in [[false, false], [true, true]] {
+            let name = if coloured[0] { "coloured" } else { "white" };
+            Row::new(&format!("n = {n}, linear, {name}"), runs(800), move |seed| {
+                let [u, _, e] = hammerstein(seed, n, coloured[0], coloured[1])?;
+                let y = sum(&filtered(&[0.5, 0.2], &[1.0, -1.2, 0.52], &u)?, &e);
+                let result = Linear::default().identify(&record(&u, &y)?, "u", "y")?;
+                Ok(result.verdict.residuals)
+            })
+            .print(true, options);
+        }
+        for coloured in [false, true] {
+            let name = if coloured { "ARMA" } else { "white" };
+            Row::new(&format!("n = {n}, Wiener, {name} e"), runs(60), move |seed| {
+                let [u, _, e] = hammerstein(seed, n, true, coloured)?;
+                let linear = filtered(&[0.3, 0.1], &[1.0, -0.7], &u)?;
+                let y = sum(&linear.iter().map(|x| saturation(*x)).collect::<Vec<_>>(), &e);
+                let result = Wiener::default().identify(&record(&u, &y)?, "u", "y")?;
+                Ok(result.verdict.residuals)
+            })
+            .print(true, options);
+        }
     }
 }
 
-fn noise_table(scale: u64) {
+fn noise_table(options: &Options) {
     head("noise: the error of an identified model through its noise model, both from three quarters of n samples");
     for n in [2000, 8000] {
         // No finite autoregression makes the second one white.
         for (name, numerator) in [("AR(2) e", [1.0, 0.0]), ("ARMA(2, 1) e", [1.0, 0.5])] {
-            Row::new(&format!("n = {n}, {name}, noise model"), 800 * scale, move |seed| {
+            Row::new(&format!("n = {n}, {name}, noise model"), 800, move |seed| {
                 let [u, y0, e] = hammerstein(seed, n, false, false)?;
                 let y = sum(&y0, &filtered(&numerator, &[1.0, -1.1, 0.4], &e)?);
                 let result = RefinedHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
@@ -222,22 +257,22 @@ fn noise_table(scale: u64) {
                 let model = result.verdict.estimated.unwrap_or(noise);
                 ResidualTests::of_whitened(&e[from..], &u[from..], &result.predicted[from..], model, noise).map(Some)
             })
-            .print(true);
+            .print(true, options);
         }
     }
 }
 
-fn wrong_table(scale: u64) {
+fn wrong_table(options: &Options) {
     head("wrong: another structure, from three quarters of n samples, tested on the last");
     for n in [2000, 8000] {
-        let runs = 60 * scale;
+        let runs = 60;
         Row::new(&format!("n = {n}, linear to Hammerstein"), runs, move |seed| {
             let [u, y, e] = hammerstein(seed, n, false, false)?;
             let y = sum(&y, &e);
             let result = Linear::default().identify(&record(&u, &y)?, "u", "y")?;
             Ok(result.verdict.residuals)
         })
-        .print(false);
+        .print(false, options);
         for (kind, name) in [(Kind::Wiener, "Wiener"), (Kind::Duffing, "Duffing")] {
             Row::new(&format!("n = {n}, Hammerstein to {name}"), runs, move |seed| {
                 let drawn = draw(kind, seed, n, 0.1)?;
@@ -245,7 +280,7 @@ fn wrong_table(scale: u64) {
                 let result = RefinedHammerstein::default().identify(&record, "u", "y")?;
                 Ok(result.verdict.residuals)
             })
-            .print(false);
+            .print(false, options);
         }
         Row::new(&format!("n = {n}, order 1 to order 2"), runs, move |seed| {
             let [u, y, e] = hammerstein(seed, n, false, false)?;
@@ -257,28 +292,30 @@ fn wrong_table(scale: u64) {
             let result = method.identify(&record(&u, &y)?, "u", "y")?;
             Ok(result.verdict.residuals)
         })
-        .print(false);
+        .print(false, options);
     }
 }
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let scale = if arguments.iter().any(|a| a == "full") { 10 } else { 1 };
-    let chosen = |name: &str| arguments.iter().all(|a| a == "full") || arguments.iter().any(|a| a == name);
+    let options = Options::new(&arguments);
+    let tables = ["known", "identified", "noise", "wrong"];
+    let all = !arguments.iter().any(|a| tables.contains(&a.as_str()));
+    let chosen = |name: &str| all || arguments.iter().any(|a| a == name);
     println!(
         "Residual tests at the level of {} %; a star where the 95 % interval excludes it.",
         100.0 * LEVEL
     );
     if chosen("known") {
-        known_table(scale);
+        known_table(&options);
     }
     if chosen("identified") {
-        identified_table(scale);
+        identified_table(&options);
     }
     if chosen("noise") {
-        noise_table(scale);
+        noise_table(&options);
     }
     if chosen("wrong") {
-        wrong_table(scale);
+        wrong_table(&options);
     }
 }

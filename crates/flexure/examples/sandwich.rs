@@ -2,7 +2,8 @@
 //!
 //! Ten random sandwiches (seeds 1 to 10; 1 to 4 poles on either side; limiter, dead zone, cubic; Gaussian or uniform input;
 //! 40 dB output noise; 20,000 samples for the fit, fresh ones without noise), then the SYSID 2009 benchmark's circuit, if
-//! `wiener-hammerstein-2009-estimation.csv` is in `$FLEXURE_DATA`: fitted on 80,000 samples, judged on the next 20,000.
+//! `wiener-hammerstein-2009-estimation.csv` is in `$FLEXURE_DATA`: fitted on 80,000 samples, judged on the next 20,000. With the
+//! argument `circuit` that alone.
 
 #[path = "structures/polynomial.rs"]
 mod polynomial;
@@ -31,6 +32,9 @@ fn nonlinearity(name: &str, x: f64) -> f64 {
 }
 
 fn main() -> flexure::Result<()> {
+    if std::env::args().any(|a| a == "circuit") {
+        return circuit();
+    }
     println!("seed nonlinearity input     poles true  found  front %  back %   fit %     s");
     for seed in 1..=10 {
         simulated(seed)?;

@@ -2,8 +2,8 @@
 //!
 //! $$ Y_n = o + \frac{B(z)}{A(z)} z^{-s} U_n + e_n $$
 //! by the output error (Ljung 1999, section 4.2), started by the Steiglitz-McBride iteration at orders 1 to 10; poles and
-//! numerator coefficients are then added and taken away while Schwarz's criterion falls. For a nonlinear system this is the best
-//! linear approximation under this input.
+//! numerator coefficients are then added and taken away while Schwarz's criterion falls, and generalised least squares makes the
+//! estimate efficient where the error is coloured noise. For a nonlinear system this is the best linear approximation under this input.
 
 use std::ops::ControlFlow;
 
@@ -114,7 +114,10 @@ pub(super) fn fit(
         ..Rational::pass()
     };
     let best = prepared.best().map(|i| &prepared.approximations[i].system);
-    let system = best.map_or(nothing, |g| restructured(&prepared.data, g, monitor).system);
+    let system = best.map_or(nothing, |g| {
+        let found = restructured(&prepared.data, g, monitor);
+        found.efficient(&prepared.data, monitor).system
+    });
     monitor.finished()?;
     let (input, output) = (prepared.scales.input, prepared.scales.output);
     let order = system.order();

@@ -1,6 +1,6 @@
 //! From the starts to the system: screening, structure, and the last fit on all samples.
 
-use super::super::sandwich::{Data, Monitor, Rational, Stage, approximate, changes, descend, groups};
+use super::super::sandwich::{Data, Monitor, Rational, Stage, approximate, changes, descend, efficient, groups};
 use super::loss::Loss;
 use super::pieces::{MOST_PIECES, with_output, with_pieces};
 use super::start::{branches, coarse, delays};
@@ -142,7 +142,7 @@ pub(in crate::identify) fn find(data: &Signals, last: bool, monitor: &mut Monito
     if data.counted() > medium.counted() {
         best = pieces(best, &data, monitor, &mut tried);
     }
-    let best = fitted(best, &data, LAST_STEPS, 1e-6, monitor);
+    let best = fitted_efficiently(fitted(best, &data, LAST_STEPS, 1e-6, monitor), &data, monitor);
     tried.push(best.tried(&data));
     Some(Found {
         system: best.system,
@@ -224,6 +224,18 @@ fn linear(data: &Signals, order: usize, delays: &[usize], monitor: &mut Monitor<
 fn fitted(c: Candidate, data: &Signals, steps: usize, tolerance: f64, monitor: &mut Monitor<'_>) -> Candidate {
     let loss = Loss::new(c.system.clone(), data);
     match descend(&loss, loss.start(), steps, tolerance, monitor) {
+        Some((p, squares)) => Candidate {
+            system: loss.system(&p),
+            squares,
+        },
+        None => c,
+    }
+}
+
+/// The parameters by generalised least squares, if the error is coloured noise.
+fn fitted_efficiently(c: Candidate, data: &Signals, monitor: &mut Monitor<'_>) -> Candidate {
+    let loss = Loss::new(c.system.clone(), data);
+    match efficient(&loss, &loss.start(), monitor) {
         Some((p, squares)) => Candidate {
             system: loss.system(&p),
             squares,

@@ -127,6 +127,7 @@ impl Search<'_, '_> {
         self.monitor.stage = Stage::Refinement;
         let data = &self.prepared.data;
         let sum = Sum::new(sum.branches, data).fitted(data, LAST_STEPS, 1e-6, self.monitor);
+        let sum = sum.efficient(data, self.monitor);
         self.tried.push(sum.tried(data));
         Some(Found { sum, form })
     }

@@ -1,7 +1,7 @@
 //! A sum of sandwiches of one input, and its simulation error.
 
 use super::super::sandwich::{
-    Candidate, Data, Monitor, Residuals, Sandwich, SandwichLoss, descend, parameters, schwarz,
+    Candidate, Data, Monitor, Residuals, Sandwich, SandwichLoss, descend, efficient, parameters, schwarz,
 };
 
 /// Sandwiches whose outputs add up, and their sum of squared errors.
@@ -64,6 +64,18 @@ impl Sum {
     pub fn fitted(self, data: &Data, steps: usize, tolerance: f64, monitor: &mut Monitor<'_>) -> Sum {
         let loss = SumLoss::new(&self, data);
         match descend(&loss, loss.start(), steps, tolerance, monitor) {
+            Some((p, squares)) => Sum {
+                branches: loss.branches(&p),
+                squares,
+            },
+            None => self,
+        }
+    }
+
+    /// The parameters by generalised least squares, if the error is coloured noise.
+    pub fn efficient(self, data: &Data, monitor: &mut Monitor<'_>) -> Sum {
+        let loss = SumLoss::new(&self, data);
+        match efficient(&loss, &loss.start(), monitor) {
             Some((p, squares)) => Sum {
                 branches: loss.branches(&p),
                 squares,

@@ -4,6 +4,7 @@
 //! input its poles and zeros are those of both linear blocks together (Bussgang's theorem).
 
 use super::descent::{Residuals, descend};
+use super::efficient::efficient;
 use super::loss::{Data, delayed};
 use super::monitor::Monitor;
 use super::products::normal_equations;
@@ -99,6 +100,23 @@ fn refitted(data: &Data, structure: Rational, monitor: &mut Monitor<'_>) -> Opti
         system: problem.structure.with(&p),
         squares,
     })
+}
+
+impl Approximation {
+    /// By generalised least squares, if the error is coloured noise.
+    pub fn efficient(self, data: &Data, monitor: &mut Monitor<'_>) -> Approximation {
+        let problem = OutputError {
+            data,
+            structure: self.system.clone(),
+        };
+        match efficient(&problem, &self.system.parameters(), monitor) {
+            Some((p, squares)) => Approximation {
+                system: self.system.with(&p),
+                squares,
+            },
+            None => self,
+        }
+    }
 }
 
 /// Equation error of the signals filtered by the last denominator, over and over; the best output error counts.

@@ -12,7 +12,7 @@
 //!    added and taken away while Schwarz's criterion falls;
 //! 5. a second instant in every sampling interval, at which the nonlinearity acts too, if Schwarz's criterion asks for it: a
 //!    continuous-time nonlinearity bends the signal between the samples as well;
-//! 6. a last refinement on all samples.
+//! 6. a last refinement on all samples, by generalised least squares where the error is coloured noise.
 //!
 //! The input need not be white; the step from 1 to 2 is exact for a Gaussian one (Bussgang's theorem), and a good start
 //! for others. A nonlinearity that is even about the intermediate signal's mean leaves no linear approximation to start from.
@@ -22,6 +22,7 @@
 
 mod approximation;
 mod descent;
+mod efficient;
 mod intersample;
 mod loss;
 mod monitor;
@@ -48,6 +49,7 @@ pub use refine::TriedStructure;
 pub(super) use {
     approximation::{approximate, restructured, solve},
     descent::{Residuals, descend},
+    efficient::efficient,
     loss::{Data, Sandwich, SandwichLoss, delayed},
     monitor::Monitor,
     outcome::{Blocks, Scale, blocks, conventional_gain, even, mapped, tabulated},

@@ -2,6 +2,7 @@
 
 use super::super::criterion;
 use super::descent::descend;
+use super::efficient::efficient;
 use super::intersample::with_instant_between;
 use super::loss::{Data, Sandwich, SandwichLoss};
 use super::monitor::Monitor;
@@ -114,6 +115,18 @@ pub(in crate::identify) fn fitted(
 ) -> Candidate {
     let loss = SandwichLoss::new(c.sandwich.clone(), data);
     match descend(&loss, loss.start(), steps, tolerance, monitor) {
+        Some((p, squares)) => Candidate {
+            sandwich: loss.sandwich(&p),
+            squares,
+        },
+        None => c,
+    }
+}
+
+/// The parameters by generalised least squares, if the error is coloured noise.
+pub(super) fn fitted_efficiently(c: Candidate, data: &Data, monitor: &mut Monitor<'_>) -> Candidate {
+    let loss = SandwichLoss::new(c.sandwich.clone(), data);
+    match efficient(&loss, &loss.start(), monitor) {
         Some((p, squares)) => Candidate {
             sandwich: loss.sandwich(&p),
             squares,

@@ -6,8 +6,8 @@ use super::monitor::{Monitor, Stage};
 use super::outcome::{ApproximationScore, Scales};
 use super::rational::Rational;
 use super::refine::{
-    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, intersample, parameters, pieces,
-    restructure, with_pieces,
+    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, fitted_efficiently, intersample,
+    parameters, pieces, restructure, with_pieces,
 };
 use super::shape::Shape;
 use super::split::{Candidate, fit_shape, split};
@@ -222,7 +222,7 @@ pub(in crate::identify) fn search(
         whole = intersample(whole, &data, monitor, &mut tried);
     }
     let last = fitted(anchored(whole, &data), &data, LAST_STEPS, 1e-6, monitor);
-    let last = anchored(last, &data);
+    let last = fitted_efficiently(anchored(last, &data), &data, monitor);
     tried.push(last.tried(&data));
     Some(Found {
         sandwich: last.sandwich,

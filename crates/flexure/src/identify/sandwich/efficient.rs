@@ -1,0 +1,158 @@
+//! From least squares to generalised least squares, where the error is coloured.
+//!
+//! The simulation error is what least squares makes small. Where it is coloured noise, that is consistent but not efficient: the
+//! estimate's own error is larger than need be, by most where the input says little and the noise is weak. Least squares of the
+//! error through the autoregression that whitens it (Ljung 1999, section 15.2; Aitken 1936) is efficient, and only of
+//! efficient estimates is it true that each parameter costs one noise variance on fresh data
+//! ([`Estimated`](crate::validation::Estimated)).
+//!
+//! An error with a colour may as well be what the structure misses. Weighted otherwise, the estimate is then another one, and not
+//! the best for simulation. Hausman (1978): of a true model both estimates are consistent, so that they differ by no more than
+//! their covariances say; where they do, least squares stays.
+
+use rayon::prelude::*;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::descent::{Residuals, descend};
+use super::monitor::Monitor;
+use super::products::normal_equations;
+use super::rational::convolved;
+use crate::linalg;
+use crate::linear::TransferFunction;
+use crate::linear::autoregression::whitening;
+use crate::linear::levenberg_marquardt::NormalEquations;
+
+/// Samples for each coefficient of the autoregression.
+const SAMPLES_A_COEFFICIENT: usize = 50;
+/// The probability that a true model stays as it is: small, as those that stay are the ones with the largest errors of their own,
+/// and a rise of the simulation error by no more than chance does costs little.
+const LEVEL: f64 = 1e-4;
+const STEPS: usize = 20;
+const TOLERANCE: f64 = 1e-7;
+/// Added to a unit diagonal where parameters nearly do the same.
+const RIDGES: [f64; 4] = [1e-13, 1e-11, 1e-9, 1e-7];
+
+/// The parameters that generalised least squares leads to from those of least squares, and their sum of squared simulation errors;
+/// `None` where `at` is to stay: its error is white, or the sum rises by more than two estimates of one true model differ.
+pub(in crate::identify) fn efficient(
+    problem: &impl Residuals,
+    at: &[f64],
+    monitor: &mut Monitor<'_>,
+) -> Option<(Vec<f64>, f64)> {
+    let from = problem.from();
+    let squares = |e: &[f64]| e[from..].iter().map(|e| e * e).sum::<f64>();
+    let before = problem.residuals(at)?;
+    let filter = whitening(&before[from..], SAMPLES_A_COEFFICIENT);
+    if filter.len() == 1 || !monitor.keep_on() {
+        return None;
+    }
+    let whitened = Whitened {
+        problem,
+        filter: &filter,
+    };
+    let limit = whitened.largest_rise(at)?;
+    let (parameters, _) = descend(&whitened, at.to_vec(), STEPS, TOLERANCE, monitor)?;
+    let after = squares(&problem.residuals(&parameters)?);
+    (after - squares(&before) <= limit).then_some((parameters, after))
+}
+
+/// Residuals through an autoregression.
+struct Whitened<'a, P> {
+    problem: &'a P,
+    filter: &'a [f64],
+}
+
+impl<P: Residuals> Residuals for Whitened<'_, P> {
+    fn from(&self) -> usize {
+        self.problem.from().max(self.filter.len() - 1)
+    }
+
+    fn residuals(&self, parameters: &[f64]) -> Option<Vec<f64>> {
+        Some(convolved(self.filter, &self.problem.residuals(parameters)?))
+    }
+
+    fn linearise(&self, parameters: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let (residuals, jacobian) = self.problem.linearise(parameters);
+        (convolved(self.filter, &residuals), self.through(&jacobian))
+    }
+}
+
+impl<P: Residuals> Whitened<'_, P> {
+    fn through(&self, jacobian: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        jacobian.par_iter().map(|c| convolved(self.filter, c)).collect()
+    }
+
+    /// How much the sum of squared simulation errors of a true model may rise from least squares, which ended in `at`, to
+    /// generalised least squares; `None` if a Gauss-Newton step already rises by more.
+    ///
+    /// The rise is d'Gd, with G = J'J and the estimates' difference d. Its covariance is that of least squares less that of
+    /// the efficient estimate, $\sigma^2 (G^{-1} M G^{-1} - W^{-1})$ with the normal matrices M of the columns coloured as the
+    /// noise and W of the whitened ones. A weighted sum of squares is nearly a chi-squared variable with other degrees of freedom
+    /// times a factor (Satterthwaite 1946).
+    fn largest_rise(&self, at: &[f64]) -> Option<f64> {
+        let (residuals, jacobian) = self.problem.linearise(at);
+        let from = self.from();
+        let n = jacobian.len();
+        let plain = normal_equations(&residuals, &jacobian, from);
+        let white = normal_equations(&convolved(self.filter, &residuals), &self.through(&jacobian), from);
+        let colour = TransferFunction::monic(vec![1.0], self.filter[1..].to_vec());
+        let coloured: Vec<Vec<f64>> = jacobian.into_par_iter().map(|c| colour.simulate(&c)).collect();
+        let coloured = normal_equations(&residuals, &coloured, from);
+        let counted = (residuals.len() - from).checked_sub(n).filter(|left| *left > 0)?;
+        let variance = white.cost / counted as f64;
+        let [by_plain, by_white] = [&plain, &white].map(inverse);
+        let (by_plain, by_white) = (by_plain?, by_white?);
+        // G times the covariance of d, in units of the noise's variance.
+        let (worse, better) = (
+            product(&by_plain, &coloured.normal, n),
+            product(&by_white, &plain.normal, n),
+        );
+        let excess: Vec<f64> = worse.iter().zip(&better).map(|(w, b)| w - b).collect();
+        let mean = (0..n).map(|i| excess[i * n + i]).sum::<f64>();
+        let power: f64 = (0..n * n).map(|k| excess[k] * excess[k % n * n + k / n]).sum();
+        if !(mean > 0.0 && power > 0.0 && mean.is_finite() && power.is_finite()) {
+            return None;
+        }
+        let chi = ChiSquared::new(mean * mean / power).ok()?;
+        let limit = variance * power / mean * chi.inverse_cdf(1.0 - LEVEL);
+        let step = product(&by_white, &white.descent, n);
+        let rise: f64 = product(&plain.normal, &step, n)
+            .iter()
+            .zip(&step)
+            .map(|(g, d)| g * d)
+            .sum();
+        (rise <= limit).then_some(limit)
+    }
+}
+
+/// The inverse of a normal matrix.
+fn inverse(equations: &NormalEquations) -> Option<Vec<f64>> {
+    let n = equations.descent.len();
+    let scale: Vec<f64> = (0..n).map(|i| equations.normal[i * n + i].sqrt()).collect();
+    if !scale.iter().all(|s| *s > 0.0 && s.is_finite()) {
+        return None;
+    }
+    let scaled = |k: usize| equations.normal[k] / (scale[k / n] * scale[k % n]);
+    let inverse = RIDGES.iter().find_map(|ridge| {
+        let mut matrix: Vec<f64> = (0..n * n).map(scaled).collect();
+        (0..n).for_each(|i| matrix[i * n + i] += ridge);
+        linalg::inverse_positive_definite(&matrix, n)
+    })?;
+    Some((0..n * n).map(|k| inverse[k] / (scale[k / n] * scale[k % n])).collect())
+}
+
+/// A square matrix of `n` rows times another, or times a vector.
+fn product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
+    let columns = b.len() / n.max(1);
+    let mut product = vec![0.0; n * columns];
+    for (row, a) in product.chunks_exact_mut(columns.max(1)).zip(a.chunks_exact(n.max(1))) {
+        for (a, b) in a.iter().zip(b.chunks_exact(columns.max(1))) {
+            row.iter_mut().zip(b).for_each(|(p, b)| *p += a * b);
+        }
+    }
+    product
+}
+
+#[cfg(test)]
+#[path = "efficient_tests.rs"]
+mod tests;
