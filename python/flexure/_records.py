@@ -70,6 +70,22 @@ def input_signals(u: Any, names: Sequence[str], several: bool, dt: float | None 
     return [samples(part, name) for part, name in zip(parts, names, strict=True)]
 
 
+def named_columns(data: Any, names: dict[str, Any]) -> tuple[dict[str, Any], Any]:
+    """The columns of a table by what they are, where each is one name, a list of names or None; and the table's instants."""
+    data = _plain(data)
+    if not _is_table(data):
+        raise DataError("data is no table with columns by name")
+    found: dict[str, Any] = {}
+    for what, name in names.items():
+        if isinstance(name, list | tuple):
+            found[what] = np.column_stack([samples(_take(data, str(each)), str(each)) for each in name])
+        else:
+            found[what] = None if name is None else _take(data, str(name))
+    first = next(name for name in names.values() if name is not None)
+    column = _take(data, str(first[0] if isinstance(first, list | tuple) else first))
+    return found, _instants_within(data, column, [])
+
+
 def check_sampled_as(model: float | None, record: float | None) -> None:
     """A record whose sample time is known must have the model's."""
     words = "the model's sample time is {:g} s, but the record's is {:g} s; resample the record, or identify a model at its sample time"

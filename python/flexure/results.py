@@ -62,6 +62,11 @@ class Nonlinearity:
                 values = np.where(beyond, self.y[end] + slope * (at - self.x[end]), values)
         return np.asarray(values)
 
+    def __repr__(self) -> str:
+        breaks = "".join(f", {kind} at {at:.4g}" for at, kind in self.breakpoints)
+        band = "" if self.lower is None else ", with a band"
+        return f"<Nonlinearity on [{self.x[0]:.4g}, {self.x[-1]:.4g}], {len(self.x)} points{breaks}{band}>"
+
     def to_frame(self, library: str = "pandas") -> Any:
         """The columns ``x, y`` and, with a band, ``lower, upper``, as a frame of "pandas" or "polars"."""
         columns = {"x": self.x, "y": self.y, "lower": self.lower, "upper": self.upper}
