@@ -56,7 +56,7 @@ def _cell(name: str, block: Block) -> str:
     else:
         drawing, ranges = _bode(block)
         words = f"order {block.order}, delay {block.delay}, gain {block.static_gain:.3g}\n{ranges}"
-    label, lines = escape(name.replace("_", " ")), escape(words).replace("\n", "<br>")
+    label, lines = escape(name.replace("_", " ")), escape(words).replace("\n", "<br/>")
     return f'<div style="{_STYLE}"><div>{label}</div>{drawing}<div style="color:#666;font-size:11px">{lines}</div></div>'
 
 
@@ -109,7 +109,7 @@ def _bode(block: LinearPart) -> tuple[str, str]:
     # From 0 on: no axis is drawn where the frequency is 1.
     across = np.log10(omega) - np.log10(omega[0])
     drawing = _svg(across, decibels, [], "the gain over frequency, dB; the line is 0 dB", _HIGHER)
-    drawing += "<br>" + _svg(across, phase, [], "the phase over frequency; the line is 0", _LOWER)
+    drawing += "<br/>" + _svg(across, phase, [], "the phase over frequency; the line is 0", _LOWER)
     end = f"{highest / (2 * np.pi):.3g} Hz" if block.dt else "half a cycle a sample"
     return drawing, f"{_whole(decibels)} dB, {_whole(phase)}°\nup to {end}"
 

@@ -158,7 +158,8 @@ class TwoLinkArm(_Logged):
         import matplotlib.pyplot as plt
 
         figure = plt.figure(layout="constrained", figsize=(8.4, 6.4))
-        for joint, name, place in zip(self.joints, ("Shoulder", "Elbow"), figure.subfigures(2, 1), strict=True):
+        places = np.atleast_1d(np.asarray(figure.subfigures(2, 1)))
+        for joint, name, place in zip(self.joints, ("Shoulder", "Elbow"), places, strict=True):
             joint.draw(place.subplots(1, 2))
             place.suptitle(name, fontsize="medium", x=0.02, ha="left")
         return figure

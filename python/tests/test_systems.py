@@ -306,7 +306,7 @@ def test_wrong_records_are_said(record, fitted):
         fit(np.ones(1000), record.y[:1000])
     with pytest.raises(flexure.DataError, match="'y' has 999 samples where 1000 were expected"):
         fit(record.u[:1000], record.y[:999])
-    with pytest.raises(flexure.ParameterError, match="dt must be positive"):
+    with pytest.raises(flexure.ParameterError, match="dt is -1.0, but must be positive"):
         fit(record.u, record.y, dt=-1.0)
     for horizon in (0, -1, 1.5, 2**70):
         with pytest.raises(flexure.ParameterError, match="horizon is"):
