@@ -65,7 +65,10 @@ _FAILING = {
     ),
 }
 EXPECTED_FAILED_CHECKS = {check: reason for reason, checks in _FAILING.items() for check in checks.split()}
-"""The checks of scikit-learn's ``check_estimator`` that a dynamic model cannot pass, with the reasons."""
+"""The checks of scikit-learn's ``check_estimator`` that a dynamic model cannot pass, with the reasons.
+
+:meta hide-value:
+"""
 
 
 # The parameters of a Hammerstein system that one method alone has.
