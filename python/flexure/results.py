@@ -195,7 +195,7 @@ class LinearPart:
         import control  # an optional dependency
 
         if form not in ("tf", "ss"):
-            raise ValueError(f"the form is {form!r}, but must be 'tf' or 'ss'")
+            raise ParameterError(f"the form is {form!r}, but must be 'tf' or 'ss'")
         size = max(len(self.b), len(self.a))
         b, a = (np.pad(c, (0, size - len(c))) for c in (self.b, self.a))
         dt = True if self.dt is None else self.dt

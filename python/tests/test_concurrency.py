@@ -3,6 +3,7 @@
 What can end a process by a signal runs in one of its own.
 """
 
+import platform
 import subprocess
 import sys
 import textwrap
@@ -221,3 +222,21 @@ def test_multiprocessing_by_fork():
         print(models[0].to_json() == first.to_json(), models[1].verdict_.holds)
     """)
     assert out.split() == ["True", "True"]
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="another C library")
+def test_memory_is_kept_between_calls():
+    """What one call freed the next one has: the system hands out, and clears, no pages again. Without that it is some ten thousand of them."""
+    out = _process("""
+        import resource
+        x = rng.uniform(-2, 2, (1_000_000, 1))
+        y = np.tanh(x[:, 0]) + 0.1 * rng.normal(size=len(x))
+
+        def faults():
+            before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+            flexure.KernelRegressor().fit(x, y)
+            return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+
+        print(min(faults() for _ in range(6)))
+    """)
+    assert int(out) < 2500
