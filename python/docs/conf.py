@@ -22,4 +22,6 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 html_theme = "alabaster"
 html_theme_options = {"description": "The nonlinear blocks inside systems, from input-output records", "page_width": "1100px"}
+html_static_path = ["style"]
+html_css_files = ["lines.css"]
 exclude_patterns = ["requirements.txt"]

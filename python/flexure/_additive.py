@@ -79,7 +79,8 @@ class Additive:
             change = 0.0
             for j in varying:
                 left = y - intercept - sum(fitted[k] for k in varying if k != j)
-                parameter = given if sweep == 0 else terms[j].core.parameter
+                own = given if given is None or len(given) == 1 else [given[j]]
+                parameter = own if sweep == 0 else terms[j].core.parameter
                 terms[j] = Term(name, settings, [x[j]], left, weights, parameter)
                 values = terms[j].core.predict([x[j]])
                 means[j] = float(np.average(values, weights=weights))

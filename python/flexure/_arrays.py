@@ -47,14 +47,14 @@ def samples(values: Any, name: str) -> Array:
         return np.ascontiguousarray(array, dtype=np.dtype("=f8"))
 
 
-def whole(value: Any, name: str) -> int:
-    """A whole number from 0 that the library can count to."""
+def whole(value: Any, name: str, least: int = 0) -> int:
+    """A whole number from `least` that the library can count to."""
     try:
         number = operator.index(value)
     except TypeError:
         number = -1
-    if not 0 <= number < 2**53:
-        raise ParameterError(f"{name} is {value!r}, but must be a whole number from 0")
+    if not least <= number < 2**53:
+        raise ParameterError(f"{name} is {value!r}, but must be a whole number from {least}")
     return number
 
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _WIDTH, _HEIGHT, _MARGIN = 190, 110, 6
+# Of gain and phase, one above the other.
+_HIGHER, _LOWER = 62, 48
 _POINTS = 160
 _SQUARES = 24
 _BLUE, _ORANGE = (0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)
@@ -50,11 +52,16 @@ def _cell(name: str, block: Block) -> str:
     if isinstance(block, Surface):
         drawing, words = _map(block), " by ".join(str(pieces) for *_, pieces in block.axes) + " pieces"
     elif isinstance(block, Nonlinearity):
-        drawing, words = _curve(block), f"{block.x[0]:.3g} to {block.x[-1]:.3g}"
+        drawing, words = _curve(block), f"{_range(block.x)}\nonto {_range(block.y)}"
     else:
-        drawing, words = _gain(block), f"order {block.order}, delay {block.delay}, gain {block.static_gain:.3g}"
-    label = escape(name.replace("_", " "))
-    return f'<div style="{_STYLE}"><div>{label}</div>{drawing}<div style="color:#666">{escape(words)}</div></div>'
+        drawing, ranges = _bode(block)
+        words = f"order {block.order}, delay {block.delay}, gain {block.static_gain:.3g}\n{ranges}"
+    label, lines = escape(name.replace("_", " ")), escape(words).replace("\n", "<br/>")
+    return f'<div style="{_STYLE}"><div>{label}</div>{drawing}<div style="color:#666;font-size:11px">{lines}</div></div>'
+
+
+def _range(values: Array) -> str:
+    return f"{values.min():.3g} to {values.max():.3g}"
 
 
 def _map(block: Surface) -> str:
@@ -91,31 +98,44 @@ def _curve(block: Nonlinearity) -> str:
     return _svg(x, block(x), edges, "the nonlinearity")
 
 
-def _gain(block: LinearPart) -> str:
+def _bode(block: LinearPart) -> tuple[str, str]:
+    """Gain above phase over three decades of frequency, and their ranges in words."""
     highest = np.pi / (block.dt or 1.0)
     omega = np.logspace(np.log10(highest) - 3, np.log10(highest), _POINTS)
-    decibels = 20 * np.log10(np.maximum(np.abs(block.frequency_response(omega)), 1e-12))
+    response = block.frequency_response(omega)
+    decibels = 20 * np.log10(np.maximum(np.abs(response), 1e-12))
+    decibels = np.maximum(decibels, decibels.max() - 80)
+    phase = np.degrees(np.unwrap(np.angle(response)))
     # From 0 on: no axis is drawn where the frequency is 1.
     across = np.log10(omega) - np.log10(omega[0])
-    return _svg(across, np.maximum(decibels, decibels.max() - 80), [], "the gain over frequency, dB; the line is 0 dB")
+    drawing = _svg(across, decibels, [], "the gain over frequency, dB; the line is 0 dB", _HIGHER)
+    drawing += "<br/>" + _svg(across, phase, [], "the phase over frequency; the line is 0", _LOWER)
+    end = f"{highest / (2 * np.pi):.3g} Hz" if block.dt else "half a cycle a sample"
+    return drawing, f"{_whole(decibels)} dB, {_whole(phase)}°\nup to {end}"
 
 
-def _svg(x: Array, y: Array, edges: list[Array], what: str) -> str:
+def _whole(values: Array) -> str:
+    """From the highest to the lowest, in whole numbers."""
+    highest, lowest = (round(float(v)) for v in (values.max(), values.min()))
+    return f"{highest} to {lowest}"
+
+
+def _svg(x: Array, y: Array, edges: list[Array], what: str, height: int = _HEIGHT) -> str:
     low, high = min(v.min() for v in (y, *edges)), max(v.max() for v in (y, *edges))
     across = _MARGIN + (x - x[0]) / (x[-1] - x[0] or 1) * (_WIDTH - 2 * _MARGIN)
 
     def path(values: Array) -> str:
-        down = _HEIGHT - _MARGIN - (values - low) / (high - low or 1) * (_HEIGHT - 2 * _MARGIN)
+        down = height - _MARGIN - (values - low) / (high - low or 1) * (height - 2 * _MARGIN)
         return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))
 
     # The axes, where they are within.
-    lines = [f"M0,{at:.1f}H{_WIDTH}" for at in (_HEIGHT - _MARGIN + low / (high - low or 1) * (_HEIGHT - 2 * _MARGIN),) if low < 0 < high]
-    lines += [f"M{np.interp(0.0, x, across):.1f},0V{_HEIGHT}"] if x[0] < 0 < x[-1] else []
+    lines = [f"M0,{at:.1f}H{_WIDTH}" for at in (height - _MARGIN + low / (high - low or 1) * (height - 2 * _MARGIN),) if low < 0 < high]
+    lines += [f"M{np.interp(0.0, x, across):.1f},0V{height}"] if x[0] < 0 < x[-1] else []
     band = f'<path d="{" ".join(lines)}" stroke="#ddd" fill="none"/>'
     if edges:
         back = " ".join(reversed(path(edges[1]).split()))
         band += f'<polygon points="{path(edges[0])} {back}" fill="#0072b2" fill-opacity="0.2"/>'
     return (
-        f'<svg width="{_WIDTH}" height="{_HEIGHT}" viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{escape(what)}">'
+        f'<svg width="{_WIDTH}" height="{height}" viewBox="0 0 {_WIDTH} {height}" role="img" aria-label="{escape(what)}">'
         f'{band}<polyline points="{path(y)}" fill="none" stroke="#0072b2" stroke-width="1.5"/></svg>'
     )

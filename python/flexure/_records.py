@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from flexure import _times as times
 from flexure._arrays import Array, samples
-from flexure._core import DataError, ParameterError, sample_time
-
-# The relative difference of two sample times that counts as none (printed digits).
-_SAME = 1e-3
+from flexure._core import DataError, ParameterError
 
 
 @dataclass
@@ -33,21 +31,21 @@ def signals(
 
     A table is anything with columns by name: a pandas or polars frame, an xarray data set, a dict of arrays; or python-control's
     ``TimeResponseData``. The sample time comes from `dt`, from the index of a pandas object or the coordinate of an xarray one
-    where that is time, or from a column ``t``.
+    where that is time, or from a column of that name; inputs and output must be at the same instants.
     """
-    given = _given(input, several)
+    given, dt, u, y = _given(input, several), times.given_step(dt), _plain(u), _plain(y)
     if y is None:
         parts, y, told, inputs, output = _columns(u, given, output)
     else:
         parts, inputs = _parts(u, given, several)
-        told = _time(u)
-        told = _time(y) if told is None else told
+        told = times.instants_of(u)
         output = output or _name(y) or "y"
         if inputs == [output]:
             inputs, output = ["u"], "y"
-    step = None if told is None or len(told) < 2 else sample_time(np.ascontiguousarray(told, dtype=np.float64))
-    if dt is not None and step is not None and abs(step - dt) > _SAME * step:
-        raise DataError(f"the record's sample time is {step:g} s, but dt is {dt:g} s; leave dt out, or correct the times")
+    own = times.instants_of(y)
+    step = times.step_of(own if told is None else told)
+    times.check_same_instants(told, own, output)
+    times.check_same_step(step, dt, "the record's sample time is {:g} s, but dt is {:g} s; leave dt out, or correct the times")
     columns = [samples(part, name) for part, name in zip(parts, inputs, strict=True)]
     signal = Signals(columns, samples(y, output), inputs, output, dt if dt is not None else step)
     for name, column in zip([*inputs[1:], output], [*columns[1:], signal.y], strict=True):
@@ -58,20 +56,64 @@ def signals(
     return signal
 
 
-def input_signals(u: Any, names: Sequence[str], several: bool) -> list[Array]:
-    """The inputs out of arrays or series, or the columns of these names out of a table."""
+def input_signals(u: Any, names: Sequence[str], several: bool, dt: float | None = None) -> list[Array]:
+    """The inputs out of arrays or series, or the columns of these names out of a table; sampled as the model is."""
+    u = _plain(u)
     parts = [_take(u, name) for name in names] if _is_table(u) else _parts(u, None, several)[0]
+    told = times.instants_of(u)
+    if told is None and _is_table(u) and not _is_response(u):
+        told = _instants_within(u, parts[0], names)
+    if dt is not None and told is not None:
+        check_sampled_as(dt, times.step_of(told))
     if len(parts) != len(names):
         raise DataError(f"the model has the {len(names)} inputs {', '.join(names)}, but {len(parts)} were given")
     return [samples(part, name) for part, name in zip(parts, names, strict=True)]
+
+
+def named_columns(data: Any, names: dict[str, Any]) -> tuple[dict[str, Any], Any]:
+    """The columns of a table by what they are, where each is one name, a list of names or None; and the table's instants."""
+    data = _plain(data)
+    if not _is_table(data):
+        raise DataError("data is no table with columns by name")
+    found: dict[str, Any] = {}
+    for what, name in names.items():
+        if isinstance(name, list | tuple):
+            found[what] = np.column_stack([samples(_take(data, str(each)), str(each)) for each in name])
+        else:
+            found[what] = None if name is None else _take(data, str(name))
+    first = next(name for name in names.values() if name is not None)
+    column = _take(data, str(first[0] if isinstance(first, list | tuple) else first))
+    return found, _instants_within(data, column, [])
+
+
+def check_sampled_as(model: float | None, record: float | None) -> None:
+    """A record whose sample time is known must have the model's."""
+    words = "the model's sample time is {:g} s, but the record's is {:g} s; resample the record, or identify a model at its sample time"
+    times.check_same_step(model, record, words)
+
+
+def check_same_times(u: Any, y: Any, output: str) -> None:
+    """Series of input and output whose instants are known must have the same ones."""
+    times.check_same_instants(times.instants_of(u), times.instants_of(y), output)
+
+
+def _plain(data: Any) -> Any:
+    """Tables of other kinds as what the others are: lazy frames collected, arrays with named fields as dicts."""
+    if hasattr(data, "collect_schema") and hasattr(data, "collect"):
+        return data.collect()
+    if isinstance(data, np.ndarray) and data.dtype.names:
+        return {name: data[name] for name in data.dtype.names}
+    return data
 
 
 def _given(input: str | Sequence[str] | None, several: bool) -> list[str] | None:
     """The names of the inputs, if they were given."""
     if input is None:
         return None
-    names: Any = input if several else [input]
-    if not isinstance(names, list | tuple) or not names or not all(isinstance(name, str) and name for name in names):
+    names: Any = [*input] if several and isinstance(input, list | tuple) else [input]
+    # Whole numbers name the columns of a pandas frame without a header.
+    names = [str(name) if isinstance(name, int | np.integer) and not isinstance(name, bool) else name for name in names]
+    if not names or not all(isinstance(name, str) and name for name in names) or (several and isinstance(input, str)):
         needs = "several inputs: input=['...', '...']" if several else "one input: input='...'"
         raise ParameterError(f"the model has {needs}, not {input!r}")
     for name in names:
@@ -85,7 +127,7 @@ def _parts(u: Any, given: list[str] | None, several: bool) -> tuple[list[Any], l
     if not several:
         return [u], given or [_name(u) or "u"]
     if _is_table(u):
-        names = given or [name for name in _names(u) if name != "t"]
+        names = given or [name for name in _names(u) if not times.is_time(name)]
         return [_take(u, name) for name in names], names
     array = np.asarray(u)
     if array.ndim == 1:
@@ -124,11 +166,18 @@ def _columns(data: Any, given: list[str] | None, output: str | None) -> tuple[li
         return [u for _, u in found], y, np.asarray(data.time), [name for name, _ in found], output
     if given is None or output is None:
         raise ParameterError("name the table's columns: fit(table, input='...', output='...')")
+    output = str(output)
     parts, y = [_take(data, name) for name in given], _take(data, output)
-    told = _time(parts[0])
-    if told is None and "t" in _names(data) and "t" not in (*given, output):
-        told = samples(_take(data, "t"), "t")
-    return parts, y, told, given, output
+    return parts, y, _instants_within(data, parts[0], (*given, output)), given, output
+
+
+def _instants_within(data: Any, column: Any, used: Sequence[str]) -> Any:
+    """The instants of a table: those of a column's index, or the column that has the name of time."""
+    told = times.instants_of(column)
+    for name in _names(data):
+        if told is None and times.is_time(name) and name not in used:
+            told = times.column_of_time(_take(data, name), name)
+    return told
 
 
 def _labelled(response: Any, what: str, name: str | None) -> tuple[str, Any]:
@@ -145,35 +194,27 @@ def _labelled(response: Any, what: str, name: str | None) -> tuple[str, Any]:
     return labels[place], values.reshape(-1, values.shape[-1])[place]
 
 
-def _names(data: Any) -> list[str]:
+def _keys(data: Any) -> list[Any]:
     if isinstance(data, dict):
-        return [str(name) for name in data]
-    return [str(name) for name in (data.columns if hasattr(data, "columns") else data.data_vars)]
+        return list(data)
+    return list(data.columns if hasattr(data, "columns") else data.data_vars)
+
+
+def _names(data: Any) -> list[str]:
+    return [str(key) for key in _keys(data)]
 
 
 def _take(data: Any, name: str) -> Any:
     if _is_response(data):
         return _labelled(data, "input", name)[1]
-    if name not in _names(data):
-        raise DataError(f"no column '{name}'; the columns are: {', '.join(_names(data))}")
-    return data[name]
+    keys = _keys(data)
+    found = [key for key in keys if str(key) == name]
+    if len(found) != 1:
+        told = "no column" if not found else f"{len(found)} columns are called"
+        raise DataError(f"{told} '{name}'; the columns are: {', '.join(map(str, keys))}")
+    return data[found[0]]
 
 
 def _name(values: Any) -> str | None:
     name = getattr(values, "name", None)
     return name if isinstance(name, str) and name else None
-
-
-def _time(values: Any) -> Any:
-    """The instants that belong to a series: a pandas index or an xarray coordinate, where that is time."""
-    index = getattr(values, "index", None)
-    if index is None or callable(index):
-        coordinates = getattr(values, "coords", None)
-        if coordinates is None or getattr(values, "ndim", 0) != 1 or values.dims[0] not in coordinates:
-            return None
-        index, name = np.asarray(coordinates[values.dims[0]]), values.dims[0]
-    else:
-        index, name = np.asarray(index), getattr(index, "name", None)
-    if index.dtype.kind in "mM":
-        return (index - index[0]) / np.timedelta64(1, "s") if len(index) else None
-    return index.astype(np.float64) if name in ("t", "time") and index.dtype.kind in "fiu" else None

@@ -62,6 +62,18 @@ def _joined(parts: list[Array]) -> Array:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
+def _points(known: Any) -> list[list[float]]:
+    """Two points as two pairs of numbers."""
+    try:
+        points = np.asarray(known, dtype=np.float64)
+    except (TypeError, ValueError):
+        points = np.empty(0)
+    if points.shape != (2, 2):
+        raise ParameterError(f"known is {known!r}, but must be two points, ((x, phi), (x, phi))")
+    pairs: list[list[float]] = points.tolist()
+    return pairs
+
+
 class System(BaseEstimator):  # type: ignore[misc]
     """What all identified systems have in common.
 
@@ -163,9 +175,8 @@ class System(BaseEstimator):  # type: ignore[misc]
                 options[name] = whole(value, name)
             elif not isinstance(value, kind):
                 raise ParameterError(f"{name} is {value!r}, but must be {words}")
-        known = options["known"]
-        if known is not None and (not isinstance(known, tuple | list) or [np.size(point) for point in known] != [2, 2]):
-            raise ParameterError(f"known is {known!r}, but must be two points, ((x, phi), (x, phi))")
+        if options["known"] is not None:
+            options["known"] = _points(options["known"])
         return options
 
     def _take(self, model: Model, result: dict[str, Any]) -> None:
@@ -232,7 +243,7 @@ class System(BaseEstimator):  # type: ignore[misc]
             In the unit of the output.
         """
         model = self._fitted()
-        return model.simulate(records.input_signals(u, self.inputs_, self._several_inputs))
+        return model.simulate(records.input_signals(u, self.inputs_, self._several_inputs, self.dt_))
 
     def predict(self, u: Any, y: Any = None, horizon: int = 1) -> Array:
         """The output predicted `horizon` samples ahead: every value uses the outputs up to so many samples before it.
@@ -249,7 +260,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         array of shape (n,)
             In the unit of the output. The state at the start is the one that fits best.
         """
-        horizon = whole(horizon, "horizon")
+        horizon = whole(horizon, "horizon", 1)
         model, given = self._fitted(), self._signals(u, y)
         return model.predict(given.u, given.y, horizon)
 
@@ -274,10 +285,15 @@ class System(BaseEstimator):  # type: ignore[misc]
 
     def _signals(self, u: Any, y: Any) -> records.Signals:
         several = self._several_inputs
-        if y is not None:
-            columns = records.input_signals(u, self.inputs_, several)
-            u = np.column_stack(columns) if several else columns[0]
-        return records.signals(u, y, None, list(self.inputs_) if several else self.input_, self.output_, several)
+        names: Any = list(self.inputs_) if several else self.input_
+        if y is None:
+            given = records.signals(u, None, None, names, self.output_, several)
+        else:
+            columns = records.input_signals(u, self.inputs_, several, self.dt_)
+            records.check_same_times(u, y, self.output_)
+            given = records.signals(np.column_stack(columns) if several else columns[0], y, None, names, self.output_, several)
+        records.check_sampled_as(self.dt_, given.dt)
+        return given
 
     def summary(self) -> str:
         """The text that ``flexure identify`` prints."""

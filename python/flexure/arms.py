@@ -28,6 +28,8 @@ class Arm:
     """
 
     def __init__(self, core: _core.Arm) -> None:
+        if not isinstance(core, _core.Arm):
+            raise TypeError("an arm is made by Arm.preset(name), Arm.from_toml(path) or Arm.from_text(text)")
         self._core = core
 
     @classmethod
@@ -122,6 +124,12 @@ class Arm:
             The records, the same whatever the number of cores. Measurement noise, if the arm file has any, differs.
         """
         return self._core.simulate_batch([_pair(torque, kind) for torque in torques], kind)
+
+    def __getstate__(self) -> tuple[str, str, str]:
+        return self._core.text, self._core.name, self._core.folder
+
+    def __setstate__(self, state: tuple[str, str, str]) -> None:
+        self._core = _core.Arm.from_text(*state)
 
     def __repr__(self) -> str:
         return f"<Arm, {self.duration:g} s in steps of {self.dt:g} s>"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -11,12 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from flexure import _core
+from flexure import _records as records
+from flexure import _times as times
 from flexure._arrays import samples
 from flexure._core import DataError, FlexureError, ParameterError
 from flexure.arms import Arm
 from flexure.results import Nonlinearity
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = ["Estimate", "Form", "Joint", "TwoLinkArm", "identify_joint"]
@@ -117,15 +121,20 @@ class Joint(_Logged):
         """The curves with their bands in a matplotlib figure; dashed, the true ones where they are known."""
         import matplotlib.pyplot as plt
 
+        across = 1 if self.stiffness is None else 2
+        figure, axes = plt.subplots(1, across, squeeze=False, layout="constrained", figsize=(4.2 * across, 3.2))
+        self.draw(axes[0], friction=friction, stiffness=stiffness)
+        return figure
+
+    def draw(self, axes: Sequence[Axes], *, friction: Any = None, stiffness: Any = None) -> None:
+        """Draws friction and, of a flexible joint, stiffness into matplotlib axes; dashed, the true curves where they are known."""
         from flexure.plots import nonlinearity
 
         curves = [(self.friction, "velocity / rad/s", "friction / N m", friction)]
         if self.stiffness is not None:
             curves.append((self.stiffness, "deflection / rad", "torque / N m", stiffness))
-        figure, axes = plt.subplots(1, len(curves), squeeze=False, layout="constrained", figsize=(4.2 * len(curves), 3.2))
-        for (curve, x, y, truth), ax in zip(curves, axes[0], strict=True):
+        for (curve, x, y, truth), ax in zip(curves, axes, strict=True):
             nonlinearity(curve, input=x, output=y, truth=truth, axes=ax)
-        return figure
 
 
 @dataclass(frozen=True)
@@ -144,6 +153,17 @@ class TwoLinkArm(_Logged):
     """All that ``flexure joint --json`` says of it."""
     _found: _core.Joint | None = field(default=None, repr=False, compare=False)
 
+    def plot(self) -> Figure:
+        """The curves of both joints with their bands in a matplotlib figure, the shoulder's above the elbow's."""
+        import matplotlib.pyplot as plt
+
+        figure = plt.figure(layout="constrained", figsize=(8.4, 6.4))
+        places = np.atleast_1d(np.asarray(figure.subfigures(2, 1)))
+        for joint, name, place in zip(self.joints, ("Shoulder", "Elbow"), places, strict=True):
+            joint.draw(place.subplots(1, 2))
+            place.suptitle(name, fontsize="medium", x=0.02, ha="left")
+        return figure
+
     def arm(self, *, template: Arm | None = None) -> Arm:
         """The arm in the run of its log, as ``flexure joint --arm`` writes it.
 
@@ -156,7 +176,7 @@ class TwoLinkArm(_Logged):
 def identify_joint(
     torque: Any,
     *,
-    dt: float,
+    dt: float | None = None,
     position: Any = None,
     motor: Any = None,
     link: Any = None,
@@ -166,6 +186,7 @@ def identify_joint(
     spring: bool = False,
     prismatic: bool = False,
     level: float = 0.95,
+    data: Any = None,
 ) -> Joint | TwoLinkArm:
     """Identifies a joint: a rigid axis from `position`, a flexible joint from `motor` and `link`, a two-link arm from two each.
 
@@ -173,8 +194,8 @@ def identify_joint(
     ----------
     torque : array of shape (n,), or (n, 2) for an arm
         On the link's side of the gear, N m (N for a prismatic axis).
-    dt : float
-        The sample time, s.
+    dt : float, optional
+        The sample time, s; None: from a time index of `torque`, or from the times in `data`.
     position : array of shape (n,)
         Of a rigid axis, rad (m).
     motor, link : arrays of shape (n,), or (n, 2)
@@ -189,6 +210,9 @@ def identify_joint(
         Whether the rigid axis moves along a line.
     level : float
         Of the confidence bands.
+    data : table, optional
+        A table (pandas, polars, xarray, a dict) whose columns the signals then name: ``identify_joint("tau", motor="qm",
+        link="q", data=log)``; lists of two names for an arm.
 
     Raises
     ------
@@ -199,14 +223,20 @@ def identify_joint(
     """
     if (position is None) == (motor is None or link is None):
         raise ParameterError("give the position of a rigid axis, or motor and link of a flexible joint")
-    if not (dt > 0 and np.isfinite(dt)):
-        raise ParameterError("dt must be positive and finite, in s")
+    signals = {"torque": torque, "position": position, "motor": motor, "link": link, "velocity": velocity}
+    signals, step = _named(signals, data, times.given_step(dt))
+    torque, position, motor, link, velocity = signals.values()
+    for name, value in {"velocity": velocity is not None, "gravity": gravity, "spring": spring, "prismatic": prismatic}.items():
+        if value and position is None:
+            raise ParameterError(f"{name} is for a rigid axis, which has a position; a flexible joint has motor and link")
+    if motor_inertia is not None and position is not None:
+        raise ParameterError("motor_inertia is for a flexible joint; a rigid axis has one inertia")
     core = _core.identify_joint(
         _columns(torque, "torque"),
         _columns(link if position is None else position, "link" if position is None else "position"),
         [] if motor is None else _columns(motor, "motor"),
         None if velocity is None else samples(velocity, "velocity"),
-        dt,
+        step,
         motor_inertia=motor_inertia,
         gravity=gravity,
         spring=spring,
@@ -219,6 +249,19 @@ def identify_joint(
     first, second = (_joint({"joint": "flexible", **joint}, None) for joint in result["joints"])
     shoulder, elbow, coupling = (_estimate(result[name]) for name in ("shoulder", "elbow", "coupling"))
     return TwoLinkArm(shoulder, elbow, coupling, (first, second), result, core)
+
+
+def _named(signals: dict[str, Any], data: Any, dt: float | None) -> tuple[dict[str, Any], float]:
+    """The signals, out of the columns of a table where there is one, and their sample time."""
+    told = times.instants_of(signals["torque"])
+    if data is not None:
+        signals, told = records.named_columns(data, signals)
+    step = times.step_of(told)
+    times.check_same_step(step, dt, "the log's sample time is {:g} s, but dt is {:g} s; leave dt out, or correct the times")
+    dt = step if dt is None else dt
+    if dt is None:
+        raise ParameterError("the sample time is not known; give dt, in s")
+    return signals, dt
 
 
 def _columns(values: Any, name: str) -> list[Array]:

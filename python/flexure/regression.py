@@ -73,6 +73,9 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
 
     _most_columns = 1
     _parameter = ""
+    # Whether the parameter may be one a column, and the words that it may be.
+    _each = False
+    _words: tuple[str, ...] = ()
 
     def _method(self) -> tuple[str, dict[str, Any]]:
         """The estimator's name in the library, and its settings."""
@@ -106,21 +109,24 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         weights = None
         if sample_weight is not None:
             weights = _check_sample_weight(sample_weight, points, dtype=np.float64)
+        if np.asarray(X).dtype.kind in "mM":
+            raise TypeError("X holds instants or durations, but real numbers are needed")
         name, settings = self._method()
-        given = getattr(self, self._parameter)
-        given = None if isinstance(given, str) else given
+        for setting, value in settings.items():
+            if not isinstance(value, str):
+                raise ParameterError(f"{setting} is {value!r}, but must be a name")
+        given = self._given(points.shape[1])
         if weights is not None and given is None and _repetitions(weights):
             repeats = weights.astype(np.intp)
             points, y, weights = points.repeat(repeats, axis=0), np.repeat(y, repeats), None
         x, y = columns_of(points), np.ascontiguousarray(y, dtype=np.float64)
-        parameter = None if given is None else np.atleast_1d(np.asarray(given, dtype=np.float64)).tolist()
         if len(x) > self._most_columns:
-            self._additive: Additive | None = Additive.fit(name, settings, x, y, weights, parameter)
+            self._additive: Additive | None = Additive.fit(name, settings, x, y, weights, given)
             self._term: Term | None = None
             found = [t.core.parameter[0] for t in self._additive.terms.values()]
             self.scores_, self.left_out_error_ = None, None
         else:
-            self._term = Term(name, settings, x, y, weights, parameter)
+            self._term = Term(name, settings, x, y, weights, given)
             self._additive = None
             core = self._term.core
             found = core.parameter
@@ -128,6 +134,23 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             self.left_out_error_ = core.left_out
         setattr(self, f"{self._parameter}_", self._shown(found))
         return self
+
+    def _given(self, columns: int) -> list[float] | None:
+        """The parameter: a number, or one a column where the method takes that; None to choose it from the data."""
+        given = getattr(self, self._parameter)
+        if given is None or (isinstance(given, str) and given in self._words):
+            return None
+        try:
+            values = np.asarray(given)
+            fits = values.dtype.kind in "iuf" and values.size and values.ndim <= (1 if self._each else 0)
+        except ValueError:  # of lists of different lengths
+            fits = False
+        if not fits:
+            raise ParameterError(f"{self._parameter} is {given!r}, but must be a number{' or one a column' * self._each}, or None")
+        if values.ndim and values.size not in (1, columns):
+            raise ParameterError(f"there are {values.size} values of {self._parameter} for {columns} column{'s' * (columns > 1)}")
+        found: list[float] = np.atleast_1d(values.astype(np.float64)).tolist()
+        return found
 
     def _shown(self, found: list[float]) -> Any:
         """A parameter as its attribute: one value, or an array of one a column."""
@@ -215,6 +238,8 @@ class KernelRegressor(_Regressor):
 
     _most_columns = 6
     _parameter = "bandwidth"
+    _each = True
+    _words = ("local",)
 
     def __init__(
         self,

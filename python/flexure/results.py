@@ -62,6 +62,11 @@ class Nonlinearity:
                 values = np.where(beyond, self.y[end] + slope * (at - self.x[end]), values)
         return np.asarray(values)
 
+    def __repr__(self) -> str:
+        breaks = "".join(f", {kind} at {at:.4g}" for at, kind in self.breakpoints)
+        band = "" if self.lower is None else ", with a band"
+        return f"<Nonlinearity on [{self.x[0]:.4g}, {self.x[-1]:.4g}], {len(self.x)} points{breaks}{band}>"
+
     def to_frame(self, library: str = "pandas") -> Any:
         """The columns ``x, y`` and, with a band, ``lower, upper``, as a frame of "pandas" or "polars"."""
         columns = {"x": self.x, "y": self.y, "lower": self.lower, "upper": self.upper}
@@ -190,7 +195,7 @@ class LinearPart:
         import control  # an optional dependency
 
         if form not in ("tf", "ss"):
-            raise ValueError(f"the form is {form!r}, but must be 'tf' or 'ss'")
+            raise ParameterError(f"the form is {form!r}, but must be 'tf' or 'ss'")
         size = max(len(self.b), len(self.a))
         b, a = (np.pad(c, (0, size - len(c))) for c in (self.b, self.a))
         dt = True if self.dt is None else self.dt

@@ -20,12 +20,14 @@ Nothing has to be given but the record: orders, delay, noise model and the nonli
 from __future__ import annotations
 
 import json
+from inspect import signature
 from os import PathLike
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from flexure._core import Model
+from flexure._core import Model, ParameterError
 from flexure._system import System
 
 __all__ = [
@@ -63,7 +65,14 @@ _FAILING = {
     ),
 }
 EXPECTED_FAILED_CHECKS = {check: reason for reason, checks in _FAILING.items() for check in checks.split()}
-"""The checks of scikit-learn's ``check_estimator`` that a dynamic model cannot pass, with the reasons."""
+"""The checks of scikit-learn's ``check_estimator`` that a dynamic model cannot pass, with the reasons.
+
+:meta hide-value:
+"""
+
+
+# The parameters of a Hammerstein system that one method alone has.
+_OWN = {"plain": ("kernel", "parameter", "lag", "ignore_colour"), "refined": ("form", "missing", "noise_model")}
 
 
 class Hammerstein(System):
@@ -136,6 +145,15 @@ class Hammerstein(System):
         self.parameter = parameter
         self.lag = lag
         self.ignore_colour = ignore_colour
+
+    def _options(self) -> dict[str, Any]:
+        """What is asked of the library; what the method does not know must not have been set."""
+        options = super()._options()
+        for method, names in _OWN.items():
+            for name in names if options["method"] in _OWN.keys() - {method} else ():
+                if getattr(self, name) != signature(type(self)).parameters[name].default:
+                    raise ParameterError(f"{name} is for method='{method}', but the method is '{options['method']}'")
+        return options
 
 
 class Wiener(System):

@@ -98,10 +98,11 @@ impl Arm {
         Source::arm(text.to_owned(), format!("preset {name}"), PathBuf::new())
     }
 
-    /// The text of an arm file.
+    /// The text of an arm file, its name in messages, and the folder of the records that it names.
     #[staticmethod]
-    fn from_text(text: String) -> PyResult<Self> {
-        Source::arm(text, "the arm".to_owned(), PathBuf::new())
+    #[pyo3(signature = (text, name="the arm", folder=""))]
+    fn from_text(text: String, name: &str, folder: &str) -> PyResult<Self> {
+        Source::arm(text, name.to_owned(), PathBuf::from(folder))
     }
 
     /// Reads an arm file.
@@ -116,6 +117,18 @@ impl Arm {
     #[getter]
     fn text(&self) -> &str {
         &self.0.text
+    }
+
+    /// What it is called in messages.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// Where the records lie that its excitation names.
+    #[getter]
+    fn folder(&self) -> String {
+        self.0.folder.display().to_string()
     }
 
     /// The run's sample time, s.

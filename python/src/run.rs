@@ -1,14 +1,16 @@
 //! Work without the interpreter's lock: Ctrl-C stops it, threads share it, forks survive it.
 
+use std::fmt::Display;
+use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, Once, OnceLock, PoisonError};
 use std::time::Duration;
 
 use flexure::Interrupt;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::errors::of_library;
 
@@ -16,6 +18,9 @@ use crate::errors::of_library;
 const POLL: Duration = Duration::from_millis(50);
 /// How long a computation that was told to stop is waited for.
 const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Bytes, with those that the C library adds less than 32 MiB: beyond, it learns nothing from a block.
+const LARGE: usize = (32 << 20) - (64 << 10);
 
 /// Runs `work` on a thread of its own, watched by the interrupt that it is given, while this one waits without the lock and looks
 /// for signals.
@@ -27,6 +32,7 @@ pub fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Interrupt) -> T + Send + 'static,
 ) -> PyResult<T> {
+    keep_what_is_freed();
     let interrupt = Interrupt::default();
     let theirs = interrupt.clone();
     let (send, receive) = sync_channel(1);
@@ -34,12 +40,15 @@ pub fn interruptible<T: Send + 'static>(
     std::thread::Builder::new()
         .name("flexure".to_owned())
         .spawn(move || {
-            let watched = || theirs.watch(|| work(&theirs));
+            let watched = |place| match place {
+                Place::Thread => theirs.watch(|| work(&theirs)),
+                Place::Pool => theirs.watch_alone(|| work(&theirs)),
+            };
             let result = catch_unwind(AssertUnwindSafe(|| in_pool(watched)));
             // Nobody waits any more where a signal came and stopping took long.
             let _ = send.send(result);
         })
-        .map_err(|error| PyRuntimeError::new_err(format!("no thread can be started: {error}")))?;
+        .map_err(no_thread)?;
     let wait = |time: Duration| {
         py.detach(|| {
             receive
@@ -50,7 +59,7 @@ pub fn interruptible<T: Send + 'static>(
     };
     loop {
         match wait(POLL) {
-            Ok(Ok(result)) => return result.map_err(|error| of_library(&error)),
+            Ok(Ok(result)) => return result.map_err(no_thread)?.map_err(|error| of_library(&error)),
             Ok(Err(_)) | Err(RecvTimeoutError::Disconnected) => return Err(defect()),
             Err(RecvTimeoutError::Timeout) => {
                 if let Err(raised) = py.check_signals() {
@@ -69,35 +78,64 @@ pub fn interruptible<T: Send + 'static>(
 /// # Errors
 /// `RuntimeError` for a panic.
 pub fn briefly<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    py.detach(|| catch_unwind(AssertUnwindSafe(|| in_pool(work))).map_err(|_| defect()))
+    let result = py.detach(|| catch_unwind(AssertUnwindSafe(|| in_pool(|_| work()))));
+    result.map_err(|_| defect())?.map_err(no_thread)
+}
+
+/// Lets threads keep memory from one computation to the next.
+///
+/// The GNU C library gives freed memory back to the system beyond twice the size of the largest block that was ever freed, at most
+/// 64 MiB. The threads of a fresh interpreter get their arrays anew from the system at every call, page by page, which makes a tenth of the time of
+/// a kernel regression of a million points. A block of the largest size that counts, which is never touched, tells the library that there are large ones.
+fn keep_what_is_freed() {
+    static ONCE: Once = Once::new();
+    if cfg!(all(target_env = "gnu", target_pointer_width = "64")) {
+        ONCE.call_once(|| drop(black_box(Vec::<u8>::with_capacity(LARGE))));
+    }
 }
 
 fn defect() -> PyErr {
     PyRuntimeError::new_err("Flexure failed inside (its message is above); please report this with the data")
 }
 
-/// Runs `work` where rayon has threads: those of the global pool do not survive a fork, and a child gets its own.
-fn in_pool<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+fn no_thread(error: impl Display) -> PyErr {
+    PyRuntimeError::new_err(format!("no thread can be started: {error}"))
+}
+
+/// Where a computation runs.
+enum Place {
+    /// On the thread that called for it, with rayon's global pool at hand.
+    Thread,
+    /// On a thread of a pool that does nothing else meanwhile.
+    Pool,
+}
+
+/// Runs `work` where rayon has threads: those of the global pool do not survive a fork, and a child has pools of its own, one for every
+/// computation at a time.
+fn in_pool<T: Send>(work: impl FnOnce(Place) -> T + Send) -> Result<T, ThreadPoolBuildError> {
     static FIRST: OnceLock<u32> = OnceLock::new();
-    static CHILDS: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+    static IDLE: Mutex<Vec<(u32, ThreadPool)>> = Mutex::new(Vec::new());
     let process = std::process::id();
     if *FIRST.get_or_init(|| process) == process {
-        return work();
+        return Ok(work(Place::Thread));
     }
-    let pool = {
-        let mut kept = CHILDS.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*kept {
-            Some((of, pool)) if *of == process => Some(Arc::clone(pool)),
-            _ => ThreadPoolBuilder::new().build().ok().map(|pool| {
-                let pool = Arc::new(pool);
-                // That of the parent, if any, has no threads here that could end it.
-                std::mem::forget(kept.replace((process, Arc::clone(&pool))));
-                pool
-            }),
+    // Never waited for: if the parent held it at the fork, nobody gives it back.
+    let mut kept = None;
+    while let Some((of, pool)) = IDLE.try_lock().ok().and_then(|mut idle| idle.pop()) {
+        if of == process {
+            kept = Some(pool);
+            break;
         }
-    };
-    match pool {
-        Some(pool) => pool.install(work),
-        None => work(),
+        // A parent's has no threads here that could end it.
+        std::mem::forget(pool);
     }
+    let pool = match kept {
+        Some(pool) => pool,
+        None => ThreadPoolBuilder::new().build()?,
+    };
+    let result = pool.install(|| work(Place::Pool));
+    if let Ok(mut idle) = IDLE.try_lock() {
+        idle.push((process, pool));
+    }
+    Ok(result)
 }

@@ -178,3 +178,36 @@ def test_wrong_logs_are_said(two_links):
         flexure.identify_joint(log["tau1"], position=np.where(log["t"] == 0.02, np.nan, log["q1"]), dt=0.002)
     with pytest.raises(flexure.FlexureError, match="comes out negative"):
         flexure.identify_joint(-log["tau2"], motor=log["qm2"], link=log["q2"], dt=0.002)
+
+
+def test_signals_out_of_a_table(two_links):
+    """By name, with the sample time from the times; and what belongs to another kind of joint is said."""
+    frame = pd.DataFrame(two_links)
+    log = {"torque": "tau2", "motor": "qm2", "link": "q2"}
+    expected = flexure.identify_joint(two_links["tau2"], motor=two_links["qm2"], link=two_links["q2"], dt=0.002)
+    for data in (frame, frame.drop(columns="t").set_index(pd.to_timedelta(frame["t"], unit="s"))):
+        found = flexure.identify_joint(**log, data=data)
+        assert found.result["link_inertia"]["value"] == pytest.approx(expected.result["link_inertia"]["value"], rel=1e-9)
+    arm = flexure.identify_joint(["tau1", "tau2"], motor=["qm1", "qm2"], link=["q1", "q2"], data=two_links)
+    assert arm.result["joint"] == "two_link_arm" and len(arm.plot().axes) == 4
+    with pytest.raises(flexure.DataError, match="no column 'q3'"):
+        flexure.identify_joint("tau1", motor="qm1", link="q3", data=frame)
+    with pytest.raises(flexure.DataError, match="sample time is 0.002 s, but dt is 0.01 s"):
+        flexure.identify_joint(**log, data=frame, dt=0.01)
+    with pytest.raises(flexure.ParameterError, match="the sample time is not known; give dt"):
+        flexure.identify_joint(**log, data=frame.drop(columns="t"))
+    for name in ("velocity", "gravity", "spring", "prismatic"):
+        with pytest.raises(flexure.ParameterError, match=f"{name} is for a rigid axis"):
+            flexure.identify_joint(**log, data=frame, **{name: "dq2" if name == "velocity" else True})
+    with pytest.raises(flexure.ParameterError, match="motor_inertia is for a flexible joint"):
+        flexure.identify_joint("tau2", position="q2", data=frame, motor_inertia=1.0)
+
+
+def test_arms_go_to_other_processes(tmp_path):
+    (tmp_path / "arm.toml").write_text(flexure.Arm.preset("frictionless").toml)
+    for arm in (flexure.Arm.preset("frictionless"), flexure.Arm.from_toml(tmp_path / "arm.toml")):
+        again = pickle.loads(pickle.dumps(arm))
+        assert again.toml == arm.toml and (again._core.name, again._core.folder) == (arm._core.name, arm._core.folder)
+        np.testing.assert_array_equal(again.simulate(np.ones((20, 2)))["q1"], arm.simulate(np.ones((20, 2)))["q1"])
+    with pytest.raises(TypeError, match="an arm is made by Arm.preset"):
+        flexure.Arm("space-arm")

@@ -3,6 +3,7 @@
 What can end a process by a signal runs in one of its own.
 """
 
+import platform
 import subprocess
 import sys
 import textwrap
@@ -128,6 +129,48 @@ def test_an_interrupt_ends_the_work(work):
     assert out.split() == ["True", "False", "True"]
 
 
+@pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="there is no fork here")
+@pytest.mark.parametrize(
+    "work",
+    [
+        "flexure.Hammerstein().fit(*record(2_000_000))",
+        "flexure.KNNRegressor().fit(rng.normal(size=(300_000, 3)), rng.normal(size=300_000))",
+        "flexure.KernelRegressor(kernel='gaussian').fit(rng.normal(size=(3_000_000, 1)), rng.normal(size=3_000_000))",
+        "flexure.identify_joint(log('tau'), motor=log('qm'), link=log('q'), dt=0.002)",
+    ],
+)
+def test_an_interrupt_ends_the_work_of_a_forked_process(work):
+    """Also where no progress is told; and what runs beside it in another thread of the child goes on to its end."""
+    setup = "log = logs(120)" if "log(" in work else ""
+    out = _process(
+        _INTERRUPTS
+        + setup
+        + textwrap.dedent(f"""
+        u, y = record(2000)
+        expected = flexure.Hammerstein().fit(u, y).to_json()
+        signal.alarm(200)
+        child = os.fork()
+        if child == 0:
+            beside = []
+            def again():
+                while not beside or beside[-1] == expected and not ended:
+                    beside.append(flexure.Hammerstein().fit(u, y).to_json())
+            ended = []
+            other = threading.Thread(target=again)
+            other.start()
+            stopped = interrupted(lambda: {work})
+            ended.append(True)
+            other.join()
+            begin = time.monotonic()
+            while (still := busy()) and time.monotonic() - begin < 5:
+                pass
+            os._exit(0 if stopped and not still and set(beside) == {{expected}} else 3)
+        print(os.waitpid(child, 0)[1])
+        """)
+    )
+    assert out.split() == ["0"]
+
+
 def test_an_interrupted_simulation():
     out = _process("""
         arm = flexure.Arm.from_text(flexure.Arm.preset("space-arm").toml.replace("duration = ", "duration = 1000"))
@@ -179,3 +222,21 @@ def test_multiprocessing_by_fork():
         print(models[0].to_json() == first.to_json(), models[1].verdict_.holds)
     """)
     assert out.split() == ["True", "True"]
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="another C library")
+def test_memory_is_kept_between_calls():
+    """What one call freed the next one has: the system hands out, and clears, no pages again. Without that it is some ten thousand of them."""
+    out = _process("""
+        import resource
+        x = rng.uniform(-2, 2, (1_000_000, 1))
+        y = np.tanh(x[:, 0]) + 0.1 * rng.normal(size=len(x))
+
+        def faults():
+            before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+            flexure.KernelRegressor().fit(x, y)
+            return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+
+        print(min(faults() for _ in range(6)))
+    """)
+    assert int(out) < 2500

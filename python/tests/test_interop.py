@@ -119,6 +119,62 @@ def test_frames_out(fitted, record):
         fitted.to_frame("excel")
 
 
+INDEXES = {
+    "zone": lambda n: _times(n).tz_localize("Europe/Warsaw"),
+    "period": lambda n: pd.period_range("2024-01-01", periods=n, freq="10ms"),
+    "objects": lambda n: pd.Index([time.to_pydatetime() for time in _times(n)], dtype=object),
+    "unnamed": lambda n: pd.Index(0.01 * np.arange(n)),
+    "with a unit": lambda n: pd.Index(0.01 * np.arange(n), name="Time [s]"),
+}
+
+
+@pytest.mark.parametrize("kind", INDEXES)
+def test_every_index_of_times_tells_the_sample_time(short, expected, kind):
+    frame = pd.DataFrame({"torque": short.u, "speed": short.y}, index=INDEXES[kind](len(short.u)))
+    assert flexure.Hammerstein().fit(frame, input="torque", output="speed").to_dict() == expected
+    with pytest.raises(flexure.DataError, match="not uniform: the step to sample 500"):
+        flexure.Hammerstein().fit(frame.drop(frame.index[500]), input="torque", output="speed")
+
+
+def test_columns_of_times_tell_the_sample_time(short, expected):
+    polars = pytest.importorskip("polars")
+    numbers = 0.01 * np.arange(len(short.u))
+    for name, column in (("t", _times(len(short.u)).to_numpy()), ("time", numbers), ("Time / s", numbers)):
+        frame = polars.DataFrame({name: column, "torque": short.u, "speed": short.y})
+        for table in (frame, frame.lazy()):
+            assert flexure.Hammerstein().fit(table, input="torque", output="speed").to_dict() == expected
+    fields = np.rec.fromarrays([short.u, short.y, numbers], names="torque,speed,t")
+    assert flexure.Hammerstein().fit(fields, input="torque", output="speed").to_dict() == expected
+
+
+def test_numbers_name_columns_without_a_header(short):
+    frame = pd.DataFrame(np.column_stack([short.u, short.y]))
+    model = flexure.Hammerstein().fit(frame, input=0, output=1)
+    assert (model.input_, model.output_) == ("0", "1") and model.dt_ is None  # a plain count of rows is no time
+    with pytest.raises(flexure.DataError, match="2 columns are called 'u'"):
+        flexure.Hammerstein().fit(pd.DataFrame(frame.to_numpy(), columns=["u", "u"]), input="u", output="y")
+
+
+def test_signals_at_different_times_are_said(short):
+    u, y = (pd.Series(values, index=_times(len(short.u))) for values in (short.u, short.y))
+    with pytest.raises(flexure.DataError, match="'y' is 0.01 s away from the input at sample 0"):
+        flexure.Hammerstein().fit(u, y.shift(1, freq="10ms"))
+    model = flexure.Hammerstein().fit(u, y)
+    with pytest.raises(flexure.DataError, match="'y' is 0.01 s away from the input at sample 0"):
+        model.predict(u, y.shift(1, freq="10ms"))
+    slow = pd.date_range("2024-01-01", periods=len(u), freq="20ms")
+    for use in (model.simulate, lambda u: model.predict(u, short.y), lambda u: model.score(u, y.set_axis(slow))):
+        with pytest.raises(flexure.DataError, match="the model's sample time is 0.01 s, but the record's is 0.02 s"):
+            use(u.set_axis(slow))
+    np.testing.assert_array_equal(model.simulate(u.shift(3, freq="1h")), model.simulate(short.u))
+
+
+@pytest.mark.parametrize("dt", [0, -1.0, np.nan, np.inf, "0.1", 1j, [0.1, 0.2]])
+def test_wrong_sample_times_are_said(short, dt):
+    with pytest.raises(flexure.ParameterError, match="dt is .*, but must be positive and finite, in s"):
+        flexure.Hammerstein().fit(short.u, short.y, dt=dt)
+
+
 def test_wrong_tables_are_said(short):
     frame = pd.DataFrame({"torque": short.u, "speed": short.y}, index=_times(len(short.u)))
     fit = flexure.Hammerstein().fit

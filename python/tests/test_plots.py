@@ -52,12 +52,15 @@ def test_notebooks_draw_the_blocks(fitted):
     html = fitted._repr_html_()
     tree = ElementTree.fromstring(html.replace("&rarr;", "").replace("&#8209;", "-"))
     drawings = list(tree.iter("svg"))
-    assert len(drawings) == 2 and [len(list(d.iter("polygon"))) for d in drawings] == [1, 0]
+    assert [len(list(d.iter("polygon"))) for d in drawings] == [1, 0, 0]  # the curve with its band, gain, phase
     points = [tuple(map(float, p.split(","))) for p in drawings[0].find("polyline").get("points").split()]
     across, down = np.array(points).T
     assert np.all(np.diff(across) > 0) and np.all((down >= 0) & (down <= 110))
     curve = fitted.nonlinearity_(np.linspace(-2, 2, len(down)))
     assert np.corrcoef(-down, curve)[0, 1] > 0.999
+    for drawing, highest in zip(drawings[1:], (62, 48), strict=True):
+        down = [float(p.split(",")[1]) for p in drawing.find("polyline").get("points").split()]
+        assert 0 <= min(down) < 0.2 * highest and 0.8 * highest < max(down) <= highest  # each has all of its height
     assert "model holds" in html and "order 2, delay 1" in html
     assert fitted._repr_mimebundle_()["text/html"] == html
     assert flexure.Wiener()._repr_html_() == "<pre>Wiener()</pre>"

@@ -164,9 +164,32 @@ def test_scikit_learns_tools_work(points):
         (KNNRegressor(2.5), "whole number"),
         (SeriesRegressor("bessel"), "the basis is 'bessel'"),
         (SplineRegressor(-1.0), "-1"),
+        (KNNRegressor("3"), "n_neighbors is '3', but must be a number, or None"),
+        (SeriesRegressor(terms="3"), "terms is '3'"),
+        (SplineRegressor("3"), "penalty is '3'"),
+        (SplineRegressor([1.0]), r"penalty is \[1.0\]"),
+        (KNNRegressor(True), "n_neighbors is True"),
+        (KernelRegressor(bandwidth=[0.1, 0.2]), "there are 2 values of bandwidth for 1 column"),
+        (KernelRegressor(bandwidth=[[0.1], [0.1, 0.2]]), "one a column"),
+        (KernelRegressor(bandwidth=0.1 + 0j), "one a column"),
+        (KernelRegressor(kernel=3), "kernel is 3, but must be a name"),
+        (KernelRegressor(rule=None), "rule is None, but must be a name"),
     ],
 )
 def test_wrong_parameters_are_said(points, estimator, message):
     x, y = points
     with pytest.raises(flexure.ParameterError, match=message):
         estimator.fit(x[:, None], y)
+
+
+def test_every_column_of_an_additive_model_has_its_bandwidth():
+    rng = np.random.default_rng(4)
+    x = rng.uniform(-1, 1, (300, 7))
+    y = np.sin(3 * x[:, 0]) + 0.05 * rng.normal(size=300)
+    given = np.linspace(0.3, 0.9, 7)
+    np.testing.assert_array_equal(KernelRegressor(bandwidth=given).fit(x, y).bandwidth_, given)
+
+
+def test_instants_are_no_points(points):
+    with pytest.raises(TypeError, match="instants or durations"):
+        KernelRegressor().fit((1000 * points[0]).astype("m8[s]")[:, None], points[1])

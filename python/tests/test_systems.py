@@ -306,7 +306,7 @@ def test_wrong_records_are_said(record, fitted):
         fit(np.ones(1000), record.y[:1000])
     with pytest.raises(flexure.DataError, match="'y' has 999 samples where 1000 were expected"):
         fit(record.u[:1000], record.y[:999])
-    with pytest.raises(flexure.ParameterError, match="dt must be positive"):
+    with pytest.raises(flexure.ParameterError, match="dt is -1.0, but must be positive"):
         fit(record.u, record.y, dt=-1.0)
     for horizon in (0, -1, 1.5, 2**70):
         with pytest.raises(flexure.ParameterError, match="horizon is"):
@@ -316,3 +316,33 @@ def test_wrong_records_are_said(record, fitted):
             fitted.validate(record.u, record.y, skip=skip)
     with pytest.raises(ValueError, match="is not fitted yet"):
         flexure.Hammerstein().simulate(record.u)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"parameter": 0.3}, "parameter is for method='plain', but the method is 'refined'"),
+        ({"kernel": "box"}, "kernel is for method='plain'"),
+        ({"method": "plain", "form": "dead-zone"}, "form is for method='refined', but the method is 'plain'"),
+        ({"method": "plain", "missing": True}, "missing is for method='refined'"),
+        ({"known": (("a", 0), (1, 1))}, "must be two points"),
+        ({"known": [[0, 0], [1]]}, "must be two points"),
+    ],
+)
+def test_settings_that_would_be_ignored_are_said(record, parameters, message):
+    with pytest.raises(flexure.ParameterError, match=message):
+        flexure.Hammerstein(**parameters).fit(record.u, record.y)
+
+
+def test_known_points_may_be_an_array(record):
+    u, y = record.u[:1000], record.y[:1000]
+    points = ((0.0, 0.0), (1.0, 0.5))
+    expected = flexure.Hammerstein(known=points).fit(u, y).to_json()
+    assert flexure.Hammerstein(known=np.array(points)).fit(u, y).to_json() == expected
+
+
+def test_the_drawing_has_gain_phase_and_their_ranges(fitted):
+    page = fitted._repr_html_()
+    assert page.count("<svg") == 3 and "the phase over frequency" in page and "up to 50 Hz" in page
+    low, high = fitted.nonlinearity_.y.min(), fitted.nonlinearity_.y.max()
+    assert f"onto {low:.3g} to {high:.3g}" in page

@@ -25,7 +25,22 @@ use crate::error::{Error, Result};
 
 thread_local! {
     /// What the thread's work is watched by.
-    static CURRENT: RefCell<Option<Interrupt>> = const { RefCell::new(None) };
+    static CURRENT: RefCell<Option<Watched>> = const { RefCell::new(None) };
+}
+
+/// What a thread's work is watched by.
+#[derive(Clone)]
+struct Watched {
+    interrupt: Interrupt,
+    /// Whether the thread does the work of nothing else meanwhile, though it is a pool's.
+    alone: bool,
+}
+
+impl Watched {
+    /// Whether what the thread does now is what is watched.
+    fn is_asked(&self) -> bool {
+        self.alone || rayon::current_thread_index().is_none()
+    }
 }
 
 /// Asks the computations that it watches to stop; clones ask the same ones, from any thread.
@@ -63,19 +78,44 @@ impl Interrupt {
 
     /// Does `work` on this thread, which ends soon when asked to. Inside, another `watch` takes the place of this one.
     ///
-    /// The threads of rayon's pools take work from each other: there, the loops do not ask, and `work` runs to its end.
+    /// The threads of rayon's pools take work from each other: there, the loops do not ask, and `work` runs to its end;
+    /// but see [`watch_alone`](Self::watch_alone).
     ///
     /// # Errors
     /// [`Error::Interrupted`] if it was asked to stop before it ended, whatever its result.
     pub fn watch<T>(&self, work: impl FnOnce() -> T) -> Result<T> {
+        self.watch_as(false, work)
+    }
+
+    /// As [`watch`](Self::watch), on a thread of a rayon pool that has no other work until this returns: whatever the thread
+    /// takes from the others belongs to `work`, so that the loops ask there too.
+    ///
+    /// For a process that was forked, where the threads of rayon's global pool are not:
+    ///
+    /// ```
+    /// use flexure::{Error, Interrupt};
+    ///
+    /// let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    /// let interrupt = Interrupt::default();
+    /// assert_eq!(pool.install(|| interrupt.watch_alone(|| 1 + 1)), Ok(2));
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if it was asked to stop before it ended, whatever its result.
+    pub fn watch_alone<T>(&self, work: impl FnOnce() -> T) -> Result<T> {
+        self.watch_as(true, work)
+    }
+
+    fn watch_as<T>(&self, alone: bool, work: impl FnOnce() -> T) -> Result<T> {
         /// Puts back what was watched by, also when `work` panics.
-        struct Before(Option<Interrupt>);
+        struct Before(Option<Watched>);
         impl Drop for Before {
             fn drop(&mut self) {
                 CURRENT.set(self.0.take());
             }
         }
-        let _before = Before(CURRENT.replace(Some(self.clone())));
+        let interrupt = self.clone();
+        let _before = Before(CURRENT.replace(Some(Watched { interrupt, alone })));
         let result = work();
         match self.is_requested() {
             true => Err(Error::Interrupted),
@@ -89,16 +129,18 @@ impl Interrupt {
 ///
 /// A thread of rayon's pool that waits may meanwhile do what belongs to another computation: what it is watched by is not asked.
 pub(crate) fn current() -> Interrupt {
-    match rayon::current_thread_index() {
-        Some(_) => Interrupt::default(),
-        None => CURRENT.with_borrow(|current| current.clone().unwrap_or_default()),
-    }
+    CURRENT.with_borrow(|current| match current {
+        Some(watched) if watched.is_asked() => watched.interrupt.clone(),
+        _ => Interrupt::default(),
+    })
 }
 
 /// Whether this thread's work is asked to stop: some nanoseconds.
 pub(crate) fn requested() -> bool {
-    let asked = CURRENT.with_borrow(|current| current.as_ref().is_some_and(Interrupt::is_requested));
-    asked && rayon::current_thread_index().is_none()
+    CURRENT.with_borrow(|current| {
+        let asked = current.as_ref().filter(|watched| watched.interrupt.is_requested());
+        asked.is_some_and(Watched::is_asked)
+    })
 }
 
 /// An error where this thread's work is asked to stop.

@@ -103,6 +103,24 @@ fn threads_of_the_pool_ask_only_what_they_were_given() {
     assert_eq!(told, Err(Error::Interrupted));
 }
 
+/// A pool that does nothing else is asked as a thread is; one that may do other work is not.
+#[test]
+fn alone_in_a_pool_the_work_stops() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let record = record(1500);
+    let refined = RefinedHammerstein::default();
+    let identify = || refined.identify(&record, "p", "h").map(drop);
+    let [alone, shared] = [true, false].map(|alone| {
+        let interrupt = Interrupt::after(OFTEN);
+        let mut told = None;
+        let _ = pool.install(|| interrupt.watch_as(alone, || told = Some(identify())));
+        told
+    });
+    assert_eq!(alone, Some(Err(Error::Interrupted)));
+    assert_eq!(shared, Some(Ok(())));
+    assert!(!pool.install(requested));
+}
+
 #[test]
 fn hammerstein_systems_stop() {
     let record = record(1500);
