@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 
 use super::binned::nearest_whole;
-use super::regression::KernelRegression;
+use super::regression::{KernelRegression, check_weights};
 use super::sorted::mean;
 use super::{Degree, Kernel, Sorted};
 use crate::error::Result;
+use crate::nonlinearity::estimator::check_values;
 
 /// Bins to a bandwidth, and to a Gaussian's standard deviation.
 const BINS: f64 = 64.0;
@@ -16,8 +17,10 @@ const REACH_GAUSSIAN: f64 = 9.0;
 /// With more bins than this share of the points there is nothing to gain.
 const MOST: f64 = 0.1;
 /// Data are taken in at most this many parts, each of at least so many points, whatever the number of threads.
-const PARTS: usize = 8;
+const PARTS: usize = 4;
 const PART: usize = 1 << 16;
+/// Points of a part that are checked and put in their bins at a time.
+const BLOCK: usize = 1 << 11;
 
 /// Sums of weights, of weighted deviations of x from the bin's middle in units of its width, and of those of y.
 type Sum = [f64; 4];
@@ -40,16 +43,24 @@ impl KernelRegression {
         weights: Option<&[f64]>,
         at: &[f64],
     ) -> Result<Vec<f64>> {
-        self.check_all(x, y, weights)?;
         match self.binned(x, y, weights, at) {
             Some(data) => Ok(self.fit_sorted(data)?.with_degree(degree).predict(at)),
-            None => self.evaluate_checked(degree, (x, y, weights), at),
+            // What cannot be put in bins is so, or the checks tell what is wrong with it.
+            None => self.evaluate(degree, x, y, weights, at),
         }
     }
 
-    /// The bins that are in reach of the points `at`, as weighted data; nothing where they would be too many.
+    /// The bins that are in reach of the points `at`, as weighted data; nothing where they would be too many, or where something does not
+    /// pass the checks.
     fn binned(self, x: &[f64], y: &[f64], weights: Option<&[f64]>, at: &[f64]) -> Option<Sorted> {
         let h = self.bandwidth;
+        if self.check().is_err()
+            || x.is_empty()
+            || x.len() != y.len()
+            || weights.is_some_and(|w| check_weights(w, x.len(), 1).is_err())
+        {
+            return None;
+        }
         let (per_bandwidth, reach) = match self.kernel {
             Kernel::Gaussian => (BINS_GAUSSIAN, REACH_GAUSSIAN * h),
             _ => (BINS, h),
@@ -62,7 +73,8 @@ impl KernelRegression {
         if !(places < MOST * x.len() as f64) {
             return None;
         }
-        let (count, centre) = (places as usize + 2, mean(y, weights));
+        // Any value among the ordinates will do.
+        let (count, centre) = (places as usize + 2, mean(&y[..y.len().min(BLOCK)], None));
         let summed = |x: &[f64], y: &[f64], weights: Option<&[f64]>| {
             let mut sums = vec![Sum::default(); count];
             let mut add = |x: f64, y: f64, w: f64| {
@@ -73,17 +85,21 @@ impl KernelRegression {
                     sum.iter_mut().zip(add).for_each(|(sum, add)| *sum += add);
                 }
             };
-            let points = x.iter().zip(y);
-            match weights {
-                None => points.for_each(|(x, y)| add(*x, *y, 1.0)),
-                Some(weights) => points.zip(weights).for_each(|((x, y), w)| add(*x, *y, *w)),
+            // Checked while they are in the cache.
+            for (k, (x, y)) in x.chunks(BLOCK).zip(y.chunks(BLOCK)).enumerate() {
+                check_values("x", x).and_then(|()| check_values("y", y)).ok()?;
+                let points = x.iter().zip(y);
+                match weights {
+                    None => points.for_each(|(x, y)| add(*x, *y, 1.0)),
+                    Some(weights) => (points.zip(&weights[k * BLOCK..])).for_each(|((x, y), w)| add(*x, *y, *w)),
+                }
             }
-            sums
+            Some(sums)
         };
         let part = PART.max(x.len().div_ceil(PARTS));
         let parts: Vec<Vec<Sum>> = (x.par_chunks(part).zip(y.par_chunks(part)).enumerate())
             .map(|(k, (x, y))| summed(x, y, weights.map(|w| &w[k * part..][..x.len()])))
-            .collect();
+            .collect::<Option<_>>()?;
         let (mut abscissas, mut ordinates, mut masses) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..count {
             let [w, dx, dy, _] = parts

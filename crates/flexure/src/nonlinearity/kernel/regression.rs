@@ -70,17 +70,11 @@ impl KernelRegression {
         weights: Option<&[f64]>,
         at: &[f64],
     ) -> Result<Vec<f64>> {
-        self.check_all(x, y, weights)?;
-        self.evaluate_checked(degree, (x, y, weights), at)
-    }
-
-    /// [`evaluate`](Self::evaluate), of what is checked already.
-    pub(super) fn evaluate_checked(
-        self,
-        degree: Degree,
-        (x, y, weights): (&[f64], &[f64], Option<&[f64]>),
-        at: &[f64],
-    ) -> Result<Vec<f64>> {
+        self.check()?;
+        check_points(x, y, 1)?;
+        if let Some(weights) = weights {
+            check_weights(weights, x.len(), 1)?;
+        }
         let few = at.len() <= x.len() / 10 && at.iter().any(|q| q.is_finite());
         if !few || self.kernel == Kernel::Gaussian {
             let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
@@ -121,14 +115,7 @@ impl KernelRegression {
         })
     }
 
-    /// Checks the bandwidth, the points and their weights.
-    pub(super) fn check_all(self, x: &[f64], y: &[f64], weights: Option<&[f64]>) -> Result<()> {
-        self.check()?;
-        check_points(x, y, 1)?;
-        weights.map_or(Ok(()), |weights| check_weights(weights, x.len(), 1))
-    }
-
-    fn check(self) -> Result<()> {
+    pub(super) fn check(self) -> Result<()> {
         if !(self.bandwidth > 0.0 && self.bandwidth.is_finite()) {
             return Err(Error::InvalidParameter {
                 name: "the bandwidth".to_owned(),
