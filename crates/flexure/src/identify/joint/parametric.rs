@@ -18,7 +18,7 @@ pub(super) const RESOLVED_DEFLECTION: f64 = 1e-3;
 const SLOPES: [f64; 4] = [5.0, 20.0, 60.0, 180.0];
 
 /// The largest Stribeck factor g1 of friction as a multiple of the Coulomb friction g4.
-const LARGEST_STRIBECK: f64 = 5.0;
+pub(super) const LARGEST_STRIBECK: f64 = 5.0;
 
 /// The noise of each block of equations, and the noisy ones of the fixed columns.
 type Noises<'a> = (Vec<&'a [f64]>, Vec<Noisy<'a>>);

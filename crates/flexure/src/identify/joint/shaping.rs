@@ -4,18 +4,23 @@
 //! Kaufman's Jacobian), in the [`Condensed`] equations; the best minimum is finished in the equations themselves.
 
 use super::basis::mean_of;
-use super::condensed::{Condensed, Lowest};
+use super::condensed::{Condensed, Held, Lowest};
 use super::departure::Departure;
 use super::equations::{Column, Equations, Robust, Solution};
 use super::forms::{FormName, Shaped, Term};
 use super::fourier::Modulation;
 use super::noisy::{Abscissa, Noisy, Slopes};
 use super::pair::Splines;
+use super::parametric::LARGEST_STRIBECK;
 use super::profile;
 use crate::linalg::Complex;
 
 /// The longest step of a logarithm that finishes a minimum of the condensed equations.
 const LONGEST: f64 = 0.5;
+/// Stribeck factors g1, as shares of g4, that are tried where the lowest minimum has one that no arm has.
+const STRIBECK_SHARES: [f64; 5] = [0.1, 0.25, 0.5, 1.0, 2.0];
+/// The quantile of 95 % of chi squared with four degrees of freedom: what g1, g2, g3 and g5 take by chance.
+const AS_WELL: f64 = 9.49;
 /// Half the distance of the points between which a slope is taken, as a share of the largest abscissa.
 const SLOPE_STEP: f64 = 1e-6;
 
@@ -189,10 +194,10 @@ impl Shaping<'_> {
         let minima: Vec<Lowest> = starts
             .filter_map(|s| Some(self.in_order(condensed.lowest(&self.shapes, s, None)?)))
             .collect();
-        let best = minima
-            .iter()
-            .min_by(|a, b| a.objective.total_cmp(&b.objective))?
-            .clone();
+        let lowest = minima.iter().min_by(|a, b| a.objective.total_cmp(&b.objective))?;
+        let best = self
+            .possible_instead(condensed, lowest, &minima)
+            .unwrap_or_else(|| lowest.clone());
         let mut fit = self.near(&best.logs)?;
         fit.intervals = profile::intervals(condensed, &self.shapes, &fit, &best, &minima);
         Some(fit)
@@ -210,6 +215,50 @@ impl Shaping<'_> {
             log += term.shapes();
         }
         lowest
+    }
+
+    /// Whether all frictions (12) are such as an arm can have.
+    fn possible(&self, factors: &[f64], logs: &[f64]) -> bool {
+        self.impossible(factors, logs).is_none()
+    }
+
+    /// The number of the first factor of the first friction (12) that no arm has: one with a negative term, or with a Stribeck part that
+    /// is the small difference of large terms.
+    fn impossible(&self, factors: &[f64], logs: &[f64]) -> Option<usize> {
+        let (mut factor, mut log) = (0, 0);
+        for shape in &self.shapes {
+            let own = &factors[factor..factor + shape.terms.len()];
+            if let ([Term::TanhDifference, ..], [g1, g4, g6, ..]) = (&shape.terms[..], own) {
+                let positive = [g1, g4, g6].into_iter().all(|g| *g >= 0.0);
+                if !(positive && *g1 <= LARGEST_STRIBECK * g4 && logs[log] >= logs[log + 1]) {
+                    return Some(factor);
+                }
+            }
+            factor += shape.terms.len();
+            log += shape.terms.iter().map(|t| t.shapes()).sum::<usize>();
+        }
+        None
+    }
+
+    /// Instead of a minimum that no arm has, one that an arm can have and that fits as well but for chance: the terms of (12) make up
+    /// for each other, and the lowest of their sums may be of terms that no friction has.
+    fn possible_instead(&self, condensed: &Condensed, lowest: &Lowest, minima: &[Lowest]) -> Option<Lowest> {
+        let g1 = self.impossible(&lowest.factors, &lowest.logs)?;
+        let lines: usize = self.right.iter().map(Vec::len).sum();
+        let scale = lowest.objective / (2 * lines) as f64;
+        let held = |start: &Lowest| {
+            let size = lowest.factors[g1 + 1].abs();
+            let logs = start.logs.clone();
+            STRIBECK_SHARES.iter().filter_map(move |share| {
+                let held = Held::Factor(g1, share * size);
+                Some(self.in_order(condensed.lowest(&self.shapes, &logs, Some(held))?))
+            })
+        };
+        let others = minima.iter().flat_map(held);
+        (minima.iter().cloned().chain(others))
+            .filter(|found| self.possible(&found.factors, &found.logs))
+            .filter(|found| found.objective - lowest.objective < AS_WELL * scale)
+            .min_by(|a, b| a.objective.total_cmp(&b.objective))
     }
 
     /// What the splines of all curves explain beside their forms.
@@ -243,7 +292,12 @@ impl Shaping<'_> {
         if !logs.is_empty() && steps.iter().all(|s| s.abs() < LONGEST) {
             let moved: Vec<f64> = logs.iter().zip(steps).map(|(t, s)| t + s).collect();
             let there = self.equations(self.factors(&moved), self.noisy(&moved, None)).solve();
-            if let Some(there) = there.filter(|there| there.objective < best.objective) {
+            // Not from a friction that an arm can have to one that none has.
+            let allowed = |there: &Solution| {
+                let fixed = self.fixed.len();
+                self.possible(&there.x[fixed..], &moved) || !self.possible(&best.x[fixed..], logs)
+            };
+            if let Some(there) = there.filter(|there| there.objective < best.objective && allowed(there)) {
                 (end, best) = (moved, there);
             }
         }
@@ -277,53 +331,5 @@ impl Shaping<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::identify::joint::basis::Basis;
-
-    /// (12) is the same with g1 of the other sign and g2 and g3 exchanged; only the one with a positive g1 is a friction.
-    #[test]
-    fn a_difference_of_two_alike_has_a_positive_factor() {
-        let v: Vec<f64> = (0..400).map(|i| (0.05 * f64::from(i)).sin()).collect();
-        let beside = (Basis::friction(&v, 5), Vec::new());
-        let modulation = Modulation::new(v.len(), 0.01, 10.0);
-        let shape = Shape {
-            terms: Vec::new(),
-            x: &v,
-            signs: vec![1.0],
-            width: 0.0,
-            beside: &beside,
-            abscissa: Abscissa::default(),
-        };
-        let shaping = Shaping {
-            fixed: Vec::new(),
-            right: Vec::new(),
-            noise: Vec::new(),
-            noisy: Vec::new(),
-            shapes: vec![shape.with(FormName::SmoothStribeck)],
-            modulation: &modulation,
-        };
-        let lowest = |g1: f64, logs: [f64; 3]| Lowest {
-            objective: 1.0,
-            factors: vec![g1, 2.0, 0.3],
-            logs: logs.to_vec(),
-        };
-        let value = |lowest: &Lowest, v: f64| {
-            let curve = Shaped {
-                terms: shaping.shapes[0].terms.clone(),
-                factors: lowest.factors.clone(),
-                logs: lowest.logs.clone(),
-                width: 0.0,
-            };
-            curve.value(v)
-        };
-        for (g1, logs) in [(-0.7, [1.0, 3.0, 2.0]), (0.7, [3.0, 1.0, 2.0])] {
-            let given = lowest(g1, logs);
-            let found = shaping.in_order(given.clone());
-            assert_eq!((found.factors[0], &found.logs[..]), (0.7, &[3.0, 1.0, 2.0][..]));
-            for v in [-0.4, 0.01, 0.2] {
-                assert!((value(&found, v) - value(&given, v)).abs() < 1e-15);
-            }
-        }
-    }
-}
+#[path = "shaping_tests.rs"]
+mod tests;

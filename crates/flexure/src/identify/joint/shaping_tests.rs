@@ -1,0 +1,120 @@
+use super::*;
+use crate::identify::joint::basis::Basis;
+
+/// (12) is the same with g1 of the other sign and g2 and g3 exchanged; only the one with a positive g1 is a friction.
+#[test]
+fn a_difference_of_two_alike_has_a_positive_factor() {
+    let v: Vec<f64> = (0..400).map(|i| (0.05 * f64::from(i)).sin()).collect();
+    let beside = (Basis::friction(&v, 5), Vec::new());
+    let modulation = Modulation::new(v.len(), 0.01, 10.0);
+    let shape = Shape {
+        terms: Vec::new(),
+        x: &v,
+        signs: vec![1.0],
+        width: 0.0,
+        beside: &beside,
+        abscissa: Abscissa::default(),
+    };
+    let shaping = Shaping {
+        fixed: Vec::new(),
+        right: Vec::new(),
+        noise: Vec::new(),
+        noisy: Vec::new(),
+        shapes: vec![shape.with(FormName::SmoothStribeck)],
+        modulation: &modulation,
+    };
+    let lowest = |g1: f64, logs: [f64; 3]| Lowest {
+        objective: 1.0,
+        factors: vec![g1, 2.0, 0.3],
+        logs: logs.to_vec(),
+    };
+    let value = |lowest: &Lowest, v: f64| {
+        let curve = Shaped {
+            terms: shaping.shapes[0].terms.clone(),
+            factors: lowest.factors.clone(),
+            logs: lowest.logs.clone(),
+            width: 0.0,
+        };
+        curve.value(v)
+    };
+    for (g1, logs) in [(-0.7, [1.0, 3.0, 2.0]), (0.7, [3.0, 1.0, 2.0])] {
+        let given = lowest(g1, logs);
+        let found = shaping.in_order(given.clone());
+        assert_eq!((found.factors[0], &found.logs[..]), (0.7, &[3.0, 1.0, 2.0][..]));
+        for v in [-0.4, 0.01, 0.2] {
+            assert!((value(&found, v) - value(&given, v)).abs() < 1e-15);
+        }
+    }
+}
+
+/// Terms that make up for each other have their lowest sum now and then at ones that no friction has; what an arm can have fits as
+/// well there, as the truth does.
+#[test]
+fn a_friction_that_no_arm_has_gives_way_to_one_that_fits_as_well() {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    let (n, step, sd) = (6000, 0.01, 0.5);
+    let at = |i: usize| step * i as f64;
+    let v: Vec<f64> = (0..n)
+        .map(|i| 0.1 * (0.7 * at(i)).sin() + 0.05 * (1.9 * at(i)).cos())
+        .collect();
+    let friction = |v: f64| 0.5 * ((150.0 * v).tanh() - (50.0 * v).tanh()) + 2.0 * (100.0 * v).tanh() + 0.5 * v;
+    let modulation = Modulation::new(n, step, 20.0);
+    let noise = vec![sd * sd; modulation.len()];
+    let beside = (Basis::friction(&v, 5), Vec::new());
+    let starts: Vec<Vec<f64>> = [[300.0_f64, 30.0, 100.0], [100.0, 30.0, 30.0], [300.0, 100.0, 200.0]]
+        .map(|slopes| slopes.map(f64::ln).to_vec())
+        .to_vec();
+    let (mut impossible, mut possible) = (0, 0);
+    for seed in 0..16 {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let tau: Vec<f64> = mean_of(&v, friction).iter().map(|f| f + sd * normal()).collect();
+        let shape = Shape {
+            terms: Vec::new(),
+            x: &v,
+            signs: vec![1.0],
+            width: 0.0,
+            beside: &beside,
+            abscissa: Abscissa::default(),
+        };
+        let shaping = Shaping {
+            fixed: Vec::new(),
+            right: vec![modulation.of(&tau)],
+            noise: vec![&noise],
+            noisy: Vec::new(),
+            shapes: vec![shape.with(FormName::SmoothStribeck)],
+            modulation: &modulation,
+        };
+        let condensed = Condensed::new(&shaping);
+        let minima: Vec<Lowest> = (starts.iter())
+            .map(|start| shaping.in_order(condensed.lowest(&shaping.shapes, start, None).unwrap()))
+            .collect();
+        let lowest = minima
+            .iter()
+            .min_by(|a, b| a.objective.total_cmp(&b.objective))
+            .unwrap();
+        if shaping.possible(&lowest.factors, &lowest.logs) {
+            continue;
+        }
+        impossible += 1;
+        let Some(instead) = shaping.possible_instead(&condensed, lowest, &minima) else {
+            continue;
+        };
+        possible += 1;
+        assert!(shaping.possible(&instead.factors, &instead.logs) && instead.objective >= lowest.objective);
+        let curve = Shaped {
+            terms: shaping.shapes[0].terms.clone(),
+            factors: instead.factors,
+            logs: instead.logs,
+            width: 0.0,
+        };
+        for v in [-0.1, -0.01, 0.004, 0.02, 0.12] {
+            assert!((curve.value(v) - friction(v)).abs() < 0.2, "seed {seed}, {v}");
+        }
+    }
+    assert!(
+        impossible > 2 && possible >= impossible - 1,
+        "{possible} of {impossible}"
+    );
+}
