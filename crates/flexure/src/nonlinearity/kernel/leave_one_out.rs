@@ -158,22 +158,26 @@ impl Visit for Errors<'_> {
 /// others' sums of K.
 #[inline(always)]
 fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> (f64, f64) {
-    // Several at a time, that none waits for the one before.
+    // Several at a time, that none waits for the one before and two divisions are made as one.
     let (mut sum, mut least) = ([0.0; LANES], [f64::INFINITY; LANES]);
-    let mut add = |k: usize, lane: usize| {
-        let w = weight(k);
-        let (residual, rest) = residual_without(y[k], w, sums[k]);
+    let mut add = |lane: usize, w: f64, (residual, rest): (f64, f64)| {
         sum[lane] += w * residual * residual;
         least[lane] = if rest < least[lane] { rest } else { least[lane] };
     };
-    let whole = y.len() / LANES * LANES;
-    for first in (0..whole).step_by(LANES) {
+    let (groups, last) = y.as_chunks::<LANES>();
+    let (of_groups, of_last) = sums.as_chunks::<LANES>();
+    for (k, (y, sums)) in groups.iter().zip(of_groups).enumerate() {
+        let w: [f64; LANES] = std::array::from_fn(|lane| weight(k * LANES + lane));
+        let (s, t) = (sums.map(|[s, _]| s), sums.map(|[_, t]| t));
+        let mut left = [(0.0, 0.0); LANES];
         for lane in 0..LANES {
-            add(first + lane, lane);
+            left[lane] = residual_without(y[lane], w[lane], [s[lane], t[lane]]);
         }
+        (0..LANES).for_each(|lane| add(lane, w[lane], left[lane]));
     }
-    for k in whole..y.len() {
-        add(k, 0);
+    for (k, (y, sums)) in last.iter().zip(of_last).enumerate() {
+        let w = weight(groups.len() * LANES + k);
+        add(0, w, residual_without(*y, w, *sums));
     }
     (sum.iter().sum(), least.into_iter().fold(f64::INFINITY, f64::min))
 }
