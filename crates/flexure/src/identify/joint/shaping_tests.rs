@@ -1,28 +1,33 @@
 use super::*;
 use crate::identify::joint::basis::Basis;
 
+/// Equations of nothing but a friction (12), without their right-hand side.
+fn friction_alone<'a>(v: &'a [f64], beside: &'a Splines, modulation: &'a Modulation) -> Shaping<'a> {
+    let shape = Shape {
+        terms: Vec::new(),
+        x: v,
+        signs: vec![1.0],
+        width: 0.0,
+        beside,
+        abscissa: Abscissa::default(),
+    };
+    Shaping {
+        fixed: Vec::new(),
+        right: Vec::new(),
+        noise: Vec::new(),
+        noisy: Vec::new(),
+        shapes: vec![shape.with(FormName::SmoothStribeck)],
+        modulation,
+    }
+}
+
 /// (12) is the same with g1 of the other sign and g2 and g3 exchanged; only the one with a positive g1 is a friction.
 #[test]
 fn a_difference_of_two_alike_has_a_positive_factor() {
     let v: Vec<f64> = (0..400).map(|i| (0.05 * f64::from(i)).sin()).collect();
     let beside = (Basis::friction(&v, 5), Vec::new());
     let modulation = Modulation::new(v.len(), 0.01, 10.0);
-    let shape = Shape {
-        terms: Vec::new(),
-        x: &v,
-        signs: vec![1.0],
-        width: 0.0,
-        beside: &beside,
-        abscissa: Abscissa::default(),
-    };
-    let shaping = Shaping {
-        fixed: Vec::new(),
-        right: Vec::new(),
-        noise: Vec::new(),
-        noisy: Vec::new(),
-        shapes: vec![shape.with(FormName::SmoothStribeck)],
-        modulation: &modulation,
-    };
+    let shaping = friction_alone(&v, &beside, &modulation);
     let lowest = |g1: f64, logs: [f64; 3]| Lowest {
         objective: 1.0,
         factors: vec![g1, 2.0, 0.3],
@@ -70,21 +75,10 @@ fn a_friction_that_no_arm_has_gives_way_to_one_that_fits_as_well() {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let tau: Vec<f64> = mean_of(&v, friction).iter().map(|f| f + sd * normal()).collect();
-        let shape = Shape {
-            terms: Vec::new(),
-            x: &v,
-            signs: vec![1.0],
-            width: 0.0,
-            beside: &beside,
-            abscissa: Abscissa::default(),
-        };
         let shaping = Shaping {
-            fixed: Vec::new(),
             right: vec![modulation.of(&tau)],
             noise: vec![&noise],
-            noisy: Vec::new(),
-            shapes: vec![shape.with(FormName::SmoothStribeck)],
-            modulation: &modulation,
+            ..friction_alone(&v, &beside, &modulation)
         };
         let condensed = Condensed::new(&shaping);
         let minima: Vec<Lowest> = (starts.iter())
