@@ -203,12 +203,7 @@ fn linear(data: &Signals, order: usize, delays: &[usize], monitor: &mut Monitor<
             sections: Vec::new(),
         },
     };
-    let approximated = Data {
-        u: branch.delayed(u),
-        y: data.y.clone(),
-        from: data.from,
-        dependence: 1.0,
-    };
+    let approximated = Data::new(branch.delayed(u), data.y.clone(), data.from);
     branch.linear = approximate(&approximated, order.max(1), monitor)?.system;
     shape.straighten();
     branch.shape = shape;

@@ -179,12 +179,7 @@ mod tests {
 
     #[test]
     fn every_derivative_agrees_with_a_difference_and_a_gain_in_front_is_not_free() {
-        let data = Data {
-            u: noise(200, 1),
-            y: noise(200, 2),
-            from: 20,
-            dependence: 1.0,
-        };
+        let data = Data::new(noise(200, 1), noise(200, 2), 20);
         let sum = Sum::new(
             vec![
                 branch(&[0.6], &[0.3, -0.4], &[0.1, -0.5, 0.3, 0.8, 0.2]),

@@ -17,13 +17,14 @@ use super::descent::{Residuals, descend};
 use super::monitor::Monitor;
 use super::products::normal_equations;
 use super::rational::convolved;
+use super::whitened::Whitened;
 use crate::linalg;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::whitening;
 use crate::linear::levenberg_marquardt::NormalEquations;
 
 /// Samples for each coefficient of the autoregression.
-const SAMPLES_A_COEFFICIENT: usize = 50;
+pub(super) const SAMPLES_A_COEFFICIENT: usize = 50;
 /// The probability that a true model stays as it is: small, as those that stay are the ones with the largest errors of their own,
 /// and a rise of the simulation error by no more than chance does costs little.
 const LEVEL: f64 = 1e-4;
@@ -56,32 +57,7 @@ pub(in crate::identify) fn efficient(
     (after - squares(&before) <= limit).then_some((parameters, after))
 }
 
-/// Residuals through an autoregression.
-struct Whitened<'a, P> {
-    problem: &'a P,
-    filter: &'a [f64],
-}
-
-impl<P: Residuals> Residuals for Whitened<'_, P> {
-    fn from(&self) -> usize {
-        self.problem.from().max(self.filter.len() - 1)
-    }
-
-    fn residuals(&self, parameters: &[f64]) -> Option<Vec<f64>> {
-        Some(convolved(self.filter, &self.problem.residuals(parameters)?))
-    }
-
-    fn linearise(&self, parameters: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let (residuals, jacobian) = self.problem.linearise(parameters);
-        (convolved(self.filter, &residuals), self.through(&jacobian))
-    }
-}
-
 impl<P: Residuals> Whitened<'_, P> {
-    fn through(&self, jacobian: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        jacobian.par_iter().map(|c| convolved(self.filter, c)).collect()
-    }
-
     /// How much the sum of squared simulation errors of a true model may rise from least squares, which ended in `at`, to
     /// generalised least squares; `None` if a Gauss-Newton step already rises by more.
     ///

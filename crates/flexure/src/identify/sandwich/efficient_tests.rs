@@ -162,12 +162,7 @@ fn the_first_response_by_output_error_becomes_several_times_more_exact() {
     for seed in 0..12 {
         let u = slow(2 * seed, 1500);
         let y = sum(&filtered(&b, &a, &u), &noise(2 * seed + 1, 1500));
-        let data = Data {
-            u,
-            y,
-            from: 50,
-            dependence: 1.0,
-        };
+        let data = Data::new(u, y, 50);
         let go = &mut |_| ControlFlow::Continue(());
         let mut monitor = Monitor::new(go);
         let least = approximate(&data, 2, &mut monitor).unwrap();
@@ -199,12 +194,7 @@ fn a_sandwich_becomes_more_exact() {
     for seed in 0..8 {
         let u = slow(2 * seed, 1500);
         let y = sum(&system.run(&u), &noise(2 * seed + 1, 1500));
-        let data = Data {
-            u,
-            y,
-            from: 50,
-            dependence: 1.0,
-        };
+        let data = Data::new(u, y, 50);
         let loss = SandwichLoss::new(system.clone(), &data);
         let go = &mut |_| ControlFlow::Continue(());
         let (least, _) = descend(&loss, loss.start(), 60, 1e-9, &mut Monitor::new(go)).unwrap();

@@ -104,16 +104,46 @@ pub(in crate::identify) struct Data {
     pub from: usize,
     /// So many of them carry as much information as one whose error is independent of the others'.
     pub dependence: f64,
+    /// The polynomial that errors go through before they count: 1, or what whitens them.
+    pub filter: Vec<f64>,
 }
 
 impl Data {
+    /// All errors as they are, and independent of one another.
+    pub fn new(u: Vec<f64>, y: Vec<f64>, from: usize) -> Data {
+        Data {
+            u,
+            y,
+            from,
+            dependence: 1.0,
+            filter: vec![1.0],
+        }
+    }
+
+    /// The same samples, with errors that count as `filter` leaves them, independent of one another.
+    pub fn through(&self, filter: Vec<f64>) -> Data {
+        Data {
+            from: self.from.max(filter.len() - 1),
+            filter,
+            dependence: 1.0,
+            ..self.clone()
+        }
+    }
+
     pub fn counted(&self) -> usize {
         self.y.len() - self.from
     }
 
     pub fn squares(&self, output: &[f64]) -> f64 {
-        let errors = output[self.from..].iter().zip(&self.y[self.from..]);
-        errors.map(|(p, y)| (p - y) * (p - y)).sum()
+        let errors = output.iter().zip(&self.y).map(|(p, y)| p - y);
+        if self.filter.len() == 1 {
+            return errors.skip(self.from).map(|e| e * e).sum();
+        }
+        let errors: Vec<f64> = errors.collect();
+        convolved(&self.filter, &errors)[self.from..]
+            .iter()
+            .map(|e| e * e)
+            .sum()
     }
 
     /// The first samples, so many of which count, or all.
@@ -124,6 +154,7 @@ impl Data {
             y: self.y[..n].to_vec(),
             from: self.from,
             dependence: self.dependence,
+            filter: self.filter.clone(),
         }
     }
 }

@@ -45,12 +45,7 @@ fn with_instant(constants: bool) -> Sandwich {
 #[test]
 fn every_derivative_agrees_with_a_difference() {
     for (constants, between) in [(true, false), (false, false), (true, true), (false, true)] {
-        let data = Data {
-            u: noise(200, 1),
-            y: noise(200, 2),
-            from: 20,
-            dependence: 1.0,
-        };
+        let data = Data::new(noise(200, 1), noise(200, 2), 20);
         let loss = SandwichLoss::new(
             if between {
                 with_instant(constants)
@@ -73,12 +68,7 @@ fn every_derivative_agrees_with_a_difference() {
 
 #[test]
 fn an_unstable_block_is_not_admissible() {
-    let data = Data {
-        u: noise(50, 1),
-        y: noise(50, 2),
-        from: 0,
-        dependence: 1.0,
-    };
+    let data = Data::new(noise(50, 1), noise(50, 2), 0);
     let loss = SandwichLoss::new(sandwich(true), &data);
     let mut p = loss.start();
     p[4] = 1.01;

@@ -36,6 +36,7 @@ mod split;
 mod structure;
 #[cfg(test)]
 mod tests;
+mod whitened;
 
 use std::ops::ControlFlow;
 

@@ -2,13 +2,15 @@
 
 use super::super::criterion;
 use super::descent::descend;
-use super::efficient::efficient;
+use super::efficient::{SAMPLES_A_COEFFICIENT, efficient};
 use super::intersample::with_instant_between;
 use super::loss::{Data, Sandwich, SandwichLoss};
 use super::monitor::Monitor;
 use super::shape::{Roughness, thinned};
 use super::split::{Candidate, refit_coefficients};
 use super::structure::{Form, neighbours};
+use super::whitened::Whitened;
+use crate::linear::autoregression::whitening;
 use crate::linear::correlation::variance;
 
 /// Samples that the structure is chosen on.
@@ -28,6 +30,8 @@ const EVEN: f64 = 0.3;
 const ROUNDS: usize = 16;
 /// Steps that judge a structural change.
 pub(in crate::identify) const TRIAL_STEPS: usize = 12;
+/// Steps of the last fit.
+pub(super) const LAST_STEPS: usize = 80;
 
 /// A structure that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,7 +118,16 @@ pub(in crate::identify) fn fitted(
     monitor: &mut Monitor<'_>,
 ) -> Candidate {
     let loss = SandwichLoss::new(c.sandwich.clone(), data);
-    match descend(&loss, loss.start(), steps, tolerance, monitor) {
+    let found = if data.filter.len() == 1 {
+        descend(&loss, loss.start(), steps, tolerance, monitor)
+    } else {
+        let whitened = Whitened {
+            problem: &loss,
+            filter: &data.filter,
+        };
+        descend(&whitened, loss.start(), steps, tolerance, monitor)
+    };
+    match found {
         Some((p, squares)) => Candidate {
             sandwich: loss.sandwich(&p),
             squares,
@@ -123,16 +136,47 @@ pub(in crate::identify) fn fitted(
     }
 }
 
-/// The parameters by generalised least squares, if the error is coloured noise.
-pub(super) fn fitted_efficiently(c: Candidate, data: &Data, monitor: &mut Monitor<'_>) -> Candidate {
+/// The parameters by generalised least squares; `None` unless the error is coloured noise.
+pub(super) fn fitted_efficiently(c: &Candidate, data: &Data, monitor: &mut Monitor<'_>) -> Option<Candidate> {
     let loss = SandwichLoss::new(c.sandwich.clone(), data);
-    match efficient(&loss, &loss.start(), monitor) {
-        Some((p, squares)) => Candidate {
-            sandwich: loss.sandwich(&p),
-            squares,
-        },
-        None => c,
+    let (p, squares) = efficient(&loss, &loss.start(), monitor)?;
+    Some(Candidate {
+        sandwich: loss.sandwich(&p),
+        squares,
+    })
+}
+
+/// The structure chosen anew, by errors made white, for one that generalised least squares fits; all parameters by that.
+///
+/// Of coloured errors the criterion sees the sum of squares, most of which may be slow noise, and not what stands out from the
+/// noise at other frequencies: it then takes too few pieces. `None` where the new structure's error is not coloured noise.
+pub(super) fn restructured_efficiently(
+    c: &Candidate,
+    form: Form,
+    data: &Data,
+    monitor: &mut Monitor<'_>,
+) -> Option<Candidate> {
+    let mut errors = c.sandwich.run(&data.u);
+    errors.iter_mut().zip(&data.y).for_each(|(e, y)| *e -= y);
+    let filter = whitening(&errors[data.from..], SAMPLES_A_COEFFICIENT);
+    if filter.len() == 1 {
+        return None;
     }
+    let white = data.through(filter);
+    let start = Candidate {
+        squares: white.squares(&c.sandwich.run(&data.u)),
+        sandwich: c.sandwich.clone(),
+    };
+    // Their errors are not those of simulation, which is what the structures that were tried are listed by.
+    let unlisted = &mut Vec::new();
+    let found = match start.sandwich.between {
+        Some(_) => start,
+        None => restructure(start, form, &white, monitor, unlisted),
+    };
+    let found = pieces(found, &white, TRIAL_STEPS, monitor, unlisted);
+    let squares = data.squares(&found.sandwich.run(&data.u));
+    let found = fitted(Candidate { squares, ..found }, data, LAST_STEPS, 1e-6, monitor);
+    fitted_efficiently(&anchored(found, data), data, monitor)
 }
 
 /// The nonlinearity on new breakpoints, dense where it is rough; the intermediate signal at unit variance.
@@ -295,12 +339,7 @@ mod tests {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
         let u: Vec<f64> = (0..2000).map(|_| rng.random_range(-1.0..1.0)).collect();
         let y: Vec<f64> = u.iter().map(|u| u.max(0.0)).collect();
-        let data = Data {
-            u,
-            y,
-            from: 0,
-            dependence: 1.0,
-        };
+        let data = Data::new(u, y, 0);
         let candidate = |breakpoints: &[f64]| {
             let mut shape = Shape::new(breakpoints);
             let last = shape.c.len() - 1;

@@ -6,8 +6,8 @@ use super::monitor::{Monitor, Stage};
 use super::outcome::{ApproximationScore, Scales};
 use super::rational::Rational;
 use super::refine::{
-    STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, fitted_efficiently, intersample,
-    parameters, pieces, restructure, with_pieces,
+    LAST_STEPS, STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, fitted_efficiently,
+    intersample, parameters, pieces, restructure, restructured_efficiently, with_pieces,
 };
 use super::shape::Shape;
 use super::split::{Candidate, fit_shape, split};
@@ -29,8 +29,6 @@ const SCREENED: usize = 8;
 const SURVIVORS: [usize; 2] = [8, 3];
 /// Pieces of the nonlinearity in the screening's second round.
 const SCREENING_PIECES: usize = 16;
-/// Steps of the last fit.
-const LAST_STEPS: usize = 80;
 
 /// The samples of a fit at zero mean and unit variance, without the pure delay, and their linear approximations.
 #[derive(Debug, Clone)]
@@ -82,14 +80,10 @@ impl Prepared {
             scales.input.standardised(&u[first..]),
             scales.output.standardised(&y[first..]),
         );
+        let from = (u.len() / 10).min(FIRST_LEFT_OUT);
         let mut prepared = Prepared {
             scales,
-            data: Data {
-                from: (u.len() / 10).min(FIRST_LEFT_OUT),
-                u,
-                y,
-                dependence: 1.0,
-            },
+            data: Data::new(u, y, from),
             delay: 0,
             approximations: Vec::new(),
         };
@@ -222,7 +216,10 @@ pub(in crate::identify) fn search(
         whole = intersample(whole, &data, monitor, &mut tried);
     }
     let last = fitted(anchored(whole, &data), &data, LAST_STEPS, 1e-6, monitor);
-    let last = fitted_efficiently(anchored(last, &data), &data, monitor);
+    let last = anchored(last, &data);
+    let efficient =
+        restructured_efficiently(&last, form, &data, monitor).or_else(|| fitted_efficiently(&last, &data, monitor));
+    let last = efficient.unwrap_or(last);
     tried.push(last.tried(&data));
     Some(Found {
         sandwich: last.sandwich,

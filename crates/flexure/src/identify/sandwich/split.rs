@@ -171,10 +171,11 @@ pub(super) fn refit_coefficients(mut sandwich: Sandwich, breakpoints: &[f64], da
             }
         }
     }
-    let columns: Vec<Vec<f64>> = columns.par_iter().map(|c| back.all_pole(c)).collect();
+    let through = |c: &Vec<f64>| convolved(&data.filter, &back.all_pole(c));
+    let columns: Vec<Vec<f64>> = columns.par_iter().map(through).collect();
     let level = mean(&data.y[data.from..]);
     let minus: Vec<f64> = data.y.iter().map(|y| level - y).collect();
-    sandwich.shape.c = solve(&normal_equations(&minus, &columns, data.from))?;
+    sandwich.shape.c = solve(&normal_equations(&convolved(&data.filter, &minus), &columns, data.from))?;
     sandwich.offset = level;
     let squares = data.squares(&sandwich.run(&data.u));
     squares.is_finite().then_some(Candidate { sandwich, squares })
