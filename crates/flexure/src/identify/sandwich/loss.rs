@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::descent::Residuals;
 use super::rational::{Rational, convolved};
-use super::shape::{Local, Shape};
+use super::shape::{Kink, Local, Shape};
 
 /// Linear, static, linear.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,6 +67,7 @@ impl Sandwich {
     pub fn parameters(&self) -> Vec<f64> {
         let mut p = self.front.parameters();
         p.extend(&self.shape.c);
+        p.extend(self.shape.kinks.iter().flat_map(|k| [k.at, k.bend]));
         p.extend(self.back.parameters());
         p.extend(self.between.iter().flat_map(|b| b.front.iter().chain(&b.back)));
         p.push(self.offset);
@@ -75,10 +76,14 @@ impl Sandwich {
 
     pub fn with(&self, p: &[f64]) -> Sandwich {
         let first = self.front.b.len() + self.front.order();
-        let second = first + self.shape.c.len();
+        let kinks = first + self.shape.c.len();
+        let second = kinks + 2 * self.shape.kinks.len();
         let third = second + self.back.b.len() + self.back.order();
         let mut shape = self.shape.clone();
-        shape.c.copy_from_slice(&p[first..second]);
+        shape.c.copy_from_slice(&p[first..kinks]);
+        for (kink, p) in shape.kinks.iter_mut().zip(p[kinks..second].chunks_exact(2)) {
+            (kink.at, kink.bend) = (p[0], p[1]);
+        }
         Sandwich {
             front: self.front.with(&p[..first]),
             shape,
@@ -165,6 +170,8 @@ enum Column {
     FrontNumerator(usize, usize),
     FrontSection(usize, usize),
     Coefficient(usize),
+    Place(usize),
+    Bend(usize),
     BackNumerator(usize, usize),
     BackSection(usize, usize),
     Offset,
@@ -185,7 +192,13 @@ struct Instant<'a> {
 impl<'a> Instant<'a> {
     fn new(s: &Sandwich, w: Vec<f64>, back: &'a [f64]) -> Self {
         let local: Vec<Local> = w.iter().map(|w| s.shape.local(*w)).collect();
-        let (z, slope): (Vec<f64>, Vec<f64>) = local.iter().map(|l| s.shape.combine(l)).unzip();
+        let (mut z, mut slope): (Vec<f64>, Vec<f64>) = local.iter().map(|l| s.shape.combine(l)).unzip();
+        if !s.shape.kinks.is_empty() {
+            for ((z, slope), w) in z.iter_mut().zip(&mut slope).zip(&w) {
+                let (more, steeper) = s.shape.kinked(*w);
+                (*z, *slope) = (*z + more, *slope + steeper);
+            }
+        }
         Instant {
             back_pole: s.back.all_pole(&z),
             w,
@@ -202,6 +215,17 @@ impl<'a> Instant<'a> {
             _ => 0.0,
         };
         self.local.iter().map(value).collect()
+    }
+
+    /// What the nonlinearity gains as the kink's place moves on by one unit.
+    fn by_place(&self, kink: &Kink) -> Vec<f64> {
+        let gain = |w: &f64| if *w > kink.at { -kink.bend } else { 0.0 };
+        self.w.iter().map(gain).collect()
+    }
+
+    /// What it gains as the kink's bend grows by one unit.
+    fn by_bend(&self, kink: &Kink) -> Vec<f64> {
+        self.w.iter().map(|w| (w - kink.at).max(0.0)).collect()
     }
 }
 
@@ -287,19 +311,24 @@ impl<'a> SandwichLoss<'a> {
             }
             s.back.all_pole(&sum)
         };
+        // What a change of the nonlinearity does.
+        let outward = |change: &dyn Fn(&Instant) -> Vec<f64>| {
+            let mut sum = vec![0.0; u.len()];
+            for instant in &instants {
+                add(&mut sum, &convolved(instant.back, &change(instant)));
+            }
+            s.back.all_pole(&sum)
+        };
+        let kinks = &s.shape.kinks;
         let jacobian = self
             .columns
             .par_iter()
             .map(|column| match *column {
                 Column::FrontNumerator(m, i) => through(&mut std::iter::once((&instants[m], &all_pole)), i, 1.0),
                 Column::FrontSection(k, i) => through(&mut instants.iter().zip(&by_section[k]), i, -1.0),
-                Column::Coefficient(j) => {
-                    let mut sum = vec![0.0; u.len()];
-                    for instant in &instants {
-                        add(&mut sum, &convolved(instant.back, &instant.spline(j)));
-                    }
-                    s.back.all_pole(&sum)
-                }
+                Column::Coefficient(j) => outward(&|instant| instant.spline(j)),
+                Column::Place(k) => outward(&|instant| instant.by_place(&kinks[k])),
+                Column::Bend(k) => outward(&|instant| instant.by_bend(&kinks[k])),
                 Column::BackNumerator(m, i) => delayed(&instants[m].back_pole, i, 1.0),
                 Column::BackSection(k, i) => delayed(&back_section[k], i, -1.0),
                 Column::Offset => vec![1.0; u.len()],
@@ -348,6 +377,8 @@ fn free_columns(s: &Sandwich) -> (Vec<usize>, Vec<Column>) {
             .map(|&(k, i)| Some(Column::FrontSection(k, i))),
     );
     all.extend((0..s.shape.c.len()).map(|j| Some(Column::Coefficient(j))));
+    let kinks = 0..s.shape.kinks.len();
+    all.extend(kinks.flat_map(|k| [Column::Place(k), Column::Bend(k)].map(Some)));
     all.extend((0..s.back.b.len()).map(|i| (Some(i) != fixed).then_some(Column::BackNumerator(0, i))));
     all.extend(sections(&s.back).iter().map(|&(k, i)| Some(Column::BackSection(k, i))));
     if let Some(between) = &s.between {

@@ -16,6 +16,9 @@ fn sandwich(constants: bool) -> Sandwich {
     let single = |a1| Section { a: [a1, 0.0], order: 1 };
     let mut shape = Shape::new(&[-2.0, -0.7, 0.0, 0.4, 1.5]);
     shape.c.copy_from_slice(&[-1.0, -0.9, -0.2, 0.1, 0.6, 0.5, 0.9]);
+    shape.kinks = [(-0.31, 0.4), (0.23, -0.7)]
+        .map(|(at, bend)| Kink { at, bend })
+        .to_vec();
     Sandwich {
         front: Rational {
             b: vec![0.3, 0.1, -0.05],
@@ -55,10 +58,10 @@ fn every_derivative_agrees_with_a_difference() {
             &data,
         );
         let p = loss.start();
-        // 3 + 3 of the front, 7 coefficients, 2 + 3 of the back less the one that fixes the scale.
+        // 3 + 3 of the front, 7 coefficients, two kinks, 2 + 3 of the back less the one that fixes the scale.
         assert_eq!(
             p.len(),
-            3 + 3 + 7 + 2 + 3 - 1 + if between { 4 + 3 } else { 0 } + usize::from(!constants)
+            3 + 3 + 7 + 4 + 2 + 3 - 1 + if between { 4 + 3 } else { 0 } + usize::from(!constants)
         );
         let (residuals, jacobian) = loss.linearise(&p);
         assert_eq!(residuals, loss.residuals(&p).unwrap());

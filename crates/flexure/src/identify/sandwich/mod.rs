@@ -24,6 +24,7 @@ mod approximation;
 mod descent;
 mod efficient;
 mod intersample;
+mod kinks;
 mod loss;
 mod monitor;
 mod outcome;
@@ -172,6 +173,7 @@ pub(super) fn fit(
         front_order: found.sandwich.front.order(),
         back_order: found.sandwich.back.order(),
         breakpoints: blocks.breakpoints,
+        kinks: blocks.kinks,
         approximations: prepared.scores(),
         tried: found.tried,
         fitted: samples.fitted,

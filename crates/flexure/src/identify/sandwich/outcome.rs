@@ -53,7 +53,7 @@ pub struct SandwichIdentification {
     pub front: TransferFunction,
     /// The way through an instant between the samples, where the data show that the nonlinearity acts there too.
     pub intersample: Option<Intersample>,
-    /// The static nonlinearity, a cubic spline in tabulated form, straight on beyond the range of the fit.
+    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of the fit.
     pub nonlinearity: Curve,
     /// The last linear block, of unit static or peak gain. Always stable.
     pub back: TransferFunction,
@@ -65,6 +65,8 @@ pub struct SandwichIdentification {
     pub back_order: usize,
     /// The nonlinearity's breakpoints, increasing, in the unit of the intermediate signal.
     pub breakpoints: Vec<f64>,
+    /// Points at which the nonlinearity's slope changes at once, increasing, in the same unit.
+    pub kinks: Vec<f64>,
     /// The linear approximations that were tried.
     pub approximations: Vec<ApproximationScore>,
     /// The structures that were tried, in order.
@@ -152,6 +154,7 @@ pub(in crate::identify) struct Blocks {
     pub front: TransferFunction,
     pub curve: Curve,
     pub breakpoints: Vec<f64>,
+    pub kinks: Vec<f64>,
     pub back: TransferFunction,
     pub intersample: Option<Intersample>,
     pub offset: f64,
@@ -204,18 +207,20 @@ pub(in crate::identify) fn blocks(s: &Sandwich, prepared: &Prepared) -> Result<B
     }
     let ordinate = |x: f64| level + output.spread * back_gain * s.shape.value(x);
     let breakpoints = s.shape.breakpoints();
+    let kinks: Vec<f64> = s.shape.kinks.iter().map(|k| k.at).collect();
     let (mut low, mut high) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
     for w in s.intermediate(&data.u) {
         low = w[data.from..].iter().copied().fold(low, f64::min);
         high = w[data.from..].iter().copied().fold(high, f64::max);
     }
     let mut inner: Vec<f64> = even(low, high).chain(breakpoints.iter().copied()).collect();
+    inner.extend(&kinks);
     inner.sort_unstable_by(f64::total_cmp);
     // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
     let nearest = 1e-9 * (high - low);
     inner.dedup_by(|b, a| *b - *a <= nearest);
     let curve = |front: &Rational| tabulated(inner.iter().copied(), |x| abscissa(x, front), ordinate);
-    let breakpoints = mapped(breakpoints, |x| abscissa(x, &front));
+    let [breakpoints, kinks] = [breakpoints, &kinks].map(|at| mapped(at, |x| abscissa(x, &front)));
     let intersample = (s.between.as_ref())
         .map(|between| {
             let front = over(&between.front, &s.front, front_gain);
@@ -230,6 +235,7 @@ pub(in crate::identify) fn blocks(s: &Sandwich, prepared: &Prepared) -> Result<B
         curve: curve(&front)?,
         front: front.transfer_function(delay)?,
         breakpoints,
+        kinks,
         back: over(&s.back.b, &s.back, back_gain).transfer_function(0)?,
         intersample,
         offset,

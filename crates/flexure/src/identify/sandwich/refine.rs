@@ -4,6 +4,7 @@ use super::super::criterion;
 use super::descent::descend;
 use super::efficient::{SAMPLES_A_COEFFICIENT, efficient};
 use super::intersample::with_instant_between;
+use super::kinks::kinked;
 use super::loss::{Data, Sandwich, SandwichLoss};
 use super::monitor::Monitor;
 use super::shape::{Roughness, thinned};
@@ -46,6 +47,8 @@ pub struct TriedStructure {
     pub back_numerator: usize,
     /// Cubic pieces of the nonlinearity.
     pub pieces: usize,
+    /// Points at which its slope changes besides.
+    pub kinks: usize,
     /// Instants in a sampling interval at which the nonlinearity acts: 1, or 2.
     pub instants: usize,
     /// Samples that it was tried on.
@@ -69,12 +72,13 @@ pub(in crate::identify) fn dependence(output: &[f64], data: &Data) -> f64 {
 impl TriedStructure {
     /// The number of parameters that the data determine: all but the blocks' scales.
     pub fn parameters(&self) -> usize {
-        // A cubic spline has three parameters more than pieces; both linear blocks' scales are the nonlinearity's.
+        // A cubic spline has three parameters more than pieces, a kink a place and a bend; both linear blocks' scales are the nonlinearity's.
         let numerators = |instant: usize| match instant {
             0 => self.front_numerator + self.back_numerator,
             _ => self.front_numerator.max(self.front_order + 1) + self.back_numerator.max(self.back_order + 1),
         };
-        self.front_order + self.back_order + (0..self.instants).map(numerators).sum::<usize>() + self.pieces + 1
+        let linear = self.front_order + self.back_order + (0..self.instants).map(numerators).sum::<usize>();
+        linear + self.pieces + 1 + 2 * self.kinks
     }
 }
 
@@ -101,6 +105,7 @@ impl Candidate {
             back_order: s.back.order(),
             back_numerator: s.back.b.len(),
             pieces: s.shape.breakpoints().len() - 1,
+            kinks: s.shape.kinks.len(),
             instants: s.instants().count(),
             samples: data.counted(),
             relative_error: (self.squares / data.counted() as f64).sqrt(),
@@ -174,6 +179,7 @@ pub(super) fn restructured_efficiently(
         None => restructure(start, form, &white, monitor, unlisted),
     };
     let found = pieces(found, &white, TRIAL_STEPS, monitor, unlisted);
+    let found = kinked(found, &white, monitor, unlisted);
     let squares = data.squares(&found.sandwich.run(&data.u));
     let found = fitted(Candidate { squares, ..found }, data, LAST_STEPS, 1e-6, monitor);
     fitted_efficiently(&anchored(found, data), data, monitor)
@@ -201,6 +207,7 @@ pub(in crate::identify) fn with_pieces(c: &Candidate, pieces: usize, data: &Data
         let mut scaled = s.clone();
         let between = scaled.between.iter_mut().flat_map(|b| &mut b.front);
         scaled.front.b.iter_mut().chain(between).for_each(|b| *b /= spread);
+        scaled.shape.kinks.iter_mut().for_each(|k| k.at /= spread);
         let at: Vec<f64> = at.iter().map(|x| x / spread).collect();
         refit_coefficients(scaled, &at, data)
     };
@@ -239,7 +246,7 @@ pub(super) fn anchored(c: Candidate, data: &Data) -> Candidate {
 }
 
 /// The fewest samples in a piece of the nonlinearity.
-fn fewest_in_piece(data: &Data) -> usize {
+pub(super) fn fewest_in_piece(data: &Data) -> usize {
     (data.counted() / FINEST_PIECES).clamp(8, 50)
 }
 

@@ -1,6 +1,7 @@
 //! From samples to a cascade: linear approximations, the best of several starts, and the last fit on all samples.
 
 use super::approximation::{Approximation, approximate, pure_delay};
+use super::kinks::kinked;
 use super::loss::{Data, Sandwich};
 use super::monitor::{Monitor, Stage};
 use super::outcome::{ApproximationScore, Scales};
@@ -211,7 +212,8 @@ pub(in crate::identify) fn search(
     let whole = fitted(whole, &data, TRIAL_STEPS, 1e-4, monitor);
     data.dependence = dependence(&whole.sandwich.run(&data.u), &data);
     let whole = restructure(whole, form, &data, monitor, &mut tried);
-    let mut whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut tried);
+    let whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut tried);
+    let mut whole = kinked(whole, &data, monitor, &mut tried);
     if form == Form::Sandwich {
         whole = intersample(whole, &data, monitor, &mut tried);
     }

@@ -1,12 +1,22 @@
-//! The static nonlinearity: a cubic spline, straight on beyond its ends.
+//! The static nonlinearity: a cubic spline, straight on beyond its ends, and kinks.
 
-/// A cubic spline in B-splines.
+/// A cubic spline in B-splines, and changes of its slope at points.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::identify) struct Shape {
     /// The breakpoints with the ends four times.
     knots: Vec<f64>,
     /// One coefficient a B-spline.
     pub c: Vec<f64>,
+    /// Added to the spline.
+    pub kinks: Vec<Kink>,
+}
+
+/// `bend` times the positive part of what a point is beyond `at`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::identify) struct Kink {
+    pub at: f64,
+    /// By how much the slope is larger beyond than before.
+    pub bend: f64,
 }
 
 /// The derivative whose size breakpoints are shared out by.
@@ -35,7 +45,11 @@ impl Shape {
             .chain(ends(last))
             .collect();
         let c = vec![0.0; knots.len() - 4];
-        Shape { knots, c }
+        Shape {
+            knots,
+            c,
+            kinks: Vec::new(),
+        }
     }
 
     /// The breakpoints.
@@ -80,7 +94,7 @@ impl Shape {
         }
     }
 
-    /// Value and slope from the B-splines at a point.
+    /// Value and slope of the spline from the B-splines at a point.
     pub fn combine(&self, local: &Local) -> (f64, f64) {
         let c = &self.c[local.first..local.first + 4];
         let dot = |v: &[f64; 4]| c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
@@ -88,7 +102,15 @@ impl Shape {
     }
 
     pub fn value(&self, x: f64) -> f64 {
-        self.combine(&self.local(x)).0
+        self.combine(&self.local(x)).0 + self.kinked(x).0
+    }
+
+    /// What the kinks add to value and slope.
+    pub fn kinked(&self, x: f64) -> (f64, f64) {
+        let before = self.kinks.iter().filter(|k| x > k.at);
+        before.fold((0.0, 0.0), |(value, slope), k| {
+            (value + k.bend * (x - k.at), slope + k.bend)
+        })
     }
 
     /// `intervals + 1` breakpoints that share out the curve's own roughness evenly (de Boor 2001, chapter XII), dense
@@ -212,10 +234,20 @@ mod tests {
     #[test]
     fn b_splines_sum_to_one_and_slopes_are_derivatives_inside_and_beyond() {
         let shape = wavy();
+        let bends = [(-0.3, 0.7), (0.2, -1.1)];
+        let kinked = Shape {
+            kinks: bends.map(|(at, bend)| Kink { at, bend }).to_vec(),
+            ..shape.clone()
+        };
         for x in [-1.5, -0.999, -0.5, -0.1, 0.05, 1.0, 1.999, 3.0] {
             let local = shape.local(x);
             assert!((local.values.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{x}");
             let (_, slope) = shape.combine(&local);
+            let more = kinked.value(x) - shape.value(x);
+            let by_hand: f64 = bends.iter().map(|(at, bend)| bend * (x - at).max(0.0)).sum();
+            let steeper: f64 = bends.iter().map(|(at, bend)| if x > *at { *bend } else { 0.0 }).sum();
+            assert!((more - by_hand).abs() < 1e-12, "{x}");
+            assert!((kinked.kinked(x).1 - steeper).abs() < 1e-12, "{x}");
             let difference = (shape.value(x + 1e-6) - shape.value(x - 1e-6)) / 2e-6;
             assert!((slope - difference).abs() < 1e-6, "{x}: {slope} {difference}");
         }

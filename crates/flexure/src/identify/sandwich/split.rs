@@ -156,18 +156,25 @@ pub(super) fn fit_coefficients(front: Rational, breakpoints: &[f64], back: Ratio
     refit_coefficients(linear, breakpoints, data)
 }
 
-/// The linear blocks of a sandwich with the best spline on these breakpoints.
+/// The linear blocks of a sandwich and its kinks' places, with the best spline on these breakpoints and the best bends.
 pub(super) fn refit_coefficients(mut sandwich: Sandwich, breakpoints: &[f64], data: &Data) -> Option<Candidate> {
+    let kinks = std::mem::take(&mut sandwich.shape.kinks);
     sandwich.shape = Shape::new(breakpoints);
+    sandwich.shape.kinks = kinks;
     let (shape, back) = (&sandwich.shape, &sandwich.back);
     let all_pole = sandwich.front.all_pole(&data.u);
-    let mut columns = vec![vec![0.0; all_pole.len()]; shape.c.len()];
+    let splines = shape.c.len();
+    let mut columns = vec![vec![0.0; all_pole.len()]; splines + shape.kinks.len()];
     for (front, numerator) in sandwich.instants() {
         for (t, w) in convolved(front, &all_pole).iter().enumerate() {
-            let local = shape.local(*w);
-            for (column, v) in columns[local.first..].iter_mut().zip(local.values) {
-                let later = column[t..].iter_mut().zip(numerator);
+            let mut add = |column: usize, v: f64| {
+                let later = columns[column][t..].iter_mut().zip(numerator);
                 later.for_each(|(c, b)| *c += b * v);
+            };
+            let local = shape.local(*w);
+            (0..4).for_each(|k| add(local.first + k, local.values[k]));
+            for (k, kink) in shape.kinks.iter().enumerate().filter(|(_, kink)| *w > kink.at) {
+                add(splines + k, w - kink.at);
             }
         }
     }
@@ -175,7 +182,11 @@ pub(super) fn refit_coefficients(mut sandwich: Sandwich, breakpoints: &[f64], da
     let columns: Vec<Vec<f64>> = columns.par_iter().map(through).collect();
     let level = mean(&data.y[data.from..]);
     let minus: Vec<f64> = data.y.iter().map(|y| level - y).collect();
-    sandwich.shape.c = solve(&normal_equations(&convolved(&data.filter, &minus), &columns, data.from))?;
+    let mut c = solve(&normal_equations(&convolved(&data.filter, &minus), &columns, data.from))?;
+    let bends = c.split_off(splines);
+    sandwich.shape.c = c;
+    let kinks = sandwich.shape.kinks.iter_mut();
+    kinks.zip(bends).for_each(|(kink, bend)| kink.bend = bend);
     sandwich.offset = level;
     let squares = data.squares(&sandwich.run(&data.u));
     squares.is_finite().then_some(Candidate { sandwich, squares })

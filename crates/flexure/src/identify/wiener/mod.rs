@@ -86,12 +86,14 @@ pub struct WienerIdentification {
     pub model: Block,
     /// The linear block, of unit static or peak gain. Always stable.
     pub linear: TransferFunction,
-    /// The static nonlinearity, a cubic spline in tabulated form, straight on beyond the range of the fit.
+    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of the fit.
     pub nonlinearity: Curve,
     /// The number of poles.
     pub order: usize,
     /// The nonlinearity's breakpoints, increasing, in the unit of the intermediate signal.
     pub breakpoints: Vec<f64>,
+    /// Points at which the nonlinearity's slope changes at once, increasing, in the same unit.
+    pub kinks: Vec<f64>,
     /// What the search started from.
     pub start: WienerStart,
     /// The linear approximations that were tried.
@@ -167,6 +169,7 @@ pub(super) fn fit(samples: &Samples<'_>, linear: &Prepared, monitor: &mut Monito
         nonlinearity: blocks.curve,
         order: found.sandwich.front.order(),
         breakpoints: blocks.breakpoints,
+        kinks: blocks.kinks,
         start,
         approximations: linear.scores(),
         tried: found.tried,
