@@ -7,6 +7,7 @@
 use super::loss::Data;
 use super::monitor::Monitor;
 use super::refine::{TRIAL_STEPS, TriedStructure, fewest_in_piece, fitted, with_pieces};
+use super::search::START_SAMPLES;
 use super::shape::Kink;
 use super::split::{Candidate, refit_coefficients};
 
@@ -70,7 +71,7 @@ fn with_kinks(
     let (mut best, mut found) = (start, false);
     while best.sandwich.shape.kinks.len() < MOST_KINKS && monitor.keep_on() {
         let Some(next) = with_kink(&best, data) else { break };
-        let next = fitted(next, data, 2 * TRIAL_STEPS, 1e-4, monitor);
+        let next = fitted(next, data, TRIAL_STEPS, 1e-4, monitor);
         tried.push(next.tried(data));
         if !(determined(&next, data) && next.bic(data) < best.bic(data)) {
             break;
@@ -82,16 +83,18 @@ fn with_kinks(
 
 /// A kink more, at the place at which it does most for the linear blocks as they are.
 fn with_kink(c: &Candidate, data: &Data) -> Option<Candidate> {
+    let few = data.head(START_SAMPLES);
     let mut sorted = c.sandwich.front.run(&data.u)[data.from..].to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
     let place = |i: usize| sorted[(i * sorted.len()) / (PLACES + 1)];
     let with = |at: f64| {
         let mut sandwich = c.sandwich.clone();
         sandwich.shape.kinks.push(Kink { at, bend: 0.0 });
-        refit_coefficients(sandwich, c.sandwich.shape.breakpoints(), data)
+        refit_coefficients(sandwich, c.sandwich.shape.breakpoints(), &few)
     };
     let tried = (1..=PLACES).filter_map(|i| with(place(i)));
-    tried.min_by(|a, b| a.squares.total_cmp(&b.squares))
+    let best = tried.min_by(|a, b| a.squares.total_cmp(&b.squares))?;
+    refit_coefficients(best.sandwich, c.sandwich.shape.breakpoints(), data)
 }
 
 /// Whether there are samples on either side of every kink, and between them.

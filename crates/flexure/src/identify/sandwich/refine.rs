@@ -154,7 +154,7 @@ pub(super) fn fitted_efficiently(c: &Candidate, data: &Data, monitor: &mut Monit
 /// The structure chosen anew, by errors made white, for one that generalised least squares fits; all parameters by that.
 ///
 /// Of coloured errors the criterion sees the sum of squares, most of which may be slow noise, and not what stands out from the
-/// noise at other frequencies: it then takes too few pieces. `None` where the new structure's error is not coloured noise.
+/// noise at other frequencies: it then takes too few pieces. `None` where there is no better structure, or its error is not coloured noise.
 pub(super) fn restructured_efficiently(
     c: &Candidate,
     form: Form,
@@ -167,11 +167,13 @@ pub(super) fn restructured_efficiently(
     if filter.len() == 1 {
         return None;
     }
-    let white = data.through(filter);
-    let start = Candidate {
-        squares: white.squares(&c.sandwich.run(&data.u)),
-        sandwich: c.sandwich.clone(),
+    let all = data.through(filter);
+    let white = all.head(STRUCTURE_SAMPLES);
+    let on = |data: &Data, sandwich: &Sandwich| Candidate {
+        squares: data.squares(&sandwich.run(&data.u)),
+        sandwich: sandwich.clone(),
     };
+    let start = on(&white, &c.sandwich);
     // Their errors are not those of simulation, which is what the structures that were tried are listed by.
     let unlisted = &mut Vec::new();
     let found = match start.sandwich.between {
@@ -180,8 +182,11 @@ pub(super) fn restructured_efficiently(
     };
     let found = pieces(found, &white, TRIAL_STEPS, monitor, unlisted);
     let found = kinked(found, &white, monitor, unlisted);
-    let squares = data.squares(&found.sandwich.run(&data.u));
-    let found = fitted(Candidate { squares, ..found }, data, LAST_STEPS, 1e-6, monitor);
+    let found = fitted(on(&all, &found.sandwich), &all, TRIAL_STEPS, 1e-4, monitor);
+    if !(found.bic(&all) < on(&all, &c.sandwich).bic(&all)) {
+        return None;
+    }
+    let found = fitted(on(data, &found.sandwich), data, LAST_STEPS, 1e-6, monitor);
     fitted_efficiently(&anchored(found, data), data, monitor)
 }
 

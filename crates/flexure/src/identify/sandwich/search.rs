@@ -203,6 +203,7 @@ pub(in crate::identify) fn search(
     medium.dependence = dependence(&start.sandwich.run(&medium.u), &medium);
     let start = pieces(start, &medium, TRIAL_STEPS, monitor, &mut tried);
     let chosen = restructure(start, form, &medium, monitor, &mut tried);
+    let chosen = kinked(chosen, &medium, monitor, &mut tried);
     monitor.stage = Stage::Refinement;
     let mut data = data.clone();
     let whole = Candidate {
@@ -212,8 +213,7 @@ pub(in crate::identify) fn search(
     let whole = fitted(whole, &data, TRIAL_STEPS, 1e-4, monitor);
     data.dependence = dependence(&whole.sandwich.run(&data.u), &data);
     let whole = restructure(whole, form, &data, monitor, &mut tried);
-    let whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut tried);
-    let mut whole = kinked(whole, &data, monitor, &mut tried);
+    let mut whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut tried);
     if form == Form::Sandwich {
         whole = intersample(whole, &data, monitor, &mut tried);
     }
