@@ -200,7 +200,8 @@ class System(BaseEstimator):  # type: ignore[misc]
             if result.get(name) is not None:
                 curve = result[name]
                 found = curve.get("breakpoints") or result.get("breakpoints") or ()
-                block = Surface.of(curve) if "axes" in curve else Nonlinearity.of(curve, found)
+                kinks = curve.get("kinks") or result.get("kinks") or ()
+                block = Surface.of(curve) if "axes" in curve else Nonlinearity.of(curve, found, kinks)
                 setattr(self, f"{name}_", block)
         for name in ("linear", "front", "back"):
             if result.get(name) is not None and "b" in result[name]:

@@ -73,9 +73,10 @@ class Nonlinearity:
         return frame({name: values for name, values in columns.items() if values is not None}, library)
 
     @classmethod
-    def of(cls, curve: dict[str, Any], breakpoints: Any = ()) -> Nonlinearity:
+    def of(cls, curve: dict[str, Any], breakpoints: Any = (), kinks: Any = ()) -> Nonlinearity:
         """From the object that a model file or a result has."""
         told = [(b["at"], b["kind"]) if isinstance(b, dict) else (b, "knot") for b in breakpoints]
+        told = sorted(told + [(at, "kink") for at in kinks])
         edge = {k: _array(curve[k]) for k in ("lower", "upper") if len(curve.get(k) or ())}
         return cls(
             _array(curve["x"]),

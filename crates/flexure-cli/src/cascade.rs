@@ -104,6 +104,8 @@ pub struct Cascade {
     pub nonlinearity: Option<Curve>,
     /// The nonlinearity's breakpoints, increasing.
     pub breakpoints: Vec<f64>,
+    /// Points at which its slope changes at once, increasing.
+    pub kinks: Vec<f64>,
     /// Behind the nonlinearity, if there is a linear part.
     pub back: Option<LinearBlock>,
     /// Front and back of a second branch, for an instant between the samples; none unless the data ask for it.
@@ -137,6 +139,7 @@ impl From<LinearIdentification> for Cascade {
             front: only(result.linear),
             nonlinearity: None,
             breakpoints: Vec::new(),
+            kinks: Vec::new(),
             back: None,
             intersample: Vec::new(),
             output_offset: result.output_offset,
@@ -166,6 +169,7 @@ impl From<WienerIdentification> for Cascade {
             front: only(result.linear),
             nonlinearity: Some(result.nonlinearity),
             breakpoints: result.breakpoints,
+            kinks: result.kinks,
             back: None,
             intersample: Vec::new(),
             output_offset: 0.0,
@@ -208,6 +212,7 @@ impl From<SandwichIdentification> for Cascade {
             }),
             nonlinearity: Some(result.nonlinearity),
             breakpoints: result.breakpoints,
+            kinks: result.kinks,
             back: Some(LinearBlock {
                 key: "back",
                 title: "Back linear part",
@@ -251,6 +256,16 @@ impl Cascade {
         self.breakpoints.len().saturating_sub(1)
     }
 
+    /// Where the kinks are, to follow what is said of the spline.
+    fn kinks_words(&self) -> String {
+        let places: Vec<String> = self.kinks.iter().map(|at| number(*at)).collect();
+        match places.as_slice() {
+            [] => String::new(),
+            [one] => format!(", kink at {one}"),
+            [first @ .., last] => format!(", kinks at {} and {last}", first.join(", ")),
+        }
+    }
+
     /// What enters the nonlinearity under an input.
     pub fn intermediate(&self, input: &[f64]) -> Vec<f64> {
         match &self.front {
@@ -268,7 +283,12 @@ impl Cascade {
             "order": self.order(),
             "delay": self.delay(),
             "nonlinearity": (self.nonlinearity.as_ref())
-                .map(|curve| json!({ "x": curve.x(), "y": curve.y(), "breakpoints": self.breakpoints })),
+                .map(|curve| json!({
+                    "x": curve.x(),
+                    "y": curve.y(),
+                    "breakpoints": self.breakpoints,
+                    "kinks": self.kinks,
+                })),
             "output_offset": self.output_offset,
             "approximations": (self.approximations.iter())
                 .map(|a| json!({ "order": a.order, "relative_error": a.relative_error }))
@@ -293,6 +313,7 @@ impl Cascade {
             self.all_linear().for_each(|block| drop(fields.remove(block.key)));
             if self.nonlinearity.is_some() {
                 fields.insert("breakpoints".to_owned(), json!(self.breakpoints));
+                fields.insert("kinks".to_owned(), json!(self.kinks));
             }
         }
         ModelFile {
@@ -327,10 +348,12 @@ impl Cascade {
         lines.extend(self.nonlinearity.as_ref().map(|curve| {
             let x = curve.x();
             format!(
-                "  nonlinearity        cubic spline of {} pieces on [{}, {}]",
+                "  nonlinearity        cubic spline of {} {} on [{}, {}]{}",
                 self.pieces(),
+                if self.pieces() == 1 { "piece" } else { "pieces" },
                 number(self.breakpoints.first().copied().unwrap_or(x[0])),
                 number(self.breakpoints.last().copied().unwrap_or(x[x.len() - 1])),
+                self.kinks_words(),
             )
         }));
         lines.extend(self.back.iter().flat_map(linear_lines));
@@ -357,6 +380,7 @@ fn tried_json(t: &TriedStructure) -> Value {
         "back_order": t.back_order,
         "back_numerator": t.back_numerator,
         "pieces": t.pieces,
+        "kinks": t.kinks,
         "instants": t.instants,
         "samples": t.samples,
         "relative_error": t.relative_error,

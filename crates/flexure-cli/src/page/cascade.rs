@@ -64,7 +64,7 @@ fn facts(signals: &Signals, result: &Cascade) -> Vec<Fact> {
         ),
     ]);
     if result.nonlinearity.is_some() {
-        let pieces = result.pieces().to_string();
+        let pieces = pieces_and_kinks(result.pieces(), result.kinks.len());
         facts.push(fact("Pieces", pieces, "cubic ones, of the nonlinearity"));
     }
     facts.push(samples_fact(result.predicted.len(), result.fitted, ""));
@@ -129,8 +129,9 @@ fn choices(result: &Cascade) -> Vec<Choice> {
     };
     let pieces = result.nonlinearity.is_some().then(|| Choice {
         name: "Pieces of the nonlinearity".to_owned(),
-        value: result.pieces().to_string(),
-        why: "smallest Schwarz criterion; breakpoints are dense where the curve bends".to_owned(),
+        value: pieces_and_kinks(result.pieces(), result.kinks.len()),
+        why: "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks for them"
+            .to_owned(),
         curve: (by_pieces.len() > 1).then(|| ScoreCurve {
             x_label: "pieces".to_owned(),
             y_label: "Schwarz's criterion".to_owned(),
@@ -158,14 +159,24 @@ fn compared(result: &Cascade) -> Option<(Vec<&TriedStructure>, &TriedStructure)>
     Some((kept, chosen))
 }
 
-/// Poles, numerator coefficients, instants and pieces.
-fn shape(t: &TriedStructure) -> [usize; 6] {
+/// The number of pieces, and of kinks where there are any.
+fn pieces_and_kinks(pieces: usize, kinks: usize) -> String {
+    match kinks {
+        0 => pieces.to_string(),
+        1 => format!("{pieces}, 1 kink"),
+        _ => format!("{pieces}, {kinks} kinks"),
+    }
+}
+
+/// Poles, numerator coefficients, instants, kinks and pieces.
+fn shape(t: &TriedStructure) -> [usize; 7] {
     [
         t.front_order,
         t.front_numerator,
         t.back_order,
         t.back_numerator,
         t.instants,
+        t.kinks,
         t.pieces,
     ]
 }
@@ -177,7 +188,7 @@ fn by_pieces(result: &Cascade) -> Vec<&TriedStructure> {
     };
     let mut same: Vec<&TriedStructure> = all
         .into_iter()
-        .filter(|t| shape(t)[..5] == shape(chosen)[..5])
+        .filter(|t| shape(t)[..6] == shape(chosen)[..6])
         .collect();
     same.sort_by_key(|t| t.pieces);
     same
@@ -198,7 +209,7 @@ fn structures(result: &Cascade) -> Option<Table> {
             format!("{} / {}", t.front_order, t.front_numerator),
             format!("{} / {}", t.back_order, t.back_numerator),
             t.instants.to_string(),
-            t.pieces.to_string(),
+            pieces_and_kinks(t.pieces, t.kinks),
             number(t.relative_error),
             format!("{:.0}", t.bic),
         ]

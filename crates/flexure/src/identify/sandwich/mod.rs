@@ -9,10 +9,11 @@
 //! 3. the best splits refined by Levenberg-Marquardt on the simulation error over all parameters, on more and more samples,
 //!    fewer of them from round to round;
 //! 4. poles, numerator coefficients and pieces of the nonlinearity, a cubic spline with breakpoints where it is rough,
-//!    added and taken away while Schwarz's criterion falls;
+//!    added and taken away while Schwarz's criterion falls; kinks, with places of their own, on very strong evidence;
 //! 5. a second instant in every sampling interval, at which the nonlinearity acts too, if Schwarz's criterion asks for it: a
 //!    continuous-time nonlinearity bends the signal between the samples as well;
-//! 6. a last refinement on all samples, by generalised least squares where the error is coloured noise.
+//! 6. a last refinement on all samples. Where the error is coloured noise, step 4 once more by errors made white, and
+//!    generalised least squares.
 //!
 //! The input need not be white; the step from 1 to 2 is exact for a Gaussian one (Bussgang's theorem), and a good start
 //! for others. A nonlinearity that is even about the intermediate signal's mean leaves no linear approximation to start from.

@@ -9,8 +9,10 @@
 //!    does better than the linear approximations, is refined as a finite impulse response, then imitated by rational blocks;
 //! 3. the best starts refined by Levenberg-Marquardt on the simulation error over all parameters of both blocks, f a cubic spline
 //!    with breakpoints where it is rough;
-//! 4. poles, numerator coefficients and pieces added and taken away while Schwarz's criterion falls;
-//! 5. a last refinement on all samples.
+//! 4. poles, numerator coefficients and pieces added and taken away while Schwarz's criterion falls; kinks, with places of their
+//!    own, on very strong evidence;
+//! 5. a last refinement on all samples; step 4 once more by errors made white, and generalised least squares, where the error is
+//!    coloured noise.
 //!
 //! Steps 3 to 5 are those of the [sandwich](super::WienerHammerstein) and need no white, nor a Gaussian, input; steps 1 and 2 are
 //! exact for Gaussian inputs of any colour and good starts for others.
