@@ -245,7 +245,8 @@ class Branch:
         """From the object that a result has."""
         curve = branch["nonlinearity"]
         parts = {name: LinearPart.of(branch[name], dt) for name in ("linear", "front", "back") if name in branch}
-        return cls(Nonlinearity.of(curve, curve["breakpoints"]), input=branch.get("input"), **parts)
+        nonlinearity = Nonlinearity.of(curve, curve["breakpoints"], curve.get("kinks", ()))
+        return cls(nonlinearity, input=branch.get("input"), **parts)
 
 
 @dataclass(frozen=True)

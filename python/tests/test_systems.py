@@ -170,6 +170,17 @@ def test_references_are_their_formulas(record):
         model.to_control()
 
 
+def test_kinks_of_a_wiener_system_are_told_and_kept(tmp_path):
+    rng = np.random.default_rng(5)
+    u = lfilter([0.6], [1, -0.8], rng.normal(size=3000))
+    w = lfilter([0.3], [1, -0.7], u)
+    model = flexure.Wiener().fit(u, dead_zone(w) + 0.02 * rng.normal(size=3000))
+    kinks = [at for at, kind in model.nonlinearity_.breakpoints if kind == "kink"]
+    np.testing.assert_allclose(kinks, [-0.5, 0.5], atol=0.02)
+    model.save(tmp_path / "model.json")
+    assert flexure.load(tmp_path / "model.json").nonlinearity_.breakpoints == model.nonlinearity_.breakpoints
+
+
 def test_models_go_back_and_forth(fitted, record, tmp_path, command):
     fitted.save(tmp_path / "model.json")
     loaded = flexure.load(tmp_path / "model.json")

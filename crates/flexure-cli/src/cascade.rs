@@ -12,6 +12,7 @@ use flexure::{Block, Record, Result};
 use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
+use crate::nonlinear_ends::pieces_words;
 use crate::outcome::{self, SETTLED, Signals, number};
 use crate::structure::Structure;
 use crate::tuning;
@@ -256,16 +257,6 @@ impl Cascade {
         self.breakpoints.len().saturating_sub(1)
     }
 
-    /// Where the kinks are, to follow what is said of the spline.
-    fn kinks_words(&self) -> String {
-        let places: Vec<String> = self.kinks.iter().map(|at| number(*at)).collect();
-        match places.as_slice() {
-            [] => String::new(),
-            [one] => format!(", kink at {one}"),
-            [first @ .., last] => format!(", kinks at {} and {last}", first.join(", ")),
-        }
-    }
-
     /// What enters the nonlinearity under an input.
     pub fn intermediate(&self, input: &[f64]) -> Vec<f64> {
         match &self.front {
@@ -345,17 +336,8 @@ impl Cascade {
             outcome::fit_line(&self.verdict),
         ];
         lines.extend(self.front.iter().flat_map(linear_lines));
-        lines.extend(self.nonlinearity.as_ref().map(|curve| {
-            let x = curve.x();
-            format!(
-                "  nonlinearity        cubic spline of {} {} on [{}, {}]{}",
-                self.pieces(),
-                if self.pieces() == 1 { "piece" } else { "pieces" },
-                number(self.breakpoints.first().copied().unwrap_or(x[0])),
-                number(self.breakpoints.last().copied().unwrap_or(x[x.len() - 1])),
-                self.kinks_words(),
-            )
-        }));
+        let words = |_| format!("  nonlinearity        {}", pieces_words(&self.breakpoints, &self.kinks));
+        lines.extend(self.nonlinearity.as_ref().map(words));
         lines.extend(self.back.iter().flat_map(linear_lines));
         if !self.intersample.is_empty() {
             lines.push(format!("  {INTERSAMPLE}:"));

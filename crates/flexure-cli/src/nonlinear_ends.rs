@@ -23,15 +23,15 @@ pub fn linear_block(result: &HammersteinWienerIdentification) -> LinearBlock {
 
 /// The object that `identify --json` prints.
 pub fn json(result: &HammersteinWienerIdentification, signals: &Signals) -> Value {
-    let curve = |c: &Curve, breakpoints: &[f64]| json!({ "x": c.x(), "y": c.y(), "breakpoints": breakpoints });
+    let curve = |c: &Curve, breakpoints: &[f64], kinks: &[f64]| json!({ "x": c.x(), "y": c.y(), "breakpoints": breakpoints, "kinks": kinks });
     let mut object = json!({
         "structure": Structure::HammersteinWiener.name(),
         "method": METHOD,
         "order": result.order,
         "delay": result.delay,
-        "nonlinearity": curve(&result.input_nonlinearity, &result.input_breakpoints),
+        "nonlinearity": curve(&result.input_nonlinearity, &result.input_breakpoints, &result.input_kinks),
         "linear": outcome::linear_json(&result.linear),
-        "output_nonlinearity": curve(&result.output_nonlinearity, &result.output_breakpoints),
+        "output_nonlinearity": curve(&result.output_nonlinearity, &result.output_breakpoints, &result.output_kinks),
         "tried": result.tried.iter().map(tried_json).collect::<Vec<_>>(),
     });
     let judged = outcome::judged_json(signals, result.fitted, &result.verdict, &result.warnings);
@@ -47,6 +47,8 @@ pub fn tried_json(t: &TriedBranches) -> Value {
         "delays": t.delays,
         "input_pieces": t.input_pieces,
         "output_pieces": t.output_pieces,
+        "input_kinks": t.input_kinks,
+        "output_kinks": t.output_kinks,
         "samples": t.samples,
         "relative_error": t.relative_error,
         "bic": t.bic,
@@ -62,6 +64,8 @@ pub fn model_file(result: &HammersteinWienerIdentification, signals: &Signals) -
         fields.remove("output_nonlinearity");
         fields.insert("input_breakpoints".to_owned(), json!(result.input_breakpoints));
         fields.insert("output_breakpoints".to_owned(), json!(result.output_breakpoints));
+        fields.insert("input_kinks".to_owned(), json!(result.input_kinks));
+        fields.insert("output_kinks".to_owned(), json!(result.output_kinks));
     }
     ModelFile {
         flexure: ModelFile::CURRENT.to_owned(),
@@ -81,14 +85,26 @@ pub fn model_file(result: &HammersteinWienerIdentification, signals: &Signals) -
 }
 
 /// A nonlinearity in words.
-pub fn pieces_words(breakpoints: &[f64]) -> String {
+pub fn pieces_words(breakpoints: &[f64], kinks: &[f64]) -> String {
     let end = |x: Option<&f64>| x.map_or_else(String::new, |x| number(*x));
+    let pieces = breakpoints.len().saturating_sub(1);
     format!(
-        "cubic spline of {} pieces on [{}, {}]",
-        breakpoints.len().saturating_sub(1),
+        "cubic spline of {pieces} piece{} on [{}, {}]{}",
+        if pieces == 1 { "" } else { "s" },
         end(breakpoints.first()),
-        end(breakpoints.last())
+        end(breakpoints.last()),
+        kinks_words(kinks)
     )
+}
+
+/// Where the kinks are, to follow what is said of a spline.
+fn kinks_words(kinks: &[f64]) -> String {
+    let places: Vec<String> = kinks.iter().map(|at| number(*at)).collect();
+    match places.as_slice() {
+        [] => String::new(),
+        [one] => format!(", kink at {one}"),
+        [first @ .., last] => format!(", kinks at {} and {last}", first.join(", ")),
+    }
 }
 
 /// A short account for a terminal.
@@ -99,12 +115,15 @@ pub fn summary(result: &HammersteinWienerIdentification, signals: &Signals) -> S
             signals.input, signals.output
         ),
         outcome::fit_line(&result.verdict),
-        format!("  nonlinearity        {}", pieces_words(&result.input_breakpoints)),
+        format!(
+            "  nonlinearity        {}",
+            pieces_words(&result.input_breakpoints, &result.input_kinks)
+        ),
     ];
     lines.extend(linear_lines(&linear_block(result)));
     lines.push(format!(
         "  at the output       {}",
-        pieces_words(&result.output_breakpoints)
+        pieces_words(&result.output_breakpoints, &result.output_kinks)
     ));
     lines.push(format!("  structures tried    {}", result.tried.len()));
     lines.push(format!("  {}", result.verdict.words()));

@@ -140,7 +140,10 @@ pub fn summary(result: &ParallelIdentification, signals: &Signals) -> String {
         let (front, back) = linear_blocks(branch);
         lines.push(format!("  branch {}", i + 1));
         lines.extend(front.iter().flat_map(linear_lines));
-        lines.push(format!("  nonlinearity        {}", pieces_words(&branch.breakpoints)));
+        lines.push(format!(
+            "  nonlinearity        {}",
+            pieces_words(&branch.breakpoints, &[])
+        ));
         lines.extend(linear_lines(&back));
     }
     if result.output_offset != 0.0 {

@@ -39,7 +39,12 @@ pub fn json(result: &MultipleInputsIdentification, signals: &Signals) -> Value {
             "input": b.input,
             "order": b.order,
             "delay": b.delay,
-            "nonlinearity": { "x": b.nonlinearity.x(), "y": b.nonlinearity.y(), "breakpoints": b.breakpoints },
+            "nonlinearity": {
+                "x": b.nonlinearity.x(),
+                "y": b.nonlinearity.y(),
+                "breakpoints": b.breakpoints,
+                "kinks": b.kinks,
+            },
             "linear": outcome::linear_json(&b.linear),
         })
     });
@@ -63,6 +68,8 @@ pub fn model_file(result: &MultipleInputsIdentification, signals: &Signals) -> f
         fields.remove("branches");
         let breakpoints: Vec<_> = result.branches.iter().map(|b| &b.breakpoints).collect();
         fields.insert("breakpoints".to_owned(), json!(breakpoints));
+        let kinks: Vec<_> = result.branches.iter().map(|b| &b.kinks).collect();
+        fields.insert("kinks".to_owned(), json!(kinks));
     }
     let block = result.model.block()?;
     Ok(ModelFile {
@@ -89,7 +96,10 @@ pub fn summary(result: &MultipleInputsIdentification, signals: &Signals) -> Stri
     lines.extend(Verdict::worst(&result.verdicts).map(outcome::fit_line));
     for branch in &result.branches {
         lines.push(format!("  from '{}'", branch.input));
-        lines.push(format!("  nonlinearity        {}", pieces_words(&branch.breakpoints)));
+        lines.push(format!(
+            "  nonlinearity        {}",
+            pieces_words(&branch.breakpoints, &branch.kinks)
+        ));
         lines.extend(linear_lines(&LinearBlock {
             key: "linear",
             title: "Linear part",

@@ -23,7 +23,7 @@ mod draw;
 
 use draw::{Kind, draw};
 use flexure::Record;
-use flexure::identify::{Linear, RefinedHammerstein, Wiener};
+use flexure::identify::{HammersteinWiener, Linear, MultipleInputs, RefinedHammerstein, Wiener, WienerHammerstein};
 use flexure::linear::TransferFunction;
 use flexure::validation::{Estimated, LEVEL, ResidualTests, TestKind};
 use rand::{RngExt, SeedableRng};
@@ -73,6 +73,13 @@ fn hammerstein(seed: u64, n: usize, coloured_input: bool, coloured_noise: bool) 
         false => e,
     };
     Ok([u, y, e].map(|v| v[BEFORE..].to_vec()))
+}
+
+/// A coloured input, the saturation of what a first-order lag makes of it, and noise.
+fn behind_linear(seed: u64, n: usize, coloured_noise: bool) -> flexure::Result<(Vec<f64>, Vec<f64>, Vec<f64>)> {
+    let [u, _, e] = hammerstein(seed, n, true, coloured_noise)?;
+    let w = filtered(&[0.3, 0.1], &[1.0, -0.7], &u)?;
+    Ok((u, w.iter().map(|x| saturation(*x)).collect(), e))
 }
 
 /// The error as if the model were the system.
@@ -227,11 +234,32 @@ fn identified_table(options: &Options) {
         for coloured in [false, true] {
             let name = if coloured { "ARMA" } else { "white" };
             Row::new(&format!("n = {n}, Wiener, {name} e"), runs(60), move |seed| {
-                let [u, _, e] = hammerstein(seed, n, true, coloured)?;
-                let linear = filtered(&[0.3, 0.1], &[1.0, -0.7], &u)?;
-                let y = sum(&linear.iter().map(|x| saturation(*x)).collect::<Vec<_>>(), &e);
-                let result = Wiener::default().identify(&record(&u, &y)?, "u", "y")?;
+                let (u, w, e) = behind_linear(seed, n, coloured)?;
+                let result = Wiener::default().identify(&record(&u, &sum(&w, &e))?, "u", "y")?;
                 Ok(result.verdict.residuals)
+            })
+            .print(true, options);
+            Row::new(&format!("n = {n}, sandwich, {name} e"), runs(60), move |seed| {
+                let (u, w, e) = behind_linear(seed, n, coloured)?;
+                let y = sum(&filtered(&[0.5, 0.2], &[1.0, -1.2, 0.52], &w)?, &e);
+                let result = WienerHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
+                Ok(result.verdict.residuals)
+            })
+            .print(true, options);
+            Row::new(&format!("n = {n}, nonlinear ends, {name} e"), runs(60), move |seed| {
+                let [u, y0, e] = hammerstein(seed, n, true, coloured)?;
+                let y: Vec<f64> = y0.iter().map(|x| x + 0.2 * x * x * x).collect();
+                let result = HammersteinWiener::default().identify(&record(&u, &sum(&y, &e))?, "u", "y")?;
+                Ok(result.verdict.residuals)
+            })
+            .print(true, options);
+            Row::new(&format!("n = {n}, two inputs, {name} e"), runs(60), move |seed| {
+                let [u, y0, e] = hammerstein(seed, n, true, coloured)?;
+                let [v, w, _] = hammerstein(seed + 1_000_000, n, false, false)?;
+                let y = sum(&sum(&y0, &w), &e);
+                let columns = [("u", u), ("v", v), ("y", y)];
+                let result = MultipleInputs::default().identify(&Record::new(columns)?, &["u", "v"], "y")?;
+                Ok(result.verdicts.into_iter().next().and_then(|v| v.residuals))
             })
             .print(true, options);
         }

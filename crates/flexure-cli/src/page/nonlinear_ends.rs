@@ -90,7 +90,7 @@ fn choices(result: &HammersteinWienerIdentification) -> Vec<Choice> {
         why: why.to_owned(),
         curve: None,
     };
-    let spline = "smallest Schwarz criterion; breakpoints are dense where the curve bends";
+    let spline = "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks for them";
     vec![
         choice(
             "Poles",
@@ -99,12 +99,12 @@ fn choices(result: &HammersteinWienerIdentification) -> Vec<Choice> {
         ),
         choice(
             "Nonlinearity at the input",
-            pieces_words(&result.input_breakpoints),
+            pieces_words(&result.input_breakpoints, &result.input_kinks),
             spline,
         ),
         choice(
             "Nonlinearity at the output",
-            pieces_words(&result.output_breakpoints),
+            pieces_words(&result.output_breakpoints, &result.output_kinks),
             spline,
         ),
     ]

@@ -128,7 +128,7 @@ fn choices(result: &ParallelIdentification) -> Vec<Choice> {
     let each = result.branches.iter().enumerate().map(|(i, branch)| {
         choice(
             format!("Nonlinearity of branch {}", i + 1),
-            pieces_words(&branch.breakpoints),
+            pieces_words(&branch.breakpoints, &[]),
             "smallest Schwarz criterion; breakpoints are dense where the curve bends",
         )
     });

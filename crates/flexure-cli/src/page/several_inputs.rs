@@ -112,8 +112,8 @@ fn choices(result: &MultipleInputsIdentification) -> Vec<Choice> {
     let of = |branch: &InputBranch| {
         choice(
             &format!("Nonlinearity of '{}'", branch.input),
-            pieces_words(&branch.breakpoints),
-            "smallest Schwarz criterion; breakpoints are dense where the curve bends",
+            pieces_words(&branch.breakpoints, &branch.kinks),
+            "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks for them",
         )
     };
     result.branches.iter().map(of).collect()

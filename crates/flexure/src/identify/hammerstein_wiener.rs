@@ -8,7 +8,7 @@
 //!    numerators the dominant product is taken (Bai 1998), and, for systems whose f hardly bends, the best linear
 //!    approximation; then g by least squares;
 //! 3. the best of them refined by Levenberg-Marquardt on the simulation error over all parameters of the three blocks, f and g
-//!    cubic splines with breakpoints where they are rough;
+//!    cubic splines with breakpoints where they are rough, and kinks on very strong evidence;
 //! 4. pieces of both nonlinearities, poles, numerator coefficients and the delay changed while Schwarz's criterion falls;
 //! 5. a last refinement on all samples.
 //!
@@ -23,7 +23,7 @@
 
 use std::ops::ControlFlow;
 
-use super::branches::{Branch, Columns, Found, Signals, System, TriedBranches, find, normalised, tabulated};
+use super::branches::{Branch, Columns, Found, Signals, System, Tabulated, TriedBranches, find, normalised, tabulated};
 use super::outcome::{Verdict, Warning};
 use super::sandwich::{Monitor, Rational, Shape, Stage};
 use crate::error::{Error, Result};
@@ -74,7 +74,7 @@ impl Default for HammersteinWiener {
 pub struct HammersteinWienerIdentification {
     /// The model, ready to simulate: `Series([Static, Linear, Static])`.
     pub model: Block,
-    /// The nonlinearity at the input, a cubic spline in tabulated form, straight on beyond the range of the fit.
+    /// The nonlinearity at the input, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of the fit.
     pub input_nonlinearity: Curve,
     /// The linear part, of unit static or peak gain; the delay is leading zeros of its numerator. Always stable.
     pub linear: TransferFunction,
@@ -88,6 +88,10 @@ pub struct HammersteinWienerIdentification {
     pub input_breakpoints: Vec<f64>,
     /// Breakpoints of the nonlinearity at the output, increasing, in the unit of what enters it.
     pub output_breakpoints: Vec<f64>,
+    /// Points at which the slope of the nonlinearity at the input changes at once, increasing, in the input's unit.
+    pub input_kinks: Vec<f64>,
+    /// The same of the nonlinearity at the output, in the unit of what enters it.
+    pub output_kinks: Vec<f64>,
     /// The structures that were tried, in order.
     pub tried: Vec<TriedBranches>,
     /// Samples `0..fitted` were used for the fit, the rest for the verdict.
@@ -139,13 +143,15 @@ impl HammersteinWiener {
         let (predicted, verdict, warnings) = columns.samples().judged(&model, found.system.degrees())?;
         Ok(HammersteinWienerIdentification {
             model,
-            input_nonlinearity: blocks.input.0,
+            input_nonlinearity: blocks.input.curve,
             delay: blocks.linear.b().iter().take_while(|b| **b == 0.0).count(),
             order: blocks.linear.a().len() - 1,
             linear: blocks.linear,
-            output_nonlinearity: blocks.output.0,
-            input_breakpoints: blocks.input.1,
-            output_breakpoints: blocks.output.1,
+            output_nonlinearity: blocks.output.curve,
+            input_breakpoints: blocks.input.breakpoints,
+            output_breakpoints: blocks.output.breakpoints,
+            input_kinks: blocks.input.kinks,
+            output_kinks: blocks.output.kinks,
             tried: found.tried,
             fitted,
             predicted,
@@ -174,11 +180,11 @@ fn nothing() -> Found {
     }
 }
 
-/// The blocks in the record's units and the conventional scale; the curves with their breakpoints.
+/// The blocks in the record's units and the conventional scale.
 struct Blocks {
-    input: (Curve, Vec<f64>),
+    input: Tabulated,
     linear: TransferFunction,
-    output: (Curve, Vec<f64>),
+    output: Tabulated,
 }
 
 impl Blocks {
@@ -211,9 +217,9 @@ impl Blocks {
 
     fn model(&self) -> Block {
         Block::Series(vec![
-            Block::Static(self.input.0.clone()),
+            Block::Static(self.input.curve.clone()),
             Block::Linear(self.linear.clone()),
-            Block::Static(self.output.0.clone()),
+            Block::Static(self.output.curve.clone()),
         ])
     }
 }

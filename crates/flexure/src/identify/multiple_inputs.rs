@@ -95,10 +95,12 @@ impl MultipleInputsModel {
 pub struct InputBranch {
     /// The input's column.
     pub input: String,
-    /// The static nonlinearity, a cubic spline in tabulated form, straight on beyond the range of the fit.
+    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of the fit.
     pub nonlinearity: Curve,
     /// Its breakpoints, increasing, in the input's unit.
     pub breakpoints: Vec<f64>,
+    /// Points at which its slope changes at once, increasing, in the input's unit.
+    pub kinks: Vec<f64>,
     /// The linear part, of unit static or peak gain; the delay is leading zeros of its numerator. Always stable.
     pub linear: TransferFunction,
     /// The delay in samples.
@@ -226,15 +228,16 @@ fn in_units(system: &System, data: &Signals, columns: &Columns, names: &[&str]) 
         let level = mean(&data.u[i].iter().map(|u| branch.shape.value(*u)).collect::<Vec<_>>());
         let scale = columns.output.spread * gain;
         let abscissa = |u: f64| columns.inputs[i].back(u);
-        let (nonlinearity, breakpoints) = tabulated(&branch.shape, abscissa, |v| scale * (v - level))?;
+        let nonlinearity = tabulated(&branch.shape, abscissa, |v| scale * (v - level))?;
         let fixed = linear.static_gain();
         if fixed.is_finite() {
             offset += fixed * scale * level;
         }
         branches.push(InputBranch {
             input: names[i].to_owned(),
-            nonlinearity,
-            breakpoints,
+            nonlinearity: nonlinearity.curve,
+            breakpoints: nonlinearity.breakpoints,
+            kinks: nonlinearity.kinks,
             delay: linear.b().iter().take_while(|b| **b == 0.0).count(),
             order: linear.a().len() - 1,
             linear,

@@ -59,12 +59,9 @@ impl<'a> Columns<'a> {
     pub fn signals(&self) -> Signals {
         let part = self.fitted.saturating_sub(MOST_SAMPLES)..self.fitted;
         let inputs = self.u.iter().zip(&self.inputs);
-        Signals {
-            u: inputs.map(|(u, scale)| scale.standardised(&u[part.clone()])).collect(),
-            y: self.output.standardised(&self.y[part.clone()]),
-            from: (part.len() / 10).min(FIRST_LEFT_OUT),
-            dependence: 1.0,
-        }
+        let u = inputs.map(|(u, scale)| scale.standardised(&u[part.clone()])).collect();
+        let from = (part.len() / 10).min(FIRST_LEFT_OUT);
+        Signals::new(u, self.output.standardised(&self.y[part]), from)
     }
 }
 
@@ -76,16 +73,28 @@ pub(in crate::identify) fn normalised(branch: &Branch) -> Result<(TransferFuncti
     Ok((linear.transfer_function(branch.delay)?, gain))
 }
 
-/// A nonlinearity as a table, straight on beyond its ends, and its breakpoints; both functions are applied to the shape's own
-/// coordinates.
+/// A nonlinearity as a table, straight on beyond its ends, with its breakpoints and its kinks' places, both increasing.
+#[derive(Debug, Clone)]
+pub(in crate::identify) struct Tabulated {
+    pub curve: Curve,
+    pub breakpoints: Vec<f64>,
+    pub kinks: Vec<f64>,
+}
+
+/// A nonlinearity as a table; both functions are applied to the shape's own coordinates.
 pub(in crate::identify) fn tabulated(
     shape: &Shape,
     abscissa: impl Fn(f64) -> f64,
     ordinate: impl Fn(f64) -> f64,
-) -> Result<(Curve, Vec<f64>)> {
+) -> Result<Tabulated> {
     let breakpoints: &[f64] = shape.breakpoints();
     let (low, high) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
-    let all = even(low, high).chain(breakpoints.iter().copied());
+    let kinks: Vec<f64> = shape.kinks.iter().map(|k| k.at).collect();
+    let all = even(low, high).chain(breakpoints.iter().chain(&kinks).copied());
     let curve = table(all, &abscissa, |x| ordinate(shape.value(x)))?;
-    Ok((curve, mapped(breakpoints, abscissa)))
+    Ok(Tabulated {
+        curve,
+        breakpoints: mapped(breakpoints, &abscissa),
+        kinks: mapped(&kinks, abscissa),
+    })
 }

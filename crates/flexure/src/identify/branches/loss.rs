@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::super::sandwich::{Local, Residuals, delayed};
+use super::super::sandwich::{Local, Residuals, Shape, delayed};
 use super::system::{Branch, Signals, System};
 
 /// One column of the Jacobian; the first index is the branch's.
@@ -20,6 +20,8 @@ enum Column {
 
 /// The signals of a branch.
 struct Parts {
+    /// What enters the nonlinearity.
+    input: Vec<f64>,
     local: Vec<Local>,
     /// The static output through the denominator.
     all_pole: Vec<f64>,
@@ -30,26 +32,20 @@ struct Parts {
 
 impl Parts {
     fn new(branch: &Branch, u: &[f64]) -> Parts {
-        let local: Vec<Local> = branch.delayed(u).iter().map(|u| branch.shape.local(*u)).collect();
-        let v: Vec<f64> = local.iter().map(|l| branch.shape.combine(l).0).collect();
+        let (input, shape) = (branch.delayed(u), &branch.shape);
+        let local: Vec<Local> = input.iter().map(|u| shape.local(*u)).collect();
+        let at = input.iter().zip(&local);
+        let v: Vec<f64> = at.map(|(u, l)| shape.value_and_slope(*u, l).0).collect();
         let all_pole = branch.linear.all_pole(&v);
         let output = branch.linear.numerator(&all_pole);
         Parts {
             by_section: branch.linear.sections.iter().map(|a| a.run(&output)).collect(),
+            input,
             local,
             all_pole,
             output,
         }
     }
-}
-
-/// The B-spline `j` at these points.
-pub(super) fn spline(local: &[Local], j: usize) -> Vec<f64> {
-    let value = |l: &Local| match j.checked_sub(l.first) {
-        Some(k) if k < 4 => l.values[k],
-        _ => 0.0,
-    };
-    local.iter().map(value).collect()
 }
 
 /// The simulation error over the parameters but for those that fix the branches' scales and offsets.
@@ -109,9 +105,10 @@ impl Residuals for Loss<'_> {
             x.iter_mut().zip(&part.output).for_each(|(x, more)| *x += more);
         }
         let last: Option<Vec<Local>> = s.output.as_ref().map(|g| x.iter().map(|x| g.local(*x)).collect());
-        let mut slope = None;
+        let (inner, mut slope) = (x.clone(), None);
         if let (Some(g), Some(local)) = (&s.output, &last) {
-            let (z, d): (Vec<f64>, Vec<f64>) = local.iter().map(|l| g.combine(l)).unzip();
+            let at = inner.iter().zip(local);
+            let (z, d): (Vec<f64>, Vec<f64>) = at.map(|(x, l)| g.value_and_slope(*x, l)).unzip();
             (x, slope) = (z, Some(d));
         }
         let outward = |mut column: Vec<f64>| {
@@ -121,11 +118,17 @@ impl Residuals for Loss<'_> {
             column
         };
         let jacobian = self.columns.par_iter().map(|column| match *column {
-            Column::Coefficient(i, j) => outward(s.branches[i].linear.run(&spline(&parts[i].local, j))),
+            Column::Coefficient(i, j) => {
+                let (branch, Parts { input, local, .. }) = (&s.branches[i], &parts[i]);
+                outward(branch.linear.run(&branch.shape.by_parameter(j, input, local)))
+            }
             Column::Numerator(i, k) => outward(delayed(&parts[i].all_pole, k, 1.0)),
             Column::Section(i, a, k) => outward(delayed(&parts[i].by_section[a], k, -1.0)),
             Column::Offset => outward(vec![1.0; y.len()]),
-            Column::Output(j) => spline(last.as_deref().unwrap_or(&[]), j),
+            Column::Output(j) => match (&s.output, &last) {
+                (Some(g), Some(local)) => g.by_parameter(j, &inner, local),
+                _ => vec![0.0; y.len()],
+            },
         });
         let jacobian = jacobian.collect();
         (x.iter().zip(y).map(|(p, y)| p - y).collect(), jacobian)
@@ -139,7 +142,7 @@ fn free_columns(s: &System) -> (Vec<usize>, Vec<Column>) {
     for (i, branch) in s.branches.iter().enumerate() {
         let b = &branch.linear.b;
         let largest = (0..b.len()).max_by(|j, k| b[*j].abs().total_cmp(&b[*k].abs()));
-        let (coefficients, middle) = (branch.shape.c.len(), branch.shape.c.len() / 2);
+        let (coefficients, middle) = (branch.shape.count(), branch.shape.c.len() / 2);
         all.extend((0..coefficients).map(|j| (j != middle).then_some(Column::Coefficient(i, j))));
         all.extend((0..b.len()).map(|k| (Some(k) != largest).then_some(Column::Numerator(i, k))));
         for (a, section) in branch.linear.sections.iter().enumerate() {
@@ -147,7 +150,7 @@ fn free_columns(s: &System) -> (Vec<usize>, Vec<Column>) {
         }
     }
     all.push(Some(Column::Offset));
-    let last = s.output.as_ref().map_or(0, |g| g.c.len());
+    let last = s.output.as_ref().map_or(0, Shape::count);
     all.extend((0..last).map(|j| Some(Column::Output(j))));
     all.into_iter().enumerate().filter_map(|(i, c)| Some((i, c?))).unzip()
 }

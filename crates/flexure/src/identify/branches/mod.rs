@@ -7,13 +7,14 @@
 //! derivatives, and the search for delays, orders and pieces.
 
 mod columns;
+mod kinks;
 mod loss;
 mod pieces;
 mod search;
 mod start;
 mod system;
 
-pub(super) use columns::{Columns, normalised, tabulated};
+pub(super) use columns::{Columns, Tabulated, normalised, tabulated};
 pub use search::TriedBranches;
 pub(super) use search::{Found, find};
 pub(super) use start::{branches, coarse, delays, dominant_products, splines};

@@ -1,7 +1,8 @@
 //! A nonlinearity on new breakpoints, its coefficients by least squares about the present system.
 
-use super::super::sandwich::{Roughness, Shape, normal_equations, solve, thinned};
-use super::loss::spline;
+use rayon::prelude::*;
+
+use super::super::sandwich::{Roughness, Shape, convolved, normal_equations, solve, thinned};
 use super::search::Candidate;
 use super::start::coarse;
 use super::system::{Signals, System};
@@ -49,16 +50,13 @@ impl System {
 /// which shows kinks; the better of the two is taken.
 pub(super) fn with_pieces(system: &System, part: Part, pieces: usize, data: &Signals) -> Option<Candidate> {
     let shape = system.shape(part)?;
-    let mut sorted = match part {
-        Part::Branch(i) => data.u[i][data.from..].to_vec(),
-        Part::Output => system.inner(&data.u)[data.from..].to_vec(),
-    };
+    let mut sorted = entering(system, part, data);
     sorted.sort_unstable_by(f64::total_cmp);
     let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
     if !(high - low > 1e-9 * low.abs().max(high.abs()) && (high - low).is_finite()) {
         return None;
     }
-    let fewest = (data.counted() / FINEST_PIECES).clamp(8, 50);
+    let fewest = fewest_in_piece(data);
     let on = |mut at: Vec<f64>| {
         // Breakpoints of a curve over another range, brought to this one.
         let (first, length) = (at[0], at[at.len() - 1] - at[0]);
@@ -84,6 +82,19 @@ pub(super) fn with_pieces(system: &System, part: Part, pieces: usize, data: &Sig
     both.min_by(|a, b| a.squares.total_cmp(&b.squares))
 }
 
+/// What enters a nonlinearity at the samples that count.
+pub(super) fn entering(system: &System, part: Part, data: &Signals) -> Vec<f64> {
+    match part {
+        Part::Branch(i) => data.u[i][data.from..].to_vec(),
+        Part::Output => system.inner(&data.u)[data.from..].to_vec(),
+    }
+}
+
+/// The fewest samples in a piece.
+pub(super) fn fewest_in_piece(data: &Signals) -> usize {
+    (data.counted() / FINEST_PIECES).clamp(8, 50)
+}
+
 /// The system with a last nonlinearity of a few pieces.
 pub(super) fn with_output(system: &System, pieces: usize, data: &Signals) -> Option<Candidate> {
     let x = system.inner(&data.u);
@@ -97,36 +108,39 @@ pub(super) fn with_output(system: &System, pieces: usize, data: &Signals) -> Opt
 /// One nonlinearity on other breakpoints, the rest as it is.
 ///
 /// For the last nonlinearity that is linear least squares; for a branch's, one Gauss-Newton step.
-fn refitted(system: &System, part: Part, breakpoints: &[f64], data: &Signals) -> Option<Candidate> {
+pub(super) fn refitted(system: &System, part: Part, breakpoints: &[f64], data: &Signals) -> Option<Candidate> {
     let mut next = system.clone();
     let mut shape = Shape::new(breakpoints);
-    let n = shape.c.len();
+    shape.kinks = system.shape(part)?.kinks.clone();
     let x = system.inner(&data.u);
     let (columns, minus): (Vec<Vec<f64>>, Vec<f64>) = match part {
         Part::Output => {
             let local: Vec<_> = x.iter().map(|x| shape.local(*x)).collect();
-            let columns = (0..n).map(|j| spline(&local, j)).collect();
-            (columns, data.y.iter().map(|y| -y).collect())
+            let columns = shape.linear_parameters().map(|j| shape.by_parameter(j, &x, &local));
+            (columns.collect(), data.y.iter().map(|y| -y).collect())
         }
         Part::Branch(i) => {
             let (branch, u) = (&system.branches[i], &data.u[i]);
             let present = branch.run(u);
             let (output, slope): (Vec<f64>, Vec<f64>) = match &system.output {
-                Some(g) => x.iter().map(|x| g.combine(&g.local(*x))).unzip(),
+                Some(g) => x.iter().map(|x| g.value_and_slope(*x, &g.local(*x))).unzip(),
                 None => x.iter().map(|x| (*x, 1.0)).unzip(),
             };
-            let local: Vec<_> = branch.delayed(u).iter().map(|u| shape.local(*u)).collect();
+            let input = branch.delayed(u);
+            let local: Vec<_> = input.iter().map(|u| shape.local(*u)).collect();
             let column = |j| {
-                let mut column = branch.linear.run(&spline(&local, j));
+                let mut column = branch.linear.run(&shape.by_parameter(j, &input, &local));
                 column.iter_mut().zip(&slope).for_each(|(c, d)| *c *= d);
                 column
             };
             let target = output.iter().zip(&data.y).zip(slope.iter().zip(&present));
             let minus = target.map(|((p, y), (d, own))| p - y - d * own).collect();
-            ((0..n).map(column).collect(), minus)
+            (shape.linear_parameters().map(column).collect(), minus)
         }
     };
-    shape.c = solve(&normal_equations(&minus, &columns, data.from))?;
+    let through = |column: &Vec<f64>| convolved(&data.filter, column);
+    let columns: Vec<Vec<f64>> = columns.par_iter().map(through).collect();
+    shape.set_linear(solve(&normal_equations(&through(&minus), &columns, data.from))?);
     match part {
         Part::Branch(i) => next.branches[i].shape = shape,
         Part::Output => next.output = Some(shape),

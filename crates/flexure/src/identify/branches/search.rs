@@ -1,11 +1,15 @@
 //! From the starts to the system: screening, structure, and the last fit on all samples.
 
-use super::super::sandwich::{Data, Monitor, Rational, Stage, approximate, changes, descend, efficient, groups};
+use super::super::sandwich::{
+    Data, Monitor, Rational, SAMPLES_A_COEFFICIENT, Stage, Whitened, approximate, changes, descend, efficient, groups,
+};
+use super::kinks::kinked;
 use super::loss::Loss;
 use super::pieces::{MOST_PIECES, with_output, with_pieces};
 use super::start::{branches, coarse, delays};
 use super::system::{Branch, Signals, System};
 use crate::linear::Complex;
+use crate::linear::autoregression::whitening;
 
 /// Largest order of the starts.
 const LARGEST_ORDER: usize = 8;
@@ -26,7 +30,7 @@ const WORSE_PIECES: usize = 2;
 /// Rounds of structural change.
 const ROUNDS: usize = 12;
 /// Steps that judge a structural change, and those of the last fit.
-const TRIAL_STEPS: usize = 12;
+pub(super) const TRIAL_STEPS: usize = 12;
 const LAST_STEPS: usize = 80;
 
 /// A structure that was tried.
@@ -42,6 +46,10 @@ pub struct TriedBranches {
     pub input_pieces: Vec<usize>,
     /// Cubic pieces of the last nonlinearity; zero where there is none.
     pub output_pieces: usize,
+    /// Kinks of every branch's nonlinearity.
+    pub input_kinks: Vec<usize>,
+    /// Kinks of the last nonlinearity.
+    pub output_kinks: usize,
     /// Samples that it was tried on.
     pub samples: usize,
     /// RMS of the simulation error there, relative to the output's standard deviation.
@@ -65,7 +73,7 @@ impl Candidate {
         }
     }
 
-    fn bic(&self, data: &Signals) -> f64 {
+    pub(super) fn bic(&self, data: &Signals) -> f64 {
         data.bic(self.squares, self.system.degrees())
     }
 
@@ -73,7 +81,7 @@ impl Candidate {
         self.bic(data) < than.bic(data)
     }
 
-    fn tried(&self, data: &Signals) -> TriedBranches {
+    pub(super) fn tried(&self, data: &Signals) -> TriedBranches {
         let branches = &self.system.branches;
         let pieces = |s: &super::super::sandwich::Shape| s.breakpoints().len() - 1;
         TriedBranches {
@@ -82,6 +90,8 @@ impl Candidate {
             delays: branches.iter().map(|b| b.delay).collect(),
             input_pieces: branches.iter().map(|b| pieces(&b.shape)).collect(),
             output_pieces: self.system.output.as_ref().map_or(0, pieces),
+            input_kinks: branches.iter().map(|b| b.shape.kinks.len()).collect(),
+            output_kinks: self.system.output.as_ref().map_or(0, |o| o.kinks.len()),
             samples: data.counted(),
             relative_error: (self.squares / data.counted() as f64).sqrt(),
             bic: self.bic(data),
@@ -136,13 +146,17 @@ pub(in crate::identify) fn find(data: &Signals, last: bool, monitor: &mut Monito
     let best = pieces(best, &medium, monitor, &mut tried);
     let best = restructure(best, &medium, monitor, &mut tried);
     let best = pieces(best, &medium, monitor, &mut tried);
+    let best = kinked(best, &medium, monitor, &mut tried);
     monitor.stage = Stage::Refinement;
     let mut best = fitted(Candidate::new(best.system, &data), &data, TRIAL_STEPS, 1e-4, monitor);
     data.dependence = data.dependence_of(&best.system.run(&data.u));
     if data.counted() > medium.counted() {
         best = pieces(best, &data, monitor, &mut tried);
     }
-    let best = fitted_efficiently(fitted(best, &data, LAST_STEPS, 1e-6, monitor), &data, monitor);
+    let best = fitted(best, &data, LAST_STEPS, 1e-6, monitor);
+    let efficient =
+        restructured_efficiently(&best, &data, monitor).or_else(|| fitted_efficiently(&best, &data, monitor));
+    let best = efficient.unwrap_or(best);
     tried.push(best.tried(&data));
     Some(Found {
         system: best.system,
@@ -216,9 +230,24 @@ fn linear(data: &Signals, order: usize, delays: &[usize], monitor: &mut Monitor<
 }
 
 /// All parameters fitted from where they are; what was, if that fails.
-fn fitted(c: Candidate, data: &Signals, steps: usize, tolerance: f64, monitor: &mut Monitor<'_>) -> Candidate {
+pub(super) fn fitted(
+    c: Candidate,
+    data: &Signals,
+    steps: usize,
+    tolerance: f64,
+    monitor: &mut Monitor<'_>,
+) -> Candidate {
     let loss = Loss::new(c.system.clone(), data);
-    match descend(&loss, loss.start(), steps, tolerance, monitor) {
+    let found = if data.filter.len() == 1 {
+        descend(&loss, loss.start(), steps, tolerance, monitor)
+    } else {
+        let whitened = Whitened {
+            problem: &loss,
+            filter: &data.filter,
+        };
+        descend(&whitened, loss.start(), steps, tolerance, monitor)
+    };
+    match found {
         Some((p, squares)) => Candidate {
             system: loss.system(&p),
             squares,
@@ -227,16 +256,38 @@ fn fitted(c: Candidate, data: &Signals, steps: usize, tolerance: f64, monitor: &
     }
 }
 
-/// The parameters by generalised least squares, if the error is coloured noise.
-fn fitted_efficiently(c: Candidate, data: &Signals, monitor: &mut Monitor<'_>) -> Candidate {
+/// The parameters by generalised least squares; `None` unless the error is coloured noise.
+fn fitted_efficiently(c: &Candidate, data: &Signals, monitor: &mut Monitor<'_>) -> Option<Candidate> {
     let loss = Loss::new(c.system.clone(), data);
-    match efficient(&loss, &loss.start(), monitor) {
-        Some((p, squares)) => Candidate {
-            system: loss.system(&p),
-            squares,
-        },
-        None => c,
+    let (p, squares) = efficient(&loss, &loss.start(), monitor)?;
+    Some(Candidate {
+        system: loss.system(&p),
+        squares,
+    })
+}
+
+/// The structure chosen anew, by errors made white, for one that generalised least squares fits, as for
+/// [sandwiches](super::super::WienerHammerstein); `None` where there is no better one, or its error is not coloured noise.
+fn restructured_efficiently(c: &Candidate, data: &Signals, monitor: &mut Monitor<'_>) -> Option<Candidate> {
+    let mut errors = c.system.run(&data.u);
+    errors.iter_mut().zip(&data.y).for_each(|(e, y)| *e -= y);
+    let filter = whitening(&errors[data.from..], SAMPLES_A_COEFFICIENT);
+    if filter.len() == 1 {
+        return None;
     }
+    let all = data.through(filter);
+    let white = all.head(STRUCTURE_SAMPLES);
+    // Their errors are not those of simulation, which is what the structures that were tried are listed by.
+    let unlisted = &mut Vec::new();
+    let found = restructure(Candidate::new(c.system.clone(), &white), &white, monitor, unlisted);
+    let found = pieces(found, &white, monitor, unlisted);
+    let found = kinked(found, &white, monitor, unlisted);
+    let found = fitted(Candidate::new(found.system, &all), &all, TRIAL_STEPS, 1e-4, monitor);
+    if !found.better(&Candidate::new(c.system.clone(), &all), &all) {
+        return None;
+    }
+    let found = fitted(Candidate::new(found.system, data), data, LAST_STEPS, 1e-6, monitor);
+    fitted_efficiently(&found, data, monitor)
 }
 
 /// Fewer and more pieces of every nonlinearity, one after the other, while Schwarz's criterion falls.

@@ -7,7 +7,6 @@
 //! (Bussgang's theorem).
 
 use super::super::sandwich::{Rational, Shape, delayed, normal_equations, solve, thinned};
-use super::loss::spline;
 use super::system::{Branch, Signals, System};
 
 /// Pieces of the coarse nonlinearities.
@@ -48,7 +47,9 @@ pub(in crate::identify) fn coarse(signal: &[f64], pieces: usize) -> Option<Shape
 pub(in crate::identify) fn splines(signal: &[f64], shape: &Shape) -> (Vec<Vec<f64>>, usize) {
     let local: Vec<_> = signal.iter().map(|u| shape.local(*u)).collect();
     let (n, middle) = (shape.c.len(), shape.c.len() / 2);
-    let columns = (0..n).filter(|j| *j != middle).map(|j| spline(&local, j));
+    let columns = (0..n)
+        .filter(|j| *j != middle)
+        .map(|j| shape.by_parameter(j, signal, &local));
     (columns.collect(), middle)
 }
 

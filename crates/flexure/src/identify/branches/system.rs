@@ -1,7 +1,7 @@
 //! The system, its parameters, and the signals that it is fitted to.
 
 use super::super::criterion;
-use super::super::sandwich::{Rational, Shape, delayed};
+use super::super::sandwich::{Rational, Shape, delayed, squares_through};
 
 /// Static, linear, after a delay.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +25,7 @@ impl Branch {
 
     /// The number of parameters.
     pub fn parameters(&self) -> usize {
-        self.shape.c.len() + self.linear.b.len() + self.linear.order()
+        self.shape.count() + self.linear.b.len() + self.linear.order()
     }
 }
 
@@ -65,11 +65,11 @@ impl System {
     pub fn parameters(&self) -> Vec<f64> {
         let mut p = Vec::new();
         for branch in &self.branches {
-            p.extend(&branch.shape.c);
+            p.extend(branch.shape.parameters());
             p.extend(branch.linear.parameters());
         }
         p.push(self.offset);
-        p.extend(self.output.iter().flat_map(|o| &o.c));
+        p.extend(self.output.iter().flat_map(Shape::parameters));
         p
     }
 
@@ -82,14 +82,12 @@ impl System {
         };
         let mut next = self.clone();
         for branch in &mut next.branches {
-            let shape = branch.shape.c.len();
-            branch.shape.c.copy_from_slice(take(shape));
+            branch.shape.set(take(branch.shape.count()));
             branch.linear = branch.linear.with(take(branch.linear.b.len() + branch.linear.order()));
         }
         next.offset = take(1)[0];
         if let Some(output) = &mut next.output {
-            let coefficients = output.c.len();
-            output.c.copy_from_slice(take(coefficients));
+            output.set(take(output.count()));
         }
         next
     }
@@ -98,7 +96,7 @@ impl System {
     /// nonlinearity.
     pub fn degrees(&self) -> usize {
         let branches: usize = self.branches.iter().map(|b| b.parameters() - 2).sum();
-        branches + 1 + self.output.as_ref().map_or(0, |o| o.c.len() - 2)
+        branches + 1 + self.output.as_ref().map_or(0, |o| o.count() - 2)
     }
 
     /// Samples after which the slowest branch has settled.
@@ -117,24 +115,47 @@ pub(in crate::identify) struct Signals {
     pub from: usize,
     /// So many of them carry as much information as one whose error is independent of the others'.
     pub dependence: f64,
+    /// The polynomial that errors go through before they count: 1, or what whitens them.
+    pub filter: Vec<f64>,
 }
 
 impl Signals {
+    /// All errors as they are, and independent of one another.
+    pub fn new(u: Vec<Vec<f64>>, y: Vec<f64>, from: usize) -> Signals {
+        Signals {
+            u,
+            y,
+            from,
+            dependence: 1.0,
+            filter: vec![1.0],
+        }
+    }
+
+    /// The same samples, with errors that count as `filter` leaves them, independent of one another.
+    pub fn through(&self, filter: Vec<f64>) -> Signals {
+        Signals {
+            from: self.from.max(filter.len() - 1),
+            filter,
+            dependence: 1.0,
+            ..self.clone()
+        }
+    }
+
     pub fn counted(&self) -> usize {
         self.y.len() - self.from
     }
 
     pub fn squares(&self, output: &[f64]) -> f64 {
-        let errors = output[self.from..].iter().zip(&self.y[self.from..]);
-        errors.map(|(p, y)| (p - y) * (p - y)).sum()
+        squares_through(&self.filter, output, &self.y, self.from)
     }
 
     /// The first samples, so many of which count, or all.
     pub fn head(&self, counted: usize) -> Signals {
-        let n = self.y.len().min(self.from + counted);
+        let n = self.y.len().min(self.from.saturating_add(counted));
         Signals {
             u: self.u.iter().map(|u| u[..n].to_vec()).collect(),
             y: self.y[..n].to_vec(),
+            filter: self.filter.clone(),
             ..*self
         }
     }

@@ -33,12 +33,8 @@ pub(super) fn equations(fit: &Fit, data: &Signals, free: bool) -> NormalEquation
     while start < samples {
         let end = samples.min(start + SEGMENT);
         let first = start.saturating_sub(warm);
-        let part = Signals {
-            u: data.u.iter().map(|u| u[first..end].to_vec()).collect(),
-            y: data.y[first..end].to_vec(),
-            from: start - first,
-            dependence: data.dependence,
-        };
+        let u = data.u.iter().map(|u| u[first..end].to_vec()).collect();
+        let part = Signals::new(u, data.y[first..end].to_vec(), start - first);
         let (residuals, columns) = linearised(fit, &part, free);
         let next = normal_equations(&residuals, &columns, part.from);
         sum = Some(match sum {

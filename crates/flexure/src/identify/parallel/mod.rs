@@ -162,11 +162,6 @@ impl Parallel {
 fn delay(u: &[f64], y: &[f64]) -> usize {
     let part = u.len().min(DELAY_SAMPLES);
     let Prepared { data, .. } = Prepared::with_delay(&u[..part], &y[..part], 0);
-    let signals = Signals {
-        u: vec![data.u],
-        y: data.y,
-        from: data.from,
-        dependence: 1.0,
-    };
+    let signals = Signals::new(vec![data.u], data.y, data.from);
     delays(&signals).first().copied().unwrap_or(0)
 }

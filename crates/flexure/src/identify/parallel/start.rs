@@ -28,10 +28,8 @@ const MOST_COEFFICIENTS: usize = 4;
 /// Static, linear: so many branches with one denominator of this order.
 pub(super) fn hammerstein(data: &Data, order: usize, count: usize) -> Option<Sum> {
     let signals = Signals {
-        u: vec![data.u.clone()],
-        y: data.y.clone(),
-        from: data.from,
         dependence: data.dependence,
+        ..Signals::new(vec![data.u.clone()], data.y.clone(), data.from)
     };
     let system = branches(&signals, order, &[0], count)?;
     let mut all: Vec<Sandwich> = (system.branches.into_iter())

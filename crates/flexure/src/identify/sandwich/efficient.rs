@@ -24,7 +24,7 @@ use crate::linear::autoregression::whitening;
 use crate::linear::levenberg_marquardt::NormalEquations;
 
 /// Samples for each coefficient of the autoregression.
-pub(super) const SAMPLES_A_COEFFICIENT: usize = 50;
+pub(in crate::identify) const SAMPLES_A_COEFFICIENT: usize = 50;
 /// The probability that a true model stays as it is: small, as those that stay are the ones with the largest errors of their own,
 /// and a rise of the simulation error by no more than chance does costs little.
 const LEVEL: f64 = 1e-4;

@@ -23,66 +23,126 @@ const FEWER_PIECES: [f64; 3] = [0.3, 0.5, 0.7];
 /// Kinks are taken if Schwarz's criterion is lower by more than this: "very strong" evidence (Kass & Raftery 1995).
 const EVIDENCE: f64 = 10.0;
 
+/// One nonlinearity of models that are fitted to some samples.
+pub(in crate::identify) trait Bendable {
+    /// A model and how good it is.
+    type Candidate: Clone;
+    fn pieces(&self, c: &Self::Candidate) -> usize;
+    fn kinks<'c>(&self, c: &'c Self::Candidate) -> &'c [Kink];
+    /// What enters the nonlinearity at the samples that count.
+    fn entering(&self, c: &Self::Candidate) -> Vec<f64>;
+    /// With as many pieces; the rest as it is.
+    fn with_pieces(&self, c: &Self::Candidate, pieces: usize) -> Option<Self::Candidate>;
+    /// With these kinks, their bends and the coefficients by least squares on at most so many samples; and the sum of squares there.
+    fn with_kinks(&self, c: &Self::Candidate, kinks: Vec<Kink>, samples: usize) -> Option<(Self::Candidate, f64)>;
+    /// All parameters fitted from where they are; the structure goes on the list of those that were tried.
+    fn fitted(&mut self, c: Self::Candidate, tolerance: f64, monitor: &mut Monitor<'_>) -> Self::Candidate;
+    /// Schwarz's criterion.
+    fn criterion(&self, c: &Self::Candidate) -> f64;
+    /// The fewest samples in a piece.
+    fn fewest_in_piece(&self) -> usize;
+}
+
+/// That of a sandwich.
+pub(super) struct Middle<'a> {
+    pub data: &'a Data,
+    pub tried: &'a mut Vec<TriedStructure>,
+}
+
+impl Bendable for Middle<'_> {
+    type Candidate = Candidate;
+
+    fn pieces(&self, c: &Candidate) -> usize {
+        c.sandwich.shape.breakpoints().len() - 1
+    }
+
+    fn kinks<'c>(&self, c: &'c Candidate) -> &'c [Kink] {
+        &c.sandwich.shape.kinks
+    }
+
+    fn entering(&self, c: &Candidate) -> Vec<f64> {
+        c.sandwich.front.run(&self.data.u)[self.data.from..].to_vec()
+    }
+
+    fn with_pieces(&self, c: &Candidate, pieces: usize) -> Option<Candidate> {
+        with_pieces(c, pieces, self.data)
+    }
+
+    fn with_kinks(&self, c: &Candidate, kinks: Vec<Kink>, samples: usize) -> Option<(Candidate, f64)> {
+        let mut sandwich = c.sandwich.clone();
+        sandwich.shape.kinks = kinks;
+        let refitted = refit_coefficients(sandwich, c.sandwich.shape.breakpoints(), &self.data.head(samples))?;
+        let squares = refitted.squares;
+        Some((refitted, squares))
+    }
+
+    fn fitted(&mut self, c: Candidate, tolerance: f64, monitor: &mut Monitor<'_>) -> Candidate {
+        let next = fitted(c, self.data, TRIAL_STEPS, tolerance, monitor);
+        self.tried.push(next.tried(self.data));
+        next
+    }
+
+    fn criterion(&self, c: &Candidate) -> f64 {
+        c.bic(self.data)
+    }
+
+    fn fewest_in_piece(&self) -> usize {
+        fewest_in_piece(self.data)
+    }
+}
+
 /// With kinks, if the data show them.
-pub(super) fn kinked(
-    best: Candidate,
-    data: &Data,
+pub(in crate::identify) fn kinked<B: Bendable>(
+    best: B::Candidate,
+    of: &mut B,
     monitor: &mut Monitor<'_>,
-    tried: &mut Vec<TriedStructure>,
-) -> Candidate {
-    let half = (best.sandwich.shape.breakpoints().len() - 1) / 2;
-    let mut kinked: Option<Candidate> = None;
+) -> B::Candidate {
+    let half = of.pieces(&best) / 2;
+    let mut kinked: Option<B::Candidate> = None;
     for pieces in COARSE_PIECES
         .into_iter()
         .chain((half > COARSE_PIECES[1]).then_some(half))
     {
-        let Some(start) = with_pieces(&best, pieces, data) else {
+        let Some(start) = of.with_pieces(&best, pieces) else {
             continue;
         };
-        let start = fitted(start, data, TRIAL_STEPS, TOLERANCE, monitor);
-        if let Some(next) = with_kinks(start, data, monitor, tried) {
-            kinked = Some(better(kinked, next, data));
+        let start = of.fitted(start, TOLERANCE, monitor);
+        if let Some(next) = with_kinks(start, of, monitor) {
+            kinked = Some(better(kinked, next, of));
         }
     }
-    let Some(mut kinked) = kinked.filter(|k| k.bic(data) < best.bic(data) - EVIDENCE) else {
+    let Some(mut kinked) = kinked.filter(|k| of.criterion(k) < of.criterion(&best) - EVIDENCE) else {
         return best;
     };
-    let present = kinked.sandwich.shape.breakpoints().len() - 1;
+    let present = of.pieces(&kinked);
     for share in FEWER_PIECES {
         if !monitor.keep_on() {
             break;
         }
-        let pieces = ((present as f64 * share).round() as usize).max(1);
-        if let Some(next) = with_pieces(&kinked, pieces, data) {
-            let next = fitted(next, data, TRIAL_STEPS, 1e-4, monitor);
-            tried.push(next.tried(data));
-            kinked = better(Some(kinked), next, data);
+        let fewer = ((present as f64 * share).round() as usize).max(1);
+        if let Some(next) = of.with_pieces(&kinked, fewer) {
+            let next = of.fitted(next, 1e-4, monitor);
+            kinked = better(Some(kinked), next, of);
         }
     }
     kinked
 }
 
 /// The one of lower criterion.
-fn better(first: Option<Candidate>, second: Candidate, data: &Data) -> Candidate {
+fn better<B: Bendable>(first: Option<B::Candidate>, second: B::Candidate, of: &B) -> B::Candidate {
     match first {
-        Some(first) if first.bic(data) <= second.bic(data) => first,
+        Some(first) if of.criterion(&first) <= of.criterion(&second) => first,
         _ => second,
     }
 }
 
 /// One kink more, and one more, while Schwarz's criterion falls; `None` if none lowers it.
-fn with_kinks(
-    start: Candidate,
-    data: &Data,
-    monitor: &mut Monitor<'_>,
-    tried: &mut Vec<TriedStructure>,
-) -> Option<Candidate> {
+fn with_kinks<B: Bendable>(start: B::Candidate, of: &mut B, monitor: &mut Monitor<'_>) -> Option<B::Candidate> {
     let (mut best, mut found) = (start, false);
-    while best.sandwich.shape.kinks.len() < MOST_KINKS && monitor.keep_on() {
-        let Some(next) = with_kink(&best, data) else { break };
-        let next = fitted(next, data, TRIAL_STEPS, TOLERANCE, monitor);
-        tried.push(next.tried(data));
-        if !(determined(&next, data) && next.bic(data) < best.bic(data)) {
+    while of.kinks(&best).len() < MOST_KINKS && monitor.keep_on() {
+        let Some(next) = with_kink(&best, of) else { break };
+        let next = of.fitted(next, TOLERANCE, monitor);
+        if !(determined(&next, of) && of.criterion(&next) < of.criterion(&best)) {
             break;
         }
         (best, found) = (next, true);
@@ -90,32 +150,34 @@ fn with_kinks(
     found.then_some(best)
 }
 
-/// A kink more, at the place at which it does most for the linear blocks as they are.
-fn with_kink(c: &Candidate, data: &Data) -> Option<Candidate> {
-    let few = data.head(START_SAMPLES);
-    let mut sorted = c.sandwich.front.run(&data.u)[data.from..].to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let place = |i: usize| sorted[(i * sorted.len()) / (PLACES + 1)];
+/// A kink more, at the place at which it does most while the linear blocks stay.
+fn with_kink<B: Bendable>(c: &B::Candidate, of: &B) -> Option<B::Candidate> {
+    let sorted = sorted(of.entering(c));
     let with = |at: f64| {
-        let mut sandwich = c.sandwich.clone();
-        sandwich.shape.kinks.push(Kink { at, bend: 0.0 });
-        refit_coefficients(sandwich, c.sandwich.shape.breakpoints(), &few)
+        let mut kinks = of.kinks(c).to_vec();
+        kinks.push(Kink { at, bend: 0.0 });
+        kinks
     };
-    let tried = (1..=PLACES).filter_map(|i| with(place(i)));
-    let best = tried.min_by(|a, b| a.squares.total_cmp(&b.squares))?;
-    refit_coefficients(best.sandwich, c.sandwich.shape.breakpoints(), data)
+    let tried = (1..=PLACES).filter_map(|i| {
+        let at = sorted[i * sorted.len() / (PLACES + 1)];
+        Some((at, of.with_kinks(c, with(at), START_SAMPLES)?.1))
+    });
+    let (at, _) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    of.with_kinks(c, with(at), usize::MAX).map(|(c, _)| c)
 }
 
 /// Whether there are samples on either side of every kink, and between them.
-fn determined(c: &Candidate, data: &Data) -> bool {
-    let mut sorted = c.sandwich.front.run(&data.u)[data.from..].to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let mut places: Vec<f64> = c.sandwich.shape.kinks.iter().map(|k| k.at).collect();
-    places.sort_unstable_by(f64::total_cmp);
-    let below = places.iter().map(|at| sorted.partition_point(|w| w < at));
-    let bounds: Vec<usize> = std::iter::once(0).chain(below).chain([sorted.len()]).collect();
-    let fewest = fewest_in_piece(data);
-    bounds.windows(2).all(|w| w[1] - w[0] >= fewest)
+fn determined<B: Bendable>(c: &B::Candidate, of: &B) -> bool {
+    let sorted_in = sorted(of.entering(c));
+    let places = sorted(of.kinks(c).iter().map(|k| k.at).collect());
+    let below = places.iter().map(|at| sorted_in.partition_point(|w| w < at));
+    let bounds: Vec<usize> = std::iter::once(0).chain(below).chain([sorted_in.len()]).collect();
+    bounds.windows(2).all(|w| w[1] - w[0] >= of.fewest_in_piece())
+}
+
+fn sorted(mut x: Vec<f64>) -> Vec<f64> {
+    x.sort_unstable_by(f64::total_cmp);
+    x
 }
 
 #[cfg(test)]
@@ -155,7 +217,11 @@ mod tests {
         let start = fit_shape(front(), Rational::pass(), &data).unwrap();
         let start = fitted(start, &data, TRIAL_STEPS, 1e-4, &mut monitor);
         let start = pieces(start, &data, TRIAL_STEPS, &mut monitor, &mut Vec::new());
-        let found = kinked(start, &data, &mut monitor, &mut Vec::new());
+        let mut middle = Middle {
+            data: &data,
+            tried: &mut Vec::new(),
+        };
+        let found = kinked(start, &mut middle, &mut monitor);
         // Of the front only the ratio of the coefficients is determined.
         let gain = found.sandwich.front.static_gain() / front().static_gain();
         let mut places: Vec<f64> = found.sandwich.shape.kinks.iter().map(|k| k.at / gain).collect();
@@ -204,7 +270,8 @@ mod tests {
                 offset: 0.0,
             };
             let squares = 0.0;
-            determined(&Candidate { sandwich, squares }, &data)
+            let tried = &mut Vec::new();
+            determined(&Candidate { sandwich, squares }, &Middle { data: &data, tried })
         };
         assert!(with(&[0.3, -0.3]));
         for places in [&[3.5] as &[f64], &[-9.0], &[0.3, 0.3001]] {

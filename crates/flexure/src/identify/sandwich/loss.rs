@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::descent::Residuals;
 use super::rational::{Rational, convolved};
-use super::shape::{Kink, Local, Shape};
+use super::shape::{Local, Shape};
 
 /// Linear, static, linear.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,8 +66,7 @@ impl Sandwich {
 
     pub fn parameters(&self) -> Vec<f64> {
         let mut p = self.front.parameters();
-        p.extend(&self.shape.c);
-        p.extend(self.shape.kinks.iter().flat_map(|k| [k.at, k.bend]));
+        p.extend(self.shape.parameters());
         p.extend(self.back.parameters());
         p.extend(self.between.iter().flat_map(|b| b.front.iter().chain(&b.back)));
         p.push(self.offset);
@@ -76,14 +75,10 @@ impl Sandwich {
 
     pub fn with(&self, p: &[f64]) -> Sandwich {
         let first = self.front.b.len() + self.front.order();
-        let kinks = first + self.shape.c.len();
-        let second = kinks + 2 * self.shape.kinks.len();
+        let second = first + self.shape.count();
         let third = second + self.back.b.len() + self.back.order();
         let mut shape = self.shape.clone();
-        shape.c.copy_from_slice(&p[first..kinks]);
-        for (kink, p) in shape.kinks.iter_mut().zip(p[kinks..second].chunks_exact(2)) {
-            (kink.at, kink.bend) = (p[0], p[1]);
-        }
+        shape.set(&p[first..second]);
         Sandwich {
             front: self.front.with(&p[..first]),
             shape,
@@ -140,20 +135,12 @@ impl Data {
     }
 
     pub fn squares(&self, output: &[f64]) -> f64 {
-        let errors = output.iter().zip(&self.y).map(|(p, y)| p - y);
-        if self.filter.len() == 1 {
-            return errors.skip(self.from).map(|e| e * e).sum();
-        }
-        let errors: Vec<f64> = errors.collect();
-        convolved(&self.filter, &errors)[self.from..]
-            .iter()
-            .map(|e| e * e)
-            .sum()
+        squares_through(&self.filter, output, &self.y, self.from)
     }
 
     /// The first samples, so many of which count, or all.
     pub fn head(&self, counted: usize) -> Data {
-        let n = self.y.len().min(self.from + counted);
+        let n = self.y.len().min(self.from.saturating_add(counted));
         Data {
             u: self.u[..n].to_vec(),
             y: self.y[..n].to_vec(),
@@ -164,14 +151,22 @@ impl Data {
     }
 }
 
+/// The sum of squared errors from sample `from` on, through a monic polynomial in the delay.
+pub(in crate::identify) fn squares_through(filter: &[f64], output: &[f64], y: &[f64], from: usize) -> f64 {
+    let errors = output.iter().zip(y).map(|(p, y)| p - y);
+    if filter.len() == 1 {
+        return errors.skip(from).map(|e| e * e).sum();
+    }
+    let errors: Vec<f64> = errors.collect();
+    convolved(filter, &errors)[from..].iter().map(|e| e * e).sum()
+}
+
 /// One column of the Jacobian; numerators are those of an instant.
 #[derive(Clone, Copy)]
 enum Column {
     FrontNumerator(usize, usize),
     FrontSection(usize, usize),
     Coefficient(usize),
-    Place(usize),
-    Bend(usize),
     BackNumerator(usize, usize),
     BackSection(usize, usize),
     Offset,
@@ -192,13 +187,8 @@ struct Instant<'a> {
 impl<'a> Instant<'a> {
     fn new(s: &Sandwich, w: Vec<f64>, back: &'a [f64]) -> Self {
         let local: Vec<Local> = w.iter().map(|w| s.shape.local(*w)).collect();
-        let (mut z, mut slope): (Vec<f64>, Vec<f64>) = local.iter().map(|l| s.shape.combine(l)).unzip();
-        if !s.shape.kinks.is_empty() {
-            for ((z, slope), w) in z.iter_mut().zip(&mut slope).zip(&w) {
-                let (more, steeper) = s.shape.kinked(*w);
-                (*z, *slope) = (*z + more, *slope + steeper);
-            }
-        }
+        let at = w.iter().zip(&local);
+        let (z, slope): (Vec<f64>, Vec<f64>) = at.map(|(w, l)| s.shape.value_and_slope(*w, l)).unzip();
         Instant {
             back_pole: s.back.all_pole(&z),
             w,
@@ -206,26 +196,6 @@ impl<'a> Instant<'a> {
             slope,
             back,
         }
-    }
-
-    /// The B-spline `j` of the intermediate signal.
-    fn spline(&self, j: usize) -> Vec<f64> {
-        let value = |l: &Local| match j.checked_sub(l.first) {
-            Some(k) if k < 4 => l.values[k],
-            _ => 0.0,
-        };
-        self.local.iter().map(value).collect()
-    }
-
-    /// What the nonlinearity gains as the kink's place moves on by one unit.
-    fn by_place(&self, kink: &Kink) -> Vec<f64> {
-        let gain = |w: &f64| if *w > kink.at { -kink.bend } else { 0.0 };
-        self.w.iter().map(gain).collect()
-    }
-
-    /// What it gains as the kink's bend grows by one unit.
-    fn by_bend(&self, kink: &Kink) -> Vec<f64> {
-        self.w.iter().map(|w| (w - kink.at).max(0.0)).collect()
     }
 }
 
@@ -311,24 +281,19 @@ impl<'a> SandwichLoss<'a> {
             }
             s.back.all_pole(&sum)
         };
-        // What a change of the nonlinearity does.
-        let outward = |change: &dyn Fn(&Instant) -> Vec<f64>| {
-            let mut sum = vec![0.0; u.len()];
-            for instant in &instants {
-                add(&mut sum, &convolved(instant.back, &change(instant)));
-            }
-            s.back.all_pole(&sum)
-        };
-        let kinks = &s.shape.kinks;
         let jacobian = self
             .columns
             .par_iter()
             .map(|column| match *column {
                 Column::FrontNumerator(m, i) => through(&mut std::iter::once((&instants[m], &all_pole)), i, 1.0),
                 Column::FrontSection(k, i) => through(&mut instants.iter().zip(&by_section[k]), i, -1.0),
-                Column::Coefficient(j) => outward(&|instant| instant.spline(j)),
-                Column::Place(k) => outward(&|instant| instant.by_place(&kinks[k])),
-                Column::Bend(k) => outward(&|instant| instant.by_bend(&kinks[k])),
+                Column::Coefficient(j) => {
+                    let mut sum = vec![0.0; u.len()];
+                    for Instant { w, local, back, .. } in &instants {
+                        add(&mut sum, &convolved(back, &s.shape.by_parameter(j, w, local)));
+                    }
+                    s.back.all_pole(&sum)
+                }
                 Column::BackNumerator(m, i) => delayed(&instants[m].back_pole, i, 1.0),
                 Column::BackSection(k, i) => delayed(&back_section[k], i, -1.0),
                 Column::Offset => vec![1.0; u.len()],
@@ -376,9 +341,7 @@ fn free_columns(s: &Sandwich) -> (Vec<usize>, Vec<Column>) {
             .iter()
             .map(|&(k, i)| Some(Column::FrontSection(k, i))),
     );
-    all.extend((0..s.shape.c.len()).map(|j| Some(Column::Coefficient(j))));
-    let kinks = 0..s.shape.kinks.len();
-    all.extend(kinks.flat_map(|k| [Column::Place(k), Column::Bend(k)].map(Some)));
+    all.extend((0..s.shape.count()).map(|j| Some(Column::Coefficient(j))));
     all.extend((0..s.back.b.len()).map(|i| (Some(i) != fixed).then_some(Column::BackNumerator(0, i))));
     all.extend(sections(&s.back).iter().map(|&(k, i)| Some(Column::BackSection(k, i))));
     if let Some(between) = &s.between {

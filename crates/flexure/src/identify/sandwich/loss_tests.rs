@@ -3,6 +3,7 @@
 use rand::{RngExt, SeedableRng};
 
 use super::super::rational::Section;
+use super::super::shape::Kink;
 use super::*;
 use crate::identify::derivative_tests::assert_derivatives;
 

@@ -52,20 +52,22 @@ pub use refine::TriedStructure;
 pub(super) use {
     approximation::{approximate, restructured, solve},
     descent::{Residuals, descend},
-    efficient::efficient,
-    loss::{Data, Sandwich, SandwichLoss, delayed},
+    efficient::{SAMPLES_A_COEFFICIENT, efficient},
+    kinks::{Bendable, kinked},
+    loss::{Data, Sandwich, SandwichLoss, delayed, squares_through},
     monitor::Monitor,
     outcome::{Blocks, Scale, blocks, conventional_gain, even, mapped, tabulated},
     products::normal_equations,
-    rational::{Rational, groups},
+    rational::{Rational, convolved, groups},
     refine::{
         STRUCTURE_SAMPLES, TRIAL_STEPS, bic as schwarz, dependence, fitted, parameters, pieces, restructure,
         with_pieces,
     },
     search::{Found, LARGEST_ORDER, Prepared, START_SAMPLES, search, splits},
-    shape::{Local, Roughness, Shape, thinned},
+    shape::{Kink, Local, Roughness, Shape, thinned},
     split::{Candidate, fit_shape},
     structure::{Form, changes},
+    whitened::Whitened,
 };
 
 /// A linear approximation that explains less than this share of the output's variance is a weak start.

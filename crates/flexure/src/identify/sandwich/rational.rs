@@ -56,7 +56,7 @@ fn cascade<const K: usize>(a: [[f64; 2]; K], input: &[f64]) -> Vec<f64> {
 }
 
 /// $\sum_i b_i z^{-i}$ applied to a signal.
-pub(super) fn convolved(b: &[f64], signal: &[f64]) -> Vec<f64> {
+pub(in crate::identify) fn convolved(b: &[f64], signal: &[f64]) -> Vec<f64> {
     let n = signal.len();
     let mut output = vec![0.0; n];
     for (i, b) in b.iter().enumerate().take_while(|(i, _)| *i < n) {

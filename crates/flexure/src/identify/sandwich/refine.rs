@@ -4,7 +4,7 @@ use super::super::criterion;
 use super::descent::descend;
 use super::efficient::{SAMPLES_A_COEFFICIENT, efficient};
 use super::intersample::with_instant_between;
-use super::kinks::kinked;
+use super::kinks::{Middle, kinked};
 use super::loss::{Data, Sandwich, SandwichLoss};
 use super::monitor::Monitor;
 use super::shape::{Roughness, thinned};
@@ -181,7 +181,11 @@ pub(super) fn restructured_efficiently(
         None => restructure(start, form, &white, monitor, unlisted),
     };
     let found = pieces(found, &white, TRIAL_STEPS, monitor, unlisted);
-    let found = kinked(found, &white, monitor, unlisted);
+    let mut middle = Middle {
+        data: &white,
+        tried: unlisted,
+    };
+    let found = kinked(found, &mut middle, monitor);
     let found = fitted(on(&all, &found.sandwich), &all, TRIAL_STEPS, 1e-4, monitor);
     if !(found.bic(&all) < on(&all, &c.sandwich).bic(&all)) {
         return None;

@@ -1,7 +1,7 @@
 //! From samples to a cascade: linear approximations, the best of several starts, and the last fit on all samples.
 
 use super::approximation::{Approximation, approximate, pure_delay};
-use super::kinks::kinked;
+use super::kinks::{Middle, kinked};
 use super::loss::{Data, Sandwich};
 use super::monitor::{Monitor, Stage};
 use super::outcome::{ApproximationScore, Scales};
@@ -203,7 +203,11 @@ pub(in crate::identify) fn search(
     medium.dependence = dependence(&start.sandwich.run(&medium.u), &medium);
     let start = pieces(start, &medium, TRIAL_STEPS, monitor, &mut tried);
     let chosen = restructure(start, form, &medium, monitor, &mut tried);
-    let chosen = kinked(chosen, &medium, monitor, &mut tried);
+    let mut middle = Middle {
+        data: &medium,
+        tried: &mut tried,
+    };
+    let chosen = kinked(chosen, &mut middle, monitor);
     monitor.stage = Stage::Refinement;
     let mut data = data.clone();
     let whole = Candidate {

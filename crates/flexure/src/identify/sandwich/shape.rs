@@ -95,22 +95,74 @@ impl Shape {
     }
 
     /// Value and slope of the spline from the B-splines at a point.
-    pub fn combine(&self, local: &Local) -> (f64, f64) {
+    fn combine(&self, local: &Local) -> (f64, f64) {
         let c = &self.c[local.first..local.first + 4];
         let dot = |v: &[f64; 4]| c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
         (dot(&local.values), dot(&local.slopes))
     }
 
     pub fn value(&self, x: f64) -> f64 {
-        self.combine(&self.local(x)).0 + self.kinked(x).0
+        self.value_and_slope(x, &self.local(x)).0
     }
 
-    /// What the kinks add to value and slope.
-    pub fn kinked(&self, x: f64) -> (f64, f64) {
+    /// Value and slope at `x` from the B-splines there.
+    pub fn value_and_slope(&self, x: f64, local: &Local) -> (f64, f64) {
         let before = self.kinks.iter().filter(|k| x > k.at);
-        before.fold((0.0, 0.0), |(value, slope), k| {
+        before.fold(self.combine(local), |(value, slope), k| {
             (value + k.bend * (x - k.at), slope + k.bend)
         })
+    }
+
+    /// The number of parameters.
+    pub fn count(&self) -> usize {
+        self.c.len() + 2 * self.kinks.len()
+    }
+
+    /// The coefficients, then every kink's place and bend.
+    pub fn parameters(&self) -> impl Iterator<Item = f64> {
+        let kinks = self.kinks.iter().flat_map(|k| [k.at, k.bend]);
+        self.c.iter().copied().chain(kinks)
+    }
+
+    /// Takes other [`parameters`](Self::parameters).
+    pub fn set(&mut self, p: &[f64]) {
+        let (c, kinks) = p.split_at(self.c.len());
+        self.c.copy_from_slice(c);
+        for (kink, p) in self.kinks.iter_mut().zip(kinks.chunks_exact(2)) {
+            (kink.at, kink.bend) = (p[0], p[1]);
+        }
+    }
+
+    /// The derivative of the values at `x`, where the B-splines are `local`, by parameter `j`.
+    pub fn by_parameter(&self, j: usize, x: &[f64], local: &[Local]) -> Vec<f64> {
+        let Some(of_kinks) = j.checked_sub(self.c.len()) else {
+            let value = |l: &Local| match j.checked_sub(l.first) {
+                Some(k) if k < 4 => l.values[k],
+                _ => 0.0,
+            };
+            return local.iter().map(value).collect();
+        };
+        let Kink { at, bend } = self.kinks[of_kinks / 2];
+        match of_kinks % 2 {
+            0 => x.iter().map(|x| if *x > at { -bend } else { 0.0 }).collect(),
+            _ => x.iter().map(|x| (x - at).max(0.0)).collect(),
+        }
+    }
+
+    /// The parameters that the values are linear in, all but the kinks' places.
+    pub fn linear_parameters(&self) -> impl Iterator<Item = usize> {
+        let splines = self.c.len();
+        (0..splines).chain((0..self.kinks.len()).map(move |k| splines + 2 * k + 1))
+    }
+
+    /// Takes other values of the parameters that the values are linear in.
+    pub fn set_linear(&mut self, mut p: Vec<f64>) {
+        let bends = p.split_off(self.c.len());
+        self.c = p;
+        self.kinks
+            .iter_mut()
+            .zip(bends)
+            .for_each(|(kink, bend)| kink.bend = bend);
     }
 
     /// `intervals + 1` breakpoints that share out the curve's own roughness evenly (de Boor 2001, chapter XII), dense
@@ -247,7 +299,8 @@ mod tests {
             let by_hand: f64 = bends.iter().map(|(at, bend)| bend * (x - at).max(0.0)).sum();
             let steeper: f64 = bends.iter().map(|(at, bend)| if x > *at { *bend } else { 0.0 }).sum();
             assert!((more - by_hand).abs() < 1e-12, "{x}");
-            assert!((kinked.kinked(x).1 - steeper).abs() < 1e-12, "{x}");
+            let (_, whole) = kinked.value_and_slope(x, &local);
+            assert!((whole - slope - steeper).abs() < 1e-12, "{x}");
             let difference = (shape.value(x + 1e-6) - shape.value(x - 1e-6)) / 2e-6;
             assert!((slope - difference).abs() < 1e-6, "{x}: {slope} {difference}");
         }

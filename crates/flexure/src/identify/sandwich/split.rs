@@ -10,7 +10,7 @@ use super::approximation::solve;
 use super::loss::{Data, Sandwich};
 use super::products::normal_equations;
 use super::rational::{Rational, convolved, groups};
-use super::shape::{Shape, thinned};
+use super::shape::{Local, Shape, thinned};
 use crate::interrupt::{self, Interrupt};
 use crate::linear::Complex;
 use crate::linear::correlation::{mean, variance};
@@ -163,30 +163,27 @@ pub(super) fn refit_coefficients(mut sandwich: Sandwich, breakpoints: &[f64], da
     sandwich.shape.kinks = kinks;
     let (shape, back) = (&sandwich.shape, &sandwich.back);
     let all_pole = sandwich.front.all_pole(&data.u);
-    let splines = shape.c.len();
-    let mut columns = vec![vec![0.0; all_pole.len()]; splines + shape.kinks.len()];
-    for (front, numerator) in sandwich.instants() {
-        for (t, w) in convolved(front, &all_pole).iter().enumerate() {
-            let mut add = |column: usize, v: f64| {
-                let later = columns[column][t..].iter_mut().zip(numerator);
-                later.for_each(|(c, b)| *c += b * v);
-            };
-            let local = shape.local(*w);
-            (0..4).for_each(|k| add(local.first + k, local.values[k]));
-            for (k, kink) in shape.kinks.iter().enumerate().filter(|(_, kink)| *w > kink.at) {
-                add(splines + k, w - kink.at);
-            }
+    let instants: Vec<_> = (sandwich.instants())
+        .map(|(front, numerator)| {
+            let w = convolved(front, &all_pole);
+            let local: Vec<Local> = w.iter().map(|w| shape.local(*w)).collect();
+            (w, local, numerator)
+        })
+        .collect();
+    let column = |j: usize| {
+        let mut sum = vec![0.0; all_pole.len()];
+        for (w, local, numerator) in &instants {
+            let more = convolved(numerator, &shape.by_parameter(j, w, local));
+            sum.iter_mut().zip(more).for_each(|(s, m)| *s += m);
         }
-    }
-    let through = |c: &Vec<f64>| convolved(&data.filter, &back.all_pole(c));
-    let columns: Vec<Vec<f64>> = columns.par_iter().map(through).collect();
+        convolved(&data.filter, &back.all_pole(&sum))
+    };
+    let linear: Vec<usize> = shape.linear_parameters().collect();
+    let columns: Vec<Vec<f64>> = linear.into_par_iter().map(column).collect();
     let level = mean(&data.y[data.from..]);
     let minus: Vec<f64> = data.y.iter().map(|y| level - y).collect();
-    let mut c = solve(&normal_equations(&convolved(&data.filter, &minus), &columns, data.from))?;
-    let bends = c.split_off(splines);
-    sandwich.shape.c = c;
-    let kinks = sandwich.shape.kinks.iter_mut();
-    kinks.zip(bends).for_each(|(kink, bend)| kink.bend = bend);
+    let coefficients = solve(&normal_equations(&convolved(&data.filter, &minus), &columns, data.from))?;
+    sandwich.shape.set_linear(coefficients);
     sandwich.offset = level;
     let squares = data.squares(&sandwich.run(&data.u));
     squares.is_finite().then_some(Candidate { sandwich, squares })
