@@ -119,11 +119,7 @@ impl<F, const N: usize> Stretch<'_, F, N> {
         let points = self.starts.iter().zip(self.ends).zip(self.at);
         for (((&start, &end), &q), sum) in points.zip(sums) {
             let Moments(moments) = self.window(start, end);
-            let coefficients = (self.coefficients)(self.frame.u(q));
-            *sum = [0.0; 2];
-            for (c, moment) in coefficients.iter().zip(&moments) {
-                *sum = [sum[0] + c * moment[0], sum[1] + c * moment[1]];
-            }
+            *sum = self.coefficients.combined(self.frame.u(q), &moments);
         }
     }
 
