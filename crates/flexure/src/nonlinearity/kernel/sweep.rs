@@ -261,7 +261,10 @@ impl<'a, const N: usize> Sweep<'a, N> {
         self.low = lo..end;
         self.high = start..ends[count - 1] as usize + 1;
         match self.data.weights() {
-            None => self.fill(core, |_, y| (1.0, y)),
+            None => {
+                let one = std::hint::black_box(1.0);
+                self.fill(core, |_, y| (one, y))
+            }
             Some(w) => self.fill(core, |i, y| (w[i], w[i] * y)),
         }
         count
