@@ -262,6 +262,7 @@ impl<'a, const N: usize> Sweep<'a, N> {
         self.high = start..ends[count - 1] as usize + 1;
         match self.data.weights() {
             None => {
+                // Not known as one to the compiler, which would multiply by it apart from y and put both together anew.
                 let one = std::hint::black_box(1.0);
                 self.fill(core, |_, y| (one, y))
             }
