@@ -11,8 +11,9 @@ use std::ops::Range;
 
 use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
 use super::piece::{Visit, at_own_points};
-use super::sorted::{mean, sum_in_lanes};
+use super::sorted::mean;
 use super::sums::DIRECT_BELOW;
+use super::tangents::Tangents;
 use super::{Degree, Kernel, Sorted, Sums};
 
 /// Points that are put in bins at a time: bins end with them, whatever the number of threads.
@@ -203,7 +204,7 @@ impl Bins {
             return Vec::new();
         }
         let total: f64 = (0..data.len()).map(|b| data.weight(b)).sum();
-        let widest = data.x.windows(2).fold(0.0, |widest: f64, x| widest.max(x[1] - x[0]));
+        let tangents = Tangents::new(data, &self.products);
         let score = |fits: &mut Vec<[f64; 2]>, h: f64, visit: &mut dyn FnMut(&mut Fits<'_>)| {
             fits.clear();
             fits.resize(data.len(), [0.0, 1.0]);
@@ -214,7 +215,7 @@ impl Bins {
                 h,
                 fits,
             });
-            self.about_tangents(fits, if widest <= h { f64::INFINITY } else { h }) / total
+            tangents.squares(fits, h) / total
         };
         let mut scores = Vec::new();
         if kernel == Kernel::Gaussian {
@@ -234,36 +235,6 @@ impl Bins {
             });
         }
         scores
-    }
-
-    /// The data's squared distances from the estimate's tangents at their bins, each in units of the share
-    /// that the bin's other data have. A slope is that between the neighbours within `reach`.
-    fn about_tangents(&self, fits: &[[f64; 2]], reach: f64) -> f64 {
-        let (x, y, count) = (&self.data.x, &self.data.y, fits.len());
-        let distance = |b: usize, slope: f64| {
-            let ([fit, factor], [xx, xy, yy]) = (fits[b], self.products[b]);
-            let residual = y[b] - fit;
-            let about_tangent = yy + self.data.weight(b) * residual * residual + slope * (slope * xx - 2.0 * xy);
-            factor * factor * about_tangent
-        };
-        let between = |below: usize, above: usize| {
-            let run = x[above] - x[below];
-            if run > 0.0 {
-                (fits[above][0] - fits[below][0]) / run
-            } else {
-                0.0
-            }
-        };
-        if reach.is_infinite() && count > 2 {
-            let ends = distance(0, between(0, 1)) + distance(count - 1, between(count - 2, count - 1));
-            return ends + sum_in_lanes(1..count - 1, |b| distance(b, between(b - 1, b + 1)));
-        }
-        let near = |b: usize| {
-            let below = b - usize::from(b > 0 && x[b] - x[b - 1] <= reach);
-            let above = b + usize::from(b + 1 < count && x[b + 1] - x[b] <= reach);
-            distance(b, between(below, above))
-        };
-        (0..count).map(near).sum()
     }
 }
 

@@ -29,6 +29,7 @@ mod sorted;
 mod staircase;
 mod sums;
 mod sweep;
+mod tangents;
 mod window;
 
 pub(crate) use binned::Pyramid;

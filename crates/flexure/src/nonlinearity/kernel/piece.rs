@@ -7,10 +7,45 @@ use super::sweep::{Grains, STRETCH, Sweep};
 use super::window::{Items, Slider};
 use super::{Degree, Kernel, Sorted, Sums};
 
-/// A kernel's coefficients of the powers of u, at the coordinate t of the point.
-pub trait Coefficients<const M: usize>: Fn(f64) -> [f64; M] + Copy + Sync {}
+/// A kernel as a polynomial: its coefficients of the powers of u, at the coordinate t of the point.
+pub trait Coefficients<const M: usize>: Copy + Sync {
+    /// The coefficients.
+    fn at(self, t: f64) -> [f64; M];
 
-impl<const M: usize, F: Fn(f64) -> [f64; M] + Copy + Sync> Coefficients<M> for F {}
+    /// The sums of K and of K y out of those of the powers of u.
+    #[inline(always)]
+    fn combined(self, t: f64, moments: &[[f64; 2]]) -> [f64; 2] {
+        let terms = self.at(t).into_iter().zip(moments);
+        terms.fold([0.0; 2], |[s, t], (c, moment)| [s + c * moment[0], t + c * moment[1]])
+    }
+}
+
+impl<const M: usize, F: Fn(f64) -> [f64; M] + Copy + Sync> Coefficients<M> for F {
+    #[inline(always)]
+    fn at(self, t: f64) -> [f64; M] {
+        self(t)
+    }
+}
+
+/// 1 - (t - u)^2.
+#[derive(Clone, Copy)]
+struct Parabola;
+
+impl Coefficients<3> for Parabola {
+    #[inline(always)]
+    fn at(self, t: f64) -> [f64; 3] {
+        parabola(t)
+    }
+
+    #[inline(always)]
+    fn combined(self, t: f64, moments: &[[f64; 2]]) -> [f64; 2] {
+        // By Horner's rule in t, as most of the time goes by here.
+        std::array::from_fn(|k| {
+            let [m0, m1, m2] = [moments[0][k], moments[1][k], moments[2][k]];
+            (m0 - m2) + t * ((m1 + m1) - t * m0)
+        })
+    }
+}
 
 /// Something to be done with a kernel's polynomials: N moments serve M coefficients (N = M) and, for the
 /// local linear fit, two powers of u more (N = M + 2).
@@ -42,8 +77,8 @@ pub fn perform(job: &mut impl Job, kernel: Kernel, degree: Degree) {
         (Kernel::Uniform, Linear) => job.whole::<1, 3>(|_| [1.0]),
         (Kernel::Triangular, Constant) => job.halves::<2>(),
         (Kernel::Triangular, Linear) => job.halves::<4>(),
-        (Kernel::Epanechnikov, Constant) => job.whole::<3, 3>(parabola),
-        (Kernel::Epanechnikov, Linear) => job.whole::<3, 5>(parabola),
+        (Kernel::Epanechnikov, Constant) => job.whole::<3, 3>(Parabola),
+        (Kernel::Epanechnikov, Linear) => job.whole::<3, 5>(Parabola),
         (Kernel::Biweight, Constant) => job.whole::<5, 5>(parabola_squared),
         (Kernel::Biweight, Linear) => job.whole::<5, 7>(parabola_squared),
         (Kernel::Triweight, Constant) => job.whole::<7, 7>(parabola_cubed),
@@ -58,7 +93,7 @@ pub fn sums<I: Items<N>, const M: usize, const N: usize>(
     slider: &mut Slider<'_, I, N>,
     (lo, hi): (usize, usize),
     q: f64,
-    coefficients: impl Fn(f64) -> [f64; M],
+    coefficients: impl Coefficients<M>,
 ) -> Sums {
     if lo >= hi {
         return Sums::NONE;

@@ -9,6 +9,8 @@ use std::cmp::Ordering;
 
 use rayon::prelude::*;
 
+use super::binned::nearest_whole;
+
 /// Data are put in buckets in at most so many parts, each of at least so many points.
 const PARTS: usize = 16;
 const PART: usize = 1 << 16;
@@ -82,6 +84,8 @@ struct Places {
     lowest: f64,
     scale: f64,
     count: usize,
+    /// The last place.
+    last: f64,
 }
 
 impl Places {
@@ -105,13 +109,16 @@ impl Places {
             lowest,
             scale: if scale.is_finite() { scale } else { 0.0 },
             count,
+            last: (count - 1) as f64,
         }
     }
 
     #[inline(always)]
     fn of(&self, x: f64) -> usize {
-        // The conversion takes what is negative or not a number to zero.
-        (((x - self.lowest) * self.scale) as usize).min(self.count - 1)
+        let place = (x - self.lowest) * self.scale;
+        // What is not a number goes to the first.
+        let place = if place > 0.0 { place } else { 0.0 };
+        nearest_whole(if place < self.last { place } else { self.last }).0
     }
 
     /// Where each place starts in a list of the points in order of place, and the list's end.
@@ -132,9 +139,11 @@ impl Places {
 /// Sorts `points`; what `scratch` holds does not matter.
 fn order<const C: usize>(points: &mut Vec<[f64; C]>, scratch: &mut Vec<[f64; C]>) {
     if points.len() > CROWD {
-        let (low, high) = (points.iter()).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
-            (low.min(p[0]), high.max(p[0]))
-        });
+        // No need for the care that `f64::min` takes of NaN.
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for x in points.iter().map(|point| point[0]) {
+            (low, high) = (if x < low { x } else { low }, if x > high { x } else { high });
+        }
         let places = Places::between(low, high, points.len());
         let starts = places.starts(points.iter().map(|p| p[0]));
         let mut next = starts.clone();

@@ -112,7 +112,7 @@ impl<'a> Windows<'a> {
         // The remainders tell the compiler that the places are in the tile.
         let rises = |i: usize, j: usize| xj[j % TILE] - xi[i % TILE] <= h;
         let diagonals: [usize; PIECES] = std::array::from_fn(|piece| piece * steps / PIECES);
-        let mut js = diagonals.map(|diagonal| on_diagonal(diagonal, rises));
+        let mut js = on_diagonals(diagonals, rises);
         // Pieces may overlap by a step, which both make alike.
         for step in 0..steps.div_ceil(PIECES) {
             for (j, diagonal) in js.iter_mut().zip(diagonals) {
@@ -145,18 +145,23 @@ impl<'a> Abscissas<'a> {
     }
 }
 
-/// The staircase's j on the diagonal i + j = `sum`.
-fn on_diagonal(sum: usize, rises: impl Fn(usize, usize) -> bool) -> usize {
-    // The lowest i which the last j before is in reach of.
-    let (mut low, mut len) = (0, sum);
-    while len > 0 {
-        let half = len / 2;
-        let middle = low + half;
-        let reached = rises(middle, sum - middle - 1);
-        low = if reached { low } else { middle + 1 };
-        len = if reached { half } else { len - half - 1 };
+/// The staircase's j on the diagonals i + j = `sums`, of which the last is the farthest.
+#[inline(always)]
+fn on_diagonals<const D: usize>(sums: [usize; D], rises: impl Fn(usize, usize) -> bool) -> [usize; D] {
+    // The lowest i which the last j before is in reach of. All searches are made at once, as each waits for what it
+    // has read, and without a branch.
+    let (mut low, mut len) = ([0; D], sums);
+    for _ in 0..usize::BITS - sums[D - 1].leading_zeros() {
+        for k in 0..D {
+            let half = len[k] / 2;
+            let beyond = !rises(low[k] + half, sums[k].wrapping_sub(low[k] + half + 1));
+            let beyond = usize::from(beyond) & usize::from(len[k] > 0);
+            low[k] += beyond * (half + 1);
+            // Of an odd number as many are on either side.
+            len[k] = half - (beyond & !len[k]);
+        }
     }
-    sum - low
+    std::array::from_fn(|k| sums[k] - low[k])
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::piece::Coefficients;
 use super::window::Moments;
 
 /// The degree of the polynomial that is fitted around every point.
@@ -61,9 +62,9 @@ impl Sums {
     pub fn combined<const M: usize, const N: usize>(
         Moments(moments): &Moments<N>,
         t: f64,
-        coefficients: impl Fn(f64) -> [f64; M],
+        coefficients: impl Coefficients<M>,
     ) -> Self {
-        let c = coefficients(t);
+        let c = coefficients.at(t);
         let mut sums = Sums {
             mass: [moments[0][0], 0.0],
             at: t,

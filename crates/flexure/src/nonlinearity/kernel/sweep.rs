@@ -119,11 +119,7 @@ impl<F, const N: usize> Stretch<'_, F, N> {
         let points = self.starts.iter().zip(self.ends).zip(self.at);
         for (((&start, &end), &q), sum) in points.zip(sums) {
             let Moments(moments) = self.window(start, end);
-            let coefficients = (self.coefficients)(self.frame.u(q));
-            *sum = [0.0; 2];
-            for (c, moment) in coefficients.iter().zip(&moments) {
-                *sum = [sum[0] + c * moment[0], sum[1] + c * moment[1]];
-            }
+            *sum = self.coefficients.combined(self.frame.u(q), &moments);
         }
     }
 
@@ -265,7 +261,11 @@ impl<'a, const N: usize> Sweep<'a, N> {
         self.low = lo..end;
         self.high = start..ends[count - 1] as usize + 1;
         match self.data.weights() {
-            None => self.fill(core, |_, y| (1.0, y)),
+            None => {
+                // Not known as one to the compiler, which would multiply by it apart from y and put both together anew.
+                let one = std::hint::black_box(1.0);
+                self.fill(core, |_, y| (one, y))
+            }
             Some(w) => self.fill(core, |i, y| (w[i], w[i] * y)),
         }
         count

@@ -18,6 +18,7 @@ const BLOCK: usize = 64;
 
 /// sum w u^k and sum w y u^k for k < N, in pairs.
 #[derive(Clone, Copy)]
+#[repr(align(16))]
 pub struct Moments<const N: usize>(pub [[f64; 2]; N]);
 
 impl<const N: usize> Moments<N> {
