@@ -33,18 +33,23 @@ pub(super) fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpo
     })
 }
 
-/// Warns where the input takes too few values for a curve.
-pub(super) fn warn_of_levels(u: &[f64], warnings: &mut Vec<Warning>) {
+/// The values that the input takes, in order of appearance, if they are too few for a curve.
+pub(super) fn few_levels(u: &[f64]) -> Option<Vec<f64>> {
     let mut levels: Vec<f64> = Vec::new();
     for &v in u {
         if !levels.contains(&v) {
             levels.push(v);
         }
         if levels.len() > FEW_LEVELS {
-            return;
+            return None;
         }
     }
-    warnings.push(Warning::FewLevels { levels: levels.len() });
+    Some(levels)
+}
+
+/// Warns where the input takes too few values for a curve.
+pub(super) fn warn_of_levels(u: &[f64], warnings: &mut Vec<Warning>) {
+    warnings.extend(few_levels(u).map(|levels| Warning::FewLevels { levels: levels.len() }));
 }
 
 /// Warns where the input is so far from white that the correlation estimate suffers; whether it is.

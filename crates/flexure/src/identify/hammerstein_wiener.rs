@@ -194,24 +194,25 @@ impl Blocks {
         // V = slope v + level for the branch's own v.
         let (slope, level) = conventional_line(&branch.shape, &data.u[0]);
         let (slope, level) = (slope * scale.spread, scale.back(level));
-        let input = tabulated(&branch.shape, |u| scale.back(u), |v| slope * v + level)?;
+        let input = tabulated(
+            &branch.shape,
+            &data.u[0][data.from..],
+            |u| scale.back(u),
+            |v| slope * v + level,
+        )?;
         let fixed = linear.static_gain();
         let passed = if fixed.is_finite() { fixed * level } else { 0.0 };
         // The linear part's output is (x - o) slope / gain + passed.
         let abscissa = |x: f64| (x - system.offset) * slope / gain + passed;
         let ordinate = |y: f64| columns.output.back(y);
-        let output = match &system.output {
-            Some(shape) => tabulated(shape, abscissa, ordinate)?,
-            None => {
-                let x = system.inner(&data.u);
-                let ends = x.iter().fold((system.offset - 1.0, system.offset + 1.0), |(l, h), x| {
-                    (l.min(*x), h.max(*x))
-                });
-                let mut identity = Shape::new(&[ends.0, ends.1]);
-                identity.straighten();
-                tabulated(&identity, abscissa, ordinate)?
-            }
+        let inner = &system.inner(&data.u)[data.from..];
+        let identity = || {
+            let mut identity = Shape::new(&[system.offset - 1.0, system.offset + 1.0]);
+            identity.straighten();
+            identity
         };
+        let shape = system.output.clone().unwrap_or_else(identity);
+        let output = tabulated(&shape, inner, abscissa, ordinate)?;
         Ok(Blocks { input, linear, output })
     }
 

@@ -228,7 +228,9 @@ fn in_units(system: &System, data: &Signals, columns: &Columns, names: &[&str]) 
         let level = mean(&data.u[i].iter().map(|u| branch.shape.value(*u)).collect::<Vec<_>>());
         let scale = columns.output.spread * gain;
         let abscissa = |u: f64| columns.inputs[i].back(u);
-        let nonlinearity = tabulated(&branch.shape, abscissa, |v| scale * (v - level))?;
+        let nonlinearity = tabulated(&branch.shape, &data.u[i][data.from..], abscissa, |v| {
+            scale * (v - level)
+        })?;
         let fixed = linear.static_gain();
         if fixed.is_finite() {
             offset += fixed * scale * level;

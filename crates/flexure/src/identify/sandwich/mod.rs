@@ -56,7 +56,7 @@ pub(super) use {
     kinks::{Bendable, kinked},
     loss::{Data, Sandwich, SandwichLoss, delayed, squares_through},
     monitor::Monitor,
-    outcome::{Blocks, Scale, blocks, conventional_gain, even, mapped, tabulated},
+    outcome::{Blocks, Scale, abscissas, blocks, conventional_gain, mapped, tabulated},
     products::normal_equations,
     rational::{Rational, convolved, groups},
     refine::{

@@ -5,6 +5,7 @@ use super::loss::Sandwich;
 use super::rational::Rational;
 use super::refine::TriedStructure;
 use super::search::Prepared;
+use super::shape::Shape;
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
@@ -125,8 +126,19 @@ impl Scales {
 }
 
 /// Evenly spaced points, as many as a tabulated nonlinearity has besides its breakpoints.
-pub(in crate::identify) fn even(low: f64, high: f64) -> impl Iterator<Item = f64> {
+fn even(low: f64, high: f64) -> impl Iterator<Item = f64> {
     (0..POINTS).map(move |i| low + (high - low) * i as f64 / (POINTS - 1) as f64)
+}
+
+/// Where a nonlinearity is tabulated over a range: at evenly spaced points, and at its breakpoints and kinks.
+pub(in crate::identify) fn abscissas(shape: &Shape, [low, high]: [f64; 2]) -> Vec<f64> {
+    let mut at: Vec<f64> = even(low, high).chain(shape.breakpoints().iter().copied()).collect();
+    at.extend(shape.kinks_within([low, high]));
+    at.sort_unstable_by(f64::total_cmp);
+    // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
+    let nearest = 1e-9 * (high - low);
+    at.dedup_by(|b, a| *b - *a <= nearest);
+    at
 }
 
 /// The table of a nonlinearity at these points, straight on beyond its ends; both functions are applied to the points.
@@ -207,18 +219,10 @@ pub(in crate::identify) fn blocks(s: &Sandwich, prepared: &Prepared) -> Result<B
     }
     let ordinate = |x: f64| level + output.spread * back_gain * s.shape.value(x);
     let breakpoints = s.shape.breakpoints();
-    let kinks: Vec<f64> = s.shape.kinks.iter().map(|k| k.at).collect();
-    let (mut low, mut high) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
-    for w in s.intermediate(&data.u) {
-        low = w[data.from..].iter().copied().fold(low, f64::min);
-        high = w[data.from..].iter().copied().fold(high, f64::max);
-    }
-    let mut inner: Vec<f64> = even(low, high).chain(breakpoints.iter().copied()).collect();
-    inner.extend(&kinks);
-    inner.sort_unstable_by(f64::total_cmp);
-    // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
-    let nearest = 1e-9 * (high - low);
-    inner.dedup_by(|b, a| *b - *a <= nearest);
+    let entering: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
+    let range = s.shape.range_with(&entering);
+    let kinks = s.shape.kinks_within(range);
+    let inner = abscissas(&s.shape, range);
     let curve = |front: &Rational| tabulated(inner.iter().copied(), |x| abscissa(x, front), ordinate);
     let [breakpoints, kinks] = [breakpoints, &kinks].map(|at| mapped(at, |x| abscissa(x, &front)));
     let intersample = (s.between.as_ref())

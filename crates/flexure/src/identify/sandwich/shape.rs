@@ -57,6 +57,21 @@ impl Shape {
         &self.knots[3..self.knots.len() - 3]
     }
 
+    /// The range of the breakpoints and of these points.
+    pub fn range_with(&self, points: &[f64]) -> [f64; 2] {
+        let all = self.breakpoints().iter().chain(points);
+        let start = [f64::INFINITY, f64::NEG_INFINITY];
+        all.fold(start, |[low, high], x| [low.min(*x), high.max(*x)])
+    }
+
+    /// The kinks' places within a range, increasing: those outside say nothing of a signal that stays inside.
+    pub fn kinks_within(&self, [low, high]: [f64; 2]) -> Vec<f64> {
+        let places = self.kinks.iter().map(|k| k.at);
+        let mut within: Vec<f64> = places.filter(|at| (low..=high).contains(at)).collect();
+        within.sort_unstable_by(f64::total_cmp);
+        within
+    }
+
     /// Becomes the identity, by Greville's abscissas.
     pub fn straighten(&mut self) {
         for (j, c) in self.c.iter_mut().enumerate() {
