@@ -80,11 +80,9 @@ impl Cuts {
                 [begin, if halve { q.next_up() } else { begin }, end]
             })
             .collect();
-        let run = |k: usize| -> Vec<f64> { edges.iter().map(|edge| edge[k]).collect() };
-        let mut cuts = merged(&run(0), &run(2));
-        if halve {
-            cuts = merged(&cuts, &run(1));
-        }
+        let mut cuts: Vec<f64> = (0..3).flat_map(|k| edges.iter().map(move |edge| edge[k])).collect();
+        // A few increasing runs, which the stable sort merges.
+        cuts.sort_by(f64::total_cmp);
         cuts.dedup();
         let mut rank = [0; 3];
         let windows = edges
@@ -144,36 +142,8 @@ impl Cuts {
     }
 }
 
-/// Two increasing runs as one.
-fn merged(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let (mut i, mut j) = (0, 0);
-    let mut all = Vec::with_capacity(a.len() + b.len());
-    while let (Some(&first), Some(&second)) = (a.get(i), b.get(j)) {
-        let take = first <= second;
-        all.push(if take { first } else { second });
-        i += usize::from(take);
-        j += usize::from(!take);
-    }
-    all.extend_from_slice(&a[i..]);
-    all.extend_from_slice(&b[j..]);
-    all
-}
-
 /// The lowest float for which `holds`, which is false below some float and true from there on.
-#[inline(always)]
 fn first_float(guess: f64, holds: impl Fn(f64) -> bool) -> f64 {
-    // Nearly always the guess or one of its neighbours.
-    let (less, more) = (guess.next_down(), guess.next_up());
-    match (holds(less), holds(guess), holds(more)) {
-        (false, true, _) => guess,
-        (false, false, true) => more,
-        _ => distant_float(guess, holds),
-    }
-}
-
-/// [`first_float`] from a guess that may be far off.
-#[cold]
-fn distant_float(guess: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let (least, most) = (to_ordered(f64::NEG_INFINITY), to_ordered(f64::INFINITY));
     let guess = to_ordered(guess);
     let holds = |key: u64| holds(from_ordered(key));
