@@ -84,6 +84,9 @@ pub fn model_file(result: &HammersteinWienerIdentification, signals: &Signals) -
     }
 }
 
+/// Why a nonlinearity has the pieces and kinks that it has.
+pub const PIECES_WHY: &str = "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks for them";
+
 /// A nonlinearity in words.
 pub fn pieces_words(breakpoints: &[f64], kinks: &[f64]) -> String {
     let end = |x: Option<&f64>| x.map_or_else(String::new, |x| number(*x));

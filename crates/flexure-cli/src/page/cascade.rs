@@ -9,6 +9,7 @@ use super::{
     Decoration, Judged, Parts, assembled, density, fact, fit_facts, labelled, linear_part, samples, samples_fact,
 };
 use crate::cascade::{Cascade, INTERSAMPLE};
+use crate::nonlinear_ends::PIECES_WHY;
 use crate::outcome::{Signals, number};
 use crate::tuning;
 
@@ -130,8 +131,7 @@ fn choices(result: &Cascade) -> Vec<Choice> {
     let pieces = result.nonlinearity.is_some().then(|| Choice {
         name: "Pieces of the nonlinearity".to_owned(),
         value: pieces_and_kinks(result.pieces(), result.kinks.len()),
-        why: "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks for them"
-            .to_owned(),
+        why: PIECES_WHY.to_owned(),
         curve: (by_pieces.len() > 1).then(|| ScoreCurve {
             x_label: "pieces".to_owned(),
             y_label: "Schwarz's criterion".to_owned(),

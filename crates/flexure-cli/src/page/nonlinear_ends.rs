@@ -8,7 +8,7 @@ use flexure_report::data::{Choice, Fact, LinearPart, Nonlinearity, Page, Table};
 use super::{
     Decoration, Judged, Parts, assembled, density, fact, fit_facts, labelled, linear_part, samples, samples_fact,
 };
-use crate::nonlinear_ends::{linear_block, pieces_words};
+use crate::nonlinear_ends::{PIECES_WHY, linear_block, pieces_words};
 use crate::outcome::{Signals, number};
 use crate::tuning;
 
@@ -90,7 +90,6 @@ fn choices(result: &HammersteinWienerIdentification) -> Vec<Choice> {
         why: why.to_owned(),
         curve: None,
     };
-    let spline = "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks for them";
     vec![
         choice(
             "Poles",
@@ -100,12 +99,12 @@ fn choices(result: &HammersteinWienerIdentification) -> Vec<Choice> {
         choice(
             "Nonlinearity at the input",
             pieces_words(&result.input_breakpoints, &result.input_kinks),
-            spline,
+            PIECES_WHY,
         ),
         choice(
             "Nonlinearity at the output",
             pieces_words(&result.output_breakpoints, &result.output_kinks),
-            spline,
+            PIECES_WHY,
         ),
     ]
 }

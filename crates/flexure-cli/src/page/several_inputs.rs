@@ -9,7 +9,7 @@ use super::{
     Decoration, Judged, Parts, assembled, choice, density, fact, fit_facts, labelled, linear_part, samples_fact,
 };
 use crate::cascade::LinearBlock;
-use crate::nonlinear_ends::pieces_words;
+use crate::nonlinear_ends::{PIECES_WHY, pieces_words};
 use crate::outcome::Signals;
 use crate::tuning;
 
@@ -113,7 +113,7 @@ fn choices(result: &MultipleInputsIdentification) -> Vec<Choice> {
         choice(
             &format!("Nonlinearity of '{}'", branch.input),
             pieces_words(&branch.breakpoints, &branch.kinks),
-            "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks for them",
+            PIECES_WHY,
         )
     };
     result.branches.iter().map(of).collect()

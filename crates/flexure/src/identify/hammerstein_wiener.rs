@@ -74,7 +74,8 @@ impl Default for HammersteinWiener {
 pub struct HammersteinWienerIdentification {
     /// The model, ready to simulate: `Series([Static, Linear, Static])`.
     pub model: Block,
-    /// The nonlinearity at the input, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of the fit.
+    /// The nonlinearity at the input, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the
+    /// range of the fit.
     pub input_nonlinearity: Curve,
     /// The linear part, of unit static or peak gain; the delay is leading zeros of its numerator. Always stable.
     pub linear: TransferFunction,

@@ -95,7 +95,8 @@ impl MultipleInputsModel {
 pub struct InputBranch {
     /// The input's column.
     pub input: String,
-    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of the fit.
+    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of
+    /// the fit.
     pub nonlinearity: Curve,
     /// Its breakpoints, increasing, in the input's unit.
     pub breakpoints: Vec<f64>,

@@ -44,7 +44,7 @@ impl Bendable for InSystem<'_> {
         with_pieces(&c.system, self.part, pieces, self.data)
     }
 
-    fn with_kinks(&self, c: &Candidate, kinks: Vec<Kink>, samples: usize) -> Option<(Candidate, f64)> {
+    fn with_kinks(&self, c: &Candidate, kinks: Vec<Kink>, samples: usize) -> Option<Candidate> {
         let mut system = c.system.clone();
         let shape = match self.part {
             Part::Branch(i) => &mut system.branches.get_mut(i)?.shape,
@@ -52,9 +52,11 @@ impl Bendable for InSystem<'_> {
         };
         shape.kinks = kinks;
         let breakpoints = shape.breakpoints().to_vec();
-        let refitted = refitted(&system, self.part, &breakpoints, &self.data.head(samples))?;
-        let squares = refitted.squares;
-        Some((refitted, squares))
+        refitted(&system, self.part, &breakpoints, &self.data.head(samples))
+    }
+
+    fn squares(&self, c: &Candidate) -> f64 {
+        c.squares
     }
 
     fn fitted(&mut self, c: Candidate, tolerance: f64, monitor: &mut Monitor<'_>) -> Candidate {

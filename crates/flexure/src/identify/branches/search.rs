@@ -1,7 +1,8 @@
 //! From the starts to the system: screening, structure, and the last fit on all samples.
 
 use super::super::sandwich::{
-    Data, Monitor, Rational, SAMPLES_A_COEFFICIENT, Stage, Whitened, approximate, changes, descend, efficient, groups,
+    Data, Monitor, Rational, Residuals, Stage, approximate, changes, descend_through, efficient, groups,
+    whitening_filter,
 };
 use super::kinks::kinked;
 use super::loss::Loss;
@@ -9,7 +10,6 @@ use super::pieces::{MOST_PIECES, with_output, with_pieces};
 use super::start::{branches, coarse, delays};
 use super::system::{Branch, Signals, System};
 use crate::linear::Complex;
-use crate::linear::autoregression::whitening;
 
 /// Largest order of the starts.
 const LARGEST_ORDER: usize = 8;
@@ -238,16 +238,7 @@ pub(super) fn fitted(
     monitor: &mut Monitor<'_>,
 ) -> Candidate {
     let loss = Loss::new(c.system.clone(), data);
-    let found = if data.filter.len() == 1 {
-        descend(&loss, loss.start(), steps, tolerance, monitor)
-    } else {
-        let whitened = Whitened {
-            problem: &loss,
-            filter: &data.filter,
-        };
-        descend(&whitened, loss.start(), steps, tolerance, monitor)
-    };
-    match found {
+    match descend_through(&data.filter, &loss, loss.start(), steps, tolerance, monitor) {
         Some((p, squares)) => Candidate {
             system: loss.system(&p),
             squares,
@@ -269,13 +260,8 @@ fn fitted_efficiently(c: &Candidate, data: &Signals, monitor: &mut Monitor<'_>) 
 /// The structure chosen anew, by errors made white, for one that generalised least squares fits, as for
 /// [sandwiches](super::super::WienerHammerstein); `None` where there is no better one, or its error is not coloured noise.
 fn restructured_efficiently(c: &Candidate, data: &Signals, monitor: &mut Monitor<'_>) -> Option<Candidate> {
-    let mut errors = c.system.run(&data.u);
-    errors.iter_mut().zip(&data.y).for_each(|(e, y)| *e -= y);
-    let filter = whitening(&errors[data.from..], SAMPLES_A_COEFFICIENT);
-    if filter.len() == 1 {
-        return None;
-    }
-    let all = data.through(filter);
+    let loss = Loss::new(c.system.clone(), data);
+    let all = data.through(whitening_filter(&loss, &loss.residuals(&loss.start())?)?);
     let white = all.head(STRUCTURE_SAMPLES);
     // Their errors are not those of simulation, which is what the structures that were tried are listed by.
     let unlisted = &mut Vec::new();

@@ -24,7 +24,7 @@ use crate::linear::autoregression::whitening;
 use crate::linear::levenberg_marquardt::NormalEquations;
 
 /// Samples for each coefficient of the autoregression.
-pub(in crate::identify) const SAMPLES_A_COEFFICIENT: usize = 50;
+const SAMPLES_A_COEFFICIENT: usize = 50;
 /// The probability that a true model stays as it is: small, as those that stay are the ones with the largest errors of their own,
 /// and a rise of the simulation error by no more than chance does costs little.
 const LEVEL: f64 = 1e-4;
@@ -43,8 +43,8 @@ pub(in crate::identify) fn efficient(
     let from = problem.from();
     let squares = |e: &[f64]| e[from..].iter().map(|e| e * e).sum::<f64>();
     let before = problem.residuals(at)?;
-    let filter = whitening(&before[from..], SAMPLES_A_COEFFICIENT);
-    if filter.len() == 1 || !monitor.keep_on() {
+    let filter = whitening_filter(problem, &before)?;
+    if !monitor.keep_on() {
         return None;
     }
     let whitened = Whitened {
@@ -55,6 +55,12 @@ pub(in crate::identify) fn efficient(
     let (parameters, _) = descend(&whitened, at.to_vec(), STEPS, TOLERANCE, monitor)?;
     let after = squares(&problem.residuals(&parameters)?);
     (after - squares(&before) <= limit).then_some((parameters, after))
+}
+
+/// The autoregression that whitens the residuals of a problem; `None` where they are white.
+pub(in crate::identify) fn whitening_filter(problem: &impl Residuals, residuals: &[f64]) -> Option<Vec<f64>> {
+    let filter = whitening(&residuals[problem.from()..], SAMPLES_A_COEFFICIENT);
+    (filter.len() > 1).then_some(filter)
 }
 
 impl<P: Residuals> Whitened<'_, P> {

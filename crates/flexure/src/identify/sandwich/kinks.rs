@@ -33,8 +33,10 @@ pub(in crate::identify) trait Bendable {
     fn entering(&self, c: &Self::Candidate) -> Vec<f64>;
     /// With as many pieces; the rest as it is.
     fn with_pieces(&self, c: &Self::Candidate, pieces: usize) -> Option<Self::Candidate>;
-    /// With these kinks, their bends and the coefficients by least squares on at most so many samples; and the sum of squares there.
-    fn with_kinks(&self, c: &Self::Candidate, kinks: Vec<Kink>, samples: usize) -> Option<(Self::Candidate, f64)>;
+    /// With these kinks, their bends and the coefficients by least squares on at most so many samples.
+    fn with_kinks(&self, c: &Self::Candidate, kinks: Vec<Kink>, samples: usize) -> Option<Self::Candidate>;
+    /// The sum of squares on the samples of the last fit.
+    fn squares(&self, c: &Self::Candidate) -> f64;
     /// All parameters fitted from where they are; the structure goes on the list of those that were tried.
     fn fitted(&mut self, c: Self::Candidate, tolerance: f64, monitor: &mut Monitor<'_>) -> Self::Candidate;
     /// Schwarz's criterion.
@@ -68,12 +70,14 @@ impl Bendable for Middle<'_> {
         with_pieces(c, pieces, self.data)
     }
 
-    fn with_kinks(&self, c: &Candidate, kinks: Vec<Kink>, samples: usize) -> Option<(Candidate, f64)> {
+    fn with_kinks(&self, c: &Candidate, kinks: Vec<Kink>, samples: usize) -> Option<Candidate> {
         let mut sandwich = c.sandwich.clone();
         sandwich.shape.kinks = kinks;
-        let refitted = refit_coefficients(sandwich, c.sandwich.shape.breakpoints(), &self.data.head(samples))?;
-        let squares = refitted.squares;
-        Some((refitted, squares))
+        refit_coefficients(sandwich, c.sandwich.shape.breakpoints(), &self.data.head(samples))
+    }
+
+    fn squares(&self, c: &Candidate) -> f64 {
+        c.squares
     }
 
     fn fitted(&mut self, c: Candidate, tolerance: f64, monitor: &mut Monitor<'_>) -> Candidate {
@@ -160,10 +164,10 @@ fn with_kink<B: Bendable>(c: &B::Candidate, of: &B) -> Option<B::Candidate> {
     };
     let tried = (1..=PLACES).filter_map(|i| {
         let at = sorted[i * sorted.len() / (PLACES + 1)];
-        Some((at, of.with_kinks(c, with(at), START_SAMPLES)?.1))
+        Some((at, of.squares(&of.with_kinks(c, with(at), START_SAMPLES)?)))
     });
     let (at, _) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    of.with_kinks(c, with(at), usize::MAX).map(|(c, _)| c)
+    of.with_kinks(c, with(at), usize::MAX)
 }
 
 /// Whether there are samples on either side of every kink, and between them.
@@ -262,14 +266,7 @@ mod tests {
         let with = |places: &[f64]| {
             let mut shape = Shape::new(&[-1.0, 1.0]);
             shape.kinks = places.iter().map(|at| Kink { at: *at, bend: 1.0 }).collect();
-            let sandwich = Sandwich {
-                front: Rational::pass(),
-                shape,
-                back: Rational::pass(),
-                between: None,
-                offset: 0.0,
-            };
-            let squares = 0.0;
+            let (sandwich, squares) = (Sandwich::of(shape), 0.0);
             let tried = &mut Vec::new();
             determined(&Candidate { sandwich, squares }, &Middle { data: &data, tried })
         };

@@ -52,7 +52,7 @@ pub use refine::TriedStructure;
 pub(super) use {
     approximation::{approximate, restructured, solve},
     descent::{Residuals, descend},
-    efficient::{SAMPLES_A_COEFFICIENT, efficient},
+    efficient::{efficient, whitening_filter},
     kinks::{Bendable, kinked},
     loss::{Data, Sandwich, SandwichLoss, delayed, squares_through},
     monitor::Monitor,
@@ -67,7 +67,7 @@ pub(super) use {
     shape::{Kink, Local, Roughness, Shape, thinned},
     split::{Candidate, fit_shape},
     structure::{Form, changes},
-    whitened::Whitened,
+    whitened::descend_through,
 };
 
 /// A linear approximation that explains less than this share of the output's variance is a weak start.

@@ -54,7 +54,8 @@ pub struct SandwichIdentification {
     pub front: TransferFunction,
     /// The way through an instant between the samples, where the data show that the nonlinearity acts there too.
     pub intersample: Option<Intersample>,
-    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of the fit.
+    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of
+    /// the fit.
     pub nonlinearity: Curve,
     /// The last linear block, of unit static or peak gain. Always stable.
     pub back: TransferFunction,

@@ -1,8 +1,8 @@
 //! A candidate made better: all parameters fitted, pieces of the nonlinearity, poles and numerator coefficients.
 
 use super::super::criterion;
-use super::descent::descend;
-use super::efficient::{SAMPLES_A_COEFFICIENT, efficient};
+use super::descent::Residuals;
+use super::efficient::{efficient, whitening_filter};
 use super::intersample::with_instant_between;
 use super::kinks::{Middle, kinked};
 use super::loss::{Data, Sandwich, SandwichLoss};
@@ -10,8 +10,7 @@ use super::monitor::Monitor;
 use super::shape::{Roughness, thinned};
 use super::split::{Candidate, refit_coefficients};
 use super::structure::{Form, neighbours};
-use super::whitened::Whitened;
-use crate::linear::autoregression::whitening;
+use super::whitened::descend_through;
 use crate::linear::correlation::variance;
 
 /// Samples that the structure is chosen on.
@@ -123,16 +122,7 @@ pub(in crate::identify) fn fitted(
     monitor: &mut Monitor<'_>,
 ) -> Candidate {
     let loss = SandwichLoss::new(c.sandwich.clone(), data);
-    let found = if data.filter.len() == 1 {
-        descend(&loss, loss.start(), steps, tolerance, monitor)
-    } else {
-        let whitened = Whitened {
-            problem: &loss,
-            filter: &data.filter,
-        };
-        descend(&whitened, loss.start(), steps, tolerance, monitor)
-    };
-    match found {
+    match descend_through(&data.filter, &loss, loss.start(), steps, tolerance, monitor) {
         Some((p, squares)) => Candidate {
             sandwich: loss.sandwich(&p),
             squares,
@@ -161,13 +151,8 @@ pub(super) fn restructured_efficiently(
     data: &Data,
     monitor: &mut Monitor<'_>,
 ) -> Option<Candidate> {
-    let mut errors = c.sandwich.run(&data.u);
-    errors.iter_mut().zip(&data.y).for_each(|(e, y)| *e -= y);
-    let filter = whitening(&errors[data.from..], SAMPLES_A_COEFFICIENT);
-    if filter.len() == 1 {
-        return None;
-    }
-    let all = data.through(filter);
+    let loss = SandwichLoss::new(c.sandwich.clone(), data);
+    let all = data.through(whitening_filter(&loss, &loss.residuals(&loss.start())?)?);
     let white = all.head(STRUCTURE_SAMPLES);
     let on = |data: &Data, sandwich: &Sandwich| Candidate {
         squares: data.squares(&sandwich.run(&data.u)),
@@ -346,7 +331,6 @@ pub(in crate::identify) fn restructure(
 mod tests {
     use rand::{RngExt, SeedableRng};
 
-    use super::super::rational::Rational;
     use super::super::shape::Shape;
     use super::*;
 
@@ -362,13 +346,7 @@ mod tests {
             shape.c.fill(0.5);
             // Nothing that the samples, all below 1, would notice much.
             shape.c[last] = 1e3;
-            let sandwich = Sandwich {
-                front: Rational::pass(),
-                shape,
-                back: Rational::pass(),
-                between: None,
-                offset: 0.0,
-            };
+            let sandwich = Sandwich::of(shape);
             let squares = data.squares(&sandwich.run(&data.u));
             Candidate { sandwich, squares }
         };

@@ -157,13 +157,7 @@ impl Found {
 
     /// What is left where there was no start: a static nonlinearity, or a constant.
     pub fn nothing(data: &Data) -> Found {
-        let constant = Sandwich {
-            front: Rational::pass(),
-            shape: Shape::new(&[-1.0, 1.0]),
-            back: Rational::pass(),
-            between: None,
-            offset: 0.0,
-        };
+        let constant = Sandwich::of(Shape::new(&[-1.0, 1.0]));
         Found {
             sandwich: fit_shape(Rational::pass(), Rational::pass(), data).map_or(constant, |c| c.sandwich),
             tried: Vec::new(),

@@ -2,14 +2,30 @@
 
 use rayon::prelude::*;
 
-use super::descent::Residuals;
+use super::descent::{Residuals, descend};
+use super::monitor::Monitor;
 use super::rational::convolved;
 
 /// Residuals through an autoregression, to be minimised as those without it.
-pub(in crate::identify) struct Whitened<'a, P> {
+pub(super) struct Whitened<'a, P> {
     pub problem: &'a P,
     /// Monic, in powers of the delay.
     pub filter: &'a [f64],
+}
+
+/// [`descend`] on the residuals through a monic polynomial, 1 for the residuals themselves.
+pub(in crate::identify) fn descend_through(
+    filter: &[f64],
+    problem: &impl Residuals,
+    start: Vec<f64>,
+    iterations: usize,
+    tolerance: f64,
+    monitor: &mut Monitor<'_>,
+) -> Option<(Vec<f64>, f64)> {
+    if filter.len() == 1 {
+        return descend(problem, start, iterations, tolerance, monitor);
+    }
+    descend(&Whitened { problem, filter }, start, iterations, tolerance, monitor)
 }
 
 impl<P: Residuals> Residuals for Whitened<'_, P> {

@@ -88,7 +88,8 @@ pub struct WienerIdentification {
     pub model: Block,
     /// The linear block, of unit static or peak gain. Always stable.
     pub linear: TransferFunction,
-    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of the fit.
+    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of
+    /// the fit.
     pub nonlinearity: Curve,
     /// The number of poles.
     pub order: usize,

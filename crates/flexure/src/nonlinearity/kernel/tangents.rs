@@ -30,12 +30,12 @@ impl<'a> Tangents<'a> {
     /// and a factor on the distances for each bin. A slope is that between the neighbours within `reach`.
     pub fn squares(&self, fits: &[[f64; 2]], reach: f64) -> f64 {
         let last = fits.len() - 1;
-        if last < 2 || self.widest > reach {
-            return (0..=last).map(|b| self.square(fits, b, reach)).sum();
-        }
+        let counts = match self.data.weights() {
+            Some(counts) if last > 1 && self.widest <= reach => &counts[1..last],
+            _ => return (0..=last).map(|b| self.square(fits, b, reach)).sum(),
+        };
         // Most often all are within reach: without a division, nor a look for each whether it is in the list.
         let (y, products) = (&self.data.y[1..last], &self.products[1..last]);
-        let counts = &self.data.weights().unwrap_or_default()[1..last];
         let fitted = fits.iter().zip(&fits[1..]).zip(&fits[2..]).zip(&self.per_run);
         let inner: f64 = (fitted.zip(y.iter().zip(counts).zip(products)))
             .map(|((((below, fit), above), per_run), ((y, count), products))| {
