@@ -54,6 +54,7 @@ pub mod simulation;
 pub mod study;
 pub mod systems;
 pub mod validation;
+mod wide;
 
 pub(crate) mod linalg;
 

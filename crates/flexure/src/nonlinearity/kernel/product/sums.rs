@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::super::{Degree, Kernel};
 use super::profile;
+use crate::wide::widest;
 
 /// A direction in which the points in reach have a standard deviation below this share of the bandwidth counts as
 /// none.
@@ -80,6 +81,7 @@ impl<const D: usize, const L: usize> Sums<D, L> {
     }
 
     /// The sums of all lanes.
+    #[inline(always)]
     fn folded(&self) -> Sums<D, 1> {
         let fold = |lanes: &[f64; L]| [lanes.iter().sum::<f64>()];
         Sums {
@@ -92,29 +94,37 @@ impl<const D: usize, const L: usize> Sums<D, L> {
     }
 }
 
-/// Points whose weights are found together.
+/// Points whose weights are found together, and the room for them.
 const BLOCK: usize = 64;
+const ROOM: usize = BLOCK + LANES;
+/// Points that the local constant adds at a time.
+const LANES: usize = 8;
+/// Points that the local plane, with its many sums, adds at a time.
+const PLANE_LANES: usize = 4;
 
 /// The sums over the runs of points: first the weights of a block of points, then the sums over them.
-#[inline(never)]
+#[inline(always)]
 fn over_runs<const D: usize, const L: usize, const LINEAR: bool>(
     kernel: Kernel,
     points: &Columns,
     runs: &[Range<usize>],
     window: &Window<D>,
 ) -> Sums<D, 1> {
+    let n = points.y.len();
     let mut sums = Sums::<D, L>::ZERO;
-    let mut k = [0.0; BLOCK];
-    let mut y = [0.0; BLOCK];
-    let mut u = [[0.0; BLOCK]; D];
+    let mut k = [0.0; ROOM];
+    let mut y = [0.0; ROOM];
+    let mut u = [[0.0; ROOM]; D];
     let mut filled = 0;
     for run in runs {
-        let mut rest = run.clone();
-        while !rest.is_empty() {
-            let part = rest.start..rest.end.min(rest.start + BLOCK - filled);
+        let mut first = run.start;
+        while first < run.end {
+            let count = (run.end - first).min(BLOCK - filled);
+            // Whole registers: what is too much is overwritten by what follows.
+            let part = first..(first + count.next_multiple_of(LANES)).min(n);
             let to = filled..filled + part.len();
-            rest.start = part.end;
-            filled = to.end;
+            first += count;
+            filled += count;
             let x: [&[f64]; D] = std::array::from_fn(|j| &points.x[j][part.clone()]);
             weigh(kernel, window, x, &mut k[to.clone()]);
             if !points.w.is_empty() {
@@ -132,9 +142,13 @@ fn over_runs<const D: usize, const L: usize, const LINEAR: bool>(
             }
         }
     }
-    let chunks = filled.div_ceil(L);
-    k[filled..chunks * L].fill(0.0);
-    add_block::<D, L, LINEAR>(&mut sums, &k, &u, &y, chunks);
+    let rest = filled..filled.next_multiple_of(L);
+    k[rest.clone()].fill(0.0);
+    if LINEAR {
+        // Too far away for a finite one, perhaps.
+        u.iter_mut().for_each(|u| u[rest.clone()].fill(0.0));
+    }
+    add_block::<D, L, LINEAR>(&mut sums, &k, &u, &y, rest.end / L);
     sums.folded()
 }
 
@@ -142,9 +156,9 @@ fn over_runs<const D: usize, const L: usize, const LINEAR: bool>(
 #[inline(always)]
 fn add_block<const D: usize, const L: usize, const LINEAR: bool>(
     sums: &mut Sums<D, L>,
-    k: &[f64; BLOCK],
-    u: &[[f64; BLOCK]; D],
-    y: &[f64; BLOCK],
+    k: &[f64; ROOM],
+    u: &[[f64; ROOM]; D],
+    y: &[f64; ROOM],
     chunks: usize,
 ) {
     let chunks_of = |values| -> &[[f64; L]] { <[f64]>::as_chunks(values).0 };
@@ -157,21 +171,35 @@ fn add_block<const D: usize, const L: usize, const LINEAR: bool>(
     *sums = lanes;
 }
 
-/// The products of the kernels: for Epanechnikov's in one pass, for the others in one a dimension.
+/// The products of the kernels.
 ///
-/// Loops over points, not over fixed groups of these: the compiler vectorises those across the dimensions.
+/// Loops over the points of one dimension, not over fixed groups of these: the compiler vectorises those across the
+/// dimensions.
 #[inline(always)]
 fn weigh<const D: usize>(kernel: Kernel, window: &Window<D>, x: [&[f64]; D], k: &mut [f64]) {
     if kernel == Kernel::Epanechnikov {
-        let n = k.len();
-        let x: [&[f64]; D] = std::array::from_fn(|j| &x[j][..n]);
-        for i in 0..n {
-            let mut product = 1.0;
-            for j in 0..D {
-                let u = (x[j][i] - window.at[j]) * window.per_h[j];
-                product *= profile::positive(1.0 - u * u);
+        let factor = |j: usize, x: f64| {
+            let u = (x - window.at[j]) * window.per_h[j];
+            profile::positive(1.0 - u * u)
+        };
+        match &x[..] {
+            // In one loop, and none of its turns can be the last but the last.
+            [a, b] => {
+                for (k, (a, b)) in k.iter_mut().zip(a.iter().zip(*b)) {
+                    *k = factor(0, *a) * factor(1, *b);
+                }
             }
-            k[i] = product;
+            [a, b, c] => {
+                for (k, ((a, b), c)) in k.iter_mut().zip(a.iter().zip(*b).zip(*c)) {
+                    *k = factor(0, *a) * factor(1, *b) * factor(2, *c);
+                }
+            }
+            _ => {
+                k.fill(1.0);
+                for j in 0..D {
+                    k.iter_mut().zip(x[j]).for_each(|(k, x)| *k *= factor(j, *x));
+                }
+            }
         }
     } else {
         profile::start(kernel, k);
@@ -292,11 +320,17 @@ impl<const D: usize> SumsOver<D> {
     }
 
     /// The sums over the runs of points.
-    #[inline(always)]
+    #[inline(never)]
     pub fn over(&self, points: &Columns, runs: &[Range<usize>], window: &Window<D>) -> Sums<D, 1> {
         match self.degree {
-            Degree::Constant => over_runs::<D, 4, false>(self.kernel, points, runs, window),
-            Degree::Linear => over_runs::<D, 4, true>(self.kernel, points, runs, window),
+            Degree::Constant => widest(
+                #[inline(always)]
+                || over_runs::<D, LANES, false>(self.kernel, points, runs, window),
+            ),
+            Degree::Linear => widest(
+                #[inline(always)]
+                || over_runs::<D, PLANE_LANES, true>(self.kernel, points, runs, window),
+            ),
         }
     }
 }
