@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use super::binned::nearest_whole;
 use super::piece::{self, Coefficients, Job, falling, rising, sums};
 use super::sorted::{from_ordered, to_ordered};
 use super::window::{Frame, Items, Moments, Slider};
@@ -16,7 +17,7 @@ use super::{Sorted, Sums, first_beyond};
 const PARTS: usize = 16;
 const PART: usize = 1 << 15;
 /// Entries of the table that finds an interval, for each cut.
-const TABLE: usize = 8;
+const TABLE: usize = 4;
 
 /// Unsorted points.
 pub struct Scatter<'a> {
@@ -67,58 +68,69 @@ struct Cuts {
     before: Vec<u32>,
     lowest: f64,
     scale: f64,
+    /// The last entry but one.
+    last: f64,
 }
 
 impl Cuts {
     fn new(at: &[f64], h: f64, halve: bool) -> Self {
         // The same comparisons as for sorted points, to the last bit.
-        let edges: Vec<[f64; 3]> = at
-            .iter()
-            .map(|&q| {
-                let begin = first_float(q - h, |x| !(q - x > h));
-                let end = first_float(q + h, |x| x - q > h);
-                [begin, if halve { q.next_up() } else { begin }, end]
-            })
-            .collect();
-        let mut cuts: Vec<f64> = (0..3).flat_map(|k| edges.iter().map(move |edge| edge[k])).collect();
-        // A few increasing runs, which the stable sort merges.
-        cuts.sort_by(f64::total_cmp);
+        let begins: Vec<f64> = at.iter().map(|&q| first_float(q - h, |x| !(q - x > h))).collect();
+        let ends: Vec<f64> = at.iter().map(|&q| first_float(q + h, |x| x - q > h)).collect();
+        let middles: Vec<f64> = if halve {
+            at.iter().map(|q| q.next_up()).collect()
+        } else {
+            Vec::new()
+        };
+        let mut cuts = merged(&merged(&begins, &ends), &middles);
         cuts.dedup();
-        let mut rank = [0; 3];
-        let windows = edges
+        let ranks = |edges: &[f64]| -> Vec<usize> {
+            let mut rank = 0;
+            let each = edges.iter().map(|edge| {
+                rank = first_beyond(&cuts, rank, |cut| cut < *edge);
+                rank + 1
+            });
+            each.collect()
+        };
+        let (starts, ends) = (ranks(&begins), ranks(&ends));
+        let middles = if halve { ranks(&middles) } else { starts.clone() };
+        let windows = starts
             .iter()
-            .map(|edge| {
-                for k in 0..3 {
-                    rank[k] = first_beyond(&cuts, rank[k], |cut| cut < edge[k]);
-                }
-                rank.map(|r| r + 1)
-            })
-            .collect();
+            .zip(&middles)
+            .zip(&ends)
+            .map(|((&lo, &middle), &hi)| [lo, middle, hi]);
+        let windows = windows.collect();
         let (lowest, highest) = (cuts[0], cuts[cuts.len() - 1]);
-        let entries = TABLE * cuts.len();
+        let last = TABLE * cuts.len();
         let mut found = Cuts {
             windows,
-            before: vec![0; entries + 1],
+            before: vec![0; last + 2],
             lowest,
-            scale: entries as f64 / (highest - lowest),
+            scale: last as f64 / (highest - lowest),
+            last: last as f64,
             cuts,
         };
         for i in 0..found.cuts.len() {
             let entry = found.entry(found.cuts[i]);
             found.before[entry + 1] += 1;
         }
-        for i in 0..entries {
-            found.before[i + 1] += found.before[i];
+        let mut before = 0;
+        for entry in &mut found.before {
+            before += *entry;
+            *entry = before;
         }
-        // A cut beyond all: the search below need not look where the list ends.
-        found.cuts.push(f64::INFINITY);
+        // Cuts beyond all: the search below need not look where the list ends.
+        found.cuts.extend([f64::INFINITY; 2]);
         found
     }
 
     /// Increases with x, whatever is rounded and wherever x is.
     #[inline(always)]
     fn entry(&self, x: f64) -> usize {
-        (((x - self.lowest) * self.scale) as usize).min(self.before.len() - 2)
+        let place = (x - self.lowest) * self.scale;
+        // What is not a number goes to the first.
+        let place = if place > 0.0 { place } else { 0.0 };
+        nearest_whole(if place < self.last { place } else { self.last }).0
     }
 
     /// The interval that holds the finite `x`: the number of cuts up to it.
@@ -126,10 +138,11 @@ impl Cuts {
     fn interval(&self, x: f64) -> usize {
         let entry = self.entry(x);
         let first = self.before[entry] as usize;
-        let i = first + usize::from(self.cuts[first] <= x);
-        if i > first && self.cuts[i] <= x {
+        // Few entries have more than two, so that there is hardly ever anything to mispredict.
+        let i = first + usize::from(self.cuts[first] <= x) + usize::from(self.cuts[first + 1] <= x);
+        if i == first + 2 {
             let end = self.before[entry + 1] as usize;
-            return i + self.cuts[i..end].partition_point(|&cut| cut <= x);
+            return i + self.cuts[i..end.max(i)].partition_point(|&cut| cut <= x);
         }
         i
     }
@@ -137,9 +150,26 @@ impl Cuts {
     /// The middle of interval `i`; the ends of the first and the last are never looked at.
     fn middle(&self, i: usize) -> f64 {
         let low = self.cuts[i.saturating_sub(1)];
-        let high = self.cuts[i.min(self.cuts.len() - 2)];
+        let high = self.cuts[i.min(self.cuts.len() - 3)];
         low + 0.5 * (high - low)
     }
+}
+
+/// All values of two increasing lists, in order.
+fn merged(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let (Some(most_a), Some(most_b)) = (a.len().checked_sub(1), b.len().checked_sub(1)) else {
+        return [a, b].concat();
+    };
+    let (mut i, mut j) = (0, 0);
+    let next = |_| {
+        // Without a branch, which could not be predicted.
+        let (x, y) = (a[i.min(most_a)], b[j.min(most_b)]);
+        let from_a = (j > most_b) | ((i <= most_a) & (x <= y));
+        i += usize::from(from_a);
+        j += usize::from(!from_a);
+        if from_a { x } else { y }
+    };
+    (0..a.len() + b.len()).map(next).collect()
 }
 
 /// The lowest float for which `holds`, which is false below some float and true from there on.
@@ -170,8 +200,9 @@ fn first_float(guess: f64, holds: impl Fn(f64) -> bool) -> f64 {
     from_ordered(above)
 }
 
-/// The moments of an interval about its middle.
+/// The moments of an interval about its middle; for three of either kind in one line of the cache.
 #[derive(Clone, Copy)]
+#[repr(align(64))]
 struct Cell<const N: usize> {
     middle: f64,
     moments: Moments<N>,
@@ -187,7 +218,7 @@ impl<const N: usize> Line<N> {
     fn new(data: &Scatter, cuts: &Cuts, h: f64) -> Self {
         let per_h = 1.0 / h;
         let empty = || -> Vec<Cell<N>> {
-            (0..cuts.cuts.len())
+            (0..cuts.cuts.len() - 1)
                 .map(|i| Cell {
                     middle: cuts.middle(i),
                     moments: Moments::ZERO,
