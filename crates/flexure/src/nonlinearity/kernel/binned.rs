@@ -305,7 +305,9 @@ impl Visit for Fits<'_> {
         for (fit, &[s, t]) in self.fits[bins].iter_mut().zip(sums) {
             // A point's share in its estimate is 1/s.
             let rest = s - 1.0;
-            *fit = [t / s, s / rest];
+            // t/s and s/rest by one division.
+            let inverse = 1.0 / (s * rest);
+            *fit = [t * rest * inverse, s * s * inverse];
             least = if rest < least { rest } else { least };
         }
         least > ALONE && least > DIRECT_BELOW * most

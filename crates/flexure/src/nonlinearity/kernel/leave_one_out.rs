@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::piece::{Visit, at_own_points};
-use super::sums::{DIRECT_BELOW, residual_without};
+use super::sums::{DIRECT_BELOW, residual_times_rest};
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::interrupt;
 
@@ -158,26 +158,36 @@ impl Visit for Errors<'_> {
 /// others' sums of K.
 #[inline(always)]
 fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> (f64, f64) {
-    // Several at a time, that none waits for the one before and two divisions are made as one.
+    // Several at a time, that none waits for the one before, and four residuals by two divisions.
     let (mut sum, mut least) = ([0.0; LANES], [f64::INFINITY; LANES]);
-    let mut add = |lane: usize, w: f64, (residual, rest): (f64, f64)| {
-        sum[lane] += w * residual * residual;
-        least[lane] = if rest < least[lane] { rest } else { least[lane] };
-    };
-    let (groups, last) = y.as_chunks::<LANES>();
-    let (of_groups, of_last) = sums.as_chunks::<LANES>();
+    let lower = |a: f64, b: f64| if a < b { a } else { b };
+    let (groups, last) = y.as_chunks::<{ 2 * LANES }>();
+    let (of_groups, of_last) = sums.as_chunks::<{ 2 * LANES }>();
     for (k, (y, sums)) in groups.iter().zip(of_groups).enumerate() {
-        let w: [f64; LANES] = std::array::from_fn(|lane| weight(k * LANES + lane));
-        let (s, t) = (sums.map(|[s, _]| s), sums.map(|[_, t]| t));
-        let mut left = [(0.0, 0.0); LANES];
-        for lane in 0..LANES {
-            left[lane] = residual_without(y[lane], w[lane], [s[lane], t[lane]]);
+        let mut terms = [[(0.0, 0.0, 0.0); LANES]; 2];
+        for half in 0..2 {
+            for lane in 0..LANES {
+                let i = half * LANES + lane;
+                let w = weight(k * 2 * LANES + i);
+                let (scaled, rest) = residual_times_rest(y[i], w, sums[i]);
+                terms[half][lane] = (w, scaled, rest);
+            }
         }
-        (0..LANES).for_each(|lane| add(lane, w[lane], left[lane]));
+        let [a, b] = terms;
+        for lane in 0..LANES {
+            let ((w, p, r), (v, q, t)) = (a[lane], b[lane]);
+            // w (p/r)^2 + v (q/t)^2
+            let (pt, qr, rt) = (p * t, q * r, r * t);
+            sum[lane] += (w * pt * pt + v * qr * qr) / (rt * rt);
+            least[lane] = lower(lower(r, t), least[lane]);
+        }
     }
+    let done = groups.len() * 2 * LANES;
     for (k, (y, sums)) in last.iter().zip(of_last).enumerate() {
-        let w = weight(groups.len() * LANES + k);
-        add(0, w, residual_without(*y, w, *sums));
+        let w = weight(done + k);
+        let (scaled, rest) = residual_times_rest(*y, w, *sums);
+        sum[0] += w * (scaled / rest) * (scaled / rest);
+        least[0] = lower(rest, least[0]);
     }
     (sum.iter().sum(), least.into_iter().fold(f64::INFINITY, f64::min))
 }

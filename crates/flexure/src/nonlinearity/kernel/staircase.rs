@@ -35,9 +35,9 @@ pub struct Windows<'a> {
     starts: &'a mut [u32],
     /// The ends of the windows that the last tile of steps has found.
     ends: Box<[u32; TILE]>,
-    /// For each j of a tile the i where the walk left it and, from TILE on, for each i the j, both counted from
-    /// where the tile starts.
-    left: Box<[u16; 2 * TILE]>,
+    /// Where the walk left each j and each i of a tile: the i and the j, counted from where the tile starts.
+    left_j: Box<[u16; TILE]>,
+    left_i: Box<[u16; TILE]>,
 }
 
 impl<'a> Windows<'a> {
@@ -62,7 +62,8 @@ impl<'a> Windows<'a> {
             last: (start(last - 1), last),
             starts,
             ends: Box::new([0; TILE]),
-            left: Box::new([0; 2 * TILE]),
+            left_j: Box::new([0; TILE]),
+            left_i: Box::new([0; TILE]),
         }
     }
 
@@ -93,12 +94,12 @@ impl<'a> Windows<'a> {
         let (right, up) = self.make_steps(steps);
         let count = self.starts.len();
         let starts = &mut self.starts[count.min(j - self.range.start)..];
-        for (start, &left) in starts.iter_mut().zip(&self.left[..up]) {
+        for (start, &left) in starts.iter_mut().zip(&self.left_j[..up]) {
             *start = i as u32 + u32::from(left);
         }
         // Points before the range have starts and ends that nobody asks for.
         let before = right.min(self.next.saturating_sub(i));
-        for (end, &left) in self.ends.iter_mut().zip(&self.left[TILE..][before..right]) {
+        for (end, &left) in self.ends.iter_mut().zip(&self.left_i[before..right]) {
             *end = j as u32 + u32::from(left);
         }
         (self.i, self.j) = (i + right, j + up);
@@ -108,19 +109,32 @@ impl<'a> Windows<'a> {
     #[inline(never)]
     fn make_steps(&mut self, steps: usize) -> (usize, usize) {
         let (xi, xj, h) = (self.abscissas.tile(self.i), self.abscissas.tile(self.j), self.h);
-        let left = &mut self.left;
+        let (left_i, left_j) = (&mut *self.left_i, &mut *self.left_j);
         // The remainders tell the compiler that the places are in the tile.
         let rises = |i: usize, j: usize| xj[j % TILE] - xi[i % TILE] <= h;
         let diagonals: [usize; PIECES] = std::array::from_fn(|piece| piece * steps / PIECES);
-        let mut js = on_diagonals(diagonals, rises);
+        let first_js = on_diagonals(diagonals, rises);
+        let mut js = first_js;
         // Pieces may overlap by a step, which both make alike.
         for step in 0..steps.div_ceil(PIECES) {
             for (j, diagonal) in js.iter_mut().zip(diagonals) {
                 let i = diagonal + step - *j;
-                let up = rises(i, *j);
-                let (place, value) = if up { (*j, i) } else { (TILE + i, *j) };
-                left[place % (2 * TILE)] = value as u16;
-                *j += usize::from(up);
+                // Written over until the walk has left them.
+                left_j[*j % TILE] = i as u16;
+                left_i[i % TILE] = *j as u16;
+                *j += usize::from(rises(i, *j));
+            }
+        }
+        // But the piece that arrives where another starts has written over what that one found.
+        for piece in (1..PIECES).rev() {
+            let end = diagonals.get(piece + 1).map_or(steps, |&diagonal| diagonal);
+            let j = first_js[piece];
+            let i = diagonals[piece] - j;
+            if let Some(j) = (j..end - i).find(|&j| !rises(i, j)) {
+                left_i[i % TILE] = j as u16;
+            }
+            if let Some(i) = (i..end - j).find(|&i| rises(i, j)) {
+                left_j[j % TILE] = i as u16;
             }
         }
         let up = js[PIECES - 1];

@@ -141,8 +141,8 @@ impl Sums {
     #[inline(always)]
     pub fn residual_without(&self, degree: Degree, y: f64, w: f64) -> Option<f64> {
         if degree == Degree::Constant {
-            let (residual, rest) = residual_without(y, w, [self.s[0], self.t[0]]);
-            return (rest > DIRECT_BELOW * self.mass[0]).then_some(residual);
+            let (scaled, rest) = residual_times_rest(y, w, [self.s[0], self.t[0]]);
+            return (rest > DIRECT_BELOW * self.mass[0]).then(|| scaled / rest);
         }
         let fit = self.fit(degree)?;
         let rest = 1.0 - w * fit.leverage;
@@ -150,13 +150,12 @@ impl Sums {
     }
 }
 
-/// The residual of an ordinate `y`, of weight `w`, from the local constant without it, and the others' sum of K, too
-/// small a share of which in the mass in reach says nothing.
+/// The residual of an ordinate `y`, of weight `w`, from the local constant without it, times the others' sum of K, and
+/// this sum, too small a share of which in the mass in reach says nothing.
 #[inline(always)]
-pub(super) fn residual_without(y: f64, w: f64, [s, t]: [f64; 2]) -> (f64, f64) {
-    // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1), one division.
-    let rest = s - w;
-    ((y * s - t) / rest, rest)
+pub(super) fn residual_times_rest(y: f64, w: f64, [s, t]: [f64; 2]) -> (f64, f64) {
+    // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1).
+    (y * s - t, s - w)
 }
 
 impl std::ops::Add for Sums {
