@@ -228,10 +228,8 @@ impl Bins {
             scores = bandwidths.par_iter().map_init(Vec::new, of).collect();
         } else {
             at_own_points(data, kernel, degree, &mut |pass| {
-                let of = |(room, fits): &mut (Vec<u32>, Vec<[f64; 2]>), &h: &f64| {
-                    score(fits, h, &mut |fits| pass(h, 0..data.len(), &mut *room, fits))
-                };
-                scores = bandwidths.par_iter().map_init(Default::default, of).collect();
+                let of = |fits: &mut Vec<[f64; 2]>, &h: &f64| score(fits, h, &mut |fits| pass(h, 0..data.len(), fits));
+                scores = bandwidths.par_iter().map_init(Vec::new, of).collect();
             });
         }
         scores

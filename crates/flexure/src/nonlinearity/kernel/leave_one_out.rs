@@ -8,6 +8,7 @@ use super::piece::{Visit, at_own_points};
 use super::sums::{DIRECT_BELOW, residual_times_rest};
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::interrupt;
+use crate::wide::widest;
 
 /// Points are summed in parts of at least so many: the parts do not depend on the number of threads, nor does
 /// therefore the score.
@@ -34,9 +35,9 @@ pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, bandw
         bandwidths.par_iter().map(score).collect_into_vec(&mut scores);
     } else {
         at_own_points(data, kernel, degree, &mut |pass| {
-            scores = sums_over_parts(data, bandwidths, |h, points, room| {
+            scores = sums_over_parts(data, bandwidths, |h, points| {
                 let mut errors = Errors::new(data, kernel, degree, h);
-                pass(h, points, room, &mut errors);
+                pass(h, points, &mut errors);
                 errors.sum
             });
         });
@@ -45,12 +46,8 @@ pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, bandw
     scores
 }
 
-/// Sums `part(h, points, room)` over all parts, for each bandwidth; the room may be used again.
-fn sums_over_parts(
-    data: &Sorted,
-    bandwidths: &[f64],
-    part: impl Fn(f64, Range<usize>, &mut Vec<u32>) -> f64 + Sync,
-) -> Vec<f64> {
+/// Sums `part(h, points)` over all parts, for each bandwidth.
+fn sums_over_parts(data: &Sorted, bandwidths: &[f64], part: impl Fn(f64, Range<usize>) -> f64 + Sync) -> Vec<f64> {
     let n = data.len();
     let parts = |(k, &h): (usize, &f64)| {
         let size = part_size(&data.x, h);
@@ -61,9 +58,9 @@ fn sums_over_parts(
     tasks.sort_by_key(|(_, points)| points.start);
     let interrupt = interrupt::current();
     let sums: Vec<f64> = (tasks.par_iter())
-        .map_init(Vec::new, |room, (k, points)| match interrupt.is_requested() {
+        .map(|(k, points)| match interrupt.is_requested() {
             true => 0.0,
-            false => part(bandwidths[*k], points.clone(), room),
+            false => part(bandwidths[*k], points.clone()),
         })
         .collect();
     let mut scores = vec![0.0; bandwidths.len()];
@@ -139,13 +136,16 @@ impl Visit for Errors<'_> {
 
     fn constants(&mut self, points: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool {
         let y = &self.data.y[points.clone()];
-        let (sum, least) = match self.data.weights() {
-            None => squares(y, sums, |_| 1.0),
-            Some(w) => {
-                let w = &w[points];
-                squares(y, sums, |k| w[k])
-            }
-        };
+        let (sum, least) = widest(
+            #[inline(always)]
+            || match self.data.weights() {
+                None => squares(y, sums, |_| 1.0),
+                Some(w) => {
+                    let w = &w[points];
+                    squares(y, sums, |k| w[k])
+                }
+            },
+        );
         let enough = least > DIRECT_BELOW * most && !sum.is_nan();
         if enough {
             self.sum += sum;

@@ -1,9 +1,10 @@
 //! The kernels of bounded support as polynomials, and their sums over a sliding window.
 
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
-use super::staircase::{Abscissas, Windows};
-use super::sweep::{Grains, STRETCH, Sweep};
+use super::staircase::{Abscissas, Room, Windows};
+use super::sweep::{Grains, Runs, STRETCH, Sweep};
 use super::window::{Items, Slider};
 use super::{Degree, Kernel, Sorted, Sums};
 
@@ -149,8 +150,8 @@ pub trait Visit {
     fn constants(&mut self, points: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool;
 }
 
-/// Visits the data's own points of a range, for a bandwidth; the room may be used again.
-pub type Pass<'a> = dyn Fn(f64, Range<usize>, &mut Vec<u32>, &mut dyn Visit) + Sync + 'a;
+/// Visits the data's own points of a range, for a bandwidth.
+pub type Pass<'a> = dyn Fn(f64, Range<usize>, &mut dyn Visit) + Sync + 'a;
 
 /// Calls `run` with what visits the data's own points, for a kernel of bounded support.
 pub fn at_own_points(data: &Sorted, kernel: Kernel, degree: Degree, run: &mut dyn FnMut(&Pass<'_>)) {
@@ -167,10 +168,14 @@ impl Job for AtOwnPoints<'_> {
         let data = self.data;
         let grains = Grains::<N>::new(data);
         let abscissas = Abscissas::new(&data.x);
-        (self.run)(&|h, points, room, visitor| {
+        // Made once for each thread: for few points that takes as long as the rest.
+        let rooms = Mutex::new(Vec::<(Runs<N>, Room)>::new());
+        let taken = || rooms.lock().unwrap_or_else(PoisonError::into_inner);
+        (self.run)(&|h, points, visitor| {
+            let (mut runs, mut room) = taken().pop().unwrap_or_default();
             let mut constants = [[0.0; 2]; STRETCH];
-            let mut sweep = Sweep::new(data, &grains, h);
-            let mut windows = Windows::new(&abscissas, h, points, room);
+            let mut sweep = Sweep::new(data, &grains, h, &mut runs);
+            let mut windows = Windows::new(&abscissas, h, points, &mut room);
             while let Some((points, starts, ends)) = windows.next() {
                 let at = &data.x[points.clone()];
                 sweep.stretches(at, (starts, ends), coefficients, |k, stretch| {
@@ -187,13 +192,14 @@ impl Job for AtOwnPoints<'_> {
                     }
                 });
             }
+            taken().push((runs, room));
         });
     }
 
     fn halves<const N: usize>(&mut self) {
         let data = self.data;
         let grains = Grains::<N>::new(data);
-        (self.run)(&|h, points, _, visitor| {
+        (self.run)(&|h, points, visitor| {
             halves(data, &grains, h, (&data.x, points), |i, sums| visitor.visit(i, sums));
         });
     }
@@ -210,7 +216,7 @@ pub fn whole<const M: usize, const N: usize>(
     visit: impl FnMut(usize, Sums),
 ) {
     let edges = (|x: f64, q: f64| q - x > h, |x: f64, q: f64| x - q <= h);
-    Sweep::new(data, grains, h).visit(at, range, edges, coefficients, visit);
+    Sweep::new(data, grains, h, &mut Runs::default()).visit(at, range, edges, coefficients, visit);
 }
 
 /// Points of which a half kernel's sums are kept, until the other half's are there.
@@ -225,8 +231,9 @@ pub fn halves<const N: usize>(
     (at, range): (&[f64], Range<usize>),
     mut visit: impl FnMut(usize, Sums),
 ) {
-    let mut below = Sweep::new(data, grains, h);
-    let mut above = Sweep::new(data, grains, h);
+    let (mut runs_below, mut runs_above) = (Runs::default(), Runs::default());
+    let mut below = Sweep::new(data, grains, h, &mut runs_below);
+    let mut above = Sweep::new(data, grains, h, &mut runs_above);
     let mut both = Vec::with_capacity(TILE);
     for first in range.clone().step_by(TILE) {
         let tile = first..range.end.min(first + TILE);

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// Steps that are made at a time, a power of two, and the pieces that are made side by side.
 const TILE: usize = 1024;
-const PIECES: usize = 6;
+const PIECES: usize = 8;
 
 /// Sorted abscissas, continued by infinity.
 pub struct Abscissas<'a> {
@@ -31,8 +31,13 @@ pub struct Windows<'a> {
     j: usize,
     /// Where it ends: the windows of all further points of the range end alike.
     last: (usize, usize),
+    room: &'a mut Room,
+}
+
+/// Room for windows, which may be used again.
+pub struct Room {
     /// The starts of all windows of the range, as far as they are known.
-    starts: &'a mut [u32],
+    starts: Vec<u32>,
     /// The ends of the windows that the last tile of steps has found.
     ends: Box<[u32; TILE]>,
     /// Where the walk left each j and each i of a tile: the i and the j, counted from where the tile starts.
@@ -40,18 +45,28 @@ pub struct Windows<'a> {
     left_i: Box<[u16; TILE]>,
 }
 
+impl Default for Room {
+    fn default() -> Self {
+        Room {
+            starts: Vec::new(),
+            ends: Box::new([0; TILE]),
+            left_j: Box::new([0; TILE]),
+            left_i: Box::new([0; TILE]),
+        }
+    }
+}
+
 impl<'a> Windows<'a> {
-    /// Those of the points `range`, of which there must be one. The starts are kept in `room`, which may be used again.
-    pub fn new(abscissas: &'a Abscissas<'a>, h: f64, range: Range<usize>, room: &'a mut Vec<u32>) -> Self {
+    /// Those of the points `range`, of which there must be one.
+    pub fn new(abscissas: &'a Abscissas<'a>, h: f64, range: Range<usize>, room: &'a mut Room) -> Self {
         let x = abscissas.x;
         let start = |i: usize| x[..=i].partition_point(|&v| x[i] - v > h);
         let end = |i: usize| i + x[i..].partition_point(|&v| v - x[i] <= h);
         let (i, last) = (start(range.start), end(range.end - 1));
         let j = end(i);
         // All points up to j are in the first window and have its start.
-        room.resize(range.len().max(room.len()), 0);
-        let starts = &mut room[..range.len()];
-        starts[..j.min(range.end) - range.start].fill(i as u32);
+        room.starts.resize(range.len(), 0);
+        room.starts[..j.min(range.end) - range.start].fill(i as u32);
         Windows {
             abscissas,
             h,
@@ -60,10 +75,7 @@ impl<'a> Windows<'a> {
             i,
             j,
             last: (start(last - 1), last),
-            starts,
-            ends: Box::new([0; TILE]),
-            left_j: Box::new([0; TILE]),
-            left_i: Box::new([0; TILE]),
+            room,
         }
     }
 
@@ -78,12 +90,12 @@ impl<'a> Windows<'a> {
         } else {
             // All steps are made: what remains ends where the last window does.
             let next = self.range.end.min(first + TILE);
-            self.ends[..next - first].fill(self.j as u32);
+            self.room.ends[..next - first].fill(self.j as u32);
             next
         };
         let points = first..self.next;
-        let starts = &self.starts[first - self.range.start..][..points.len()];
-        let ends = &self.ends[..points.len()];
+        let starts = &self.room.starts[first - self.range.start..][..points.len()];
+        let ends = &self.room.ends[..points.len()];
         (!points.is_empty()).then_some((points, starts, ends))
     }
 
@@ -92,14 +104,19 @@ impl<'a> Windows<'a> {
         let (i, j) = (self.i, self.j);
         let steps = TILE.min(self.last.0 - i + (self.last.1 - j));
         let (right, up) = self.make_steps(steps);
-        let count = self.starts.len();
-        let starts = &mut self.starts[count.min(j - self.range.start)..];
-        for (start, &left) in starts.iter_mut().zip(&self.left_j[..up]) {
+        let Room {
+            starts,
+            ends,
+            left_j,
+            left_i,
+        } = &mut *self.room;
+        let known = starts.len().min(j - self.range.start);
+        for (start, &left) in starts[known..].iter_mut().zip(&left_j[..up]) {
             *start = i as u32 + u32::from(left);
         }
         // Points before the range have starts and ends that nobody asks for.
         let before = right.min(self.next.saturating_sub(i));
-        for (end, &left) in self.ends.iter_mut().zip(&self.left_i[before..right]) {
+        for (end, &left) in ends.iter_mut().zip(&left_i[before..right]) {
             *end = j as u32 + u32::from(left);
         }
         (self.i, self.j) = (i + right, j + up);
@@ -109,7 +126,7 @@ impl<'a> Windows<'a> {
     #[inline(never)]
     fn make_steps(&mut self, steps: usize) -> (usize, usize) {
         let (xi, xj, h) = (self.abscissas.tile(self.i), self.abscissas.tile(self.j), self.h);
-        let (left_i, left_j) = (&mut *self.left_i, &mut *self.left_j);
+        let (left_i, left_j) = (&mut *self.room.left_i, &mut *self.room.left_j);
         // The remainders tell the compiler that the places are in the tile.
         let rises = |i: usize, j: usize| xj[j % TILE] - xi[i % TILE] <= h;
         let diagonals: [usize; PIECES] = std::array::from_fn(|piece| piece * steps / PIECES);
@@ -203,7 +220,7 @@ mod tests {
             ];
             for x in &lines {
                 let abscissas = Abscissas::new(x);
-                let mut room = Vec::new();
+                let mut room = Room::default();
                 for h in [1e-300, 1e-10, 1e-3, 1.0 / 6.0, 0.3, 0.9, 2.0, 1e9] {
                     for range in [0..n, n / 3..n / 2, n / 2..n, n - 1..n] {
                         if range.is_empty() {

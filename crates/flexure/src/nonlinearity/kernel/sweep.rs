@@ -138,16 +138,28 @@ pub struct Sweep<'a, const N: usize> {
     /// The window.
     lo: usize,
     hi: usize,
+    low: Range<usize>,
+    high: Range<usize>,
+    runs: &'a mut Runs<N>,
+}
+
+/// Room for the runs of a sweep, which may be used again.
+pub struct Runs<const N: usize> {
     /// Moments of the points i..low.end for each i of `low`.
     below: Box<[Moments<N>; ROOM]>,
-    low: Range<usize>,
     /// Moments of the grains between the runs and of the points of the upper run up to i, for each i of `high`.
     above: Box<[Moments<N>; ROOM]>,
-    high: Range<usize>,
+}
+
+impl<const N: usize> Default for Runs<N> {
+    fn default() -> Self {
+        let [below, above] = std::array::from_fn(|_| Box::new([Moments::ZERO; ROOM]));
+        Runs { below, above }
+    }
 }
 
 impl<'a, const N: usize> Sweep<'a, N> {
-    pub fn new(data: &'a Sorted, grains: &'a Grains<N>, h: f64) -> Self {
+    pub fn new(data: &'a Sorted, grains: &'a Grains<N>, h: f64, runs: &'a mut Runs<N>) -> Self {
         Sweep {
             data,
             frame: Frame {
@@ -157,10 +169,9 @@ impl<'a, const N: usize> Sweep<'a, N> {
             grains: Slider::new(grains, h),
             lo: 0,
             hi: 0,
-            below: Box::new([Moments::ZERO; ROOM]),
             low: 0..0,
-            above: Box::new([Moments::ZERO; ROOM]),
             high: 0..0,
+            runs,
         }
     }
 
@@ -223,8 +234,8 @@ impl<'a, const N: usize> Sweep<'a, N> {
                 ends: &ends[..count],
                 low: self.low.start,
                 high: self.high.start,
-                below: &self.below,
-                above: &self.above,
+                below: &self.runs.below,
+                above: &self.runs.above,
             };
             visit(first, &stretch);
             first += count;
@@ -285,12 +296,13 @@ impl<'a, const N: usize> Sweep<'a, N> {
         // Both runs at once, as every sum must wait for the one before; then what one has more than the other.
         let both = low.len().min(high.len());
         let (mut lower, mut upper) = (Moments::ZERO, core);
-        self.above[0] = core;
-        let above = &mut self.above[1..high.len() + 1];
+        let Runs { below, above } = &mut *self.runs;
+        above[0] = core;
+        let above = &mut above[1..high.len() + 1];
         let points = (&x[high.clone()], &y[high.clone()]);
         {
             let first = low.end - both;
-            let below = &mut self.below[low.len() - both..low.len()];
+            let below = &mut below[low.len() - both..low.len()];
             let above = &mut above[..both];
             let points_below = (&x[first..low.end], &y[first..low.end]);
             let points = (&points.0[..both], &points.1[..both]);
@@ -305,7 +317,7 @@ impl<'a, const N: usize> Sweep<'a, N> {
         }
         let points = (&x[low.clone()], &y[low.clone()]);
         for k in (0..low.len() - both).rev() {
-            self.below[k] = push(&mut lower, low.start, k, points);
+            below[k] = push(&mut lower, low.start, k, points);
         }
     }
 }

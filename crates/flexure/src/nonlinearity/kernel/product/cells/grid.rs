@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::{Ends, Rule, SLICES, push};
-use crate::wide::widest;
 
 /// Points whose cells are found together.
 const BLOCK: usize = 256;
@@ -25,20 +24,15 @@ impl Grid {
         // Found twice rather than kept: new memory costs more than the arithmetic.
         let mut keys = [0_u32; BLOCK];
         let find = |keys: &mut [u32; BLOCK], block: Range<usize>| {
-            widest(
-                #[inline(always)]
-                || {
-                    let keys = &mut keys[..block.len()];
-                    keys.fill(0);
-                    for (j, column) in x.iter().enumerate() {
-                        let (origin, rate, span) = (rule.origin[j], rule.rate[j], spans[j] as u32);
-                        for (key, x) in keys.iter_mut().zip(&column[block.clone()]) {
-                            // As signed, for which there is an instruction.
-                            *key = *key * span + ((x - origin) * rate) as i32 as u32;
-                        }
-                    }
-                },
-            );
+            let keys = &mut keys[..block.len()];
+            keys.fill(0);
+            for (j, column) in x.iter().enumerate() {
+                let (origin, rate, span) = (rule.origin[j], rule.rate[j], spans[j] as u32);
+                for (key, x) in keys.iter_mut().zip(&column[block.clone()]) {
+                    // As signed, for which there is an instruction.
+                    *key = *key * span + ((x - origin) * rate) as i32 as u32;
+                }
+            }
         };
         let blocks = || (0..n).step_by(BLOCK).map(|start| start..n.min(start + BLOCK));
         // Two cells ahead: after the counts have been added up `starts[c + 1]` is the start of cell c, and after
