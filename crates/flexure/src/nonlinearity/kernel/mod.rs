@@ -43,7 +43,6 @@ pub(crate) use regression::{check_points, check_weights};
 pub(crate) use sorted::Sorted;
 pub use sums::Degree;
 pub(crate) use sums::Sums;
-use window::first_beyond;
 
 use serde::{Deserialize, Serialize};
 

@@ -10,7 +10,7 @@ use super::binned::nearest_whole;
 use super::piece::{self, Coefficients, Job, falling, rising, sums};
 use super::sorted::{from_ordered, to_ordered};
 use super::window::{Frame, Items, Moments, Slider};
-use super::{Sorted, Sums, first_beyond};
+use super::{Sorted, Sums};
 
 /// Data are taken in at most this many parts, each of at least so many points: the parts do not depend on
 /// the number of threads, nor does therefore the result.
@@ -77,29 +77,12 @@ impl Cuts {
         // The same comparisons as for sorted points, to the last bit.
         let begins: Vec<f64> = at.iter().map(|&q| first_float(q - h, |x| !(q - x > h))).collect();
         let ends: Vec<f64> = at.iter().map(|&q| first_float(q + h, |x| x - q > h)).collect();
-        let middles: Vec<f64> = if halve {
-            at.iter().map(|q| q.next_up()).collect()
+        let (cuts, windows) = if halve {
+            let middles: Vec<f64> = at.iter().map(|q| q.next_up()).collect();
+            merged([&begins, &middles, &ends], |ranks| ranks)
         } else {
-            Vec::new()
+            merged([&begins, &ends], |[lo, hi]| [lo, lo, hi])
         };
-        let mut cuts = merged(&merged(&begins, &ends), &middles);
-        cuts.dedup();
-        let ranks = |edges: &[f64]| -> Vec<usize> {
-            let mut rank = 0;
-            let each = edges.iter().map(|edge| {
-                rank = first_beyond(&cuts, rank, |cut| cut < *edge);
-                rank + 1
-            });
-            each.collect()
-        };
-        let (starts, ends) = (ranks(&begins), ranks(&ends));
-        let middles = if halve { ranks(&middles) } else { starts.clone() };
-        let windows = starts
-            .iter()
-            .zip(&middles)
-            .zip(&ends)
-            .map(|((&lo, &middle), &hi)| [lo, middle, hi]);
-        let windows = windows.collect();
         let (lowest, highest) = (cuts[0], cuts[cuts.len() - 1]);
         let last = TABLE * cuts.len();
         let mut found = Cuts {
@@ -155,29 +138,52 @@ impl Cuts {
     }
 }
 
-/// All values of two increasing lists, in order.
-fn merged(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let (Some(most_a), Some(most_b)) = (a.len().checked_sub(1), b.len().checked_sub(1)) else {
-        return [a, b].concat();
-    };
-    let (mut i, mut j) = (0, 0);
-    let next = |_| {
+/// The different values of equally long increasing lists in order, and for the values of each place how many there are
+/// up to each of them.
+fn merged<const K: usize>(
+    lists: [&[f64]; K],
+    window: impl Fn([usize; K]) -> [usize; 3],
+) -> (Vec<f64>, Vec<[usize; 3]>) {
+    let len = lists[0].len();
+    let mut values: Vec<f64> = Vec::with_capacity(K * len);
+    let mut ranks = vec![[0; K]; len];
+    let mut next = [0; K];
+    for _ in 0..K * len {
         // Without a branch, which could not be predicted.
-        let (x, y) = (a[i.min(most_a)], b[j.min(most_b)]);
-        let from_a = (j > most_b) | ((i <= most_a) & (x <= y));
-        i += usize::from(from_a);
-        j += usize::from(!from_a);
-        if from_a { x } else { y }
-    };
-    (0..a.len() + b.len()).map(next).collect()
+        let mut least = 0;
+        for k in 1..K {
+            let (a, b) = (next[least], next[k]);
+            let lower = lists[k][b.min(len - 1)] < lists[least][a.min(len - 1)];
+            least = if (a == len) | (lower & (b < len)) { k } else { least };
+        }
+        let value = lists[least][next[least]];
+        if values.last() != Some(&value) {
+            values.push(value);
+        }
+        ranks[next[least]][least] = values.len();
+        next[least] += 1;
+    }
+    (values, ranks.into_iter().map(window).collect())
 }
 
 /// The lowest float for which `holds`, which is false below some float and true from there on.
 fn first_float(guess: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    // Mostly the guess or one of its neighbours, of which there is no telling.
+    let above = guess.next_up();
+    if !holds(guess.next_down()) & holds(above) {
+        return if holds(guess) { guess } else { above };
+    }
+    far_float(guess, holds)
+}
+
+/// The same for any guess.
+#[cold]
+#[inline(never)]
+fn far_float(guess: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let (least, most) = (to_ordered(f64::NEG_INFINITY), to_ordered(f64::INFINITY));
     let guess = to_ordered(guess);
     let holds = |key: u64| holds(from_ordered(key));
-    // Keys false <= below < above <= true: mostly the guess or one of its neighbours.
+    // Keys false <= below < above <= true.
     let (mut below, mut above, mut step) = (guess, guess, 1);
     while above < most && !holds(above) {
         below = above;

@@ -4,9 +4,6 @@ use std::ops::Range;
 
 use super::{Ends, Rule, SLICES, push};
 
-/// Points whose cells are found together.
-const BLOCK: usize = 256;
-
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     /// Cells along every dimension.
@@ -21,28 +18,19 @@ impl Grid {
         let n = x[0].len();
         let last = |(j, ends): (usize, &(f64, f64))| rule.coordinate(j, ends.1) as usize;
         let spans: Vec<usize> = ends.iter().enumerate().map(|end| last(end) + 1).collect();
-        // Found twice rather than kept: new memory costs more than the arithmetic.
-        let mut keys = [0_u32; BLOCK];
-        let find = |keys: &mut [u32; BLOCK], block: Range<usize>| {
-            let keys = &mut keys[..block.len()];
-            keys.fill(0);
-            for (j, column) in x.iter().enumerate() {
-                let (origin, rate, span) = (rule.origin[j], rule.rate[j], spans[j] as u32);
-                for (key, x) in keys.iter_mut().zip(&column[block.clone()]) {
-                    // As signed, for which there is an instruction.
-                    *key = *key * span + ((x - origin) * rate) as i32 as u32;
-                }
+        let mut keys = vec![0_u32; n];
+        for (j, column) in x.iter().enumerate() {
+            let (origin, rate, span) = (rule.origin[j], rule.rate[j], spans[j] as u32);
+            for (key, x) in keys.iter_mut().zip(*column) {
+                // As signed, for which there is an instruction.
+                *key = *key * span + ((x - origin) * rate) as i32 as u32;
             }
-        };
-        let blocks = || (0..n).step_by(BLOCK).map(|start| start..n.min(start + BLOCK));
+        }
         // Two cells ahead: after the counts have been added up `starts[c + 1]` is the start of cell c, and after
         // all points have found their places its end.
         let mut starts = vec![0_u32; spans.iter().product::<usize>() + 2];
-        for block in blocks() {
-            find(&mut keys, block.clone());
-            for &key in &keys[..block.len()] {
-                starts[key as usize + 2] += 1;
-            }
+        for &key in &keys {
+            starts[key as usize + 2] += 1;
         }
         let mut total = 0;
         for start in &mut starts {
@@ -50,13 +38,10 @@ impl Grid {
             *start = total;
         }
         let mut order = vec![0; n];
-        for block in blocks() {
-            find(&mut keys, block.clone());
-            for (i, &key) in block.zip(&keys) {
-                let start = &mut starts[key as usize + 1];
-                order[*start as usize] = i as u32;
-                *start += 1;
-            }
+        for (i, &key) in keys.iter().enumerate() {
+            let start = &mut starts[key as usize + 1];
+            order[*start as usize] = i as u32;
+            *start += 1;
         }
         starts.pop();
         (Grid { spans, starts }, order)
