@@ -36,3 +36,31 @@ pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
     }
     work()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sums in lanes, with what could be contracted and what could be made in another order.
+    #[inline(always)]
+    fn sums(x: &[f64]) -> [f64; 4] {
+        let mut sums = [0.0; 4];
+        for x in x.as_chunks::<4>().0 {
+            for (sum, x) in sums.iter_mut().zip(x) {
+                *sum = *sum * 0.999 + x * x / (1.0 + x.abs());
+            }
+        }
+        sums
+    }
+
+    #[test]
+    fn wide_registers_change_no_bit() {
+        let x: Vec<f64> = (0..4003).map(|i| (i as f64 * 0.7).sin() * 10_f64.powi(i % 7)).collect();
+        let plain = std::hint::black_box(sums as fn(&[f64]) -> [f64; 4])(&x);
+        let wide = widest(
+            #[inline(always)]
+            || sums(&x),
+        );
+        assert_eq!(plain.map(f64::to_bits), wide.map(f64::to_bits));
+    }
+}

@@ -314,3 +314,54 @@ pub fn for_each(
 ) {
     piece::perform(&mut AtFew { data, h, at, visit }, kernel, degree);
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The same by sorting and counting.
+    fn sorted_and_counted(lists: [&[f64]; 3]) -> (Vec<f64>, Vec<[usize; 3]>) {
+        let mut values = lists.concat();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        let rank = |value: f64| values.partition_point(|v| *v <= value);
+        let ranks = (0..lists[0].len()).map(|i| lists.map(|list| rank(list[i]))).collect();
+        (values, ranks)
+    }
+
+    fn check(mut lists: [Vec<f64>; 3]) {
+        lists.iter_mut().for_each(|list| list.sort_by(f64::total_cmp));
+        let [a, b, c] = lists.each_ref().map(Vec::as_slice);
+        assert_eq!(merged([a, b, c], |ranks| ranks), sorted_and_counted([a, b, c]));
+        assert_eq!(merged([a, c], |[lo, hi]| [lo, lo, hi]), sorted_and_counted([a, a, c]));
+    }
+
+    #[test]
+    fn lists_with_ties_and_infinite_ends_are_merged() {
+        check([vec![1.0], vec![1.0], vec![1.0]]);
+        check([
+            vec![0.0, 1.0, 1.0],
+            vec![1.0, 2.0, 2.0],
+            vec![2.0, f64::INFINITY, f64::INFINITY],
+        ]);
+        check([vec![5.0, 6.0], vec![3.0, 4.0], vec![1.0, 2.0]]);
+    }
+
+    proptest! {
+        #[test]
+        fn any_lists_are_merged(values in prop::collection::vec(prop::array::uniform3(0..40_u8), 1..60)) {
+            check(std::array::from_fn(|k| values.iter().map(|v| f64::from(v[k])).collect()));
+        }
+
+        #[test]
+        fn the_first_float_is_found_from_any_guess(limit in prop::num::f64::NORMAL, steps in -3000_i64..3000) {
+            let holds = |x: f64| x >= limit;
+            let guess = from_ordered(to_ordered(limit).saturating_add_signed(steps));
+            prop_assume!(guess.is_finite());
+            prop_assert_eq!(first_float(guess, holds), limit);
+            prop_assert_eq!(first_float(0.0, holds), limit);
+        }
+    }
+}
