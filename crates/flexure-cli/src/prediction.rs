@@ -299,13 +299,15 @@ impl Outside {
         } else {
             "continued straight"
         };
-        let which = match self.direct {
-            true => "input samples",
-            false => "samples behind the first linear part",
+        let which = match (self.direct, self.samples) {
+            (true, 1) => "input sample lies",
+            (true, _) => "input samples lie",
+            (false, 1) => "sample behind the first linear part lies",
+            (false, _) => "samples behind the first linear part lie",
         };
         (self.samples > 0).then(|| {
             format!(
-                "warning: {} {which} lie outside the range in which the nonlinearity was identified; there it is {there}",
+                "warning: {} {which} outside the range in which the nonlinearity was identified; there it is {there}",
                 self.samples
             )
         })

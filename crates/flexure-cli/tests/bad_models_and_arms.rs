@@ -125,7 +125,7 @@ fn inputs_beyond_the_curve() {
         assert!(outcome.stderr.starts_with("error: huge.csv, line "), "{outcome:?}");
     }
     let warning =
-        "warning: 1 input samples lie outside the range in which the nonlinearity was identified; there it is";
+        "warning: 1 input sample lies outside the range in which the nonlinearity was identified; there it is";
     for command in [predict, validate] {
         for model in ["nan", "nearest", "linear"] {
             assert!(!folder.done(&command(model, "within")).contains("warning"), "{model}");

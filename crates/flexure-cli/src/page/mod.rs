@@ -206,6 +206,16 @@ fn samples_fact(all: usize, fitted: usize, left_out: &str) -> Fact {
     )
 }
 
+/// How many kinks nonlinearities have, where any has one.
+fn kinks_fact(kinks: &[usize]) -> Option<Fact> {
+    let each: Vec<String> = kinks.iter().map(usize::to_string).collect();
+    let why = "where the nonlinearities' slopes jump, beside the pieces";
+    kinks
+        .iter()
+        .any(|k| *k > 0)
+        .then(|| fact("Kinks", each.join(" + "), why))
+}
+
 /// A delay for reading.
 fn samples(delay: usize) -> String {
     match delay {

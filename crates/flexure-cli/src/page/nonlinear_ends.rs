@@ -3,17 +3,15 @@
 use anyhow::Result;
 use flexure::identify::HammersteinWienerIdentification;
 use flexure_io::RecordFile;
-use flexure_report::data::{Choice, Fact, LinearPart, Nonlinearity, Page, Table};
+use flexure_report::data::{Choice, Fact, LinearPart, Nonlinearity, Page, TitledCurve};
 
 use super::{
-    Decoration, Judged, Parts, assembled, density, fact, fit_facts, labelled, linear_part, samples, samples_fact,
+    Decoration, Judged, Parts, assembled, choice, density, fact, fit_facts, kinks_fact, labelled, linear_part, samples,
+    samples_fact,
 };
 use crate::nonlinear_ends::{PIECES_WHY, linear_block, pieces_words};
-use crate::outcome::{Signals, number};
+use crate::outcome::Signals;
 use crate::tuning;
-
-/// Values of the nonlinearity at the output that the page shows.
-const VALUES: usize = 21;
 
 /// Fills in the page.
 pub fn page(
@@ -32,7 +30,7 @@ pub fn page(
             ..linear_part(block.title, &block.system, None, signals.sample_time)
         }],
         choices: choices(result),
-        candidates: vec![output(signals, result)],
+        curves: vec![output(signals, result)],
         ..Parts::default()
     };
     let judged = Judged {
@@ -62,8 +60,9 @@ fn facts(signals: &Signals, result: &HammersteinWienerIdentification) -> Vec<Fac
         ),
         fact("Delay", samples(result.delay), "of the linear part"),
         fact("Pieces", both, "cubic ones, of the nonlinearities at input and output"),
-        samples_fact(result.predicted.len(), result.fitted, ""),
     ]);
+    facts.extend(kinks_fact(&[result.input_kinks.len(), result.output_kinks.len()]));
+    facts.push(samples_fact(result.predicted.len(), result.fitted, ""));
     facts
 }
 
@@ -74,22 +73,12 @@ fn nonlinearity(u: &[f64], signals: &Signals, result: &HammersteinWienerIdentifi
         y_label: "output of the nonlinearity at the input".to_owned(),
         x: curve.x().to_vec(),
         y: curve.y().to_vec(),
-        lower: Vec::new(),
-        upper: Vec::new(),
-        band_label: String::new(),
         density: density(&u[..result.fitted], curve.x()),
-        truth: Vec::new(),
-        truth_label: String::new(),
+        ..Nonlinearity::default()
     }
 }
 
 fn choices(result: &HammersteinWienerIdentification) -> Vec<Choice> {
-    let choice = |name: &str, value: String, why: &str| Choice {
-        name: name.to_owned(),
-        value,
-        why: why.to_owned(),
-        curve: None,
-    };
     vec![
         choice(
             "Poles",
@@ -109,20 +98,16 @@ fn choices(result: &HammersteinWienerIdentification) -> Vec<Choice> {
     ]
 }
 
-/// The nonlinearity at the output as a table.
-fn output(signals: &Signals, result: &HammersteinWienerIdentification) -> Table {
+fn output(signals: &Signals, result: &HammersteinWienerIdentification) -> TitledCurve {
     let curve = &result.output_nonlinearity;
-    let (low, high) = (curve.x()[0], curve.x()[curve.x().len() - 1]);
-    let row = |i: usize| {
-        let x = low + (high - low) * i as f64 / (VALUES - 1) as f64;
-        vec![number(x), number(curve.value(x))]
-    };
-    Table {
+    TitledCurve {
         title: "Nonlinearity at the output".to_owned(),
-        words: "What the linear part gives, and what becomes of it; the model's file has the whole curve.".to_owned(),
-        columns: vec!["linear part's output".to_owned(), labelled(signals.output)],
-        rows: (0..VALUES).map(row).collect(),
-        chosen: None,
-        ends_in_words: false,
+        curve: Nonlinearity {
+            x_label: "output of the linear part".to_owned(),
+            y_label: labelled(signals.output),
+            x: curve.x().to_vec(),
+            y: curve.y().to_vec(),
+            ..Nonlinearity::default()
+        },
     }
 }

@@ -6,7 +6,8 @@ use flexure_io::RecordFile;
 use flexure_report::data::{Choice, Fact, LinearPart, Nonlinearity, Page, TitledCurve};
 
 use super::{
-    Decoration, Judged, Parts, assembled, choice, density, fact, fit_facts, labelled, linear_part, samples_fact,
+    Decoration, Judged, Parts, assembled, choice, density, fact, fit_facts, kinks_fact, labelled, linear_part,
+    samples_fact,
 };
 use crate::cascade::LinearBlock;
 use crate::nonlinear_ends::{PIECES_WHY, pieces_words};
@@ -103,8 +104,10 @@ fn facts(signals: &Signals, result: &MultipleInputsIdentification) -> Vec<Fact> 
             each(|b| b.breakpoints.len().saturating_sub(1)),
             "cubic ones, of the inputs' nonlinearities",
         ),
-        samples_fact(result.predicted.len(), result.fitted, ""),
     ]);
+    let kinks: Vec<usize> = result.branches.iter().map(|b| b.kinks.len()).collect();
+    facts.extend(kinks_fact(&kinks));
+    facts.push(samples_fact(result.predicted.len(), result.fitted, ""));
     facts
 }
 

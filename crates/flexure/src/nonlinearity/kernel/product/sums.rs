@@ -183,7 +183,7 @@ fn weigh<const D: usize>(kernel: Kernel, window: &Window<D>, x: [&[f64]; D], k: 
             profile::positive(1.0 - u * u)
         };
         match &x[..] {
-            // In one loop, and none of its turns can be the last but the last.
+            // Zipped: a loop that checks an index might end early, and its last turns would not be vectorised.
             [a, b] => {
                 for (k, (a, b)) in k.iter_mut().zip(a.iter().zip(*b)) {
                     *k = factor(0, *a) * factor(1, *b);
