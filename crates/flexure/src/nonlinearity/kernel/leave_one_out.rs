@@ -176,9 +176,10 @@ fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> (f64,
         let [a, b] = terms;
         for lane in 0..LANES {
             let ((w, p, r), (v, q, t)) = (a[lane], b[lane]);
-            // w (p/r)^2 + v (q/t)^2
-            let (pt, qr, rt) = (p * t, q * r, r * t);
-            sum[lane] += (w * pt * pt + v * qr * qr) / (rt * rt);
+            // p/r and q/t; no product of more than two, which need not be finite.
+            let inverse = 1.0 / (r * t);
+            let (first, second) = (p * (t * inverse), q * (r * inverse));
+            sum[lane] += w * first * first + v * second * second;
             least[lane] = lower(lower(r, t), least[lane]);
         }
     }

@@ -168,7 +168,7 @@ impl Job for AtOwnPoints<'_> {
         let data = self.data;
         let grains = Grains::<N>::new(data);
         let abscissas = Abscissas::new(&data.x);
-        // Made once for each thread: for few points that takes as long as the rest.
+        // Made once for each thread, not for every bandwidth.
         let rooms = Mutex::new(Vec::<(Runs<N>, Room)>::new());
         let taken = || rooms.lock().unwrap_or_else(PoisonError::into_inner);
         (self.run)(&|h, points, visitor| {

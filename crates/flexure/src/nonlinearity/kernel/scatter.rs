@@ -6,8 +6,8 @@
 
 use rayon::prelude::*;
 
-use super::binned::nearest_whole;
 use super::piece::{self, Coefficients, Job, falling, rising, sums};
+use super::sort::Places;
 use super::sorted::{from_ordered, to_ordered};
 use super::window::{Frame, Items, Moments, Slider};
 use super::{Sorted, Sums};
@@ -64,12 +64,9 @@ struct Cuts {
     cuts: Vec<f64>,
     /// For every point the intervals lo..middle up to it and middle..hi beyond it.
     windows: Vec<[usize; 3]>,
-    /// The number of cuts in the table's entries before each.
+    /// The entries, and the number of cuts in those before each.
+    table: Places,
     before: Vec<u32>,
-    lowest: f64,
-    scale: f64,
-    /// The last entry but one.
-    last: f64,
 }
 
 impl Cuts {
@@ -77,49 +74,28 @@ impl Cuts {
         // The same comparisons as for sorted points, to the last bit.
         let begins: Vec<f64> = at.iter().map(|&q| first_float(q - h, |x| !(q - x > h))).collect();
         let ends: Vec<f64> = at.iter().map(|&q| first_float(q + h, |x| x - q > h)).collect();
-        let (cuts, windows) = if halve {
+        let (mut cuts, windows) = if halve {
             let middles: Vec<f64> = at.iter().map(|q| q.next_up()).collect();
             merged([&begins, &middles, &ends], |ranks| ranks)
         } else {
             merged([&begins, &ends], |[lo, hi]| [lo, lo, hi])
         };
-        let (lowest, highest) = (cuts[0], cuts[cuts.len() - 1]);
-        let last = TABLE * cuts.len();
-        let mut found = Cuts {
-            windows,
-            before: vec![0; last + 2],
-            lowest,
-            scale: last as f64 / (highest - lowest),
-            last: last as f64,
-            cuts,
-        };
-        for i in 0..found.cuts.len() {
-            let entry = found.entry(found.cuts[i]);
-            found.before[entry + 1] += 1;
-        }
-        let mut before = 0;
-        for entry in &mut found.before {
-            before += *entry;
-            *entry = before;
-        }
+        let table = Places::between(cuts[0], cuts[cuts.len() - 1], TABLE * cuts.len());
+        let before = table.starts(cuts.iter().copied());
         // Cuts beyond all: the search below need not look where the list ends.
-        found.cuts.extend([f64::INFINITY; 2]);
-        found
-    }
-
-    /// Increases with x, whatever is rounded and wherever x is.
-    #[inline(always)]
-    fn entry(&self, x: f64) -> usize {
-        let place = (x - self.lowest) * self.scale;
-        // What is not a number goes to the first.
-        let place = if place > 0.0 { place } else { 0.0 };
-        nearest_whole(if place < self.last { place } else { self.last }).0
+        cuts.extend([f64::INFINITY; 2]);
+        Cuts {
+            cuts,
+            windows,
+            table,
+            before,
+        }
     }
 
     /// The interval that holds the finite `x`: the number of cuts up to it.
     #[inline(always)]
     fn interval(&self, x: f64) -> usize {
-        let entry = self.entry(x);
+        let entry = self.table.of(x);
         let first = self.before[entry] as usize;
         // Few entries have more than two, so that there is hardly ever anything to mispredict.
         let i = first + usize::from(self.cuts[first] <= x) + usize::from(self.cuts[first + 1] <= x);

@@ -79,8 +79,8 @@ pub fn sorted<const C: usize>(columns: [&[f64]; C]) -> [Vec<f64>; C] {
     result
 }
 
-/// A place in 0..count for every abscissa, which never falls as x increases, whatever is rounded.
-struct Places {
+/// A place in 0..count for every abscissa, which never falls as x increases, whatever is rounded and wherever x is.
+pub struct Places {
     lowest: f64,
     scale: f64,
     count: usize,
@@ -103,7 +103,8 @@ impl Places {
         Self::between(low - margin, high + margin, count)
     }
 
-    fn between(lowest: f64, highest: f64, count: usize) -> Self {
+    /// Places of equal width between two abscissas; the first and the last go on for ever.
+    pub fn between(lowest: f64, highest: f64, count: usize) -> Self {
         let scale = count as f64 / (highest - lowest);
         Places {
             lowest,
@@ -114,7 +115,7 @@ impl Places {
     }
 
     #[inline(always)]
-    fn of(&self, x: f64) -> usize {
+    pub fn of(&self, x: f64) -> usize {
         let place = (x - self.lowest) * self.scale;
         // What is not a number goes to the first.
         let place = if place > 0.0 { place } else { 0.0 };
@@ -122,7 +123,7 @@ impl Places {
     }
 
     /// Where each place starts in a list of the points in order of place, and the list's end.
-    fn starts(&self, x: impl Iterator<Item = f64>) -> Vec<u32> {
+    pub fn starts(&self, x: impl Iterator<Item = f64>) -> Vec<u32> {
         let mut starts = vec![0; self.count + 1];
         for x in x {
             starts[self.of(x) + 1] += 1;

@@ -364,6 +364,31 @@ fn a_point_alone_is_as_uncertain_as_the_others() {
     assert!(errors[0] < 0.3 && (errors[1] - 3.0).abs() < 0.3, "{errors:?}");
 }
 
+#[test]
+fn scores_do_not_depend_on_the_size_of_the_weights() {
+    let n = 3000;
+    let x: Vec<f64> = (0..n).map(|i| (f64::from(i) * 0.618).fract()).collect();
+    let y: Vec<f64> = x.iter().map(|x| (9.0 * x).sin() + (1e4 * x).cos()).collect();
+    // Powers of two leave no rounding: every bit must be the same.
+    let scores = |unit: f64, size: f64| {
+        let w: Vec<f64> = (0..n).map(|i| size * f64::from(1 + i % 3)).collect();
+        let y: Vec<f64> = y.iter().map(|y| unit * y).collect();
+        let scores = leave_one_out(
+            &Sorted::weighted(&x, &y, &w),
+            Kernel::Epanechnikov,
+            Degree::Constant,
+            &[0.02, 0.3],
+        );
+        scores.iter().map(|s| s / (unit * unit)).collect::<Vec<f64>>()
+    };
+    let usual = scores(1.0, 1.0);
+    for power in [-330.0, 330.0_f64] {
+        assert_eq!(scores(1.0, power.exp2()), usual);
+        assert_eq!(scores(power.exp2(), power.exp2()), usual);
+        assert_eq!(scores((-power).exp2(), power.exp2()), usual);
+    }
+}
+
 proptest! {
     /// Shifting and scaling x with h, and y, does to the estimate what the mathematics says.
     #[test]

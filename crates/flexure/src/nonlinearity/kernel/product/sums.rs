@@ -173,40 +173,32 @@ fn add_block<const D: usize, const L: usize, const LINEAR: bool>(
 
 /// The products of the kernels.
 ///
-/// Loops over the points of one dimension, not over fixed groups of these: the compiler vectorises those across the
-/// dimensions.
+/// Epanechnikov's in two and three dimensions is one zipped loop: one that checks an index might end early, and its last
+/// turns would not be vectorised.
 #[inline(always)]
 fn weigh<const D: usize>(kernel: Kernel, window: &Window<D>, x: [&[f64]; D], k: &mut [f64]) {
-    if kernel == Kernel::Epanechnikov {
-        let factor = |j: usize, x: f64| {
-            let u = (x - window.at[j]) * window.per_h[j];
-            profile::positive(1.0 - u * u)
-        };
-        match &x[..] {
-            // Zipped: a loop that checks an index might end early, and its last turns would not be vectorised.
-            [a, b] => {
-                for (k, (a, b)) in k.iter_mut().zip(a.iter().zip(*b)) {
-                    *k = factor(0, *a) * factor(1, *b);
-                }
-            }
-            [a, b, c] => {
-                for (k, ((a, b), c)) in k.iter_mut().zip(a.iter().zip(*b).zip(*c)) {
-                    *k = factor(0, *a) * factor(1, *b) * factor(2, *c);
-                }
-            }
-            _ => {
-                k.fill(1.0);
-                for j in 0..D {
-                    k.iter_mut().zip(x[j]).for_each(|(k, x)| *k *= factor(j, *x));
-                }
+    let parabola = |j: usize, x: f64| {
+        let u = (x - window.at[j]) * window.per_h[j];
+        profile::positive(1.0 - u * u)
+    };
+    match (kernel, &x[..]) {
+        (Kernel::Epanechnikov, [a, b]) => {
+            for (k, (a, b)) in k.iter_mut().zip(a.iter().zip(*b)) {
+                *k = parabola(0, *a) * parabola(1, *b);
             }
         }
-    } else {
-        profile::start(kernel, k);
-        for j in 0..D {
-            profile::factor(kernel, x[j], window.at[j], window.h[j], k);
+        (Kernel::Epanechnikov, [a, b, c]) => {
+            for (k, ((a, b), c)) in k.iter_mut().zip(a.iter().zip(*b).zip(*c)) {
+                *k = parabola(0, *a) * parabola(1, *b) * parabola(2, *c);
+            }
         }
-        profile::finish(kernel, k);
+        _ => {
+            profile::start(kernel, k);
+            for j in 0..D {
+                profile::factor(kernel, x[j], window.at[j], window.h[j], k);
+            }
+            profile::finish(kernel, k);
+        }
     }
 }
 
