@@ -5,9 +5,11 @@
 //! the second order of the bin's width alone. The score of its data is that about the estimate's tangent: the
 //! bin's second moments are all that is needed, and it errs in the second order as well.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f64x8};
 use rayon::prelude::*;
 
-use std::ops::Range;
+use std::ops::{Div, Mul, Range, Sub};
 
 use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
 use super::piece::{Visit, at_own_points};
@@ -20,6 +22,8 @@ use super::{Degree, Kernel, Sorted, Sums};
 const CHUNK: usize = 1 << 16;
 /// Most parts in which points in no order are taken, each with bins of its own.
 const PARTS: usize = 8;
+/// Bins that are done at a time.
+const LANES: usize = 8;
 /// A point whose share in its own estimate is larger than 1 less this is left out by direct summation.
 const ALONE: f64 = 1e-3;
 
@@ -43,7 +47,7 @@ struct Bins {
     /// Their means, weighted by their counts.
     data: Sorted,
     /// xx, xy, yy of [`Bin`].
-    products: Vec<[f64; 3]>,
+    products: [Vec<f64>; 3],
 }
 
 /// The same data in bins of several widths, each twice that before.
@@ -182,12 +186,12 @@ impl Bins {
         let column = |f: fn(&Bin) -> f64| -> Vec<f64> { bins.iter().map(f).collect() };
         Bins {
             data: Sorted::centred(column(|b| b.x), column(|b| b.y), Some(column(|b| b.count))),
-            products: bins.iter().map(|b| [b.xx, b.xy, b.yy]).collect(),
+            products: [column(|b| b.xx), column(|b| b.xy), column(|b| b.yy)],
         }
     }
 
     fn bin(&self, i: usize) -> Bin {
-        let [xx, xy, yy] = self.products[i];
+        let [xx, xy, yy] = self.products.each_ref().map(|column| column[i]);
         Bin {
             count: self.data.weight(i),
             x: self.data.x[i],
@@ -205,31 +209,34 @@ impl Bins {
         }
         let total: f64 = (0..data.len()).map(|b| data.weight(b)).sum();
         let tangents = Tangents::new(data, &self.products);
-        let score = |fits: &mut Vec<[f64; 2]>, h: f64, visit: &mut dyn FnMut(&mut Fits<'_>)| {
-            fits.clear();
-            fits.resize(data.len(), [0.0, 1.0]);
+        let score = |room: &mut [Vec<f64>; 2], h: f64, visit: &mut dyn FnMut(&mut Fits<'_>)| {
+            let [values, factors] = room;
+            // Every bin is within its own reach and so is visited.
+            values.resize(data.len(), f64::NAN);
+            factors.resize(data.len(), f64::NAN);
             visit(&mut Fits {
                 data,
                 kernel,
                 degree,
                 h,
-                fits,
+                values,
+                factors,
             });
-            tangents.squares(fits, h) / total
+            tangents.squares(values, factors, h) / total
         };
         let mut scores = Vec::new();
         if kernel == Kernel::Gaussian {
-            let of = |fits: &mut Vec<[f64; 2]>, &h: &f64| {
-                score(fits, h, &mut |fits| {
+            let of = |room: &mut [Vec<f64>; 2], &h: &f64| {
+                score(room, h, &mut |fits| {
                     let visit = |b: usize, sums: Sums| fits.visit(b, sums);
                     gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, h, &data.x, visit);
                 })
             };
-            scores = bandwidths.par_iter().map_init(Vec::new, of).collect();
+            scores = bandwidths.par_iter().map_init(Default::default, of).collect();
         } else {
             at_own_points(data, kernel, degree, &mut |pass| {
-                let of = |fits: &mut Vec<[f64; 2]>, &h: &f64| score(fits, h, &mut |fits| pass(h, 0..data.len(), fits));
-                scores = bandwidths.par_iter().map_init(Vec::new, of).collect();
+                let of = |room: &mut [Vec<f64>; 2], &h: &f64| score(room, h, &mut |fits| pass(h, 0..data.len(), fits));
+                scores = bandwidths.par_iter().map_init(Default::default, of).collect();
             });
         }
         scores
@@ -271,8 +278,9 @@ struct Fits<'a> {
     kernel: Kernel,
     degree: Degree,
     h: f64,
-    /// The estimate with all points, and the factor that takes a point's own share out of its residual.
-    fits: &'a mut [[f64; 2]],
+    /// The estimates with all points, and the factors that take a point's own share out of its residual.
+    values: &'a mut [f64],
+    factors: &'a mut [f64],
 }
 
 impl Visit for Fits<'_> {
@@ -287,29 +295,57 @@ impl Visit for Fits<'_> {
         if kernel != Kernel::Gaussian && !sums.reliable(degree) {
             sums = data.direct_sums(kernel, degree, h, data.x[b], None);
         }
-        let Some(fit) = sums.fit(degree) else { return };
+        let Some(fit) = sums.fit(degree) else {
+            (self.values[b], self.factors[b]) = (0.0, 1.0);
+            return;
+        };
         let rest = 1.0 - fit.leverage;
-        self.fits[b] = if data.weight(b) > 1.0 || rest > ALONE {
-            [fit.value, 1.0 / rest]
+        (self.values[b], self.factors[b]) = if data.weight(b) > 1.0 || rest > ALONE {
+            (fit.value, 1.0 / rest)
         } else {
             let others = data.direct_sums(kernel, degree, h, data.x[b], Some(b)).fit(degree);
             let value = others.map_or_else(|| data.nearest(data.x[b], Some(b)), |fit| fit.value);
-            [value, 1.0]
+            (value, 1.0)
         };
     }
 
     fn constants(&mut self, bins: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool {
-        let mut least = f64::INFINITY;
-        for (fit, &[s, t]) in self.fits[bins].iter_mut().zip(sums) {
-            // A point's share in its estimate is 1/s.
-            let rest = s - 1.0;
-            // t/s and s/rest by one division.
-            let inverse = 1.0 / (s * rest);
-            *fit = [t * rest * inverse, s * s * inverse];
-            least = if rest < least { rest } else { least };
-        }
+        let fits = (&mut self.values[bins.clone()], &mut self.factors[bins]);
+        let least = dispatch!(Level::new(), simd => constants(simd, sums, fits));
         least > ALONE && least > DIRECT_BELOW * most
     }
+}
+
+/// The local constants and their factors out of s and t, and the least of the others' sums of K.
+#[inline(always)]
+fn constants<S: Simd>(simd: S, sums: &[[f64; 2]], (values, factors): (&mut [f64], &mut [f64])) -> f64 {
+    let (groups, rest) = sums.as_chunks::<LANES>();
+    let (of_groups, of_rest) = values.as_chunks_mut::<LANES>();
+    let (by_groups, by_rest) = factors.as_chunks_mut::<LANES>();
+    let mut least = f64x8::splat(simd, f64::INFINITY);
+    for ((sums, values), factors) in groups.iter().zip(of_groups).zip(by_groups) {
+        let s = f64x8::from_fn(simd, |k| sums[k][0]);
+        let t = f64x8::from_fn(simd, |k| sums[k][1]);
+        let (value, factor, rest) = constant([s, t], f64x8::splat(simd, 1.0));
+        least = least.min(rest);
+        value.store_slice(values);
+        factor.store_slice(factors);
+    }
+    let mut least = least.as_array().iter().copied().fold(f64::INFINITY, f64::min);
+    for ((sums, to), by) in rest.iter().zip(of_rest).zip(by_rest) {
+        let (value, factor, rest) = constant(*sums, 1.0);
+        (*to, *by, least) = (value, factor, least.min(rest));
+    }
+    least
+}
+
+/// The local constant t/s, the factor, and the others' sum of K. A point's share in its estimate is 1/s.
+#[inline(always)]
+fn constant<T: Copy + Sub<Output = T> + Mul<Output = T> + Div<Output = T>>([s, t]: [T; 2], one: T) -> (T, T, T) {
+    let rest = s - one;
+    // t/s and s/rest by one division.
+    let inverse = one / (s * rest);
+    (t * rest * inverse, s * s * inverse, rest)
 }
 
 /// The bins of increasing items, [first + k width, first + (k + 1) width) for integers k.

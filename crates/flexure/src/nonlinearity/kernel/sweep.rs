@@ -8,6 +8,8 @@
 
 use std::ops::Range;
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f64x2, f64x4};
 use rayon::prelude::*;
 
 use super::piece::Coefficients;
@@ -73,18 +75,22 @@ impl<const N: usize> Items<N> for Grains<N> {
     }
 }
 
+/// Moments of the points of a lower run and of an upper one, as many of either: w, w y of the lower, then of the upper.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+struct Pair<const N: usize>([[f64; 4]; N]);
+
 /// Neighbouring points whose windows all begin and end on the same two runs.
 pub struct Stretch<'a, F, const N: usize> {
     frame: Frame,
     coefficients: F,
     at: &'a [f64],
-    /// The windows, and where the runs begin.
+    /// The windows, and where the lower run ends and the upper begins.
     starts: &'a [u32],
     ends: &'a [u32],
     low: usize,
     high: usize,
-    below: &'a [Moments<N>; ROOM],
-    above: &'a [Moments<N>; ROOM],
+    runs: &'a Runs<N>,
 }
 
 impl<F, const N: usize> Stretch<'_, F, N> {
@@ -96,8 +102,12 @@ impl<F, const N: usize> Stretch<'_, F, N> {
     #[inline(always)]
     fn window(&self, start: u32, end: u32) -> Moments<N> {
         // The remainders tell the compiler that the places are in the runs.
-        let (low, high) = (start as usize - self.low, end as usize - self.high);
-        self.below[low % ROOM].plus(&self.above[high % ROOM])
+        let (low, high) = (self.low - start as usize, end as usize - self.high);
+        let pairs = &self.runs.pairs;
+        let (Pair(below), Pair(above)) = (&pairs[low % ROOM], &pairs[high % ROOM]);
+        Moments(std::array::from_fn(|k| {
+            [below[k][0] + above[k][2], below[k][1] + above[k][3]]
+        }))
     }
 
     /// The sums at the k-th of the points.
@@ -145,16 +155,19 @@ pub struct Sweep<'a, const N: usize> {
 
 /// Room for the runs of a sweep, which may be used again.
 pub struct Runs<const N: usize> {
-    /// Moments of the points i..low.end for each i of `low`.
-    below: Box<[Moments<N>; ROOM]>,
-    /// Moments of the grains between the runs and of the points of the upper run up to i, for each i of `high`.
-    above: Box<[Moments<N>; ROOM]>,
+    /// The k-th: moments of the last k points below the end of the lower run, and of the grains between the runs and
+    /// the first k points of the upper run.
+    pairs: Box<[Pair<N>; ROOM]>,
+    /// Coordinates of the points that are added to one and the other.
+    u: Box<[[f64; 2]; ROOM]>,
 }
 
 impl<const N: usize> Default for Runs<N> {
     fn default() -> Self {
-        let [below, above] = std::array::from_fn(|_| Box::new([Moments::ZERO; ROOM]));
-        Runs { below, above }
+        Runs {
+            pairs: Box::new([Pair([[0.0; 4]; N]); ROOM]),
+            u: Box::new([[0.0; 2]; ROOM]),
+        }
     }
 }
 
@@ -232,10 +245,9 @@ impl<'a, const N: usize> Sweep<'a, N> {
                 at: &at[first..first + count],
                 starts: &starts[..count],
                 ends: &ends[..count],
-                low: self.low.start,
+                low: self.low.end,
                 high: self.high.start,
-                below: &self.runs.below,
-                above: &self.runs.above,
+                runs: self.runs,
             };
             visit(first, &stretch);
             first += count;
@@ -270,54 +282,65 @@ impl<'a, const N: usize> Sweep<'a, N> {
             }
         }
         self.low = lo..end;
-        self.high = start..ends[count - 1] as usize + 1;
+        self.high = start..ends[count - 1] as usize;
         match self.data.weights() {
-            None => {
-                // Not known as one to the compiler, which would multiply by it apart from y and put both together anew.
-                let one = std::hint::black_box(1.0);
-                self.fill(core, |_, y| (one, y))
-            }
-            Some(w) => self.fill(core, |i, y| (w[i], w[i] * y)),
+            None => dispatch!(Level::new(), simd => self.fill(simd, core, |_, y| (1.0, y))),
+            Some(w) => dispatch!(Level::new(), simd => self.fill(simd, core, |i, y| (w[i], w[i] * y))),
         }
         count
     }
 
     /// Fills the runs, of which the upper one begins with `core`; `weighted(i, y)` are w and w y.
     #[inline(always)]
-    fn fill(&mut self, core: Moments<N>, weighted: impl Fn(usize, f64) -> (f64, f64)) {
+    fn fill<S: Simd>(&mut self, simd: S, core: Moments<N>, weighted: impl Fn(usize, f64) -> (f64, f64)) {
         let Sorted { x, y, .. } = self.data;
-        let frame = self.frame;
-        let push = |sum: &mut Moments<N>, first: usize, k: usize, (x, y): (&[f64], &[f64])| {
-            let (w, wy) = weighted(first + k, y[k]);
-            sum.push(frame.u(x[k]), w, wy);
-            *sum
-        };
-        let (low, high) = (self.low.clone(), self.high.start..self.high.end - 1);
+        let (frame, low, high) = (self.frame, self.low.clone(), self.high.clone());
+        let Runs { pairs, u } = &mut *self.runs;
         // Both runs at once, as every sum must wait for the one before; then what one has more than the other.
         let both = low.len().min(high.len());
-        let (mut lower, mut upper) = (Moments::ZERO, core);
-        let Runs { below, above } = &mut *self.runs;
-        above[0] = core;
-        let above = &mut above[1..high.len() + 1];
-        let points = (&x[high.clone()], &y[high.clone()]);
+        let mut sums = core.0.map(|[w, wy]| f64x4::simd_from(simd, [0.0, 0.0, w, wy]));
+        pairs[0].0 = sums.map(Into::into);
+        let pairs = &mut pairs[1..];
         {
             let first = low.end - both;
-            let below = &mut below[low.len() - both..low.len()];
-            let above = &mut above[..both];
-            let points_below = (&x[first..low.end], &y[first..low.end]);
-            let points = (&points.0[..both], &points.1[..both]);
+            let (lower_x, lower_y) = (&x[first..low.end], &y[first..low.end]);
+            let (upper_x, upper_y) = (&x[high.start..][..both], &y[high.start..][..both]);
+            let (pairs, u) = (&mut pairs[..both], &mut u[..both]);
             for k in 0..both {
-                above[k] = push(&mut upper, high.start, k, points);
-                let k = both - 1 - k;
-                below[k] = push(&mut lower, first, k, points_below);
+                u[k] = [frame.u(lower_x[both - 1 - k]), frame.u(upper_x[k])];
+            }
+            for k in 0..both {
+                let l = both - 1 - k;
+                let (w, wy) = weighted(first + l, lower_y[l]);
+                let (v, vy) = weighted(high.start + k, upper_y[k]);
+                let mut power = f64x4::simd_from(simd, [w, wy, v, vy]);
+                let u = f64x4::simd_from(simd, [u[k][0], u[k][0], u[k][1], u[k][1]]);
+                for m in 0..N {
+                    sums[m] += power;
+                    power *= u;
+                    pairs[k].0[m] = sums[m].into();
+                }
             }
         }
-        for k in both..high.len() {
-            above[k] = push(&mut upper, high.start, k, points);
-        }
-        let points = (&x[low.clone()], &y[low.clone()]);
-        for k in (0..low.len() - both).rev() {
-            below[k] = push(&mut lower, low.start, k, points);
+        let sums: [[f64; 4]; N] = sums.map(Into::into);
+        let rest = [
+            (0, low.len(), (low.end - both).wrapping_sub(1), -1),
+            (2, high.len(), high.start + both, 1),
+        ];
+        for (side, len, first, step) in rest {
+            let mut sum = sums.map(|sum| f64x2::from_slice(simd, &sum[side..side + 2]));
+            let mut i: usize = first;
+            for Pair(pair) in &mut pairs[both..len] {
+                let (w, wy) = weighted(i, y[i]);
+                let mut power = f64x2::simd_from(simd, [w, wy]);
+                let u = f64x2::splat(simd, frame.u(x[i]));
+                for m in 0..N {
+                    sum[m] += power;
+                    power *= u;
+                    sum[m].store_slice(&mut pair[m][side..side + 2]);
+                }
+                i = i.wrapping_add_signed(step);
+            }
         }
     }
 }

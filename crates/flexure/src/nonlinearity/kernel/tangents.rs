@@ -1,13 +1,21 @@
 //! How far the data in bins are from the tangents of an estimate at the bins.
 
+use std::ops::{Add, Mul, Sub};
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f64x8};
+
 use super::Sorted;
+
+/// Bins that are done at a time.
+const LANES: usize = 8;
 
 /// Bins, and what of their tangents is the same for all estimates.
 pub struct Tangents<'a> {
     /// The bins' means, weighted by their counts.
     data: &'a Sorted,
     /// Sums of products of the deviations from these, xx, xy, yy.
-    products: &'a [[f64; 3]],
+    products: &'a [Vec<f64>; 3],
     /// The largest distance between neighbours.
     widest: f64,
     /// For each bin but the first and the last 1 over the distance between its neighbours; zero where these are at one
@@ -16,7 +24,7 @@ pub struct Tangents<'a> {
 }
 
 impl<'a> Tangents<'a> {
-    pub fn new(data: &'a Sorted, products: &'a [[f64; 3]]) -> Self {
+    pub fn new(data: &'a Sorted, products: &'a [Vec<f64>; 3]) -> Self {
         let per_run = |(below, above): (&f64, &f64)| if above > below { 1.0 / (above - below) } else { 0.0 };
         Tangents {
             data,
@@ -26,43 +34,75 @@ impl<'a> Tangents<'a> {
         }
     }
 
-    /// The sum of the data's squared distances from an estimate's tangents at their bins. `fits` holds the estimate
-    /// and a factor on the distances for each bin. A slope is that between the neighbours within `reach`.
-    pub fn squares(&self, fits: &[[f64; 2]], reach: f64) -> f64 {
-        let last = fits.len() - 1;
+    /// The sum of the data's squared distances from an estimate's tangents at their bins, times the square of a factor
+    /// on the distances for each bin. A slope is that between the neighbours within `reach`.
+    pub fn squares(&self, values: &[f64], factors: &[f64], reach: f64) -> f64 {
+        let last = values.len() - 1;
         let counts = match self.data.weights() {
-            Some(counts) if last > 1 && self.widest <= reach => &counts[1..last],
-            _ => return (0..=last).map(|b| self.square(fits, b, reach)).sum(),
+            Some(counts) if last > 1 && self.widest <= reach => counts,
+            _ => return (0..=last).map(|b| self.square(values, factors, b, reach)).sum(),
         };
-        // Most often all are within reach: without a division, nor a look for each whether it is in the list.
-        let (y, products) = (&self.data.y[1..last], &self.products[1..last]);
-        let fitted = fits.iter().zip(&fits[1..]).zip(&fits[2..]).zip(&self.per_run);
-        let inner: f64 = (fitted.zip(y.iter().zip(counts).zip(products)))
-            .map(|((((below, fit), above), per_run), ((y, count), products))| {
-                square((*y, *count), *products, *fit, (above[0] - below[0]) * per_run)
-            })
-            .sum();
-        inner + self.square(fits, 0, reach) + self.square(fits, last, reach)
+        // Most often all are within reach: several at a time, without a division, nor a look for each whether it is.
+        dispatch!(Level::new(), simd => self.squares_of_many(simd, counts, (values, factors), reach))
+    }
+
+    /// The same where all neighbours are within reach.
+    #[inline(always)]
+    fn squares_of_many<S: Simd>(
+        &self,
+        simd: S,
+        counts: &[f64],
+        (values, factors): (&[f64], &[f64]),
+        reach: f64,
+    ) -> f64 {
+        let last = values.len() - 1;
+        let (y, [xx, xy, yy]) = (&self.data.y, self.products);
+        let mut sums = f64x8::splat(simd, 0.0);
+        let groups = (last - 1) / LANES;
+        for group in 0..groups {
+            let first = 1 + group * LANES;
+            let of = |column: &[f64], first: usize| f64x8::from_slice(simd, &column[first..first + LANES]);
+            let slope = (of(values, first + 1) - of(values, first - 1)) * of(&self.per_run, first - 1);
+            let data = (of(y, first), of(counts, first));
+            let products = [of(xx, first), of(xy, first), of(yy, first)];
+            sums += square(data, products, (of(values, first), of(factors, first)), slope);
+        }
+        let rest = (1 + groups * LANES..=last)
+            .chain([0])
+            .map(|b| self.square(values, factors, b, reach));
+        rest.chain(<[f64; LANES]>::from(sums)).sum()
     }
 
     /// The squared distance of one bin's data.
-    fn square(&self, fits: &[[f64; 2]], b: usize, reach: f64) -> f64 {
-        let (x, count) = (&self.data.x, fits.len());
+    fn square(&self, values: &[f64], factors: &[f64], b: usize, reach: f64) -> f64 {
+        let (x, count) = (&self.data.x, values.len());
         let below = b - usize::from(b > 0 && x[b] - x[b - 1] <= reach);
         let above = b + usize::from(b + 1 < count && x[b + 1] - x[b] <= reach);
         let run = x[above] - x[below];
         let slope = if run > 0.0 {
-            (fits[above][0] - fits[below][0]) / run
+            (values[above] - values[below]) / run
         } else {
             0.0
         };
-        square((self.data.y[b], self.data.weight(b)), self.products[b], fits[b], slope)
+        let products = self.products.each_ref().map(|column| column[b]);
+        square(
+            (self.data.y[b], self.data.weight(b)),
+            products,
+            (values[b], factors[b]),
+            slope,
+        )
     }
 }
 
-/// The squared distance of a bin's data, of the mean y, from the line of this slope through the estimate.
+/// The squared distance of a bin's data, of the mean y, from the line of this slope through the estimate; or of those
+/// of several bins.
 #[inline(always)]
-fn square((y, count): (f64, f64), [xx, xy, yy]: [f64; 3], [fit, factor]: [f64; 2], slope: f64) -> f64 {
-    let residual = y - fit;
-    factor * factor * (yy + count * residual * residual + slope * (slope * xx - 2.0 * xy))
+fn square<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>>(
+    (y, count): (T, T),
+    [xx, xy, yy]: [T; 3],
+    (value, factor): (T, T),
+    slope: T,
+) -> T {
+    let residual = y - value;
+    factor * factor * (yy + count * residual * residual + slope * (slope * xx - (xy + xy)))
 }
