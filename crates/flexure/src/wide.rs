@@ -13,6 +13,30 @@ pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
     dispatch!(Level::new(), _ => work())
 }
 
+/// Folds values in lanes that need not wait for one another, and the lanes then, each from `start` on.
+pub(crate) fn fold(
+    values: &[f64],
+    start: f64,
+    step: impl Fn(f64, f64) -> f64 + Copy,
+    join: impl Fn(f64, f64) -> f64 + Copy,
+) -> f64 {
+    const LANES: usize = 16;
+    widest(
+        #[inline(always)]
+        || {
+            let (groups, rest) = values.as_chunks::<LANES>();
+            let mut lanes = [start; LANES];
+            for group in groups {
+                for (lane, value) in lanes.iter_mut().zip(group) {
+                    *lane = step(*lane, *value);
+                }
+            }
+            let rest = rest.iter().copied().fold(start, step);
+            lanes.into_iter().fold(rest, join)
+        },
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,6 +9,7 @@ use std::fmt::Debug;
 use super::{KernelFit, KernelRegression, Outside};
 use crate::error::{Error, Result};
 use crate::selection::Criterion;
+use crate::wide;
 
 /// A fitted regression: a function of `dimension()` variables.
 pub trait Regression: Debug + Send + Sync {
@@ -122,17 +123,8 @@ pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<()> {
 
 /// Whether the sum of the values' squares alone shows that all are finite and the largest of a size in [`SIZES`].
 fn surely_of_size(values: &[f64]) -> bool {
-    // In lanes that need not wait for one another this is vectorised.
-    const LANES: usize = 8;
-    let (groups, rest) = values.as_chunks::<LANES>();
-    let mut squares = [0.0; LANES];
-    for group in groups {
-        for (sum, v) in squares.iter_mut().zip(group) {
-            *sum += v * v;
-        }
-    }
+    let sum = wide::fold(values, 0.0, |sum, v| sum + v * v, |a, b| a + b);
     // Not even all of them together are larger than the largest may be, nor on average smaller.
-    let sum = squares.iter().sum::<f64>() + rest.iter().map(|v| v * v).sum::<f64>();
     sum >= values.len() as f64 * SIZES.start().powi(2) && sum <= SIZES.end().powi(2)
 }
 

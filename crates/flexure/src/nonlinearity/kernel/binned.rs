@@ -17,6 +17,7 @@ use super::sorted::mean;
 use super::sums::DIRECT_BELOW;
 use super::tangents::Tangents;
 use super::{Degree, Kernel, Sorted, Sums};
+use crate::wide;
 
 /// Points that are put in bins at a time: bins end with them, whatever the number of threads.
 const CHUNK: usize = 1 << 16;
@@ -255,20 +256,12 @@ pub(super) fn nearest_whole(place: f64) -> (usize, f64) {
 
 /// The least and the largest of finite values.
 fn extent(x: &[f64]) -> (f64, f64) {
-    const LANES: usize = 4;
     // No need for the care that `f64::min` takes of NaN.
     let lower = |a: f64, b: f64| if b < a { b } else { a };
     let upper = |a: f64, b: f64| if b > a { b } else { a };
-    let (groups, rest) = x.as_chunks::<LANES>();
-    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
-    for group in groups {
-        for k in 0..LANES {
-            (low[k], high[k]) = (lower(low[k], group[k]), upper(high[k], group[k]));
-        }
-    }
     (
-        low.iter().chain(rest).copied().fold(f64::INFINITY, lower),
-        high.iter().chain(rest).copied().fold(f64::NEG_INFINITY, upper),
+        wide::fold(x, f64::INFINITY, lower, lower),
+        wide::fold(x, f64::NEG_INFINITY, upper, upper),
     )
 }
 

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::sort::sorted;
 use super::{Degree, Kernel, Sums};
+use crate::wide;
 
 /// Points that are taken at a time.
 const CHUNK: usize = 1 << 15;
@@ -159,7 +160,7 @@ pub(super) fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
         .par_chunks(CHUNK)
         .enumerate()
         .map(|(k, y)| match w {
-            None => (sum_in_lanes(0..y.len(), |i| y[i]), y.len() as f64),
+            None => (wide::fold(y, 0.0, |sum, y| sum + y, |a, b| a + b), y.len() as f64),
             Some(w) => {
                 let w = &w[k * CHUNK..][..y.len()];
                 (y.iter().zip(w).map(|(y, w)| w * y).sum(), w.iter().sum())
@@ -168,19 +169,6 @@ pub(super) fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
         .collect();
     let (moment, weight) = sums.iter().fold((0.0, 0.0), |(a, b), (m, w)| (a + m, b + w));
     moment / weight
-}
-
-/// The sum of `term` over a range, in four parts that need not wait for one another.
-#[inline(always)]
-pub(super) fn sum_in_lanes(range: Range<usize>, term: impl Fn(usize) -> f64) -> f64 {
-    let mut lanes = [0.0; 4];
-    let whole = range.start + range.len() / 4 * 4;
-    for first in (range.start..whole).step_by(4) {
-        for (k, lane) in lanes.iter_mut().enumerate() {
-            *lane += term(first + k);
-        }
-    }
-    lanes.iter().sum::<f64>() + (whole..range.end).map(term).sum::<f64>()
 }
 
 /// Maps finite floats to integers of the same order (and -0 to 0).
