@@ -343,7 +343,7 @@ fn constant<T: Copy + Sub<Output = T> + Mul<Output = T> + Div<Output = T>>([s, t
 
 /// The bins of increasing items, [first + k width, first + (k + 1) width) for integers k.
 fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> {
-    let mut bins: Vec<Bin> = Vec::with_capacity(items.size_hint().0 / 2 + 1);
+    let (mut bins, per_width) = (Vec::with_capacity(items.size_hint().0 / 2 + 1), 1.0 / width);
     // The sums of a bin so far, about its first item.
     let mut origin = [0.0; 2];
     let mut sums = Products::default();
@@ -353,7 +353,7 @@ fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> 
             if sums.count > 0.0 {
                 bins.push(sums.about_mean(origin));
             }
-            let place = ((item.x - first) / width) as i64 as f64;
+            let place = ((item.x - first) * per_width) as i64 as f64;
             end = first + (place + 1.0) * width;
             origin = [item.x, item.y];
             sums = Products::default();
