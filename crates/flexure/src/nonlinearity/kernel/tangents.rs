@@ -106,3 +106,33 @@ fn square<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>>(
     let residual = y - value;
     factor * factor * (yy + count * residual * residual + slope * (slope * xx - (xy + xy)))
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    #[test]
+    fn many_bins_at_a_time_are_the_same_as_one_after_the_other() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(4);
+        for bins in [1, 2, 3, 4, 9, 10, 11, 17, 18, 19, 250] {
+            let mut column = || -> Vec<f64> { (0..bins).map(|_| rng.random_range(0.1..1.0)).collect() };
+            let mut x = column();
+            x.sort_by(f64::total_cmp);
+            let data = Sorted::centred(x, column(), Some(column()));
+            let products = std::array::from_fn(|_| column());
+            let (values, factors) = (column(), column());
+            let tangents = Tangents::new(&data, &products);
+            // All neighbours are within reach, and not all are.
+            for reach in [1.0, 0.5 * tangents.widest] {
+                let one_by_one: f64 = (0..bins).map(|b| tangents.square(&values, &factors, b, reach)).sum();
+                let squares = tangents.squares(&values, &factors, reach);
+                assert!(
+                    (squares - one_by_one).abs() <= 1e-13 * one_by_one,
+                    "{bins} bins, reach {reach}: {squares}, {one_by_one}"
+                );
+            }
+        }
+    }
+}
