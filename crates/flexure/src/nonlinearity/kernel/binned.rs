@@ -212,7 +212,7 @@ impl Bins {
         let tangents = Tangents::new(data, &self.products);
         let score = |room: &mut [Vec<f64>; 2], h: f64, visit: &mut dyn FnMut(&mut Fits<'_>)| {
             let [values, factors] = room;
-            // Every bin is within its own reach and so is visited.
+            // Every bin is within its own reach and so is visited: nothing of another bandwidth stays.
             values.resize(data.len(), f64::NAN);
             factors.resize(data.len(), f64::NAN);
             visit(&mut Fits {
@@ -320,7 +320,8 @@ fn constants<S: Simd>(simd: S, sums: &[[f64; 2]], (values, factors): (&mut [f64]
         let s = f64x8::from_fn(simd, |k| sums[k][0]);
         let t = f64x8::from_fn(simd, |k| sums[k][1]);
         let (value, factor, rest) = constant([s, t], f64x8::splat(simd, 1.0));
-        least = least.min(rest);
+        // What is not a number changes nothing, on any processor.
+        least = least.min_precise(rest);
         value.store_slice(values);
         factor.store_slice(factors);
     }
@@ -354,7 +355,8 @@ fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> 
                 bins.push(sums.about_mean(origin));
             }
             let place = ((item.x - first) * per_width) as i64 as f64;
-            end = first + (place + 1.0) * width;
+            // Rounding may have made the place one less, but those of one abscissa are in one bin.
+            end = (first + (place + 1.0) * width).max(item.x.next_up());
             origin = [item.x, item.y];
             sums = Products::default();
         }
@@ -431,3 +433,7 @@ impl Products {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "binned_tests.rs"]
+mod tests;
