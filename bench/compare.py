@@ -3,6 +3,7 @@
 import argparse
 import math
 import os
+import shlex
 import sys
 from pathlib import Path
 
@@ -17,17 +18,16 @@ ROOT = FOLDER.parent
 
 
 class Mode:
-    def __init__(self, name, limit, rounds, turn, budget):
-        self.name = name
+    def __init__(self, limit, rounds, turn, budget):
         self.limit = limit  # s of processor time, for one call
         self.rounds = rounds  # turns of every contestant after its first call
         self.turn = turn  # s, the length of a turn: short calls are repeated within it
         self.budget = budget  # s, after which a contestant takes no more turns
 
 
-CHECK = Mode("check", 60, 1, 0, 1)
-QUICK = Mode("quick", 10, 5, 0.03, 3)
-FULL = Mode("full", 120, 7, 0.1, 10)
+CHECK = Mode(60, 1, 0, 1)
+QUICK = Mode(10, 5, 0.03, 3)
+FULL = Mode(120, 7, 0.1, 10)
 
 
 def main():
@@ -37,7 +37,7 @@ def main():
     work = ROOT / "target" / "bench-data"
     work.mkdir(parents=True, exist_ok=True)
     rows, failures = [], []
-    description = machine(ROOT, mode.name)
+    description = machine(ROOT, shlex.join(["bench/run", *sys.argv[1:]]))
     print(description + "\n\n" + header(), flush=True)
     for job in chosen_jobs(options):
         slow = {}  # label -> [(n, processor time or what happened)]

@@ -78,12 +78,12 @@ def markdown(rows):
     return "\n".join([header(), *(row.line() for row in rows)])
 
 
-def machine(root, mode):
-    """A paragraph: when, on what, with which versions."""
+def machine(root, command):
+    """A paragraph: when, by which command, on what, with which versions."""
     load = f"{os.getloadavg()[0]:.1f}"
     packages = ", ".join(f"{name} {installed(name)}" for name in requirements() if installed(name))
     return (
-        f"{date.today().isoformat()}, `bench/run --{mode}`, commit {output(root, 'git', 'rev-parse', '--short', 'HEAD')}; "
+        f"{date.today().isoformat()}, `{command}`, commit {output(root, 'git', 'rev-parse', '--short', 'HEAD')}; "
         f"{processor()}, {os.cpu_count()} cores, {memory()} of memory, load {load} at the start, "
         f"{platform.system()} {platform.machine()}; {output(root, 'rustc', '--version')}, "
         f"Python {platform.python_version()}, {packages}."

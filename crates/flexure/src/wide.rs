@@ -37,6 +37,17 @@ pub(crate) fn fold(
     )
 }
 
+/// The least and the largest of finite values.
+pub(crate) fn extent(values: &[f64]) -> (f64, f64) {
+    // No need for the care that `f64::min` takes of NaN.
+    let lower = |a: f64, b: f64| if b < a { b } else { a };
+    let upper = |a: f64, b: f64| if b > a { b } else { a };
+    (
+        fold(values, f64::INFINITY, lower, lower),
+        fold(values, f64::NEG_INFINITY, upper, upper),
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

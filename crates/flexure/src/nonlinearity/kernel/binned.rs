@@ -15,16 +15,14 @@ use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
 use super::piece::{Visit, at_own_points};
 use super::sorted::mean;
 use super::sums::DIRECT_BELOW;
-use super::tangents::Tangents;
+use super::tangents::{LANES, Tangents};
 use super::{Degree, Kernel, Sorted, Sums};
-use crate::wide;
+use crate::wide::extent;
 
 /// Points that are put in bins at a time: bins end with them, whatever the number of threads.
 const CHUNK: usize = 1 << 16;
 /// Most parts in which points in no order are taken, each with bins of its own.
 const PARTS: usize = 8;
-/// Bins that are done at a time.
-const LANES: usize = 8;
 /// A point whose share in its own estimate is larger than 1 less this is left out by direct summation.
 const ALONE: f64 = 1e-3;
 
@@ -252,17 +250,6 @@ pub(super) fn nearest_whole(place: f64) -> (usize, f64) {
     // Below WHOLE the bits are less than its own, and so the difference is large.
     let k = rounded.to_bits().wrapping_sub(WHOLE.to_bits());
     (usize::try_from(k).unwrap_or(usize::MAX), place - (rounded - WHOLE))
-}
-
-/// The least and the largest of finite values.
-fn extent(x: &[f64]) -> (f64, f64) {
-    // No need for the care that `f64::min` takes of NaN.
-    let lower = |a: f64, b: f64| if b < a { b } else { a };
-    let upper = |a: f64, b: f64| if b > a { b } else { a };
-    (
-        wide::fold(x, f64::INFINITY, lower, lower),
-        wide::fold(x, f64::NEG_INFINITY, upper, upper),
-    )
 }
 
 /// The estimates at bins.

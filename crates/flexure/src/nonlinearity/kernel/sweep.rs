@@ -18,8 +18,9 @@ use super::{Sorted, Sums};
 
 /// Points of a grain.
 const GRAIN: usize = 32;
-/// Most points of a stretch, and by how many their windows' ends move less.
+/// Most points of a stretch.
 pub const STRETCH: usize = 128;
+/// The starts of a stretch's windows, and their ends, move by less.
 const RUN: u32 = 160;
 /// Room for a run of RUN points and what it takes to begin and to end with a grain; a power of two.
 const ROOM: usize = 256;
@@ -323,14 +324,10 @@ impl<'a, const N: usize> Sweep<'a, N> {
             }
         }
         let sums: [[f64; 4]; N] = sums.map(Into::into);
-        let rest = [
-            (0, low.len(), (low.end - both).wrapping_sub(1), -1),
-            (2, high.len(), high.start + both, 1),
-        ];
-        for (side, len, first, step) in rest {
+        for (side, len) in [(0, low.len()), (2, high.len())] {
             let mut sum = sums.map(|sum| f64x2::from_slice(simd, &sum[side..side + 2]));
-            let mut i: usize = first;
-            for Pair(pair) in &mut pairs[both..len] {
+            for (k, Pair(pair)) in (both..).zip(&mut pairs[both..len]) {
+                let i = if side == 0 { low.end - 1 - k } else { high.start + k };
                 let (w, wy) = weighted(i, y[i]);
                 let mut power = f64x2::simd_from(simd, [w, wy]);
                 let u = f64x2::splat(simd, frame.u(x[i]));
@@ -339,7 +336,44 @@ impl<'a, const N: usize> Sweep<'a, N> {
                     power *= u;
                     sum[m].store_slice(&mut pair[m][side..side + 2]);
                 }
-                i = i.wrapping_add_signed(step);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Beside sums point by point, to the last bit, whatever registers there are.
+    #[test]
+    fn runs_are_the_sums_of_their_points_on_every_processor() {
+        let n = 600;
+        let x: Vec<f64> = (0..n).map(|i| f64::from(i) + 0.3 * f64::from(i).sin()).collect();
+        let y: Vec<f64> = x.iter().map(|x| (0.1 * x).cos()).collect();
+        let w: Vec<f64> = x.iter().map(|x| 1.5 + x.sin()).collect();
+        let data = Sorted::weighted(&x, &y, &w);
+        let grains = Grains::<5>::new(&data);
+        let weighted = |i: usize, y: f64| (w[i], w[i] * y);
+        for level in [Level::new(), Level::baseline()] {
+            for (low, high) in [(10..75, 200..330), (10..140, 200..261), (7..8, 8..9), (0..50, 90..90)] {
+                let mut runs = Runs::default();
+                let mut sweep = Sweep::new(&data, &grains, 100.0, &mut runs);
+                (sweep.low, sweep.high, sweep.frame.anchor) = (low.clone(), high.clone(), 150.0);
+                let mut core = Moments::ZERO;
+                core.push(0.5, 2.0, 3.0);
+                dispatch!(level, simd => sweep.fill(simd, core, weighted));
+                let frame = sweep.frame;
+                let check = |points: &mut dyn Iterator<Item = usize>, mut sum: Moments<5>, side: usize| {
+                    for (k, i) in points.enumerate() {
+                        let (w, wy) = weighted(i, data.y[i]);
+                        sum.push(frame.u(x[i]), w, wy);
+                        let run = runs.pairs[k + 1].0.map(|moment| [moment[side], moment[side + 1]]);
+                        assert!(run == sum.0, "{level:?}, {low:?}, {high:?}: {i}");
+                    }
+                };
+                check(&mut low.clone().rev(), Moments::ZERO, 0);
+                check(&mut high.clone(), core, 2);
             }
         }
     }

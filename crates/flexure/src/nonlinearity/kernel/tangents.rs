@@ -8,7 +8,7 @@ use fearless_simd::{Level, dispatch, f64x8};
 use super::Sorted;
 
 /// Bins that are done at a time.
-const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// Bins, and what of their tangents is the same for all estimates.
 pub struct Tangents<'a> {

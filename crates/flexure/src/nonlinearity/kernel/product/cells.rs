@@ -14,6 +14,8 @@ use std::ops::Range;
 use grid::Grid;
 use tree::Tree;
 
+use crate::wide::extent;
+
 /// A grid is taken with up to this many cells a point.
 const DENSE: f64 = 2.0;
 /// Cells are half a window's half width where they then hold this many points on average, else twice as wide.
@@ -71,7 +73,7 @@ impl Cells {
     /// in order of their cells.
     pub fn new(x: &[&[f64]], reach: &[f64]) -> (Cells, Vec<(f64, f64)>, Vec<u32>) {
         let n = x[0].len();
-        let ends: Vec<(f64, f64)> = x.iter().map(|column| range(column)).collect();
+        let ends: Vec<(f64, f64)> = x.iter().map(|column| extent(column)).collect();
         let last = x.len() - 1;
         // Half by half, as the range itself need not be finite.
         let cells_along = |j: usize, width: f64| ((0.5 * ends[j].1 - 0.5 * ends[j].0) / (0.5 * width)).floor() + 1.0;
@@ -130,20 +132,4 @@ fn push(run: Range<usize>, runs: &mut Vec<Range<usize>>) {
         _ if run.is_empty() => {}
         _ => runs.push(run),
     }
-}
-
-fn range(column: &[f64]) -> (f64, f64) {
-    // Four at a time, so that it is vectorised.
-    let (chunks, rest) = column.as_chunks::<4>();
-    let (mut low, mut high) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
-    for chunk in chunks {
-        for l in 0..4 {
-            low[l] = if chunk[l] < low[l] { chunk[l] } else { low[l] };
-            high[l] = if chunk[l] > high[l] { chunk[l] } else { high[l] };
-        }
-    }
-    (
-        low.iter().chain(rest).copied().fold(f64::INFINITY, f64::min),
-        high.iter().chain(rest).copied().fold(f64::NEG_INFINITY, f64::max),
-    )
 }
