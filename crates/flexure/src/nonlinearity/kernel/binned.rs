@@ -1,6 +1,9 @@
 //! Leave-one-out scores from data that are brought together in bins: they cost the same however many points
 //! there are.
 //!
+//! Bins that lie side by side are done in sections ([`section`](super::section)), which is faster and more accurate,
+//! for local constants with a kernel of one polynomial. Here is what serves all kernels, and bins with gaps between them:
+//!
 //! A bin is a point at its data's mean abscissa that weighs as many as they are, so that the kernel sums err in
 //! the second order of the bin's width alone. The score of its data is that about the estimate's tangent: the
 //! bin's second moments are all that is needed, and it errs in the second order as well.
@@ -10,35 +13,22 @@ use fearless_simd::{Level, dispatch, f64x8};
 use rayon::prelude::*;
 
 use std::ops::{Div, Mul, Range, Sub};
+use std::sync::OnceLock;
 
+use super::bin::{Bin, gather};
 use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
+use super::lattice::Lattice;
 use super::piece::{Visit, at_own_points};
-use super::sorted::mean;
 use super::sums::DIRECT_BELOW;
 use super::tangents::{LANES, Tangents};
 use super::{Degree, Kernel, Sorted, Sums};
-use crate::wide::extent;
 
 /// Points that are put in bins at a time: bins end with them, whatever the number of threads.
-const CHUNK: usize = 1 << 16;
+pub(super) const CHUNK: usize = 1 << 16;
 /// Most parts in which points in no order are taken, each with bins of its own.
-const PARTS: usize = 8;
+pub(super) const PARTS: usize = 8;
 /// A point whose share in its own estimate is larger than 1 less this is left out by direct summation.
 const ALONE: f64 = 1e-3;
-
-/// 2^52: what it is added to has no place left for a fraction, and its bits count up.
-const WHOLE: f64 = 4_503_599_627_370_496.0;
-
-/// The number of points, their means, and the sums of products of their deviations from these.
-#[derive(Debug, Clone, Copy)]
-struct Bin {
-    count: f64,
-    x: f64,
-    y: f64,
-    xx: f64,
-    xy: f64,
-    yy: f64,
-}
 
 /// Bins in order. Empty ones are left out.
 #[derive(Debug)]
@@ -51,10 +41,17 @@ struct Bins {
 
 /// The same data in bins of several widths, each twice that before.
 pub(crate) struct Pyramid {
-    levels: Vec<Bins>,
+    levels: Vec<Width>,
     /// The widths, and the number of bins to a bandwidth.
     narrowest: f64,
     per_bandwidth: f64,
+}
+
+/// The data in bins of one width: side by side where these are not too many, and without the empty ones where that is
+/// asked for.
+struct Width {
+    lattice: Option<Lattice>,
+    bins: OnceLock<Bins>,
 }
 
 impl Pyramid {
@@ -70,24 +67,20 @@ impl Pyramid {
             yy: 0.0,
         };
         let narrowest = smallest / per_bandwidth;
-        Self::over(
-            Bins::new(data.len(), point, narrowest),
-            narrowest,
-            largest,
-            per_bandwidth,
-        )
+        let finest = Width::new(data.len(), point, narrowest);
+        Self::over(finest, narrowest, largest, per_bandwidth)
     }
 
     /// The same from points that are in no order: faster, unless they lie in few of very many bins.
     pub fn scattered(x: &[f64], y: &[f64], smallest: f64, largest: f64, per_bandwidth: f64) -> Self {
         let narrowest = smallest / per_bandwidth;
-        match Bins::scattered(x, y, narrowest) {
-            Some(bins) => Self::over(bins, narrowest, largest, per_bandwidth),
+        match Lattice::new(x, y, narrowest) {
+            Some(lattice) => Self::over(Width::side_by_side(lattice), narrowest, largest, per_bandwidth),
             None => Self::new(&Sorted::new(x, y), smallest, largest, per_bandwidth),
         }
     }
 
-    fn over(finest: Bins, narrowest: f64, largest: f64, per_bandwidth: f64) -> Self {
+    fn over(finest: Width, narrowest: f64, largest: f64, per_bandwidth: f64) -> Self {
         let mut pyramid = Pyramid {
             levels: vec![finest],
             narrowest,
@@ -95,8 +88,13 @@ impl Pyramid {
         };
         for level in 1..=pyramid.level(largest) {
             let finer = &pyramid.levels[level - 1];
-            let width = narrowest * 2f64.powi(level as i32);
-            let coarser = Bins::new(finer.data.len(), |i| finer.bin(i), width);
+            let coarser = match &finer.lattice {
+                Some(lattice) => Width::side_by_side(lattice.coarser()),
+                None => {
+                    let (finer, width) = (finer.bins(), narrowest * 2f64.powi(level as i32));
+                    Width::new(finer.data.len(), |i| finer.bin(i), width)
+                }
+            };
             pyramid.levels.push(coarser);
         }
         pyramid
@@ -116,10 +114,10 @@ impl Pyramid {
     pub fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
         let level = |h: f64| self.level(h).min(self.levels.len() - 1);
         let by_level: Vec<(Vec<usize>, Vec<f64>)> = (self.levels.par_iter().enumerate())
-            .map(|(k, bins)| {
+            .map(|(k, width)| {
                 let own: Vec<usize> = (0..bandwidths.len()).filter(|&i| level(bandwidths[i]) == k).collect();
                 let widths: Vec<f64> = own.iter().map(|&i| bandwidths[i]).collect();
-                let scores = bins.scores(kernel, degree, &widths);
+                let scores = width.scores(kernel, degree, &widths);
                 (own, scores)
             })
             .collect();
@@ -131,7 +129,14 @@ impl Pyramid {
     }
 }
 
-impl Bins {
+impl Width {
+    fn side_by_side(lattice: Lattice) -> Self {
+        Width {
+            lattice: Some(lattice),
+            bins: OnceLock::new(),
+        }
+    }
+
     /// Brings `count` items in order together.
     fn new(count: usize, item: impl Fn(usize) -> Bin + Sync, width: f64) -> Self {
         let first = item(0).x;
@@ -139,48 +144,39 @@ impl Bins {
             .into_par_iter()
             .map(|k| gather((k * CHUNK..count.min((k + 1) * CHUNK)).map(&item), first, width))
             .collect();
-        Self::of(&bins.concat())
+        let bins = bins.concat();
+        match Lattice::of_bins(&bins, first, width) {
+            Some(lattice) => Self::side_by_side(lattice),
+            None => Width {
+                lattice: None,
+                bins: Bins::of(&bins).into(),
+            },
+        }
     }
 
-    /// Brings points together that are in no order; nothing where there would be more bins than points.
-    fn scattered(x: &[f64], y: &[f64], width: f64) -> Option<Self> {
-        let (low, high) = (x.par_chunks(CHUNK)).map(extent).reduce(
-            || (f64::INFINITY, f64::NEG_INFINITY),
-            |a, b| (a.0.min(b.0), a.1.max(b.1)),
-        );
-        let places = (high - low) / width;
-        if !(places < x.len() as f64) {
-            return None;
-        }
-        // Sums about the bins' middles and the mean, with the bins' width as the unit of x.
-        let (count, mean, per_width) = (places as usize + 2, mean(y, None), 1.0 / width);
-        let middle = |k: usize| low + k as f64 * width;
-        let part = CHUNK.max(x.len().div_ceil(PARTS));
-        let mut parts: Vec<Vec<Products>> = (x.par_chunks(part))
-            .zip(y.par_chunks(part))
-            .map(|(x, y)| {
-                let mut bins = vec![Products::default(); count];
-                for (x, y) in x.iter().zip(y) {
-                    let (k, rest) = nearest_whole((x - low) * per_width);
-                    // All are: rounding moves none by a whole bin.
-                    if let Some(bin) = bins.get_mut(k) {
-                        bin.add(rest, y - mean);
-                    }
-                }
-                bins
-            })
-            .collect();
-        let (sums, rest) = parts.split_first_mut()?;
-        for part in rest {
-            sums.iter_mut().zip(part).for_each(|(sum, part)| *sum = sum.plus(*part));
-        }
-        let mut bins = Vec::with_capacity(count);
-        for (k, sums) in sums.iter().enumerate().filter(|(_, sums)| sums.count > 0.0) {
-            bins.push(sums.with_unit(width).about_mean([middle(k), mean]));
-        }
-        Some(Self::of(&bins))
+    /// Those that are not empty; only a lattice's are not at hand.
+    fn bins(&self) -> &Bins {
+        (self.bins).get_or_init(|| Bins::of(&self.lattice.iter().flat_map(Lattice::bins).collect::<Vec<_>>()))
     }
 
+    fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
+        if bandwidths.is_empty() {
+            return Vec::new();
+        }
+        let directly = |rank: usize, h: f64| {
+            let data = &self.bins().data;
+            let sums = data.direct_sums(kernel, degree, h, data.x[rank], None);
+            let (value, factor) = left_out(data, kernel, degree, h, rank, sums);
+            (value + data.mean, factor)
+        };
+        let lattice = self.lattice.as_ref().filter(|_| degree == Degree::Constant);
+        lattice
+            .and_then(|lattice| lattice.scores(kernel, bandwidths, &directly))
+            .unwrap_or_else(|| self.bins().scores(kernel, degree, bandwidths))
+    }
+}
+
+impl Bins {
     fn of(bins: &[Bin]) -> Self {
         let column = |f: fn(&Bin) -> f64| -> Vec<f64> { bins.iter().map(f).collect() };
         Bins {
@@ -203,9 +199,6 @@ impl Bins {
 
     fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
         let data = &self.data;
-        if bandwidths.is_empty() {
-            return Vec::new();
-        }
         let total: f64 = (0..data.len()).map(|b| data.weight(b)).sum();
         let tangents = Tangents::new(data, &self.products);
         let score = |room: &mut [Vec<f64>; 2], h: f64, visit: &mut dyn FnMut(&mut Fits<'_>)| {
@@ -242,16 +235,6 @@ impl Bins {
     }
 }
 
-/// The whole number nearest to a place and what the place is more than it; no index of anything where the place is negative or not
-/// finite. Without a conversion, which would take longer than the rest.
-#[inline(always)]
-pub(super) fn nearest_whole(place: f64) -> (usize, f64) {
-    let rounded = place + WHOLE;
-    // Below WHOLE the bits are less than its own, and so the difference is large.
-    let k = rounded.to_bits().wrapping_sub(WHOLE.to_bits());
-    (usize::try_from(k).unwrap_or(usize::MAX), place - (rounded - WHOLE))
-}
-
 /// The estimates at bins.
 struct Fits<'a> {
     data: &'a Sorted,
@@ -275,18 +258,7 @@ impl Visit for Fits<'_> {
         if kernel != Kernel::Gaussian && !sums.reliable(degree) {
             sums = data.direct_sums(kernel, degree, h, data.x[b], None);
         }
-        let Some(fit) = sums.fit(degree) else {
-            (self.values[b], self.factors[b]) = (0.0, 1.0);
-            return;
-        };
-        let rest = 1.0 - fit.leverage;
-        (self.values[b], self.factors[b]) = if data.weight(b) > 1.0 || rest > ALONE {
-            (fit.value, 1.0 / rest)
-        } else {
-            let others = data.direct_sums(kernel, degree, h, data.x[b], Some(b)).fit(degree);
-            let value = others.map_or_else(|| data.nearest(data.x[b], Some(b)), |fit| fit.value);
-            (value, 1.0)
-        };
+        (self.values[b], self.factors[b]) = left_out(data, kernel, degree, h, b, sums);
     }
 
     fn constants(&mut self, bins: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool {
@@ -296,17 +268,32 @@ impl Visit for Fits<'_> {
     }
 }
 
+/// The estimate at a bin, of which these are the sums, and the factor that takes a point's own share out of its residual.
+fn left_out(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, b: usize, sums: Sums) -> (f64, f64) {
+    let Some(fit) = sums.fit(degree) else {
+        return (0.0, 1.0);
+    };
+    let rest = 1.0 - fit.leverage;
+    if data.weight(b) > 1.0 || rest > ALONE {
+        return (fit.value, 1.0 / rest);
+    }
+    let others = data.direct_sums(kernel, degree, h, data.x[b], Some(b)).fit(degree);
+    let value = others.map_or_else(|| data.nearest(data.x[b], Some(b)), |fit| fit.value);
+    (value, 1.0)
+}
+
 /// The local constants and their factors out of s and t, and the least of the others' sums of K.
 #[inline(always)]
 fn constants<S: Simd>(simd: S, sums: &[[f64; 2]], (values, factors): (&mut [f64], &mut [f64])) -> f64 {
     let (groups, rest) = sums.as_chunks::<LANES>();
     let (of_groups, of_rest) = values.as_chunks_mut::<LANES>();
     let (by_groups, by_rest) = factors.as_chunks_mut::<LANES>();
+    let one = f64x8::splat(simd, 1.0);
     let mut least = f64x8::splat(simd, f64::INFINITY);
     for ((sums, values), factors) in groups.iter().zip(of_groups).zip(by_groups) {
         let s = f64x8::from_fn(simd, |k| sums[k][0]);
         let t = f64x8::from_fn(simd, |k| sums[k][1]);
-        let (value, factor, rest) = constant([s, t], f64x8::splat(simd, 1.0));
+        let (value, factor, rest) = constant([s, t], one, one);
         // What is not a number changes nothing, on any processor.
         least = least.min_precise(rest);
         value.store_slice(values);
@@ -314,111 +301,23 @@ fn constants<S: Simd>(simd: S, sums: &[[f64; 2]], (values, factors): (&mut [f64]
     }
     let mut least = least.as_array().iter().copied().fold(f64::INFINITY, f64::min);
     for ((sums, to), by) in rest.iter().zip(of_rest).zip(by_rest) {
-        let (value, factor, rest) = constant(*sums, 1.0);
+        let (value, factor, rest) = constant(*sums, 1.0, 1.0);
         (*to, *by, least) = (value, factor, least.min(rest));
     }
     least
 }
 
-/// The local constant t/s, the factor, and the others' sum of K. A point's share in its estimate is 1/s.
+/// The local constant t/s, the factor, and the others' sum of K, which is s less a point's `own` share.
 #[inline(always)]
-fn constant<T: Copy + Sub<Output = T> + Mul<Output = T> + Div<Output = T>>([s, t]: [T; 2], one: T) -> (T, T, T) {
-    let rest = s - one;
+pub(super) fn constant<T: Copy + Sub<Output = T> + Mul<Output = T> + Div<Output = T>>(
+    [s, t]: [T; 2],
+    own: T,
+    one: T,
+) -> (T, T, T) {
+    let rest = s - own;
     // t/s and s/rest by one division.
     let inverse = one / (s * rest);
     (t * rest * inverse, s * s * inverse, rest)
-}
-
-/// The bins of increasing items, [first + k width, first + (k + 1) width) for integers k.
-fn gather(items: impl Iterator<Item = Bin>, first: f64, width: f64) -> Vec<Bin> {
-    let (mut bins, per_width) = (Vec::with_capacity(items.size_hint().0 / 2 + 1), 1.0 / width);
-    // The sums of a bin so far, about its first item.
-    let mut origin = [0.0; 2];
-    let mut sums = Products::default();
-    let mut end = f64::NEG_INFINITY;
-    for item in items {
-        if item.x >= end {
-            if sums.count > 0.0 {
-                bins.push(sums.about_mean(origin));
-            }
-            let place = ((item.x - first) * per_width) as i64 as f64;
-            // Rounding may have made the place one less, but those of one abscissa are in one bin.
-            end = (first + (place + 1.0) * width).max(item.x.next_up());
-            origin = [item.x, item.y];
-            sums = Products::default();
-        }
-        let (dx, dy) = (item.x - origin[0], item.y - origin[1]);
-        sums.count += item.count;
-        sums.x += item.count * dx;
-        sums.y += item.count * dy;
-        sums.xx += item.xx + item.count * dx * dx;
-        sums.xy += item.xy + item.count * dx * dy;
-        sums.yy += item.yy + item.count * dy * dy;
-    }
-    if sums.count > 0.0 {
-        bins.push(sums.about_mean(origin));
-    }
-    bins
-}
-
-/// Sums of deviations and of their products, in one line of the cache.
-#[derive(Clone, Copy, Default)]
-#[repr(align(64))]
-struct Products {
-    count: f64,
-    x: f64,
-    y: f64,
-    xx: f64,
-    xy: f64,
-    yy: f64,
-}
-
-impl Products {
-    /// Adds a point by its deviations.
-    #[inline(always)]
-    fn add(&mut self, dx: f64, dy: f64) {
-        self.count += 1.0;
-        self.x += dx;
-        self.y += dy;
-        self.xx += dx * dx;
-        self.xy += dx * dy;
-        self.yy += dy * dy;
-    }
-
-    /// The sums over both, from one origin.
-    fn plus(self, other: Self) -> Self {
-        Products {
-            count: self.count + other.count,
-            x: self.x + other.x,
-            y: self.y + other.y,
-            xx: self.xx + other.xx,
-            xy: self.xy + other.xy,
-            yy: self.yy + other.yy,
-        }
-    }
-
-    /// The sums with x in units of 1, where they were in units of `unit`.
-    fn with_unit(self, unit: f64) -> Self {
-        Products {
-            x: self.x * unit,
-            xx: self.xx * unit * unit,
-            xy: self.xy * unit,
-            ..self
-        }
-    }
-
-    fn about_mean(&self, origin: [f64; 2]) -> Bin {
-        let per_count = 1.0 / self.count;
-        let (x, y) = (self.x * per_count, self.y * per_count);
-        Bin {
-            count: self.count,
-            x: origin[0] + x,
-            y: origin[1] + y,
-            xx: (self.xx - x * self.x).max(0.0),
-            xy: self.xy - x * self.y,
-            yy: (self.yy - y * self.y).max(0.0),
-        }
-    }
 }
 
 #[cfg(test)]

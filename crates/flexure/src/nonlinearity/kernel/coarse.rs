@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::binned::nearest_whole;
+use super::bin::nearest_whole;
 use super::regression::{KernelRegression, check_weights};
 use super::sorted::mean;
 use super::{Degree, Kernel, Sorted};

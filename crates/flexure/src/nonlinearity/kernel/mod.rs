@@ -11,12 +11,14 @@
 //! References: Nadaraya (1964); Watson (1964); Seifert, Brockmann, Engel, Gasser (1994), fast
 //! algorithms; Greengard and Strain (1991), the Gauss transform.
 
+mod bin;
 mod binned;
 mod choice;
 mod coarse;
 mod descent;
 mod estimator;
 mod gaussian;
+mod lattice;
 mod leave_one_out;
 mod line;
 mod piece;
@@ -24,6 +26,7 @@ mod product;
 mod recursive;
 mod regression;
 mod scatter;
+mod section;
 mod sort;
 mod sorted;
 mod staircase;

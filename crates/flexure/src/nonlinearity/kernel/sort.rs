@@ -9,7 +9,7 @@ use std::cmp::Ordering;
 
 use rayon::prelude::*;
 
-use super::binned::nearest_whole;
+use super::bin::nearest_whole;
 
 /// Data are put in buckets in at most so many parts, each of at least so many points.
 const PARTS: usize = 16;

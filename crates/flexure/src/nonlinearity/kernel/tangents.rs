@@ -97,7 +97,7 @@ impl<'a> Tangents<'a> {
 /// The squared distance of a bin's data, of the mean y, from the line of this slope through the estimate; or of those
 /// of several bins.
 #[inline(always)]
-fn square<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>>(
+pub fn square<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>>(
     (y, count): (T, T),
     [xx, xy, yy]: [T; 3],
     (value, factor): (T, T),
