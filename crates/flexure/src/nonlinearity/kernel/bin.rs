@@ -124,3 +124,31 @@ pub fn nearest_whole(place: f64) -> (usize, f64) {
     let k = rounded.to_bits().wrapping_sub(WHOLE.to_bits());
     (usize::try_from(k).unwrap_or(usize::MAX), place - (rounded - WHOLE))
 }
+
+/// A place of at least zero and less than 2^32, rounded down. Without a conversion, of which few are made at a time.
+#[inline(always)]
+pub fn whole_below(place: f64) -> u32 {
+    let rounded = place + WHOLE;
+    let up = u64::from(rounded - WHOLE > place);
+    // The lower half of WHOLE's own bits is zero.
+    (rounded.to_bits() - up) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_rounded_down() {
+        let whole = [0, 1, 2, 3, 1000, 1001, u32::MAX - 1, u32::MAX];
+        for k in whole {
+            let place = f64::from(k);
+            assert_eq!(whole_below(place), k);
+            for rest in [1e-9, 0.25, 0.5, 0.75] {
+                assert_eq!(whole_below(place + rest), (place + rest) as u32, "{place} + {rest}");
+            }
+            assert_eq!(whole_below((place + 1.0).next_down()), k);
+        }
+        assert_eq!(whole_below(f64::MIN_POSITIVE), 0);
+    }
+}

@@ -2,6 +2,9 @@
 
 use std::ops::Range;
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f64x8};
+
 use super::super::{Degree, Kernel};
 use super::profile;
 use crate::wide::widest;
@@ -150,6 +153,62 @@ fn over_runs<const D: usize, const L: usize, const LINEAR: bool>(
     }
     add_block::<D, L, LINEAR>(&mut sums, &k, &u, &y, rest.end / L);
     sums.folded()
+}
+
+/// The sums of the local constant with Epanechnikov's kernel over the runs of points: without a block in between, as most of the
+/// time of the common choice goes by here.
+#[inline(always)]
+fn over_runs_of_parabolas<S: Simd, const D: usize>(
+    simd: S,
+    points: &Columns,
+    runs: &[Range<usize>],
+    window: &Window<D>,
+) -> Sums<D, 1> {
+    let none = f64x8::splat(simd, 0.0);
+    let lanes = f64x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+    let (mut s, mut t) = (none, none);
+    for run in runs.iter().filter(|run| !run.is_empty()) {
+        let eights = (run.len() - 1) / LANES;
+        let last = run.start + eights * LANES;
+        let x: [_; D] = std::array::from_fn(|j| &points.x[j][run.start..last].as_chunks::<LANES>().0[..eights]);
+        let y = &points.y[run.start..last].as_chunks::<LANES>().0[..eights];
+        for c in 0..eights {
+            let mut k = parabolas(simd, std::array::from_fn(|j| &x[j][c][..]), window);
+            if !points.w.is_empty() {
+                k *= f64x8::from_slice(simd, &points.w[run.start + c * LANES..][..LANES]);
+            }
+            s += k;
+            t += k * f64x8::from_slice(simd, &y[c]);
+        }
+        // What comes before and after may be in another run.
+        let first = last.min(points.y.len() - LANES);
+        let eight = first..first + LANES;
+        let mut k = parabolas(simd, std::array::from_fn(|j| &points.x[j][eight.clone()]), window);
+        if !points.w.is_empty() {
+            k *= f64x8::from_slice(simd, &points.w[eight.clone()]);
+        }
+        let from = f64x8::splat(simd, (last - first) as f64);
+        let end = f64x8::splat(simd, (run.end - first) as f64);
+        k = lanes.simd_lt(end).select(lanes.simd_lt(from).select(none, k), none);
+        s += k;
+        t += k * f64x8::from_slice(simd, &points.y[eight]);
+    }
+    Sums {
+        s0: [s.as_array().iter().sum()],
+        t0: [t.as_array().iter().sum()],
+        ..Sums::ZERO
+    }
+}
+
+/// The weights of points with these coordinates.
+#[inline(always)]
+fn parabolas<S: Simd, const D: usize>(simd: S, x: [&[f64]; D], window: &Window<D>) -> f64x8<S> {
+    let mut k = f64x8::splat(simd, 1.0);
+    for j in 0..D {
+        let u = (f64x8::from_slice(simd, x[j]) - window.at[j]) * window.per_h[j];
+        k *= (1.0 - u * u).max(f64x8::splat(simd, 0.0));
+    }
+    k
 }
 
 /// Adds the points of this many chunks of a block.
@@ -315,6 +374,9 @@ impl<const D: usize> SumsOver<D> {
     #[inline(never)]
     pub fn over(&self, points: &Columns, runs: &[Range<usize>], window: &Window<D>) -> Sums<D, 1> {
         match self.degree {
+            Degree::Constant if self.kernel == Kernel::Epanechnikov && points.y.len() >= LANES => {
+                dispatch!(Level::new(), simd => over_runs_of_parabolas(simd, points, runs, window))
+            }
             Degree::Constant => widest(
                 #[inline(always)]
                 || over_runs::<D, LANES, false>(self.kernel, points, runs, window),
@@ -323,6 +385,41 @@ impl<const D: usize> SumsOver<D> {
                 #[inline(always)]
                 || over_runs::<D, PLANE_LANES, true>(self.kernel, points, runs, window),
             ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Beside the way of all kernels, on runs of any length up to the data's end, whatever registers there are.
+    #[test]
+    fn parabolas_without_a_block_are_those_with_one() {
+        let n = 61;
+        let column = |rate: f64| -> Vec<f64> { (0..n).map(|i| (rate * f64::from(i)).sin()).collect() };
+        let mut points = Columns {
+            x: vec![column(1.0), column(1.7), column(2.9)],
+            y: column(0.3),
+            w: Vec::new(),
+        };
+        let window = Window {
+            at: [0.1, -0.2, 0.3],
+            h: [1.5; 3],
+            per_h: [1.0 / 1.5; 3],
+        };
+        for weights in [Vec::new(), column(0.01)] {
+            points.w = weights;
+            for length in 0..30 {
+                let runs = [3..3 + length, 36..37, 61 - length..61];
+                let blocks = over_runs::<3, LANES, false>(Kernel::Epanechnikov, &points, &runs, &window);
+                for level in [Level::new(), Level::baseline()] {
+                    let sums = dispatch!(level, simd => over_runs_of_parabolas(simd, &points, &runs, &window));
+                    for (a, b) in [(sums.s0, blocks.s0), (sums.t0, blocks.t0)] {
+                        assert!((a[0] - b[0]).abs() < 1e-13, "{length}, {level:?}: {a:?}, {b:?}");
+                    }
+                }
+            }
         }
     }
 }

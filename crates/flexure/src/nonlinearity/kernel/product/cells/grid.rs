@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
+use super::super::super::bin::whole_below;
 use super::{Ends, Rule, SLICES, push};
+use crate::wide::widest;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
@@ -21,10 +23,15 @@ impl Grid {
         let mut keys = vec![0_u32; n];
         for (j, column) in x.iter().enumerate() {
             let (origin, rate, span) = (rule.origin[j], rule.rate[j], spans[j] as u32);
-            for (key, x) in keys.iter_mut().zip(*column) {
-                // As signed, for which there is an instruction.
-                *key = *key * span + ((x - origin) * rate) as i32 as u32;
-            }
+            widest(
+                #[inline(always)]
+                || {
+                    for (key, x) in keys.iter_mut().zip(*column) {
+                        // None is below the origin.
+                        *key = *key * span + whole_below((x - origin) * rate);
+                    }
+                },
+            );
         }
         // Two cells ahead: after the counts have been added up `starts[c + 1]` is the start of cell c, and after
         // all points have found their places its end.
