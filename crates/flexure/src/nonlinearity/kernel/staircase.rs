@@ -8,8 +8,8 @@
 use std::ops::Range;
 
 /// Steps that are made at a time, a power of two, and the pieces that are made side by side.
-const TILE: usize = 1024;
-const PIECES: usize = 8;
+const TILE: usize = 4096;
+const PIECES: usize = 6;
 
 /// Sorted abscissas, continued by infinity.
 pub struct Abscissas<'a> {
