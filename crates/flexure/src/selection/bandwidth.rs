@@ -164,8 +164,9 @@ impl LeaveOneOut {
 
     /// The scores of given bandwidths, in their order, on data in bins as of [`Scoring::Binned`]: the points are
     /// read once, in the order they have, and the rest takes no longer the more they are. Nothing is checked by
-    /// exact scores. They differ from these by less than 1e-4 for local constants with the Epanechnikov and the biweight
-    /// kernel; for others near the best bandwidth by less than 1e-3, for the uniform kernel's local line than 3e-3.
+    /// exact scores. Near the best bandwidth they differ from these by less than 1e-3, with the uniform kernel and local
+    /// lines by up to 3e-3; for local constants with the Epanechnikov or the biweight kernel, and data that are spread
+    /// over some hundred bins and more, by less than 1e-4.
     ///
     /// # Errors
     /// Those of [`exact_scores`](Self::exact_scores).

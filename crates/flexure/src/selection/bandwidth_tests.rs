@@ -253,6 +253,38 @@ fn binned_scores_of_points_in_any_order_are_near_the_exact_ones() {
 }
 
 #[test]
+fn binned_scores_stand_extreme_data_and_bandwidths() {
+    let y: Vec<f64> = (0..300).map(|i| f64::from(i % 7)).collect();
+    let line: Vec<f64> = (0..300).map(f64::from).collect();
+    let columns = [
+        vec![1.0; 300],
+        line.iter().map(|x| 1e97 * (1.0 + x)).collect(),
+        line.iter().map(|x| 1e-90 * x).collect(),
+        line.iter().map(|x| if *x < 150.0 { -1e99 } else { 1e99 }).collect(),
+        line,
+    ];
+    let far = [1e-300, 1e-200, 1.0, 1e200, 1.7e308];
+    for kernel in [Kernel::Epanechnikov, Kernel::Triangular] {
+        for degree in [Degree::Constant, Degree::Linear] {
+            let method = method(kernel, degree, Scoring::Exact);
+            for x in &columns {
+                for bandwidths in [&far[..], &far[..1], &far[4..]] {
+                    for n in [3, 300] {
+                        let scores = method.binned_scores(&x[..n], &y[..n], bandwidths).unwrap();
+                        assert_eq!(scores.len(), bandwidths.len());
+                        assert!(
+                            scores.iter().all(|score| !score.error.is_nan()),
+                            "{kernel:?} {degree:?} {:?} {scores:?}",
+                            &x[..3]
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn constant_abscissas_do_not_break_the_search() {
     let search = BandwidthSearch::leave_one_out(Kernel::Gaussian, &[1.0; 5], &[1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
     assert!(search.bandwidth > 0.0 && search.curve.iter().all(|s| s.error.is_finite()));

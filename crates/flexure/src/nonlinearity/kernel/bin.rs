@@ -125,7 +125,7 @@ pub fn nearest_whole(place: f64) -> (usize, f64) {
     (usize::try_from(k).unwrap_or(usize::MAX), place - (rounded - WHOLE))
 }
 
-/// A place of at least zero and less than 2^32, rounded down. Without a conversion, of which few are made at a time.
+/// A place of at least zero and less than 2^32, rounded down; zero of what is not a number. Without a conversion, of which few are made at a time.
 #[inline(always)]
 pub fn whole_below(place: f64) -> u32 {
     let rounded = place + WHOLE;
@@ -150,5 +150,6 @@ mod tests {
             assert_eq!(whole_below((place + 1.0).next_down()), k);
         }
         assert_eq!(whole_below(f64::MIN_POSITIVE), 0);
+        assert_eq!(whole_below(f64::NAN), 0);
     }
 }

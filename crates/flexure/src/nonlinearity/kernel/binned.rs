@@ -28,7 +28,7 @@ pub(super) const CHUNK: usize = 1 << 16;
 /// Most parts in which points in no order are taken, each with bins of its own.
 pub(super) const PARTS: usize = 8;
 /// A point whose share in its own estimate is larger than 1 less this is left out by direct summation.
-const ALONE: f64 = 1e-3;
+pub(super) const ALONE: f64 = 1e-3;
 
 /// Bins in order. Empty ones are left out.
 #[derive(Debug)]
@@ -41,7 +41,7 @@ struct Bins {
 
 /// The same data in bins of several widths, each twice that before.
 pub(crate) struct Pyramid {
-    levels: Vec<Width>,
+    levels: Vec<OneWidth>,
     /// The widths, and the number of bins to a bandwidth.
     narrowest: f64,
     per_bandwidth: f64,
@@ -49,7 +49,7 @@ pub(crate) struct Pyramid {
 
 /// The data in bins of one width: side by side where these are not too many, and without the empty ones where that is
 /// asked for.
-struct Width {
+struct OneWidth {
     lattice: Option<Lattice>,
     bins: OnceLock<Bins>,
 }
@@ -66,21 +66,21 @@ impl Pyramid {
             xy: 0.0,
             yy: 0.0,
         };
-        let narrowest = smallest / per_bandwidth;
-        let finest = Width::new(data.len(), point, narrowest);
+        let narrowest = narrowest(smallest, per_bandwidth);
+        let finest = OneWidth::new(data.len(), point, narrowest);
         Self::over(finest, narrowest, largest, per_bandwidth)
     }
 
     /// The same from points that are in no order: faster, unless they lie in few of very many bins.
     pub fn scattered(x: &[f64], y: &[f64], smallest: f64, largest: f64, per_bandwidth: f64) -> Self {
-        let narrowest = smallest / per_bandwidth;
+        let narrowest = narrowest(smallest, per_bandwidth);
         match Lattice::new(x, y, narrowest) {
-            Some(lattice) => Self::over(Width::side_by_side(lattice), narrowest, largest, per_bandwidth),
+            Some(lattice) => Self::over(OneWidth::side_by_side(lattice), narrowest, largest, per_bandwidth),
             None => Self::new(&Sorted::new(x, y), smallest, largest, per_bandwidth),
         }
     }
 
-    fn over(finest: Width, narrowest: f64, largest: f64, per_bandwidth: f64) -> Self {
+    fn over(finest: OneWidth, narrowest: f64, largest: f64, per_bandwidth: f64) -> Self {
         let mut pyramid = Pyramid {
             levels: vec![finest],
             narrowest,
@@ -88,11 +88,14 @@ impl Pyramid {
         };
         for level in 1..=pyramid.level(largest) {
             let finer = &pyramid.levels[level - 1];
+            if finer.len() < 2 {
+                break;
+            }
             let coarser = match &finer.lattice {
-                Some(lattice) => Width::side_by_side(lattice.coarser()),
+                Some(lattice) => OneWidth::side_by_side(lattice.coarser()),
                 None => {
                     let (finer, width) = (finer.bins(), narrowest * 2f64.powi(level as i32));
-                    Width::new(finer.data.len(), |i| finer.bin(i), width)
+                    OneWidth::new(finer.data.len(), |i| finer.bin(i), width)
                 }
             };
             pyramid.levels.push(coarser);
@@ -107,7 +110,8 @@ impl Pyramid {
 
     /// The widest bins that are narrow enough for a bandwidth.
     fn level(&self, bandwidth: f64) -> usize {
-        (bandwidth / (self.per_bandwidth * self.narrowest)).log2().max(0.0) as usize
+        // The ratio itself need not be finite.
+        (bandwidth.log2() - self.per_bandwidth.log2() - self.narrowest.log2()).max(0.0) as usize
     }
 
     /// The scores, as of [`leave_one_out`](super::leave_one_out).
@@ -129,9 +133,14 @@ impl Pyramid {
     }
 }
 
-impl Width {
+/// The width of the narrowest bins, of which the inverse is finite.
+fn narrowest(smallest: f64, per_bandwidth: f64) -> f64 {
+    (smallest / per_bandwidth).max(f64::MIN_POSITIVE)
+}
+
+impl OneWidth {
     fn side_by_side(lattice: Lattice) -> Self {
-        Width {
+        OneWidth {
             lattice: Some(lattice),
             bins: OnceLock::new(),
         }
@@ -147,11 +156,17 @@ impl Width {
         let bins = bins.concat();
         match Lattice::of_bins(&bins, first, width) {
             Some(lattice) => Self::side_by_side(lattice),
-            None => Width {
+            None => OneWidth {
                 lattice: None,
                 bins: Bins::of(&bins).into(),
             },
         }
+    }
+
+    fn len(&self) -> usize {
+        self.lattice
+            .as_ref()
+            .map_or_else(|| self.bins().data.len(), |lattice| lattice.len)
     }
 
     /// Those that are not empty; only a lattice's are not at hand.
@@ -163,15 +178,9 @@ impl Width {
         if bandwidths.is_empty() {
             return Vec::new();
         }
-        let directly = |rank: usize, h: f64| {
-            let data = &self.bins().data;
-            let sums = data.direct_sums(kernel, degree, h, data.x[rank], None);
-            let (value, factor) = left_out(data, kernel, degree, h, rank, sums);
-            (value + data.mean, factor)
-        };
         let lattice = self.lattice.as_ref().filter(|_| degree == Degree::Constant);
         lattice
-            .and_then(|lattice| lattice.scores(kernel, bandwidths, &directly))
+            .and_then(|lattice| lattice.scores(kernel, bandwidths))
             .unwrap_or_else(|| self.bins().scores(kernel, degree, bandwidths))
     }
 }

@@ -15,7 +15,7 @@ fn rounded_abscissas_have_one_bin_each_at_most() {
         let data = Sorted::new(&x, &x);
         let extent = f64::from(values - 1) * step;
         let pyramid = Pyramid::new(&data, 1e-4 * extent, extent, per_bandwidth);
-        for bins in pyramid.levels.iter().map(Width::bins) {
+        for bins in pyramid.levels.iter().map(OneWidth::bins) {
             // One more where the points' chunks meet.
             assert!(bins.data.len() <= distinct.len() + x.len() / CHUNK);
             let points: f64 = (0..bins.data.len()).map(|b| bins.data.weight(b)).sum();

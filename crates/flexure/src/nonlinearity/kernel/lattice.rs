@@ -10,7 +10,7 @@ use crate::wide::extent;
 
 /// Bins of a section: scores are made for so many at a time.
 pub const SECTION: usize = 256;
-/// Most bins that a window may hold to either side of its own.
+/// Most bins that a window may hold wholly to either side of its own.
 pub const REACH: usize = 62;
 /// Bins that a section is about: its own, one more on either side, and those in the windows of all these.
 pub const SPAN: usize = (SECTION + 2).next_multiple_of(LANES) + 2 * (REACH + 1);
@@ -18,6 +18,12 @@ pub const SPAN: usize = (SECTION + 2).next_multiple_of(LANES) + 2 * (REACH + 1);
 const BEFORE: usize = REACH + 2;
 /// Most bins for each that is not empty.
 const MOST_PLACES: usize = 3;
+
+/// The variance within the bins that data must have at least, as a share of that of evenly spread ones: rounded data
+/// have so many values to a bin as 1/sqrt(1 - this).
+const FILLED: f64 = 0.9;
+/// Points more than bins with data, at least, that tell of the variance.
+const ENOUGH: f64 = 100.0;
 
 /// Bins side by side, empty ones among them.
 #[derive(Debug)]
@@ -77,7 +83,8 @@ impl Columns {
 }
 
 impl Lattice {
-    /// Brings points together that are in no order; nothing where the bins would take more room than the points.
+    /// Brings points together that are in no order; nothing where there would be more bins, those of all parts taken
+    /// together, than points, or where these do not fill them.
     pub fn new(x: &[f64], y: &[f64], width: f64) -> Option<Self> {
         let (low, high) = (x.par_chunks(CHUNK)).map(extent).reduce(
             || (f64::INFINITY, f64::NEG_INFINITY),
@@ -112,16 +119,17 @@ impl Lattice {
         for (place, sums) in sums.iter().enumerate().filter(|(_, sums)| sums.count > 0.0) {
             columns.set(place, sums.about_mean([0.0, 0.0]));
         }
-        Some(Lattice {
+        let lattice = Lattice {
             first: low,
             width,
             len,
             columns,
-        })
+        };
+        lattice.is_filled().then_some(lattice)
     }
 
     /// Puts bins [first + k width, first + (k + 1) width), which are in order, side by side; nothing where too many would be
-    /// empty.
+    /// empty, or where the data do not fill them.
     pub fn of_bins(bins: &[Bin], first: f64, width: f64) -> Option<Self> {
         let per_width = 1.0 / width;
         let places = (bins.last()?.x - first) * per_width;
@@ -141,12 +149,21 @@ impl Lattice {
             };
             columns.set(place, columns.bin(place).plus(bin));
         }
-        Some(Lattice {
+        let lattice = Lattice {
             first: first + 0.5 * width,
             width,
             len,
             columns,
-        })
+        };
+        lattice.is_filled().then_some(lattice)
+    }
+
+    /// Whether the data are spread over their bins, as those of a rounded column are not: then it matters where in a
+    /// bin a window ends. Evenly spread, they have a variance of 1/12.
+    fn is_filled(&self) -> bool {
+        let more: f64 = self.columns.count.iter().map(|count| (count - 1.0).max(0.0)).sum();
+        let spread: f64 = self.columns.xx.iter().sum();
+        more >= ENOUGH && spread > FILLED * more / 12.0
     }
 
     /// The same data in bins twice as wide.

@@ -6,14 +6,15 @@
 //! a difference loses few digits.
 //!
 //! A bin enters the sums by its data's means and second moments. Of the bins where a window ends a part is in reach,
-//! which enters by the kernel's integral over it: as though the bin's data were spread evenly. The score of its data is
+//! which enters by the kernel's integral over it: as though the bin's data were spread evenly, which rounded ones are
+//! not (they have no [`Lattice`]). The score of its data is
 //! that about the parabola through the estimates at its middle and its neighbours'.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f64x8};
 use rayon::prelude::*;
 
-use super::binned::constant;
+use super::binned::{ALONE, constant};
 use super::lattice::{Columns, Lattice, REACH, SECTION, SPAN};
 use super::piece::{Coefficients, Job, perform};
 use super::tangents::{LANES, square};
@@ -33,7 +34,7 @@ const THIN: f64 = 1e-4;
 /// The window of a bandwidth.
 #[derive(Clone, Copy)]
 struct Window {
-    bandwidth: f64,
+    kernel: Kernel,
     /// The bandwidth in bins.
     reach: f64,
     /// Bins on either side of the middle one that are wholly in reach.
@@ -55,7 +56,7 @@ impl Window {
         ];
         let terms = nodes.map(|(node, weight)| weight * kernel.weight((middle + node * half) / reach));
         Window {
-            bandwidth,
+            kernel,
             reach,
             whole: whole as usize,
             edge: half * terms.iter().sum::<f64>(),
@@ -63,26 +64,20 @@ impl Window {
     }
 }
 
-/// For a bandwidth, the estimate at the bin that so many with data come before, and the factor that takes a point's own
-/// share out of its residual.
-pub type Directly<'a> = dyn Fn(usize, f64) -> (f64, f64) + Sync + 'a;
-
 struct Scores<'a> {
     lattice: &'a Lattice,
     kernel: Kernel,
     bandwidths: &'a [f64],
-    directly: &'a Directly<'a>,
     scores: Option<Vec<f64>>,
 }
 
 impl Lattice {
     /// The scores of bandwidths; nothing for other kernels than those of one polynomial of few moments.
-    pub fn scores(&self, kernel: Kernel, bandwidths: &[f64], directly: &Directly<'_>) -> Option<Vec<f64>> {
+    pub fn scores(&self, kernel: Kernel, bandwidths: &[f64]) -> Option<Vec<f64>> {
         let mut scores = Scores {
             lattice: self,
             kernel,
             bandwidths,
-            directly,
             scores: None,
         };
         if kernel != Kernel::Gaussian {
@@ -101,23 +96,21 @@ impl Job for Scores<'_> {
             lattice,
             kernel,
             bandwidths,
-            directly,
             ..
         } = *self;
         let windows: Vec<Window> = bandwidths
             .iter()
             .map(|&h| Window::new(kernel, h, lattice.width))
             .collect();
-        if windows.iter().any(|window| window.whole > REACH) {
+        if windows.iter().any(|window| window.reach < 1.0 || window.whole > REACH) {
             return;
         }
         let sums: Vec<Vec<f64>> = (0..lattice.len.div_ceil(SECTION))
             .into_par_iter()
             .map(|k| {
                 let section = Section::<M>::new(lattice, k * SECTION);
-                let squares = |window: &Window| {
-                    dispatch!(Level::new(), simd => section.squares(simd, *window, coefficients, directly))
-                };
+                let squares =
+                    |window: &Window| dispatch!(Level::new(), simd => section.squares(simd, *window, coefficients));
                 windows.iter().map(squares).collect()
             })
             .collect();
@@ -127,6 +120,51 @@ impl Job for Scores<'_> {
     }
 
     fn halves<const N: usize>(&mut self) {}
+}
+
+impl Columns {
+    /// Makes the estimate directly at the data's mean of the k-th bin, in whose window there are few others, and tells the
+    /// sum of its data's squared errors.
+    #[cold]
+    fn square(&self, k: usize, window: Window, value: &mut f64) -> f64 {
+        let (mut s, mut t) = (0.0, 0.0);
+        for other in (k - window.whole - 1..=k + window.whole + 1).filter(|&other| other != k) {
+            let u = self.distance(k, other) / window.reach;
+            let w = self.count[other] * window.kernel.weight(u);
+            (s, t) = (s + w, t + w * self.y[other]);
+        }
+        let (all, ordinates) = (s + self.count[k], t + self.count[k] * self.y[k]);
+        // A point's share is 1/all: one that is alone is left out at once, as what it leaves is lost in rounding.
+        let rest = (all - 1.0) / all;
+        let factor;
+        (*value, factor) = if self.count[k] > 1.0 || rest > ALONE {
+            (ordinates / all, 1.0 / rest)
+        } else if s > 0.0 {
+            (t / s, 1.0)
+        } else {
+            (self.nearest(k), 1.0)
+        };
+        let residual = self.y[k] - *value;
+        factor * factor * (self.yy[k] + self.count[k] * residual * residual)
+    }
+
+    /// From the mean of a bin to that of another one, in bins.
+    fn distance(&self, from: usize, to: usize) -> f64 {
+        (to as f64 - from as f64) + (self.x[to] - self.x[from])
+    }
+
+    /// The mean of the bin with data nearest to the k-th, or of both; zero where there is no other.
+    fn nearest(&self, k: usize) -> f64 {
+        let held = |other: &usize| self.count[*other] > 0.0;
+        let (below, above) = ((0..k).rev().find(held), (k + 1..self.count.len()).find(held));
+        let distance = |other: Option<usize>| other.map_or(f64::INFINITY, |other| self.distance(k, other).abs());
+        let (d, e) = (distance(below), distance(above));
+        let near = [below.filter(|_| d <= e), above.filter(|_| e <= d)];
+        let (count, sum) = near.into_iter().flatten().fold((0.0, 0.0), |(count, sum), other| {
+            (count + self.count[other], sum + self.count[other] * self.y[other])
+        });
+        if count > 0.0 { sum / count } else { 0.0 }
+    }
 }
 
 /// Neighbouring bins with what surrounds them.
@@ -162,24 +200,19 @@ impl<'a, const M: usize> Section<'a, M> {
 
     /// The sum of the squared leave-one-out errors of the section's data.
     #[inline(always)]
-    fn squares<S: Simd, F: Coefficients<M>>(
-        &self,
-        simd: S,
-        window: Window,
-        coefficients: F,
-        directly: &Directly<'_>,
-    ) -> f64 {
+    fn squares<S: Simd, F: Coefficients<M>>(&self, simd: S, window: Window, coefficients: F) -> f64 {
         let (mut values, mut factors) = ([0.0; MIDDLES], [0.0; MIDDLES]);
         let least = self.constants(simd, window, coefficients, (&mut values, &mut factors));
         let enough = FEW.max(THIN * self.runs[0][0][SPAN]);
         let mut squares = 0.0;
         if !(least > enough) {
-            for (middle, (value, factor)) in values.iter_mut().zip(&mut factors).enumerate() {
+            let fits = values.iter_mut().zip(&mut factors).enumerate();
+            for (middle, (value, factor)) in fits.take(SECTION + 2) {
                 let k = self.first + REACH + 1 + middle;
                 // The factor is s/rest, and rest = s - 1.
                 let thin = !(1.0 / (*factor - 1.0) > enough);
                 if self.lattice.columns.count[k] > 0.0 && thin {
-                    let square = self.square(k, window.bandwidth, value, directly);
+                    let square = self.lattice.columns.square(k, window, value);
                     squares += if (1..=SECTION).contains(&middle) { square } else { 0.0 };
                     // The others' sum does without it.
                     *factor = 0.0;
@@ -187,18 +220,6 @@ impl<'a, const M: usize> Section<'a, M> {
             }
         }
         squares + self.squares_about_parabolas(simd, &values, &factors)
-    }
-
-    /// Makes the estimate directly at a bin in whose window there are few others, and tells the sum of its data's
-    /// squared errors.
-    #[cold]
-    fn square(&self, k: usize, h: f64, value: &mut f64, directly: &Directly<'_>) -> f64 {
-        let Columns { count, y, yy, .. } = &self.lattice.columns;
-        let rank = count[..k].iter().filter(|count| **count > 0.0).count();
-        let factor;
-        (*value, factor) = directly(rank, h);
-        let residual = y[k] - *value;
-        factor * factor * (yy[k] + count[k] * residual * residual)
     }
 
     /// Estimates and factors at the middles, and the least of the others' sums of K at those with data.

@@ -5,10 +5,6 @@ use super::*;
 
 const KERNELS: [Kernel; 3] = [Kernel::Uniform, Kernel::Epanechnikov, Kernel::Biweight];
 
-fn never(_: usize, _: f64) -> (f64, f64) {
-    panic!("a window with few others")
-}
-
 fn noisy(x: Vec<f64>) -> [Vec<f64>; 2] {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(12);
     let y = x
@@ -71,11 +67,18 @@ fn scores_are_near_the_exact_ones() {
     let gap: Vec<f64> = (even.iter().enumerate())
         .map(|(i, u)| if i % 10_000 == 7 { 0.3 * u } else { u + 0.7 * u.signum() })
         .collect();
-    for (x, name) in [(even, "even"), (tails, "tails"), (gap, "gap")] {
+    let rounded = |step: f64| -> Vec<f64> { even.iter().map(|u| (u / step).round() * step).collect() };
+    let steps = [0.05, 0.0133, 0.003, 0.001].map(|step| (rounded(step), "rounded"));
+    let others = [(even.clone(), "even"), (tails, "tails"), (gap, "gap")];
+    for (x, name) in steps.into_iter().chain(others) {
         let [x, y] = noisy(x);
         let data = Sorted::new(&x, &y);
         let bandwidths = [0.02, 0.05, 0.08, 0.2, 0.45, 1.1];
-        for kernel in KERNELS {
+        // With few values to a bin it matters for the uniform kernel in which a window ends.
+        for kernel in KERNELS
+            .into_iter()
+            .filter(|kernel| name != "rounded" || *kernel != Kernel::Uniform)
+        {
             let exact = leave_one_out(&data, kernel, Degree::Constant, &bandwidths);
             let pyramids = [
                 Pyramid::scattered(&x, &y, 0.02, 1.1, 30.0),
@@ -89,6 +92,49 @@ fn scores_are_near_the_exact_ones() {
                     assert!(error < most, "{name} {kernel:?} {h}: {error}");
                 }
             }
+        }
+    }
+}
+
+/// Of as many bins as fill a section, and of one more or less.
+#[test]
+fn sections_meet() {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(17);
+    for bins in [255, 256, 257, 512, 513] {
+        let x = (0..20_000).map(|_| rng.random_range(0.0..f64::from(bins) - 1.0));
+        let [x, y] = noisy(x.map(|x| 0.01 * x).collect());
+        let lattice = Lattice::new(&x, &y, 0.01).unwrap();
+        assert!(lattice.len == bins as usize || lattice.len == bins as usize + 1);
+        let bandwidths = [0.3, 0.42, 0.59];
+        let exact = leave_one_out(
+            &Sorted::new(&x, &y),
+            Kernel::Epanechnikov,
+            Degree::Constant,
+            &bandwidths,
+        );
+        let binned = lattice.scores(Kernel::Epanechnikov, &bandwidths).unwrap();
+        for (binned, exact) in binned.iter().zip(&exact) {
+            assert!((binned / exact - 1.0).abs() < 1e-4, "{bins}: {binned} {exact}");
+        }
+    }
+}
+
+/// Single points among gaps, summed directly: whom nobody is in reach of is predicted by the nearest.
+#[test]
+fn points_alone_are_predicted_by_their_nearest() {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(18);
+    let mut x: Vec<f64> = (0..5000).map(|_| rng.random_range(0.0..1.0)).collect();
+    // Two by two nearest to one another, and two that see one another.
+    x.extend([2.0, 2.2, 3.0, 3.3, 2.6, 2.604]);
+    let [x, mut y] = noisy(x);
+    y[5000..].copy_from_slice(&[9.0, -7.0, 4.0, 8.0, -6.0, 5.0]);
+    let lattice = Lattice::new(&x, &y, 1e-3).unwrap();
+    for kernel in KERNELS {
+        for h in [0.03, 0.05] {
+            let exact = leave_one_out(&Sorted::new(&x, &y), kernel, Degree::Constant, &[h])[0];
+            let binned = lattice.scores(kernel, &[h]).unwrap()[0];
+            let most = if kernel == Kernel::Uniform { 1e-3 } else { 1e-4 };
+            assert!((binned / exact - 1.0).abs() < most, "{kernel:?} {h}: {binned} {exact}");
         }
     }
 }
@@ -121,14 +167,14 @@ fn threads_and_registers_change_no_bit() {
     let bandwidths = [0.03, 0.04, 0.05];
     let scores = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| lattice.scores(Kernel::Epanechnikov, &bandwidths, &never).unwrap())
+        pool.install(|| lattice.scores(Kernel::Epanechnikov, &bandwidths).unwrap())
     };
     assert_eq!(scores(1), scores(2));
     let section = Section::<3>::new(&lattice, 2 * SECTION);
     let parabola = |t: f64| [1.0 - t * t, 2.0 * t, -1.0];
     for h in bandwidths {
         let window = Window::new(Kernel::Epanechnikov, h, lattice.width);
-        let squares = |level: Level| dispatch!(level, simd => section.squares(simd, window, parabola, &never));
+        let squares = |level: Level| dispatch!(level, simd => section.squares(simd, window, parabola));
         assert_eq!(squares(Level::new()), squares(Level::baseline()));
     }
 }
@@ -138,9 +184,9 @@ fn what_has_other_sums_is_left_to_others() {
     let [x, y] = noisy((0..5000).map(|i| f64::from(i) * 1e-3).collect());
     let lattice = Lattice::new(&x, &y, 2e-3).unwrap();
     for kernel in Kernel::ALL {
-        let scores = lattice.scores(kernel, &[0.1], &never);
+        let scores = lattice.scores(kernel, &[0.1]);
         assert_eq!(scores.is_some(), KERNELS.contains(&kernel), "{kernel:?}");
     }
     // More bins in a window than there is room for.
-    assert!(lattice.scores(Kernel::Epanechnikov, &[0.13], &never).is_none());
+    assert!(lattice.scores(Kernel::Epanechnikov, &[0.13]).is_none());
 }

@@ -86,7 +86,8 @@ impl Cells {
             origin: ends.iter().map(|e| e.0).collect(),
             rate: widths.iter().map(|width| 1.0 / width).collect(),
         };
-        let (index, order) = if cells(&widths) <= DENSE * n as f64 + 64.0 {
+        let finite = ends.iter().all(|end| (end.1 - end.0).is_finite());
+        let (index, order) = if finite && cells(&widths) <= DENSE * n as f64 + 64.0 {
             let (grid, order) = Grid::new(&rule, x, &ends);
             (Index::Grid(grid), order)
         } else {

@@ -206,7 +206,7 @@ fn parabolas<S: Simd, const D: usize>(simd: S, x: [&[f64]; D], window: &Window<D
     let mut k = f64x8::splat(simd, 1.0);
     for j in 0..D {
         let u = (f64x8::from_slice(simd, x[j]) - window.at[j]) * window.per_h[j];
-        k *= (1.0 - u * u).max(f64x8::splat(simd, 0.0));
+        k *= (1.0 - u * u).max_precise(f64x8::splat(simd, 0.0));
     }
     k
 }
