@@ -236,10 +236,12 @@ impl<'a> InSpace<'a> {
 
     /// The mean of the ordinates nearest to point `i`, less the mean of all.
     fn alone(&self, i: usize) -> f64 {
-        let (tree, mean) = self.tree.get_or_init(|| {
+        let (tree, mean) = self.tree.get().unwrap_or_else(|| {
+            // Not within the cell's lock: it is made in parallel, and a thread that waits may come here again.
             let points = self.data.sorted();
             let extents = points.x.iter().map(|x| Column::new(x).extent.unwrap_or(1.0));
-            (Tree::with_scales(&points, extents.collect()), points.mean())
+            let made = (Tree::with_scales(&points, extents.collect()), points.mean());
+            self.tree.get_or_init(|| made)
         });
         let at: Vec<f64> = self.data.x.iter().map(|column| column[i]).collect();
         tree.mean_of_others(&at, self.data.weight(i)) - mean
