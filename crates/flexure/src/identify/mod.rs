@@ -22,15 +22,12 @@
 
 mod auto;
 mod branches;
-mod calibration;
 mod checks;
 mod criterion;
-mod dependence;
 #[cfg(test)]
 mod derivative_tests;
 pub mod hammerstein;
 mod hammerstein_wiener;
-mod impulse;
 pub mod joint;
 mod joint_inputs;
 mod multiple_inputs;
@@ -38,7 +35,6 @@ mod outcome;
 mod output_error;
 mod parallel;
 mod reference;
-mod refined;
 mod samples;
 mod sandwich;
 mod several;
@@ -46,8 +42,10 @@ mod wiener;
 
 pub use auto::{Auto, AutoIdentification, Identified, Refutation, Structure, StructureCandidate};
 pub use branches::TriedBranches;
-pub use calibration::Calibration;
-pub use hammerstein::{PlainHammerstein, RegressionLag};
+pub use hammerstein::{
+    Breakpoint, BreakpointKind, Calibration, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved,
+    PlainHammerstein, RefinedHammerstein, RefinedIdentification, RegressionLag,
+};
 pub use hammerstein_wiener::{HammersteinWiener, HammersteinWienerIdentification};
 pub use joint_inputs::{JointInputs, JointInputsIdentification, TriedSurface};
 pub use multiple_inputs::{InputBranch, MultipleInputs, MultipleInputsIdentification, MultipleInputsModel};
@@ -57,10 +55,6 @@ pub use parallel::{Parallel, ParallelBranch, ParallelIdentification, TriedSum};
 pub use reference::{
     DecayPrior, Narx, NarxIdentification, NarxModel, NarxTerm, TriedNarx, Volterra, VolterraIdentification,
     VolterraModel,
-};
-pub use refined::{
-    Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
-    RefinedIdentification,
 };
 pub use sandwich::{ApproximationScore, Intersample, SandwichIdentification, Stage, TriedStructure, WienerHammerstein};
 pub use wiener::{Wiener, WienerIdentification, WienerStart};

@@ -30,9 +30,9 @@ mod words;
 use std::fmt;
 use std::ops::ControlFlow;
 
+use super::hammerstein::{RefinedHammerstein, RefinedIdentification};
 use super::outcome::{Verdict, Warning};
 use super::output_error::{LinearIdentification, fit as fit_linear};
-use super::refined::{RefinedHammerstein, RefinedIdentification};
 use super::samples::Samples;
 use super::sandwich::{Monitor, SandwichIdentification, Stage, fit as fit_sandwich};
 use super::wiener::{WienerIdentification, fit as fit_wiener};

@@ -1,7 +1,7 @@
 //! Wiener systems to start from: the linear approximations, and rational blocks that imitate an impulse response found
 //! from higher moments.
 
-use super::super::dependence::Dependence;
+use super::super::hammerstein::delay::Dependence;
 use super::super::sandwich::{
     Candidate, Data, LARGEST_ORDER, Monitor, Prepared, Rational, START_SAMPLES, Scale, Stage, WEAK, approximate,
     fit_shape, fitted,

@@ -1,8 +1,8 @@
 //! Fixing the scale and the offset between the blocks, which the data cannot tell (paper, section VII).
 
-use super::hammerstein::Regression;
-use super::outcome::Warning;
+use super::Regression;
 use crate::error::{Error, Result};
+use crate::identify::outcome::Warning;
 use crate::linear::TransferFunction;
 
 /// A static gain below this share of the impulse response's absolute sum counts as none.

@@ -14,10 +14,12 @@
 //! (Wiener-Hopf) and the other lags' share is taken out of the regression, a few times over, unless
 //! [`PlainHammerstein::ignore_colour`] is set; the theorem says nothing of that.
 
-use super::calibration::{Calibrated, Calibration};
+mod calibration;
+mod correlation;
+pub(super) mod delay;
+mod refined;
+
 use super::checks::{must_vary, warn_of_colour, warn_of_levels, warn_of_range};
-use super::dependence::Dependence;
-use super::impulse::{correlate, deconvolve, deconvolved_lags, less_other_lags, linear_part};
 use super::outcome::{Identification, Verdict, Warning};
 use crate::error::{Error, Result};
 use crate::interrupt;
@@ -27,6 +29,14 @@ use crate::model::Block;
 use crate::nonlinearity;
 use crate::nonlinearity::{Curve, EstimatorName, Kernel, NamedEstimator, Outside, Scores, Tuning, tabulate};
 use crate::record::Record;
+use calibration::Calibrated;
+pub use calibration::Calibration;
+use correlation::{correlate, deconvolve, deconvolved_lags, less_other_lags, linear_part};
+use delay::Dependence;
+pub use refined::{
+    Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
+    RefinedIdentification,
+};
 
 /// The fewest samples that are worth a fit.
 pub const FEWEST: usize = 100;

@@ -1,9 +1,9 @@
 //! Delay, order and a first linear part for a known signal between the blocks.
 
-use super::super::hammerstein::LARGEST_ORDER;
-use super::super::impulse::{ImpulseEstimate, deconvolve};
-use super::super::outcome::OrderScore;
+use super::super::LARGEST_ORDER;
+use super::super::correlation::{ImpulseEstimate, deconvolve};
 use super::loss::{Data, Dynamics, filter};
+use crate::identify::outcome::OrderScore;
 use crate::interrupt;
 use crate::linalg;
 use crate::linear::TransferFunction;

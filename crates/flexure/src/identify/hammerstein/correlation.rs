@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::hammerstein::{LARGEST_ORDER, Regression};
-use super::outcome::{ChosenOrder, OrderScore, Psi};
+use super::{LARGEST_ORDER, Regression};
 use crate::error::{Error, Result};
+use crate::identify::outcome::{ChosenOrder, OrderScore, Psi};
 use crate::linalg;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{cross_covariance, mean, variance};

@@ -1,13 +1,13 @@
 //! What a refined identification returns, and how its parameters' uncertainty becomes that of the two blocks.
 
 use super::super::calibration::{Calibrated, Calibration};
-use super::super::outcome::{ChosenOrder, Verdict, Warning};
 use super::alternate::Minimum;
 use super::cells::Cells;
 use super::descent::{fixed, scaled};
 use super::loss::Model;
 use super::pieces::Term;
 use crate::error::Result;
+use crate::identify::outcome::{ChosenOrder, Verdict, Warning};
 use crate::linalg;
 use crate::linear::TransferFunction;
 use crate::model::Block;

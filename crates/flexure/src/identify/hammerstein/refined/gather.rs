@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::super::checks::must_vary;
-use super::super::hammerstein::FEWEST;
+use super::super::FEWEST;
 use crate::error::{Error, Result};
+use crate::identify::checks::must_vary;
 use crate::record::Record;
 
 /// All samples.

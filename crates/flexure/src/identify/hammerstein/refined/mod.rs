@@ -28,10 +28,10 @@ mod select;
 mod stepwise;
 
 use super::calibration::Calibration;
-use super::checks::{warn_of_colour, warn_of_range};
-use super::hammerstein::{MOST_ORDER, PlainHammerstein};
-use super::outcome::{ChosenOrder, Identification, Verdict, Warning};
+use super::{MOST_ORDER, PlainHammerstein};
 use crate::error::{Error, Result};
+use crate::identify::checks::{warn_of_colour, warn_of_range};
+use crate::identify::outcome::{ChosenOrder, Identification, Verdict, Warning};
 use crate::interrupt;
 use crate::linear::correlation::mean;
 use crate::linear::from_impulse_response::hankel_singular_values;
