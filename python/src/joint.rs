@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use flexure::identify::joint::{Extra, FlexibleJoint, RigidJoint, TwoLinkLog};
+use flexure::identify::robot_joint::{Extra, FlexibleJoint, RigidJoint, TwoLinkLog};
 use flexure_cli::session::{JointLog, LoggedJoint};
 use pyo3::prelude::*;
 

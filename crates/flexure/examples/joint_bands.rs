@@ -19,7 +19,7 @@
 //! form at the level of the test, and a false one: the cubic stiffness without wind-up, the friction without its Stribeck part.
 
 use flexure::bands::Band;
-use flexure::identify::joint::{Estimated, Fitted, FormName, REFUTED, TwoLinkArm, TwoLinkLog};
+use flexure::identify::robot_joint::{Estimated, Fitted, FormName, REFUTED, TwoLinkArm, TwoLinkLog};
 use flexure::manipulator::{Arm, Drive, LinkDynamics, Model, SimulationOptions, add_noise, simulate, space_arm};
 use flexure::record::Record;
 use flexure::signal::{Phases, multisine};

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::*;
-use crate::identify::joint::{FlexibleJoint, RigidJoint, TwoLinkLog};
+use crate::identify::robot_joint::{FlexibleJoint, RigidJoint, TwoLinkLog};
 use crate::identify::{
     Auto, HammersteinWiener, JointInputs, MultipleInputs, Narx, Parallel, PlainHammerstein, RefinedHammerstein,
     Volterra, Wiener, WienerHammerstein,

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use flexure::bands::Band;
-use flexure::identify::joint::{Estimated, Finding, FlexibleAxis, FlexibleJoint, JointFound, TwoLinkLog};
+use flexure::identify::robot_joint::{Estimated, Finding, FlexibleAxis, FlexibleJoint, JointFound, TwoLinkLog};
 use flexure::manipulator::add_noise;
 
 use super::{Arguments, Experiment, Limits};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use flexure::identify::joint::{Fitted, FlexibleAxis, FormName, RigidAxis};
+use flexure::identify::robot_joint::{Fitted, FlexibleAxis, FormName, RigidAxis};
 use flexure::manipulator::{
     Arm, ArmParameters, Drive, Friction, JointParameters, Link, LinkDynamics, Model, Parts, SimulationOptions, State,
     simulate,

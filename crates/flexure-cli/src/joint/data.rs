@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
-use flexure::identify::joint::Estimated;
+use flexure::identify::robot_joint::Estimated;
 use flexure_io::RecordFile;
 
 use super::Arguments;

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use anyhow::{Context as _, Result};
 use flexure::Record;
-use flexure::identify::joint::{Fitted, FlexibleAxis, FlexibleJoint, JointFound};
+use flexure::identify::robot_joint::{Fitted, FlexibleAxis, FlexibleJoint, JointFound};
 use flexure_io::{RecordFile, write_atomically, write_record};
 use serde_json::json;
 
@@ -161,7 +161,7 @@ fn words(axis: &FlexibleAxis, log: &Log, replay: Option<&Simulated>) -> Vec<Stri
 /// What was found of a joint, in words; `link` names its link's inertia.
 pub fn axis_words(axis: &FlexibleAxis, link: &str) -> Vec<String> {
     let units = Units::of(false);
-    let inertia = |name: &str, e: flexure::identify::joint::Estimated| match e.standard_error != 0.0 {
+    let inertia = |name: &str, e: flexure::identify::robot_joint::Estimated| match e.standard_error != 0.0 {
         true => format!("  {name:<14} {} kg m^2", with_error(e.value, e.standard_error)),
         false => format!("  {name:<14} {} kg m^2  (as given)", number(e.value)),
     };

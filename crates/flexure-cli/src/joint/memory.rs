@@ -2,7 +2,7 @@
 
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
-use flexure::identify::joint::{
+use flexure::identify::robot_joint::{
     FlexibleAxis, FlexibleJoint, JointFound, RigidAxis, RigidJoint, TwoLinkArm, TwoLinkLog,
 };
 use flexure_io::RecordFile;

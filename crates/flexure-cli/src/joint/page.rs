@@ -1,7 +1,7 @@
 //! A joint as the page that shows it.
 
 use flexure::bands::Band;
-use flexure::identify::joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis, TwoLinkArm};
+use flexure::identify::robot_joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis, TwoLinkArm};
 use flexure_report::data::{
     Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
 };

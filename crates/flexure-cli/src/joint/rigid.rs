@@ -5,7 +5,7 @@ use std::io::Write;
 use anyhow::{Context as _, Result};
 use flexure::Record;
 use flexure::bands::Band;
-use flexure::identify::joint::{AxisDrive, Extra, Finding, RigidAxis, RigidJoint};
+use flexure::identify::robot_joint::{AxisDrive, Extra, Finding, RigidAxis, RigidJoint};
 use flexure_io::{RecordFile, write_atomically, write_record};
 use serde_json::json;
 

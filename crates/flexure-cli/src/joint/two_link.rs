@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
-use flexure::identify::joint::{Estimated, TwoLinkArm, TwoLinkLog};
+use flexure::identify::robot_joint::{Estimated, TwoLinkArm, TwoLinkLog};
 use flexure::manipulator::{
     Arm, ArmParameters, Drive, Link, LinkDynamics, Model, Parts, SimulationOptions, State, simulate,
 };

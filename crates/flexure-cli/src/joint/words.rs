@@ -1,7 +1,7 @@
 //! A joint in words and as JSON.
 
 use flexure::bands::Band;
-use flexure::identify::joint::{Finding, Fitted, Parameter, REFUTED};
+use flexure::identify::robot_joint::{Finding, Fitted, Parameter, REFUTED};
 use serde_json::{Value, json};
 
 use crate::outcome::number;

@@ -71,7 +71,7 @@ pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identify::joint::fourier::Modulation;
+    use crate::identify::robot_joint::fourier::Modulation;
 
     /// Noise only where the column is: four times the variance that frequencies tell.
     #[test]

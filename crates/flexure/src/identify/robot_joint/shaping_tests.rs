@@ -1,5 +1,5 @@
 use super::*;
-use crate::identify::joint::basis::Basis;
+use crate::identify::robot_joint::basis::Basis;
 
 /// Equations of nothing but a friction (12), without their right-hand side.
 fn friction_alone<'a>(v: &'a [f64], beside: &'a Splines, modulation: &'a Modulation) -> Shaping<'a> {

@@ -340,9 +340,9 @@ fn slopes(modulation: &Modulation, knots: &[f64], x: &[f64]) -> Slopes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::identify::joint::basis::Basis;
-    use crate::identify::joint::forms::{FormName, Term};
-    use crate::identify::joint::noisy::Abscissa;
+    use crate::identify::robot_joint::basis::Basis;
+    use crate::identify::robot_joint::forms::{FormName, Term};
+    use crate::identify::robot_joint::noisy::Abscissa;
     use crate::linalg::Complex;
 
     /// A curve of velocity beside an inertia, with a known answer: the condensed minimum is that of the equations themselves.

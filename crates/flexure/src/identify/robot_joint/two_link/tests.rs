@@ -2,7 +2,7 @@
 
 use super::TwoLinkLog;
 use crate::bands::Band;
-use crate::identify::joint::{FormName, TwoLinkArm};
+use crate::identify::robot_joint::{FormName, TwoLinkArm};
 use crate::manipulator::{Arm, Drive, LinkDynamics, Model, SimulationOptions, add_noise, simulate, space_arm};
 use crate::record::Record;
 use crate::signal::{Phases, multisine};
