@@ -47,20 +47,10 @@ create_exception!(
 pub fn of_library(error: &Error) -> PyErr {
     let text = error.to_string();
     match error {
-        Error::TooShort { .. } | Error::ResponseTooShort { .. } | Error::TooFewDistinct { .. } => {
-            TooShortError::new_err(text)
-        }
-        Error::InvalidParameter { .. }
-        | Error::UnphysicalArm { .. }
-        | Error::SingularInertia { .. }
-        | Error::RigidDeflection
-        | Error::ColumnCount { .. }
-        | Error::BeyondData { .. }
-        | Error::RuleUnsuited { .. } => ParameterError::new_err(text),
-        Error::Integration { .. } => SimulationError::new_err(text),
-        Error::Cancelled { .. } | Error::Stopped { .. } | Error::IdentificationStopped { .. } | Error::Interrupted => {
-            PyRuntimeError::new_err(text)
-        }
+        Error::Data(data) if data.is_too_short() => TooShortError::new_err(text),
+        Error::Parameter(_) | Error::Arm(_) => ParameterError::new_err(text),
+        Error::Simulation(_) => SimulationError::new_err(text),
+        Error::Stopped(_) => PyRuntimeError::new_err(text),
         _ => DataError::new_err(text),
     }
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
+use flexure::error::DataError;
 use flexure::identify::Verdict;
 use flexure_io::{ModelFile, RecordFile, read_model, read_record};
 use serde_json::{Value, json};
@@ -86,7 +87,7 @@ impl Judged {
             .map_err(|error| file.locate(named(error, output)))?;
         if let Some((name, u)) = inputs.iter().zip(&fresh).find(|(_, u)| is_constant(u)) {
             let (column, value) = ((*name).to_owned(), u[0]);
-            return Err(file.locate(flexure::Error::Constant { column, value }).into());
+            return Err(file.locate(flexure::Error::constant(column, value)).into());
         }
         let Some(verdict) = Verdict::worst(&verdicts) else {
             bail!("the model has no input");
@@ -178,10 +179,7 @@ fn is_constant(samples: &[f64]) -> bool {
 /// The same error with the output's column in place of "the measurement".
 fn named(error: flexure::Error, output: &str) -> flexure::Error {
     match error {
-        flexure::Error::Constant { value, .. } => flexure::Error::Constant {
-            column: output.to_owned(),
-            value,
-        },
+        flexure::Error::Data(DataError::Constant { value, .. }) => flexure::Error::constant(output, value),
         other => other,
     }
 }

@@ -5,6 +5,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use flexure::error::DataError;
+
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -236,7 +238,7 @@ fn line_suffix(line: Option<u64>) -> String {
 /// The library's message; a NaN of a file may also be a sample that is not there.
 fn missing_samples(error: &flexure::Error) -> String {
     match error {
-        flexure::Error::NonFinite { column, sample, value } if value.is_nan() => {
+        flexure::Error::Data(DataError::NonFinite { column, sample, value }) if value.is_nan() => {
             format!("column '{column}' is NaN or missing at sample {sample}; remove or repair that sample")
         }
         other => other.to_string(),

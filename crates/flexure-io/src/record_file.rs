@@ -130,10 +130,7 @@ impl RecordFile {
     /// `error` must come from this file's whole record: its samples count from the record's first.
     pub fn locate(&self, error: flexure::Error) -> Error {
         let sample = match &error {
-            flexure::Error::NonFinite { sample, .. }
-            | flexure::Error::NonUniformTime { sample, .. }
-            | flexure::Error::TimeNotIncreasing { sample, .. }
-            | flexure::Error::WrappedAngle { sample, .. } => Some(*sample),
+            flexure::Error::Data(data) => data.sample(),
             _ => None,
         };
         Error::Data {

@@ -223,7 +223,7 @@ fn a_record_can_excite_the_arm() {
             "arm.toml, line {line}: excitation.file: the excitation record 'past.csv': past.csv is not to be loaded"
         )
     );
-    let other = ArmError::from(flexure::Error::RigidDeflection);
+    let other = ArmError::from(flexure::Error::from(flexure::error::ArmError::RigidDeflection));
     assert_eq!(other.clone().located(&text, "arm.toml"), other);
 }
 

@@ -88,10 +88,7 @@ fn unusable_samples_are_located() {
         "a.csv: no column 'y'; the columns are: t, u, v"
     );
     assert!(text(file.sample_time("t").unwrap_err()).starts_with("a.csv, line 5: the sample times are not uniform"));
-    let constant = flexure::Error::Constant {
-        column: "u".to_owned(),
-        value: 1.0,
-    };
+    let constant = flexure::Error::constant("u", 1.0);
     assert_eq!(
         text(file.locate(constant)),
         "a.csv: column 'u' is constant (1); nothing can be identified from it"

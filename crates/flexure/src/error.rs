@@ -1,4 +1,12 @@
-//! Everything that can go wrong, with the facts in the fields.
+//! Everything that can go wrong, in groups, with the facts in the fields.
+//!
+//! | group | what it is about |
+//! |---|---|
+//! | [`DataError`] | samples, columns and records that cannot be used |
+//! | [`ParameterError`] | a parameter that is out of range, or that these data do not allow |
+//! | [`ArmError`] | an arm that is not physical, or a motion that it cannot make |
+//! | [`SimulationError`] | a simulation that cannot be carried on |
+//! | [`Stopped`] | a computation that was asked to stop |
 //!
 //! Messages say what is wrong, where, and what to do about it; samples are counted from 0.
 
@@ -9,6 +17,61 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// The data cannot be used.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// A parameter cannot be used.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// An arm cannot be used.
+    #[error(transparent)]
+    Arm(#[from] ArmError),
+    /// A simulation could not be carried on.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// A computation was asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl Error {
+    /// A parameter is outside its valid range; see [`ParameterError::OutOfRange`].
+    pub fn parameter(name: impl Into<String>, value: f64, requirement: &'static str) -> Self {
+        Error::Parameter(ParameterError::OutOfRange {
+            name: name.into(),
+            value,
+            requirement,
+        })
+    }
+
+    /// There are fewer samples than `what` needs; see [`DataError::TooShort`].
+    pub fn too_short(what: &'static str, need: usize, got: usize) -> Self {
+        Error::Data(DataError::TooShort { what, need, got })
+    }
+
+    /// A sample is NaN or infinite; see [`DataError::NonFinite`].
+    pub fn not_finite(column: impl Into<String>, sample: usize, value: f64) -> Self {
+        let column = column.into();
+        Error::Data(DataError::NonFinite { column, sample, value })
+    }
+
+    /// Two sequences that belong together differ in length; see [`DataError::LengthMismatch`].
+    pub fn length(name: impl Into<String>, got: usize, expected: usize) -> Self {
+        let name = name.into();
+        Error::Data(DataError::LengthMismatch { name, got, expected })
+    }
+
+    /// A signal that must vary does not; see [`DataError::Constant`].
+    pub fn constant(column: impl Into<String>, value: f64) -> Self {
+        let column = column.into();
+        Error::Data(DataError::Constant { column, value })
+    }
+}
+
+/// What was wrong with the data.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DataError {
     /// A record has no column of this name.
     #[error("no column '{name}'; the columns are: {}", .available.join(", "))]
     MissingColumn {
@@ -51,96 +114,6 @@ pub enum Error {
         /// Its one value.
         value: f64,
     },
-    /// There are fewer samples than the computation needs.
-    #[error("{what} needs at least {need} samples, but there are {got}")]
-    TooShort {
-        /// What was to be computed.
-        what: &'static str,
-        /// The smallest number of samples that will do.
-        need: usize,
-        /// The number there is.
-        got: usize,
-    },
-    /// The time column's steps differ.
-    #[error(
-        "the sample times are not uniform: the step to sample {sample} is {step} s, but the typical step is {expected} s; resample the record to a uniform time"
-    )]
-    NonUniformTime {
-        /// The sample at the end of the odd step, from 0.
-        sample: usize,
-        /// The odd step, s.
-        step: f64,
-        /// The median step, s.
-        expected: f64,
-    },
-    /// A parameter is outside its valid range.
-    #[error("{name} is {value}, but must be {requirement}")]
-    InvalidParameter {
-        /// The parameter's name.
-        name: String,
-        /// The value that was given.
-        value: f64,
-        /// The valid range in words, for example "positive and finite".
-        requirement: &'static str,
-    },
-    /// A part of an arm is not physical.
-    #[error("{quantity} of {part} {number} is {value} {unit}, but must be {requirement}")]
-    UnphysicalArm {
-        /// "link" or "joint".
-        part: &'static str,
-        /// Which of the two, 1 (shoulder side) or 2 (elbow side).
-        number: usize,
-        /// The quantity, named as in an arm file.
-        quantity: &'static str,
-        /// The value that was given.
-        value: f64,
-        /// Its unit.
-        unit: &'static str,
-        /// The valid range in words.
-        requirement: &'static str,
-    },
-    /// An arm's inertia matrix is singular or indefinite in some configuration.
-    #[error(
-        "the {matrix} of the arm is not positive definite at q2 = {q2} rad (its determinant is {determinant}); \
-         check the links' masses, lengths and inertias{hint}"
-    )]
-    SingularInertia {
-        /// Which matrix.
-        matrix: &'static str,
-        /// The elbow's angle, rad.
-        q2: f64,
-        /// The determinant of the 2x2 matrix left when the motors are eliminated.
-        determinant: f64,
-        /// A further thing to check, or nothing.
-        hint: &'static str,
-    },
-    /// Deflections were commanded of an arm without flexible joints.
-    #[error(
-        "a rigid arm has no joint deflections to command; choose the linear or nonlinear model, or drive it by torque"
-    )]
-    RigidDeflection,
-    /// A simulation could not be carried on.
-    #[error("the simulation stopped at t = {time} s: {reason}")]
-    Integration {
-        /// The time reached, s.
-        time: f64,
-        /// Why it could not go on.
-        reason: IntegrationFailure,
-    },
-    /// A computation was stopped from outside.
-    #[error("stopped at t = {time} s, as asked")]
-    Cancelled {
-        /// The simulated time reached, s.
-        time: f64,
-    },
-    /// A study was stopped from outside.
-    #[error("stopped after {done} of {total} samples, as asked")]
-    Stopped {
-        /// The samples simulated so far.
-        done: usize,
-        /// Those of the whole study.
-        total: usize,
-    },
     /// A signal that must vary does not in a part of the record.
     #[error(
         "column '{column}' is constant ({value}) at samples {first} to {last}, which are {purpose}; cut them off, or change the fresh share"
@@ -157,15 +130,15 @@ pub enum Error {
         /// What the part is needed for.
         purpose: &'static str,
     },
-    /// The time column repeats an instant or goes back.
-    #[error(
-        "the sample times do not increase: the step to sample {sample} is {step} s; put the samples in order of time, one an instant"
-    )]
-    TimeNotIncreasing {
-        /// The sample at the end of the step, from 0.
-        sample: usize,
-        /// The step, s, not positive.
-        step: f64,
+    /// There are fewer samples than the computation needs.
+    #[error("{what} needs at least {need} samples, but there are {got}")]
+    TooShort {
+        /// What was to be computed.
+        what: &'static str,
+        /// The smallest number of samples that will do.
+        need: usize,
+        /// The number there is.
+        got: usize,
     },
     /// The values of a signal are so large or so small that their squares overflow or vanish.
     #[error(
@@ -176,6 +149,28 @@ pub enum Error {
         column: String,
         /// The largest absolute value.
         largest: f64,
+    },
+    /// The time column's steps differ.
+    #[error(
+        "the sample times are not uniform: the step to sample {sample} is {step} s, but the typical step is {expected} s; resample the record to a uniform time"
+    )]
+    NonUniformTime {
+        /// The sample at the end of the odd step, from 0.
+        sample: usize,
+        /// The odd step, s.
+        step: f64,
+        /// The median step, s.
+        expected: f64,
+    },
+    /// The time column repeats an instant or goes back.
+    #[error(
+        "the sample times do not increase: the step to sample {sample} is {step} s; put the samples in order of time, one an instant"
+    )]
+    TimeNotIncreasing {
+        /// The sample at the end of the step, from 0.
+        sample: usize,
+        /// The step, s, not positive.
+        step: f64,
     },
     /// The impulse response is known at fewer lags than a linear part of the given order needs.
     #[error(
@@ -189,51 +184,6 @@ pub enum Error {
         lags: usize,
         /// The lags that the order needs.
         need: usize,
-    },
-    /// An estimator is given more or fewer columns than it can take.
-    #[error("{what} takes {expected}, but {got} were given")]
-    ColumnCount {
-        /// What takes them.
-        what: &'static str,
-        /// The number of columns given.
-        got: usize,
-        /// The number it takes, in words, for example "1 column".
-        expected: String,
-    },
-    /// A parameter asks for more than the data can tell.
-    #[error(
-        "{parameter} is {value}, but these data allow at most {most}: {reason}; choose it smaller or take more samples"
-    )]
-    BeyondData {
-        /// The parameter's name.
-        parameter: &'static str,
-        /// The value that was given.
-        value: usize,
-        /// The largest that these data allow.
-        most: usize,
-        /// What limits it.
-        reason: &'static str,
-    },
-    /// Partial sums that do not belong to one computation.
-    #[error("these partial sums cannot be merged: their {what} differ; start all parts with the same ones")]
-    Unmergeable {
-        /// What differs.
-        what: &'static str,
-    },
-    /// A rule cannot choose an estimator's parameter.
-    #[error(
-        "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; {instead}",
-        if *.columns == 1 { "" } else { "s" }
-    )]
-    RuleUnsuited {
-        /// The rule's name.
-        rule: &'static str,
-        /// What the estimator is.
-        estimator: &'static str,
-        /// The number of columns of x.
-        columns: usize,
-        /// What to do.
-        instead: &'static str,
     },
     /// The points of a regression lie at fewer different places than it needs.
     #[error(
@@ -251,11 +201,11 @@ pub enum Error {
         /// The number there is.
         got: usize,
     },
-    /// An identification was stopped from outside.
-    #[error("stopped while {stage}, as asked")]
-    IdentificationStopped {
-        /// What it was doing.
-        stage: &'static str,
+    /// Partial sums that do not belong to one computation.
+    #[error("these partial sums cannot be merged: their {what} differ; start all parts with the same ones")]
+    Unmergeable {
+        /// What differs.
+        what: &'static str,
     },
     /// An angle jumps by a whole turn.
     #[error(
@@ -306,21 +256,163 @@ pub enum Error {
         /// That of the encoders' noise in a sample of the deflection, rad.
         noise: f64,
     },
-    /// A computation was stopped by an [`Interrupt`](crate::Interrupt).
-    #[error("stopped, as asked")]
-    Interrupted,
 }
 
-/// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.
-pub(crate) fn check_size(column: &str, samples: &[f64]) -> Result<f64> {
-    let largest = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    if largest == 0.0 || (1e-100..=1e100).contains(&largest) {
-        return Ok(largest);
+impl DataError {
+    /// The sample at fault, from 0, where it is one.
+    pub fn sample(&self) -> Option<usize> {
+        match self {
+            DataError::NonFinite { sample, .. }
+            | DataError::NonUniformTime { sample, .. }
+            | DataError::TimeNotIncreasing { sample, .. }
+            | DataError::WrappedAngle { sample, .. } => Some(*sample),
+            _ => None,
+        }
     }
-    Err(Error::Unit {
-        column: column.to_owned(),
-        largest,
-    })
+
+    /// Whether there are fewer samples, or fewer different ones, than the computation needs.
+    pub fn is_too_short(&self) -> bool {
+        matches!(
+            self,
+            DataError::TooShort { .. } | DataError::ResponseTooShort { .. } | DataError::TooFewDistinct { .. }
+        )
+    }
+}
+
+/// What was wrong with a parameter.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ParameterError {
+    /// A parameter is outside its valid range.
+    #[error("{name} is {value}, but must be {requirement}")]
+    OutOfRange {
+        /// The parameter's name.
+        name: String,
+        /// The value that was given.
+        value: f64,
+        /// The valid range in words, for example "positive and finite".
+        requirement: &'static str,
+    },
+    /// An estimator is given more or fewer columns than it can take.
+    #[error("{what} takes {expected}, but {got} were given")]
+    ColumnCount {
+        /// What takes them.
+        what: &'static str,
+        /// The number of columns given.
+        got: usize,
+        /// The number it takes, in words, for example "1 column".
+        expected: String,
+    },
+    /// A parameter asks for more than the data can tell.
+    #[error(
+        "{parameter} is {value}, but these data allow at most {most}: {reason}; choose it smaller or take more samples"
+    )]
+    BeyondData {
+        /// The parameter's name.
+        parameter: &'static str,
+        /// The value that was given.
+        value: usize,
+        /// The largest that these data allow.
+        most: usize,
+        /// What limits it.
+        reason: &'static str,
+    },
+    /// A rule cannot choose an estimator's parameter.
+    #[error(
+        "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; {instead}",
+        if *.columns == 1 { "" } else { "s" }
+    )]
+    RuleUnsuited {
+        /// The rule's name.
+        rule: &'static str,
+        /// What the estimator is.
+        estimator: &'static str,
+        /// The number of columns of x.
+        columns: usize,
+        /// What to do.
+        instead: &'static str,
+    },
+}
+
+/// What was wrong with an arm.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ArmError {
+    /// A part of an arm is not physical.
+    #[error("{quantity} of {part} {number} is {value} {unit}, but must be {requirement}")]
+    Unphysical {
+        /// "link" or "joint".
+        part: &'static str,
+        /// Which of the two, 1 (shoulder side) or 2 (elbow side).
+        number: usize,
+        /// The quantity, named as in an arm file.
+        quantity: &'static str,
+        /// The value that was given.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// The valid range in words.
+        requirement: &'static str,
+    },
+    /// An arm's inertia matrix is singular or indefinite in some configuration.
+    #[error(
+        "the {matrix} of the arm is not positive definite at q2 = {q2} rad (its determinant is {determinant}); \
+         check the links' masses, lengths and inertias{hint}"
+    )]
+    SingularInertia {
+        /// Which matrix.
+        matrix: &'static str,
+        /// The elbow's angle, rad.
+        q2: f64,
+        /// The determinant of the 2x2 matrix left when the motors are eliminated.
+        determinant: f64,
+        /// A further thing to check, or nothing.
+        hint: &'static str,
+    },
+    /// Deflections were commanded of an arm without flexible joints.
+    #[error(
+        "a rigid arm has no joint deflections to command; choose the linear or nonlinear model, or drive it by torque"
+    )]
+    RigidDeflection,
+}
+
+/// Why and when a simulation could not be carried on.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("the simulation stopped at t = {time} s: {reason}")]
+pub struct SimulationError {
+    /// The time reached, s.
+    pub time: f64,
+    /// Why it could not go on.
+    pub reason: IntegrationFailure,
+}
+
+/// What was stopped, and how far it had come.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Stopped {
+    /// A simulation.
+    #[error("stopped at t = {time} s, as asked")]
+    Simulating {
+        /// The simulated time reached, s.
+        time: f64,
+    },
+    /// A study or another computation that draws samples.
+    #[error("stopped after {done} of {total} samples, as asked")]
+    Sampling {
+        /// The samples simulated so far.
+        done: usize,
+        /// The samples in all.
+        total: usize,
+    },
+    /// An identification.
+    #[error("stopped while {stage}, as asked")]
+    Identifying {
+        /// What it was doing.
+        stage: &'static str,
+    },
+    /// Any computation, by an [`Interrupt`](crate::Interrupt).
+    #[error("stopped, as asked")]
+    Interrupted,
 }
 
 /// Why an integration could not be carried on.
@@ -350,4 +442,16 @@ pub enum IntegrationFailure {
     /// The state or its derivative has overflowed.
     #[error("the motion is no longer finite; it grows without bound")]
     NotFinite,
+}
+
+/// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.
+pub(crate) fn check_size(column: &str, samples: &[f64]) -> Result<f64> {
+    let largest = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    if largest == 0.0 || (1e-100..=1e100).contains(&largest) {
+        return Ok(largest);
+    }
+    Err(Error::Data(DataError::Unit {
+        column: column.to_owned(),
+        largest,
+    }))
 }

@@ -1,7 +1,7 @@
 //! Stopping a computation from another thread.
 //!
 //! Under [`Interrupt::watch`] every long loop of the library ends soon after [`Interrupt::stop`]: searches, descents, starts,
-//! cross-validation. What it has by then is thrown away, and [`Error::Interrupted`] told in its place, so that no loop has to
+//! cross-validation. What it has by then is thrown away, and [`Error::Stopped`] told in its place, so that no loop has to
 //! say in its result that it was cut short.
 //!
 //! ```
@@ -21,7 +21,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stopped};
 
 thread_local! {
     /// What the thread's work is watched by.
@@ -82,7 +82,7 @@ impl Interrupt {
     /// but see [`watch_alone`](Self::watch_alone).
     ///
     /// # Errors
-    /// [`Error::Interrupted`] if it was asked to stop before it ended, whatever its result.
+    /// [`Error::Stopped`] if it was asked to stop before it ended, whatever its result.
     pub fn watch<T>(&self, work: impl FnOnce() -> T) -> Result<T> {
         self.watch_as(false, work)
     }
@@ -101,7 +101,7 @@ impl Interrupt {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Interrupted`] if it was asked to stop before it ended, whatever its result.
+    /// [`Error::Stopped`] if it was asked to stop before it ended, whatever its result.
     pub fn watch_alone<T>(&self, work: impl FnOnce() -> T) -> Result<T> {
         self.watch_as(true, work)
     }
@@ -118,7 +118,7 @@ impl Interrupt {
         let _before = Before(CURRENT.replace(Some(Watched { interrupt, alone })));
         let result = work();
         match self.is_requested() {
-            true => Err(Error::Interrupted),
+            true => Err(Error::Stopped(Stopped::Interrupted)),
             false => Ok(result),
         }
     }
@@ -146,10 +146,10 @@ pub(crate) fn requested() -> bool {
 /// An error where this thread's work is asked to stop.
 ///
 /// # Errors
-/// [`Error::Interrupted`].
+/// [`Error::Stopped`].
 pub(crate) fn check() -> Result<()> {
     match requested() {
-        true => Err(Error::Interrupted),
+        true => Err(Error::Stopped(Stopped::Interrupted)),
         false => Ok(()),
     }
 }

@@ -1,5 +1,6 @@
 //! Every long method ends wherever it is interrupted, without a panic, and says so.
 
+use crate::error::Stopped;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rand::{RngExt, SeedableRng};
@@ -37,7 +38,10 @@ fn stops(name: &str, work: impl Fn() -> Result<()>) {
         let told = interrupt.watch(&work).map(|_| ());
         // Parallel parts are asked in no fixed order, and their number may differ by a few.
         let late = place + 1 == PLACES;
-        assert!(told == Err(Error::Interrupted) || late, "{name} at {place}: {told:?}");
+        assert!(
+            told == Err(Error::Stopped(Stopped::Interrupted)) || late,
+            "{name} at {place}: {told:?}"
+        );
     }
 }
 
@@ -76,13 +80,16 @@ fn a_watch_ends_with_its_work() {
     inner.stop();
     assert!(!requested() && check().is_ok());
     let found = outer.watch(|| {
-        assert_eq!(inner.watch(requested), Err(Error::Interrupted));
+        assert_eq!(inner.watch(requested), Err(Error::Stopped(Stopped::Interrupted)));
         assert!(!requested());
-        assert_eq!(inner.watch(|| current().is_requested()), Err(Error::Interrupted));
+        assert_eq!(
+            inner.watch(|| current().is_requested()),
+            Err(Error::Stopped(Stopped::Interrupted))
+        );
         outer.stop();
-        assert!(requested() && check() == Err(Error::Interrupted));
+        assert!(requested() && check() == Err(Error::Stopped(Stopped::Interrupted)));
     });
-    assert_eq!(found, Err(Error::Interrupted));
+    assert_eq!(found, Err(Error::Stopped(Stopped::Interrupted)));
     assert!(!requested());
     let panicked = catch_unwind(AssertUnwindSafe(|| outer.watch(|| panic!("as any work may"))));
     assert!(panicked.is_err() && !requested());
@@ -100,7 +107,7 @@ fn threads_of_the_pool_ask_only_what_they_were_given() {
             || assert!(!current().is_requested()),
         );
     });
-    assert_eq!(told, Err(Error::Interrupted));
+    assert_eq!(told, Err(Error::Stopped(Stopped::Interrupted)));
 }
 
 /// A pool that does nothing else is asked as a thread is; one that may do other work is not.
@@ -116,7 +123,7 @@ fn alone_in_a_pool_the_work_stops() {
         let _ = pool.install(|| interrupt.watch_as(alone, || told = Some(identify())));
         told
     });
-    assert_eq!(alone, Some(Err(Error::Interrupted)));
+    assert_eq!(alone, Some(Err(Error::Stopped(Stopped::Interrupted))));
     assert_eq!(shared, Some(Ok(())));
     assert!(!pool.install(requested));
 }

@@ -45,7 +45,7 @@ impl Block {
     /// [`simulate`](Self::simulate) under several inputs.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if there are not as many as [`inputs`](Self::inputs), or if they differ in length.
+    /// [`Error::Data`]: `LengthMismatch` if there are not as many as [`inputs`](Self::inputs), or if they differ in length.
     pub fn simulate_inputs(&self, inputs: &[&[f64]]) -> Result<Vec<f64>> {
         self.check_inputs(inputs)?;
         Ok(self.run(inputs))
@@ -64,7 +64,7 @@ impl Block {
 
     /// Refuses inputs that are not the block's.
     pub(crate) fn check_inputs(&self, inputs: &[&[f64]]) -> Result<()> {
-        let mismatch = |name: String, got: usize, expected: usize| Error::LengthMismatch { name, got, expected };
+        let mismatch = |name: String, got: usize, expected: usize| Error::length(name, got, expected);
         if inputs.len() != self.inputs() {
             return Err(mismatch("the inputs".to_owned(), inputs.len(), self.inputs()));
         }

@@ -1,6 +1,6 @@
 //! A record: named, sampled signals of equal length, one sample an instant.
 
-use crate::error::{Error, Result};
+use crate::error::{DataError, Error, Result};
 
 /// Relative deviation of a time step from the median step that still counts as uniform.
 ///
@@ -20,7 +20,7 @@ impl Record {
     /// Builds a record from `(name, samples)` pairs.
     ///
     /// # Errors
-    /// [`Error::DuplicateColumn`] and [`Error::LengthMismatch`].
+    /// [`Error::Data`]: `DuplicateColumn` and `LengthMismatch`.
     pub fn new<N: Into<String>>(columns: impl IntoIterator<Item = (N, Vec<f64>)>) -> Result<Self> {
         let mut record = Record::default();
         for (name, samples) in columns {
@@ -40,20 +40,16 @@ impl Record {
     /// Adds a column at the end.
     ///
     /// # Errors
-    /// [`Error::DuplicateColumn`] and [`Error::LengthMismatch`].
+    /// [`Error::Data`]: `DuplicateColumn` and `LengthMismatch`.
     pub fn push(&mut self, name: impl Into<String>, samples: Vec<f64>) -> Result<()> {
         let name = name.into();
         if self.names.contains(&name) {
-            return Err(Error::DuplicateColumn { name });
+            return Err(Error::Data(DataError::DuplicateColumn { name }));
         }
         if let Some(first) = self.columns.first()
             && first.len() != samples.len()
         {
-            return Err(Error::LengthMismatch {
-                name,
-                got: samples.len(),
-                expected: first.len(),
-            });
+            return Err(Error::length(name, samples.len(), first.len()));
         }
         self.names.push(name);
         self.columns.push(samples);
@@ -86,30 +82,26 @@ impl Record {
     /// The samples of one column, as they are.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`].
+    /// [`Error::Data`]: `MissingColumn`.
     pub fn column(&self, name: &str) -> Result<&[f64]> {
         match self.names.iter().position(|n| n == name) {
             Some(i) => Ok(&self.columns[i]),
-            None => Err(Error::MissingColumn {
+            None => Err(Error::Data(DataError::MissingColumn {
                 name: name.to_owned(),
                 available: self.names.clone(),
-            }),
+            })),
         }
     }
 
     /// The samples of one column, all of them finite.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`].
+    /// [`Error::Data`]: `MissingColumn`, `NonFinite`.
     pub fn finite(&self, name: &str) -> Result<&[f64]> {
         let samples = self.column(name)?;
         match samples.iter().position(|v| !v.is_finite()) {
             None => Ok(samples),
-            Some(sample) => Err(Error::NonFinite {
-                column: name.to_owned(),
-                sample,
-                value: samples[sample],
-            }),
+            Some(sample) => Err(Error::not_finite(name, sample, samples[sample])),
         }
     }
 
@@ -118,8 +110,8 @@ impl Record {
     /// The result is the mean step; single steps may deviate by 0.1 % of it (printed digits).
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::TooShort`] (fewer than two samples),
-    /// [`Error::TimeNotIncreasing`] and [`Error::NonUniformTime`].
+    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `TooShort` (fewer than two samples),
+    /// `TimeNotIncreasing` and `NonUniformTime`.
     pub fn sample_time(&self, time: &str) -> Result<f64> {
         uniform_step(self.finite(time)?)
     }
@@ -139,11 +131,7 @@ impl Record {
 /// The mean step of uniform, increasing instants `t`.
 fn uniform_step(t: &[f64]) -> Result<f64> {
     if t.len() < 2 {
-        return Err(Error::TooShort {
-            what: "a sample time",
-            need: 2,
-            got: t.len(),
-        });
+        return Err(Error::too_short("a sample time", 2, t.len()));
     }
     let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
     let middle = steps.len() / 2;
@@ -154,14 +142,14 @@ fn uniform_step(t: &[f64]) -> Result<f64> {
     for (i, w) in t.windows(2).enumerate() {
         let step = w[1] - w[0];
         if !(step > 0.0) {
-            return Err(Error::TimeNotIncreasing { sample: i + 1, step });
+            return Err(Error::Data(DataError::TimeNotIncreasing { sample: i + 1, step }));
         }
         if !((step - median).abs() <= tolerance) {
-            return Err(Error::NonUniformTime {
+            return Err(Error::Data(DataError::NonUniformTime {
                 sample: i + 1,
                 step,
                 expected: median,
-            });
+            }));
         }
     }
     Ok((t[t.len() - 1] - t[0]) / (t.len() - 1) as f64)
@@ -188,20 +176,23 @@ mod tests {
         let mut r = record();
         assert!(matches!(
             r.push("y", vec![0.0]),
-            Err(Error::LengthMismatch {
+            Err(Error::Data(DataError::LengthMismatch {
                 got: 1,
                 expected: 3,
                 ..
-            })
+            }))
         ));
-        assert!(matches!(r.push("u", vec![0.0; 3]), Err(Error::DuplicateColumn { .. })));
+        assert!(matches!(
+            r.push("u", vec![0.0; 3]),
+            Err(Error::Data(DataError::DuplicateColumn { .. }))
+        ));
         assert_eq!(r.names(), ["t", "u"]);
     }
 
     #[test]
     fn a_non_finite_sample_is_located() {
         let error = record().finite("u").unwrap_err();
-        assert!(matches!(error, Error::NonFinite { sample: 1, .. }));
+        assert!(matches!(error, Error::Data(DataError::NonFinite { sample: 1, .. })));
     }
 
     #[test]
@@ -216,7 +207,7 @@ mod tests {
         let r = Record::new([("t", vec![0.0, 0.1, 0.2, 0.4, 0.5])]).unwrap();
         assert!(matches!(
             r.sample_time("t"),
-            Err(Error::NonUniformTime { sample: 3, .. })
+            Err(Error::Data(DataError::NonUniformTime { sample: 3, .. }))
         ));
         let backwards = Record::new([("t", vec![0.0, -0.1, -0.2])]).unwrap();
         assert!(backwards.sample_time("t").is_err());

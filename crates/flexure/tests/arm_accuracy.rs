@@ -2,6 +2,7 @@
 //!
 //! The reference states are written by scripts/reference/arm.py.
 
+use flexure::error::{ArmError, SimulationError, Stopped};
 use std::ops::ControlFlow;
 
 use flexure::manipulator::{
@@ -365,7 +366,7 @@ fn failures_say_when_and_why_and_nothing_hangs() {
     // A torque that is not finite from some time on.
     let broken = |t: f64| [if t < 0.35 { 1.0 } else { f64::NAN }, 0.0];
     match simulate(&arm(Model::Linear), &Drive::Torque(&broken), &options).unwrap_err() {
-        Error::Integration { time, .. } => assert!(time > 0.2 && time < 0.36, "{time}"),
+        Error::Simulation(SimulationError { time, .. }) => assert!(time > 0.2 && time < 0.36, "{time}"),
         other => panic!("{other}"),
     }
 
@@ -379,7 +380,7 @@ fn failures_say_when_and_why_and_nothing_hangs() {
             ControlFlow::Continue(())
         }
     });
-    assert_eq!(result.unwrap_err(), Error::Cancelled { time: 2.0 });
+    assert_eq!(result.unwrap_err(), Error::Stopped(Stopped::Simulating { time: 2.0 }));
     assert_eq!(calls, 2);
 
     // Samples that do not fit.
@@ -392,7 +393,7 @@ fn failures_say_when_and_why_and_nothing_hangs() {
 
     // What makes no sense to simulate.
     let rigid = simulate(&arm(Model::Rigid), &Drive::Deflection([&zeros, &zeros]), &options).unwrap_err();
-    assert_eq!(rigid, Error::RigidDeflection);
+    assert_eq!(rigid, Error::Arm(ArmError::RigidDeflection));
     let mut locked = space_arm(Model::Linear);
     locked.joints[1].locked = true;
     options.initial.dqm[1] = 1.0;

@@ -1,5 +1,6 @@
 //! The columns of a joint's log, seen from the link.
 
+use flexure::error::DataError;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
@@ -183,19 +184,16 @@ pub fn pairs(file: &RecordFile, arguments: &Arguments) -> Result<Option<[[String
 pub fn renamed(error: flexure::Error, name: impl Fn(String) -> String) -> flexure::Error {
     use flexure::Error;
     match error {
-        Error::Constant { column, value } => Error::Constant {
-            column: name(column),
-            value,
-        },
-        Error::Unit { column, largest } => Error::Unit {
+        Error::Data(DataError::Constant { column, value }) => Error::constant(name(column), value),
+        Error::Data(DataError::Unit { column, largest }) => Error::Data(DataError::Unit {
             column: name(column),
             largest,
-        },
-        Error::WrappedAngle { column, sample, jump } => Error::WrappedAngle {
+        }),
+        Error::Data(DataError::WrappedAngle { column, sample, jump }) => Error::Data(DataError::WrappedAngle {
             column: name(column),
             sample,
             jump,
-        },
+        }),
         other => other,
     }
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
+use flexure::error::DataError;
 use flexure_io::{RecordFile, read_record};
 
 use super::Arguments;
@@ -68,7 +69,7 @@ impl<'a> Data<'a> {
             let first = column[rows[0]];
             if rows.iter().all(|&i| column[i] == first) {
                 let (column, value) = (name.clone(), first);
-                return Err(file.locate(flexure::Error::Constant { column, value }).into());
+                return Err(file.locate(flexure::Error::constant(column, value)).into());
             }
         }
         let weights = arguments.weights.iter().zip(data.weights);
@@ -82,7 +83,7 @@ impl<'a> Data<'a> {
             let largest = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             if !SIZES.contains(&largest) {
                 let column = name.clone();
-                return Err(file.locate(flexure::Error::Unit { column, largest }).into());
+                return Err(file.locate(DataError::Unit { column, largest }.into()).into());
             }
         }
         if let Some(n) = arguments.grid {

@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::Record;
+use flexure::error::ParameterError;
 use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Rule, Tuning};
 use flexure_io::{check_record_writable, check_writable, read_record, write_atomically, write_record};
 
@@ -143,7 +144,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let (estimate, curve) = spinning("estimating", || -> Result<(Estimate, Evaluated)> {
         let estimate = Estimate::new(&method, &data).map_err(|error| match (&method.estimator.tuning, error) {
             // Whatever the data.
-            (Tuning::Fixed(_), error @ flexure::Error::InvalidParameter { .. }) => Usage(error.to_string()).into(),
+            (Tuning::Fixed(_), error @ flexure::Error::Parameter(ParameterError::OutOfRange { .. })) => {
+                Usage(error.to_string()).into()
+            }
             (_, error) => anyhow::Error::from(file.locate(error)),
         })?;
         let curve = estimate.evaluate(&data, at).map_err(|error| file.locate(error))?;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use flexure::Error;
+use flexure::error::{self, ParameterError};
 use flexure::manipulator::{
     Arm, ArmParameters, Friction, JointParameters, Link, Model, Parts, SimulationOptions, State,
 };
@@ -142,14 +143,14 @@ impl Source<'_> {
     /// Puts a key and a line to an error of the library.
     fn locate(&self, table: &str, error: Error) -> ArmError {
         match &error {
-            Error::UnphysicalArm {
+            Error::Arm(error::ArmError::Unphysical {
                 part, number, quantity, ..
-            } => {
+            }) => {
                 let key = quantity.split(' ').next().unwrap_or(quantity);
                 self.value(format!("arm.{part}[{number}].{key}"), error.to_string())
             }
-            Error::SingularInertia { .. } | Error::RigidDeflection => self.value(table, error.to_string()),
-            Error::InvalidParameter { name, .. } => {
+            Error::Arm(_) => self.value(table, error.to_string()),
+            Error::Parameter(ParameterError::OutOfRange { name, .. }) => {
                 let key = name
                     .strip_prefix("the initial ")
                     .map_or(name.as_str(), |n| n.trim_end_matches(['1', '2']));

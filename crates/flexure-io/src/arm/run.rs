@@ -25,7 +25,7 @@ where
 /// Like [`run`], calling `watch` with the simulated time in s now and then; `Break` stops it.
 ///
 /// # Errors
-/// Those of [`run`], and [`flexure::Error::Cancelled`].
+/// Those of [`run`], and [`flexure::Error::Stopped`].
 pub fn run_watched<L, E>(
     file: &ArmFile,
     load: L,

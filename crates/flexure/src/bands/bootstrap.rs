@@ -129,7 +129,7 @@ impl BootstrapBand {
     /// NaN where the estimate is, and where it is so for more than half of the resamples.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a parameter outside its range, [`Error::TooShort`] with fewer than 5 points,
+    /// [`Error::Parameter`] for a parameter outside its range, [`Error::Data`]: `TooShort` with fewer than 5 points,
     /// [`Error::Stopped`] if `progress` stopped it, and all that `refit` and its predictions return.
     pub fn run(
         &self,
@@ -142,11 +142,7 @@ impl BootstrapBand {
     ) -> Result<Band> {
         check_level(self.level, self.resamples, "resamples")?;
         if y.len() < FEWEST {
-            return Err(Error::TooShort {
-                what: "a confidence band",
-                need: FEWEST,
-                got: y.len(),
-            });
+            return Err(Error::too_short("a confidence band", FEWEST, y.len()));
         }
         let sample = Sample {
             refit,
@@ -205,11 +201,11 @@ impl BootstrapBand {
             Scheme::Pairs | Scheme::Wild => Ok(None),
             Scheme::MovingBlock { length: None } => Ok(Some(automatic_block_length(residuals))),
             Scheme::MovingBlock { length: Some(length) } if length == 0 || length > residuals.len() / 2 => {
-                Err(Error::InvalidParameter {
-                    name: "the block length of the bootstrap".to_owned(),
-                    value: length as f64,
-                    requirement: "at least 1 and at most half the number of points",
-                })
+                Err(Error::parameter(
+                    "the block length of the bootstrap",
+                    length as f64,
+                    "at least 1 and at most half the number of points",
+                ))
             }
             Scheme::MovingBlock { length } => Ok(length),
         }

@@ -135,18 +135,18 @@ impl Band {
 /// A level strictly between 0 and 1, and enough random draws to tell its quantile.
 fn check_level(level: f64, draws: usize, what: &str) -> Result<()> {
     if !(level > 0.0 && level < 1.0) {
-        return Err(Error::InvalidParameter {
-            name: "the level of a confidence band".to_owned(),
-            value: level,
-            requirement: "strictly between 0 and 1, for example 0.95",
-        });
+        return Err(Error::parameter(
+            "the level of a confidence band",
+            level,
+            "strictly between 0 and 1, for example 0.95",
+        ));
     }
     if !(draws as f64 * (1.0 - level) >= 2.0 - 1e-9) {
-        return Err(Error::InvalidParameter {
-            name: format!("the number of {what}"),
-            value: draws as f64,
-            requirement: "at least 2 / (1 - level), and better 50 / (1 - level)",
-        });
+        return Err(Error::parameter(
+            format!("the number of {what}"),
+            draws as f64,
+            "at least 2 / (1 - level), and better 50 / (1 - level)",
+        ));
     }
     Ok(())
 }

@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
 use super::bootstrap::{Refit, Scheme};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stopped};
 
 /// Below this share of the noise in the residuals they say nothing of it.
 const NOTHING_LEFT: f64 = 1e-6;
@@ -196,10 +196,10 @@ impl Rounds<'_> {
             results.extend(round?);
             self.done += part.len() * resamples;
             if (self.progress)(self.done, self.total).is_break() && self.done < self.total {
-                return Err(Error::Stopped {
+                return Err(Error::Stopped(Stopped::Sampling {
                     done: self.done,
                     total: self.total,
-                });
+                }));
             }
         }
         Ok(results)

@@ -85,7 +85,7 @@ impl RobustBand {
     /// points in reach have fewer than three distinct abscissas, there is a bias that cannot be corrected.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a parameter outside its range, [`Error::TooShort`] with fewer than 5 points.
+    /// [`Error::Parameter`] for a parameter outside its range, [`Error::Data`]: `TooShort` with fewer than 5 points.
     pub fn for_kernel(&self, fit: &KernelFit, at: &[f64]) -> Result<Band> {
         let draws = if self.kind == BandKind::Simultaneous {
             self.draws
@@ -94,26 +94,22 @@ impl RobustBand {
         };
         check_level(self.level, draws, "draws")?;
         if !(0.0..1.0).contains(&self.undersmoothing) {
-            return Err(Error::InvalidParameter {
-                name: "undersmoothing, an exponent,".to_owned(),
-                value: self.undersmoothing,
-                requirement: "from 0, below 1",
-            });
+            return Err(Error::parameter(
+                "undersmoothing, an exponent,",
+                self.undersmoothing,
+                "from 0, below 1",
+            ));
         }
         if !(self.rho > 0.0 && self.rho.is_finite()) {
-            return Err(Error::InvalidParameter {
-                name: "rho, the bandwidth over that of the bias estimate,".to_owned(),
-                value: self.rho,
-                requirement: "positive and finite",
-            });
+            return Err(Error::parameter(
+                "rho, the bandwidth over that of the bias estimate,",
+                self.rho,
+                "positive and finite",
+            ));
         }
         let data = fit.data();
         if data.len() < FEWEST {
-            return Err(Error::TooShort {
-                what: "a confidence band",
-                need: FEWEST,
-                got: data.len(),
-            });
+            return Err(Error::too_short("a confidence band", FEWEST, data.len()));
         }
         let h = fit.method().bandwidth * (data.len() as f64).powf(-self.undersmoothing);
         let narrow = Window {

@@ -1,3 +1,4 @@
+use crate::error::Stopped;
 use std::ops::ControlFlow;
 
 use rand::{RngExt, SeedableRng};
@@ -261,7 +262,10 @@ fn a_bootstrap_reports_and_can_be_stopped() {
             ControlFlow::Continue(())
         }
     });
-    assert_eq!(stopped.unwrap_err(), Error::Stopped { done: 64, total: 132 });
+    assert_eq!(
+        stopped.unwrap_err(),
+        Error::Stopped(Stopped::Sampling { done: 64, total: 132 })
+    );
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::outcome::Warning;
-use crate::error::{Error, Result, check_size};
+use crate::error::{DataError, Error, Result, check_size};
 use crate::linear::correlation::{cross_covariance, variance};
 use crate::nonlinearity::Curve;
 use crate::validation::whiteness;
@@ -22,15 +22,15 @@ pub(super) fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpo
     }
     let (column, value) = (column.to_owned(), samples[part.start]);
     if !varies(samples) {
-        return Err(Error::Constant { column, value });
+        return Err(Error::constant(column, value));
     }
-    Err(Error::ConstantPart {
+    Err(Error::Data(DataError::ConstantPart {
         column,
         value,
         first: part.start,
         last: part.end - 1,
         purpose,
-    })
+    }))
 }
 
 /// The values that the input takes, in order of appearance, if they are too few for a curve.

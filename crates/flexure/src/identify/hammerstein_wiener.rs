@@ -26,7 +26,7 @@ use std::ops::ControlFlow;
 use super::branches::{Branch, Columns, Found, Signals, System, Tabulated, TriedBranches, find, normalised, tabulated};
 use super::outcome::{Verdict, Warning};
 use super::sandwich::{Monitor, Rational, Shape, Stage};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stopped};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
@@ -109,8 +109,8 @@ impl HammersteinWiener {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`] (fewer
-    /// than 200 samples for the fit), [`Error::Unit`], [`Error::InvalidParameter`] for a parameter outside its range.
+    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
+    /// than 200 samples for the fit), `Unit`, [`Error::Parameter`] for a parameter outside its range.
     pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<HammersteinWienerIdentification> {
         self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
     }
@@ -121,7 +121,7 @@ impl HammersteinWiener {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`] if `progress` stopped it.
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`] if `progress` stopped it.
     pub fn identify_with(
         &self,
         record: &Record,
@@ -135,7 +135,7 @@ impl HammersteinWiener {
         let mut monitor = Monitor::new(progress);
         let found = find(&data, true, &mut monitor);
         if let Some(stage) = monitor.stopped() {
-            return Err(Error::IdentificationStopped { stage: stage.name() });
+            return Err(Error::Stopped(Stopped::Identifying { stage: stage.name() }));
         }
         let found = found.unwrap_or_else(nothing);
         let blocks = Blocks::new(&found.system, &data, &columns)?;

@@ -15,7 +15,7 @@ use super::branches::{Columns, Found, Signals, System, TriedBranches, find, norm
 use super::outcome::{Verdict, Warning};
 use super::sandwich::{Monitor, Stage};
 use super::several::refuse_repeated;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stopped};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
 use crate::model::Block;
@@ -71,7 +71,7 @@ impl MultipleInputsModel {
     /// The model as one block of several inputs.
     ///
     /// # Errors
-    /// [`Error::NonFinite`] for an offset that is not finite.
+    /// [`Error::Data`]: `NonFinite` for an offset that is not finite.
     pub fn block(&self) -> Result<Block> {
         let offset = Curve::new(vec![0.0, 1.0], vec![self.offset, self.offset + 1.0], Outside::Linear)?;
         Ok(Block::Series(vec![
@@ -83,7 +83,7 @@ impl MultipleInputsModel {
     /// The free-run response, one value a sample; every linear part starts in the steady state of its input's mean.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`] if there are not as many inputs as blocks, or if they differ in length; that of
+    /// [`Error::Data`]: `LengthMismatch` if there are not as many inputs as blocks, or if they differ in length; that of
     /// [`block`](Self::block).
     pub fn simulate(&self, inputs: &[&[f64]]) -> Result<Vec<f64>> {
         self.block()?.simulate_inputs(inputs)
@@ -148,9 +148,9 @@ impl MultipleInputs {
     /// Identifies the system from `inputs` to `output`.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::DuplicateColumn`] for an input that is given twice, [`Error::NonFinite`],
-    /// [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`] (no input, or fewer than 200 samples an input for the
-    /// fit), [`Error::Unit`], [`Error::InvalidParameter`] for a parameter outside its range.
+    /// [`Error::Data`]: `MissingColumn`, `DuplicateColumn` for an input that is given twice, `NonFinite`,
+    /// `Constant`, `ConstantPart`, `TooShort` (no input, or fewer than 200 samples an input for the
+    /// fit), `Unit`, [`Error::Parameter`] for a parameter outside its range.
     pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<MultipleInputsIdentification> {
         self.identify_with(record, inputs, output, &mut |_| ControlFlow::Continue(()))
     }
@@ -161,7 +161,7 @@ impl MultipleInputs {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`] if `progress` stopped it.
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`] if `progress` stopped it.
     pub fn identify_with(
         &self,
         record: &Record,
@@ -171,7 +171,7 @@ impl MultipleInputs {
     ) -> Result<MultipleInputsIdentification> {
         let what = "a fit with several inputs (besides the fresh part)";
         if inputs.is_empty() {
-            return Err(Error::TooShort { what, need: 1, got: 0 });
+            return Err(Error::too_short(what, 1, 0));
         }
         refuse_repeated(inputs)?;
         let columns = Columns::new(record, inputs, output, self.fresh_share, what)?;
@@ -179,7 +179,7 @@ impl MultipleInputs {
         let mut monitor = Monitor::new(progress);
         let found = find(&data, false, &mut monitor);
         if let Some(stage) = monitor.stopped() {
-            return Err(Error::IdentificationStopped { stage: stage.name() });
+            return Err(Error::Stopped(Stopped::Identifying { stage: stage.name() }));
         }
         let Found { system, tried } = found.unwrap_or(Found {
             system: System {

@@ -85,7 +85,7 @@ impl Linear {
     /// [`ControlFlow::Break`].
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`](crate::Error::IdentificationStopped) if
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if
     /// `progress` stopped it.
     pub fn identify_with(
         &self,

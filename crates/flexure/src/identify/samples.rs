@@ -37,8 +37,8 @@ impl<'a> Samples<'a> {
     /// Checks the columns; `what` names the fit in the error about too few samples.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`] (fewer
-    /// than 200 samples for the fit), [`Error::Unit`], [`Error::InvalidParameter`] for a share outside 0.05 to 0.9.
+    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
+    /// than 200 samples for the fit), `Unit`, [`Error::Parameter`] for a share outside 0.05 to 0.9.
     pub fn of_inputs(
         record: &'a Record,
         inputs: &[&str],
@@ -47,22 +47,14 @@ impl<'a> Samples<'a> {
         what: &'static str,
     ) -> Result<Samples<'a>> {
         if !(0.05..=0.9).contains(&fresh_share) {
-            return Err(Error::InvalidParameter {
-                name: "the fresh share".to_owned(),
-                value: fresh_share,
-                requirement: "between 0.05 and 0.9",
-            });
+            return Err(Error::parameter("the fresh share", fresh_share, "between 0.05 and 0.9"));
         }
         let u: Vec<&[f64]> = inputs.iter().map(|i| record.finite(i)).collect::<Result<_>>()?;
         let y = record.finite(output)?;
         let fitted = y.len() - (fresh_share * y.len() as f64).round() as usize;
         let need = FEWEST * inputs.len().max(1);
         if fitted < need {
-            return Err(Error::TooShort {
-                what,
-                need,
-                got: fitted,
-            });
+            return Err(Error::too_short(what, need, fitted));
         }
         let named = inputs.iter().copied().zip(u.iter().copied());
         for (column, samples) in named.chain([(output, y)]) {

@@ -49,8 +49,8 @@ impl BestLinearApproximation {
     /// Only whole periods count; all realisations have as many as the shortest.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a period below 2 samples; [`Error::LengthMismatch`] where an output is not as long as its
-    /// input; [`Error::TooShort`] with no realisation, or less than a period; [`Error::NonFinite`]; and [`Error::Constant`]
+    /// [`Error::Parameter`] for a period below 2 samples; [`Error::Data`]: `LengthMismatch` where an output is not as long as its
+    /// input; `TooShort` with no realisation, or less than a period; `NonFinite`; and `Constant`
     /// where no line is excited in all realisations.
     ///
     /// ```
@@ -66,11 +66,7 @@ impl BestLinearApproximation {
     /// ```
     pub fn new(realisations: &[(&[f64], &[f64])], period: usize) -> Result<Self> {
         if period < 2 {
-            return Err(Error::InvalidParameter {
-                name: "the period".to_owned(),
-                value: period as f64,
-                requirement: "at least 2 samples",
-            });
+            return Err(Error::parameter("the period", period as f64, "at least 2 samples"));
         }
         for (m, (u, y)) in realisations.iter().enumerate() {
             check(m, u, y)?;
@@ -78,11 +74,11 @@ impl BestLinearApproximation {
         let shortest = realisations.iter().map(|(u, _)| u.len()).min().unwrap_or(0);
         let periods = shortest / period;
         if periods == 0 {
-            return Err(Error::TooShort {
-                what: "a best linear approximation (whole periods)",
-                need: period,
-                got: shortest,
-            });
+            return Err(Error::too_short(
+                "a best linear approximation (whole periods)",
+                period,
+                shortest,
+            ));
         }
         let averaged: Vec<Averaged> = (realisations.iter())
             .map(|(u, y)| Averaged::new(u, y, period, periods))
@@ -90,10 +86,7 @@ impl BestLinearApproximation {
         let lines = excited(&averaged);
         if lines.is_empty() {
             let value = realisations[0].0[0];
-            return Err(Error::Constant {
-                column: "the input".to_owned(),
-                value,
-            });
+            return Err(Error::constant("the input", value));
         }
         let count = realisations.len() as f64;
         let mut best = BestLinearApproximation {
@@ -167,19 +160,19 @@ pub fn period_of(signal: &[f64]) -> Option<usize> {
 
 fn check(m: usize, u: &[f64], y: &[f64]) -> Result<()> {
     if y.len() != u.len() {
-        return Err(Error::LengthMismatch {
-            name: format!("the output of realisation {m}"),
-            got: y.len(),
-            expected: u.len(),
-        });
+        return Err(Error::length(
+            format!("the output of realisation {m}"),
+            y.len(),
+            u.len(),
+        ));
     }
     for (name, samples) in [("input", u), ("output", y)] {
         if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NonFinite {
-                column: format!("the {name} of realisation {m}"),
+            return Err(Error::not_finite(
+                format!("the {name} of realisation {m}"),
                 sample,
-                value: samples[sample],
-            });
+                samples[sample],
+            ));
         }
     }
     Ok(())

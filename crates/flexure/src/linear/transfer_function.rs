@@ -36,32 +36,20 @@ impl TransferFunction {
     /// Builds `G = b / a`; both are divided by `a[0]`.
     ///
     /// # Errors
-    /// [`Error::TooShort`] if `b` or `a` is empty, [`Error::NonFinite`], and
-    /// [`Error::InvalidParameter`] if `a[0]` is zero.
+    /// [`Error::Data`]: `TooShort` if `b` or `a` is empty, `NonFinite`, and
+    /// [`Error::Parameter`] if `a[0]` is zero.
     pub fn new(mut b: Vec<f64>, mut a: Vec<f64>) -> Result<Self> {
         for (column, c) in [("b", &b), ("a", &a)] {
             if c.is_empty() {
-                return Err(Error::TooShort {
-                    what: "a transfer function's polynomial",
-                    need: 1,
-                    got: 0,
-                });
+                return Err(Error::too_short("a transfer function's polynomial", 1, 0));
             }
             if let Some(sample) = c.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NonFinite {
-                    column: column.to_owned(),
-                    sample,
-                    value: c[sample],
-                });
+                return Err(Error::not_finite(column, sample, c[sample]));
             }
         }
         let first = a[0];
         if first == 0.0 {
-            return Err(Error::InvalidParameter {
-                name: "a[0]".to_owned(),
-                value: first,
-                requirement: "non-zero",
-            });
+            return Err(Error::parameter("a[0]", first, "non-zero"));
         }
         b.iter_mut().chain(&mut a).for_each(|v| *v /= first);
         Ok(TransferFunction { b, a })

@@ -164,8 +164,8 @@ impl Arm {
     /// Checks the parameters.
     ///
     /// # Errors
-    /// [`Error::UnphysicalArm`](crate::Error::UnphysicalArm) for a value outside its range,
-    /// [`Error::SingularInertia`](crate::Error::SingularInertia) if the inertia matrix of links and
+    /// [`Error::Arm`](crate::Error::Arm) for a value outside its range,
+    /// [`Error::Arm`](crate::Error::Arm) if the inertia matrix of links and
     /// rotors together is not positive definite for every `q2`.
     pub fn new(parameters: ArmParameters) -> Result<Self> {
         checks::ranges(&parameters)?;

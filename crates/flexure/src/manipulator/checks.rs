@@ -1,7 +1,7 @@
 //! Whether an arm is physical.
 
 use super::arm::{Arm, ArmParameters, JointParameters, Model};
-use crate::error::{Error, Result};
+use crate::error::{ArmError, Error, Result};
 
 /// Checks every value that the model uses against its range.
 pub(super) fn ranges(arm: &ArmParameters) -> Result<()> {
@@ -89,14 +89,14 @@ impl Part {
         if ok {
             return Ok(());
         }
-        Err(Error::UnphysicalArm {
+        Err(Error::Arm(ArmError::Unphysical {
             part: self.0,
             number: self.1,
             quantity,
             value,
             unit,
             requirement,
-        })
+        }))
     }
 
     fn positive(&self, quantity: &'static str, value: f64, unit: &'static str) -> Result<()> {
@@ -142,7 +142,7 @@ fn positive_definite(arm: &Arm, matrix: &'static str, mass: impl Fn(f64) -> [[f6
         };
         let diagonal = (!arm.free[0] || m[0][0] > 0.0) && (!arm.free[1] || m[1][1] > 0.0);
         if !(diagonal && determinant > SINGULAR * scale) {
-            return Err(Error::SingularInertia {
+            return Err(Error::Arm(ArmError::SingularInertia {
                 matrix,
                 q2,
                 determinant,
@@ -151,7 +151,7 @@ fn positive_definite(arm: &Arm, matrix: &'static str, mass: impl Fn(f64) -> [[f6
                 } else {
                     ""
                 },
-            });
+            }));
         }
     }
     Ok(())

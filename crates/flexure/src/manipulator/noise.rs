@@ -14,16 +14,12 @@ use crate::record::Record;
 /// does not change that on another.
 ///
 /// # Errors
-/// [`Error::MissingColumn`]; [`Error::InvalidParameter`] for a standard deviation that is negative
+/// [`Error::Data`]: `MissingColumn`; [`Error::Parameter`] for a standard deviation that is negative
 /// or not finite, or for noise on the time.
 pub fn add_noise(record: &Record, seed: u64, std: &[(&str, f64)]) -> Result<Record> {
     for &(name, value) in std {
         record.column(name)?;
-        let distribution = |requirement| Error::InvalidParameter {
-            name: format!("the noise of column '{name}'"),
-            value,
-            requirement,
-        };
+        let distribution = |requirement| Error::parameter(format!("the noise of column '{name}'"), value, requirement);
         if name == "t" {
             return Err(distribution("left out: the sample instants are exact"));
         }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::arm::{Arm, Model};
 use super::{State, checks};
-use crate::error::{Error, Result};
+use crate::error::{ArmError, Error, Result};
 use crate::record::Record;
 use crate::simulation::{Dop853, Sampling, Tolerances, run_continuous, run_held};
 
@@ -73,9 +73,9 @@ impl SimulationOptions {
 /// is held until the next (except for [`Drive::Torque`]).
 ///
 /// # Errors
-/// [`Error::LengthMismatch`] or [`Error::NonFinite`] for samples that do not fit the instants,
-/// [`Error::InvalidParameter`] for a wrong tolerance or initial state, [`Error::SingularInertia`] if
-/// `M + S` is singular where deflections are commanded, and [`Error::Integration`].
+/// [`Error::Data`]: `LengthMismatch` or `NonFinite` for samples that do not fit the instants,
+/// [`Error::Parameter`] for a wrong tolerance or initial state, [`Error::Arm`] if
+/// `M + S` is singular where deflections are commanded, and [`Error::Simulation`].
 pub fn simulate(arm: &Arm, drive: &Drive, options: &SimulationOptions) -> Result<Record> {
     simulate_watched(arm, drive, options, &mut |_| ControlFlow::Continue(()))
 }
@@ -84,7 +84,7 @@ pub fn simulate(arm: &Arm, drive: &Drive, options: &SimulationOptions) -> Result
 /// intervals); it shows progress, and stops the simulation by returning `Break`.
 ///
 /// # Errors
-/// Those of [`simulate()`], and [`Error::Cancelled`].
+/// Those of [`simulate()`], and [`Error::Stopped`].
 pub fn simulate_watched(
     arm: &Arm,
     drive: &Drive,
@@ -212,16 +212,13 @@ impl Arm {
     /// Checks that an arm can start from a state.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] if the state is not finite or a locked joint moves in it.
+    /// [`Error::Parameter`] if the state is not finite or a locked joint moves in it.
     pub fn check_initial(&self, initial: &State) -> Result<()> {
         let State { q, qm, dq, dqm } = initial;
         for (name, values) in [("q", q), ("qm", qm), ("dq", dq), ("dqm", dqm)] {
             for (i, &value) in values.iter().enumerate() {
-                let invalid = |requirement| Error::InvalidParameter {
-                    name: format!("the initial {name}{}", i + 1),
-                    value,
-                    requirement,
-                };
+                let invalid =
+                    |requirement| Error::parameter(format!("the initial {name}{}", i + 1), value, requirement);
                 if !value.is_finite() {
                     return Err(invalid("finite"));
                 }
@@ -236,11 +233,11 @@ impl Arm {
     /// Checks that deflections can be commanded of an arm.
     ///
     /// # Errors
-    /// [`Error::RigidDeflection`] for a rigid arm, [`Error::SingularInertia`] if `M + S` is not
+    /// [`Error::Arm`] for a rigid arm, [`Error::Arm`] if `M + S` is not
     /// positive for every `q2`.
     pub fn check_deflection(&self) -> Result<()> {
         if self.model() == Model::Rigid {
-            return Err(Error::RigidDeflection);
+            return Err(Error::Arm(ArmError::RigidDeflection));
         }
         checks::deflection_inertia(self)
     }
@@ -256,18 +253,10 @@ pub fn record_columns(model: Model) -> Vec<&'static str> {
 fn check_samples(names: [&str; 2], samples: &[&[f64]; 2], rows: usize) -> Result<()> {
     for (name, samples) in names.into_iter().zip(samples) {
         if samples.len() != rows {
-            return Err(Error::LengthMismatch {
-                name: name.to_owned(),
-                got: samples.len(),
-                expected: rows,
-            });
+            return Err(Error::length(name, samples.len(), rows));
         }
         if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NonFinite {
-                column: name.to_owned(),
-                sample,
-                value: samples[sample],
-            });
+            return Err(Error::not_finite(name, sample, samples[sample]));
         }
     }
     Ok(())

@@ -44,38 +44,26 @@ impl Curve {
     /// A curve through the points `(x[i], y[i])`, at least one, `x` strictly increasing.
     ///
     /// # Errors
-    /// [`Error::TooShort`], [`Error::LengthMismatch`], [`Error::NonFinite`], and
-    /// [`Error::InvalidParameter`] where `x` does not increase.
+    /// [`Error::Data`]: `TooShort`, `LengthMismatch`, `NonFinite`, and
+    /// [`Error::Parameter`] where `x` does not increase.
     pub fn new(x: Vec<f64>, y: Vec<f64>, outside: Outside) -> Result<Self> {
         if x.is_empty() {
-            return Err(Error::TooShort {
-                what: "a curve",
-                need: 1,
-                got: 0,
-            });
+            return Err(Error::too_short("a curve", 1, 0));
         }
         if x.len() != y.len() {
-            return Err(Error::LengthMismatch {
-                name: "y".to_owned(),
-                got: y.len(),
-                expected: x.len(),
-            });
+            return Err(Error::length("y", y.len(), x.len()));
         }
         for (column, values) in [("x", &x), ("y", &y)] {
             if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NonFinite {
-                    column: column.to_owned(),
-                    sample,
-                    value: values[sample],
-                });
+                return Err(Error::not_finite(column, sample, values[sample]));
             }
         }
         if let Some(i) = x.windows(2).position(|w| w[1] <= w[0]) {
-            return Err(Error::InvalidParameter {
-                name: format!("x[{}]", i + 1),
-                value: x[i + 1],
-                requirement: "greater than the abscissa before it",
-            });
+            return Err(Error::parameter(
+                format!("x[{}]", i + 1),
+                x[i + 1],
+                "greater than the abscissa before it",
+            ));
         }
         Ok(Curve { x, y, outside })
     }

@@ -7,7 +7,7 @@
 use std::fmt::Debug;
 
 use super::{KernelFit, KernelRegression, Outside};
-use crate::error::{Error, Result};
+use crate::error::{DataError, Error, ParameterError, Result};
 use crate::selection::Criterion;
 use crate::wide;
 
@@ -22,7 +22,7 @@ pub trait Regression: Debug + Send + Sync {
     /// is known.
     ///
     /// # Errors
-    /// [`Error::ColumnCount`] for a number of columns other than `dimension()`, [`Error::LengthMismatch`].
+    /// [`Error::Parameter`]: `ColumnCount` for a number of columns other than `dimension()`, [`Error::Data`]: `LengthMismatch`.
     fn predict(&self, x: &[&[f64]]) -> Result<Vec<f64>>;
 
     /// The kernel fit in one variable that this is, if it is one: for its standard errors.
@@ -42,9 +42,9 @@ pub trait Estimator: Debug + Sized {
     /// point counts once. Nothing depends on the order of the points.
     ///
     /// # Errors
-    /// [`Error::ColumnCount`], [`Error::LengthMismatch`], [`Error::NonFinite`], [`Error::Unit`] for a column whose largest
-    /// value is below 1e-100 or above 1e100 in size, [`Error::TooShort`] without any point of positive weight, [`Error::InvalidParameter`] for a weight that is negative or not finite
-    /// and for the estimator's own parameters, [`Error::BeyondData`] where these ask for more than the data
+    /// [`Error::Parameter`]: `ColumnCount`, [`Error::Data`]: `LengthMismatch`, `NonFinite`, `Unit` for a column whose largest
+    /// value is below 1e-100 or above 1e100 in size, `TooShort` without any point of positive weight, [`Error::Parameter`] for a weight that is negative or not finite
+    /// and for the estimator's own parameters, `BeyondData` where these ask for more than the data
     /// can tell.
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Self::Fit>;
 
@@ -112,12 +112,8 @@ pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<()> {
     }
     let column = column.to_owned();
     Err(match values.iter().position(|v| !v.is_finite()) {
-        None => Error::Unit { column, largest },
-        Some(sample) => Error::NonFinite {
-            column,
-            sample,
-            value: values[sample],
-        },
+        None => Error::Data(DataError::Unit { column, largest }),
+        Some(sample) => Error::not_finite(column, sample, values[sample]),
     })
 }
 
@@ -131,11 +127,11 @@ fn surely_of_size(values: &[f64]) -> bool {
 /// `dimension` query columns of one length; their points may be anything, NaN included.
 pub(crate) fn check_queries<'a, 'b>(x: &'a [&'b [f64]], dimension: usize) -> Result<&'a [&'b [f64]]> {
     if x.len() != dimension {
-        return Err(Error::ColumnCount {
+        return Err(Error::Parameter(ParameterError::ColumnCount {
             what: "this regression",
             got: x.len(),
             expected: columns(dimension),
-        });
+        }));
     }
     equal_lengths(x)?;
     Ok(x)
@@ -148,11 +144,7 @@ pub(super) fn columns(count: usize) -> String {
 fn equal_lengths(x: &[&[f64]]) -> Result<()> {
     match x.iter().position(|column| column.len() != x[0].len()) {
         None => Ok(()),
-        Some(i) => Err(Error::LengthMismatch {
-            name: name_of(i, x.len()),
-            got: x[i].len(),
-            expected: x[0].len(),
-        }),
+        Some(i) => Err(Error::length(name_of(i, x.len()), x[i].len(), x[0].len())),
     }
 }
 
@@ -191,21 +183,17 @@ impl<'a> Checked<'a> {
             } else {
                 format!("1 to {}", columns(most))
             };
-            return Err(Error::ColumnCount {
+            return Err(Error::Parameter(ParameterError::ColumnCount {
                 what,
                 got: x.len(),
                 expected,
-            });
+            }));
         }
         equal_lengths(x)?;
         let n = x[0].len();
         for (name, values) in [("y", Some(y)), ("weights", weights)] {
             if let Some(values) = values.filter(|v| v.len() != n) {
-                return Err(Error::LengthMismatch {
-                    name: name.to_owned(),
-                    got: values.len(),
-                    expected: n,
-                });
+                return Err(Error::length(name, values.len(), n));
             }
         }
         let named = x.iter().enumerate().map(|(j, column)| (name_of(j, x.len()), *column));
@@ -215,17 +203,17 @@ impl<'a> Checked<'a> {
         if let Some(weights) = weights
             && let Some(i) = weights.iter().position(|&w| !(w >= 0.0 && w.is_finite()))
         {
-            return Err(Error::InvalidParameter {
-                name: format!("weights[{i}]"),
-                value: weights[i],
-                requirement: "zero or positive, and finite",
-            });
+            return Err(Error::parameter(
+                format!("weights[{i}]"),
+                weights[i],
+                "zero or positive, and finite",
+            ));
         }
         if let Some(weights) = weights {
             check_values("weights", weights)?;
         }
         if weights.map_or(n == 0, |w| w.iter().all(|w| *w == 0.0)) {
-            return Err(Error::TooShort { what, need: 1, got: 0 });
+            return Err(Error::too_short(what, 1, 0));
         }
         Ok(Checked { x, y, w: weights })
     }

@@ -44,11 +44,7 @@ impl Estimator for HaarRegression {
         if let Choice::Fixed(levels) = self.levels
             && levels > MOST_LEVELS
         {
-            return Err(Error::InvalidParameter {
-                name: "the number of levels".to_owned(),
-                value: levels as f64,
-                requirement: "at most 20",
-            });
+            return Err(Error::parameter("the number of levels", levels as f64, "at most 20"));
         }
         let points = Points::new("a Haar regression", 1, x, y, weights)?;
         let most = match self.levels {

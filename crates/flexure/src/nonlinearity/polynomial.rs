@@ -47,11 +47,7 @@ impl Estimator for PolynomialRegression {
         if let Choice::Fixed(degree) = self.degree
             && degree > HIGHEST
         {
-            return Err(Error::InvalidParameter {
-                name: "the degree".to_owned(),
-                value: degree as f64,
-                requirement: "at most 64",
-            });
+            return Err(Error::parameter("the degree", degree as f64, "at most 64"));
         }
         let points = Points::new("a polynomial regression", 1, x, y, weights)?;
         let tried = most_tried(&points).min(HIGHEST_TRIED + 1);

@@ -9,7 +9,7 @@ use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
 use super::functions::Functions;
 use super::least_squares::Nested;
-use crate::error::{Error, Result};
+use crate::error::{Error, ParameterError, Result};
 use crate::selection::Search;
 
 /// The most terms of a series: beyond, the cost O(n K^2) and the functions' rounding speak for another estimator.
@@ -141,11 +141,11 @@ impl Estimator for SeriesRegression {
         if let Choice::Fixed(terms) = self.terms
             && !(1..=MOST_TERMS).contains(&terms)
         {
-            return Err(Error::InvalidParameter {
-                name: "the number of terms".to_owned(),
-                value: terms as f64,
-                requirement: "between 1 and 256",
-            });
+            return Err(Error::parameter(
+                "the number of terms",
+                terms as f64,
+                "between 1 and 256",
+            ));
         }
         let points = Points::new("a series regression", 1, x, y, weights)?;
         let family = Family {
@@ -192,12 +192,12 @@ impl Family {
             if wanted <= most {
                 return Ok(());
             }
-            Err(Error::BeyondData {
+            Err(Error::Parameter(ParameterError::BeyondData {
                 parameter: self.parameter,
                 value: wanted - self.less,
                 most: most.saturating_sub(self.less),
                 reason,
-            })
+            }))
         };
         enough(distinct, "there are no more distinct values of x")?;
         let offset = if self.constant { points.mean() } else { 0.0 };

@@ -80,21 +80,13 @@ impl Surface {
     /// of them along every axis, the last axis's index running fastest.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for an axis without pieces or with ends that are not finite or not in order,
-    /// [`Error::TooShort`] without axes, [`Error::LengthMismatch`], [`Error::NonFinite`].
+    /// [`Error::Parameter`] for an axis without pieces or with ends that are not finite or not in order,
+    /// [`Error::Data`]: `TooShort` without axes, `LengthMismatch`, `NonFinite`.
     pub fn new(axes: Vec<SurfaceAxis>, coefficients: Vec<f64>) -> Result<Self> {
         if axes.is_empty() {
-            return Err(Error::TooShort {
-                what: "a surface",
-                need: 1,
-                got: 0,
-            });
+            return Err(Error::too_short("a surface", 1, 0));
         }
-        let invalid = |name: String, value: f64, requirement: &'static str| Error::InvalidParameter {
-            name,
-            value,
-            requirement,
-        };
+        let invalid = |name: String, value: f64, requirement: &'static str| Error::parameter(name, value, requirement);
         if axes.len() > MOST_INPUTS {
             let name = "the number of a surface's axes".to_owned();
             return Err(invalid(name, axes.len() as f64, "at most 6"));
@@ -111,18 +103,14 @@ impl Surface {
             expected = expected.saturating_mul(axis.pieces.saturating_add(OVERLAP - 1));
         }
         if coefficients.len() != expected {
-            return Err(Error::LengthMismatch {
-                name: "a surface's coefficients".to_owned(),
-                got: coefficients.len(),
-                expected,
-            });
+            return Err(Error::length("a surface's coefficients", coefficients.len(), expected));
         }
         if let Some(sample) = coefficients.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NonFinite {
-                column: "a surface's coefficients".to_owned(),
+            return Err(Error::not_finite(
+                "a surface's coefficients",
                 sample,
-                value: coefficients[sample],
-            });
+                coefficients[sample],
+            ));
         }
         Ok(Surface { axes, coefficients })
     }

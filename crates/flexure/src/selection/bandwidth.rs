@@ -257,11 +257,7 @@ impl LeaveOneOut {
 fn check_bandwidths(bandwidths: &[f64]) -> Result<()> {
     let bad = bandwidths.iter().find(|h| !(**h > 0.0 && h.is_finite()));
     bad.map_or(Ok(()), |bandwidth| {
-        Err(Error::InvalidParameter {
-            name: "the bandwidth".to_owned(),
-            value: *bandwidth,
-            requirement: "positive and finite",
-        })
+        Err(Error::parameter("the bandwidth", *bandwidth, "positive and finite"))
     })
 }
 

@@ -208,18 +208,14 @@ pub(super) fn moving_block(
         .replicates
         .unwrap_or((RESAMPLED / n).clamp(*REPLICATES.start(), *REPLICATES.end()));
     if !(1..=n).contains(&block) {
-        return Err(Error::InvalidParameter {
-            name: "the number of residuals in a block".to_owned(),
-            value: block as f64,
-            requirement: "at least 1 and at most the number of samples",
-        });
+        return Err(Error::parameter(
+            "the number of residuals in a block",
+            block as f64,
+            "at least 1 and at most the number of samples",
+        ));
     }
     if replicates == 0 {
-        return Err(Error::InvalidParameter {
-            name: "the number of replicates".to_owned(),
-            value: 0.0,
-            requirement: "at least 1",
-        });
+        return Err(Error::parameter("the number of replicates", 0.0, "at least 1"));
     }
     let h = InTime::new(x, y, weights, gap)?.search(kernel, degree).bandwidth;
     let pilot = Pilot::new(kernel, degree, [x, y], weights, h);

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Search;
 use super::h_block::gap_from_data;
-use crate::error::{Error, Result};
+use crate::error::{Error, ParameterError, Result, Stopped};
 use crate::interrupt;
 use crate::nonlinearity::{
     Choice, Estimator, HaarRegression, KernelRegression, NearestNeighbours, Points, PolynomialRegression,
@@ -135,7 +135,7 @@ impl BlockFolds {
     /// at most a tenth of the samples and at most 200.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`], [`Error::NonFinite`], [`Error::TooShort`] with fewer than 3 samples.
+    /// [`Error::Data`]: `LengthMismatch`, `NonFinite`, `TooShort` with fewer than 3 samples.
     pub fn for_data(x: &[f64], y: &[f64]) -> Result<Self> {
         crate::nonlinearity::kernel::check_points(x, y, 3)?;
         Ok(BlockFolds {
@@ -165,9 +165,9 @@ impl BlockFolds {
     /// depend on the number of threads.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for the number of blocks, for a gap that leaves a refit nothing and without candidates;
+    /// [`Error::Parameter`] for the number of blocks, for a gap that leaves a refit nothing and without candidates;
     /// the errors of [`Estimator::fit`], except that a candidate for which some refit has too few data
-    /// ([`Error::BeyondData`]) is given an infinite score, as long as another one is left.
+    /// ([`Error::Parameter`]: `BeyondData`) is given an infinite score, as long as another one is left.
     pub fn choose<P: Copy + Send + Sync, E: Estimator>(
         &self,
         candidates: &[P],
@@ -184,7 +184,7 @@ impl BlockFolds {
         let errors: Vec<Result<f64>> = jobs
             .into_par_iter()
             .map(|(c, b)| match interrupt.is_requested() {
-                true => Err(Error::Interrupted),
+                true => Err(Error::Stopped(Stopped::Interrupted)),
                 false => blocks[b].error(estimator(candidates[c])),
             })
             .collect();
@@ -199,7 +199,7 @@ impl BlockFolds {
             };
             match errors.iter().cloned().collect::<Result<Vec<f64>>>() {
                 Ok(sums) => (score.error, score.standard_error) = summary(&sums, &blocks, total),
-                Err(error @ Error::BeyondData { .. }) => refused = Some(error),
+                Err(error @ Error::Parameter(ParameterError::BeyondData { .. })) => refused = Some(error),
                 Err(error) => return Err(error),
             }
             curve.push(score);
@@ -208,11 +208,7 @@ impl BlockFolds {
             .min_by(|&i, &j| curve[i].error.total_cmp(&curve[j].error))
             .filter(|&i| curve[i].error < f64::INFINITY);
         let Some(best) = best else {
-            return Err(refused.unwrap_or(Error::InvalidParameter {
-                name: "the number of candidates".to_owned(),
-                value: 0.0,
-                requirement: "at least one",
-            }));
+            return Err(refused.unwrap_or(Error::parameter("the number of candidates", 0.0, "at least one")));
         };
         let last = curve.len() - 1;
         let steeper = |i: usize| curve[i].error - curve[best].error > FLAT * curve[i].error;
@@ -227,11 +223,11 @@ impl BlockFolds {
     fn blocks(&self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Vec<Block>> {
         let n = y.len();
         if !(2..=n.max(2)).contains(&self.folds) {
-            return Err(Error::InvalidParameter {
-                name: "the number of folds".to_owned(),
-                value: self.folds as f64,
-                requirement: "at least 2 and at most the number of samples",
-            });
+            return Err(Error::parameter(
+                "the number of folds",
+                self.folds as f64,
+                "at least 2 and at most the number of samples",
+            ));
         }
         // Also the samples that would only be predicted, so that bad ones are named by their place in the record.
         Points::new("block cross-validation", x.len().max(1), x, y, weights)?;
@@ -252,11 +248,11 @@ impl BlockFolds {
                     weight: 0.0,
                 };
                 if !block.train_w.iter().any(|w| *w > 0.0) {
-                    return Err(Error::InvalidParameter {
-                        name: "the gap".to_owned(),
-                        value: self.gap as f64,
-                        requirement: "small enough to leave samples of positive weight outside every block",
-                    });
+                    return Err(Error::parameter(
+                        "the gap",
+                        self.gap as f64,
+                        "small enough to leave samples of positive weight outside every block",
+                    ));
                 }
                 let weight = block.w.iter().sum();
                 Ok(Block { weight, ..block })

@@ -39,23 +39,19 @@ impl<'a> InTime<'a> {
     /// Takes checked samples, at least 3 of them of positive weight.
     ///
     /// # Errors
-    /// [`Error::TooShort`] for fewer than 4 samples, [`Error::InvalidParameter`] where `gap` leaves some sample less than 3
+    /// [`Error::Data`]: `TooShort` for fewer than 4 samples, [`Error::Parameter`] where `gap` leaves some sample less than 3
     /// others.
     pub fn new(x: &'a [f64], y: &[f64], weights: Option<&[f64]>, gap: usize) -> Result<Self> {
         let n = x.len();
         if n < 4 {
-            return Err(Error::TooShort {
-                what: "cross-validation over blocks",
-                need: 4,
-                got: n,
-            });
+            return Err(Error::too_short("cross-validation over blocks", 4, n));
         }
         if gap.saturating_mul(2).saturating_add(4) > n {
-            return Err(Error::InvalidParameter {
-                name: "the gap".to_owned(),
-                value: gap as f64,
-                requirement: "at most half the number of samples less 2, so that every sample keeps others",
-            });
+            return Err(Error::parameter(
+                "the gap",
+                gap as f64,
+                "at most half the number of samples less 2, so that every sample keeps others",
+            ));
         }
         let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
         let w = weights.map_or_else(|| vec![1.0; n], <[f64]>::to_vec);

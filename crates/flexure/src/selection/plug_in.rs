@@ -58,18 +58,18 @@ impl PlugIn {
             ),
         ] {
             if got < need {
-                return Err(Error::TooShort { what, need, got });
+                return Err(Error::too_short(what, need, got));
             }
         }
         let trim = (TRIM * data.len() as f64).floor() as usize;
         let points = Points::new(data, trim);
         let (low, high) = points.ends();
         if !(high > low) {
-            return Err(Error::TooShort {
-                what: "the plug-in bandwidth (counting distinct abscissas but for the outer hundredth of the samples)",
-                need: DISTINCT,
-                got: 1,
-            });
+            return Err(Error::too_short(
+                "the plug-in bandwidth (counting distinct abscissas but for the outer hundredth of the samples)",
+                DISTINCT,
+                1,
+            ));
         }
         let quartic = blocked_quartic(&points);
         let bins = Bins::new(&points);

@@ -5,7 +5,7 @@ use super::generalized::generalized;
 use super::h_block::{InTime, gap_from_data};
 use super::plug_in::PlugIn;
 use super::{BandwidthSearch, Score};
-use crate::error::{Error, Result};
+use crate::error::{Error, ParameterError, Result};
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, check_points, check_weights};
 
 /// How the bandwidth of a kernel estimate is chosen from the data. The table of [`crate::selection`] says when to use
@@ -180,12 +180,12 @@ pub fn choose_bandwidth(
             )
         }
         BandwidthRule::PlugIn if degree != Degree::Linear => {
-            return Err(Error::RuleUnsuited {
+            return Err(Error::Parameter(ParameterError::RuleUnsuited {
                 rule: rule.name(),
                 estimator: "kernel regression",
                 columns: 1,
                 instead: "it is made for the local line; take that, or another rule",
-            });
+            }));
         }
         BandwidthRule::PlugIn => {
             let found = PlugIn::from_data(&sorted())?;

@@ -25,7 +25,7 @@ use crate::error::{Error, Result};
 /// `n` samples: 0 before sample `start`, `amplitude` from it on.
 ///
 /// # Errors
-/// [`Error::InvalidParameter`] unless the amplitude is finite.
+/// [`Error::Parameter`] unless the amplitude is finite.
 pub fn step(n: usize, amplitude: f64, start: usize) -> Result<Vec<f64>> {
     if !amplitude.is_finite() {
         return Err(invalid("amplitude", amplitude, "finite"));
@@ -39,11 +39,7 @@ pub fn zero(n: usize) -> Vec<f64> {
 }
 
 fn invalid(name: &str, value: f64, requirement: &'static str) -> Error {
-    Error::InvalidParameter {
-        name: name.to_owned(),
-        value,
-        requirement,
-    }
+    Error::parameter(name, value, requirement)
 }
 
 /// Refuses a size that is negative or not finite.

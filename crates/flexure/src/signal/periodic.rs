@@ -39,7 +39,7 @@ const CLIP: [f64; 2] = [0.7, 0.97];
 /// The `n` samples are exactly one period.
 ///
 /// # Errors
-/// [`Error::InvalidParameter`](crate::Error::InvalidParameter) unless the amplitude is finite and
+/// [`Error::Parameter`](crate::Error::Parameter) unless the amplitude is finite and
 /// not negative and `0 <= f_min < f_max <= 1 / (2 sample_time)` with a harmonic in between.
 pub fn multisine(
     n: usize,
@@ -153,7 +153,7 @@ impl Chirp {
     /// A chirp of the given largest absolute value, frequencies in Hz and duration in s.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`](crate::Error::InvalidParameter) unless the amplitude is finite and
+    /// [`Error::Parameter`](crate::Error::Parameter) unless the amplitude is finite and
     /// not negative, `0 <= f_min < f_max` (`f_min` positive for a logarithmic sweep), and the
     /// duration is positive and finite.
     pub fn new(amplitude: f64, f_min: f64, f_max: f64, duration: f64, sweep: Sweep) -> Result<Self> {
@@ -194,7 +194,7 @@ impl Chirp {
     /// `n` samples from time 0 on.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`](crate::Error::InvalidParameter) unless the sample time is positive
+    /// [`Error::Parameter`](crate::Error::Parameter) unless the sample time is positive
     /// and `f_max` is at most half the sampling frequency.
     pub fn samples(&self, n: usize, sample_time: f64) -> Result<Vec<f64>> {
         check_band(self.f_min, self.f_max, sample_time)?;

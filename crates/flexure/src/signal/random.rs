@@ -10,7 +10,7 @@ use crate::error::Result;
 /// `n` independent samples, uniform on `-amplitude .. amplitude`.
 ///
 /// # Errors
-/// [`Error::InvalidParameter`](crate::Error::InvalidParameter) unless the amplitude is finite and
+/// [`Error::Parameter`](crate::Error::Parameter) unless the amplitude is finite and
 /// not negative.
 pub fn white_uniform(n: usize, amplitude: f64, seed: u64) -> Result<Vec<f64>> {
     check_amplitude(amplitude)?;
@@ -21,7 +21,7 @@ pub fn white_uniform(n: usize, amplitude: f64, seed: u64) -> Result<Vec<f64>> {
 /// `n` independent Gaussian samples of zero mean and the standard deviation `std`.
 ///
 /// # Errors
-/// [`Error::InvalidParameter`](crate::Error::InvalidParameter) unless `std` is finite and not
+/// [`Error::Parameter`](crate::Error::Parameter) unless `std` is finite and not
 /// negative.
 pub fn white_gaussian(n: usize, std: f64, seed: u64) -> Result<Vec<f64>> {
     const RANGE: &str = "a standard deviation, finite and not negative";
@@ -36,7 +36,7 @@ pub fn white_gaussian(n: usize, std: f64, seed: u64) -> Result<Vec<f64>> {
 /// independently and held for `hold` samples.
 ///
 /// # Errors
-/// [`Error::InvalidParameter`](crate::Error::InvalidParameter) unless the amplitude is finite and
+/// [`Error::Parameter`](crate::Error::Parameter) unless the amplitude is finite and
 /// not negative, there are at least two levels, and `hold` is at least 1.
 pub fn multilevel(n: usize, amplitude: f64, levels: usize, hold: usize, seed: u64) -> Result<Vec<f64>> {
     check_amplitude(amplitude)?;
@@ -99,7 +99,7 @@ const TAPS: [&[u32]; 23] = [
 /// the sequence starts.
 ///
 /// # Errors
-/// [`Error::InvalidParameter`](crate::Error::InvalidParameter) unless the amplitude is finite and
+/// [`Error::Parameter`](crate::Error::Parameter) unless the amplitude is finite and
 /// not negative, `hold` is at least 1, and the order is 2 to 24.
 pub fn prbs(n: usize, amplitude: f64, hold: usize, order: Option<u32>, seed: u64) -> Result<Vec<f64>> {
     check_amplitude(amplitude)?;

@@ -15,7 +15,7 @@
 use std::ops::ControlFlow;
 
 use super::tableau::*;
-use crate::error::{Error, IntegrationFailure, Result};
+use crate::error::{Error, IntegrationFailure, Result, SimulationError, Stopped};
 
 /// The accuracy asked of an integration.
 ///
@@ -48,13 +48,9 @@ impl Tolerances {
     /// Checks the ranges.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance outside its range.
+    /// [`Error::Parameter`] for a tolerance outside its range.
     pub fn check(&self) -> Result<()> {
-        let invalid = |name: &str, value, requirement| Error::InvalidParameter {
-            name: name.to_owned(),
-            value,
-            requirement,
-        };
+        let invalid = |name: &str, value, requirement| Error::parameter(name, value, requirement);
         if !(1e-14..=0.1).contains(&self.rtol) {
             return Err(invalid("rtol", self.rtol, "between 1e-14 and 0.1"));
         }
@@ -110,15 +106,15 @@ impl<const N: usize> Dop853<N> {
     /// Starts at time `t` in the state `x`.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance outside its range or a state that is not finite.
+    /// [`Error::Parameter`] for a tolerance outside its range or a state that is not finite.
     pub fn new(t: f64, x: [f64; N], tolerances: Tolerances) -> Result<Self> {
         tolerances.check()?;
         if let Some(i) = x.iter().position(|v| !v.is_finite()) {
-            return Err(Error::InvalidParameter {
-                name: format!("component {i} of the initial state"),
-                value: x[i],
-                requirement: "finite",
-            });
+            return Err(Error::parameter(
+                format!("component {i} of the initial state"),
+                x[i],
+                "finite",
+            ));
         }
         Ok(Dop853 {
             tolerances,
@@ -157,7 +153,7 @@ impl<const N: usize> Dop853<N> {
     /// after [`Dop853::restart`]. `watch` is called with the time now and then; `Break` stops.
     ///
     /// # Errors
-    /// [`Error::Integration`] with the time and the reason; [`Error::Cancelled`].
+    /// [`Error::Simulation`] with the time and the reason; [`Error::Stopped`].
     pub fn advance<F>(&mut self, rhs: &F, t_end: f64, watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()>
     where
         F: Fn(f64, &[f64; N]) -> [f64; N],
@@ -193,7 +189,7 @@ impl<const N: usize> Dop853<N> {
                 self.step = Some(if h < 0.5 * preferred { preferred } else { next });
                 rejected = false;
                 if self.statistics.accepted.is_multiple_of(STEPS_PER_CALL) && watch(self.t).is_break() {
-                    return Err(Error::Cancelled { time: self.t });
+                    return Err(Error::Stopped(Stopped::Simulating { time: self.t }));
                 }
             } else {
                 self.statistics.rejected += 1;
@@ -214,7 +210,7 @@ impl<const N: usize> Dop853<N> {
     }
 
     fn failure(&self, reason: IntegrationFailure) -> Error {
-        Error::Integration { time: self.t, reason }
+        Error::Simulation(SimulationError { time: self.t, reason })
     }
 
     /// Refuses a step beyond the permitted number.

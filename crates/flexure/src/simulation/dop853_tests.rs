@@ -1,6 +1,7 @@
 //! The integrator against problems with known solutions.
 
 use super::*;
+use crate::error::SimulationError;
 
 fn go_on(_: f64) -> ControlFlow<()> {
     ControlFlow::Continue(())
@@ -101,7 +102,7 @@ fn the_step_size_survives_samples_and_restarts() {
 fn a_solution_that_escapes_in_finite_time_is_an_error_near_that_time() {
     let mut solver = Dop853::new(0.0, [1.0], Tolerances::default()).unwrap();
     match solver.advance(&|_, x: &[f64; 1]| [x[0] * x[0]], 2.0, &mut go_on) {
-        Err(Error::Integration { time, reason }) => {
+        Err(Error::Simulation(SimulationError { time, reason })) => {
             assert!((time - 1.0).abs() < 1e-3, "{time} {reason}");
         }
         other => panic!("{other:?}"),

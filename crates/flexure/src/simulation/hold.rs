@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::Dop853;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stopped};
 
 /// The largest number of rows of a simulated record.
 const MOST_ROWS: f64 = 1e8;
@@ -19,14 +19,10 @@ impl Sampling {
     /// The instants of `duration` seconds, `sample_time` seconds apart.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless both are positive and finite, the duration is at least one
+    /// [`Error::Parameter`] unless both are positive and finite, the duration is at least one
     /// sample time, and there are at most 100 million instants.
     pub fn new(duration: f64, sample_time: f64) -> Result<Self> {
-        let invalid = |name: &str, value, requirement| Error::InvalidParameter {
-            name: name.to_owned(),
-            value,
-            requirement,
-        };
+        let invalid = |name: &str, value, requirement| Error::parameter(name, value, requirement);
         if !(sample_time > 0.0 && sample_time.is_finite()) {
             return Err(invalid("sample_time", sample_time, "positive and finite (in s)"));
         }
@@ -131,7 +127,7 @@ where
 /// Asks `watch` whether to go on.
 fn check(watch: &mut dyn FnMut(f64) -> ControlFlow<()>, time: f64) -> Result<()> {
     if watch(time).is_break() {
-        return Err(Error::Cancelled { time });
+        return Err(Error::Stopped(Stopped::Simulating { time }));
     }
     Ok(())
 }

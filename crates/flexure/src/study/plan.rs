@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::table::{RatePoint, RateResult, RateTable};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stopped};
 
 /// The fewest runs that give a standard error worth the name.
 const FEWEST_RUNS: usize = 20;
@@ -29,7 +29,7 @@ pub trait Experiment {
     /// Whether the setting makes sense.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a value outside its range.
+    /// [`Error::Parameter`] for a value outside its range.
     fn check(&self) -> Result<()>;
 
     /// One run of the experiment, everything prepared that does not change from run to run.
@@ -63,7 +63,7 @@ impl<S: Experiment + Clone + Sync> Study<S> {
     /// The result depends on the study alone, not on the number of threads.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a study outside the valid ranges, [`Error::Stopped`] if `progress` stopped it, and
+    /// [`Error::Parameter`] for a study outside the valid ranges, [`Error::Stopped`] if `progress` stopped it, and
     /// those of the estimators.
     pub fn run(&self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<RateTable<S>> {
         Checkpoint::new(self.clone()).run(progress)
@@ -76,21 +76,21 @@ impl<S: Experiment + Clone + Sync> Study<S> {
             ("runs", FEWEST_RUNS, self.runs, "at least 20"),
         ] {
             if got < need {
-                return Err(Error::InvalidParameter {
-                    name: format!("the number of {what} of a rate study"),
-                    value: got as f64,
+                return Err(Error::parameter(
+                    format!("the number of {what} of a rate study"),
+                    got as f64,
                     requirement,
-                });
+                ));
             }
         }
         let mut previous = 9;
         for (i, &n) in self.lengths.iter().enumerate() {
             if n <= previous {
-                return Err(Error::InvalidParameter {
-                    name: format!("lengths[{i}]"),
-                    value: n as f64,
-                    requirement: "at least 10, and greater than the one before it",
-                });
+                return Err(Error::parameter(
+                    format!("lengths[{i}]"),
+                    n as f64,
+                    "at least 10, and greater than the one before it",
+                ));
             }
             previous = n;
         }
@@ -186,7 +186,7 @@ impl<S: Experiment + Clone + Sync> Checkpoint<S> {
         let batch = study.batch(n);
         for first in (0..study.runs).step_by(batch) {
             if progress(spent, total).is_break() {
-                return Err(Error::Stopped { done: spent, total });
+                return Err(Error::Stopped(Stopped::Sampling { done: spent, total }));
             }
             let runs = first..study.runs.min(first + batch);
             spent += n * runs.len();

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::*;
-use crate::error::Error;
+use crate::error::{Error, Stopped};
 use crate::study::{Bandwidth, Checkpoint, FINITE_SAMPLES, RateResult, RateTable};
 
 fn study(settings: Vec<Setting>, lengths: &[usize], runs: usize) -> RateStudy {
@@ -131,7 +131,10 @@ fn the_table_depends_neither_on_threads_nor_on_interruptions() {
                 table = Some(t);
                 break;
             }
-            Err(e) => assert!(matches!(e, Error::Stopped { total: 16_000, .. }), "{e}"),
+            Err(e) => assert!(
+                matches!(e, Error::Stopped(Stopped::Sampling { total: 16_000, .. })),
+                "{e}"
+            ),
         }
     }
     assert_eq!(table, Some(one));

@@ -95,11 +95,11 @@ impl Experiment for RefinedSetting {
         if self.linear.is_stable() {
             return Ok(());
         }
-        Err(Error::InvalidParameter {
-            name: "the linear part's stability margin".to_owned(),
-            value: 0.0,
-            requirement: "positive: all poles inside the unit circle",
-        })
+        Err(Error::parameter(
+            "the linear part's stability margin",
+            0.0,
+            "positive: all poles inside the unit circle",
+        ))
     }
 
     fn prepared(&self) -> OneRun<'_> {

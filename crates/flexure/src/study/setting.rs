@@ -300,18 +300,14 @@ impl Setting {
     }
 
     /// # Errors
-    /// [`Error::InvalidParameter`] for a bandwidth, an interval, a noise or an input range that makes no sense, and
+    /// [`Error::Parameter`] for a bandwidth, an interval, a noise or an input range that makes no sense, and
     /// for an unstable linear part.
     pub(super) fn problems(&self) -> Result<()> {
         let require = |name: &str, value: f64, valid: bool, requirement: &'static str| {
             if valid {
                 return Ok(());
             }
-            Err(Error::InvalidParameter {
-                name: name.to_owned(),
-                value,
-                requirement,
-            })
+            Err(Error::parameter(name, value, requirement))
         };
         let positive = |v: f64| v > 0.0 && v.is_finite();
         let Bandwidth { constant, exponent } = self.bandwidth;

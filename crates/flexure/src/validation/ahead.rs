@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 /// prediction is the simulation at every horizon.
 ///
 /// # Errors
-/// [`Error::LengthMismatch`], [`Error::NonFinite`] for a measured or simulated value, and [`Error::InvalidParameter`] for a horizon of zero
+/// [`Error::Data`]: `LengthMismatch`, `NonFinite` for a measured or simulated value, and [`Error::Parameter`] for a horizon of zero
 /// or an autoregression that does not start with 1.
 ///
 /// ```
@@ -26,33 +26,21 @@ use crate::error::{Error, Result};
 /// ```
 pub fn predict_ahead(simulated: &[f64], measured: &[f64], whitening: &[f64], horizon: usize) -> Result<Vec<f64>> {
     if horizon == 0 {
-        return Err(Error::InvalidParameter {
-            name: "the horizon".to_owned(),
-            value: 0.0,
-            requirement: "at least 1",
-        });
+        return Err(Error::parameter("the horizon", 0.0, "at least 1"));
     }
     if let Some(first) = whitening.first().filter(|first| **first != 1.0) {
-        return Err(Error::InvalidParameter {
-            name: "the first coefficient of the noise model".to_owned(),
-            value: *first,
-            requirement: "1",
-        });
+        return Err(Error::parameter(
+            "the first coefficient of the noise model",
+            *first,
+            "1",
+        ));
     }
     if measured.len() != simulated.len() {
-        return Err(Error::LengthMismatch {
-            name: "the measurement".to_owned(),
-            got: measured.len(),
-            expected: simulated.len(),
-        });
+        return Err(Error::length("the measurement", measured.len(), simulated.len()));
     }
     for (column, values) in [("the measurement", measured), ("the simulation", simulated)] {
         if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NonFinite {
-                column: column.to_owned(),
-                sample,
-                value: values[sample],
-            });
+            return Err(Error::not_finite(column, sample, values[sample]));
         }
     }
     let weights = weights(whitening, horizon.min(measured.len()));
@@ -80,6 +68,7 @@ fn weights(whitening: &[f64], horizon: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use crate::error::DataError;
     use rand::{RngExt, SeedableRng};
 
     use super::*;
@@ -145,7 +134,7 @@ mod tests {
         assert!(message(&[1.0], &[1.0], &[2.0, 1.0], 1).contains("noise model"));
         assert!(matches!(
             predict_ahead(&[1.0], &[], &[1.0], 1),
-            Err(Error::LengthMismatch { .. })
+            Err(Error::Data(DataError::LengthMismatch { .. }))
         ));
         assert!(message(&[1.0, 2.0], &[1.0, f64::NAN], &[1.0], 1).contains("sample 1"));
     }

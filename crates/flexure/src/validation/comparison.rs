@@ -30,30 +30,18 @@ impl PairedComparison {
     /// Compares two models' errors at the same samples.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`]; [`Error::TooShort`] with fewer than 40 samples; [`Error::NonFinite`].
+    /// [`Error::Data`]: `LengthMismatch`; `TooShort` with fewer than 40 samples; `NonFinite`.
     pub fn new(first: &[f64], second: &[f64]) -> Result<Self> {
         let n = first.len();
         if second.len() != n {
-            return Err(Error::LengthMismatch {
-                name: "the second model's error".to_owned(),
-                got: second.len(),
-                expected: n,
-            });
+            return Err(Error::length("the second model's error", second.len(), n));
         }
         if n < FEWEST {
-            return Err(Error::TooShort {
-                what: "a comparison of two models",
-                need: FEWEST,
-                got: n,
-            });
+            return Err(Error::too_short("a comparison of two models", FEWEST, n));
         }
         for (name, errors) in [("the first model's error", first), ("the second model's error", second)] {
             if let Some(sample) = errors.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NonFinite {
-                    column: name.to_owned(),
-                    sample,
-                    value: errors[sample],
-                });
+                return Err(Error::not_finite(name, sample, errors[sample]));
             }
         }
         // Squares of squares would overflow or vanish in extreme units.
@@ -83,6 +71,7 @@ impl PairedComparison {
 
 #[cfg(test)]
 mod tests {
+    use crate::error::DataError;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
@@ -139,15 +128,15 @@ mod tests {
     fn what_cannot_be_compared_is_refused() {
         assert!(matches!(
             PairedComparison::new(&[1.0; 50], &[1.0; 49]),
-            Err(Error::LengthMismatch { .. })
+            Err(Error::Data(DataError::LengthMismatch { .. }))
         ));
         assert!(matches!(
             PairedComparison::new(&[1.0; 9], &[1.0; 9]),
-            Err(Error::TooShort { need: 40, got: 9, .. })
+            Err(Error::Data(DataError::TooShort { need: 40, got: 9, .. }))
         ));
         assert!(matches!(
             PairedComparison::new(&[f64::NAN; 50], &[1.0; 50]),
-            Err(Error::NonFinite { sample: 0, .. })
+            Err(Error::Data(DataError::NonFinite { sample: 0, .. }))
         ));
     }
 }

@@ -54,7 +54,7 @@ impl InitialState {
 /// further from the measurement than [`Block::simulate`].
 ///
 /// # Errors
-/// [`Error::LengthMismatch`], and [`Error::TooShort`] for fewer measured samples than the model has states.
+/// [`Error::Data`]: `LengthMismatch`, and `TooShort` for fewer measured samples than the model has states.
 ///
 /// ```
 /// use flexure::linear::TransferFunction;
@@ -81,22 +81,18 @@ pub fn estimate_initial_state_of_inputs(block: &Block, inputs: &[&[f64]], measur
     block.check_inputs(inputs)?;
     let input = inputs.first().copied().unwrap_or_default();
     if measured.len() != input.len() {
-        return Err(Error::LengthMismatch {
-            name: "the measurement".to_owned(),
-            got: measured.len(),
-            expected: input.len(),
-        });
+        return Err(Error::length("the measurement", measured.len(), input.len()));
     }
     let count = block.states();
     let longest = block.settling(SETTLED).max(SAMPLES_A_STATE * count);
     let samples = longest.min(input.len());
     let known: Vec<usize> = (0..samples).filter(|t| measured[*t].is_finite()).collect();
     if known.len() < count {
-        return Err(Error::TooShort {
-            what: "the estimation of an initial state",
-            need: count,
-            got: known.len(),
-        });
+        return Err(Error::too_short(
+            "the estimation of an initial state",
+            count,
+            known.len(),
+        ));
     }
     let mut levels = Vec::new();
     let steady = block.levels(inputs, &mut levels);
@@ -159,6 +155,7 @@ fn sizes(block: &Block, inputs: &[&[f64]]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use crate::error::DataError;
     use rand::{RngExt, SeedableRng};
 
     use super::*;
@@ -251,10 +248,13 @@ mod tests {
         let simulated = estimate_initial_state(block, u, &y).unwrap().simulate(block, u);
         assert!(simulated.iter().zip(&truth).all(|(s, y)| (s - y).abs() < 1e-5));
         let error = estimate_initial_state(block, &u[..2], &truth[..2]).unwrap_err();
-        assert!(matches!(error, Error::TooShort { need: 3, got: 2, .. }), "{error}");
+        assert!(
+            matches!(error, Error::Data(DataError::TooShort { need: 3, got: 2, .. })),
+            "{error}"
+        );
         assert!(matches!(
             estimate_initial_state(block, u, &truth[..5]),
-            Err(Error::LengthMismatch { .. })
+            Err(Error::Data(DataError::LengthMismatch { .. }))
         ));
     }
 

@@ -21,30 +21,18 @@ impl FitMeasures {
     /// Compares a measured and a predicted signal.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`], [`Error::TooShort`] (nothing to compare), [`Error::NonFinite`], [`Error::Unit`], and
-    /// [`Error::Constant`] for a constant measurement, against which no fit is defined.
+    /// [`Error::Data`]: `LengthMismatch`, `TooShort` (nothing to compare), `NonFinite`, `Unit`, and
+    /// `Constant` for a constant measurement, against which no fit is defined.
     pub fn new(measured: &[f64], predicted: &[f64]) -> Result<Self> {
         if measured.len() != predicted.len() {
-            return Err(Error::LengthMismatch {
-                name: "the prediction".to_owned(),
-                got: predicted.len(),
-                expected: measured.len(),
-            });
+            return Err(Error::length("the prediction", predicted.len(), measured.len()));
         }
         if measured.is_empty() {
-            return Err(Error::TooShort {
-                what: "a comparison",
-                need: 1,
-                got: 0,
-            });
+            return Err(Error::too_short("a comparison", 1, 0));
         }
         for (column, values) in [("the measurement", measured), ("the prediction", predicted)] {
             if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NonFinite {
-                    column: column.to_owned(),
-                    sample,
-                    value: values[sample],
-                });
+                return Err(Error::not_finite(column, sample, values[sample]));
             }
         }
         check_size("the measurement", measured)?;
@@ -52,10 +40,7 @@ impl FitMeasures {
         let centre = mean(measured);
         let spread: f64 = measured.iter().map(|y| (y - centre).powi(2)).sum();
         if !(spread > 0.0) {
-            return Err(Error::Constant {
-                column: "the measurement".to_owned(),
-                value: centre,
-            });
+            return Err(Error::constant("the measurement", centre));
         }
         let error: f64 = measured.iter().zip(predicted).map(|(y, p)| (y - p).powi(2)).sum();
         Ok(FitMeasures {
@@ -70,6 +55,7 @@ impl FitMeasures {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::DataError;
 
     #[test]
     fn the_mean_scores_zero_and_the_truth_a_hundred() {
@@ -85,16 +71,19 @@ mod tests {
     fn what_cannot_be_compared_is_refused() {
         assert!(matches!(
             FitMeasures::new(&[1.0], &[]),
-            Err(Error::LengthMismatch { .. })
+            Err(Error::Data(DataError::LengthMismatch { .. }))
         ));
-        assert!(matches!(FitMeasures::new(&[], &[]), Err(Error::TooShort { .. })));
+        assert!(matches!(
+            FitMeasures::new(&[], &[]),
+            Err(Error::Data(DataError::TooShort { .. }))
+        ));
         assert!(matches!(
             FitMeasures::new(&[2.0, 2.0], &[1.0, 1.0]),
-            Err(Error::Constant { .. })
+            Err(Error::Data(DataError::Constant { .. }))
         ));
         assert!(matches!(
             FitMeasures::new(&[2.0, 1.0], &[1.0, f64::NAN]),
-            Err(Error::NonFinite { sample: 1, .. })
+            Err(Error::Data(DataError::NonFinite { sample: 1, .. }))
         ));
     }
 }

@@ -223,7 +223,7 @@ impl ResidualTests {
     /// A residual that is exactly constant passes: there is nothing left to explain.
     ///
     /// # Errors
-    /// [`Error::LengthMismatch`]; [`Error::TooShort`] with fewer than 40 samples.
+    /// [`Error::Data`]: `LengthMismatch`; `TooShort` with fewer than 40 samples.
     pub fn new(e: &[f64], u: &[f64]) -> Result<Self> {
         Self::all(e, u, &Conditions::default())
     }
@@ -317,18 +317,10 @@ impl ResidualTests {
             ("the prediction", predicted.map_or(n, <[f64]>::len)),
         ];
         if let Some((name, got)) = columns.into_iter().find(|c| c.1 != n) {
-            return Err(Error::LengthMismatch {
-                name: name.to_owned(),
-                got,
-                expected: n,
-            });
+            return Err(Error::length(name, got, n));
         }
         if n < FEWEST {
-            return Err(Error::TooShort {
-                what: "a residual test",
-                need: FEWEST,
-                got: n,
-            });
+            return Err(Error::too_short("a residual test", FEWEST, n));
         }
         let lags = LAGS.min(n / 5);
         let squared = |v: &[f64]| -> Vec<f64> {

@@ -1,3 +1,4 @@
+use flexure::error::{DataError, Stopped};
 use std::ops::ControlFlow;
 
 use flexure::Error;
@@ -193,14 +194,14 @@ fn what_cannot_be_identified_is_refused_in_words() {
         "a Hammerstein-Wiener fit (besides the fresh part) needs at least 200 samples, but there are 187"
     );
     let error = HammersteinWiener::default().identify(&record, "u", "z").unwrap_err();
-    assert!(matches!(error, Error::MissingColumn { .. }), "{error}");
+    assert!(matches!(error, Error::Data(DataError::MissingColumn { .. })), "{error}");
     let error = HammersteinWiener { fresh_share: 0.99 }
         .identify(&record, "u", "y")
         .unwrap_err();
     assert!(error.to_string().contains("the fresh share is 0.99"), "{error}");
     let flat = Record::new([("u", vec![1.0; 400]), ("y", uniform(400, 1))]).unwrap();
     let error = HammersteinWiener::default().identify(&flat, "u", "y").unwrap_err();
-    assert!(matches!(error, Error::Constant { .. }), "{error}");
+    assert!(matches!(error, Error::Data(DataError::Constant { .. })), "{error}");
 }
 
 #[test]
@@ -209,5 +210,5 @@ fn it_stops_when_asked() {
     let error = HammersteinWiener::default()
         .identify_with(&record, "u", "y", &mut |_| ControlFlow::Break(()))
         .unwrap_err();
-    assert!(matches!(error, Error::IdentificationStopped { .. }), "{error}");
+    assert!(matches!(error, Error::Stopped(Stopped::Identifying { .. })), "{error}");
 }

@@ -1,4 +1,5 @@
 use flexure::Error;
+use flexure::error::DataError;
 use flexure::identify::MultipleInputs;
 use flexure::record::Record;
 
@@ -66,11 +67,11 @@ fn what_cannot_be_identified_is_refused_in_words() {
     assert_eq!(error.to_string(), "two columns are named 'p'; column names must differ");
     assert!(matches!(
         all.identify(&record, &[], "y").unwrap_err(),
-        Error::TooShort { .. }
+        Error::Data(DataError::TooShort { .. })
     ));
     assert!(matches!(
         all.identify(&record, &["p", "q"], "y").unwrap_err(),
-        Error::TooShort { got: 300, .. }
+        Error::Data(DataError::TooShort { got: 300, .. })
     ));
     let longer = Record::new([("p", uniform(600, 1)), ("q", uniform(600, 2)), ("y", uniform(600, 3))]).unwrap();
     let result = all.identify(&longer, &["p", "q"], "y").unwrap();
@@ -79,11 +80,11 @@ fn what_cannot_be_identified_is_refused_in_words() {
     assert!(
         matches!(
             error,
-            Error::LengthMismatch {
+            Error::Data(DataError::LengthMismatch {
                 got: 1,
                 expected: 2,
                 ..
-            }
+            })
         ),
         "{error}"
     );

@@ -1,6 +1,7 @@
 //! Sums of branches with one input.
 
 use flexure::Error;
+use flexure::error::ParameterError;
 use flexure::identify::{Parallel, ParallelIdentification};
 use flexure::linear::TransferFunction;
 use flexure::model::Block;
@@ -132,7 +133,7 @@ fn what_cannot_be_fitted_is_refused_in_words() {
             ..Default::default()
         };
         let error = method.identify(&record, "u", "y").unwrap_err();
-        assert!(matches!(error, Error::InvalidParameter { .. }));
+        assert!(matches!(error, Error::Parameter(ParameterError::OutOfRange { .. })));
         let words = error.to_string();
         assert!(
             words.contains("the number of branches") && words.contains("between 1 and 5"),

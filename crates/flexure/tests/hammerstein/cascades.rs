@@ -58,7 +58,11 @@ fn check(case: &Case, model: &Block, predicted: &[f64], verdict: &Verdict, warni
 /// An error is fine if it says something.
 fn refused(error: &flexure::Error) -> Result<(), String> {
     let words = error.to_string();
-    match words.len() > 20 && !matches!(error, flexure::Error::IdentificationStopped { .. }) {
+    match words.len() > 20
+        && !matches!(
+            error,
+            flexure::Error::Stopped(flexure::error::Stopped::Identifying { .. })
+        ) {
         true => Ok(()),
         false => Err(words),
     }

@@ -1,6 +1,7 @@
 //! The refined identification: near what knowledge of the linear part allows, with honest standard errors.
 
 use flexure::Error;
+use flexure::error::DataError;
 use flexure::identify::{BreakpointKind, Calibration, Form, RefinedHammerstein, RefinedIdentification, Warning};
 use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts, relative_error_after_alignment};
 
@@ -171,7 +172,7 @@ fn missing_samples_are_skipped() {
     }
     let holes = record(complete.column("u").unwrap().to_vec(), y);
     let refused = RefinedHammerstein::default().identify(&holes, "u", "y");
-    assert!(matches!(refused, Err(Error::NonFinite { .. })));
+    assert!(matches!(refused, Err(Error::Data(DataError::NonFinite { .. }))));
     let method = RefinedHammerstein {
         missing: true,
         ..Default::default()
@@ -290,11 +291,11 @@ fn parameters_out_of_range_are_refused() {
     assert!(error.to_string().contains("needs at least 100 samples"), "{error}");
     assert!(matches!(
         default.identify(&record, "u", "x"),
-        Err(Error::MissingColumn { .. })
+        Err(Error::Data(DataError::MissingColumn { .. }))
     ));
     assert!(matches!(
         default.identify_experiments(&[], "u", "y"),
-        Err(Error::TooShort { .. })
+        Err(Error::Data(DataError::TooShort { .. }))
     ));
 }
 

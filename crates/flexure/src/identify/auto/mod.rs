@@ -272,7 +272,7 @@ impl Auto {
     /// identification by returning [`ControlFlow::Break`].
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`](crate::Error::IdentificationStopped) if `progress` stopped it.
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if `progress` stopped it.
     pub fn identify_with(
         &self,
         record: &Record,

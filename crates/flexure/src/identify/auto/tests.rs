@@ -1,5 +1,6 @@
 //! Structures named from small records, and the rules of the judgement on errors made up for them.
 
+use crate::error::{DataError, ParameterError, Stopped};
 use std::ops::ControlFlow;
 
 use rand::{RngExt, SeedableRng};
@@ -136,7 +137,7 @@ fn it_can_be_stopped_in_every_structure_says_what_it_does_and_repeats_itself() {
             }
         };
         let error = Auto::default().identify_with(&record, "u", "y", progress).unwrap_err();
-        assert!(matches!(error, Error::IdentificationStopped { .. }), "{error}");
+        assert!(matches!(error, Error::Stopped(Stopped::Identifying { .. })), "{error}");
         assert_eq!(seen.last(), Some(&stop));
     }
     assert_eq!(identify(&record), identify(&record));
@@ -172,11 +173,11 @@ fn what_cannot_be_compared_is_refused() {
     assert!(
         matches!(
             error,
-            Error::TooShort {
+            Error::Data(DataError::TooShort {
                 need: 200,
                 got: 187,
                 ..
-            }
+            })
         ),
         "{error}"
     );
@@ -187,7 +188,10 @@ fn what_cannot_be_compared_is_refused() {
             exhaustive: false,
         },
     );
-    assert!(matches!(error, Error::InvalidParameter { .. }), "{error}");
+    assert!(
+        matches!(error, Error::Parameter(ParameterError::OutOfRange { .. })),
+        "{error}"
+    );
 }
 
 fn identify_error(record: &Record, method: Auto) -> Error {

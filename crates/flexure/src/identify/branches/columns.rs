@@ -28,8 +28,8 @@ impl<'a> Columns<'a> {
     /// Checks the columns; `what` names the fit in the error about too few samples.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`],
-    /// [`Error::Unit`], [`Error::InvalidParameter`] for a share outside 0.05 to 0.9.
+    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort`,
+    /// `Unit`, [`Error::Parameter`] for a share outside 0.05 to 0.9.
     pub fn new(
         record: &'a Record,
         inputs: &[&str],

@@ -45,11 +45,11 @@ impl Calibration {
         };
         for (name, pair) in [("x2 of the calibration", x), ("phi(x2) of the calibration", phi)] {
             if !(pair[0] != pair[1] && pair.iter().all(|v| v.is_finite())) {
-                return Err(Error::InvalidParameter {
-                    name: name.to_owned(),
-                    value: pair[1],
-                    requirement: "finite and different from the first point's",
-                });
+                return Err(Error::parameter(
+                    name,
+                    pair[1],
+                    "finite and different from the first point's",
+                ));
             }
         }
         Ok(())
@@ -122,19 +122,19 @@ fn two_points(
     phi: &[f64; 2],
 ) -> Result<Calibrated> {
     if let Some(i) = (0..2).find(|&i| m[i].is_nan()) {
-        return Err(Error::InvalidParameter {
-            name: format!("x{} of the calibration", i + 1),
-            value: x[i],
-            requirement: "a point with data within a bandwidth",
-        });
+        return Err(Error::parameter(
+            format!("x{} of the calibration", i + 1),
+            x[i],
+            "a point with data within a bandwidth",
+        ));
     }
     let d = (m[0] - m[1]) / (phi[0] - phi[1]);
     if !(d != 0.0 && d.is_finite()) {
-        return Err(Error::InvalidParameter {
-            name: "the estimate's difference at the calibration points".to_owned(),
-            value: m[0] - m[1],
-            requirement: "non-zero; choose points at which the nonlinearity differs",
-        });
+        return Err(Error::parameter(
+            "the estimate's difference at the calibration points",
+            m[0] - m[1],
+            "non-zero; choose points at which the nonlinearity differs",
+        ));
     }
     let alpha = m[0] - phi[0] * d;
     let mean = (mean_of_m - alpha) / d;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{LARGEST_ORDER, Regression};
-use crate::error::{Error, Result};
+use crate::error::{DataError, Error, Result};
 use crate::identify::outcome::{ChosenOrder, OrderScore, Psi};
 use crate::linalg;
 use crate::linear::TransferFunction;
@@ -193,11 +193,11 @@ pub(super) fn linear_part(
         }
     }
     let Some((model, score)) = best else {
-        return Err(Error::ResponseTooShort {
+        return Err(Error::Data(DataError::ResponseTooShort {
             delay,
             lags: k.len(),
             need: 2 * given.unwrap_or(0) + 1,
-        });
+        }));
     };
     let hankel_singular_values = hankel_singular_values(k, 20).unwrap_or_default();
     let order = ChosenOrder {

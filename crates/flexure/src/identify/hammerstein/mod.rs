@@ -53,7 +53,7 @@ const PASSES: usize = 4;
 
 /// More than this share of the impulse response beyond the last lag: it has not settled.
 const UNSETTLED: f64 = 0.05;
-/// A purpose of a part of the record, in [`Error::ConstantPart`].
+/// A purpose of a part of the record, in [`Error::Data`]: `ConstantPart`.
 const FOR_THE_FIT: &str = "used for the fit";
 
 /// Which lag the output is regressed at.
@@ -134,18 +134,18 @@ impl PlainHammerstein {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::ConstantPart`] (the input
-    /// over the samples of the fit, the output over those or over the fresh ones), [`Error::TooShort`] (fewer than
-    /// 100 samples for the fit), [`Error::InvalidParameter`] for a parameter outside its range.
+    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart` (the input
+    /// over the samples of the fit, the output over those or over the fresh ones), `TooShort` (fewer than
+    /// 100 samples for the fit), [`Error::Parameter`] for a parameter outside its range.
     pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
         let (u, y) = (record.finite(input)?, record.finite(output)?);
         let fitted = self.check(u.len())?;
         if fitted < FEWEST {
-            return Err(Error::TooShort {
-                what: "a Hammerstein fit (besides the fresh part)",
-                need: FEWEST,
-                got: fitted,
-            });
+            return Err(Error::too_short(
+                "a Hammerstein fit (besides the fresh part)",
+                FEWEST,
+                fitted,
+            ));
         }
         must_vary(input, u, 0..fitted, FOR_THE_FIT)?;
         must_vary(output, y, 0..fitted, FOR_THE_FIT)?;
@@ -160,11 +160,7 @@ impl PlainHammerstein {
             if valid {
                 Ok(())
             } else {
-                Err(Error::InvalidParameter {
-                    name: name.to_owned(),
-                    value,
-                    requirement,
-                })
+                Err(Error::parameter(name, value, requirement))
             }
         };
         parameter(

@@ -136,9 +136,9 @@ impl JointInputs {
     /// Identifies the system from `inputs`, two to four, to `output`.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::DuplicateColumn`] for an input that is given twice, [`Error::NonFinite`],
-    /// [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`] (fewer than 200 samples an input for the
-    /// fit), [`Error::Unit`], [`Error::InvalidParameter`] for a parameter outside its range and for another number of inputs.
+    /// [`Error::Data`]: `MissingColumn`, `DuplicateColumn` for an input that is given twice, `NonFinite`,
+    /// `Constant`, `ConstantPart`, `TooShort` (fewer than 200 samples an input for the
+    /// fit), `Unit`, [`Error::Parameter`] for a parameter outside its range and for another number of inputs.
     pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<JointInputsIdentification> {
         self.identify_with(record, inputs, output, &mut |_| ControlFlow::Continue(()))
     }
@@ -149,7 +149,7 @@ impl JointInputs {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`] if `progress` stopped it.
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`] if `progress` stopped it.
     pub fn identify_with(
         &self,
         record: &Record,
@@ -158,11 +158,11 @@ impl JointInputs {
         progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
     ) -> Result<JointInputsIdentification> {
         if !(2..=MOST_INPUTS).contains(&inputs.len()) {
-            return Err(Error::InvalidParameter {
-                name: "the number of inputs of a joint nonlinearity".to_owned(),
-                value: inputs.len() as f64,
-                requirement: "2 to 4",
-            });
+            return Err(Error::parameter(
+                "the number of inputs of a joint nonlinearity",
+                inputs.len() as f64,
+                "2 to 4",
+            ));
         }
         refuse_repeated(inputs)?;
         let what = "a fit with a joint nonlinearity (besides the fresh part)";

@@ -105,7 +105,7 @@ impl Parallel {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`] if `progress` stopped it.
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`] if `progress` stopped it.
     pub fn identify_with(
         &self,
         record: &Record,
@@ -117,11 +117,11 @@ impl Parallel {
             None => 1..=MOST_CHOSEN,
             Some(count) if (1..=MOST).contains(&count) => count..=count,
             Some(count) => {
-                return Err(Error::InvalidParameter {
-                    name: "the number of branches".to_owned(),
-                    value: count as f64,
-                    requirement: "between 1 and 5",
-                });
+                return Err(Error::parameter(
+                    "the number of branches",
+                    count as f64,
+                    "between 1 and 5",
+                ));
             }
         };
         let what = "a fit of branches in parallel (besides the fresh part)";

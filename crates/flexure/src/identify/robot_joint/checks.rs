@@ -2,7 +2,7 @@
 
 use super::outcome::Finding;
 use super::smooth::Noise;
-use crate::error::{Error, Result, check_size};
+use crate::error::{DataError, Error, Result, check_size};
 
 /// The fewest samples that are looked at.
 pub(super) const FEWEST: usize = 200;
@@ -27,32 +27,17 @@ const STEEP: f64 = 3.0;
 /// Refuses a column of a joint's log that cannot be used at all.
 pub(super) fn column(name: &str, samples: &[f64], length: usize) -> Result<()> {
     if samples.len() != length {
-        return Err(Error::LengthMismatch {
-            name: name.to_owned(),
-            got: samples.len(),
-            expected: length,
-        });
+        return Err(Error::length(name, samples.len(), length));
     }
     if length < FEWEST {
-        return Err(Error::TooShort {
-            what: "a joint's friction and inertia",
-            need: FEWEST,
-            got: length,
-        });
+        return Err(Error::too_short("a joint's friction and inertia", FEWEST, length));
     }
     if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
-        return Err(Error::NonFinite {
-            column: name.to_owned(),
-            sample,
-            value: samples[sample],
-        });
+        return Err(Error::not_finite(name, sample, samples[sample]));
     }
     check_size(name, samples)?;
     if samples.iter().all(|v| *v == samples[0]) {
-        return Err(Error::Constant {
-            column: name.to_owned(),
-            value: samples[0],
-        });
+        return Err(Error::constant(name, samples[0]));
     }
     Ok(())
 }
@@ -74,11 +59,7 @@ pub(super) fn settings(sample_time: f64, level: f64) -> Result<()> {
         ),
     ] {
         if !inside {
-            return Err(Error::InvalidParameter {
-                name: name.to_owned(),
-                value,
-                requirement,
-            });
+            return Err(Error::parameter(name, value, requirement));
         }
     }
     Ok(())
@@ -97,11 +78,11 @@ pub(super) fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
     // A motion that fast everywhere is no jump.
     match jumps.into_iter().find(|(turn, _)| median < 0.1 * turn) {
         None => Ok(()),
-        Some((_, at)) => Err(Error::WrappedAngle {
+        Some((_, at)) => Err(Error::Data(DataError::WrappedAngle {
             column: name.to_owned(),
             sample: at + 1,
             jump: q[at + 1] - q[at],
-        }),
+        })),
     }
 }
 
@@ -246,7 +227,7 @@ pub(super) fn resolved(noises: &[Noise], samples: usize, step: f64) -> Result<()
     match noises.iter().find(|n| n.unresolved) {
         // Long enough for equations below the frequency where the trouble begins.
         Some(noise) if noise.fall > STEEP || samples < 4 * FEWEST => {
-            Err(Error::SampledTooSlowly { step, band: noise.band })
+            Err(Error::Data(DataError::SampledTooSlowly { step, band: noise.band }))
         }
         _ => Ok(()),
     }

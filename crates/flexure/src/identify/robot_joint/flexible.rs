@@ -14,7 +14,7 @@ use super::pair::{Free, Pair};
 use super::rigid::{FEWEST_LINES, RESOLVED, RigidJoint, band, least_band, widened};
 use super::skew;
 use super::smooth::{Noise, Reflected};
-use crate::error::{Error, Result};
+use crate::error::{DataError, Error, Result};
 use crate::linalg::Complex;
 
 /// The highest frequency of the equations as a share of the sampling rate, and in bands of the motion.
@@ -69,11 +69,11 @@ impl FlexibleJoint<'_> {
         if let Some(value) = self.motor_inertia
             && !(value > 0.0 && value.is_finite())
         {
-            return Err(Error::InvalidParameter {
-                name: "the motor's inertia".to_owned(),
+            return Err(Error::parameter(
+                "the motor's inertia",
                 value,
-                requirement: "positive and finite, in kg m^2",
-            });
+                "positive and finite, in kg m^2",
+            ));
         }
         checks::unwrapped("motor", self.motor)?;
         checks::unwrapped("link", self.link)
@@ -101,11 +101,11 @@ impl FlexibleJoint<'_> {
         let highest = (HIGHEST / step).min((BANDS * widest).max(least_band(self.link.len(), step)));
         let modulation = Modulation::new(self.link.len(), step, highest);
         if modulation.len() < FEWEST_LINES {
-            return Err(Error::TooShort {
-                what: "the equations of motion at enough frequencies",
-                need: (FEWEST_LINES as f64 / (highest * step)).ceil() as usize,
-                got: self.link.len(),
-            });
+            return Err(Error::too_short(
+                "the equations of motion at enough frequencies",
+                (FEWEST_LINES as f64 / (highest * step)).ceil() as usize,
+                self.link.len(),
+            ));
         }
         if let Some(findings) = motion.no_flexibility(&modulation) {
             // The link's angle on the motor's clock, which is the torque's: the motor's own shakes against a stiff joint.
@@ -126,8 +126,10 @@ impl FlexibleJoint<'_> {
             axis.findings.splice(0..0, findings);
             return Ok(JointFound::Rigid(Box::new(axis)));
         }
-        let untold = || Error::TooLittleMotion {
-            what: "inertias, stiffness and friction of the joint",
+        let untold = || {
+            Error::Data(DataError::TooLittleMotion {
+                what: "inertias, stiffness and friction of the joint",
+            })
         };
         let alignment = skew::refined(&motion, &modulation, align(&motion, &modulation).ok_or_else(untold)?);
         let shifted = match alignment.skew {

@@ -17,7 +17,7 @@ use super::pieces::lowest;
 use super::shaping::Shaping;
 use super::smooth::{Noise, Reflected};
 use crate::bands::{Band, BandKind};
-use crate::error::{Error, Result};
+use crate::error::{DataError, Error, Result};
 use crate::linalg::Complex;
 
 /// Points of a curve.
@@ -102,16 +102,18 @@ impl RigidJoint<'_> {
     /// Identifies the axis.
     ///
     /// # Errors
-    /// [`Error::TooShort`], [`Error::NonFinite`], [`Error::Constant`], [`Error::LengthMismatch`], [`Error::Unit`],
-    /// [`Error::WrappedAngle`] and [`Error::InvalidParameter`] for what cannot be used, [`Error::TooLittleMotion`]
+    /// [`Error::Data`]: `TooShort`, `NonFinite`, `Constant`, `LengthMismatch`, `Unit`,
+    /// `WrappedAngle` and [`Error::Parameter`] for what cannot be used, `TooLittleMotion`
     /// where the motion has too few frequencies, or does not tell inertia and friction apart.
     pub fn identify(&self) -> Result<RigidAxis> {
         self.check()?;
         let noise = Noise::of(self.position, self.sample_time);
         checks::resolved(&[noise], self.position.len(), self.sample_time)?;
         let mut lines = self.lines(&noise)?;
-        let untold = || Error::TooLittleMotion {
-            what: "inertia and friction of the axis",
+        let untold = || {
+            Error::Data(DataError::TooLittleMotion {
+                what: "inertia and friction of the axis",
+            })
         };
         let mut weights = lines.weights(noise.band).ok_or_else(untold)?;
         let delay = lines.delay(self.torque, &weights);
@@ -153,11 +155,11 @@ impl RigidJoint<'_> {
         let highest = (HIGHEST / step).min(noise.band.max(least_band(n, step)));
         let modulation = Modulation::new(n, step, highest);
         if modulation.len() < FEWEST_LINES {
-            return Err(Error::TooShort {
-                what: "the equations of motion at enough frequencies",
-                need: (FEWEST_LINES as f64 / (highest * step)).ceil() as usize,
-                got: n,
-            });
+            return Err(Error::too_short(
+                "the equations of motion at enough frequencies",
+                (FEWEST_LINES as f64 / (highest * step)).ceil() as usize,
+                n,
+            ));
         }
         let velocity = match self.velocity {
             Some(v) => v.to_vec(),

@@ -126,7 +126,7 @@ impl WienerHammerstein {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`](crate::Error::IdentificationStopped) if
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if
     /// `progress` stopped it.
     pub fn identify_with(
         &self,

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stopped};
 use crate::interrupt;
 
 /// What an identification is doing.
@@ -69,10 +69,10 @@ impl<'a> Monitor<'a> {
     /// Whether it was never stopped.
     ///
     /// # Errors
-    /// [`Error::IdentificationStopped`].
+    /// [`Error::Stopped`].
     pub fn finished(&self) -> Result<()> {
         match self.stopped {
-            Some(stage) => Err(Error::IdentificationStopped { stage: stage.name() }),
+            Some(stage) => Err(Error::Stopped(Stopped::Identifying { stage: stage.name() })),
             None => Ok(()),
         }
     }

@@ -1,5 +1,6 @@
 //! The identification as a whole.
 
+use crate::error::DataError;
 use std::ops::ControlFlow;
 
 use rand::{RngExt, SeedableRng};
@@ -207,18 +208,18 @@ fn what_cannot_be_identified_is_refused() {
     assert!(
         matches!(
             error,
-            Error::TooShort {
+            Error::Data(DataError::TooShort {
                 need: 200,
                 got: 187,
                 ..
-            }
+            })
         ),
         "{error}"
     );
     let flat = Record::new([("u", gaussian(400, 9)), ("y", vec![1.0; 400])]).unwrap();
     assert!(matches!(
         WienerHammerstein::default().identify(&flat, "u", "y"),
-        Err(Error::Constant { .. })
+        Err(Error::Data(DataError::Constant { .. }))
     ));
 }
 

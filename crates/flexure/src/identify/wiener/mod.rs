@@ -117,10 +117,10 @@ impl Wiener {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`](crate::Error::MissingColumn), [`Error::NonFinite`](crate::Error::NonFinite),
-    /// [`Error::Constant`](crate::Error::Constant), [`Error::ConstantPart`](crate::Error::ConstantPart),
-    /// [`Error::TooShort`](crate::Error::TooShort) (fewer than 200 samples for the fit), [`Error::Unit`](crate::Error::Unit),
-    /// [`Error::InvalidParameter`](crate::Error::InvalidParameter) for a parameter outside its range.
+    /// [`Error::Data`](crate::Error::Data): `MissingColumn`, `NonFinite`,
+    /// `Constant`, `ConstantPart`,
+    /// `TooShort` (fewer than 200 samples for the fit), `Unit`,
+    /// [`Error::Parameter`](crate::Error::Parameter) for a parameter outside its range.
     pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<WienerIdentification> {
         self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
     }
@@ -131,7 +131,7 @@ impl Wiener {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::IdentificationStopped`](crate::Error::IdentificationStopped) if
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if
     /// `progress` stopped it.
     pub fn identify_with(
         &self,

@@ -1,7 +1,7 @@
 //! From a name to a fit: each estimator's own parameters and results in the common form.
 
 use super::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning, kernels, recursive};
-use crate::error::{Error, Result};
+use crate::error::{Error, ParameterError, Result};
 use crate::nonlinearity::estimator::{Choice, Estimator};
 use crate::nonlinearity::kernel::Degree;
 use crate::nonlinearity::{
@@ -17,7 +17,7 @@ pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Opt
     if let Tuning::FromData(rule) = method.tuning
         && !rule.suits(method.name, x.len())
     {
-        return Err(Error::RuleUnsuited {
+        return Err(Error::Parameter(ParameterError::RuleUnsuited {
             rule: rule.name(),
             estimator: method.name.title(),
             columns: x.len(),
@@ -25,7 +25,7 @@ pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Opt
                 Rule::PlugIn if x.len() == 1 => "it is made for the local line; take that, or another rule",
                 _ => "choose it by another rule, or give it",
             },
-        });
+        }));
     }
     let data = (x, y, weights);
     match method.name {
@@ -49,11 +49,7 @@ pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Opt
 pub(super) fn single(method: &NamedEstimator, values: &[f64]) -> Result<f64> {
     match values {
         [value] => Ok(*value),
-        _ => Err(Error::LengthMismatch {
-            name: method.name.parameter().to_owned(),
-            got: values.len(),
-            expected: 1,
-        }),
+        _ => Err(Error::length(method.name.parameter().to_owned(), values.len(), 1)),
     }
 }
 
@@ -73,11 +69,11 @@ fn count(method: &NamedEstimator) -> Result<Choice<usize>> {
         Choice::Fixed(value) if value >= 0.0 && value.fract() == 0.0 && value < 1e15 => {
             Ok(Choice::Fixed(value as usize))
         }
-        Choice::Fixed(value) => Err(Error::InvalidParameter {
-            name: format!("the parameter '{}'", method.name.parameter()),
+        Choice::Fixed(value) => Err(Error::parameter(
+            format!("the parameter '{}'", method.name.parameter()),
             value,
-            requirement: "a whole number from 0",
-        }),
+            "a whole number from 0",
+        )),
     }
 }
 

@@ -296,8 +296,8 @@ impl NamedEstimator {
     ///
     /// # Errors
     /// Those of the estimator's own [`Estimator::fit`](super::Estimator::fit),
-    /// [`Error::InvalidParameter`](crate::Error::InvalidParameter) for a parameter that should be a whole number and
-    /// is not, and [`Error::RuleUnsuited`](crate::Error::RuleUnsuited).
+    /// [`Error::Parameter`](crate::Error::Parameter) for a parameter that should be a whole number and
+    /// is not, and [`Error::Parameter`](crate::Error::Parameter): `RuleUnsuited`.
     pub fn fit(&self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NamedFit> {
         fit::fit(self, x, y, weights)
     }

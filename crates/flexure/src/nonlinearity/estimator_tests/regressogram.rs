@@ -23,11 +23,7 @@ impl Estimator for Regressogram {
 
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<RegressogramFit> {
         if !(self.width > 0.0 && self.width.is_finite()) {
-            return Err(Error::InvalidParameter {
-                name: "the cells' width".to_owned(),
-                value: self.width,
-                requirement: "positive and finite",
-            });
+            return Err(Error::parameter("the cells' width", self.width, "positive and finite"));
         }
         let points = Points::new("a regressogram", 1, x, y, weights)?; // checked, of positive weight, sorted
         let mut cells = std::collections::BTreeMap::new();

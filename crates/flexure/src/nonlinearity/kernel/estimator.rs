@@ -4,7 +4,7 @@ use super::choice::{Bandwidth, KernelSearch};
 use super::line::Line;
 use super::product::Product;
 use super::{Degree, Kernel, KernelFit};
-use crate::error::{Error, Result};
+use crate::error::{DataError, Error, ParameterError, Result};
 use crate::nonlinearity::Outside;
 use crate::nonlinearity::estimator::{Checked, Estimator, Regression, check_queries};
 use crate::selection::Criterion;
@@ -83,9 +83,9 @@ impl Estimator for KernelEstimator {
     type Fit = KernelEstimate;
 
     /// # Errors
-    /// Those of every [`Estimator`]; [`Error::InvalidParameter`] for a bandwidth that is not positive and finite,
-    /// [`Error::ColumnCount`] for another number of them than one or one a column, and
-    /// [`Error::TooFewDistinct`] where the local linear fit is given points at no more than d places in d
+    /// Those of every [`Estimator`]; [`Error::Parameter`] for a bandwidth that is not positive and finite,
+    /// [`Error::Parameter`]: `ColumnCount` for another number of them than one or one a column, and
+    /// [`Error::Data`]: `TooFewDistinct` where the local linear fit is given points at no more than d places in d
     /// columns, or a choice of the bandwidth one point less than leaves that when one is left out.
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<KernelEstimate> {
         let data = Checked::new("a kernel regression", MOST_COLUMNS, x, y, weights)?;
@@ -123,7 +123,7 @@ impl KernelEstimator {
     /// The exact score, by this criterion, of the given bandwidths.
     ///
     /// # Errors
-    /// Those of [`Estimator::fit`] for bandwidths chosen from the data, and [`Error::ColumnCount`] where none are
+    /// Those of [`Estimator::fit`] for bandwidths chosen from the data, and [`Error::Parameter`]: `ColumnCount` where none are
     /// given.
     pub fn score(&self, criterion: Criterion, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<f64> {
         let data = Checked::new("a kernel regression", MOST_COLUMNS, x, y, weights)?;
@@ -145,7 +145,7 @@ impl KernelEstimator {
 /// One bandwidth a column out of one for all or one for each.
 fn for_columns(given: &[f64], d: usize) -> Result<Vec<f64>> {
     if given.len() != 1 && given.len() != d {
-        return Err(Error::ColumnCount {
+        return Err(Error::Parameter(ParameterError::ColumnCount {
             what: "the bandwidth",
             got: given.len(),
             expected: if d == 1 {
@@ -153,19 +153,19 @@ fn for_columns(given: &[f64], d: usize) -> Result<Vec<f64>> {
             } else {
                 format!("one value for all columns or {d} values, one a column")
             },
-        });
+        }));
     }
     // The reciprocal has to be finite, too.
     if let Some(j) = given.iter().position(|h| !(*h >= f64::MIN_POSITIVE && h.is_finite())) {
-        return Err(Error::InvalidParameter {
-            name: if given.len() == 1 {
+        return Err(Error::parameter(
+            if given.len() == 1 {
                 "the bandwidth".to_owned()
             } else {
                 format!("the bandwidth of x[{j}]")
             },
-            value: given[j],
-            requirement: "positive and finite",
-        });
+            given[j],
+            "positive and finite",
+        ));
     }
     Ok(if given.len() == d {
         given.to_vec()
@@ -190,7 +190,7 @@ fn check_distinct(data: &Checked<'_>, degree: Degree, need: usize) -> Result<()>
         return Ok(());
     }
     let d = data.x.len();
-    Err(Error::TooFewDistinct {
+    Err(Error::Data(DataError::TooFewDistinct {
         what: match degree {
             Degree::Constant => "a local constant regression",
             Degree::Linear => "a local linear regression",
@@ -198,7 +198,7 @@ fn check_distinct(data: &Checked<'_>, degree: Degree, need: usize) -> Result<()>
         columns: d,
         need,
         got: found.len(),
-    })
+    }))
 }
 
 #[derive(Debug, Clone, PartialEq)]

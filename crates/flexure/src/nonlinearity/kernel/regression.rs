@@ -34,8 +34,8 @@ impl KernelRegression {
     /// Keeps the sorted points; every evaluation then costs O(1) after a sort of the query points.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a bandwidth that is not positive and finite,
-    /// [`Error::LengthMismatch`], [`Error::NonFinite`], and [`Error::TooShort`] without any point.
+    /// [`Error::Parameter`] for a bandwidth that is not positive and finite,
+    /// [`Error::Data`]: `LengthMismatch`, `NonFinite`, and `TooShort` without any point.
     pub fn fit(self, x: &[f64], y: &[f64]) -> Result<KernelFit> {
         check_points(x, y, 1)?;
         self.fit_sorted(Sorted::new(x, y))
@@ -45,7 +45,7 @@ impl KernelRegression {
     /// counts as two, one of weight 0 as none.
     ///
     /// # Errors
-    /// Those of `fit`, [`Error::InvalidParameter`] for a negative weight, and [`Error::TooShort`] without any
+    /// Those of `fit`, [`Error::Parameter`] for a negative weight, and [`Error::Data`]: `TooShort` without any
     /// point of positive weight.
     pub fn fit_weighted(self, x: &[f64], y: &[f64], weights: &[f64]) -> Result<KernelFit> {
         check_points(x, y, 1)?;
@@ -117,11 +117,7 @@ impl KernelRegression {
 
     pub(super) fn check(self) -> Result<()> {
         if !(self.bandwidth > 0.0 && self.bandwidth.is_finite()) {
-            return Err(Error::InvalidParameter {
-                name: "the bandwidth".to_owned(),
-                value: self.bandwidth,
-                requirement: "positive and finite",
-            });
+            return Err(Error::parameter("the bandwidth", self.bandwidth, "positive and finite"));
         }
         Ok(())
     }
@@ -138,27 +134,23 @@ fn increasing(at: &[f64]) -> (Vec<usize>, Vec<f64>) {
 /// Weights for `points` points: finite, not negative, at least `need` of them positive.
 pub(crate) fn check_weights(weights: &[f64], points: usize, need: usize) -> Result<()> {
     if weights.len() != points {
-        return Err(Error::LengthMismatch {
-            name: "weights".to_owned(),
-            got: weights.len(),
-            expected: points,
-        });
+        return Err(Error::length("weights", weights.len(), points));
     }
     if let Some(sample) = weights.iter().position(|w| !(*w >= 0.0 && w.is_finite())) {
-        return Err(Error::InvalidParameter {
-            name: format!("the weight of sample {sample}"),
-            value: weights[sample],
-            requirement: "zero or positive, and finite",
-        });
+        return Err(Error::parameter(
+            format!("the weight of sample {sample}"),
+            weights[sample],
+            "zero or positive, and finite",
+        ));
     }
     check_values("weights", weights)?;
     let positive = weights.iter().filter(|w| **w > 0.0).count();
     if positive < need {
-        return Err(Error::TooShort {
-            what: "a kernel regression (counting samples of positive weight)",
+        return Err(Error::too_short(
+            "a kernel regression (counting samples of positive weight)",
             need,
-            got: positive,
-        });
+            positive,
+        ));
     }
     Ok(())
 }
@@ -166,18 +158,10 @@ pub(crate) fn check_weights(weights: &[f64], points: usize, need: usize) -> Resu
 /// Finite points, at least `need` of them.
 pub(crate) fn check_points(x: &[f64], y: &[f64], need: usize) -> Result<()> {
     if x.len() != y.len() {
-        return Err(Error::LengthMismatch {
-            name: "y".to_owned(),
-            got: y.len(),
-            expected: x.len(),
-        });
+        return Err(Error::length("y", y.len(), x.len()));
     }
     if x.len() < need {
-        return Err(Error::TooShort {
-            what: "a kernel regression",
-            need,
-            got: x.len(),
-        });
+        return Err(Error::too_short("a kernel regression", need, x.len()));
     }
     check_values("x", x)?;
     check_values("y", y)

@@ -1,5 +1,6 @@
 //! The fast sums against direct summation.
 
+use crate::error::{DataError, ParameterError};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Cauchy, Distribution, StandardNormal};
@@ -311,17 +312,20 @@ fn bad_input_is_refused() {
     for h in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(
             method(h).fit(&[0.0], &[0.0]),
-            Err(Error::InvalidParameter { .. })
+            Err(Error::Parameter(ParameterError::OutOfRange { .. }))
         ));
     }
-    assert!(matches!(method(1.0).fit(&[], &[]), Err(Error::TooShort { .. })));
+    assert!(matches!(
+        method(1.0).fit(&[], &[]),
+        Err(Error::Data(DataError::TooShort { .. }))
+    ));
     assert!(matches!(
         method(1.0).fit(&[0.0, f64::NAN], &[0.0, 1.0]),
-        Err(Error::NonFinite { sample: 1, .. })
+        Err(Error::Data(DataError::NonFinite { sample: 1, .. }))
     ));
     assert!(matches!(
         method(1.0).fit(&[0.0, 1.0], &[0.0]),
-        Err(Error::LengthMismatch { .. })
+        Err(Error::Data(DataError::LengthMismatch { .. }))
     ));
 }
 

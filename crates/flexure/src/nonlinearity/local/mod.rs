@@ -24,7 +24,7 @@ pub use choice::{LocalWindow, Side};
 use super::estimator::{Estimator, Regression, check_queries, evaluate};
 use super::kernel::{Degree, Kernel, Sorted, check_points, check_weights};
 use super::{Outside, estimator};
-use crate::error::{Error, Result};
+use crate::error::{Error, ParameterError, Result};
 use crate::selection::BandwidthSearch;
 use choice::{Broken, Chosen};
 use validation::Better;
@@ -135,11 +135,11 @@ impl LocalKernel {
     /// The one column of x, and the points in order.
     pub(super) fn sorted<'a>(self, x: &[&'a [f64]], y: &[f64], weights: Option<&[f64]>) -> Result<(&'a [f64], Sorted)> {
         let [x] = x else {
-            return Err(Error::ColumnCount {
+            return Err(Error::Parameter(ParameterError::ColumnCount {
                 what: "a local kernel regression",
                 got: x.len(),
                 expected: estimator::columns(1),
-            });
+            }));
         };
         check_points(x, y, 3)?;
         if let Some(weights) = weights {

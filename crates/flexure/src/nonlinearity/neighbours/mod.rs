@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
-use crate::error::{Error, Result};
+use crate::error::{Error, ParameterError, Result};
 use crate::selection::{Candidate, Criterion, Search};
 use line::Line;
 pub(super) use tree::Tree;
@@ -61,19 +61,15 @@ impl Estimator for NearestNeighbours {
         let total = points.total_weight();
         if let Choice::Fixed(k) = self.neighbours {
             if k < 1 {
-                return Err(Error::InvalidParameter {
-                    name: "the number of neighbours".to_owned(),
-                    value: k as f64,
-                    requirement: "at least 1",
-                });
+                return Err(Error::parameter("the number of neighbours", k as f64, "at least 1"));
             }
             if k as f64 > total {
-                return Err(Error::BeyondData {
+                return Err(Error::Parameter(ParameterError::BeyondData {
                     parameter: "the number of neighbours",
                     value: k,
                     most: total as usize,
                     reason: "the weights of all points add up to no more",
-                });
+                }));
             }
         }
         let ranges = (0..x.len()).map(|j| points.range(j)).collect();
@@ -166,11 +162,11 @@ impl Index {
         // Without any one point there must be enough left.
         let possible = (points.total_weight() - heaviest) as usize;
         if possible < 1 {
-            return Err(Error::TooShort {
-                what: "the choice of a number of neighbours",
-                need: 2,
-                got: points.len(),
-            });
+            return Err(Error::too_short(
+                "the choice of a number of neighbours",
+                2,
+                points.len(),
+            ));
         }
         let d = points.x.len() as f64;
         let most = match self {

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
-use crate::error::{Error, Result, check_size};
+use crate::error::{DataError, Error, Result, check_size};
 use crate::selection::Search;
 use layer::Layer;
 use sample::{Sample, Scaling};
@@ -97,13 +97,7 @@ impl Default for NetworkRegression {
 
 impl NetworkRegression {
     fn check(&self) -> Result<()> {
-        let refuse = |name: &str, value: f64, requirement| {
-            Err(Error::InvalidParameter {
-                name: name.to_owned(),
-                value,
-                requirement,
-            })
-        };
+        let refuse = |name: &str, value: f64, requirement| Err(Error::parameter(name, value, requirement));
         if let Choice::Fixed(units) = self.units
             && !(1..=MOST_UNITS).contains(&units)
         {
@@ -125,7 +119,7 @@ impl Estimator for NetworkRegression {
     type Fit = NetworkFit;
 
     /// # Errors
-    /// Those of [`Estimator::fit`]; [`Error::Unit`] for values whose squares overflow or vanish.
+    /// Those of [`Estimator::fit`]; [`Error::Data`]: `Unit` for values whose squares overflow or vanish.
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NetworkFit> {
         self.check()?;
         let points = Points::new("a neural network", MOST_COLUMNS, x, y, weights)?;
@@ -147,9 +141,11 @@ impl Estimator for NetworkRegression {
             .par_iter()
             .map(|&units| train(&sample, layer(units), self.decay, self.starts, self.seed))
             .collect::<Option<_>>()
-            .ok_or_else(|| Error::Unit {
-                column: "weights".to_owned(),
-                largest: points.w.iter().copied().fold(0.0, f64::max),
+            .ok_or_else(|| {
+                Error::Data(DataError::Unit {
+                    column: "weights".to_owned(),
+                    largest: points.w.iter().copied().fold(0.0, f64::max),
+                })
             })?;
         let search = match self.units {
             Choice::Fixed(_) => None,

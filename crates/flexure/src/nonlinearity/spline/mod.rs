@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
-use crate::error::{Error, Result};
+use crate::error::{DataError, Error, ParameterError, Result};
 use crate::selection::{Candidate, Search, UNDETERMINED, lowest};
 use banded::{Banded, Factor};
 use basis::CubicSplines;
@@ -74,40 +74,31 @@ impl Estimator for SplineRegression {
         if let Choice::Fixed(penalty) = self.penalty
             && !(penalty >= 0.0 && penalty.is_finite())
         {
-            return Err(Error::InvalidParameter {
-                name: "the penalty".to_owned(),
-                value: penalty,
-                requirement: "zero or positive, and finite",
-            });
+            return Err(Error::parameter("the penalty", penalty, "zero or positive, and finite"));
         }
         if self.knots < 2 {
-            return Err(Error::InvalidParameter {
-                name: "the number of knots".to_owned(),
-                value: self.knots as f64,
-                requirement: "at least 2",
-            });
+            return Err(Error::parameter("the number of knots", self.knots as f64, "at least 2"));
         }
         let points = Points::new("a spline regression", 1, x, y, weights)?;
         let distinct = points.distinct();
         if distinct.len() < 2 {
-            return Err(Error::Constant {
-                column: "x".to_owned(),
-                value: distinct[0],
-            });
+            return Err(Error::constant("x", distinct[0]));
         }
-        let singular = || Error::BeyondData {
-            parameter: "the number of knots",
-            value: self.knots.min(distinct.len()),
-            most: 2,
-            reason: "x is spread so unevenly that with this penalty the normal equations for more are singular in double \
+        let singular = || {
+            Error::Parameter(ParameterError::BeyondData {
+                parameter: "the number of knots",
+                value: self.knots.min(distinct.len()),
+                most: 2,
+                reason: "x is spread so unevenly that with this penalty the normal equations for more are singular in double \
                      precision (points far from all others may be wrong)",
+            })
         };
         let problem = Problem::new(&points, &distinct, self.knots);
         if !problem.unit().is_normal() {
-            return Err(Error::Unit {
+            return Err(Error::Data(DataError::Unit {
                 column: "x".to_owned(),
                 largest: problem.high - problem.low,
-            });
+            }));
         }
         let search = match self.penalty {
             Choice::Fixed(_) => None,

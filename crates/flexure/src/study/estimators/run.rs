@@ -6,7 +6,7 @@ use rand_pcg::Pcg64;
 
 use super::super::sample::draw;
 use super::setting::{ErrorNorm, EstimatorSetting, Method};
-use crate::error::{Error, Result};
+use crate::error::{Error, ParameterError, Result};
 use crate::nonlinearity::{
     Bandwidth, Basis, Choice, Decay, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, LocalKernel,
     LocalRule, NearestNeighbours, NetworkRegression, Outside, PolynomialRegression, RecursiveForm, RecursiveKernel,
@@ -45,7 +45,7 @@ pub(super) fn squared_error(setting: &EstimatorSetting, n: usize, seed: u64) -> 
     }
     let estimates = match estimate(setting, &x, &y, &queries) {
         Ok(estimates) => estimates,
-        Err(Error::BeyondData { .. }) => return Ok(None),
+        Err(Error::Parameter(ParameterError::BeyondData { .. })) => return Ok(None),
         Err(error) => return Err(error),
     };
     let errors = estimates.iter().zip(m(&queries)).map(|(g, m)| (g - m).powi(2));

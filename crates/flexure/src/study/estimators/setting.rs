@@ -210,11 +210,7 @@ impl Experiment for EstimatorSetting {
             if valid {
                 return Ok(());
             }
-            Err(Error::InvalidParameter {
-                name: name.to_owned(),
-                value,
-                requirement,
-            })
+            Err(Error::parameter(name, value, requirement))
         };
         let Schedule { constant, exponent } = self.schedule;
         let valid = constant > 0.0 && constant.is_finite();

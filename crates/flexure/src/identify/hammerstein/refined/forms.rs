@@ -299,24 +299,22 @@ impl RefinedIdentification {
     /// Fits a physical form to the nonlinearity, in the calibration's scale, and tests it.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a degree above 15; [`Error::TooShort`] where the input has too few distinct
+    /// [`Error::Parameter`] for a degree above 15; [`Error::Data`]: `TooShort` where the input has too few distinct
     /// values for the form and a test, or the estimate is not refined.
     pub fn fit_form(&self, form: Form) -> Result<FormFit> {
         if let Form::Polynomial(degree) = form
             && degree > MOST_DEGREE
         {
-            return Err(Error::InvalidParameter {
-                name: "the degree".to_owned(),
-                value: degree as f64,
-                requirement: "at most 15",
-            });
+            return Err(Error::parameter("the degree", degree as f64, "at most 15"));
         }
         let names = form.names();
         let points = &self.memory_removed;
-        let too_short = |got| Error::TooShort {
-            what: "a form of the nonlinearity with a test (distinct inputs of a refined estimate)",
-            need: names.len() + 2,
-            got,
+        let too_short = |got| {
+            Error::too_short(
+                "a form of the nonlinearity with a test (distinct inputs of a refined estimate)",
+                names.len() + 2,
+                got,
+            )
         };
         if points.x.len() < names.len() + 2 || !(points.deviation > 0.0) {
             return Err(too_short(points.x.len()));

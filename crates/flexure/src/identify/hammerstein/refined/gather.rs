@@ -32,11 +32,7 @@ impl Gathered {
                 record.finite(output)?
             };
             if let Some(sample) = column.iter().position(|v| v.is_infinite()) {
-                return Err(Error::NonFinite {
-                    column: output.to_owned(),
-                    sample,
-                    value: column[sample],
-                });
+                return Err(Error::not_finite(output, sample, column[sample]));
             }
             missing.extend(column.iter().map(|v| v.is_nan()));
             y.extend(bridged(column));
@@ -58,18 +54,14 @@ impl Gathered {
     fn check(&self, input: &str, output: &str) -> Result<()> {
         let observed = |part: Range<usize>| self.missing[part].iter().filter(|m| !**m).count();
         if observed(0..self.fitted) < FEWEST {
-            return Err(Error::TooShort {
-                what: "a Hammerstein fit (besides the fresh part and missing samples)",
-                need: FEWEST,
-                got: observed(0..self.fitted),
-            });
+            return Err(Error::too_short(
+                "a Hammerstein fit (besides the fresh part and missing samples)",
+                FEWEST,
+                observed(0..self.fitted),
+            ));
         }
         if observed(self.fitted..self.y.len()) == 0 {
-            return Err(Error::TooShort {
-                what: "the fresh part (besides missing samples)",
-                need: 1,
-                got: 0,
-            });
+            return Err(Error::too_short("the fresh part (besides missing samples)", 1, 0));
         }
         for (name, samples) in [(input, &self.u), (output, &self.y)] {
             must_vary(name, samples, 0..self.fitted, "used for the fit")?;

@@ -115,8 +115,8 @@ impl RefinedHammerstein {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
-    /// [`Error::MissingColumn`], [`Error::NonFinite`], [`Error::Constant`], [`Error::ConstantPart`], [`Error::TooShort`] (fewer
-    /// than 100 samples for the fit), [`Error::Unit`], [`Error::InvalidParameter`] for a parameter outside its range.
+    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
+    /// than 100 samples for the fit), `Unit`, [`Error::Parameter`] for a parameter outside its range.
     pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<RefinedIdentification> {
         self.identify_experiments(&[record], input, output)
     }
@@ -151,18 +151,14 @@ impl RefinedHammerstein {
 
     fn check(&self) -> Result<()> {
         if !(0.05..=0.9).contains(&self.fresh_share) {
-            return Err(Error::InvalidParameter {
-                name: "the fresh share".to_owned(),
-                value: self.fresh_share,
-                requirement: "between 0.05 and 0.9",
-            });
+            return Err(Error::parameter(
+                "the fresh share",
+                self.fresh_share,
+                "between 0.05 and 0.9",
+            ));
         }
         if let Some(order) = self.order.filter(|l| *l > MOST_ORDER) {
-            return Err(Error::InvalidParameter {
-                name: "the order".to_owned(),
-                value: order as f64,
-                requirement: "at most 50",
-            });
+            return Err(Error::parameter("the order", order as f64, "at most 50"));
         }
         self.calibration.check()
     }

@@ -1,6 +1,7 @@
 //! Logs that say too little, or something else than they seem to.
 
 use super::*;
+use crate::error::ParameterError;
 
 #[test]
 fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
@@ -115,7 +116,10 @@ fn bad_logs_are_refused_or_remarked_on() {
         sample_time: f64::NAN,
         ..rigid(&position, &torque)
     };
-    assert!(matches!(error.identify(), Err(Error::InvalidParameter { .. })));
+    assert!(matches!(
+        error.identify(),
+        Err(Error::Parameter(ParameterError::OutOfRange { .. }))
+    ));
 }
 
 #[test]

@@ -25,7 +25,7 @@ use super::outcome::{Estimated, Finding, FlexibleAxis};
 use super::pair::{Pair, Splines, combine};
 use super::rigid::{FEWEST_LINES, least_band};
 use super::smooth::{Noise, Reflected};
-use crate::error::{Error, Result};
+use crate::error::{DataError, Error, Result};
 use crate::linalg::Complex;
 use links::{CONSTANTS, FreeLinks, Links};
 
@@ -125,7 +125,7 @@ impl TwoLinkLog<'_> {
     /// Identifies the arm.
     ///
     /// # Errors
-    /// As [`super::RigidJoint::identify`], and [`Error::RigidJointInArm`] where a joint shows no deflection.
+    /// As [`super::RigidJoint::identify`], and [`Error::Data`]: `RigidJointInArm` where a joint shows no deflection.
     pub fn identify(&self) -> Result<TwoLinkArm> {
         self.check()?;
         let step = self.sample_time;
@@ -139,11 +139,11 @@ impl TwoLinkLog<'_> {
         let highest = (HIGHEST / step).min((BANDS * widest).max(least_band(n, step)));
         let modulation = Modulation::new(n, step, highest);
         if modulation.len() < FEWEST_LINES {
-            return Err(Error::TooShort {
-                what: "the equations of motion at enough frequencies",
-                need: (FEWEST_LINES as f64 / (highest * step)).ceil() as usize,
-                got: n,
-            });
+            return Err(Error::too_short(
+                "the equations of motion at enough frequencies",
+                (FEWEST_LINES as f64 / (highest * step)).ceil() as usize,
+                n,
+            ));
         }
         let motions = [0, 1].map(|i| Motion {
             motor: self.motor[i],
@@ -159,18 +159,20 @@ impl TwoLinkLog<'_> {
             let findings = motion.no_flexibility(&modulation).unwrap_or_default();
             for finding in findings {
                 if let Finding::NoFlexibility { deflection, noise, .. } = finding {
-                    return Err(Error::RigidJointInArm {
+                    return Err(Error::Data(DataError::RigidJointInArm {
                         joint: joint + 1,
                         deflection,
                         noise,
-                    });
+                    }));
                 }
             }
         }
         let whole = Whole::new(motions, &modulation);
-        whole.and_then(|w| w.outcome(self.level)).ok_or(Error::TooLittleMotion {
-            what: "inertias, stiffness and friction of the arm",
-        })
+        whole
+            .and_then(|w| w.outcome(self.level))
+            .ok_or(Error::Data(DataError::TooLittleMotion {
+                what: "inertias, stiffness and friction of the arm",
+            }))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::TwoLinkLog;
 use crate::bands::Band;
+use crate::error::DataError;
 use crate::identify::robot_joint::{FormName, TwoLinkArm};
 use crate::manipulator::{Arm, Drive, LinkDynamics, Model, SimulationOptions, add_noise, simulate, space_arm};
 use crate::record::Record;
@@ -121,7 +122,10 @@ fn bands_cover_the_truth() {
 #[test]
 fn a_joint_without_flexibility_is_said() {
     let error = identified(&log(20.0, 1e6)).unwrap_err();
-    assert!(matches!(error, Error::RigidJointInArm { joint: 2, .. }), "{error}");
+    assert!(
+        matches!(error, Error::Data(DataError::RigidJointInArm { joint: 2, .. })),
+        "{error}"
+    );
     let words = error.to_string();
     assert!(
         words.contains("no flexibility is seen at joint 2") && words.contains("lock this joint"),
@@ -144,7 +148,7 @@ fn a_column_that_does_not_move_is_named() {
     .identify()
     .unwrap_err();
     assert!(
-        matches!(&error, Error::Constant { column, .. } if column == "link 2"),
+        matches!(&error, Error::Data(DataError::Constant { column, .. }) if column == "link 2"),
         "{error}"
     );
 }

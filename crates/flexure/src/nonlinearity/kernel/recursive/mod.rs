@@ -17,7 +17,7 @@ mod regression;
 pub use regression::{RecursiveFit, RecursiveRegression};
 
 use super::Kernel;
-use crate::error::{Error, Result};
+use crate::error::{DataError, Error, ParameterError, Result};
 use crate::nonlinearity::estimator::columns;
 
 /// The most columns.
@@ -95,7 +95,7 @@ impl RecursiveKernel {
     /// Empty sums at the points `at`, in any order, for the beginning of a stream.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a bandwidth or an exponent out of range, [`Error::NonFinite`] for an
+    /// [`Error::Parameter`] for a bandwidth or an exponent out of range, [`Error::Data`]: `NonFinite` for an
     /// evaluation point that is not finite.
     pub fn start(self, at: &[f64]) -> Result<RecursiveSums> {
         self.start_from(0, at)
@@ -130,12 +130,12 @@ impl RecursiveKernel {
     /// ```
     ///
     /// # Errors
-    /// Those of `start`; [`Error::ColumnCount`] for no column, more than six, or another number of proportions;
-    /// [`Error::LengthMismatch`] for columns of different lengths; [`Error::InvalidParameter`] for a proportion that is not
+    /// Those of `start`; [`Error::Parameter`]: `ColumnCount` for no column, more than six, or another number of proportions;
+    /// [`Error::Data`]: `LengthMismatch` for columns of different lengths; [`Error::Parameter`] for a proportion that is not
     /// positive.
     pub fn start_in_columns(self, first: u64, at: &[&[f64]], proportions: &[f64]) -> Result<RecursiveSums> {
         self.check()?;
-        let counted = |what, got, expected| Err(Error::ColumnCount { what, got, expected });
+        let counted = |what, got, expected| Err(Error::Parameter(ParameterError::ColumnCount { what, got, expected }));
         if !(1..=MOST_COLUMNS).contains(&at.len()) {
             return counted(
                 "a recursive kernel",
@@ -147,20 +147,12 @@ impl RecursiveKernel {
             return counted("the list of proportions", proportions.len(), columns(at.len()));
         }
         if let Some(&value) = proportions.iter().find(|p| !(**p > 0.0 && p.is_finite())) {
-            return Err(Error::InvalidParameter {
-                name: "a column's proportion".to_owned(),
-                value,
-                requirement: "positive and finite",
-            });
+            return Err(Error::parameter("a column's proportion", value, "positive and finite"));
         }
         for column in at {
             check_finite("at", column, 0)?;
             if column.len() != at[0].len() {
-                return Err(Error::LengthMismatch {
-                    name: "at".to_owned(),
-                    got: column.len(),
-                    expected: at[0].len(),
-                });
+                return Err(Error::length("at", column.len(), at[0].len()));
             }
         }
         let mut order: Vec<usize> = (0..at[0].len()).collect();
@@ -180,13 +172,8 @@ impl RecursiveKernel {
 
     /// The parameters must be in their ranges.
     fn check(&self) -> Result<()> {
-        let refuse = |name: &str, value: f64, requirement: &'static str| {
-            Err(Error::InvalidParameter {
-                name: name.to_owned(),
-                value,
-                requirement,
-            })
-        };
+        let refuse =
+            |name: &str, value: f64, requirement: &'static str| Err(Error::parameter(name, value, requirement));
         if !(self.bandwidth > 0.0 && self.bandwidth.is_finite()) {
             return refuse("the bandwidth", self.bandwidth, "positive and finite");
         }
@@ -214,7 +201,7 @@ impl RecursiveSums {
     /// Takes in the next observation of one column, at the cost of a search and of the evaluation points in its reach.
     ///
     /// # Errors
-    /// [`Error::NonFinite`], with the observation's place in the stream, and [`Error::ColumnCount`] where the evaluation
+    /// [`Error::Data`]: `NonFinite`, with the observation's place in the stream, and [`Error::Parameter`]: `ColumnCount` where the evaluation
     /// points have several columns; the sums stay as they were.
     pub fn push(&mut self, x: f64, y: f64) -> Result<()> {
         self.push_point(&[x], y)
@@ -226,11 +213,11 @@ impl RecursiveSums {
     /// Those of `push`.
     pub fn push_point(&mut self, x: &[f64], y: f64) -> Result<()> {
         if x.len() != self.at.len() {
-            return Err(Error::ColumnCount {
+            return Err(Error::Parameter(ParameterError::ColumnCount {
                 what: "an observation",
                 got: x.len(),
                 expected: columns(self.at.len()),
-            });
+            }));
         }
         for x in x {
             check_finite("x", &[*x], self.next)?;
@@ -266,7 +253,7 @@ impl RecursiveSums {
     /// The parts may come in any order, and must not overlap: that is the caller's to see to.
     ///
     /// # Errors
-    /// [`Error::Unmergeable`] when the methods or the evaluation points differ.
+    /// [`Error::Data`]: `Unmergeable` when the methods or the evaluation points differ.
     pub fn merge(&mut self, other: &Self) -> Result<()> {
         let what = if self.method != other.method {
             "kernels, forms, bandwidths or exponents"
@@ -283,7 +270,7 @@ impl RecursiveSums {
             self.count += other.count;
             return Ok(());
         };
-        Err(Error::Unmergeable { what })
+        Err(Error::Data(DataError::Unmergeable { what }))
     }
 
     /// The number of observations taken in.
@@ -308,11 +295,7 @@ impl RecursiveSums {
 fn check_finite(column: &str, values: &[f64], first: u64) -> Result<()> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
-        Some(i) => Err(Error::NonFinite {
-            column: column.to_owned(),
-            sample: first as usize + i,
-            value: values[i],
-        }),
+        Some(i) => Err(Error::not_finite(column, first as usize + i, values[i])),
     }
 }
 

@@ -86,8 +86,8 @@ impl Estimator for RecursiveRegression {
     type Fit = RecursiveFit;
 
     /// # Errors
-    /// Those of every [`Estimator`]; [`Error::InvalidParameter`] for a bandwidth or an exponent out of range, and
-    /// [`Error::TooShort`] where c is chosen from fewer than 3 points of positive weight.
+    /// Those of every [`Estimator`]; [`Error::Parameter`] for a bandwidth or an exponent out of range, and
+    /// [`Error::Data`]: `TooShort` where c is chosen from fewer than 3 points of positive weight.
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<RecursiveFit> {
         let data = Checked::new(WHAT, 1, x, y, weights)?;
         let with = |bandwidth| RecursiveKernel {
@@ -124,11 +124,7 @@ fn search(
 ) -> Result<Search<f64>> {
     let n = levels.all.len();
     if n < FEWEST {
-        return Err(Error::TooShort {
-            what: WHAT,
-            need: FEWEST,
-            got: n,
-        });
+        return Err(Error::too_short(WHAT, FEWEST, n));
     }
     let points = levels.own(data, n.div_ceil(SCORED));
     let typical = levels.typical(&with(1.0));
