@@ -1,4 +1,4 @@
-//! Identification of systems: a session of the command line's library, with the record in memory.
+//! Identification of systems: with the record in memory.
 
 use std::sync::Arc;
 
@@ -7,8 +7,8 @@ use flexure::identify::{
     Auto, Calibration, Form, HammersteinWiener, JointInputs, Linear, MultipleInputs, Narx, Parallel, PlainHammerstein,
     RefinedHammerstein, RegressionLag, Volterra, Wiener, WienerHammerstein,
 };
-use flexure_cli::session::{CascadeMethod, Identified, Method, ReferenceMethod, Signals, Task, form};
 use flexure_io::RecordFile;
+use flexure_workbench::systems::{CascadeMethod, Identified, Method, ReferenceMethod, Signals, Task, form};
 use pyo3::prelude::*;
 use self_cell::self_cell;
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use flexure::Record;
-use flexure_cli::session::{Judged, predict, simulate};
 use flexure_io::{ModelFile, RecordFile, model_text, parse_model, read_model, write_model};
+use flexure_workbench::systems::{Judged, predict, simulate};
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, array};

@@ -3,9 +3,11 @@
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use flexure::identify::hammerstein::MOST_ORDER;
 use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
-use flexure_io::RecordFile;
+use flexure_io::{ModelFile, RecordFile};
+use flexure_workbench::Named;
 
 /// The column of sample instants in records that Flexure writes, and looks for in others.
 pub const TIME: &str = "t";
@@ -23,6 +25,26 @@ impl std::fmt::Display for Usage {
 }
 
 impl std::error::Error for Usage {}
+
+/// A parser of the names of choices, whose help lists them.
+pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
+    let values = T::ALL
+        .iter()
+        .map(|choice| PossibleValue::new(choice.name()).help(choice.description()));
+    PossibleValuesParser::new(values.collect::<Vec<_>>()).try_map(|name| T::parse(&name).ok_or(Unknown))
+}
+
+/// A name that no choice has; the parser of the names finds it first.
+#[derive(Debug)]
+pub struct Unknown;
+
+impl std::fmt::Display for Unknown {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("there is no such name")
+    }
+}
+
+impl std::error::Error for Unknown {}
 
 /// `auto` or a value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -228,4 +250,26 @@ pub fn same_sample_time(file: &RecordFile, model: Option<f64>, signals: &[&str])
         );
     }
     Ok(())
+}
+
+/// The columns of a list, separated by commas.
+pub fn columns(list: &str) -> Vec<&str> {
+    list.split(',').map(str::trim).collect()
+}
+
+/// The columns that enter a model: a list in `given` for a model of several inputs.
+pub fn model_inputs<'a>(model: &ModelFile, given: &'a str) -> Result<Vec<&'a str>, Usage> {
+    let needed = model.block.inputs();
+    let names = match needed {
+        1 => vec![given],
+        _ => columns(given),
+    };
+    if names.len() != needed {
+        return Err(Usage(format!(
+            "--input names {} of the model's {needed} inputs; give them all, separated by commas, in the model's order: {}",
+            names.len(),
+            model.input
+        )));
+    }
+    Ok(names)
 }

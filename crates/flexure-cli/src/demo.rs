@@ -12,13 +12,11 @@ use flexure::manipulator::{Arm, Drive, Friction, SimulationOptions};
 use flexure_io::arm::{ArmFile, preset_text};
 use flexure_io::{RecordFile, check_writable, read_record, write_atomically, write_record};
 use flexure_report::data::ArmMotion;
+use flexure_workbench::systems::{Context, Decoration, Estimate, Found, Method, Signals, Truth, arm_motion};
 use serde_json::json;
 
-use crate::estimate::{Estimate, Method};
 use crate::identify::{hammerstein, write_files};
-use crate::outcome::{Context, Signals, identification_json, model_file, summary};
 use crate::output::{command_line, print};
-use crate::page::{self, Decoration, Truth};
 use crate::simulate::simulate;
 
 /// The preset that is simulated.
@@ -89,17 +87,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         },
     };
     let result = hammerstein(&record, &context)?;
-    let page = page::hammerstein::page(&record, &context, &result, decoration(&arm, &record, &result, out)?)?;
-    write_files(
-        Some((&paths[2], model_file(&result, &context))),
-        Some((&paths[3], page)),
-    )?;
+    let decoration = decoration(&arm, &record, &result, out)?;
+    let found = Found::Hammerstein(context, Box::new(result));
+    let page = found.page(&record, decoration)?;
+    write_files(Some((&paths[2], found.model_file()?)), Some((&paths[3], page)))?;
     if arguments.json {
-        let mut object = identification_json(&result, &context);
+        let mut object = found.json();
         object["files"] = json!(paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>());
         return print(&object.to_string());
     }
-    let mut lines = vec![summary(&result, &context)];
+    let mut lines = vec![found.summary()];
     lines.extend(paths.iter().map(|path| format!("wrote {}", path.display())));
     lines.push(format!("open {} in a browser", paths[3].display()));
     print(&lines.join("\n"))
@@ -145,7 +142,7 @@ fn motion(arm: &ArmFile, record: &Record) -> Result<Option<ArmMotion>> {
         "The first {} s of the record, simulated again every {FRAME} s, seen from above the plane of motion.",
         options.sampling.instant(options.sampling.rows() - 1)
     );
-    Ok(page::arm_motion(
+    Ok(arm_motion(
         &shown,
         arm.arm.links.map(|link| link.length),
         Some(FRAME),

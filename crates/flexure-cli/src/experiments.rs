@@ -4,14 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use flexure::Record;
-use flexure::identify::{Form, RefinedHammerstein};
 use flexure_io::{RecordFile, read_record};
+use flexure_workbench::systems::{Method, Task, check};
 
 use crate::arguments::{self, SAME_SAMPLE_TIME, Usage};
-use crate::estimate::Method;
-use crate::identify::check;
-use crate::outcome::{Context, Signals};
-use crate::structure::{Found, Task};
 
 /// The records of experiments, as one.
 pub struct Experiments {
@@ -74,30 +70,5 @@ pub fn refuse(records: usize, task: &Task, other: Option<&'static str>) -> Resul
             "{records} records are as many experiments of one system, which only --structure hammerstein by the refined method takes; name one \
              record"
         ))),
-    }
-}
-
-impl<'a> Found<'a> {
-    /// A Hammerstein model of several experiments, whose records follow each other in `file`, so many `samples` each.
-    ///
-    /// # Errors
-    /// Those of [`RefinedHammerstein::identify_experiments`].
-    pub fn of_experiments(
-        method: RefinedHammerstein,
-        form: Option<Form>,
-        file: &'a RecordFile,
-        samples: &[usize],
-        signals: Signals<'a>,
-    ) -> flexure::Result<Self> {
-        let mut start = 0;
-        let mut parts = Vec::with_capacity(samples.len());
-        for samples in samples {
-            parts.push(file.record.slice(start..start + samples));
-            start += samples;
-        }
-        let parts: Vec<_> = parts.iter().collect();
-        let estimate = Method::of_experiments(&method, form, &parts, signals.input, signals.output)?;
-        let method = Method::Refined { method, form };
-        Ok(Found::Hammerstein(Context { signals, method }, Box::new(estimate)))
     }
 }

@@ -6,30 +6,26 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::Record;
 use flexure::identify::{
     self, Calibration, HammersteinWiener, JointInputs, Linear, MultipleInputs, Narx, Parallel, Volterra, Wiener,
     WienerHammerstein,
 };
 use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::{ArmMotion, Page};
+use flexure_workbench::Named;
+use flexure_workbench::systems::{
+    CascadeMethod, Context, Decoration, Estimate, Found, Method, Periodic, ReferenceMethod, Signals, Structure, Task,
+    arm_motion, check,
+};
 
 use crate::arguments::{self, Auto, Usage};
-use crate::cascade::CascadeMethod;
-use crate::estimate::{Estimate, Method};
 use crate::experiments::{self, Experiments};
 use crate::files::keep_apart;
 use crate::method::{self, MethodName, PlainOptions, RefinedOptions, Shared};
-use crate::outcome::{Context, Signals};
 use crate::output::{command_line, print, print_note};
-use crate::page::{self, Decoration};
-use crate::parallel;
-use crate::periods::{PeriodOptions, Periodic};
+use crate::periods::PeriodOptions;
 use crate::progress::{spinning, spinning_through};
-use crate::references::ReferenceMethod;
-use crate::several_inputs;
 use crate::simulate::read_arm;
-use crate::structure::{Found, Structure, Task};
 
 /// What a best linear approximation is called in JSON.
 const BEST_LINEAR: &str = "best_linear_approximation";
@@ -54,7 +50,7 @@ pub struct Arguments {
     #[arg(long, value_name = "COLUMN")]
     output: String,
     /// The structure of the model.
-    #[arg(long, value_enum, default_value = "hammerstein")]
+    #[arg(long, default_value = "hammerstein", value_parser = arguments::named::<Structure>())]
     structure: Structure,
     /// The method for a Hammerstein model: refined unless an option of plain alone is given.
     #[arg(long, value_enum)]
@@ -130,7 +126,7 @@ impl Arguments {
     /// The inputs' columns: one, but for a structure with several.
     fn inputs(&self) -> Vec<&str> {
         match self.structure.has_several_inputs() {
-            true => several_inputs::columns(&self.input),
+            true => arguments::columns(&self.input),
             false => vec![&self.input],
         }
     }
@@ -150,7 +146,7 @@ impl Arguments {
 
     /// What is to be done, and what the user should be told of the choice.
     fn task(&self) -> Result<(Task, Option<String>)> {
-        self.structure.refuse_branches(self.branches.given().is_some())?;
+        refuse_branches(self.structure, self.branches.given().is_some())?;
         let fresh_share = self.fresh;
         let task = match self.structure {
             Structure::Hammerstein => {
@@ -176,7 +172,7 @@ impl Arguments {
             Structure::Narx => Task::Reference(ReferenceMethod::Narx(Narx { fresh_share })),
             Structure::Volterra => Task::Reference(ReferenceMethod::Volterra(Volterra { fresh_share })),
         };
-        self.structure.refuse(self.of_hammerstein_alone())?;
+        refuse(self.structure, self.of_hammerstein_alone())?;
         Ok((task, None))
     }
 
@@ -205,8 +201,31 @@ impl Arguments {
             ),
         };
         let caption = format!("The record's angles, seen from above the plane of motion.{known}");
-        Ok(page::arm_motion(&file.record, lengths, signals.sample_time, caption))
+        Ok(arm_motion(&file.record, lengths, signals.sample_time, caption))
     }
+}
+
+/// Refuses the first option that was given of those that only Hammerstein models have.
+fn refuse(structure: Structure, given: Option<&str>) -> Result<(), Usage> {
+    given.map_or(Ok(()), |option| {
+        Err(Usage(format!(
+            "{option} is an option of --structure hammerstein, not of --structure {}; leave it out, or choose --structure \
+             hammerstein",
+            structure.name()
+        )))
+    })
+}
+
+/// Refuses a number of branches where there are none to count.
+fn refuse_branches(structure: Structure, given: bool) -> Result<(), Usage> {
+    if given && structure != Structure::Parallel {
+        return Err(Usage(format!(
+            "--branches is an option of --structure parallel, not of --structure {}; leave it out, or choose --structure \
+             parallel",
+            structure.name()
+        )));
+    }
+    Ok(())
 }
 
 /// Runs the command.
@@ -293,82 +312,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     print(&lines.join("\n"))
 }
 
-impl Task {
-    /// Identifies from columns of a record, and says in which file and line an error lies; `inputs` are the inputs' columns
-    /// one by one. `stage` is told what is being done, and stops the work by returning [`ControlFlow::Break`].
-    pub fn identify<'a>(
-        self,
-        file: &'a RecordFile,
-        inputs: &[&str],
-        signals: Signals<'a>,
-        stage: &dyn Fn(&str) -> ControlFlow<()>,
-    ) -> Result<Found<'a>> {
-        let may_miss = matches!(&self, Task::Hammerstein(method) if method.skips_missing());
-        check(file, inputs, signals.output, may_miss)?;
-        self.found(&file.record, inputs, signals, stage)
-            .map_err(|error| file.locate(error).into())
-    }
-
-    fn found<'a>(
-        self,
-        record: &Record,
-        inputs: &[&str],
-        signals: Signals<'a>,
-        stage: &dyn Fn(&str) -> ControlFlow<()>,
-    ) -> flexure::Result<Found<'a>> {
-        let Signals { input, output, .. } = signals;
-        Ok(match self {
-            Task::Hammerstein(method) => {
-                let estimate = method.identify(record, input, output)?;
-                Found::Hammerstein(Context { signals, method }, Box::new(estimate))
-            }
-            Task::Cascade(method) => Found::Cascade(signals, Box::new(method.identify(record, input, output, stage)?)),
-            Task::HammersteinWiener(method) => {
-                let result = method.identify_with(record, input, output, &mut |now| stage(now.name()))?;
-                Found::HammersteinWiener(signals, Box::new(result))
-            }
-            Task::Parallel(method) => {
-                let result = parallel::identify(&method, record, &signals, stage)?;
-                Found::Parallel(signals, Box::new(result))
-            }
-            Task::MultipleInputs(method) => {
-                let result = several_inputs::identify(&method, record, &signals, stage)?;
-                Found::MultipleInputs(signals, Box::new(result))
-            }
-            Task::JointInputs(method) => {
-                let result = method.identify_with(record, inputs, output, &mut |now| stage(now.name()))?;
-                Found::JointInputs(signals, Box::new(result))
-            }
-            Task::Reference(method) => Found::Reference(signals, Box::new(method.identify(record, input, output)?)),
-            Task::Compare(method) => {
-                let progress = &mut |structure: identify::Structure, now: identify::Stage| {
-                    stage(&format!("{structure}, {}", now.name()))
-                };
-                let result = method.identify_with(record, input, output, progress)?;
-                Found::compared(result, signals, method)
-            }
-        })
-    }
-}
-
 /// Identifies a Hammerstein model, and says in which file and line an error lies.
 pub fn hammerstein(file: &RecordFile, context: &Context) -> Result<Estimate> {
     let Signals { input, output, .. } = context.signals;
     check(file, &[input], output, context.method.skips_missing())?;
     spinning("identifying", || context.method.identify(&file.record, input, output))
         .map_err(|error| file.locate(error).into())
-}
-
-/// The inputs must be finite, and the output too unless it may miss samples.
-pub fn check(file: &RecordFile, inputs: &[&str], output: &str, may_miss: bool) -> Result<()> {
-    for input in inputs {
-        file.finite(input)?;
-    }
-    match may_miss {
-        true => file.column(output)?,
-        false => file.finite(output)?,
-    };
-    Ok(())
 }
 
 /// Writes the model and the page, where asked for; neither if the page cannot be made.

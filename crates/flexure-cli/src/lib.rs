@@ -4,35 +4,27 @@
 //! same command.
 
 mod arguments;
-mod cascade;
-mod comparison;
 mod demo;
-mod estimate;
 mod excite;
 mod experiments;
 mod files;
 mod identify;
 mod joint;
-mod joint_inputs;
 mod method;
-mod nonlinear_ends;
-mod outcome;
 mod output;
-mod page;
-mod parallel;
 mod periods;
 mod predict;
-mod prediction;
 mod progress;
-mod references;
 mod regress;
-pub mod session;
-mod several_inputs;
 mod simulate;
-mod structure;
 mod study;
 mod tuning;
 mod validate;
+
+/// Joints in memory.
+pub mod session {
+    pub use crate::joint::memory::{JointLog, LoggedJoint};
+}
 
 /// Bands of regressions, as `flexure regress` makes them.
 pub mod regression {

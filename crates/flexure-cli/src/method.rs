@@ -3,13 +3,10 @@
 use clap::ValueEnum;
 use flexure::identify::{Calibration, Form, PlainHammerstein, RefinedHammerstein, RegressionLag};
 use flexure::nonlinearity::{EstimatorName, Kernel};
+use flexure_workbench::systems::{Method, form};
 
 use crate::arguments::{self, Auto, Usage};
-use crate::estimate::Method;
 use crate::tuning;
-
-/// The largest degree of a polynomial that can be asked for.
-const MOST_DEGREE: usize = 15;
 
 /// A method by name.
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -188,66 +185,5 @@ fn regression_lag(text: &str) -> Result<RegressionLag, String> {
             .parse()
             .map(RegressionLag::At)
             .map_err(|_| "expected 'strongest', 'delay' or a whole number from 0".to_owned()),
-    }
-}
-
-/// A form by name, with its degree where it is a polynomial.
-pub fn form(text: &str) -> Result<Form, String> {
-    let polynomial = || {
-        let degree = text.strip_prefix("polynomial:")?.parse().ok()?;
-        (1..=MOST_DEGREE).contains(&degree).then_some(Form::Polynomial(degree))
-    };
-    match text {
-        "dead-zone" => Ok(Form::DeadZone),
-        "saturation" => Ok(Form::Saturation),
-        "quantizer" => Ok(Form::Quantizer),
-        "friction" => Ok(Form::Friction),
-        "stiffness" => Ok(Form::Stiffness),
-        _ => polynomial().ok_or_else(|| {
-            format!("expected dead-zone, saturation, quantizer, polynomial:N with N from 1 to {MOST_DEGREE}, friction or stiffness")
-        }),
-    }
-}
-
-/// What [`form`] reads as this form.
-pub fn form_name(form: Form) -> String {
-    let name = match form {
-        Form::DeadZone => "dead-zone",
-        Form::Saturation => "saturation",
-        Form::Quantizer => "quantizer",
-        Form::Friction => "friction",
-        Form::Stiffness => "stiffness",
-        Form::Polynomial(degree) => return format!("polynomial:{degree}"),
-    };
-    name.to_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{form, form_name};
-
-    #[test]
-    fn forms_are_read_as_they_are_named() {
-        for name in [
-            "dead-zone",
-            "saturation",
-            "quantizer",
-            "friction",
-            "stiffness",
-            "polynomial:1",
-            "polynomial:15",
-        ] {
-            assert_eq!(form(name).map(form_name), Ok(name.to_owned()));
-        }
-        for wrong in [
-            "",
-            "polynomial",
-            "polynomial:0",
-            "polynomial:16",
-            "polynomial:x",
-            "Dead-zone",
-        ] {
-            assert!(form(wrong).is_err(), "{wrong}");
-        }
     }
 }

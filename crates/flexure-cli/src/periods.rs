@@ -1,17 +1,10 @@
-//! What periods of a record say without any model: the best linear approximation with the levels of noise and nonlinear
-//! distortion.
+//! The options of the best linear approximation.
 
 use anyhow::Result;
-use flexure::linear::{BestLinearApproximation, period_of};
 use flexure_io::RecordFile;
-use flexure_report::data::Approximation;
-use serde_json::{Value, json};
+use flexure_workbench::systems::{Periodic, Signals, period};
 
 use crate::arguments::{self, Auto, Usage};
-use crate::outcome::{Signals, number};
-
-/// Periods from which on the first one is left out, in which the transient decays.
-const ENOUGH_PERIODS: usize = 3;
 
 /// How the record repeats itself.
 #[derive(clap::Args)]
@@ -23,16 +16,6 @@ pub struct PeriodOptions {
     /// nonlinear distortion.
     #[arg(long, value_name = "N", default_value = "1", allow_hyphen_values = true, value_parser = arguments::count_from_one)]
     realisations: usize,
-}
-
-/// A best linear approximation of a record.
-pub struct Periodic {
-    best: BestLinearApproximation,
-    /// Samples.
-    period: usize,
-    sample_time: Option<f64>,
-    /// Whether every realisation's first period was left out.
-    settled: bool,
 }
 
 impl PeriodOptions {
@@ -48,7 +31,7 @@ impl PeriodOptions {
     /// The approximation of a record; `None` if its input does not repeat itself and no option says that it does.
     ///
     /// # Errors
-    /// Wrong usage where an option contradicts the record, and those of [`BestLinearApproximation::new`].
+    /// Wrong usage where an option contradicts the record, and those of [`Periodic::new`].
     pub fn approximate(&self, file: &RecordFile, signals: &Signals) -> Result<Option<Periodic>> {
         if signals.several {
             let given = self.first_given().map(|option| {
@@ -59,17 +42,12 @@ impl PeriodOptions {
             return given.map_or(Ok(None), |usage| Err(usage.into()));
         }
         // Outputs that are missing leave no spectrum.
-        let (u, y) = match (file.finite(signals.input), file.finite(signals.output)) {
-            (Ok(u), Ok(y)) => (u, y),
+        let input = match (file.finite(signals.input), file.finite(signals.output)) {
+            (Ok(input), Ok(_)) => input,
             (_, Err(error)) if self.first_given().is_some() => return Err(error.into()),
             _ => return Ok(None),
         };
-        let part = u.len() / self.realisations;
-        let found = match self.period.given() {
-            Some(period) => Some(period),
-            None => period_of(&u[..part]),
-        };
-        let Some(period) = found else {
+        let Some(period) = self.period.given().or_else(|| period(input, self.realisations)) else {
             return match self.realisations {
                 1 => Ok(None),
                 _ => Err(Usage(
@@ -79,156 +57,12 @@ impl PeriodOptions {
                 .into()),
             };
         };
+        let part = input.len() / self.realisations;
         if period < 2 || period > part {
             let message =
                 format!("--period {period} must be at least 2 and fit into the {part} samples of a realisation");
             return Err(Usage(message).into());
         }
-        let settled = part / period >= ENOUGH_PERIODS;
-        let first = if settled { period } else { 0 };
-        let parts: Vec<(&[f64], &[f64])> = (0..self.realisations)
-            .map(|m| {
-                let range = m * part + first..(m + 1) * part;
-                (&u[range.clone()], &y[range])
-            })
-            .collect();
-        let best = BestLinearApproximation::new(&parts, period).map_err(|error| file.locate(error))?;
-        Ok(Some(Periodic {
-            best,
-            period,
-            sample_time: signals.sample_time,
-            settled,
-        }))
-    }
-}
-
-/// The root mean square of levels over that of the response, dB.
-fn relative(best: &BestLinearApproximation, levels: &[f64]) -> f64 {
-    let power = |v: f64| v * v;
-    let response: f64 = best.response.iter().map(|g| g.norm_sqr()).sum();
-    10.0 * (levels.iter().copied().map(power).sum::<f64>() / response).log10()
-}
-
-impl Periodic {
-    /// A level of the estimate, which is the mean of all realisations, as that of a single one.
-    fn single(&self, levels: &[f64]) -> Vec<f64> {
-        let gain = (self.best.realisations as f64).sqrt();
-        levels.iter().map(|s| gain * s).collect()
-    }
-
-    /// What was measured, in words.
-    fn measured(&self) -> String {
-        let counted = |n: usize, what: &str| match n {
-            1 => format!("1 {what}"),
-            n => format!("{n} {what}s"),
-        };
-        let left_out = if self.settled { ", the first one left out" } else { "" };
-        format!(
-            "{} of {} samples in {}{left_out}",
-            counted(self.best.periods, "period"),
-            self.period,
-            counted(self.best.realisations, "realisation")
-        )
-    }
-
-    /// The levels relative to the response, in words; what would tell them where they are not known.
-    fn levels(&self) -> String {
-        let best = &self.best;
-        let decibels = |levels: &[f64]| format!("{:.1} dB", relative(best, levels));
-        let noise = self.single(&best.noise);
-        match (best.noise.is_empty(), best.distortion.is_empty()) {
-            (false, false) if best.distortion.iter().all(|d| *d == 0.0) => {
-                format!(
-                    "noise {} of the response, nonlinear distortion below it",
-                    decibels(&noise)
-                )
-            }
-            (false, false) => format!(
-                "noise {}, nonlinear distortion {} of the response",
-                decibels(&noise),
-                decibels(&best.distortion)
-            ),
-            (false, true) => format!(
-                "noise {} of the response; nonlinear distortion shows between realisations only (--realisations)",
-                decibels(&noise)
-            ),
-            (true, false) | (true, true) if !best.total.is_empty() => format!(
-                "noise and nonlinear distortion together {} of the response; more periods would tell them apart",
-                decibels(&self.single(&best.total))
-            ),
-            _ => "one period of one realisation shows no levels".to_owned(),
-        }
-    }
-
-    /// For a terminal.
-    pub fn lines(&self) -> Vec<String> {
-        let frequency = &self.best.frequency;
-        let ends = [frequency.first(), frequency.last()].map(|f| number(self.frequency(f.copied().unwrap_or(0.0))));
-        vec![
-            format!(
-                "  best linear approximation   {} lines from {} to {} {}, {}",
-                frequency.len(),
-                ends[0],
-                ends[1],
-                self.unit(),
-                self.measured()
-            ),
-            format!("    {}", self.levels()),
-        ]
-    }
-
-    fn unit(&self) -> &'static str {
-        match self.sample_time {
-            Some(_) => "Hz",
-            None => "cycles/sample",
-        }
-    }
-
-    fn frequency(&self, cycles: f64) -> f64 {
-        cycles / self.sample_time.unwrap_or(1.0)
-    }
-
-    /// For `identify --json` and model files.
-    pub fn json(&self) -> Value {
-        let best = &self.best;
-        let or_null = |v: &[f64]| (!v.is_empty()).then(|| v.to_vec());
-        json!({
-            "period": self.period,
-            "periods": best.periods,
-            "realisations": best.realisations,
-            "first_period_left_out": self.settled,
-            "frequency": best.frequency.iter().map(|f| self.frequency(*f)).collect::<Vec<_>>(),
-            "frequency_unit": self.unit(),
-            "response": best.response.iter().map(|g| [g.re, g.im]).collect::<Vec<_>>(),
-            "noise": or_null(&best.noise),
-            "total": or_null(&best.total),
-            "distortion": or_null(&best.distortion),
-            "words": self.levels(),
-        })
-    }
-
-    /// For the page.
-    pub fn section(&self) -> Approximation {
-        let best = &self.best;
-        let decibels = |v: &[f64]| v.iter().map(|s| 20.0 * s.log10()).collect::<Vec<f64>>();
-        let mut phase: Vec<f64> = Vec::new();
-        let mut turns = 0.0;
-        for g in &best.response {
-            let angle = g.arg().to_degrees();
-            if let Some(last) = phase.last() {
-                turns = ((last - angle) / 360.0_f64).round();
-            }
-            phase.push(angle + 360.0 * turns);
-        }
-        Approximation {
-            words: format!("From {}, without any model: {}.", self.measured(), self.levels()),
-            frequency: best.frequency.iter().map(|f| self.frequency(*f)).collect(),
-            frequency_unit: self.unit().to_owned(),
-            magnitude_db: best.response.iter().map(|g| 20.0 * g.norm().log10()).collect(),
-            phase_deg: phase,
-            total_db: decibels(&self.single(&best.total)),
-            noise_db: decibels(&self.single(&best.noise)),
-            distortion_db: decibels(&best.distortion),
-        }
+        Periodic::new(file, signals, period, self.realisations).map(Some)
     }
 }

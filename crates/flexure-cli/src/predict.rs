@@ -6,13 +6,14 @@ use anyhow::Result;
 use flexure::Record;
 use flexure::validation::FitMeasures;
 use flexure_io::{check_record_writable, read_model, read_record, write_record};
+use flexure_workbench::Named;
+use flexure_workbench::systems::{Ahead, FreeRun, Outside, Start, columns};
+use flexure_workbench::text::number;
 use serde_json::json;
 
 use crate::arguments::{self, TIME, Usage};
 use crate::files::keep_apart;
-use crate::outcome::number;
 use crate::output::print;
-use crate::prediction::{self, Ahead, FreeRun, Outside, Start};
 use crate::progress::spinning;
 
 /// Simulate a model under a record's input, or predict its output from the past.
@@ -38,7 +39,7 @@ pub struct Arguments {
     #[arg(long, value_name = "K", requires = "output", allow_hyphen_values = true, value_parser = arguments::count_from_one)]
     horizon: Option<usize>,
     /// The state in which the record begins: estimate if --output is given and the record has enough samples, else steady.
-    #[arg(long, value_enum)]
+    #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     initial_state: Option<Start>,
     /// Write the prediction here: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "OUT.csv")]
@@ -59,13 +60,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     keep_apart([&arguments.model, &arguments.record], [&arguments.out])?;
     check_record_writable(&arguments.out)?;
     let model = read_model(&arguments.model)?;
-    let inputs = prediction::inputs(&model.block, &arguments.input, &model.input)?;
+    let inputs = arguments::model_inputs(&model, &arguments.input)?;
     arguments::distinct_inputs(&inputs, arguments.output.as_deref())?;
     let file = spinning("reading", || read_record(&arguments.record))?;
     let mut signals = [&inputs[..], &[&model.output]].concat();
     signals.extend(arguments.output.as_deref());
     arguments::same_sample_time(&file, model.sample_time, &signals)?;
-    let entering = prediction::columns(&file, &inputs)?;
+    let entering = columns(&file, &inputs)?;
     let measured = (arguments.output.as_deref())
         .map(|output| file.finite(output))
         .transpose()?;

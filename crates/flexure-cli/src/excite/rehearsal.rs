@@ -7,7 +7,7 @@ use flexure::manipulator::add_noise;
 
 use super::{Arguments, Experiment, Limits};
 use crate::joint::words::{Units, parameter_words};
-use crate::outcome::number;
+use flexure_workbench::text::number;
 
 /// A standard error, or half a band's width, above this share is a poor estimate.
 const POOR: f64 = 0.1;

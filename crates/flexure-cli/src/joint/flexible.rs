@@ -16,9 +16,9 @@ use super::rigid;
 use super::words::{
     Units, findings, fitted_json, fitted_words, lack_words, nearness, parameter_words, range_words, with_error,
 };
-use crate::outcome::number;
 use crate::output::{command_line, print};
 use crate::progress::spinning;
+use flexure_workbench::text::number;
 
 /// Runs the command for motor and link.
 pub fn run(file: &RecordFile, log: &Log, arguments: &Arguments) -> Result<()> {

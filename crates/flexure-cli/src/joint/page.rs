@@ -11,7 +11,7 @@ use super::data::{ArmLog, Log};
 use super::rigid::{Replay, fit};
 use super::two_link::{Replay as ArmReplay, constants};
 use super::words::{Units, lack_words, parameter_words, with_error};
-use crate::outcome::number;
+use flexure_workbench::text::number;
 
 /// A stiffness whose band is wider than this share of its median is not shown.
 const UNTOLD: f64 = 0.03;

@@ -4,7 +4,7 @@ use flexure::bands::Band;
 use flexure::identify::robot_joint::{Finding, Fitted, Parameter, REFUTED};
 use serde_json::{Value, json};
 
-use crate::outcome::number;
+use flexure_workbench::text::number;
 
 /// The units of a joint's quantities.
 pub struct Units {

@@ -6,9 +6,9 @@ use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, Regressio
 use super::data::Data;
 use super::estimate::{BandWords, Estimate, Evaluated};
 use super::words::{FELL_BACK, fell_back, local_rule, percent, places, predicted_by, range, why};
-use crate::outcome::number;
-use crate::page::labelled;
-use crate::tuning::{capitalised, kernel_words, list, score_curve};
+use flexure_workbench::systems::labelled;
+use flexure_workbench::text::number;
+use flexure_workbench::text::{capitalised, kernel_words, list, score_curve};
 
 /// Points of the curve.
 const CURVE: usize = 301;

@@ -8,7 +8,7 @@ use super::band::{BandMethod, Banding, FEWEST};
 use super::data::Data;
 use super::estimate::{Estimate, Evaluated};
 use super::{Arguments, Outside};
-use crate::tuning::list;
+use flexure_workbench::text::list;
 
 /// With a larger share of rows alone in their windows the user is warned.
 const MANY_ALONE: f64 = 0.05;

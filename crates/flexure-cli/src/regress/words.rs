@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use super::Arguments;
 use super::data::Data;
 use super::estimate::{Estimate, Evaluated, Validation};
-use crate::outcome::number;
-use crate::tuning::{capitalised, kernel_words, list, scores_json, smallest};
+use flexure_workbench::text::number;
+use flexure_workbench::text::{capitalised, kernel_words, list, scores_json, smallest};
 
 /// The object that `--json` prints.
 pub fn json(estimate: &Estimate, data: &Data, curve: &Evaluated, warnings: &[String], arguments: &Arguments) -> Value {

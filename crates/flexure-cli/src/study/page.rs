@@ -7,7 +7,7 @@ use flexure::systems::KnownNonlinearity;
 use flexure_report::data::{Fact, RateLine, RatePlot, RateRow, StudyPage, StudySection, Verdict};
 
 use super::parts::Outcome;
-use crate::tuning::capitalised;
+use flexure_workbench::text::capitalised;
 
 /// Fills in the page.
 pub fn page(outcome: &Outcome, command: String) -> StudyPage {

@@ -9,14 +9,12 @@ use flexure::identify::RefinedHammerstein;
 use flexure::manipulator::{Friction, Stiffness, add_noise};
 use flexure_io::arm::{Amplitude, ArmFile, DriveKind, Excitation, Kind, preset_text};
 use flexure_io::{check_writable, read_record, write_record};
+use flexure_workbench::systems::{Context, Decoration, Estimate, Found, Method, Signals, Truth};
 use serde_json::{Value, json};
 
 use super::{JOINT, PRESET, alignment, steady_velocity};
-use crate::estimate::{Estimate, Method};
 use crate::identify::{hammerstein, write_files};
-use crate::outcome::{Context, Signals, summary};
 use crate::output::{command_line, print};
-use crate::page::{self, Decoration, Truth};
 use crate::simulate::simulate;
 
 /// Noise of a torque or a velocity, as a share of its root mean square.
@@ -242,9 +240,10 @@ fn view(
     mut words: Vec<String>,
     mut values: Value,
 ) -> Result<View> {
-    words.extend(summary(&result, &context).lines().map(|line| format!("  {line}")));
     values["fit_percent"] = json!(result.verdict.measures.fit_percent);
-    let page = page::hammerstein::page(&file, &context, &result, decoration)?;
+    let found = Found::Hammerstein(context, Box::new(result));
+    words.extend(found.summary().lines().map(|line| format!("  {line}")));
+    let page = found.page(&file, decoration)?;
     write_files(None, Some((report, page)))?;
     Ok(View { name, values, words })
 }

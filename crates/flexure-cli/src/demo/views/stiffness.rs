@@ -15,8 +15,8 @@ use flexure_report::data::{Fact, JointCurve, JointPage, Nonlinearity, Scatter};
 use serde_json::json;
 
 use super::{NOISE, View, arm, distance, rms, true_stiffness};
-use crate::outcome::number;
 use crate::simulate::simulate;
+use flexure_workbench::text::number;
 
 /// Noise of an angle, rad.
 const ENCODER: f64 = 1e-5;

@@ -7,10 +7,12 @@ use flexure::identify::{MultipleInputs, MultipleInputsIdentification, Verdict};
 use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
-use crate::cascade::{LinearBlock, linear_lines};
-use crate::nonlinear_ends::{pieces_words, tried_json};
-use crate::outcome::{self, SETTLED, Signals};
-use crate::structure::Structure;
+use crate::named::Named;
+use crate::systems::cascade::{LinearBlock, linear_lines};
+use crate::systems::nonlinear_ends::{pieces_words, tried_json};
+use crate::systems::outcome::{self, SETTLED, Signals};
+use crate::systems::structure::Structure;
+use crate::text::number;
 
 /// What the method does.
 pub const METHOD: &str = "prediction-error";
@@ -106,10 +108,7 @@ pub fn summary(result: &MultipleInputsIdentification, signals: &Signals) -> Stri
             system: branch.linear.clone(),
         }));
     }
-    lines.push(format!(
-        "  output offset       {}",
-        outcome::number(result.output_offset)
-    ));
+    lines.push(format!("  output offset       {}", number(result.output_offset)));
     lines.push(format!("  structures tried    {}", result.tried.len()));
     lines.extend(Verdict::worst(&result.verdicts).map(|v| format!("  {}", v.words())));
     lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));

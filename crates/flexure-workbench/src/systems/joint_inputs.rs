@@ -4,10 +4,12 @@ use flexure::identify::{JointInputsIdentification, TriedSurface, Verdict};
 use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
-use crate::cascade::{LinearBlock, linear_lines};
-use crate::outcome::{self, SETTLED, Signals, number};
-use crate::several_inputs::METHOD;
-use crate::structure::Structure;
+use crate::named::Named;
+use crate::systems::cascade::{LinearBlock, linear_lines};
+use crate::systems::outcome::{self, SETTLED, Signals};
+use crate::systems::several_inputs::METHOD;
+use crate::systems::structure::Structure;
+use crate::text::number;
 
 /// The linear part with what is said of it.
 pub fn linear_block(result: &JointInputsIdentification) -> LinearBlock {

@@ -4,8 +4,9 @@ use flexure::identify::{AutoIdentification, Identified, Refutation, Structure, S
 use flexure_report::data::{Page, Table};
 use serde_json::{Value, json};
 
-use crate::outcome::number;
-use crate::structure;
+use crate::named::Named;
+use crate::systems::structure;
+use crate::text::number;
 
 /// The outcome of a comparison of structures.
 pub struct Comparison {

@@ -9,9 +9,9 @@ use super::{
     Decoration, Judged, Parts, assembled, choice, density, fact, fit_facts, kinks_fact, labelled, linear_part, samples,
     samples_fact,
 };
-use crate::nonlinear_ends::{PIECES_WHY, linear_block, pieces_words};
-use crate::outcome::Signals;
-use crate::tuning;
+use crate::systems::nonlinear_ends::{PIECES_WHY, linear_block, pieces_words};
+use crate::systems::outcome::Signals;
+use crate::text;
 
 /// Fills in the page.
 pub fn page(
@@ -26,7 +26,7 @@ pub fn page(
         facts: facts(signals, result),
         nonlinearity: nonlinearity(u, signals, result),
         linear: vec![LinearPart {
-            words: format!("{}.", tuning::capitalised(&block.words())),
+            words: format!("{}.", text::capitalised(&block.words())),
             ..linear_part(block.title, &block.system, None, signals.sample_time)
         }],
         choices: choices(result),

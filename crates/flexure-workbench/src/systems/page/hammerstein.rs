@@ -8,9 +8,9 @@ use super::choices::{choices, given_or};
 use super::{
     Decoration, Judged, Parts, Truth, assembled, density, fact, fit_facts, labelled, linear_part, samples, samples_fact,
 };
-use crate::estimate::{Estimate, Own};
-use crate::outcome::Context;
-use crate::tuning;
+use crate::systems::estimate::{Estimate, Own};
+use crate::systems::outcome::Context;
+use crate::text;
 
 /// Fills in the page.
 pub fn page(file: &RecordFile, context: &Context, result: &Estimate, mut decoration: Decoration) -> Result<Page> {
@@ -56,8 +56,8 @@ fn facts(context: &Context, result: &Estimate) -> Vec<Fact> {
     ]);
     match &result.own {
         Own::Plain(own) => facts.push(fact(
-            &tuning::capitalised(own.estimator.parameter()),
-            tuning::list(&[own.parameter]),
+            &text::capitalised(own.estimator.parameter()),
+            text::list(&[own.parameter]),
             &match own.estimator.has_bandwidth() {
                 true => "half width of the kernel's window, in the input's unit".to_owned(),
                 false => format!("of the {} that estimates the nonlinearity", own.estimator.title()),

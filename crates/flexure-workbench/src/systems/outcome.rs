@@ -5,10 +5,10 @@ use flexure::linear::{Complex, TransferFunction};
 use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
-use crate::estimate::{self, Estimate, Method, Own, Plain, Refined};
-use crate::method::form_name;
-use crate::several_inputs;
-use crate::tuning;
+use crate::systems::estimate::{self, Estimate, Method, Own, Plain, Refined};
+use crate::systems::form::form_name;
+use crate::systems::several_inputs;
+use crate::text::{self, number};
 
 /// Share of the impulse response that is left when a system counts as settled.
 pub const SETTLED: f64 = 0.01;
@@ -137,7 +137,7 @@ fn plain_json(own: &Plain) -> Value {
         "kernel": banded.then(|| own.kernel.name()),
         "bandwidth": banded.then_some(own.parameter),
         "correlated_with": match own.psi { Psi::Input => "input", Psi::Nonlinearity => "estimated nonlinearity", Psi::DeconvolvedNonlinearity => "estimated nonlinearity, deconvolved" },
-        "scores": own.scores.as_ref().map(tuning::scores_json),
+        "scores": own.scores.as_ref().map(text::scores_json),
         "bandwidth_scores": own.scores.as_ref().filter(|_| banded).map(|s| json!({
             "bandwidth": s.parameter,
             "error": s.score,
@@ -253,8 +253,8 @@ pub fn summary(result: &Estimate, context: &Context) -> String {
     let range = format!("[{}, {}]", number(x[0]), number(x[x.len() - 1]));
     let (estimated, errors) = match &result.own {
         Own::Plain(own) => {
-            let kernel = tuning::kernel_words(own.estimator, own.kernel, "", ", ");
-            let value = tuning::list(&[own.parameter]);
+            let kernel = text::kernel_words(own.estimator, own.kernel, "", ", ");
+            let value = text::list(&[own.parameter]);
             let estimator = own.estimator.title();
             let parameter = own.estimator.parameter();
             (format!("{estimator} on {range}, {kernel}{parameter} {value}"), None)
@@ -325,34 +325,4 @@ pub fn coefficients(c: &[f64], errors: Option<&[f64]>) -> String {
         }
     });
     format!("[{}]", list.collect::<Vec<_>>().join(", "))
-}
-
-/// A number to four digits, without an exponent where it is of everyday size.
-pub fn number(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 || (1e-3..1e5).contains(&size) {
-        let rounded = format!("{size:.3e}").parse().unwrap_or(size);
-        let decimals = if size == 0.0 {
-            0
-        } else {
-            (3 - f64::log10(rounded).floor() as i32).max(0) as usize
-        };
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.3e}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::number;
-
-    #[test]
-    fn numbers_are_short() {
-        let shown = [0.0, 0.17391, 0.99999, 2.15, 1234.6, -99999.0, 1e-4, 2.5e7].map(number);
-        assert_eq!(
-            shown,
-            ["0", "0.1739", "1.000", "2.150", "1235", "-99999", "1.000e-4", "2.500e7"]
-        );
-    }
 }

@@ -12,10 +12,11 @@ use flexure::{Block, Record, Result};
 use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
-use crate::nonlinear_ends::pieces_words;
-use crate::outcome::{self, SETTLED, Signals, number};
-use crate::structure::Structure;
-use crate::tuning;
+use crate::named::Named;
+use crate::systems::nonlinear_ends::pieces_words;
+use crate::systems::outcome::{self, SETTLED, Signals};
+use crate::systems::structure::Structure;
+use crate::text::{self, number};
 
 /// What all methods of this kind do.
 const METHOD: &str = "prediction-error";
@@ -329,7 +330,7 @@ impl Cascade {
         let mut lines = vec![
             format!(
                 "{} model from '{}' to '{}'",
-                tuning::capitalised(self.title),
+                text::capitalised(self.title),
                 signals.input,
                 signals.output
             ),

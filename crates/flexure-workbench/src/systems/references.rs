@@ -5,8 +5,10 @@ use flexure::{Block, Record, Result};
 use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
-use crate::outcome::{self, SETTLED, Signals, number};
-use crate::structure::Structure;
+use crate::named::Named;
+use crate::systems::outcome::{self, SETTLED, Signals};
+use crate::systems::structure::Structure;
+use crate::text::number;
 
 /// How to identify a reference.
 pub enum ReferenceMethod {

@@ -5,9 +5,11 @@ use flexure::nonlinearity::Curve;
 use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
-use crate::cascade::{LinearBlock, linear_lines};
-use crate::outcome::{self, SETTLED, Signals, number};
-use crate::structure::Structure;
+use crate::named::Named;
+use crate::systems::cascade::{LinearBlock, linear_lines};
+use crate::systems::outcome::{self, SETTLED, Signals};
+use crate::systems::structure::Structure;
+use crate::text::number;
 
 /// What the method does.
 const METHOD: &str = "prediction-error";

@@ -8,10 +8,10 @@ use flexure_report::data::{Choice, Fact, LinearPart, Nonlinearity, Page, ScoreCu
 use super::{
     Decoration, Judged, Parts, assembled, density, fact, fit_facts, labelled, linear_part, samples, samples_fact,
 };
-use crate::cascade::{Cascade, INTERSAMPLE};
-use crate::nonlinear_ends::PIECES_WHY;
-use crate::outcome::{Signals, number};
-use crate::tuning;
+use crate::systems::cascade::{Cascade, INTERSAMPLE};
+use crate::systems::nonlinear_ends::PIECES_WHY;
+use crate::systems::outcome::Signals;
+use crate::text::{self, number};
 
 /// Most structures that the table shows.
 const MOST_STRUCTURES: usize = 15;
@@ -24,7 +24,7 @@ pub fn page(file: &RecordFile, signals: &Signals, result: &Cascade, decoration: 
         nonlinearity: nonlinearity(u, signals, result),
         linear: (result.all_linear())
             .map(|block| LinearPart {
-                words: format!("{}.", tuning::capitalised(&block.words())),
+                words: format!("{}.", text::capitalised(&block.words())),
                 ..linear_part(block.title, &block.system, None, signals.sample_time)
             })
             .collect(),

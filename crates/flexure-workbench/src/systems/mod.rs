@@ -1,6 +1,23 @@
 //! What `flexure identify`, `predict` and `validate` do between reading and writing, with a record in memory: for packages
 //! of other languages, whose models and pages are then the command's.
 
+mod cascade;
+mod comparison;
+mod estimate;
+mod form;
+mod joint_inputs;
+mod nonlinear_ends;
+mod outcome;
+mod page;
+mod parallel;
+mod periods;
+mod prediction;
+mod references;
+mod several_inputs;
+mod structure;
+mod task;
+mod validation;
+
 use std::ops::ControlFlow;
 
 use anyhow::{Context as _, Result};
@@ -8,18 +25,17 @@ use flexure::identify::{Form, RefinedHammerstein};
 use flexure_io::{ModelFile, RecordFile};
 use serde_json::Value;
 
-use crate::page::Decoration;
-use crate::prediction::{self, Ahead, FreeRun, Start};
-use crate::structure::Found;
-
-pub use crate::cascade::CascadeMethod;
-pub use crate::estimate::Method;
-pub use crate::joint::memory::{JointLog, LoggedJoint};
-pub use crate::method::form;
-pub use crate::outcome::Signals;
-pub use crate::references::ReferenceMethod;
-pub use crate::structure::Task;
-pub use crate::validate::Judged;
+pub use cascade::CascadeMethod;
+pub use estimate::{Estimate, Method};
+pub use form::form;
+pub use outcome::{Context, Signals};
+pub use page::{Decoration, Truth, arm_motion, labelled};
+pub use periods::{Periodic, period};
+pub use prediction::{Ahead, FreeRun, Outside, Start, columns};
+pub use references::ReferenceMethod;
+pub use structure::{Found, Structure, Task};
+pub use task::check;
+pub use validation::Judged;
 
 /// An identified model with the record that it came from.
 pub struct Identified<'a> {

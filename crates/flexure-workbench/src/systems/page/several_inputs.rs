@@ -9,10 +9,10 @@ use super::{
     Decoration, Judged, Parts, assembled, choice, density, fact, fit_facts, kinks_fact, labelled, linear_part,
     samples_fact,
 };
-use crate::cascade::LinearBlock;
-use crate::nonlinear_ends::{PIECES_WHY, pieces_words};
-use crate::outcome::Signals;
-use crate::tuning;
+use crate::systems::cascade::LinearBlock;
+use crate::systems::nonlinear_ends::{PIECES_WHY, pieces_words};
+use crate::systems::outcome::Signals;
+use crate::text;
 
 /// Fills in the page.
 pub fn page(
@@ -33,7 +33,7 @@ pub fn page(
             system: branch.linear.clone(),
         };
         LinearPart {
-            words: format!("{}.", tuning::capitalised(&block.words())),
+            words: format!("{}.", text::capitalised(&block.words())),
             ..linear_part(
                 &format!("Linear part of '{}'", branch.input),
                 &block.system,

@@ -9,8 +9,9 @@ use flexure_report::data::{LinearPart, Page, Scatter, Surface, Table, TitledSurf
 use super::{
     Decoration, Judged, Parts, assembled, choice, fact, fit_facts, labelled, linear_part, samples, samples_fact,
 };
-use crate::outcome::{Signals, number};
-use crate::references::Reference;
+use crate::systems::outcome::Signals;
+use crate::systems::references::Reference;
+use crate::text::number;
 
 /// Terms that are shown, those with the largest coefficients.
 const TERMS: usize = 40;

@@ -9,7 +9,7 @@ use flexure::linear::TransferFunction;
 use flexure::nonlinearity::{Curve, EstimatorName, Kernel, Scores};
 use flexure::{Block, Record, Result};
 
-use crate::outcome::number;
+use crate::text::number;
 
 /// Breakpoints of one kind up to so many are told one by one.
 const MOST_TOLD: usize = 6;
@@ -81,16 +81,27 @@ impl Method {
 
 /// An identified model with all that was chosen on the way; the fields are those of [`Identification`].
 pub struct Estimate {
+    /// Both blocks in series, with the offset.
     pub model: Block,
+    /// The static nonlinearity.
     pub nonlinearity: Curve,
+    /// Half the width of its band at each of its points; empty if there is none.
     pub band: Vec<f64>,
+    /// The linear part.
     pub linear: TransferFunction,
+    /// What is added to the output.
     pub output_offset: f64,
+    /// Samples.
     pub delay: usize,
+    /// The order of the linear part, and how it was chosen.
     pub order: ChosenOrder,
+    /// The samples that were fitted.
     pub fitted: usize,
+    /// The free run over the record.
     pub predicted: Vec<f64>,
+    /// How the model does on the samples that were not fitted.
     pub verdict: Verdict,
+    /// What to know before trusting it.
     pub warnings: Vec<Warning>,
     /// What only this method has.
     pub own: Own,
@@ -98,7 +109,9 @@ pub struct Estimate {
 
 /// What only one method has.
 pub enum Own {
+    /// Of the plain method.
     Plain(Plain),
+    /// Of the refined method.
     Refined(Refined),
 }
 

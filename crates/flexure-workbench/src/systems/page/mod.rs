@@ -19,7 +19,8 @@ use flexure_report::data::{
     Test, TitledCurve, TitledSurface, Verdict,
 };
 
-use crate::outcome::{self, SETTLED, Signals, number};
+use crate::systems::outcome::{self, SETTLED, Signals};
+use crate::text::number;
 
 /// Frequencies of the Bode plot.
 const FREQUENCIES: usize = 400;

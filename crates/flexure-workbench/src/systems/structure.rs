@@ -1,7 +1,6 @@
 //! The structure of `flexure identify`, and what it was found to be.
 
 use anyhow::Result;
-use clap::ValueEnum;
 use flexure::identify::{
     self, Auto, AutoIdentification, HammersteinWiener, HammersteinWienerIdentification, Identified, JointInputs,
     JointInputsIdentification, MultipleInputs, MultipleInputsIdentification, Parallel, ParallelIdentification,
@@ -11,20 +10,20 @@ use flexure_io::{ModelFile, RecordFile};
 use flexure_report::data::Page;
 use serde_json::Value;
 
-use crate::arguments::Usage;
-use crate::cascade::{Cascade, CascadeMethod};
-use crate::comparison::Comparison;
-use crate::estimate::{Estimate, Method};
-use crate::joint_inputs;
-use crate::nonlinear_ends;
-use crate::outcome::{self, Context, Signals};
-use crate::page::{self, Decoration};
-use crate::parallel;
-use crate::references::{Reference, ReferenceMethod};
-use crate::several_inputs;
+use crate::named::Named;
+use crate::systems::cascade::{Cascade, CascadeMethod};
+use crate::systems::comparison::Comparison;
+use crate::systems::estimate::{Estimate, Method};
+use crate::systems::joint_inputs;
+use crate::systems::nonlinear_ends;
+use crate::systems::outcome::{self, Context, Signals};
+use crate::systems::page::{self, Decoration};
+use crate::systems::parallel;
+use crate::systems::references::{Reference, ReferenceMethod};
+use crate::systems::several_inputs;
 
 /// A structure by name.
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
+#[derive(Clone, Copy, PartialEq)]
 pub enum Structure {
     /// That of the others which the data support; or none of them.
     Auto,
@@ -38,11 +37,11 @@ pub enum Structure {
     WienerHammerstein,
     /// A static nonlinearity, linear dynamics, a static nonlinearity.
     HammersteinWiener,
-    /// A sum of branches from one input: each a static nonlinearity and linear dynamics, with linear dynamics before it if needed.
+    /// A sum of branches from one input.
     Parallel,
-    /// Several inputs, --input A,B: each through a static nonlinearity and linear dynamics of its own.
+    /// Several inputs, each with a static nonlinearity and linear dynamics of its own.
     MultipleInputs,
-    /// Two to four inputs, --input A,B: one static nonlinearity of all of them, then linear dynamics.
+    /// Two to four inputs: one static nonlinearity of all of them, then linear dynamics.
     JointInputs,
     /// A polynomial of past outputs and inputs: a reference without blocks.
     Narx,
@@ -50,9 +49,22 @@ pub enum Structure {
     Volterra,
 }
 
-impl Structure {
-    /// Its name on the command line and in files.
-    pub fn name(self) -> &'static str {
+impl Named for Structure {
+    const ALL: &'static [Structure] = &[
+        Structure::Auto,
+        Structure::Linear,
+        Structure::Hammerstein,
+        Structure::Wiener,
+        Structure::WienerHammerstein,
+        Structure::HammersteinWiener,
+        Structure::Parallel,
+        Structure::MultipleInputs,
+        Structure::JointInputs,
+        Structure::Narx,
+        Structure::Volterra,
+    ];
+
+    fn name(self) -> &'static str {
         match self {
             Structure::Auto => "auto",
             Structure::Linear => "linear",
@@ -68,30 +80,31 @@ impl Structure {
         }
     }
 
-    /// Refuses the first option that was given of those that only Hammerstein models have.
-    pub fn refuse(self, given: Option<&str>) -> Result<(), Usage> {
-        given.map_or(Ok(()), |option| {
-            Err(Usage(format!(
-                "{option} is an option of --structure hammerstein, not of --structure {}; leave it out, or choose --structure \
-                 hammerstein",
-                self.name()
-            )))
-        })
-    }
-
-    /// Refuses a number of branches where there are none to count.
-    pub fn refuse_branches(self, given: bool) -> Result<(), Usage> {
-        if given && self != Structure::Parallel {
-            return Err(Usage(format!(
-                "--branches is an option of --structure parallel, not of --structure {}; leave it out, or choose --structure \
-                 parallel",
-                self.name()
-            )));
+    fn description(self) -> &'static str {
+        match self {
+            Structure::Auto => "That of the others which the data support; or none of them",
+            Structure::Linear => "Linear dynamics alone",
+            Structure::Hammerstein => "A static nonlinearity, then linear dynamics",
+            Structure::Wiener => "Linear dynamics, then a static nonlinearity",
+            Structure::WienerHammerstein => "Linear dynamics, a static nonlinearity, linear dynamics",
+            Structure::HammersteinWiener => "A static nonlinearity, linear dynamics, a static nonlinearity",
+            Structure::Parallel => {
+                "A sum of branches from one input: each a static nonlinearity and linear dynamics, with linear dynamics before it if needed"
+            }
+            Structure::MultipleInputs => {
+                "Several inputs: each through a static nonlinearity and linear dynamics of its own"
+            }
+            Structure::JointInputs => {
+                "Two to four inputs: one static nonlinearity of all of them, then linear dynamics"
+            }
+            Structure::Narx => "A polynomial of past outputs and inputs: a reference without blocks",
+            Structure::Volterra => "A regularised Volterra series of second order: a reference without blocks",
         }
-        Ok(())
     }
+}
 
-    /// Whether --input is a list of columns.
+impl Structure {
+    /// Whether it has a list of inputs.
     pub fn has_several_inputs(self) -> bool {
         matches!(self, Structure::MultipleInputs | Structure::JointInputs)
     }

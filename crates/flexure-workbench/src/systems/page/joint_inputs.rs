@@ -10,9 +10,9 @@ use flexure_report::data::{
 use super::{
     Decoration, Judged, Parts, assembled, density, fact, fit_facts, labelled, linear_part, samples, samples_fact,
 };
-use crate::joint_inputs::{linear_block, pieces_words};
-use crate::outcome::{Signals, number};
-use crate::tuning;
+use crate::systems::joint_inputs::{linear_block, pieces_words};
+use crate::systems::outcome::Signals;
+use crate::text::{self, number};
 
 /// Points of the picture along either side, and of a curve.
 const GRID: usize = 81;
@@ -39,7 +39,7 @@ pub fn page(
             .map(|i| section(result, &names, &inputs, &middle, i))
             .collect(),
         linear: vec![LinearPart {
-            words: format!("{}.", tuning::capitalised(&block.words())),
+            words: format!("{}.", text::capitalised(&block.words())),
             ..linear_part(block.title, &block.system, None, signals.sample_time)
         }],
         choices: vec![pieces(result)],

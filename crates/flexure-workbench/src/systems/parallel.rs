@@ -7,10 +7,12 @@ use flexure::{Record, Result};
 use flexure_io::ModelFile;
 use serde_json::{Value, json};
 
-use crate::cascade::{LinearBlock, linear_lines};
-use crate::nonlinear_ends::pieces_words;
-use crate::outcome::{self, SETTLED, Signals, number};
-use crate::structure::Structure;
+use crate::named::Named;
+use crate::systems::cascade::{LinearBlock, linear_lines};
+use crate::systems::nonlinear_ends::pieces_words;
+use crate::systems::outcome::{self, SETTLED, Signals};
+use crate::systems::structure::Structure;
+use crate::text::number;
 
 /// What the method does.
 const METHOD: &str = "prediction-error";

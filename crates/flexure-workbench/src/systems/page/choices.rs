@@ -3,10 +3,10 @@
 use flexure::identify::{PlainHammerstein, Psi, RegressionLag};
 use flexure_report::data::{Choice, ScoreCurve};
 
-use crate::estimate::{self, Estimate, Method, Own, Plain, Refined};
-use crate::method::form_name;
-use crate::outcome::{Context, number};
-use crate::tuning;
+use crate::systems::estimate::{self, Estimate, Method, Own, Plain, Refined};
+use crate::systems::form::form_name;
+use crate::systems::outcome::Context;
+use crate::text::{self, number};
 
 /// Why something is as it is, if it was not given.
 pub fn given_or(given: bool, why: &str) -> &str {
@@ -98,15 +98,15 @@ fn plain(context: &Context, method: &PlainHammerstein, result: &Estimate, own: &
     let estimator = own.estimator;
     let scores = own.scores.as_ref();
     let how = scores.map_or_else(String::new, |s| {
-        tuning::smallest("leave-one-out cross-validation error", s)
+        text::smallest("leave-one-out cross-validation error", s)
     });
-    let scores = scores.map(|s| tuning::score_curve(estimator, s, &[own.parameter], context.signals.input));
+    let scores = scores.map(|s| text::score_curve(estimator, s, &[own.parameter], context.signals.input));
     vec![
         choice(
-            &tuning::capitalised(estimator.parameter()),
+            &text::capitalised(estimator.parameter()),
             match estimator.has_bandwidth() {
                 true => format!("h = {} ({} kernel)", number(own.parameter), own.kernel.name()),
-                false => format!("{} ({})", tuning::list(&[own.parameter]), estimator.title()),
+                false => format!("{} ({})", text::list(&[own.parameter]), estimator.title()),
             },
             given_or(method.parameter.is_some(), &how),
             scores,

@@ -8,10 +8,10 @@ use flexure_report::data::{Choice, Fact, LinearPart, Nonlinearity, Page, Table};
 use super::{
     Decoration, Judged, Parts, assembled, density, fact, fit_facts, labelled, linear_part, samples, samples_fact,
 };
-use crate::nonlinear_ends::pieces_words;
-use crate::outcome::{Signals, number};
-use crate::parallel::{ONLY_THE_SUM, count_words, linear_blocks, words};
-use crate::tuning;
+use crate::systems::nonlinear_ends::pieces_words;
+use crate::systems::outcome::Signals;
+use crate::systems::parallel::{ONLY_THE_SUM, count_words, linear_blocks, words};
+use crate::text::{self, number};
 
 /// Values of the other branches' nonlinearities that the page shows.
 const VALUES: usize = 21;
@@ -26,8 +26,8 @@ pub fn page(
     let u = file.record.finite(signals.input)?;
     let linear = result.branches.iter().enumerate().flat_map(|(i, branch)| {
         let (front, back) = linear_blocks(branch);
-        let part = |block: crate::cascade::LinearBlock| LinearPart {
-            words: format!("{}.", tuning::capitalised(&block.words())),
+        let part = |block: crate::systems::cascade::LinearBlock| LinearPart {
+            words: format!("{}.", text::capitalised(&block.words())),
             ..linear_part(
                 &format!("Branch {}, {}", i + 1, block.title),
                 &block.system,

@@ -1,17 +1,15 @@
 //! What a model from a file says about a record.
 
 use anyhow::{Result, bail};
-use clap::ValueEnum;
 use flexure::Block;
 use flexure::nonlinearity::{Curve, Surface};
 use flexure::validation::{estimate_initial_state_of_inputs, predict_ahead};
 use flexure_io::{ModelFile, RecordFile};
 
-use crate::arguments::Usage;
-use crate::several_inputs;
+use crate::named::Named;
 
 /// The state in which a model starts.
-#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Start {
     /// That which fits the record's first outputs best.
     Estimate,
@@ -24,18 +22,29 @@ impl Start {
     pub fn enough(block: &Block, samples: usize) -> bool {
         block.states() > 0 && samples >= 5 * block.states()
     }
+}
 
-    /// Its name on the command line and in JSON.
-    pub fn name(self) -> &'static str {
+impl Named for Start {
+    const ALL: &'static [Start] = &[Start::Estimate, Start::Steady];
+
+    fn name(self) -> &'static str {
         match self {
             Start::Estimate => "estimate",
             Start::Steady => "steady",
+        }
+    }
+
+    fn description(self) -> &'static str {
+        match self {
+            Start::Estimate => "That which fits the record's first outputs best",
+            Start::Steady => "The steady state that belongs to the mean input",
         }
     }
 }
 
 /// The free run of a model under a record's input.
 pub struct FreeRun {
+    /// The output.
     pub output: Vec<f64>,
     /// The samples that the initial state was estimated from; `None` if it is the steady one.
     pub estimated_from: Option<usize>,
@@ -81,6 +90,7 @@ impl FreeRun {
 
 /// A prediction some samples ahead, and how it came about.
 pub struct Ahead {
+    /// The predicted output.
     pub output: Vec<f64>,
     /// Whether the model's noise model had a say.
     pub noise: bool,
@@ -117,26 +127,6 @@ impl Ahead {
     pub fn words(&self) -> &str {
         &self.words
     }
-}
-
-/// The columns that enter a model, by its option's value: a list for a model of several inputs.
-///
-/// # Errors
-/// Wrong usage where there are not as many as the model has inputs.
-pub fn inputs<'a>(block: &Block, given: &'a str, of_model: &str) -> Result<Vec<&'a str>> {
-    let needed = block.inputs();
-    let names = match needed {
-        1 => vec![given],
-        _ => several_inputs::columns(given),
-    };
-    if names.len() != needed {
-        return Err(Usage(format!(
-            "--input names {} of the model's {needed} inputs; give them all, separated by commas, in the model's order: {of_model}",
-            names.len()
-        ))
-        .into());
-    }
-    Ok(names)
 }
 
 /// The samples of all inputs.

@@ -1,0 +1,139 @@
+//! Whether a model holds on a record that was not used for its fit.
+
+use anyhow::{Result, bail};
+use flexure::error::DataError;
+use flexure::identify::Verdict;
+use flexure_io::{ModelFile, RecordFile};
+use serde_json::{Value, json};
+
+use crate::named::Named;
+use crate::systems::outcome::{SETTLED, tests_json};
+use crate::systems::prediction::{self, FreeRun, Outside, Start};
+use crate::text::number;
+
+/// What a model says about a record that was not used for its fit.
+pub struct Judged {
+    /// The verdict on the samples after those that are skipped.
+    pub verdict: Verdict,
+    skip: usize,
+    free: FreeRun,
+    outside: Outside,
+}
+
+impl Judged {
+    /// Compares the model's free run under the columns `inputs` with the column `output`. `skip` samples at the start do not
+    /// count, by default those that the model takes to settle, at most a tenth.
+    ///
+    /// # Errors
+    /// Names what is wrong with the columns, or that `skip` leaves nothing.
+    pub fn new(
+        model: &ModelFile,
+        file: &RecordFile,
+        (inputs, output): (&[&str], &str),
+        skip: Option<usize>,
+        initial_state: Option<Start>,
+    ) -> Result<Self> {
+        let (u, y) = (prediction::columns(file, inputs)?, file.finite(output)?);
+        let settling = model.settling.unwrap_or_else(|| model.block.settling(SETTLED));
+        let skip = skip.unwrap_or_else(|| settling.min(y.len() / 10));
+        if skip >= y.len() {
+            bail!(
+                "{}: leaving out the first {skip} of {} samples leaves nothing to compare",
+                file.path.display(),
+                y.len()
+            );
+        }
+        let start = initial_state.unwrap_or(match skip < settling {
+            true if Start::enough(&model.block, y.len()) => Start::Estimate,
+            _ => Start::Steady,
+        });
+        let known = Some(y).filter(|_| start == Start::Estimate);
+        let free = FreeRun::new(&model.block, file, inputs, known)?;
+        let fresh: Vec<&[f64]> = u.iter().map(|u| &u[skip..]).collect();
+        let verdicts = Verdict::of_inputs(&fresh, &y[skip..], &free.output[skip..], model.estimated)
+            .map_err(|error| file.locate(named(error, output)))?;
+        if let Some((name, u)) = inputs.iter().zip(&fresh).find(|(_, u)| is_constant(u)) {
+            let (column, value) = ((*name).to_owned(), u[0]);
+            return Err(file.locate(flexure::Error::constant(column, value)).into());
+        }
+        let Some(verdict) = Verdict::worst(&verdicts) else {
+            bail!("the model has no input");
+        };
+        Ok(Judged {
+            verdict: verdict.clone(),
+            skip,
+            outside: Outside::new(&model.block, &u),
+            free,
+        })
+    }
+
+    /// The object that `validate --json` prints.
+    pub fn json(&self) -> Value {
+        let Judged {
+            verdict,
+            skip,
+            free,
+            outside,
+        } = self;
+        json!({
+            "fit_percent": verdict.measures.fit_percent,
+            "rms": verdict.measures.rms,
+            "r_squared": verdict.measures.r_squared,
+            "samples": verdict.measures.samples,
+            "skipped": skip,
+            "initial_state": free.start().name(),
+            "initial_state_samples": free.estimated_from,
+            "holds": verdict.holds(),
+            "verdict": verdict.words(),
+            "residual_tests": tests_json(verdict),
+            "samples_outside_range": outside.samples,
+        })
+    }
+    /// The text that `validate` prints.
+    pub fn summary(&self) -> String {
+        let Judged {
+            verdict,
+            skip,
+            free,
+            outside,
+        } = self;
+        let mut lines = vec![format!(
+            "fit {:.2} %, RMS error {}, {} samples compared, the first {skip} skipped",
+            verdict.measures.fit_percent,
+            number(verdict.measures.rms),
+            verdict.measures.samples
+        )];
+        lines.push(format!("free run {}", free.words()));
+        for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
+            lines.push(format!(
+                "  {:<62} {} (statistic {:.1}, limit {:.1}, p = {:.2e})",
+                test.kind.name(),
+                if test.passed() { "passed" } else { "FAILED" },
+                test.statistic,
+                test.limit,
+                test.p_value
+            ));
+        }
+        lines.push(verdict.words());
+        lines.extend(outside.warning());
+        lines.join("\n")
+    }
+}
+
+/// Whether samples vary by no more than rounding: then no test can find anything in them.
+fn is_constant(samples: &[f64]) -> bool {
+    let (low, high) = samples
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
+            (low.min(v), high.max(v))
+        });
+    !(high - low > 1e-12 * low.abs().max(high.abs()))
+}
+
+/// The same error with the output's column in place of "the measurement".
+fn named(error: flexure::Error, output: &str) -> flexure::Error {
+    match error {
+        flexure::Error::Data(DataError::Constant { value, .. }) => flexure::Error::constant(output, value),
+        other => other,
+    }
+}
