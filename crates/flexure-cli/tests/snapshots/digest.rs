@@ -109,9 +109,8 @@ pub fn compare(name: &str, now: &Map<String, Value>) {
     let mode = std::env::var("FLEXURE_SNAPSHOTS").unwrap_or_default();
     let stored = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("tests/snapshots/stored/{name}.json"));
     if mode == "write" {
-        let text = serde_json::to_string_pretty(now).unwrap();
         std::fs::create_dir_all(stored.parent().unwrap()).unwrap();
-        std::fs::write(stored, text + "\n").unwrap();
+        std::fs::write(stored, written(&Value::Object(now.clone()), "") + "\n").unwrap();
         return;
     }
     let before: Value = serde_json::from_str(&std::fs::read_to_string(&stored).unwrap()).unwrap();
@@ -133,6 +132,22 @@ pub fn compare(name: &str, now: &Map<String, Value>) {
         differences.len(),
         differences.join("\n")
     );
+}
+
+/// JSON with a line for every value that fits into one.
+fn written(value: &Value, indent: &str) -> String {
+    let inline = value.to_string();
+    let inner = format!("{indent} ");
+    let (open, close, items) = match value {
+        _ if inline.len() <= 160 => return inline,
+        Value::Object(fields) => {
+            let field = |(name, v): (&String, &Value)| format!("{}: {}", json!(name), written(v, &inner));
+            ('{', '}', fields.iter().map(field).collect::<Vec<_>>())
+        }
+        Value::Array(items) => ('[', ']', items.iter().map(|v| written(v, &inner)).collect()),
+        _ => return inline,
+    };
+    format!("{open}\n{inner}{}\n{indent}{close}", items.join(&format!(",\n{inner}")))
 }
 
 fn flatten(place: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
