@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use flexure::identify::{
-    ApproximationScore, Linear, LinearIdentification, SandwichIdentification, Stage, TriedStructure, Verdict, Warning,
-    Wiener, WienerHammerstein, WienerIdentification, WienerStart,
+    ApproximationScore, Linear, LinearIdentification, Stage, TriedStructure, Verdict, Warning, Wiener,
+    WienerHammerstein, WienerHammersteinIdentification, WienerIdentification, WienerStart,
 };
 use flexure::linear::{Complex, TransferFunction};
 use flexure::nonlinearity::Curve;
@@ -185,8 +185,8 @@ impl From<WienerIdentification> for Cascade {
     }
 }
 
-impl From<SandwichIdentification> for Cascade {
-    fn from(result: SandwichIdentification) -> Self {
+impl From<WienerHammersteinIdentification> for Cascade {
+    fn from(result: WienerHammersteinIdentification) -> Self {
         let intersample = result.intersample.into_iter().flat_map(|between| {
             [
                 LinearBlock {

@@ -21,40 +21,35 @@
 //! | any of the first five, or none | [`Auto`] | all but the last | yes | that of the chosen | no |
 
 mod auto;
-mod branches;
+mod block;
 mod checks;
 mod criterion;
 #[cfg(test)]
 mod derivative_tests;
 pub mod hammerstein;
-mod hammerstein_wiener;
-mod joint_inputs;
-mod multiple_inputs;
 mod outcome;
-mod output_error;
-mod parallel;
 mod reference;
 pub mod robot_joint;
 mod samples;
-mod sandwich;
-mod several;
-mod wiener;
+mod structures;
+mod surface;
 
 pub use auto::{Auto, AutoIdentification, Identified, Refutation, Structure, StructureCandidate};
-pub use branches::TriedBranches;
+pub use block::branches::TriedBranches;
+pub use block::sum::{ParallelBranch, TriedSum};
+pub use block::{ApproximationScore, Intersample, Stage, TriedStructure};
 pub use hammerstein::{
     Breakpoint, BreakpointKind, Calibration, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved,
     PlainHammerstein, RefinedHammerstein, RefinedIdentification, RegressionLag,
 };
-pub use hammerstein_wiener::{HammersteinWiener, HammersteinWienerIdentification};
-pub use joint_inputs::{JointInputs, JointInputsIdentification, TriedSurface};
-pub use multiple_inputs::{InputBranch, MultipleInputs, MultipleInputsIdentification, MultipleInputsModel};
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
-pub use output_error::{Linear, LinearIdentification};
-pub use parallel::{Parallel, ParallelBranch, ParallelIdentification, TriedSum};
 pub use reference::{
     DecayPrior, Narx, NarxIdentification, NarxModel, NarxTerm, TriedNarx, Volterra, VolterraIdentification,
     VolterraModel,
 };
-pub use sandwich::{ApproximationScore, Intersample, SandwichIdentification, Stage, TriedStructure, WienerHammerstein};
-pub use wiener::{Wiener, WienerIdentification, WienerStart};
+pub use structures::{
+    HammersteinWiener, HammersteinWienerIdentification, InputBranch, Linear, LinearIdentification, MultipleInputs,
+    MultipleInputsIdentification, MultipleInputsModel, Parallel, ParallelIdentification, Wiener, WienerHammerstein,
+    WienerHammersteinIdentification, WienerIdentification, WienerStart,
+};
+pub use surface::{JointInputs, JointInputsIdentification, TriedSurface};

@@ -134,9 +134,9 @@ pub enum Warning {
         /// Its value.
         value: f64,
     },
-    /// There is little for a sandwich's search to start from.
+    /// There is little for a cascade's search to start from.
     #[error(
-        "the best linear approximation explains only {percent:.1} % of the output's variance, from which a sandwich's poles and \
+        "the best linear approximation explains only {percent:.1} % of the output's variance, from which a cascade's poles and \
          zeros are hardly known: give the input a mean where the nonlinearity is steep, or record for longer"
     )]
     WeakLinearApproximation {

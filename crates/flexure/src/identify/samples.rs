@@ -1,9 +1,9 @@
 //! The samples of one record, checked, and what is made of them before and after every fit by simulation error.
 
+use super::block::{Monitor, Prepared};
 use super::checks::{must_vary, warn_of_levels};
 use super::outcome::{Verdict, Warning};
-use super::sandwich::{Monitor, Prepared};
-use crate::error::{Error, Result};
+use crate::error::{DataError, Error, Result};
 use crate::model::Block;
 use crate::record::Record;
 use crate::validation::Estimated;
@@ -115,4 +115,14 @@ impl<'a> Samples<'a> {
         let (verdict, warnings) = self.verdict(&predicted, Some(parameters))?;
         Ok((predicted, verdict, warnings))
     }
+}
+
+/// Refuses an input that is given twice.
+pub(super) fn refuse_repeated(inputs: &[&str]) -> Result<()> {
+    let twice = inputs.iter().enumerate().find(|(i, name)| inputs[..*i].contains(name));
+    twice.map_or(Ok(()), |(_, name)| {
+        Err(Error::Data(DataError::DuplicateColumn {
+            name: (*name).to_owned(),
+        }))
+    })
 }

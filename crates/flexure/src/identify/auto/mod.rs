@@ -18,7 +18,7 @@
 //!
 //! Where a simple candidate leaves white noise, more complex ones are not fitted. Nothing here is random.
 //!
-//! What cannot be told: a sandwich one block of which hardly has a memory is nearly a Wiener or a Hammerstein system, and found as
+//! What cannot be told: a cascade one block of which hardly has a memory is nearly a Wiener or a Hammerstein system, and found as
 //! such; a structure outside the four that one of them imitates to within the noise is not refuted.
 
 mod judge;
@@ -30,12 +30,13 @@ mod words;
 use std::fmt;
 use std::ops::ControlFlow;
 
+use super::block::{Monitor, Stage};
 use super::hammerstein::{RefinedHammerstein, RefinedIdentification};
 use super::outcome::{Verdict, Warning};
-use super::output_error::{LinearIdentification, fit as fit_linear};
 use super::samples::Samples;
-use super::sandwich::{Monitor, SandwichIdentification, Stage, fit as fit_sandwich};
-use super::wiener::{WienerIdentification, fit as fit_wiener};
+use super::structures::linear::{LinearIdentification, fit as fit_linear};
+use super::structures::wiener::{WienerIdentification, fit as fit_wiener};
+use super::structures::wiener_hammerstein::{WienerHammersteinIdentification, fit as fit_wiener_hammerstein};
 use crate::error::Result;
 use crate::model::Block;
 use crate::record::Record;
@@ -100,7 +101,7 @@ pub enum Identified {
     /// Wiener, by [`Wiener`](super::Wiener).
     Wiener(WienerIdentification),
     /// Wiener-Hammerstein, by [`WienerHammerstein`](super::WienerHammerstein).
-    WienerHammerstein(SandwichIdentification),
+    WienerHammerstein(WienerHammersteinIdentification),
 }
 
 impl Identified {
@@ -314,7 +315,7 @@ impl Auto {
                 }
                 Structure::Wiener => Identified::Wiener(fit_wiener(&samples, &prepared, &mut monitor)?),
                 Structure::WienerHammerstein => {
-                    Identified::WienerHammerstein(fit_sandwich(&samples, &prepared, &mut monitor)?)
+                    Identified::WienerHammerstein(fit_wiener_hammerstein(&samples, &prepared, &mut monitor)?)
                 }
             });
         }

@@ -13,7 +13,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::super::branches::{Columns, delays};
+use super::super::block::branches::{Columns, delays};
 use super::super::outcome::{Verdict, Warning};
 use super::ridge::Ridge;
 use crate::error::Result;

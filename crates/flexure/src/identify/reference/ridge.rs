@@ -1,6 +1,6 @@
 //! Ridge regression for all penalties at once, from the spectrum of the columns' correlations.
 
-use super::super::sandwich::normal_equations;
+use super::super::block::normal_equations;
 use crate::linalg;
 
 /// Penalties that are tried, relative to the number of samples: from the first, each so many times the one before.

@@ -11,9 +11,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::super::branches::{Columns, Signals, delays};
+use super::super::block::branches::{Columns, Signals, delays};
+use super::super::block::normal_equations;
 use super::super::outcome::{Verdict, Warning};
-use super::super::sandwich::normal_equations;
 use super::narx::LARGEST_LAG;
 use crate::error::Result;
 use crate::interrupt;

@@ -1,0 +1,90 @@
+//! The intermediate signal between the samples, and how the back takes it up.
+
+use std::f64::consts::PI;
+
+use super::approximation::solve;
+use super::loss::{Between, Cascade, Data, delayed};
+use super::products::normal_equations;
+use super::rational::convolved;
+use super::split::Candidate;
+
+/// Samples on either side from which one half-way between is interpolated.
+const REACH: usize = 32;
+
+/// `s` with a second instant half-way between the samples: the front's numerator for it is the one whose output is nearest
+/// to the interpolated intermediate signal, the back's numerators for both those that fit the output best.
+///
+/// `None` on a record too short to interpolate, or where the least squares have no solution.
+pub(super) fn with_instant_between(s: &Cascade, data: &Data) -> Option<Candidate> {
+    let n = data.u.len().checked_sub(REACH)?;
+    if n <= data.from {
+        return None;
+    }
+    let all_pole = s.front.all_pole(&data.u);
+    let target = half_a_sample_later(&convolved(&s.front.b, &all_pole));
+    let minus: Vec<f64> = target[..n].iter().map(|w| -w).collect();
+    // Half a sample more reaches one further back.
+    let columns: Vec<Vec<f64>> = (0..s.front.b.len().max(s.front.order() + 1))
+        .map(|i| delayed(&all_pole[..n], i, 1.0))
+        .collect();
+    let front = solve(&normal_equations(&minus, &columns, data.from))?;
+    let mut columns = Vec::new();
+    let lengths = [s.back.b.len(), s.back.b.len().max(s.back.order() + 1)];
+    for (b, length) in [&s.front.b, &front].into_iter().zip(lengths) {
+        let w = convolved(b, &all_pole);
+        let z: Vec<f64> = w.iter().map(|w| s.shape.value(*w)).collect();
+        let back = s.back.all_pole(&z);
+        columns.extend((0..length).map(|i| delayed(&back, i, 1.0)));
+    }
+    let minus: Vec<f64> = data.y.iter().map(|y| s.offset - y).collect();
+    let mut numerator = solve(&normal_equations(&minus, &columns, data.from))?;
+    let back = numerator.split_off(lengths[0]);
+    let mut cascade = s.clone();
+    cascade.back.b = numerator;
+    cascade.between = Some(Between { front, back });
+    let squares = data.squares(&cascade.run(&data.u));
+    squares.is_finite().then_some(Candidate { cascade, squares })
+}
+
+/// A signal half a sample later, by the Hann-windowed cardinal series; zero beyond its ends.
+fn half_a_sample_later(signal: &[f64]) -> Vec<f64> {
+    let tap = |k: usize| {
+        let distance = k as f64 - REACH as f64 + 0.5;
+        let window = (0.5 * PI * distance / REACH as f64).cos().powi(2);
+        window * (PI * distance).sin() / (PI * distance)
+    };
+    let taps: Vec<f64> = (0..2 * REACH).map(tap).collect();
+    let near = |t: usize| (t + 1).saturating_sub(REACH)..(t + 1 + REACH).min(signal.len());
+    let late = |t: usize| near(t).map(|i| taps[i + REACH - 1 - t] * signal[i]).sum();
+    (0..signal.len()).map(late).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_signal_is_interpolated() {
+        let wave = |t: f64| (0.9 * t + 0.3).sin() + 0.5 * (1.9 * t).cos();
+        let signal: Vec<f64> = (0..300).map(|t| wave(f64::from(t))).collect();
+        let late = half_a_sample_later(&signal);
+        for t in REACH..300 - REACH {
+            let want = wave(t as f64 + 0.5);
+            assert!((late[t] - want).abs() < 1e-4, "{t}: {} {want}", late[t]);
+        }
+        // At the ends, the series without the samples that are not there.
+        let tap = |distance: f64| {
+            let window = (0.5 * PI * distance / REACH as f64).cos().powi(2);
+            window * (PI * distance).sin() / (PI * distance)
+        };
+        for t in [0_usize, 5, 31, 32, 63, 64, 299] {
+            let near = |i: &usize| (*i as f64 - t as f64 - 0.5).abs() < REACH as f64;
+            let want: f64 = (0..300)
+                .filter(near)
+                .map(|i| tap(i as f64 - t as f64 - 0.5) * signal[i])
+                .sum();
+            assert!((late[t] - want).abs() < 1e-12, "{t}: {} {want}", late[t]);
+        }
+        assert_eq!(half_a_sample_later(&[1.0, 2.0]).len(), 2);
+    }
+}

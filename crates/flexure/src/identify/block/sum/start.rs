@@ -1,0 +1,239 @@
+//! Where the search for a sum of branches starts.
+//!
+//! Both starts come from an equation that is linear in products of a nonlinearity's coefficients and a numerator's: of such
+//! products there are as many as branches, so that the matrix of all has their number as its rank (nearly), and its
+//! dominant parts are the branches up to a mixing that the joint fit is free to change.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+use super::super::branches::{Signals, branches, coarse, dominant_products, splines};
+use super::super::{Cascade, Data, Rational, Shape, delayed, groups, normal_equations, schwarz, solve};
+use super::sum::Sum;
+use crate::interrupt::{self, Interrupt};
+use crate::linear::Complex;
+use crate::linear::correlation::variance;
+
+/// Pieces of the coarse nonlinearities.
+const PIECES: usize = 5;
+/// More groups of poles than this are not shared out.
+const MOST_GROUPS: usize = 8;
+/// Random ways of sharing out the poles from which better ones are looked for.
+const CLIMBS: u64 = 16;
+/// Numerator coefficients of a back beyond its poles' number, and most of them.
+const MORE_ZEROS: usize = 1;
+const MOST_COEFFICIENTS: usize = 4;
+
+/// Static, linear: so many branches with one denominator of this order.
+pub(super) fn hammerstein(data: &Data, order: usize, count: usize) -> Option<Sum> {
+    let signals = Signals {
+        dependence: data.dependence,
+        ..Signals::new(vec![data.u.clone()], data.y.clone(), data.from)
+    };
+    let system = branches(&signals, order, &[0], count)?;
+    let mut all: Vec<Cascade> = (system.branches.into_iter())
+        .map(|branch| Cascade {
+            front: Rational::pass(),
+            shape: branch.shape,
+            back: branch.linear,
+            between: None,
+            offset: 0.0,
+        })
+        .collect();
+    take_offset(&mut all, system.offset);
+    Some(Sum::new(all, data))
+}
+
+/// An offset of the sum becomes a level of the first nonlinearity whose back passes one.
+fn take_offset(branches: &mut [Cascade], offset: f64) {
+    let gain = |b: &Cascade| b.back.static_gain();
+    let largest = branches
+        .iter_mut()
+        .max_by(|a, b| gain(a).abs().total_cmp(&gain(b).abs()));
+    if let Some(branch) = largest {
+        let level = offset / branch.back.static_gain();
+        if level.is_finite() {
+            branch.shape.c.iter_mut().for_each(|c| *c += level);
+        }
+    }
+}
+
+/// Linear, static, linear: the poles of a linear approximation shared out between the fronts and backs of so many
+/// branches, best first.
+pub(super) fn cascades(approximation: &Rational, data: &Data, count: usize) -> Vec<Sum> {
+    let mut poles = groups(&approximation.poles());
+    poles.truncate(MOST_GROUPS);
+    let interrupt = interrupt::current();
+    let pool = Pool {
+        poles,
+        data,
+        count,
+        interrupt,
+    };
+    let climbs = (0..CLIMBS).into_par_iter().filter_map(|seed| pool.climbed(seed));
+    let mut all: Vec<(Vec<usize>, f64)> = climbs.collect();
+    all.sort_by(|a, b| a.1.total_cmp(&b.1));
+    all.dedup_by(|b, a| (a.1 - b.1).abs() <= 1e-9 * a.1.abs());
+    all.iter()
+        .filter_map(|(slots, _)| pool.shared_out(slots).sum(data))
+        .collect()
+}
+
+/// Poles, one or a pair at a time, and where they may go: front and back of every branch in turn.
+struct Pool<'a> {
+    poles: Vec<(Complex<f64>, bool)>,
+    data: &'a Data,
+    count: usize,
+    interrupt: Interrupt,
+}
+
+impl Pool<'_> {
+    /// From a random way to share out the poles, the best move of one group over and over.
+    fn climbed(&self, seed: u64) -> Option<(Vec<usize>, f64)> {
+        let mut random = Pcg64::seed_from_u64(seed);
+        let places = 2 * self.count;
+        let mut slots: Vec<usize> = self.poles.iter().map(|_| random.random_range(0..places)).collect();
+        let mut score = self.score(&slots)?;
+        loop {
+            let moves = (0..slots.len()).flat_map(|group| (0..places).map(move |place| (group, place)));
+            let judged = moves
+                .filter(|&(group, place)| slots[group] != place)
+                .filter_map(|(group, place)| {
+                    let mut next = slots.clone();
+                    next[group] = place;
+                    let score = self.score(&next)?;
+                    Some((next, score))
+                });
+            match judged.min_by(|a, b| a.1.total_cmp(&b.1)) {
+                Some((next, less)) if less < score => (slots, score) = (next, less),
+                _ => return Some((slots, score)),
+            }
+        }
+    }
+
+    /// The score of a way to share out the poles; `None` where it cannot be fitted, and where the work is asked to stop.
+    fn score(&self, slots: &[usize]) -> Option<f64> {
+        (!self.interrupt.is_requested()).then(|| self.shared_out(slots).score(self.data))?
+    }
+
+    fn shared_out(&self, slots: &[usize]) -> SharedOut {
+        let all_pole = |place: usize| {
+            let mine = self.poles.iter().zip(slots).filter(|(_, slot)| **slot == place);
+            let poles: Vec<Complex<f64>> = mine
+                .flat_map(|(&(p, pair), _)| std::iter::once(p).chain(pair.then(|| p.conj())))
+                .collect();
+            Rational::from_roots(&[], &poles)
+        };
+        SharedOut {
+            blocks: (0..self.count)
+                .map(|i| (all_pole(2 * i), all_pole(2 * i + 1)))
+                .collect(),
+        }
+    }
+}
+
+/// Fronts and backs, of poles alone.
+struct SharedOut {
+    blocks: Vec<(Rational, Rational)>,
+}
+
+/// A branch's part of the linear equation.
+struct Part {
+    front: Rational,
+    back: Rational,
+    shape: Shape,
+    /// The B-spline that the constant stands for.
+    middle: usize,
+    /// Numerator coefficients of the back.
+    coefficients: usize,
+}
+
+/// The parts and the solution.
+struct Solved {
+    parts: Vec<Part>,
+    entries: Vec<f64>,
+    squares: f64,
+}
+
+impl SharedOut {
+    /// Least squares over all products of B-splines and numerator coefficients of all branches, and a constant.
+    fn solve(&self, data: &Data) -> Option<Solved> {
+        let (mut parts, mut columns) = (Vec::new(), Vec::new());
+        for (front, back) in &self.blocks {
+            let mut front = front.clone();
+            let w = front.run(&data.u);
+            let spread = variance(&w[data.from..]).sqrt();
+            if !(spread > 1e-12 && spread.is_finite()) {
+                return None;
+            }
+            front.b.iter_mut().for_each(|b| *b /= spread);
+            let w: Vec<f64> = w.iter().map(|w| w / spread).collect();
+            let shape = coarse(&w[data.from..], PIECES)?;
+            let (basis, middle) = splines(&w, &shape);
+            let coefficients = (back.order() + MORE_ZEROS).min(MOST_COEFFICIENTS);
+            for spline in &basis {
+                let filtered = back.all_pole(spline);
+                columns.extend((0..coefficients).map(|k| delayed(&filtered, k, 1.0)));
+            }
+            parts.push(Part {
+                front,
+                back: back.clone(),
+                shape,
+                middle,
+                coefficients,
+            });
+        }
+        columns.push(vec![1.0; data.y.len()]);
+        let minus: Vec<f64> = data.y.iter().map(|y| -y).collect();
+        let equations = normal_equations(&minus, &columns, data.from);
+        let entries = solve(&equations)?;
+        let explained: f64 = entries.iter().zip(&equations.descent).map(|(p, d)| p * d).sum();
+        Some(Solved {
+            parts,
+            entries,
+            squares: (equations.cost - explained).max(0.0),
+        })
+    }
+
+    /// Schwarz's criterion, with the parameters of one product a branch.
+    fn score(&self, data: &Data) -> Option<f64> {
+        let solved = self.solve(data)?;
+        let each = (solved.parts.iter()).map(|p| p.front.order() + p.back.order() + p.shape.c.len() + p.coefficients);
+        Some(schwarz(solved.squares, each.sum(), data))
+    }
+
+    /// The branches of the dominant products.
+    fn sum(&self, data: &Data) -> Option<Sum> {
+        let Solved { parts, entries, .. } = self.solve(data)?;
+        let mut rest = &entries[..];
+        let mut all = Vec::new();
+        for part in parts {
+            let (mine, others) = rest.split_at((part.shape.c.len() - 1) * part.coefficients);
+            rest = others;
+            let (mut c, b) = dominant_products(mine, part.coefficients, 1)?.pop()?;
+            c.insert(part.middle, 0.0);
+            let Part {
+                mut front,
+                mut back,
+                mut shape,
+                ..
+            } = part;
+            shape.c = c;
+            back.b = b;
+            for block in [&mut front, &mut back] {
+                block.b.resize(block.b.len().max(block.order() + 1), 0.0);
+            }
+            all.push(Cascade {
+                front,
+                shape,
+                back,
+                between: None,
+                offset: 0.0,
+            });
+        }
+        take_offset(&mut all, rest.first().copied().unwrap_or(0.0));
+        let sum = Sum::new(all, data);
+        sum.squares.is_finite().then_some(sum)
+    }
+}

@@ -1,0 +1,226 @@
+//! Blocks in the record's units and the conventional scale.
+
+use super::loss::Cascade;
+use super::rational::Rational;
+use super::search::Prepared;
+use super::shape::Shape;
+use crate::error::{Error, Result};
+use crate::linear::TransferFunction;
+use crate::linear::correlation::{mean, variance};
+use crate::model::Block;
+use crate::nonlinearity::{Curve, Outside};
+
+/// Evenly spaced points of the tabulated nonlinearity.
+const POINTS: usize = 2001;
+/// Frequencies at which the peak gain is looked for.
+const FREQUENCIES: usize = 1024;
+/// A static gain below this share of the peak gain does not fix the scale.
+const NO_STATIC_GAIN: f64 = 0.1;
+
+/// A linear approximation that was tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ApproximationScore {
+    /// Its order.
+    pub order: usize,
+    /// RMS of its simulation error relative to the output's standard deviation.
+    pub relative_error: f64,
+}
+
+/// The linear blocks of the second of two branches that have the same nonlinearity: the model is
+/// $y = G_2 f(G_1 u) + G_2' f(G_1' u)$.
+///
+/// A nonlinearity in continuous time bends the signal between the samples too, which sampling folds back into the
+/// output's band. $G_1'$ has the poles of $G_1$ and gives the intermediate signal at an instant between the samples, half-way at the
+/// start of the search; $G_2'$ has the poles of $G_2$. The static gains of $G_2$ and $G_2'$ then sum to one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Intersample {
+    /// $G_1'$.
+    pub front: TransferFunction,
+    /// $G_2'$.
+    pub back: TransferFunction,
+    /// The nonlinearity again; its abscissas differ if the input has a mean and the two fronts' static gains differ.
+    pub nonlinearity: Curve,
+}
+
+/// A signal's mean and standard deviation.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::identify) struct Scale {
+    pub mean: f64,
+    pub spread: f64,
+}
+
+impl Scale {
+    /// That of these samples.
+    pub fn new(samples: &[f64]) -> Scale {
+        Scale {
+            mean: mean(samples),
+            spread: variance(samples).sqrt(),
+        }
+    }
+
+    /// From scaled to the samples' own unit.
+    pub fn back(&self, x: f64) -> f64 {
+        self.mean + self.spread * x
+    }
+
+    /// The samples at zero mean and unit variance.
+    pub fn standardised(&self, samples: &[f64]) -> Vec<f64> {
+        samples.iter().map(|x| (x - self.mean) / self.spread).collect()
+    }
+}
+
+/// The scales of input and output.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::identify) struct Scales {
+    pub input: Scale,
+    pub output: Scale,
+}
+
+impl Scales {
+    pub fn new(u: &[f64], y: &[f64]) -> Scales {
+        Scales {
+            input: Scale::new(u),
+            output: Scale::new(y),
+        }
+    }
+}
+
+/// Evenly spaced points, as many as a tabulated nonlinearity has besides its breakpoints.
+fn even(low: f64, high: f64) -> impl Iterator<Item = f64> {
+    (0..POINTS).map(move |i| low + (high - low) * i as f64 / (POINTS - 1) as f64)
+}
+
+/// Where a nonlinearity is tabulated over a range: at evenly spaced points, and at its breakpoints and kinks.
+pub(in crate::identify) fn abscissas(shape: &Shape, [low, high]: [f64; 2]) -> Vec<f64> {
+    let mut at: Vec<f64> = even(low, high).chain(shape.breakpoints().iter().copied()).collect();
+    at.extend(shape.kinks_within([low, high]));
+    at.sort_unstable_by(f64::total_cmp);
+    // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
+    let nearest = 1e-9 * (high - low);
+    at.dedup_by(|b, a| *b - *a <= nearest);
+    at
+}
+
+/// The table of a nonlinearity at these points, straight on beyond its ends; both functions are applied to the points.
+pub(in crate::identify) fn tabulated(
+    points: impl Iterator<Item = f64>,
+    abscissa: impl Fn(f64) -> f64,
+    ordinate: impl Fn(f64) -> f64,
+) -> Result<Curve> {
+    let mut points: Vec<(f64, f64)> = points.map(|x| (abscissa(x), ordinate(x))).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points.dedup_by(|b, a| b.0 <= a.0);
+    let (x, y) = points.into_iter().unzip();
+    Curve::new(x, y, Outside::Linear)
+}
+
+/// Breakpoints in another unit, increasing.
+pub(in crate::identify) fn mapped(breakpoints: &[f64], abscissa: impl Fn(f64) -> f64) -> Vec<f64> {
+    let mut mapped: Vec<f64> = breakpoints.iter().map(|x| abscissa(*x)).collect();
+    mapped.sort_unstable_by(f64::total_cmp);
+    mapped
+}
+
+/// The blocks in the record's units and the conventional scale.
+pub(in crate::identify) struct Blocks {
+    pub front: TransferFunction,
+    pub curve: Curve,
+    pub breakpoints: Vec<f64>,
+    pub kinks: Vec<f64>,
+    pub back: TransferFunction,
+    pub intersample: Option<Intersample>,
+    pub offset: f64,
+}
+
+impl Blocks {
+    /// The blocks in cascade.
+    pub fn model(&self) -> Result<Block> {
+        let branch = |front: &TransferFunction, curve: &Curve, back: &TransferFunction| {
+            vec![
+                Block::Linear(front.clone()),
+                Block::Static(curve.clone()),
+                Block::Linear(back.clone()),
+            ]
+        };
+        let mut blocks = branch(&self.front, &self.curve, &self.back);
+        if let Some(between) = &self.intersample {
+            let second = branch(&between.front, &between.nonlinearity, &between.back);
+            blocks = vec![Block::Parallel(vec![Block::Series(blocks), Block::Series(second)])];
+        }
+        if self.offset != 0.0 {
+            let ordinates = vec![self.offset, 1.0 + self.offset];
+            blocks.push(Block::Static(Curve::new(vec![0.0, 1.0], ordinates, Outside::Linear)?));
+        }
+        Ok(Block::Series(blocks))
+    }
+}
+
+/// The cascade of prepared signals, in the record's units; the delay goes to the front.
+///
+/// The nonlinearity is tabulated where the fit's samples are and where it has breakpoints.
+pub(in crate::identify) fn blocks(s: &Cascade, prepared: &Prepared) -> Result<Blocks> {
+    let Prepared {
+        scales, data, delay, ..
+    } = prepared;
+    let (input, output, delay) = (scales.input, scales.output, *delay);
+    let (front_gain, _) = conventional_gain(&s.front, delay)?;
+    let (back_gain, back_static) = conventional_gain(&s.whole_back(), 0)?;
+    let over = |b: &[f64], g: &Rational, gain: f64| Rational {
+        b: b.iter().map(|b| b / gain).collect(),
+        sections: g.sections.clone(),
+    };
+    // The scaled front's output is (gain / spread) times the new one's, less what the input's mean contributes.
+    let abscissa = |x: f64, front: &Rational| x * input.spread / front_gain + front.static_gain() * input.mean;
+    let front = over(&s.front.b, &s.front, front_gain);
+    let mut offset = output.mean + output.spread * s.offset;
+    let mut level = 0.0;
+    if back_static {
+        (level, offset) = (offset, 0.0);
+    }
+    let ordinate = |x: f64| level + output.spread * back_gain * s.shape.value(x);
+    let breakpoints = s.shape.breakpoints();
+    let entering: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
+    let range = s.shape.range_with(&entering);
+    let kinks = s.shape.kinks_within(range);
+    let inner = abscissas(&s.shape, range);
+    let curve = |front: &Rational| tabulated(inner.iter().copied(), |x| abscissa(x, front), ordinate);
+    let [breakpoints, kinks] = [breakpoints, &kinks].map(|at| mapped(at, |x| abscissa(x, &front)));
+    let intersample = (s.between.as_ref())
+        .map(|between| {
+            let front = over(&between.front, &s.front, front_gain);
+            Ok::<_, Error>(Intersample {
+                nonlinearity: curve(&front)?,
+                front: front.transfer_function(delay)?,
+                back: over(&between.back, &s.back, back_gain).transfer_function(0)?,
+            })
+        })
+        .transpose()?;
+    Ok(Blocks {
+        curve: curve(&front)?,
+        front: front.transfer_function(delay)?,
+        breakpoints,
+        kinks,
+        back: over(&s.back.b, &s.back, back_gain).transfer_function(0)?,
+        intersample,
+        offset,
+    })
+}
+
+/// What a block is divided by, and whether that is its static gain; 1 for a block that passes nothing.
+pub(in crate::identify) fn conventional_gain(g: &Rational, delay: usize) -> Result<(f64, bool)> {
+    let system = g.transfer_function(delay)?;
+    let step = std::f64::consts::PI / (FREQUENCIES - 1) as f64;
+    let gains = (0..FREQUENCIES).map(|i| system.frequency_response(i as f64 * step).norm());
+    let peak = gains.fold(0.0, f64::max);
+    let fixed = g.static_gain();
+    if fixed.is_finite() && fixed.abs() >= NO_STATIC_GAIN * peak && fixed != 0.0 {
+        return Ok((fixed, true));
+    }
+    // The sign of the impulse response where it is largest.
+    let response = system.impulse_response(g.settling(0.01).min(10_000));
+    let largest = response
+        .iter()
+        .fold(0.0_f64, |m, v| if v.abs() > m.abs() { *v } else { m });
+    let usable = peak.is_finite() && peak > 0.0;
+    Ok((if usable { peak.copysign(largest) } else { 1.0 }, false))
+}

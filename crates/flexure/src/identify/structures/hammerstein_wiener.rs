@@ -1,0 +1,245 @@
+//! The Hammerstein-Wiener system: static, linear, static.
+//!
+//! $$ V_n = f(U_n), \qquad X_n = G(z) z^{-s} V_n, \qquad Y_n = g(X_n) + e_n $$
+//! with nothing given but the record:
+//!
+//! 1. the delay, from an equation error with B-splines of the input;
+//! 2. starts of orders 0 to 8: f and G by least squares over B-splines of the input with a common denominator, of whose
+//!    numerators the dominant product is taken (Bai 1998), and, for systems whose f hardly bends, the best linear
+//!    approximation; then g by least squares;
+//! 3. the best of them refined by Levenberg-Marquardt on the simulation error over all parameters of the three blocks, f and g
+//!    cubic splines with breakpoints where they are rough, and kinks on very strong evidence;
+//! 4. pieces of both nonlinearities, poles, numerator coefficients and the delay changed while Schwarz's criterion falls;
+//! 5. a last refinement on all samples.
+//!
+//! The start is exact where the linear part's output is Gaussian (Bussgang's theorem: g is then a gain and noise that is not
+//! correlated with it), as it is nearly where the memory is long. The input need not be white. Under a g that is even about
+//! the mean of what enters it, there is nothing to start from.
+//!
+//! Only the product of the blocks' gains is determined, and where the offsets lie is not. By convention the linear part has unit
+//! static gain (unit peak gain, where the static gain is less than a tenth of that), and the least-squares line through f over
+//! the fit's inputs is the identity: V is in the input's unit, and an f that is a straight line is V = U. Where f has (nearly)
+//! no such line, V has the input's mean and standard deviation.
+
+use std::ops::ControlFlow;
+
+use super::super::block::branches::{
+    Branch, Columns, SearchResult, Signals, System, Tabulated, TriedBranches, find, normalised, tabulated,
+};
+use super::super::block::{Monitor, Rational, Shape, Stage};
+use super::super::outcome::{Verdict, Warning};
+use crate::error::{Error, Result, Stopped};
+use crate::linear::TransferFunction;
+use crate::linear::correlation::{mean, variance};
+use crate::model::Block;
+use crate::nonlinearity::Curve;
+use crate::record::Record;
+
+/// A line through f that explains less than this share of its spread does not fix its scale.
+const NO_LINE: f64 = 0.1;
+
+/// The identification of a Hammerstein-Wiener system.
+///
+/// | parameter | purpose | valid range | default |
+/// |---|---|---|---|
+/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
+///
+/// ```
+/// use flexure::identify::HammersteinWiener;
+/// use flexure::linear::TransferFunction;
+/// use flexure::record::Record;
+/// use rand::{RngExt, SeedableRng};
+///
+/// let linear = TransferFunction::new(vec![0.3], vec![1.0, -0.7])?;
+/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+/// let u: Vec<f64> = (0..4000).map(|_| random.random_range(-2.0..2.0)).collect();
+/// let v: Vec<f64> = u.iter().map(|u| u + 0.2 * u * u).collect();
+/// let y: Vec<f64> = linear.simulate(&v).iter().map(|x| x.tanh()).collect();
+/// let result = HammersteinWiener::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+/// assert!(result.verdict.measures.fit_percent > 98.0);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HammersteinWiener {
+    /// The share of the record that the verdict is made on.
+    pub fresh_share: f64,
+}
+
+impl Default for HammersteinWiener {
+    fn default() -> Self {
+        HammersteinWiener { fresh_share: 0.25 }
+    }
+}
+
+/// An identified Hammerstein-Wiener system with all that was chosen on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HammersteinWienerIdentification {
+    /// The model, ready to simulate: `Series([Static, Linear, Static])`.
+    pub model: Block,
+    /// The nonlinearity at the input, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the
+    /// range of the fit.
+    pub input_nonlinearity: Curve,
+    /// The linear part, of unit static or peak gain; the delay is leading zeros of its numerator. Always stable.
+    pub linear: TransferFunction,
+    /// The nonlinearity at the output, as that at the input.
+    pub output_nonlinearity: Curve,
+    /// The delay s in samples.
+    pub delay: usize,
+    /// The number of poles of the linear part.
+    pub order: usize,
+    /// Breakpoints of the nonlinearity at the input, increasing, in the input's unit.
+    pub input_breakpoints: Vec<f64>,
+    /// Breakpoints of the nonlinearity at the output, increasing, in the unit of what enters it.
+    pub output_breakpoints: Vec<f64>,
+    /// Points at which the slope of the nonlinearity at the input changes at once, increasing, in the input's unit.
+    pub input_kinks: Vec<f64>,
+    /// The same of the nonlinearity at the output, in the unit of what enters it.
+    pub output_kinks: Vec<f64>,
+    /// The structures that were tried, in order.
+    pub tried: Vec<TriedBranches>,
+    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
+    pub fitted: usize,
+    /// The free-run output over all samples.
+    pub predicted: Vec<f64>,
+    /// The verdict on the samples from `fitted` on.
+    pub verdict: Verdict,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}
+
+impl HammersteinWiener {
+    /// Identifies the system from `input` to `output`.
+    ///
+    /// # Errors
+    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
+    /// than 200 samples for the fit), `Unit`, [`Error::Parameter`] for a parameter outside its range.
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<HammersteinWienerIdentification> {
+        self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// [`identify`](Self::identify), with `progress` called before every step; it stops the identification by returning
+    /// [`ControlFlow::Break`].
+    ///
+    /// The result depends neither on `progress` nor on the number of threads.
+    ///
+    /// # Errors
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`] if `progress` stopped it.
+    pub fn identify_with(
+        &self,
+        record: &Record,
+        input: &str,
+        output: &str,
+        progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
+    ) -> Result<HammersteinWienerIdentification> {
+        let what = "a Hammerstein-Wiener fit (besides the fresh part)";
+        let columns = Columns::new(record, &[input], output, self.fresh_share, what)?;
+        let data = columns.signals();
+        let mut monitor = Monitor::new(progress);
+        let found = find(&data, true, &mut monitor);
+        if let Some(stage) = monitor.stopped() {
+            return Err(Error::Stopped(Stopped::Identifying { stage: stage.name() }));
+        }
+        let found = found.unwrap_or_else(nothing);
+        let blocks = Blocks::new(&found.system, &data, &columns)?;
+        let model = blocks.model();
+        let fitted = columns.fitted;
+        let (predicted, verdict, warnings) = columns.samples().judged(&model, found.system.degrees())?;
+        Ok(HammersteinWienerIdentification {
+            model,
+            input_nonlinearity: blocks.input.curve,
+            delay: blocks.linear.b().iter().take_while(|b| **b == 0.0).count(),
+            order: blocks.linear.a().len() - 1,
+            linear: blocks.linear,
+            output_nonlinearity: blocks.output.curve,
+            input_breakpoints: blocks.input.breakpoints,
+            output_breakpoints: blocks.output.breakpoints,
+            input_kinks: blocks.input.kinks,
+            output_kinks: blocks.output.kinks,
+            tried: found.tried,
+            fitted,
+            predicted,
+            verdict,
+            warnings,
+        })
+    }
+}
+
+/// What is left where there is nothing to start from: a constant.
+fn nothing() -> SearchResult {
+    SearchResult {
+        system: System {
+            branches: vec![Branch {
+                delay: 0,
+                shape: Shape::new(&[-1.0, 1.0]),
+                linear: Rational {
+                    b: vec![1.0],
+                    sections: Vec::new(),
+                },
+            }],
+            offset: 0.0,
+            output: None,
+        },
+        tried: Vec::new(),
+    }
+}
+
+/// The blocks in the record's units and the conventional scale.
+struct Blocks {
+    input: Tabulated,
+    linear: TransferFunction,
+    output: Tabulated,
+}
+
+impl Blocks {
+    fn new(system: &System, data: &Signals, columns: &Columns) -> Result<Blocks> {
+        let (branch, scale) = (&system.branches[0], columns.inputs[0]);
+        let (linear, gain) = normalised(branch)?;
+        // V = slope v + level for the branch's own v.
+        let (slope, level) = conventional_line(&branch.shape, &data.u[0]);
+        let (slope, level) = (slope * scale.spread, scale.back(level));
+        let input = tabulated(
+            &branch.shape,
+            &data.u[0][data.from..],
+            |u| scale.back(u),
+            |v| slope * v + level,
+        )?;
+        let fixed = linear.static_gain();
+        let passed = if fixed.is_finite() { fixed * level } else { 0.0 };
+        // The linear part's output is (x - o) slope / gain + passed.
+        let abscissa = |x: f64| (x - system.offset) * slope / gain + passed;
+        let ordinate = |y: f64| columns.output.back(y);
+        let inner = &system.inner(&data.u)[data.from..];
+        let identity = || {
+            let mut identity = Shape::new(&[system.offset - 1.0, system.offset + 1.0]);
+            identity.straighten();
+            identity
+        };
+        let shape = system.output.clone().unwrap_or_else(identity);
+        let output = tabulated(&shape, inner, abscissa, ordinate)?;
+        Ok(Blocks { input, linear, output })
+    }
+
+    fn model(&self) -> Block {
+        Block::Series(vec![
+            Block::Static(self.input.curve.clone()),
+            Block::Linear(self.linear.clone()),
+            Block::Static(self.output.curve.clone()),
+        ])
+    }
+}
+
+/// Slope and level of the line from a nonlinearity's values to those whose own least-squares line over `u`, of zero mean
+/// and unit variance, is the identity.
+fn conventional_line(shape: &Shape, u: &[f64]) -> (f64, f64) {
+    let v: Vec<f64> = u.iter().map(|u| shape.value(*u)).collect();
+    let (centre, spread) = (mean(&v), variance(&v).sqrt());
+    let covariance = v.iter().zip(u).map(|(v, u)| (v - centre) * u).sum::<f64>() / u.len() as f64;
+    let slope = if !(spread > 0.0 && spread.is_finite()) {
+        1.0
+    } else if covariance.abs() >= NO_LINE * spread {
+        variance(u) / covariance
+    } else {
+        (1.0 / spread).copysign(covariance)
+    };
+    (slope, mean(u) - slope * centre)
+}

@@ -1,0 +1,190 @@
+//! The Wiener system: linear, static.
+//!
+//! $$ W_n = G(z) U_n, \qquad Y_n = f(W_n) + e_n $$
+//! with nothing given but the record, f invertible or not, even or not:
+//!
+//! 1. best linear approximations of orders 1 to 10; for a Gaussian input they are G up to scale (Bussgang's theorem);
+//! 2. impulse responses from conditional moments of the input: the dominant directions of its covariance weighted by the output
+//!    and by the output's square (Li 1992), and of its mean given the output (Greblicki 1992; Li 1991). The best of them, if it
+//!    does better than the linear approximations, is refined as a finite impulse response, then imitated by rational blocks;
+//! 3. the best starts refined by Levenberg-Marquardt on the simulation error over all parameters of both blocks, f a cubic spline
+//!    with breakpoints where it is rough;
+//! 4. poles, numerator coefficients and pieces added and taken away while Schwarz's criterion falls; kinks, with places of their
+//!    own, on very strong evidence;
+//! 5. a last refinement on all samples; step 4 once more by errors made white, and generalised least squares, where the error is
+//!    coloured noise.
+//!
+//! Steps 3 to 5 are those of the [cascade](crate::identify::WienerHammerstein) and need no white, nor a Gaussian, input; steps 1 and 2 are
+//! exact for Gaussian inputs of any colour and good starts for others.
+//!
+//! The linear block is returned with unit static gain (or unit peak gain, where the static gain is less than a tenth of that);
+//! the nonlinearity has the rest. Under an even f even the linear block's sign is a convention.
+
+mod directions;
+mod starts;
+#[cfg(test)]
+mod tests;
+
+use std::ops::ControlFlow;
+
+use super::super::block::{
+    ApproximationScore, Form, Monitor, Prepared, SearchResult, Stage, TriedStructure, blocks, search,
+};
+use super::super::outcome::{Verdict, Warning};
+use super::super::samples::Samples;
+use crate::error::Result;
+use crate::linear::TransferFunction;
+use crate::model::Block;
+use crate::nonlinearity::Curve;
+use crate::record::Record;
+use starts::{delay_of_any_dependence, is_weak, starts};
+
+/// The identification of a Wiener system.
+///
+/// | parameter | purpose | valid range | default |
+/// |---|---|---|---|
+/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
+///
+/// ```
+/// use flexure::identify::{Wiener, WienerStart};
+/// use flexure::linear::TransferFunction;
+/// use flexure::record::Record;
+/// use rand::SeedableRng;
+/// use rand_distr::{Distribution, StandardNormal};
+///
+/// // |x| is even about the mean of a zero-mean signal: no linear correlation at all.
+/// let linear = TransferFunction::new(vec![1.0, 0.5], vec![1.0, -0.7])?;
+/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+/// let u: Vec<f64> = (0..4000).map(|_| StandardNormal.sample(&mut random)).collect();
+/// let y: Vec<f64> = linear.simulate(&u).iter().map(|w| w.abs()).collect();
+/// let result = Wiener::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+/// assert_eq!(result.start, WienerStart::HigherMoments);
+/// assert!(result.verdict.measures.fit_percent > 98.0);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wiener {
+    /// The share of the record that the verdict is made on.
+    pub fresh_share: f64,
+}
+
+impl Default for Wiener {
+    fn default() -> Self {
+        Wiener { fresh_share: 0.25 }
+    }
+}
+
+/// What the search for a Wiener system started from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WienerStart {
+    /// The best linear approximations.
+    LinearApproximation,
+    /// Higher moments, which did better than the best linear approximations.
+    HigherMoments,
+}
+
+/// An identified Wiener system with all that was chosen on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WienerIdentification {
+    /// The model, ready to simulate: `Series([Linear, Static])`.
+    pub model: Block,
+    /// The linear block, of unit static or peak gain. Always stable.
+    pub linear: TransferFunction,
+    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of
+    /// the fit.
+    pub nonlinearity: Curve,
+    /// The number of poles.
+    pub order: usize,
+    /// The nonlinearity's breakpoints, increasing, in the unit of the intermediate signal.
+    pub breakpoints: Vec<f64>,
+    /// Points at which the nonlinearity's slope changes at once, increasing, in the same unit.
+    pub kinks: Vec<f64>,
+    /// What the search started from.
+    pub start: WienerStart,
+    /// The linear approximations that were tried.
+    pub approximations: Vec<ApproximationScore>,
+    /// The structures that were tried, in order; the back of each is nothing.
+    pub tried: Vec<TriedStructure>,
+    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
+    pub fitted: usize,
+    /// The free-run output over all samples.
+    pub predicted: Vec<f64>,
+    /// The verdict on the samples from `fitted` on.
+    pub verdict: Verdict,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}
+
+impl Wiener {
+    /// Identifies the system from `input` to `output`.
+    ///
+    /// # Errors
+    /// [`Error::Data`](crate::Error::Data): `MissingColumn`, `NonFinite`,
+    /// `Constant`, `ConstantPart`,
+    /// `TooShort` (fewer than 200 samples for the fit), `Unit`,
+    /// [`Error::Parameter`](crate::Error::Parameter) for a parameter outside its range.
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<WienerIdentification> {
+        self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// [`identify`](Self::identify), with `progress` called before every step; it stops the identification by returning
+    /// [`ControlFlow::Break`].
+    ///
+    /// The result depends neither on `progress` nor on the number of threads.
+    ///
+    /// # Errors
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if
+    /// `progress` stopped it.
+    pub fn identify_with(
+        &self,
+        record: &Record,
+        input: &str,
+        output: &str,
+        progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
+    ) -> Result<WienerIdentification> {
+        let what = "a Wiener fit (besides the fresh part)";
+        let samples = Samples::new(record, input, output, self.fresh_share, what)?;
+        let mut monitor = Monitor::new(progress);
+        let prepared = samples.prepared(&mut monitor);
+        fit(&samples, &prepared, &mut monitor)
+    }
+}
+
+/// The identification from linear approximations on.
+pub(in crate::identify) fn fit(
+    samples: &Samples<'_>,
+    linear: &Prepared,
+    monitor: &mut Monitor<'_>,
+) -> Result<WienerIdentification> {
+    let mut again = None;
+    if is_weak(linear) {
+        let (u, y) = (&samples.input()[..samples.fitted], &samples.y[..samples.fitted]);
+        again = Some(samples.prepared_with_delay(delay_of_any_dependence(u, y)));
+    }
+    let prepared = again.as_ref().unwrap_or(linear);
+    let (candidates, start) = starts(prepared, monitor);
+    let found = search(candidates, Form::Wiener, &prepared.data, monitor);
+    monitor.finished()?;
+    let found = found.unwrap_or_else(|| SearchResult::nothing(&prepared.data));
+    let blocks = blocks(&found.cascade, prepared)?;
+    let model = Block::Series(vec![
+        Block::Linear(blocks.front.clone()),
+        Block::Static(blocks.curve.clone()),
+    ]);
+    let (predicted, verdict, warnings) = samples.judged(&model, found.parameters())?;
+    Ok(WienerIdentification {
+        model,
+        linear: blocks.front,
+        nonlinearity: blocks.curve,
+        order: found.cascade.front.order(),
+        breakpoints: blocks.breakpoints,
+        kinks: blocks.kinks,
+        start,
+        approximations: linear.scores(),
+        tried: found.tried,
+        fitted: samples.fitted,
+        predicted,
+        verdict,
+        warnings,
+    })
+}

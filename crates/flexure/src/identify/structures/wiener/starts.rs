@@ -1,0 +1,91 @@
+//! Wiener systems to start from: the linear approximations, and rational blocks that imitate an impulse response found
+//! from higher moments.
+
+use super::super::super::block::{
+    Candidate, Data, LARGEST_ORDER, Monitor, Prepared, Rational, START_SAMPLES, Scale, Stage, WEAK, approximate,
+    fit_shape, fitted,
+};
+use super::super::super::hammerstein::delay::Dependence;
+use super::WienerStart;
+use super::directions::directions;
+use crate::linear::correlation::{mean, variance};
+
+/// Lags of the impulse responses from higher moments, and the samples that a lag needs.
+const LAGS: usize = 80;
+const SAMPLES_PER_LAG: usize = 20;
+/// Samples for the moments.
+const MOMENT_SAMPLES: usize = 20_000;
+/// Steps of a finite impulse response's refinement.
+const STEPS: usize = 15;
+/// Rational blocks that are kept, the best by Schwarz's criterion.
+const KEPT: usize = 4;
+/// The longest pure delay that is looked for, and what is left to the numerators.
+const LONGEST_DELAY: usize = 100;
+const DELAY_SLACK: usize = 2;
+
+/// The delay after which the output depends on the input in any way, less some slack.
+pub(super) fn delay_of_any_dependence(u: &[f64], y: &[f64]) -> usize {
+    let first = Dependence::new(u, y, LONGEST_DELAY.min(u.len() / 10)).first();
+    first.unwrap_or(0).saturating_sub(DELAY_SLACK)
+}
+
+/// Candidates, and what the best of them before any refinement came from.
+pub(super) fn starts(prepared: &Prepared, monitor: &mut Monitor<'_>) -> (Vec<Candidate>, WienerStart) {
+    monitor.stage = Stage::Correlation;
+    let few = prepared.data.head(START_SAMPLES);
+    let linear = prepared.starting().into_iter();
+    let mut candidates: Vec<Candidate> = linear
+        .filter_map(|g| fit_shape(g.clone(), Rational::pass(), &few))
+        .collect();
+    let least = candidates.iter().map(|c| c.squares).fold(f64::INFINITY, f64::min);
+    match from_moments(&prepared.data, &few, monitor) {
+        Some(response) if response.squares < least => {
+            candidates.extend(rational(response, &few, monitor));
+            (candidates, WienerStart::HigherMoments)
+        }
+        _ => (candidates, WienerStart::LinearApproximation),
+    }
+}
+
+/// The best finite impulse response from higher moments.
+fn from_moments(data: &Data, few: &Data, monitor: &mut Monitor<'_>) -> Option<Candidate> {
+    if !monitor.keep_on() {
+        return None;
+    }
+    let data = data.head(MOMENT_SAMPLES);
+    let lags = LAGS.min(data.counted() / SAMPLES_PER_LAG).max(1);
+    let judged = directions(&data.u, &data.y, lags).into_iter().filter_map(|b| {
+        let response = Rational {
+            b,
+            sections: Vec::new(),
+        };
+        fit_shape(response, Rational::pass(), few)
+    });
+    judged.min_by(|a, b| a.squares.total_cmp(&b.squares))
+}
+
+/// Rational blocks that imitate the finite impulse response, once that is refined.
+fn rational(response: Candidate, few: &Data, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
+    let response = fitted(response, few, STEPS, 1e-3, monitor);
+    let w = response.cascade.front.run(&few.u);
+    let scale = Scale {
+        mean: mean(&w),
+        spread: variance(&w).sqrt(),
+    };
+    let imitation = Data {
+        y: scale.standardised(&w),
+        ..few.clone()
+    };
+    let mut all: Vec<Candidate> = (1..=LARGEST_ORDER)
+        .filter_map(|order| approximate(&imitation, order, monitor))
+        .filter_map(|a| fit_shape(a.system, Rational::pass(), few))
+        .collect();
+    all.sort_by(|a, b| a.bic(few).total_cmp(&b.bic(few)));
+    all.truncate(KEPT);
+    all
+}
+
+/// Whether the linear approximations say too little, even about the delay.
+pub(super) fn is_weak(prepared: &Prepared) -> bool {
+    !(prepared.explained() >= WEAK)
+}

@@ -1,0 +1,295 @@
+//! The identification as a whole.
+
+use crate::error::DataError;
+use std::ops::ControlFlow;
+
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use super::*;
+use crate::Error;
+use crate::linear::TransferFunction;
+use crate::linear::correlation::variance;
+use crate::model::Block;
+use crate::nonlinearity::{Curve, Outside};
+
+fn linear(b: &[f64], a: &[f64]) -> Block {
+    Block::Linear(TransferFunction::new(b.to_vec(), a.to_vec()).unwrap())
+}
+
+fn curve(points: &[(f64, f64)]) -> Block {
+    let (x, y) = points.iter().copied().unzip();
+    Block::Static(Curve::new(x, y, Outside::Linear).unwrap())
+}
+
+/// Unit static gain on both sides of a limiter with different limits.
+fn limiter() -> Block {
+    Block::Series(vec![
+        linear(&[0.3, 0.1], &[1.0, -1.1, 0.5]),
+        curve(&[(-9.0, -0.6), (-0.6, -0.6), (0.8, 0.8), (9.0, 0.8)]),
+        linear(&[0.5], &[1.0, -0.5]),
+    ])
+}
+
+fn gaussian(n: usize, seed: u64) -> Vec<f64> {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
+}
+
+/// A record with white noise of this share of the output's standard deviation.
+fn record(system: &Block, u: Vec<f64>, noise: f64) -> Record {
+    let mut y = system.simulate(&u);
+    let spread = noise * variance(&y).sqrt();
+    for (y, e) in y.iter_mut().zip(gaussian(u.len(), 99)) {
+        *y += spread * e;
+    }
+    Record::new([("u", u), ("y", y)]).unwrap()
+}
+
+fn identify(record: &Record) -> WienerHammersteinIdentification {
+    WienerHammerstein::default().identify(record, "u", "y").unwrap()
+}
+
+#[test]
+fn a_known_cascade_comes_back_with_its_orders_and_all_blocks() {
+    let system = limiter();
+    let result = identify(&record(&system, gaussian(5000, 1), 0.01));
+    assert_eq!(
+        (result.front_order, result.back_order),
+        (2, 1),
+        "{:?}",
+        result.tried.last()
+    );
+    for (got, want) in result.front.a().iter().zip([1.0, -1.1, 0.5]) {
+        assert!((got - want).abs() < 0.02, "{:?}", result.front);
+    }
+    for (got, want) in result.back.a().iter().zip([1.0, -0.5]) {
+        assert!((got - want).abs() < 0.02, "{:?}", result.back);
+    }
+    for x in [-1.2, -0.8, -0.5, 0.0, 0.5, 1.0, 1.4] {
+        let want = f64::clamp(x, -0.6, 0.8);
+        assert!(
+            (result.nonlinearity.value(x) - want).abs() < 0.02,
+            "{x} {}",
+            result.nonlinearity.value(x)
+        );
+    }
+    let fresh = gaussian(3000, 2);
+    let (truth, predicted) = (system.simulate(&fresh), result.model.simulate(&fresh));
+    let fit = crate::validation::FitMeasures::new(&truth[100..], &predicted[100..])
+        .unwrap()
+        .fit_percent;
+    assert!(fit > 99.0, "{fit}");
+    assert!(result.verdict.holds(), "{}", result.verdict.words());
+    assert!(result.front.is_stable() && result.back.is_stable());
+    assert_eq!(result.intersample, None);
+}
+
+#[test]
+fn units_and_signs_do_not_matter() {
+    let original = record(&limiter(), gaussian(1500, 3), 0.01);
+    let scaled = |name: &str, factor: f64| {
+        original
+            .column(name)
+            .unwrap()
+            .iter()
+            .map(|v| factor * v)
+            .collect::<Vec<f64>>()
+    };
+    let other = Record::new([("u", scaled("u", 1024.0)), ("y", scaled("y", 1.0 / 4096.0))]).unwrap();
+    let (a, b) = (identify(&original), identify(&other));
+    // Powers of two: not a bit differs.
+    for (p, q) in a.predicted.iter().zip(&b.predicted) {
+        assert!((p - 4096.0 * q).abs() < 1e-9 * p.abs().max(1e-3), "{p} {q}");
+    }
+    assert_eq!((a.front_order, a.back_order), (b.front_order, b.back_order));
+    assert_eq!(a.front.a(), b.front.a());
+}
+
+#[test]
+fn means_and_a_long_delay_are_taken_care_of() {
+    let system = Block::Series(vec![
+        linear(
+            &[0.0; 30].iter().copied().chain([0.4]).collect::<Vec<f64>>(),
+            &[1.0, -0.6],
+        ),
+        curve(&[(0.0, 0.0), (3.0, 3.0), (9.0, 4.0)]),
+        linear(&[0.5, 0.0], &[1.0, -0.5]),
+    ]);
+    let u: Vec<f64> = gaussian(2500, 4).iter().map(|v| 3.0 + v).collect();
+    let result = identify(&record(&system, u, 0.005));
+    assert!(result.verdict.measures.fit_percent > 98.0, "{}", result.verdict.words());
+    let first = result.front.b().iter().position(|b| *b != 0.0).unwrap();
+    assert!((20..=30).contains(&first), "{first}");
+    assert!((result.front.static_gain() - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_back_without_static_gain_keeps_the_offset_apart() {
+    let system = Block::Series(vec![
+        linear(&[0.4], &[1.0, -0.6]),
+        curve(&[(-9.0, -1.0), (-1.0, -1.0), (1.0, 1.0), (9.0, 1.0)]),
+        linear(&[1.0, -1.0], &[1.0, -0.5]),
+        curve(&[(0.0, 7.0), (1.0, 8.0)]),
+    ]);
+    let result = identify(&record(&system, gaussian(2500, 5), 0.005));
+    assert!(result.verdict.measures.fit_percent > 98.0, "{}", result.verdict.words());
+    assert!((result.output_offset - 7.0).abs() < 0.05, "{}", result.output_offset);
+}
+
+#[test]
+fn hopeless_records_give_stable_models_and_a_verdict() {
+    let mut rng = Pcg64::seed_from_u64(6);
+    let n = 400;
+    let noise = gaussian(n, 7);
+    let levels: Vec<f64> = (0..n).map(|_| f64::from(rng.random_range(0..2_u8))).collect();
+    let square: Vec<f64> = noise.iter().map(|v| v * v).collect();
+    let mut spike = vec![0.0; n];
+    (spike[50], spike[350]) = (1.0, 1.0);
+    let ramp: Vec<f64> = (0..n).map(|i| i as f64).collect();
+    let growing: Vec<f64> = (0..n).map(|i| (0.05 * i as f64).exp()).collect();
+    let sine: Vec<f64> = (0..n).map(|i| (0.1 * i as f64).sin()).collect();
+    let cases = [
+        (&levels, &noise),
+        (&noise, &levels),
+        (&noise, &square),
+        (&spike, &noise),
+        (&spike, &spike),
+        (&ramp, &noise),
+        (&ramp, &growing),
+        (&sine, &sine),
+        (&noise, &ramp),
+        (&growing, &noise),
+    ];
+    for (i, (u, y)) in cases.into_iter().enumerate() {
+        let record = Record::new([("u", u.clone()), ("y", y.clone())]).unwrap();
+        let result = identify(&record);
+        assert!(result.front.is_stable() && result.back.is_stable(), "{i}");
+        assert!(result.predicted.iter().all(|v| v.is_finite()), "{i}");
+    }
+    let even = identify(&Record::new([("u", noise), ("y", square)]).unwrap());
+    let weak = |w: &Warning| matches!(w, Warning::WeakLinearApproximation { .. });
+    assert!(even.warnings.iter().any(weak), "{:?}", even.warnings);
+}
+
+#[test]
+fn it_can_be_stopped_at_every_stage() {
+    let record = record(&limiter(), gaussian(600, 8), 0.01);
+    let all = [
+        (Stage::Approximation, "approximating"),
+        (Stage::Split, "splitting"),
+        (Stage::Screening, "screening"),
+        (Stage::Structure, "choosing"),
+        (Stage::Refinement, "refining"),
+    ];
+    for (stage, words) in all {
+        let stop = &mut |now| {
+            if now == stage {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let error = WienerHammerstein::default()
+            .identify_with(&record, "u", "y", stop)
+            .unwrap_err();
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
+
+#[test]
+fn what_cannot_be_identified_is_refused() {
+    let of = |n: usize| Record::new([("u", gaussian(n, 9)), ("y", gaussian(n, 10))]).unwrap();
+    let method = WienerHammerstein { fresh_share: 1.0 };
+    let error = method.identify(&of(1000), "u", "y").unwrap_err().to_string();
+    assert!(error.contains("fresh share"), "{error}");
+    let error = WienerHammerstein::default().identify(&of(250), "u", "y").unwrap_err();
+    assert!(
+        matches!(
+            error,
+            Error::Data(DataError::TooShort {
+                need: 200,
+                got: 187,
+                ..
+            })
+        ),
+        "{error}"
+    );
+    let flat = Record::new([("u", gaussian(400, 9)), ("y", vec![1.0; 400])]).unwrap();
+    assert!(matches!(
+        WienerHammerstein::default().identify(&flat, "u", "y"),
+        Err(Error::Data(DataError::Constant { .. }))
+    ));
+}
+
+/// A limiter in continuous time, sampled: between the samples it does something that a discrete cascade cannot.
+#[test]
+fn a_nonlinearity_between_the_samples_is_found() {
+    const FINE: usize = 8;
+    let (n, mean) = (6000, 0.3);
+    let low = |g: f64| TransferFunction::new(vec![(1.0 - g) * (1.0 - g)], vec![1.0, -2.0 * g, g * g]).unwrap();
+    let fine = low(0.95).simulate(&low(0.9).simulate(&gaussian(FINE * n, 11)));
+    let fine: Vec<f64> = fine.iter().map(|v| mean + 20.0 * v).collect();
+    let w = low(0.93).simulate_from_mean(&fine);
+    let z: Vec<f64> = w.iter().map(|w| w.clamp(-1.0, 0.8)).collect();
+    let y = low(0.96).simulate_from_mean(&z);
+    let sampled = |v: &[f64]| -> Vec<f64> { v.iter().copied().step_by(FINE).collect() };
+    let (u, mut y) = (sampled(&fine), sampled(&y));
+    for (y, e) in y.iter_mut().zip(gaussian(n, 12)) {
+        *y += 5e-5 * e;
+    }
+    let result = identify(&Record::new([("u", u), ("y", y)]).unwrap());
+    let chosen = result.tried.last().unwrap();
+    let discrete = (result.tried.iter())
+        .filter(|t| t.samples == chosen.samples && t.instants == 1)
+        .map(|t| t.relative_error)
+        .fold(f64::INFINITY, f64::min);
+    println!(
+        "{:.2e} instead of {discrete:.2e}, {}",
+        chosen.relative_error,
+        result.verdict.words()
+    );
+    assert_eq!(chosen.instants, 2);
+    assert!(
+        chosen.relative_error < 0.8 * discrete,
+        "{} {discrete}",
+        chosen.relative_error
+    );
+    let between = result.intersample.unwrap();
+    assert_eq!(
+        (between.front.a(), between.back.a()),
+        (result.front.a(), result.back.a())
+    );
+    let gain = result.back.static_gain() + between.back.static_gain();
+    assert!((gain - 1.0).abs() < 1e-9, "{gain}");
+    // In the record's units, mean and all, the two branches are as good as they were found.
+    let spread = result.verdict.measures.rms / (1.0 - result.verdict.measures.r_squared).sqrt();
+    let fresh = result.verdict.measures.rms / spread;
+    assert!(fresh < 1.5 * chosen.relative_error, "{fresh} {}", chosen.relative_error);
+}
+
+/// The SYSID 2009 benchmark's circuit. Published on its test part: 43.4 mV linear, 0.28 mV the best block-structured model,
+/// 0.241 mV the best of all; those use 100,000 samples for the fit. On its first 80,000 and the next 20,000: 0.238 mV.
+#[test]
+fn the_benchmark_circuit() {
+    let folder = std::env::var("FLEXURE_DATA")
+        .unwrap_or_else(|_| concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data").into());
+    let path = std::path::Path::new(&folder).join("wiener-hammerstein-2009-estimation.csv");
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        println!("skipped: no {} in FLEXURE_DATA", path.display());
+        return;
+    };
+    let rows = text.lines().skip(1).take(16_000);
+    let (u, y) = rows
+        .filter_map(|l| l.split_once(','))
+        .map(|(u, y)| (u.parse::<f64>().unwrap(), y.parse::<f64>().unwrap()))
+        .unzip();
+    let result = identify(&Record::new([("u", u), ("y", y)]).unwrap());
+    let error = 1e3 * result.verdict.measures.rms;
+    println!(
+        "{error:.4} mV with {} and {} poles",
+        result.front_order, result.back_order
+    );
+    assert!(error < 0.26, "{error} mV");
+}

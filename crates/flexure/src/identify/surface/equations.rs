@@ -1,0 +1,264 @@
+//! The penalised least-squares problem of one Gauss-Newton step: its equations, and the likeliest penalties.
+
+use super::super::block::branches::Signals;
+use super::super::block::{Rational, delayed, normal_equations};
+use super::fit::Fit;
+use crate::linalg;
+use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::nonlinearity::{SurfaceAxis, products};
+
+/// Samples whose columns are in memory at a time.
+const SEGMENT: usize = 8192;
+/// The share of a response that is left of what lies before a segment.
+const FORGOTTEN: f64 = 1e-7;
+/// Steps of the penalties, the share by which they go farther than the formula (whose steps are short where penalties grow
+/// large), and the relative change of the effective parameters at which they have settled.
+const PENALTY_STEPS: usize = 25;
+const OVERSTEP: f64 = 1.5;
+const SETTLED: f64 = 5e-3;
+/// Bounds of the penalties, relative to what the data tell of a coefficient on average.
+const PENALTIES: [f64; 2] = [1e-7, 1e5];
+/// Holds directions that neither data nor penalty determine.
+const RIDGE: f64 = 1e-9;
+
+/// The splines' products filtered, the linear part's derivatives and a constant against the output error.
+///
+/// Columns: the surface's coefficients, the linear part's parameters but for the numerator's largest coefficient, which fixes the
+/// scale, and the offset.
+pub(super) fn equations(fit: &Fit, data: &Signals, free: bool) -> NormalEquations {
+    let samples = data.y.len();
+    let warm = fit.delay + fit.linear.settling(FORGOTTEN);
+    let mut sum: Option<NormalEquations> = None;
+    let mut start = data.from;
+    while start < samples {
+        let end = samples.min(start + SEGMENT);
+        let first = start.saturating_sub(warm);
+        let u = data.u.iter().map(|u| u[first..end].to_vec()).collect();
+        let part = Signals::new(u, data.y[first..end].to_vec(), start - first);
+        let (residuals, columns) = linearised(fit, &part, free);
+        let next = normal_equations(&residuals, &columns, part.from);
+        sum = Some(match sum {
+            None => next,
+            Some(mut sum) => {
+                sum.cost += next.cost;
+                sum.descent.iter_mut().zip(next.descent).for_each(|(s, n)| *s += n);
+                sum.normal.iter_mut().zip(next.normal).for_each(|(s, n)| *s += n);
+                sum
+            }
+        });
+        start = end;
+    }
+    sum.unwrap_or(NormalEquations {
+        cost: 0.0,
+        descent: Vec::new(),
+        normal: Vec::new(),
+    })
+}
+
+/// The linear part's parameters that are free: all but the numerator's largest.
+pub(super) fn free_parameters(linear: &Rational) -> Vec<usize> {
+    let largest = (0..linear.b.len()).max_by(|i, j| linear.b[*i].abs().total_cmp(&linear.b[*j].abs()));
+    let all = 0..linear.parameters().len();
+    all.filter(|i| Some(*i) != largest).collect()
+}
+
+/// The output error and its derivatives.
+fn linearised(fit: &Fit, data: &Signals, free: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let axes = fit.surface.axes();
+    let samples = data.y.len();
+    let mut columns = vec![vec![0.0; samples]; fit.surface.coefficients().len()];
+    let mut point = vec![0.0; axes.len()];
+    for n in fit.delay..samples {
+        point.iter_mut().zip(&data.u).for_each(|(x, u)| *x = u[n - fit.delay]);
+        products(axes, &point, &mut |j, value| columns[j][n] = value);
+    }
+    let g = &fit.linear;
+    let mut v = vec![0.0; samples];
+    for (column, c) in columns.iter_mut().zip(fit.surface.coefficients()) {
+        v.iter_mut().zip(&*column).for_each(|(v, b)| *v += c * b);
+        *column = g.run(column);
+    }
+    let all_pole = g.all_pole(&v);
+    let output = g.numerator(&all_pole);
+    if free {
+        let mut derivatives: Vec<Vec<f64>> = (0..g.b.len()).map(|k| delayed(&all_pole, k, 1.0)).collect();
+        for section in &g.sections {
+            let by = section.run(&output);
+            derivatives.extend((1..=section.order).map(|k| delayed(&by, k, -1.0)));
+        }
+        columns.extend(free_parameters(g).into_iter().map(|i| derivatives[i].clone()));
+    }
+    columns.push(vec![1.0; samples]);
+    let errors = output.iter().zip(&data.y).map(|(p, y)| p + fit.offset - y);
+    (errors.collect(), columns)
+}
+
+/// Second differences along every axis: the penalties' matrices and what their pseudo-determinant needs.
+pub(super) struct Penalty {
+    /// Row-major, one an axis.
+    matrices: Vec<Vec<f64>>,
+    /// The eigenvalues of every matrix in the basis that they share.
+    eigenvalues: Vec<Vec<f64>>,
+    size: usize,
+}
+
+impl Penalty {
+    /// `None` if an eigenvalue iteration fails.
+    pub fn new(axes: &[SurfaceAxis]) -> Option<Penalty> {
+        let counts: Vec<usize> = axes.iter().map(SurfaceAxis::splines).collect();
+        let size: usize = counts.iter().product();
+        let index = |j: usize, axis: usize| j / counts[axis + 1..].iter().product::<usize>() % counts[axis];
+        let (mut matrices, mut eigenvalues) = (Vec::new(), Vec::new());
+        for (axis, &m) in counts.iter().enumerate() {
+            let own = squared_second_differences(m);
+            let step: usize = counts[axis + 1..].iter().product();
+            let mut matrix = vec![0.0; size * size];
+            for i in 0..size {
+                let at = index(i, axis);
+                for k in 0..m {
+                    matrix[i * size + i - at * step + k * step] = own[at * m + k];
+                }
+            }
+            matrices.push(matrix);
+            let along = linalg::symmetric_eigen(&own, m)?.0;
+            let floor = 1e-10 * along.iter().copied().fold(0.0, f64::max);
+            let clean = |e: f64| if e > floor { e } else { 0.0 };
+            eigenvalues.push((0..size).map(|j| clean(along[index(j, axis)])).collect());
+        }
+        Some(Penalty {
+            matrices,
+            eigenvalues,
+            size,
+        })
+    }
+
+    /// c'Sc of every axis.
+    pub fn roughness(&self, c: &[f64]) -> Vec<f64> {
+        self.matrices
+            .iter()
+            .map(|matrix| {
+                let rows = matrix.chunks_exact(self.size).zip(c);
+                rows.map(|(row, ci)| ci * row.iter().zip(c).map(|(s, cj)| s * cj).sum::<f64>())
+                    .sum()
+            })
+            .collect()
+    }
+
+    /// tr(S^- S_a) of every axis for the sum S of all with these weights.
+    fn shares(&self, weights: &[f64]) -> Vec<f64> {
+        let total = |j: usize| -> f64 { self.eigenvalues.iter().zip(weights).map(|(e, w)| w * e[j]).sum() };
+        let share = |e: &Vec<f64>| {
+            let each = (0..self.size).filter(|j| e[*j] > 0.0).map(|j| e[j] / total(j));
+            each.sum()
+        };
+        self.eigenvalues.iter().map(share).collect()
+    }
+}
+
+/// D'D for the second differences D of so many values, row-major.
+fn squared_second_differences(m: usize) -> Vec<f64> {
+    let mut own = vec![0.0; m * m];
+    let weights = [1.0, -2.0, 1.0];
+    for first in 0..m.saturating_sub(2) {
+        for (i, a) in weights.iter().enumerate() {
+            for (k, b) in weights.iter().enumerate() {
+                own[(first + i) * m + first + k] += a * b;
+            }
+        }
+    }
+    own
+}
+
+/// The solution of penalised normal equations under the likeliest penalties.
+pub(super) struct Solution {
+    /// All unknowns: the surface's coefficients themselves, the change of the others.
+    pub unknowns: Vec<f64>,
+    pub weights: Vec<f64>,
+    /// The parameters that the surface's coefficients are worth.
+    pub effective: f64,
+}
+
+/// Minimises $|y - J x|^2 + \sum_a \lambda_a c'S_a c$ for the equations about the coefficients `c`, the penalties
+/// $\lambda_a$ by Fellner & Schall's step towards the largest marginal likelihood (Wood & Fasiolo 2017, eq. (4)), from `weights` on.
+/// `None` if the equations cannot be solved.
+pub(super) fn likeliest(
+    equations: &NormalEquations,
+    penalty: &Penalty,
+    c: &[f64],
+    weights: &[f64],
+    samples: usize,
+) -> Option<Solution> {
+    let (n, size) = (equations.descent.len(), penalty.size);
+    // About the origin of the coefficients instead of where they are.
+    let row = |i: usize| &equations.normal[i * n..i * n + size];
+    let product = |i: usize| row(i).iter().zip(c).map(|(a, c)| a * c).sum::<f64>();
+    let moved: Vec<f64> = (0..n).map(product).collect();
+    let rhs: Vec<f64> = equations.descent.iter().zip(&moved).map(|(d, m)| d + m).collect();
+    let shift = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
+    let cost = equations.cost + 2.0 * shift(c, &equations.descent) + shift(c, &moved);
+    let typical = (0..size).map(|i| equations.normal[i * n + i]).sum::<f64>() / size as f64;
+    let bounds = PENALTIES.map(|p| p * typical.max(f64::MIN_POSITIVE));
+    let mut weights: Vec<f64> = weights
+        .iter()
+        .map(|w| (w * typical).clamp(bounds[0], bounds[1]))
+        .collect();
+    let mut last = None;
+    for _ in 0..PENALTY_STEPS {
+        let mut matrix = equations.normal.clone();
+        for i in 0..n {
+            matrix[i * n + i] += RIDGE * (matrix[i * n + i] + typical);
+        }
+        for (s, w) in penalty.matrices.iter().zip(&weights) {
+            for i in 0..size {
+                let to = &mut matrix[i * n..i * n + size];
+                to.iter_mut()
+                    .zip(&s[i * size..(i + 1) * size])
+                    .for_each(|(m, s)| *m += w * s);
+            }
+        }
+        let inverse = linalg::inverse_positive_definite(&matrix, n)?;
+        let unknowns: Vec<f64> = (0..n).map(|i| shift(&inverse[i * n..(i + 1) * n], &rhs)).collect();
+        let c = &unknowns[..size];
+        let roughness = penalty.roughness(c);
+        let traces: Vec<f64> = (penalty.matrices.iter())
+            .map(|s| {
+                let of = |i: usize| shift(&s[i * size..(i + 1) * size], &inverse[i * n..i * n + size]);
+                (0..size).map(of).sum()
+            })
+            .collect();
+        let effective = size as f64 - shift(&traces, &weights);
+        let quadratic: f64 = (0..n)
+            .map(|i| unknowns[i] * shift(&equations.normal[i * n..(i + 1) * n], &unknowns))
+            .sum();
+        let squares = (cost - 2.0 * shift(&unknowns, &rhs) + quadratic).max(1e-14 * cost);
+        let variance = squares / (samples as f64 - effective - (n - size) as f64).max(1.0);
+        let shares = penalty.shares(&weights);
+        let next: Vec<f64> = (0..weights.len())
+            .map(|a| {
+                let gain = (shares[a] - traces[a]).max(1e-12);
+                let ratio = variance * gain / roughness[a].max(f64::MIN_POSITIVE);
+                let target = weights[a] * ratio.powf(OVERSTEP);
+                target.clamp(bounds[0], bounds[1])
+            })
+            .collect();
+        let before = last.as_ref().map_or(f64::INFINITY, |s: &Solution| s.effective);
+        last = Some(Solution {
+            unknowns,
+            weights: weights.iter().map(|w| w / typical).collect(),
+            effective,
+        });
+        if !((effective - before).abs() > SETTLED * effective.max(1.0)) {
+            break;
+        }
+        weights = next;
+    }
+    last.filter(|s| s.unknowns.iter().all(|v| v.is_finite()))
+}
+
+/// The penalised part of the cost, for weights relative to the equations' typical entry.
+pub(super) fn penalised(penalty: &Penalty, c: &[f64], weights: &[f64], equations: &NormalEquations) -> f64 {
+    let n = equations.descent.len();
+    let typical = (0..penalty.size).map(|i| equations.normal[i * n + i]).sum::<f64>() / penalty.size as f64;
+    let each = penalty.roughness(c).into_iter().zip(weights);
+    each.map(|(r, w)| w * typical * r).sum()
+}

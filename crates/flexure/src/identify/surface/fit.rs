@@ -1,0 +1,279 @@
+//! From the starts to the system: the linear part's structure, the surface's pieces, and the last fit on all samples.
+
+use super::super::block::branches::Signals;
+use super::super::block::{Data, Monitor, Prepared, Rational, Stage, delayed, dependence, restructured, schwarz};
+use super::equations::{Penalty, equations, free_parameters, likeliest, penalised};
+use super::start::starts;
+use super::{TriedSurface, standardised};
+use crate::nonlinearity::{Surface, SurfaceAxis};
+
+/// Samples that structure and pieces are chosen on.
+const STRUCTURE_SAMPLES: usize = 15_000;
+/// Pieces along every axis at the start, for two, three and four inputs, and those that are tried after that.
+const FIRST_PIECES: [usize; 3] = [6, 2, 1];
+const PIECES: [&[usize]; 3] = [&[4, 9, 13, 18], &[1, 3, 5], &[2]];
+/// The fewest samples for a coefficient.
+const SAMPLES_A_COEFFICIENT: usize = 6;
+/// Numbers of pieces in a row that are tried although the score rises.
+const WORSE_PIECES: usize = 2;
+/// Gauss-Newton steps that judge a change, and those of the last fit.
+const TRIAL_STEPS: usize = 3;
+const LAST_STEPS: usize = 8;
+/// Halvings of a step that does not lower the cost.
+const HALVINGS: usize = 8;
+/// A step that lowers the cost by less than this share is the last.
+const TOLERANCE: f64 = 1e-6;
+/// The penalties' first weights.
+const FIRST_WEIGHT: f64 = 1e-2;
+/// Rounds of linear structure and surface in turn.
+const ROUNDS: usize = 2;
+
+/// A system on signals of unit variance and zero mean.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    pub surface: Surface,
+    pub linear: Rational,
+    pub delay: usize,
+    pub offset: f64,
+    /// The penalties' weights, relative to what the data tell of a coefficient on average.
+    pub weights: Vec<f64>,
+    /// The sum of squared errors.
+    pub squares: f64,
+    /// The parameters that the surface is worth.
+    pub effective: f64,
+}
+
+impl Fit {
+    /// A flat surface of so many pieces along every axis, over the range of the inputs. `None` where the inputs have none.
+    pub fn flat(data: &Signals, linear: Rational, delay: usize, pieces: usize) -> Option<Fit> {
+        let axis = |u: &Vec<f64>| SurfaceAxis {
+            low: u.iter().copied().fold(f64::INFINITY, f64::min),
+            high: u.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            pieces,
+        };
+        let axes: Vec<SurfaceAxis> = data.u.iter().map(axis).collect();
+        let flat = Surface::constant(axes, 0.0);
+        Some(Fit {
+            weights: vec![FIRST_WEIGHT; data.u.len()],
+            surface: Surface::new(flat.axes().to_vec(), flat.coefficients().to_vec()).ok()?,
+            linear,
+            delay,
+            offset: 0.0,
+            squares: f64::INFINITY,
+            effective: 0.0,
+        })
+    }
+
+    /// The output's mean.
+    pub fn nothing(data: &Signals) -> Fit {
+        let unit = SurfaceAxis {
+            low: -1.0,
+            high: 1.0,
+            pieces: 1,
+        };
+        Fit {
+            surface: Surface::constant(vec![unit; data.u.len()], 0.0),
+            linear: Rational::pass(),
+            delay: 0,
+            offset: 0.0,
+            weights: vec![FIRST_WEIGHT; data.u.len()],
+            squares: data.squares(&vec![0.0; data.y.len()]),
+            effective: 0.0,
+        }
+    }
+
+    /// What the surface makes of the inputs.
+    pub fn inner(&self, data: &Signals) -> Vec<f64> {
+        let inputs: Vec<&[f64]> = data.u.iter().map(Vec::as_slice).collect();
+        self.surface.values(&inputs)
+    }
+
+    fn run(&self, data: &Signals) -> Vec<f64> {
+        let mut output = self.linear.run(&delayed(&self.inner(data), self.delay, 1.0));
+        output.iter_mut().for_each(|y| *y += self.offset);
+        output
+    }
+
+    /// The square root of generalised cross-validation's score.
+    fn score(&self, samples: usize) -> f64 {
+        let n = samples as f64;
+        let left = 1.0 - (self.effective + self.linear.parameters().len() as f64) / n;
+        match left > 0.0 {
+            true => (self.squares / n).sqrt() / left,
+            false => f64::INFINITY,
+        }
+    }
+
+    fn tried(&self, samples: usize) -> TriedSurface {
+        TriedSurface {
+            pieces: self.surface.axes().first().map_or(0, |a| a.pieces),
+            effective_parameters: self.effective,
+            relative_error: (self.squares / samples as f64).sqrt(),
+            score: self.score(samples),
+        }
+    }
+}
+
+/// The search, on signals of unit variance and zero mean; `None` if there is nothing to start from.
+pub(super) fn find(data: &Signals, monitor: &mut Monitor<'_>) -> Option<(Fit, Vec<TriedSurface>)> {
+    let kind = data.u.len().clamp(2, 4) - 2;
+    let mut data = data.clone();
+    let mut medium = data.head(STRUCTURE_SAMPLES);
+    let fits = starts(&medium, monitor).into_iter().filter_map(|inner| {
+        let (linear, delay) = linear_part(&inner, &medium.y, monitor)?;
+        let fit = Fit::flat(&medium, linear, delay, pieces_for(FIRST_PIECES[kind], &medium))?;
+        refined(fit, &medium, TRIAL_STEPS, monitor)
+    });
+    let mut best = fits.min_by(|a, b| a.squares.total_cmp(&b.squares))?;
+    monitor.stage = Stage::Structure;
+    let settling = best.delay + best.linear.settling(1e-4);
+    data.from = settling.clamp(data.y.len() / 100, data.y.len() / 10);
+    medium = data.head(STRUCTURE_SAMPLES);
+    let mut tried = Vec::new();
+    for round in 0..ROUNDS {
+        if let Some(fit) = with_structure(&best, &medium, monitor) {
+            best = fit;
+        }
+        if round == 0 {
+            best = refined(best.clone(), &medium, TRIAL_STEPS, monitor).unwrap_or(best);
+            tried.push(best.tried(medium.counted()));
+            best = with_pieces(best, PIECES[kind], &medium, monitor, &mut tried);
+        }
+    }
+    monitor.stage = Stage::Refinement;
+    best = refined(best.clone(), &data, LAST_STEPS, monitor).unwrap_or(best);
+    Some((best, tried))
+}
+
+/// At most so many pieces that every coefficient has its samples, at least one.
+fn pieces_for(wanted: usize, data: &Signals) -> usize {
+    let most = data.counted() / SAMPLES_A_COEFFICIENT;
+    let fits = |pieces: &usize| (pieces + 3).pow(data.u.len() as u32) <= most;
+    (1..=wanted).rev().find(fits).unwrap_or(1)
+}
+
+/// The linear part from what the surface makes of the inputs to the output, and the delay before it.
+fn linear_part(inner: &[f64], y: &[f64], monitor: &mut Monitor<'_>) -> Option<(Rational, usize)> {
+    let prepared = Prepared::new(inner, y, monitor);
+    let start = &prepared.approximations[prepared.best()?].system;
+    let g = restructured(&prepared.data, start, monitor).system;
+    let g = without_leading(g, &prepared.data, monitor);
+    Some((g.0, prepared.delay + g.1))
+}
+
+/// Leading numerator coefficients taken away, for more delay, while Schwarz's criterion falls; how many.
+fn without_leading(start: Rational, data: &Data, monitor: &mut Monitor<'_>) -> (Rational, usize) {
+    let mut data = data.clone();
+    let score = |squares: f64, g: &Rational, data: &Data| schwarz(squares, g.parameters().len(), data);
+    let output = start.run(&data.u);
+    data.dependence = dependence(&output, &data);
+    let mut best = (score(data.squares(&output), &start, &data), start, 0);
+    while best.1.b.len() > 1 {
+        let mut shorter = best.1.clone();
+        shorter.b.remove(0);
+        data.u = delayed(&data.u, 1, 1.0);
+        let next = restructured(&data, &shorter, monitor);
+        let found = score(next.squares, &next.system, &data);
+        if !(found < best.0) {
+            break;
+        }
+        best = (found, next.system, best.2 + 1);
+    }
+    (best.1, best.2)
+}
+
+/// The linear part's structure chosen again for the surface as it is, and both refined; `None` if that leads nowhere.
+fn with_structure(fit: &Fit, data: &Signals, monitor: &mut Monitor<'_>) -> Option<Fit> {
+    let inner = standardised(&fit.inner(data));
+    let (linear, delay) = linear_part(&inner, &data.y, monitor)?;
+    let pieces = fit.surface.axes().first()?.pieces;
+    let next = Fit {
+        weights: fit.weights.clone(),
+        ..Fit::flat(data, linear, delay, pieces)?
+    };
+    refined(next, data, TRIAL_STEPS, monitor)
+}
+
+/// Other numbers of pieces, while generalised cross-validation's score falls.
+fn with_pieces(
+    mut best: Fit,
+    wanted: &[usize],
+    data: &Signals,
+    monitor: &mut Monitor<'_>,
+    tried: &mut Vec<TriedSurface>,
+) -> Fit {
+    let (mut worse, mut last) = (0, 0);
+    for &pieces in wanted {
+        let allowed = pieces_for(pieces, data);
+        if !monitor.keep_on() || worse >= WORSE_PIECES || allowed == last {
+            break;
+        }
+        last = allowed;
+        let flat = Fit::flat(data, best.linear.clone(), best.delay, allowed);
+        let Some(next) = flat.and_then(|f| refined(f, data, 1, monitor)) else {
+            continue;
+        };
+        tried.push(next.tried(data.counted()));
+        if next.score(data.counted()) < best.score(data.counted()) {
+            (best, worse) = (next, 0);
+        } else {
+            worse += 1;
+        }
+    }
+    best
+}
+
+/// The surface fitted through the linear part, then both together; `None` if the first fails.
+pub(super) fn refined(start: Fit, data: &Signals, steps: usize, monitor: &mut Monitor<'_>) -> Option<Fit> {
+    let penalty = Penalty::new(start.surface.axes())?;
+    let mut fit = step(&start, &penalty, data, false)?;
+    for _ in 0..steps {
+        if !monitor.keep_on() {
+            break;
+        }
+        let Some(next) = step(&fit, &penalty, data, true) else {
+            break;
+        };
+        let fall = fit.squares - next.squares;
+        let done = fall.abs() <= TOLERANCE * fit.squares;
+        fit = next;
+        if done {
+            break;
+        }
+    }
+    Some(fit)
+}
+
+/// One Gauss-Newton step under the likeliest penalties, the linear part free or not; `None` if none lowers the cost.
+fn step(fit: &Fit, penalty: &Penalty, data: &Signals, free: bool) -> Option<Fit> {
+    let equations = equations(fit, data, free);
+    let c = fit.surface.coefficients();
+    let solution = likeliest(&equations, penalty, c, &fit.weights, data.counted())?;
+    let (new_c, others) = solution.unknowns.split_at(c.len());
+    let cost = |c: &[f64], squares: f64| squares + penalised(penalty, c, &solution.weights, &equations);
+    let before = cost(c, equations.cost);
+    let places = if free { free_parameters(&fit.linear) } else { Vec::new() };
+    let mut share = 1.0;
+    for _ in 0..HALVINGS {
+        let moved: Vec<f64> = c.iter().zip(new_c).map(|(c, n)| c + share * (n - c)).collect();
+        let mut parameters = fit.linear.parameters();
+        places.iter().zip(others).for_each(|(&i, d)| parameters[i] += share * d);
+        let mut next = Fit {
+            surface: fit.surface.with_coefficients(moved)?,
+            linear: fit.linear.with(&parameters),
+            offset: fit.offset + share * others.last().copied().unwrap_or(0.0),
+            weights: solution.weights.clone(),
+            effective: solution.effective,
+            ..fit.clone()
+        };
+        if next.linear.is_stable() {
+            next.squares = data.squares(&next.run(data));
+            let now = cost(next.surface.coefficients(), next.squares);
+            if now < before {
+                return Some(next);
+            }
+        }
+        share *= 0.5;
+    }
+    None
+}

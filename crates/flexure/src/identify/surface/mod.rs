@@ -1,0 +1,237 @@
+//! Several inputs that act jointly: one nonlinearity of all of them, then linear dynamics.
+//!
+//! $$ Y_n = o + G(z) z^{-s} \varphi(U^{(1)}_n, \dots, U^{(d)}_n) + e_n $$
+//! the Hammerstein system of Krzyzak & Sasiadek with X of d columns (eq. (21) and theorem 2). With nothing given but the record:
+//!
+//! 1. two starts. One is the paper's: the regression of $Y_{n+s}$ on $X_n$ by a kernel in d columns, at the lag where the output
+//!    depends on the inputs most; consistent where the inputs are white. The other needs no white inputs: least squares over
+//!    low polynomials of all inputs with one common denominator, whose numerators are one polynomial times the polynomials'
+//!    coefficients (Bai 1998).
+//! 2. the linear part from the start's $\varphi$ to the output: order and delay as for one input, by Schwarz's criterion on
+//!    the output error.
+//! 3. $\varphi$ as a tensor product of cubic B-splines with a penalty on second differences along every axis (Eilers & Marx
+//!    2003), estimated through the linear part, so that its memory is no noise; both blocks together by Gauss-Newton steps. The
+//!    penalties maximise the marginal likelihood (Wood & Fasiolo 2017), the number of pieces minimises generalised
+//!    cross-validation.
+//! 4. 2 and 3 again from there, then a last fit on all samples.
+//!
+//! Only the product of the blocks' gains is determined: the linear part has unit static gain (unit peak gain, where the static
+//! gain is less than a tenth of that), and $\varphi$ zero mean over the fit's inputs; the offset has the rest.
+
+mod equations;
+mod fit;
+mod start;
+#[cfg(test)]
+mod tests;
+
+use std::ops::ControlFlow;
+
+use super::block::branches::{Columns, Signals};
+use super::block::{Monitor, Stage, conventional_gain};
+use super::outcome::{Verdict, Warning};
+use super::samples::refuse_repeated;
+use crate::error::{Error, Result};
+use crate::linear::TransferFunction;
+use crate::linear::correlation::{mean, variance};
+use crate::model::Block;
+use crate::nonlinearity::{Curve, Outside, Surface, SurfaceAxis};
+use crate::record::Record;
+use fit::Fit;
+
+/// Most inputs of one nonlinearity.
+const MOST_INPUTS: usize = 4;
+
+/// The identification of a Hammerstein system whose nonlinearity has several inputs.
+///
+/// | parameter | purpose | valid range | default |
+/// |---|---|---|---|
+/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
+///
+/// ```
+/// use flexure::identify::JointInputs;
+/// use flexure::record::Record;
+/// use rand::{RngExt, SeedableRng};
+///
+/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+/// let mut input = || -> Vec<f64> { (0..3000).map(|_| random.random_range(-1.0..1.0)).collect() };
+/// let (p, q) = (input(), input());
+/// let mut y = vec![0.0; 3000];
+/// for n in 1..3000 {
+///     y[n] = 0.6 * y[n - 1] + p[n] * q[n];
+/// }
+/// let record = Record::new([("p", p), ("q", q), ("y", y)])?;
+/// let result = JointInputs::default().identify(&record, &["p", "q"], "y")?;
+/// assert_eq!((result.order, result.delay), (1, 0));
+/// assert!(result.fit_percent() > 98.0);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointInputs {
+    /// The share of the record that the verdict is made on.
+    pub fresh_share: f64,
+}
+
+impl Default for JointInputs {
+    fn default() -> Self {
+        JointInputs { fresh_share: 0.25 }
+    }
+}
+
+/// An identified system with a nonlinearity of several inputs, with all that was chosen on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointInputsIdentification {
+    /// The model, ready to simulate: `Series([Surface, Linear, Static])`, the last adding the offset.
+    pub model: Block,
+    /// The nonlinearity, in the inputs' units, held at its edges beyond the range of the fit.
+    pub nonlinearity: Surface,
+    /// The linear part, of unit static or peak gain; the delay is leading zeros of its numerator. Always stable.
+    pub linear: TransferFunction,
+    /// Added to its output.
+    pub output_offset: f64,
+    /// The delay in samples.
+    pub delay: usize,
+    /// The number of poles.
+    pub order: usize,
+    /// The parameters that the nonlinearity is worth under its penalty.
+    pub effective_parameters: f64,
+    /// The numbers of pieces that were tried, in order.
+    pub tried: Vec<TriedSurface>,
+    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
+    pub fitted: usize,
+    /// The free-run output over all samples.
+    pub predicted: Vec<f64>,
+    /// The verdicts on the samples from `fitted` on, one an input and then one a pair of inputs: the fit is the same in all, the
+    /// residual tests look for this input, or the product of these inputs' deviations, in the error.
+    pub verdicts: Vec<Verdict>,
+    /// What the user should know.
+    pub warnings: Vec<Warning>,
+}
+
+/// A number of pieces that was tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TriedSurface {
+    /// Pieces along every axis.
+    pub pieces: usize,
+    /// Parameters that they are worth under the likeliest penalty.
+    pub effective_parameters: f64,
+    /// RMS of the simulation error, relative to the output's standard deviation.
+    pub relative_error: f64,
+    /// The square root of generalised cross-validation's score, in the same unit; the smallest is chosen.
+    pub score: f64,
+}
+
+impl JointInputsIdentification {
+    /// The free-run fit on fresh data, percent.
+    pub fn fit_percent(&self) -> f64 {
+        self.verdicts.first().map_or(f64::NAN, |v| v.measures.fit_percent)
+    }
+
+    /// Whether the model holds for every input and every pair of them.
+    pub fn holds(&self) -> bool {
+        self.verdicts.iter().all(Verdict::holds)
+    }
+}
+
+impl JointInputs {
+    /// Identifies the system from `inputs`, two to four, to `output`.
+    ///
+    /// # Errors
+    /// [`Error::Data`]: `MissingColumn`, `DuplicateColumn` for an input that is given twice, `NonFinite`,
+    /// `Constant`, `ConstantPart`, `TooShort` (fewer than 200 samples an input for the
+    /// fit), `Unit`, [`Error::Parameter`] for a parameter outside its range and for another number of inputs.
+    pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<JointInputsIdentification> {
+        self.identify_with(record, inputs, output, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// [`identify`](Self::identify), with `progress` called before every step; it stops the identification by returning
+    /// [`ControlFlow::Break`].
+    ///
+    /// The result depends neither on `progress` nor on the number of threads.
+    ///
+    /// # Errors
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`] if `progress` stopped it.
+    pub fn identify_with(
+        &self,
+        record: &Record,
+        inputs: &[&str],
+        output: &str,
+        progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
+    ) -> Result<JointInputsIdentification> {
+        if !(2..=MOST_INPUTS).contains(&inputs.len()) {
+            return Err(Error::parameter(
+                "the number of inputs of a joint nonlinearity",
+                inputs.len() as f64,
+                "2 to 4",
+            ));
+        }
+        refuse_repeated(inputs)?;
+        let what = "a fit with a joint nonlinearity (besides the fresh part)";
+        let columns = Columns::new(record, inputs, output, self.fresh_share, what)?;
+        let data = columns.signals();
+        let mut monitor = Monitor::new(progress);
+        let found = fit::find(&data, &mut monitor);
+        monitor.finished()?;
+        let (found, tried) = found.unwrap_or_else(|| (Fit::nothing(&data), Vec::new()));
+        let (nonlinearity, linear, output_offset) = in_units(&found, &data, &columns)?;
+        let line = Curve::new(
+            vec![0.0, 1.0],
+            vec![output_offset, output_offset + 1.0],
+            Outside::Linear,
+        )?;
+        let model = Block::Series(vec![
+            Block::Surface(nonlinearity.clone()),
+            Block::Linear(linear.clone()),
+            Block::Static(line),
+        ]);
+        let predicted = model.simulate_inputs(&columns.u)?;
+        let parameters = (found.effective + found.linear.parameters().len() as f64).ceil() as usize;
+        let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(parameters))?;
+        Ok(JointInputsIdentification {
+            model,
+            nonlinearity,
+            output_offset,
+            delay: linear.b().iter().take_while(|b| **b == 0.0).count(),
+            order: linear.a().len() - 1,
+            linear,
+            effective_parameters: found.effective,
+            tried,
+            fitted: columns.fitted,
+            predicted,
+            verdicts,
+            warnings,
+        })
+    }
+}
+
+/// The blocks in the record's units and the conventional scale, and the offset.
+fn in_units(fit: &Fit, data: &Signals, columns: &Columns) -> Result<(Surface, TransferFunction, f64)> {
+    let (gain, _) = conventional_gain(&fit.linear, fit.delay)?;
+    let mut linear = fit.linear.clone();
+    linear.b.iter_mut().for_each(|b| *b /= gain);
+    let linear = linear.transfer_function(fit.delay)?;
+    let inputs: Vec<&[f64]> = data.u.iter().map(Vec::as_slice).collect();
+    let level = mean(&fit.surface.values(&inputs));
+    let scale = columns.output.spread * gain;
+    let axes = fit.surface.axes().iter().zip(&columns.inputs);
+    let axes = axes.map(|(axis, unit)| SurfaceAxis {
+        low: unit.back(axis.low),
+        high: unit.back(axis.high),
+        pieces: axis.pieces,
+    });
+    let scaled = fit.surface.affine(scale, -scale * level);
+    let surface = Surface::new(axes.collect(), scaled.coefficients().to_vec())?;
+    let fixed = linear.static_gain();
+    let through = if fixed.is_finite() { fixed * scale * level } else { 0.0 };
+    Ok((surface, linear, columns.output.back(fit.offset) + through))
+}
+
+/// A signal at zero mean and unit variance; all zero where it does not vary.
+fn standardised(v: &[f64]) -> Vec<f64> {
+    let (centre, spread) = (mean(v), variance(v).sqrt());
+    let scale = if spread > 0.0 && spread.is_finite() {
+        1.0 / spread
+    } else {
+        0.0
+    };
+    v.iter().map(|x| scale * (x - centre)).collect()
+}
