@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::outcome::Warning;
+use super::outcome::{Verdict, Warning};
 use crate::error::{DataError, Error, Result, check_size};
 use crate::linear::correlation::{cross_covariance, variance};
 use crate::nonlinearity::Curve;
@@ -13,8 +13,25 @@ const FEW_LEVELS: usize = 10;
 /// Autocorrelations of the input below this distort the result less than noise does.
 const NEGLIGIBLE_COLOUR: f64 = 0.05;
 
+/// The number of samples that are fitted where this share at the end is kept for the verdict; refuses a share that is out of range.
+pub(super) fn fresh_part(fresh_share: f64, samples: usize) -> Result<usize> {
+    if !(0.05..=0.9).contains(&fresh_share) {
+        return Err(Error::parameter("the fresh share", fresh_share, "between 0.05 and 0.9"));
+    }
+    Ok(samples - (fresh_share * samples as f64).round() as usize)
+}
+
+/// Refuses columns that do not vary over the part of the fit or over the fresh part.
+pub(super) fn both_vary(columns: &[(&str, &[f64])], fitted: usize) -> Result<()> {
+    for (column, samples) in columns {
+        must_vary(column, samples, 0..fitted, "used for the fit")?;
+        must_vary(column, samples, fitted..samples.len(), "kept for the verdict")?;
+    }
+    Ok(())
+}
+
 /// Refuses a column that does not vary over `part` by more than rounding.
-pub(super) fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'static str) -> Result<()> {
+fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'static str) -> Result<()> {
     let largest = check_size(column, samples)?;
     let varies = |v: &[f64]| variance(v).sqrt() > 1e-12 * largest;
     if varies(&samples[part.clone()]) {
@@ -66,6 +83,15 @@ pub(super) fn warn_of_colour(u: &[f64], warnings: &mut Vec<Warning>) -> bool {
     coloured
 }
 
+/// Warns where the model predicts no better than the output's mean.
+pub(super) fn warn_if_useless(verdict: &Verdict, warnings: &mut Vec<Warning>) {
+    let fit_percent = verdict.measures.fit_percent;
+    if fit_percent <= 0.0 {
+        warnings.push(Warning::Useless { fit_percent });
+    }
+}
+
+/// Warns where more than 1 % of the fresh input lies outside the curve's range.
 pub(super) fn warn_of_range(curve: &Curve, fresh: &[f64], warnings: &mut Vec<Warning>) {
     let outside = fresh.iter().filter(|&&u| !curve.covers(u)).count();
     let percent = 100.0 * outside as f64 / fresh.len() as f64;

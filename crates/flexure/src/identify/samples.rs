@@ -1,7 +1,7 @@
 //! The samples of one record, checked, and what is made of them before and after every fit by simulation error.
 
 use super::block::{Monitor, Prepared};
-use super::checks::{must_vary, warn_of_levels};
+use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_levels};
 use super::outcome::{Verdict, Warning};
 use crate::error::{DataError, Error, Result};
 use crate::model::Block;
@@ -46,21 +46,16 @@ impl<'a> Samples<'a> {
         fresh_share: f64,
         what: &'static str,
     ) -> Result<Samples<'a>> {
-        if !(0.05..=0.9).contains(&fresh_share) {
-            return Err(Error::parameter("the fresh share", fresh_share, "between 0.05 and 0.9"));
-        }
+        let fitted = fresh_part(fresh_share, record.len())?;
         let u: Vec<&[f64]> = inputs.iter().map(|i| record.finite(i)).collect::<Result<_>>()?;
         let y = record.finite(output)?;
-        let fitted = y.len() - (fresh_share * y.len() as f64).round() as usize;
         let need = FEWEST * inputs.len().max(1);
         if fitted < need {
             return Err(Error::too_short(what, need, fitted));
         }
-        let named = inputs.iter().copied().zip(u.iter().copied());
-        for (column, samples) in named.chain([(output, y)]) {
-            must_vary(column, samples, 0..fitted, "used for the fit")?;
-            must_vary(column, samples, fitted..samples.len(), "kept for the verdict")?;
-        }
+        let mut named: Vec<(&str, &[f64])> = inputs.iter().copied().zip(u.iter().copied()).collect();
+        named.push((output, y));
+        both_vary(&named, fitted)?;
         Ok(Samples { u, y, fitted })
     }
 
@@ -91,9 +86,7 @@ impl<'a> Samples<'a> {
         });
         let fresh: Vec<&[f64]> = self.u.iter().map(|u| &u[fitted..]).collect();
         let verdicts = Verdict::of_inputs(&fresh, &self.y[fitted..], &predicted[fitted..], estimated)?;
-        if let Some(fit_percent) = verdicts.first().map(|v| v.measures.fit_percent).filter(|f| *f <= 0.0) {
-            warnings.push(Warning::Useless { fit_percent });
-        }
+        verdicts.iter().take(1).for_each(|v| warn_if_useless(v, &mut warnings));
         Ok((verdicts, warnings))
     }
 

@@ -3,7 +3,6 @@
 pub(crate) mod autoregression;
 mod best_linear;
 pub(crate) mod correlation;
-pub(crate) mod from_impulse_response;
 pub(crate) mod levenberg_marquardt;
 mod transfer_function;
 

@@ -1,12 +1,14 @@
-//! Fixing the scale and the offset between the blocks, which the data cannot tell (paper, section VII).
+//! Step 5: the scale d1 and the offset alpha between the blocks (section VII, before (21)).
+//!
+//! The data determine phi up to scale and offset only: by (16), $m(x) = d_1 \varphi(x) + \alpha$. If phi is known at two points,
+//! $$ d_{1,n} = \frac{m_n(x_1) - m_n(x_2)}{\varphi(x_1) - \varphi(x_2)}, \qquad \alpha_n = m_n(x_1) - \varphi(x_1)\, d_{1,n}, \qquad
+//!    \varphi_n(x) = \frac{m_n(x) - \alpha_n}{d_{1,n}}. $$
+//! Otherwise a convention about the linear part fixes them.
 
-use super::Regression;
+use super::limits::{CLEAR_GAIN, GAIN_TAIL, SMALLEST_GAIN};
 use crate::error::{Error, Result};
 use crate::identify::outcome::Warning;
 use crate::linear::TransferFunction;
-
-/// A static gain below this share of the impulse response's absolute sum counts as none.
-const SMALLEST_GAIN: f64 = 0.02;
 
 /// How scale and offset, which the data cannot tell, are fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -27,15 +29,26 @@ pub enum Calibration {
     },
 }
 
-/// A static gain of no more than this many standard errors counts as none, too.
-const CLEAR: f64 = 3.0;
-
-/// phi = gain (m_n - mean m_n) + mean; the linear part is divided by the gain.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// phi = gain (m_n - mean of m_n) + mean; the linear part is divided by the gain. So gain is 1 / d1.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Calibrated {
     pub gain: f64,
     pub mean: f64,
     pub output_offset: f64,
+    pub warning: Option<Warning>,
+}
+
+/// The blocks as they were estimated.
+pub(super) struct Estimated<'a> {
+    /// m_n, NaN where it has no value.
+    pub nonlinearity: &'a dyn Fn(f64) -> f64,
+    /// The mean of m_n over the samples.
+    pub mean: f64,
+    /// The linear part that goes with m_n, without the delay.
+    pub linear: &'a TransferFunction,
+    /// A standard error of its static gain.
+    pub gain_error: f64,
+    pub output_mean: f64,
 }
 
 impl Calibration {
@@ -55,72 +68,44 @@ impl Calibration {
         Ok(())
     }
 
-    /// Scale and offset for the linear part (without delay) that goes with m_n as it was estimated;
-    /// `gain_error` is a standard error of its static gain.
-    pub(super) fn apply(
-        &self,
-        regression: &Regression,
-        linear: &TransferFunction,
-        gain_error: f64,
-        output_mean: f64,
-        warnings: &mut Vec<Warning>,
-    ) -> Result<Calibrated> {
-        let estimate = |x: f64| {
-            let m = regression.fit.predict(&[&[x]]);
-            m.ok().and_then(|m| m.first().copied()).unwrap_or(f64::NAN)
-        };
-        self.apply_to(estimate, regression.mean, linear, gain_error, output_mean, warnings)
-    }
-
-    /// The same for any estimate of the nonlinearity, NaN where it has none, and its mean over the samples.
-    pub(super) fn apply_to(
-        &self,
-        estimate: impl Fn(f64) -> f64,
-        mean: f64,
-        linear: &TransferFunction,
-        gain_error: f64,
-        output_mean: f64,
-        warnings: &mut Vec<Warning>,
-    ) -> Result<Calibrated> {
+    /// Scale and offset for blocks as they were estimated.
+    pub(super) fn apply(&self, estimated: &Estimated) -> Result<Calibrated> {
+        let linear = estimated.linear;
         let static_gain = linear.static_gain();
-        let impulse = linear.impulse_response(linear.settling(1e-3));
+        let impulse = linear.impulse_response(linear.settling(GAIN_TAIL));
         let total: f64 = impulse.iter().map(|k| k.abs()).sum();
-        let has_gain = static_gain.is_finite() && static_gain.abs() > (SMALLEST_GAIN * total).max(CLEAR * gain_error);
+        let least = (SMALLEST_GAIN * total).max(CLEAR_GAIN * estimated.gain_error);
+        let has_gain = static_gain.is_finite() && static_gain.abs() > least;
         let first = linear.b()[0];
         let gain = match self {
-            Calibration::TwoPoints { x, phi } => {
-                return two_points(x.map(estimate), mean, static_gain, output_mean, x, phi);
-            }
+            Calibration::TwoPoints { x, phi } => return two_points(estimated, *x, *phi),
             Calibration::UnitStaticGain if has_gain => static_gain,
             _ if first != 0.0 => first,
             _ => 1.0,
         };
-        if has_gain {
+        let output_mean = estimated.output_mean;
+        Ok(if has_gain {
             // All of the output's mean comes through the linear part.
-            return Ok(Calibrated {
+            Calibrated {
                 gain,
                 mean: output_mean * gain / static_gain,
                 output_offset: 0.0,
-            });
-        }
-        warnings.push(Warning::NoStaticGain);
-        Ok(Calibrated {
-            gain,
-            mean: 0.0,
-            output_offset: output_mean,
+                warning: None,
+            }
+        } else {
+            Calibrated {
+                gain,
+                mean: 0.0,
+                output_offset: output_mean,
+                warning: Some(Warning::NoStaticGain),
+            }
         })
     }
 }
 
 /// phi_n(x) = (m_n(x) - alpha_n) / d1_n with phi known at two points.
-fn two_points(
-    m: [f64; 2],
-    mean_of_m: f64,
-    static_gain: f64,
-    output_mean: f64,
-    x: &[f64; 2],
-    phi: &[f64; 2],
-) -> Result<Calibrated> {
+fn two_points(estimated: &Estimated, x: [f64; 2], phi: [f64; 2]) -> Result<Calibrated> {
+    let m = x.map(estimated.nonlinearity);
     if let Some(i) = (0..2).find(|&i| m[i].is_nan()) {
         return Err(Error::parameter(
             format!("x{} of the calibration", i + 1),
@@ -128,19 +113,20 @@ fn two_points(
             "a point with data within a bandwidth",
         ));
     }
-    let d = (m[0] - m[1]) / (phi[0] - phi[1]);
-    if !(d != 0.0 && d.is_finite()) {
+    let d1 = (m[0] - m[1]) / (phi[0] - phi[1]);
+    if !(d1 != 0.0 && d1.is_finite()) {
         return Err(Error::parameter(
             "the estimate's difference at the calibration points",
             m[0] - m[1],
             "non-zero; choose points at which the nonlinearity differs",
         ));
     }
-    let alpha = m[0] - phi[0] * d;
-    let mean = (mean_of_m - alpha) / d;
+    let alpha = m[0] - phi[0] * d1;
+    let mean = (estimated.mean - alpha) / d1;
     Ok(Calibrated {
-        gain: 1.0 / d,
+        gain: 1.0 / d1,
         mean,
-        output_offset: output_mean - static_gain * d * mean,
+        output_offset: estimated.output_mean - estimated.linear.static_gain() * d1 * mean,
+        warning: None,
     })
 }

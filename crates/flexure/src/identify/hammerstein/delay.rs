@@ -1,19 +1,82 @@
-//! Delay from cross-covariances: the first lag at which the output depends on the input at all.
+//! Step 1: the delay s of the linear system, and the lag at which the output is regressed on the input.
 //!
-//! The covariance of Y_{n+j} and X_n vanishes for an even nonlinearity, so the output is correlated with
-//! the first four orthonormal polynomials of the (clipped) input. For a white input n times the sum of
-//! the squared correlations is chi-squared with four degrees of freedom at a lag without dependence.
+//! The paper's (17) has $k_0 = d_1 \ne 0$. A measured system may respond later: $k_j = 0$ for j < s. The delay is the first lag j at
+//! which $Y_{n+j}$ depends on $X_n$ at all.
+//!
+//! The covariance of $Y_{n+j}$ and $X_n$ vanishes for an even nonlinearity. The output is therefore correlated with the first four
+//! orthonormal polynomials of the input, which is clipped first. For a white input and a lag without dependence, n times the sum of
+//! the squared correlations is chi-squared with four degrees of freedom.
+//!
+//! The regression (16) holds at every lag $s + j$ with $k_j$ in place of $k_0$. The paper regresses at the delay
+//! ([`RegressionLag::Delay`]). By default it is done at the lag of the strongest dependence, which has the least noise.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::PlainHammerstein;
+use super::limits::{CLIP, DEGREES, DEPENDENT, FALSE_ALARM, MOST_LAGS, SAMPLES_PER_LAG};
+use crate::identify::outcome::Warning;
 use crate::linear::correlation::{cross_covariance, mean, variance};
 
-/// Polynomials of the input that are correlated with the output.
-const DEGREES: usize = 4;
-/// The probability that a record without any dependence shows one at some lag.
-const FALSE_ALARM: f64 = 1e-3;
-/// Standard deviations from the mean at which the input is clipped.
-const CLIP: f64 = 3.0;
+/// Which lag the output is regressed at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RegressionLag {
+    /// The lag of the strongest dependence: every lag gives phi up to scale and offset, this one with
+    /// the least noise.
+    #[default]
+    Strongest,
+    /// The delay itself, as in the paper.
+    Delay,
+    /// A given lag.
+    At(usize),
+}
+
+impl RegressionLag {
+    /// The lag, where the dependence is strongest at `strongest`.
+    pub(super) fn resolve(self, strongest: usize, delay: usize) -> usize {
+        match self {
+            RegressionLag::Strongest => strongest.max(delay),
+            RegressionLag::Delay => delay,
+            RegressionLag::At(j) => j,
+        }
+    }
+}
+
+/// The lags that the following steps work at.
+pub(super) struct Lags {
+    /// The delay s.
+    pub delay: usize,
+    /// The lag of the regression.
+    pub regression: usize,
+    /// The lag of the strongest dependence.
+    pub strongest: usize,
+    /// The last lag of the impulse response.
+    pub last: usize,
+}
+
+impl Lags {
+    /// The given lags, or those that the data show.
+    pub fn find(method: &PlainHammerstein, x: &[f64], y: &[f64], warnings: &mut Vec<Warning>) -> Lags {
+        let given_delay = method.delay.unwrap_or(0);
+        let given = match method.regression_lag {
+            RegressionLag::At(j) => j.max(given_delay),
+            _ => given_delay,
+        };
+        let last = MOST_LAGS.min(x.len() / SAMPLES_PER_LAG) + given;
+        let dependence = Dependence::new(x, y, last);
+        let first = dependence.first();
+        if first.is_none() {
+            warnings.push(Warning::NoDependence { lags: last });
+        }
+        let strongest = dependence.strongest();
+        let delay = method.delay.unwrap_or(first.unwrap_or(strongest));
+        Lags {
+            delay,
+            regression: method.regression_lag.resolve(strongest, delay),
+            strongest,
+            last,
+        }
+    }
+}
 
 /// How strongly the output depends on the input at each lag.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,7 +147,7 @@ fn orthonormal_polynomials(x: &[f64]) -> Vec<Vec<f64>> {
             }
         }
         let norm = dot(&candidate, &candidate).sqrt();
-        if !(norm > 1e-6 * size) || basis.len() < degree {
+        if !(norm > DEPENDENT * size) || basis.len() < degree {
             break;
         }
         candidate.iter_mut().for_each(|c| *c /= norm);

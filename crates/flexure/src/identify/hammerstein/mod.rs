@@ -1,73 +1,60 @@
-//! The Hammerstein system, identified by the paper's algorithm as it stands (sections VI and VII):
-//! $$ W_n = \varphi(X_n) + \xi_n, \qquad Y_n = \sum_{j \ge 0} k_j W_{n-s-j} . $$
+//! The Hammerstein system by the method of the paper (Krzyzak & Sasiadek, sections VI and VII).
 //!
-//! For a white input X, $E(Y_{n+j} | X_n = x) = k_{j-s} \varphi(x) + \text{const}$, so the kernel regression of
-//! output on input recovers phi up to scale and offset without knowing the linear part (16), and
-//! $\mathrm{cov}(Y_{n+j}, \psi(X_n)) = k_{j-s}\,\mathrm{cov}(\varphi(X), \psi(X))$ is the impulse response up to scale.
+//! **Model.** A memoryless nonlinearity phi is followed by a linear system with memory. The signal W between them is never observed:
+//! $$ W_n = \varphi(X_n) + \xi_n \quad (14), \qquad Y_n = \sum_{j \ge 0} k_j W_{n-s-j} \quad (17). $$
+//! X is white with any distribution, xi is white noise with zero mean, and the linear system is stable. The delay s is zero in the
+//! paper.
 //!
-//! In order: delay, nonlinearity (21), impulse response by correlation, order and rational linear part,
-//! calibration, verdict on fresh data. Consistent under Theorem 2 (Krzyzak 1990), but it pays for the
-//! linear memory as if it were noise. The paper regresses at the delay ([`RegressionLag::Delay`]); by default
-//! it is done at the lag of the strongest dependence, which has the least noise.
+//! **Method.** The two blocks are estimated one after the other. Each step has its own file.
 //!
-//! The paper and the theorem assume a white input. Where the record's is not, the covariances are deconvolved
-//! (Wiener-Hopf) and the other lags' share is taken out of the regression, a few times over, unless
-//! [`PlainHammerstein::ignore_colour`] is set; the theorem says nothing of that.
+//! | file | estimates | in the paper |
+//! |---|---|---|
+//! | `delay.rs` | the delay s | |
+//! | `regression.rs` | phi up to scale and offset: the regression m of output on input | (16), (21), theorem 2 |
+//! | `correlation.rs` | the impulse response k up to scale | (17), section VII |
+//! | `realisation.rs` | the order l and the coefficients a and b | (15) and the ARMA model of section VI |
+//! | `calibration.rs` | the scale d1 and the offset alpha | section VII, before (21) |
+//! | `colour.rs` | both blocks where the input is not white | |
+//! | `limits.rs` | all thresholds | |
+//! | `refined/` | both blocks at once by prediction error, with these estimates as the start | |
+//!
+//! The static case, (13) with theorem 1, is [`KernelRegression`](crate::nonlinearity::KernelRegression) in `nonlinearity/kernel/`.
+//! The manipulator, (1) to (12), is in `manipulator/`.
+//!
+//! **Accuracy.** The estimate of phi is consistent by theorem 2 (Krzyzak 1990). It treats the linear part's memory as noise, so its
+//! error is several times that of [`RefinedHammerstein`].
 
 mod calibration;
+mod colour;
 mod correlation;
 pub(super) mod delay;
+mod limits;
+mod realisation;
 mod refined;
+mod regression;
 
-use super::checks::{must_vary, warn_of_colour, warn_of_levels, warn_of_range};
+use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_colour, warn_of_levels, warn_of_range};
 use super::outcome::{Identification, Verdict, Warning};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
 use crate::model::Block;
-use crate::nonlinearity;
-use crate::nonlinearity::{Curve, EstimatorName, Kernel, NamedEstimator, Outside, Scores, Tuning, tabulate};
+use crate::nonlinearity::{Curve, EstimatorName, Kernel, Outside};
 use crate::record::Record;
-use calibration::Calibrated;
 pub use calibration::Calibration;
-use correlation::{correlate, deconvolve, deconvolved_lags, less_other_lags, linear_part};
-use delay::Dependence;
+use calibration::{Calibrated, Estimated};
+use correlation::ImpulseEstimate;
+use delay::Lags;
+pub use delay::RegressionLag;
+use limits::BAND_QUANTILE;
+pub use limits::{FEWEST_SAMPLES, LARGEST_ORDER, MOST_ORDER};
+use realisation::Realisation;
 pub use refined::{
     Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
     RefinedIdentification,
 };
-
-/// The fewest samples that are worth a fit.
-pub const FEWEST: usize = 100;
-/// The largest order that can be asked for.
-pub const MOST_ORDER: usize = 50;
-/// The largest order tried when it is chosen from data.
-pub const LARGEST_ORDER: usize = 8;
-/// Most lags of the impulse response.
-const MOST_LAGS: usize = 1000;
-/// The normal quantile of a two-sided 95 % band.
-const BAND_QUANTILE: f64 = 1.959_963_984_540_054;
-/// Most passes that take the other lags out of the regression, where the input is not white.
-const PASSES: usize = 4;
-
-/// More than this share of the impulse response beyond the last lag: it has not settled.
-const UNSETTLED: f64 = 0.05;
-/// A purpose of a part of the record, in [`Error::Data`]: `ConstantPart`.
-const FOR_THE_FIT: &str = "used for the fit";
-
-/// Which lag the output is regressed at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum RegressionLag {
-    /// The lag of the strongest dependence: every lag gives phi up to scale and offset, this one with
-    /// the least noise.
-    #[default]
-    Strongest,
-    /// The delay itself, as in the paper.
-    Delay,
-    /// A given lag.
-    At(usize),
-}
+use regression::Regression;
 
 /// The paper's algorithm.
 ///
@@ -120,14 +107,23 @@ impl Default for PlainHammerstein {
     }
 }
 
-/// The regression's result: the estimate m_n and its values at the samples.
-pub(super) struct Regression {
-    pub(super) fit: Box<dyn nonlinearity::Regression>,
-    parameter: f64,
-    scores: Option<Scores>,
-    /// m_n(X_n) less its mean.
-    pub(super) centred: Vec<f64>,
-    pub(super) mean: f64,
+/// Input and output. The samples from `fitted` on are kept for the verdict.
+struct Signals<'a> {
+    u: &'a [f64],
+    y: &'a [f64],
+    fitted: usize,
+}
+
+/// Both blocks up to scale and offset.
+struct Estimate {
+    /// The delay s.
+    delay: usize,
+    /// The lag j of the regression of Y_{n+j} on X_n.
+    regression_lag: usize,
+    /// m_n, the nonlinearity.
+    regression: Regression,
+    /// k_j, the linear part.
+    response: ImpulseEstimate,
 }
 
 impl PlainHammerstein {
@@ -140,221 +136,132 @@ impl PlainHammerstein {
     pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
         let (u, y) = (record.finite(input)?, record.finite(output)?);
         let fitted = self.check(u.len())?;
-        if fitted < FEWEST {
+        both_vary(&[(input, u), (output, y)], fitted)?;
+        let (x, y_fit) = (&u[..fitted], &y[..fitted]);
+        let mut warnings = Vec::new();
+        warn_of_levels(x, &mut warnings);
+        let coloured = warn_of_colour(x, &mut warnings);
+
+        let lags = Lags::find(self, x, y_fit, &mut warnings);
+        let mut estimate = self.estimate_from_white_input(x, y_fit, &lags)?;
+        if coloured && !self.ignore_colour {
+            estimate = colour::corrected(self, x, y_fit, &lags, estimate)?;
+        }
+        warnings.extend(estimate.regression.warning(self.estimator));
+        let realised = realisation::realise(&estimate, self.order, y_fit, &mut warnings)?;
+        let calibrated = self.calibrate(&estimate, &realised, y_fit)?;
+        warnings.extend(calibrated.warning.clone());
+        self.outcome(&Signals { u, y, fitted }, estimate, realised, &calibrated, warnings)
+    }
+
+    /// Checks the parameters and the record's length; the number of samples to fit.
+    fn check(&self, samples: usize) -> Result<usize> {
+        let fitted = fresh_part(self.fresh_share, samples)?;
+        let quarter = (fitted / 4).max(1);
+        let below_quarter = "below a quarter of the number of samples that are fitted";
+        let given_lag = match self.regression_lag {
+            RegressionLag::At(j) => Some(j),
+            _ => None,
+        };
+        for (name, value, most, requirement) in [
+            ("the order", self.order, MOST_ORDER, "at most 50"),
+            ("the delay", self.delay, quarter - 1, below_quarter),
+            ("the regression lag", given_lag, quarter - 1, below_quarter),
+        ] {
+            if let Some(value) = value.filter(|v| *v > most) {
+                return Err(Error::parameter(name, value as f64, requirement));
+            }
+        }
+        self.calibration.check()?;
+        if fitted < FEWEST_SAMPLES {
             return Err(Error::too_short(
                 "a Hammerstein fit (besides the fresh part)",
-                FEWEST,
+                FEWEST_SAMPLES,
                 fitted,
             ));
         }
-        must_vary(input, u, 0..fitted, FOR_THE_FIT)?;
-        must_vary(output, y, 0..fitted, FOR_THE_FIT)?;
-        must_vary(input, u, fitted..y.len(), "kept for the verdict")?;
-        must_vary(output, y, fitted..y.len(), "kept for the verdict")?;
-        self.run(u, y, fitted)
-    }
-
-    /// Checks the parameters; the number of samples to fit.
-    fn check(&self, samples: usize) -> Result<usize> {
-        let parameter = |name: &str, value: f64, valid: bool, requirement: &'static str| {
-            if valid {
-                Ok(())
-            } else {
-                Err(Error::parameter(name, value, requirement))
-            }
-        };
-        parameter(
-            "the fresh share",
-            self.fresh_share,
-            (0.05..=0.9).contains(&self.fresh_share),
-            "between 0.05 and 0.9",
-        )?;
-        let fitted = samples - (self.fresh_share * samples as f64).round() as usize;
-        let quarter = (fitted / 4).max(1);
-        let below_quarter = "below a quarter of the number of samples that are fitted";
-        if let Some(l) = self.order {
-            parameter("the order", l as f64, l <= MOST_ORDER, "at most 50")?;
-        }
-        if let Some(s) = self.delay {
-            parameter("the delay", s as f64, s < quarter, below_quarter)?;
-        }
-        if let RegressionLag::At(j) = self.regression_lag {
-            parameter("the regression lag", j as f64, j < quarter, below_quarter)?;
-        }
-        self.calibration.check()?;
         Ok(fitted)
     }
 
-    fn run(&self, u: &[f64], y: &[f64], fitted: usize) -> Result<Identification> {
-        let (fit_u, fit_y) = (&u[..fitted], &y[..fitted]);
-        let mut warnings = Vec::new();
-        warn_of_levels(fit_u, &mut warnings);
-        let coloured = warn_of_colour(fit_u, &mut warnings);
+    /// The regression (21) at the chosen lag, and the impulse response (17) by correlation.
+    fn estimate_from_white_input(&self, x: &[f64], y: &[f64], lags: &Lags) -> Result<Estimate> {
+        let regression = Regression::new(self, x, y, lags.regression)?;
+        let response = correlation::correlate(x, y, &regression.centred, lags.last);
+        Ok(Estimate {
+            delay: lags.delay,
+            regression_lag: lags.regression,
+            regression,
+            response,
+        })
+    }
 
-        // Delay and lag of the regression, from the cross-covariances.
-        let given = match self.regression_lag {
-            RegressionLag::At(j) => j.max(self.delay.unwrap_or(0)),
-            _ => self.delay.unwrap_or(0),
-        };
-        let lags = MOST_LAGS.min(fitted / 5) + given;
-        let dependence = Dependence::new(fit_u, fit_y, lags);
-        let first = dependence.first();
-        if first.is_none() {
-            warnings.push(Warning::NoDependence { lags });
-        }
-        let strongest = dependence.strongest();
-        let mut delay = self.delay.unwrap_or_else(|| first.unwrap_or(strongest));
-        let mut lag = self.lag_of_regression(strongest, delay);
-
-        // m_n, by (21), and the impulse response by correlation.
-        let mut regression = self.regress(fit_u, fit_y, lag)?;
-        let mut estimate = correlate(fit_u, fit_y, &regression, lags);
-        let order = self.order.unwrap_or(LARGEST_ORDER);
-        let window = deconvolved_lags(self.delay, strongest, order, fitted, lags);
-        let corrected = coloured && !self.ignore_colour;
-        if corrected && let Some(better) = deconvolve(fit_y, &regression.centred, window.clone()) {
-            estimate = better;
-            for _ in 0..PASSES {
-                delay = self.delay.unwrap_or_else(|| estimate.first());
-                let next_lag = self.lag_of_regression(estimate.strongest(), delay);
-                let rest = less_other_lags(fit_y, &regression.centred, &estimate.k, next_lag);
-                let next = self.regress(fit_u, &rest, next_lag)?;
-                match deconvolve(fit_y, &next.centred, window.clone()) {
-                    Some(better) if better.unexplained < estimate.unexplained => {
-                        (regression, estimate, lag) = (next, better, next_lag);
-                    }
-                    _ => break,
-                }
-            }
-            delay = self.delay.unwrap_or_else(|| estimate.first());
-        }
-        if regression.scores.as_ref().is_some_and(|s| s.at_edge) {
-            warnings.push(match self.estimator {
-                EstimatorName::Kernel => Warning::BandwidthAtEdge {
-                    bandwidth: regression.parameter,
-                },
-                other => Warning::ParameterAtEdge {
-                    parameter: other.parameter(),
-                    value: regression.parameter,
-                },
-            });
-        }
-
-        // Its rational form.
+    /// The scale d1 and the offset alpha.
+    fn calibrate(&self, estimate: &Estimate, realised: &Realisation, y: &[f64]) -> Result<Calibrated> {
         interrupt::check()?;
-        let settled = estimate.settling_lag(delay);
-        let last = estimate.k.len() - 1;
-        let memory = settled.max(delay + 4 * order + 4).min(last);
-        let (linear, order) = linear_part(&estimate, delay, memory, self.order, &regression.centred, fit_y)?;
-        if settled > last || delay + linear.settling(UNSETTLED) > last {
-            warnings.push(Warning::NotSettled { lags: last });
-        }
+        self.calibration.apply(&Estimated {
+            nonlinearity: &|x| estimate.regression.value(x),
+            mean: estimate.regression.mean,
+            linear: &realised.linear,
+            gain_error: estimate.response.gain_error(2 * realised.order.order + 1),
+            output_mean: mean(y),
+        })
+    }
 
-        // Scale and offset by convention, then the verdict.
-        interrupt::check()?;
-        let calibrated = self.calibration.apply(
-            &regression,
-            &linear,
-            estimate.gain_error(2 * order.order + 1),
-            mean(fit_y),
-            &mut warnings,
-        )?;
-        let Calibrated { gain, mean: level, .. } = calibrated;
-        let (curve, errors) = tabulate(&*regression.fit, &fit_u[..fitted - lag], Outside::Nearest)?;
-        let curve = curve.affine(gain, level - gain * regression.mean);
-        let band = errors.iter().map(|e| BAND_QUANTILE * gain.abs() * e).collect();
-        let linear = delayed(&linear, gain, delay)?;
-        let mut blocks = vec![Block::Static(curve.clone()), Block::Linear(linear.clone())];
-        if calibrated.output_offset != 0.0 {
-            let offset = calibrated.output_offset;
-            blocks.push(Block::Static(Curve::new(
-                vec![0.0, 1.0],
-                vec![offset, 1.0 + offset],
-                Outside::Linear,
-            )?));
-        }
-        let model = Block::Series(blocks);
+    /// The calibrated blocks, the free run over the whole record, and the verdict on its fresh part.
+    fn outcome(
+        &self,
+        &Signals { u, y, fitted }: &Signals,
+        estimate: Estimate,
+        realised: Realisation,
+        calibrated: &Calibrated,
+        mut warnings: Vec<Warning>,
+    ) -> Result<Identification> {
+        let gain = calibrated.gain;
+        let (curve, errors) = estimate.regression.tabulated(&u[..fitted - estimate.regression_lag])?;
+        let curve = curve.affine(gain, calibrated.mean - gain * estimate.regression.mean);
+        let linear = delayed(realised.linear.b(), realised.linear.a(), gain, estimate.delay)?;
+        let model = cascade(&curve, &linear, calibrated.output_offset)?;
         let predicted = model.simulate(u);
         let verdict = Verdict::new(&u[fitted..], &y[fitted..], &predicted[fitted..])?;
         warn_of_range(&curve, &u[fitted..], &mut warnings);
-        if verdict.measures.fit_percent <= 0.0 {
-            warnings.push(Warning::Useless {
-                fit_percent: verdict.measures.fit_percent,
-            });
-        }
+        warn_if_useless(&verdict, &mut warnings);
+        let response = &estimate.response;
         Ok(Identification {
             model,
             nonlinearity: curve,
-            band,
-            output_offset: calibrated.output_offset,
+            band: errors.iter().map(|e| BAND_QUANTILE * gain.abs() * e).collect(),
             linear,
-            delay,
-            regression_lag: lag,
+            output_offset: calibrated.output_offset,
+            delay: estimate.delay,
+            regression_lag: estimate.regression_lag,
             estimator: self.estimator,
             kernel: self.kernel,
-            parameter: regression.parameter,
-            scores: regression.scores,
-            order,
-            impulse_estimate: estimate.k[..=memory].iter().map(|k| k / gain).collect(),
-            impulse_limit: estimate.limit / gain.abs(),
-            psi: estimate.psi,
+            parameter: estimate.regression.parameter,
+            scores: estimate.regression.scores,
+            order: realised.order,
+            impulse_estimate: response.k[..=realised.memory].iter().map(|k| k / gain).collect(),
+            impulse_limit: response.limit / gain.abs(),
+            psi: response.psi,
             fitted,
             predicted,
             verdict,
             warnings,
         })
     }
-
-    fn lag_of_regression(&self, strongest: usize, delay: usize) -> usize {
-        match self.regression_lag {
-            RegressionLag::Strongest => strongest.max(delay),
-            RegressionLag::Delay => delay,
-            RegressionLag::At(j) => j,
-        }
-    }
-
-    /// Regresses Y_{n+lag} on X_n.
-    fn regress(&self, u: &[f64], y: &[f64], lag: usize) -> Result<Regression> {
-        let (x, y) = (&u[..u.len() - lag], &y[lag..]);
-        let method = NamedEstimator {
-            name: self.estimator,
-            tuning: self
-                .parameter
-                .map_or_else(Tuning::default, |value| Tuning::Fixed(vec![value])),
-            kernel: self.kernel,
-            // Nothing is invented in the gaps of the paper's estimate.
-            outside: match self.estimator {
-                EstimatorName::Kernel => Outside::Nan,
-                _ => Outside::Nearest,
-            },
-            ..NamedEstimator::default()
-        };
-        interrupt::check()?;
-        let fit = method.fit(&[x], y, None)?;
-        // The last samples of the input have no partner, and may lie out of reach of all others.
-        let overall = fit
-            .regression
-            .kernel_fit()
-            .map_or_else(|| mean(y), |fit| fit.data().mean);
-        let mut centred: Vec<f64> = fit.regression.predict(&[u])?;
-        centred.iter_mut().filter(|m| m.is_nan()).for_each(|m| *m = overall);
-        let mean = mean(&centred);
-        centred.iter_mut().for_each(|m| *m -= mean);
-        Ok(Regression {
-            fit: fit.regression,
-            parameter: fit.parameter[0],
-            scores: fit.scores,
-            centred,
-            mean,
-        })
-    }
 }
 
-/// The transfer function divided by a gain, after a delay.
-fn delayed(linear: &TransferFunction, gain: f64, delay: usize) -> Result<TransferFunction> {
-    let numerator = linear.b().iter().map(|b| b / gain);
-    TransferFunction::new(
-        std::iter::repeat_n(0.0, delay).chain(numerator).collect(),
-        linear.a().to_vec(),
-    )
+/// z^-delay b / (gain a).
+fn delayed(b: &[f64], a: &[f64], gain: f64, delay: usize) -> Result<TransferFunction> {
+    let numerator = b.iter().map(|b| b / gain);
+    TransferFunction::new(std::iter::repeat_n(0.0, delay).chain(numerator).collect(), a.to_vec())
+}
+
+/// Nonlinearity, linear part and, unless it is zero, an offset in series.
+fn cascade(curve: &Curve, linear: &TransferFunction, offset: f64) -> Result<Block> {
+    let mut blocks = vec![Block::Static(curve.clone()), Block::Linear(linear.clone())];
+    if offset != 0.0 {
+        let line = Curve::new(vec![0.0, 1.0], vec![offset, 1.0 + offset], Outside::Linear)?;
+        blocks.push(Block::Static(line));
+    }
+    Ok(Block::Series(blocks))
 }

@@ -1,13 +1,12 @@
 //! Delay, order and a first linear part for a known signal between the blocks.
 
 use super::super::LARGEST_ORDER;
-use super::super::correlation::{ImpulseEstimate, deconvolve};
+use super::super::colour::deconvolve;
+use super::super::realisation::{OrderSearch, times_upper};
 use super::loss::{Data, Dynamics, filter};
-use crate::identify::outcome::OrderScore;
-use crate::interrupt;
+use crate::identify::outcome::ChosenOrder;
 use crate::linalg;
-use crate::linear::TransferFunction;
-use crate::linear::from_impulse_response::from_impulse_response;
+use crate::linear::correlation::variance;
 
 /// Most lags of the impulse response that is estimated.
 const MOST_LAGS: usize = 300;
@@ -21,8 +20,7 @@ const BEYOND: usize = 2;
 /// The linear part that the data choose, and the orders that were tried.
 pub(super) struct Chosen {
     pub dynamics: Dynamics,
-    pub scores: Vec<OrderScore>,
-    pub estimate: ImpulseEstimate,
+    pub order: ChosenOrder,
 }
 
 /// What is given, and what is supposed.
@@ -48,48 +46,29 @@ pub(super) fn choose(data: &Data, w: &[f64], whitening: &[f64], request: Request
     let count = (lead + request.memory + request.memory / 2 + 4 * order + 5).min(most);
     let window = first..(first + count).min(n / 2);
     let estimate = deconvolve(&y, &w, window)?;
-    let delay = request.delay.unwrap_or_else(|| estimate.first());
+    let delay = request.delay.unwrap_or_else(|| estimate.first_clear());
     let k = estimate.k.get(delay..)?;
-    let metric = estimate.metric.as_ref()?;
-    let factor = linalg::toeplitz_factor(metric.get(..k.len())?)?;
-    let power = crate::linear::correlation::variance(&y);
-    let size = n as f64;
-    let mut scores = Vec::new();
-    let mut best: Option<(TransferFunction, f64, usize)> = None;
-    let orders = request
-        .order
-        .map_or(0..=LARGEST_ORDER.min((k.len() - 1) / 2), |l| l..=l);
-    for order in orders {
-        if interrupt::requested() {
-            return None;
-        }
-        let Some(model) = from_impulse_response(k, order, Some(&factor)) else {
-            continue;
-        };
-        let h = model.impulse_response(k.len());
-        let d: Vec<f64> = h.iter().zip(k).map(|(h, k)| h - k).collect();
-        let distance: f64 = factor
-            .chunks_exact(k.len())
-            .enumerate()
-            .map(|(i, row)| row[i..].iter().zip(&d[i..]).map(|(u, d)| u * d).sum::<f64>().powi(2))
-            .sum();
-        let squares = (estimate.unexplained * power + distance).max(f64::MIN_POSITIVE);
-        let bic = size * squares.ln() + (2 * order + 1) as f64 * size.ln();
-        scores.push(OrderScore { order, bic });
-        if best.as_ref().is_none_or(|b| bic < b.1) {
-            best = Some((model, bic, order));
-        } else if best.as_ref().is_some_and(|b| order > b.2 + BEYOND) {
-            break;
-        }
-    }
-    let (model, ..) = best?;
+    let factor = linalg::toeplitz_factor(estimate.autocovariance.as_ref()?.get(..k.len())?)?;
+    let power = variance(&y);
+    let search = OrderSearch {
+        k,
+        factor: Some(&factor),
+        given: request.order,
+        beyond: Some(BEYOND),
+        samples: n,
+    };
+    let (model, order) = search.run(|model| {
+        let response = model.impulse_response(k.len());
+        let d: Vec<f64> = response.iter().zip(k).map(|(h, k)| h - k).collect();
+        let distance: f64 = times_upper(&factor, &d).iter().map(|v| v * v).sum();
+        estimate.unexplained * power + distance
+    })?;
     Some(Chosen {
         dynamics: Dynamics {
             b: model.b().to_vec(),
             a: model.a().to_vec(),
             delay,
         },
-        scores,
-        estimate,
+        order,
     })
 }

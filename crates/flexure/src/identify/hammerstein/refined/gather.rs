@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::super::FEWEST;
+use super::super::FEWEST_SAMPLES;
 use crate::error::{Error, Result};
-use crate::identify::checks::must_vary;
+use crate::identify::checks::{both_vary, fresh_part};
 use crate::record::Record;
 
 /// All samples.
@@ -38,8 +38,7 @@ impl Gathered {
             y.extend(bridged(column));
             parts.push(start..u.len());
         }
-        let n = u.len();
-        let fitted = n - (fresh_share * n as f64).round() as usize;
+        let fitted = fresh_part(fresh_share, u.len())?;
         let gathered = Gathered {
             u,
             y,
@@ -53,21 +52,17 @@ impl Gathered {
 
     fn check(&self, input: &str, output: &str) -> Result<()> {
         let observed = |part: Range<usize>| self.missing[part].iter().filter(|m| !**m).count();
-        if observed(0..self.fitted) < FEWEST {
+        if observed(0..self.fitted) < FEWEST_SAMPLES {
             return Err(Error::too_short(
                 "a Hammerstein fit (besides the fresh part and missing samples)",
-                FEWEST,
+                FEWEST_SAMPLES,
                 observed(0..self.fitted),
             ));
         }
         if observed(self.fitted..self.y.len()) == 0 {
             return Err(Error::too_short("the fresh part (besides missing samples)", 1, 0));
         }
-        for (name, samples) in [(input, &self.u), (output, &self.y)] {
-            must_vary(name, samples, 0..self.fitted, "used for the fit")?;
-            must_vary(name, samples, self.fitted..samples.len(), "kept for the verdict")?;
-        }
-        Ok(())
+        both_vary(&[(input, &self.u), (output, &self.y)], self.fitted)
     }
 
     /// The experiments' samples that are fitted.

@@ -28,15 +28,14 @@ mod select;
 mod stepwise;
 
 use super::calibration::Calibration;
-use super::{MOST_ORDER, PlainHammerstein};
+use super::{MOST_ORDER, PlainHammerstein, cascade};
 use crate::error::{Error, Result};
-use crate::identify::checks::{warn_of_colour, warn_of_range};
+use crate::identify::checks::{fresh_part, warn_if_useless, warn_of_colour, warn_of_range};
 use crate::identify::outcome::{ChosenOrder, Identification, Verdict, Warning};
 use crate::interrupt;
 use crate::linear::correlation::mean;
-use crate::linear::from_impulse_response::hankel_singular_values;
 use crate::model::Block;
-use crate::nonlinearity::{Curve, EstimatorName, Outside};
+use crate::nonlinearity::{Curve, EstimatorName};
 use crate::record::Record;
 use crate::validation::Estimated;
 use alternate::{Minimum, Start, alternate};
@@ -150,13 +149,7 @@ impl RefinedHammerstein {
     }
 
     fn check(&self) -> Result<()> {
-        if !(0.05..=0.9).contains(&self.fresh_share) {
-            return Err(Error::parameter(
-                "the fresh share",
-                self.fresh_share,
-                "between 0.05 and 0.9",
-            ));
-        }
+        fresh_part(self.fresh_share, 0)?;
         if let Some(order) = self.order.filter(|l| *l > MOST_ORDER) {
             return Err(Error::parameter("the order", order as f64, "at most 50"));
         }
@@ -248,11 +241,10 @@ impl RefinedHammerstein {
         warnings: &mut Vec<Warning>,
     ) -> Result<RefinedIdentification> {
         let blocks = outcome::blocks(minimum, cells, &self.calibration, output_mean, warnings)?;
-        let model = series(&blocks.curve, &blocks.linear, blocks.offset)?;
+        let model = cascade(&blocks.curve, &blocks.linear, blocks.offset)?;
         let (predicted, verdict) = judged(&model, all, &blocks.curve, minimum.parameters(), warnings)?;
         let d = &minimum.model.dynamics;
-        let chosen = minimum.chosen.as_ref();
-        let singular = chosen.and_then(|c| hankel_singular_values(c.estimate.k.get(c.dynamics.delay..)?, 20));
+        let order = minimum.chosen.as_ref().map(|c| c.order.clone());
         Ok(RefinedIdentification {
             model,
             nonlinearity: blocks.curve,
@@ -261,11 +253,11 @@ impl RefinedHammerstein {
             linear_errors: blocks.errors,
             output_offset: blocks.offset,
             delay: d.delay,
-            order: ChosenOrder {
+            order: order.unwrap_or_else(|| ChosenOrder {
                 order: d.a.len() - 1,
-                hankel_singular_values: singular.unwrap_or_default(),
-                scores: chosen.map(|c| c.scores.clone()).unwrap_or_default(),
-            },
+                hankel_singular_values: Vec::new(),
+                scores: Vec::new(),
+            }),
             memory_removed: blocks.points,
             breakpoints: outcome::breakpoints(&minimum.terms, cells),
             noise_model: minimum.whitening.clone(),
@@ -303,7 +295,7 @@ impl RefinedHammerstein {
         })?;
         let mut warnings = plain.warnings;
         warnings.push(Warning::NotRefined);
-        let model = series(&plain.nonlinearity, &plain.linear, plain.output_offset)?;
+        let model = cascade(&plain.nonlinearity, &plain.linear, plain.output_offset)?;
         let (predicted, verdict) = judged(&model, all, &plain.nonlinearity, 0, &mut Vec::new())?;
         Ok(RefinedIdentification {
             band: plain.band,
@@ -335,16 +327,6 @@ impl RefinedHammerstein {
     }
 }
 
-/// Nonlinearity, linear part and offset in cascade.
-fn series(curve: &Curve, linear: &crate::linear::TransferFunction, offset: f64) -> Result<Block> {
-    let mut blocks = vec![Block::Static(curve.clone()), Block::Linear(linear.clone())];
-    if offset != 0.0 {
-        let line = Curve::new(vec![0.0, 1.0], vec![offset, 1.0 + offset], Outside::Linear)?;
-        blocks.push(Block::Static(line));
-    }
-    Ok(Block::Series(blocks))
-}
-
 /// The free run of a model of so many parameters over every experiment, and the verdict on the fresh samples that are not
 /// missing.
 fn judged(
@@ -370,10 +352,6 @@ fn judged(
     };
     let verdict = Verdict::of_estimate(&present(&all.u), &present(&all.y), &present(&predicted), estimated)?;
     warn_of_range(curve, &all.u[all.fitted..], warnings);
-    if verdict.measures.fit_percent <= 0.0 {
-        warnings.push(Warning::Useless {
-            fit_percent: verdict.measures.fit_percent,
-        });
-    }
+    warn_if_useless(&verdict, warnings);
     Ok((predicted, verdict))
 }

@@ -1,6 +1,6 @@
 //! What a refined identification returns, and how its parameters' uncertainty becomes that of the two blocks.
 
-use super::super::calibration::{Calibrated, Calibration};
+use super::super::calibration::{Calibrated, Calibration, Estimated};
 use super::alternate::Minimum;
 use super::cells::Cells;
 use super::descent::{fixed, scaled};
@@ -146,18 +146,21 @@ struct Reported<'a> {
 }
 
 impl Reported<'_> {
-    fn calibrated(&self, model: &Model, warnings: &mut Vec<Warning>) -> Result<Calibrated> {
+    fn calibrated(&self, model: &Model) -> Result<Calibrated> {
         let phi = model.combined();
         let d = &model.dynamics;
-        let linear = TransferFunction::new(d.b.clone(), d.a.clone())?;
-        let level = self.output_mean + model.offset;
-        self.calibration
-            .apply_to(|x| phi.value(x), 0.0, &linear, self.gain_error, level, warnings)
+        self.calibration.apply(&Estimated {
+            nonlinearity: &|x| phi.value(x),
+            mean: 0.0,
+            linear: &TransferFunction::new(d.b.clone(), d.a.clone())?,
+            gain_error: self.gain_error,
+            output_mean: self.output_mean + model.offset,
+        })
     }
 
     /// phi at the points, b, and a from a_1 on.
     fn values(&self, model: &Model) -> Option<Vec<f64>> {
-        let Calibrated { gain, mean, .. } = self.calibrated(model, &mut Vec::new()).ok()?;
+        let Calibrated { gain, mean, .. } = self.calibrated(model).ok()?;
         let phi = model.combined();
         let d = &model.dynamics;
         let curve = self.at.iter().map(|x| gain * phi.value(*x) + mean);
@@ -190,7 +193,9 @@ pub(super) fn blocks(
         gain,
         mean,
         output_offset,
-    } = reported.calibrated(model, warnings)?;
+        warning,
+    } = reported.calibrated(model)?;
+    warnings.extend(warning);
     let phi = model.combined();
     let ordinates = at.iter().map(|x| gain * phi.value(*x) + mean).collect();
     let curve = Curve::new(at.clone(), ordinates, Outside::Nearest)?;

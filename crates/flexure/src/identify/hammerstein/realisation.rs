@@ -1,32 +1,133 @@
-//! A rational transfer function from an impulse response, which correlation has estimated.
+//! Step 4: the order and the coefficients of the linear part from its impulse response, (15) and the ARMA model of section VI.
 //!
-//! The denominator solves the Yule-Walker equations $\sum_{i=0}^{l} a_i k_{j-i} = 0$, j > l, in least
-//! squares; the numerator follows as $b_j = \sum_i a_i k_{j-i}$ (Krzyzak & Sasiadek, section VII).
-//! The equations weigh the noise in k badly, so both are then refined until the squared distance between
-//! the model's impulse response and k is smallest.
+//! The denominator solves the Yule-Walker equations $\sum_{i=0}^{l} a_i k_{j-i} = 0$, j > l, in least squares; the numerator follows
+//! as $b_j = \sum_i a_i k_{j-i}$. These equations weigh the noise in k badly. Both are then refined until the squared distance
+//! between the model's impulse response and k is smallest. The order l has the smallest Schwarz criterion of the simulation error.
 
-use super::TransferFunction;
-use super::levenberg_marquardt::{Linearisation, minimise};
+use super::Estimate;
+use super::limits::{HANKEL_ROWS, LARGEST_ORDER, LARGEST_RADIUS, REALISATION_STEPS, UNSETTLED};
+use crate::error::{DataError, Error, Result};
+use crate::identify::outcome::{ChosenOrder, OrderScore, Warning};
+use crate::interrupt;
 use crate::linalg::{self, Complex};
+use crate::linear::TransferFunction;
+use crate::linear::correlation::mean;
+use crate::linear::levenberg_marquardt::{Linearisation, minimise};
 
-/// Poles are kept within this radius: slower decay cannot be told from none in a finite record.
-const LARGEST_RADIUS: f64 = 0.9999;
-/// Steps of the refinement.
-const ITERATIONS: usize = 50;
+/// The linear part, without the delay.
+pub(super) struct Realisation {
+    pub linear: TransferFunction,
+    pub order: ChosenOrder,
+    /// The last lag of the impulse response that was used.
+    pub memory: usize,
+}
+
+/// The linear part whose impulse response is nearest to the estimated one.
+///
+/// # Errors
+/// [`Error::Data`]: `ResponseTooShort` where the given order needs more lags than there are.
+pub(super) fn realise(
+    estimate: &Estimate,
+    given: Option<usize>,
+    y: &[f64],
+    warnings: &mut Vec<Warning>,
+) -> Result<Realisation> {
+    interrupt::check()?;
+    let (response, delay, m) = (&estimate.response, estimate.delay, &estimate.regression.centred);
+    let last = response.k.len() - 1;
+    let settled = response.settling_lag(delay);
+    // A fit of order l needs 2 l + 1 lags; twice as many leave something to average.
+    let memory = settled.max(delay + 4 * given.unwrap_or(LARGEST_ORDER) + 4).min(last);
+    let k = response.k.get(delay..=memory).unwrap_or_default();
+    let factor = (response.autocovariance.as_ref()).and_then(|r| linalg::toeplitz_factor(r.get(..k.len())?));
+    let search = OrderSearch {
+        k,
+        factor: factor.as_deref(),
+        given,
+        beyond: None,
+        samples: y.len(),
+    };
+    let centre = mean(y);
+    let found = search.run(|model| {
+        let simulated = std::iter::repeat_n(0.0, delay).chain(model.simulate(m));
+        let squares: f64 = y.iter().zip(simulated).map(|(y, p)| (y - centre - p).powi(2)).sum();
+        squares / y.len() as f64
+    });
+    interrupt::check()?;
+    let Some((linear, order)) = found else {
+        return Err(Error::Data(DataError::ResponseTooShort {
+            delay,
+            lags: k.len(),
+            need: 2 * given.unwrap_or(0) + 1,
+        }));
+    };
+    if settled > last || delay + linear.settling(UNSETTLED) > last {
+        warnings.push(Warning::NotSettled { lags: last });
+    }
+    Ok(Realisation { linear, order, memory })
+}
+
+/// The choice of the order of a linear part with a known impulse response.
+pub(super) struct OrderSearch<'a> {
+    /// The impulse response from the delay on.
+    pub k: &'a [f64],
+    /// As in [`from_impulse_response`].
+    pub factor: Option<&'a [f64]>,
+    /// The order, if it was given.
+    pub given: Option<usize>,
+    /// The search ends after so many orders beyond the best.
+    pub beyond: Option<usize>,
+    pub samples: usize,
+}
+
+impl OrderSearch<'_> {
+    /// The linear part with the smallest Schwarz criterion, for the mean squared error of each; `None` if the response is too short.
+    pub fn run(&self, mean_square: impl Fn(&TransferFunction) -> f64) -> Option<(TransferFunction, ChosenOrder)> {
+        let largest = LARGEST_ORDER.min(self.k.len().saturating_sub(1) / 2);
+        let n = self.samples as f64;
+        let mut scores = Vec::new();
+        let mut best: Option<(TransferFunction, OrderScore)> = None;
+        for order in self.given.map_or(0..=largest, |l| l..=l) {
+            if interrupt::requested() {
+                break;
+            }
+            let Some(model) = from_impulse_response(self.k, order, self.factor) else {
+                continue;
+            };
+            let parameters = (2 * order + 1) as f64;
+            let bic = n * mean_square(&model).max(f64::MIN_POSITIVE).ln() + parameters * n.ln();
+            let score = OrderScore { order, bic };
+            scores.push(score);
+            let late = |b: &(_, OrderScore)| self.beyond.is_some_and(|beyond| order > b.1.order + beyond);
+            if bic.is_finite() && best.as_ref().is_none_or(|b| bic < b.1.bic) {
+                best = Some((model, score));
+            } else if best.as_ref().is_some_and(late) {
+                break;
+            }
+        }
+        let (model, score) = best?;
+        let order = ChosenOrder {
+            order: score.order,
+            hankel_singular_values: hankel_singular_values(self.k, HANKEL_ROWS).unwrap_or_default(),
+            scores,
+        };
+        Some((model, order))
+    }
+}
 
 /// The transfer function of order `order` whose impulse response is nearest to `k`.
 ///
 /// Nearest in the Euclidean norm, or in that of U d for the difference d, where `factor` is an upper triangular
 /// row-major U: with U'U the autocovariance of what drives the system, that is the output error.
 /// Always stable. `None` if `k` is too short (it takes at least `2 order + 1` values) or not finite.
-pub(crate) fn from_impulse_response(k: &[f64], order: usize, factor: Option<&[f64]>) -> Option<TransferFunction> {
+fn from_impulse_response(k: &[f64], order: usize, factor: Option<&[f64]>) -> Option<TransferFunction> {
     let raw = yule_walker(k, order)?;
     let refined = refine(k, order, &raw, factor);
     refined.or(Some(raw))
 }
 
 /// The Yule-Walker solution as it stands, unstable poles reflected into the unit circle.
-pub(crate) fn yule_walker(k: &[f64], order: usize) -> Option<TransferFunction> {
+fn yule_walker(k: &[f64], order: usize) -> Option<TransferFunction> {
     if k.len() < 2 * order + 1 || k.iter().any(|v| !v.is_finite()) {
         return None;
     }
@@ -105,12 +206,12 @@ fn refine(k: &[f64], order: usize, start: &TransferFunction, factor: Option<&[f6
         })
     };
     let parameters = start.b().iter().chain(&start.a()[1..]).copied().collect();
-    let (parameters, _) = minimise(parameters, ITERATIONS, evaluate)?;
+    let (parameters, _) = minimise(parameters, REALISATION_STEPS, evaluate)?;
     split(&parameters)
 }
 
 /// U d for an upper triangular row-major U.
-fn times_upper(factor: &[f64], d: &[f64]) -> Vec<f64> {
+pub(super) fn times_upper(factor: &[f64], d: &[f64]) -> Vec<f64> {
     let rows = factor.chunks_exact(d.len()).enumerate();
     rows.map(|(i, row)| row[i..].iter().zip(&d[i..]).map(|(u, d)| u * d).sum())
         .collect()
@@ -118,7 +219,7 @@ fn times_upper(factor: &[f64], d: &[f64]) -> Vec<f64> {
 
 /// The singular values of the Hankel matrix of k_1, k_2, ...: for a system of order l without noise,
 /// l of them differ from zero. At most `size` are computed.
-pub(crate) fn hankel_singular_values(k: &[f64], size: usize) -> Option<Vec<f64>> {
+fn hankel_singular_values(k: &[f64], size: usize) -> Option<Vec<f64>> {
     let size = size.min(k.len() / 2);
     if size == 0 {
         return Some(Vec::new());

@@ -1,0 +1,67 @@
+//! Every threshold of the paper's method, with its source. A convention is a choice that no reference or measurement decided.
+
+/// The fewest samples that are fitted. With fewer, the 99 % limit of a correlation, 2.58 / sqrt(n), is above a quarter.
+pub const FEWEST_SAMPLES: usize = 100;
+/// The largest order that can be asked for. Convention.
+pub const MOST_ORDER: usize = 50;
+/// The largest order tried when the order is chosen from data. Convention: four modes of vibration.
+pub const LARGEST_ORDER: usize = 8;
+/// Most lags of the impulse response. Convention; a longer response is reported as not settled.
+pub(super) const MOST_LAGS: usize = 1000;
+/// The lags take up at most one sample in this many. The covariance at the last lag is then a mean over 80 % of the samples.
+pub(super) const SAMPLES_PER_LAG: usize = 5;
+
+/// The delay: the output is correlated with polynomials of the input up to this degree. An even or an odd nonlinearity, and a
+/// product of both, correlates with one of the first two; the others are for nonlinearities like a quantizer. Convention.
+pub(super) const DEGREES: usize = 4;
+/// The delay: standard deviations from its mean at which the input is clipped. A fourth power of a heavy tail would else depend on a
+/// few samples. Convention: 0.3 % of a normal input.
+pub(super) const CLIP: f64 = 3.0;
+/// The delay: the probability that a record without any dependence shows one at some lag. The test
+/// `unrelated_signals_show_no_dependence` counts it.
+pub(super) const FALSE_ALARM: f64 = 1e-3;
+/// The delay: a polynomial of which no more is left by those of lower degree is a combination of them. Square root of rounding,
+/// rounded up.
+pub(super) const DEPENDENT: f64 = 1e-6;
+
+/// The normal quantile of a two-sided 95 % band.
+pub(super) const BAND_QUANTILE: f64 = 1.959_963_984_540_054;
+/// The normal quantile of two-sided 99 % limits.
+pub(super) const LIMIT_QUANTILE: f64 = 2.575_829_303_548_901;
+/// Correlation: a coefficient above this multiple of the 99 % limit is clear of noise. That is 4.4 standard deviations, which noise
+/// exceeds at one of 1000 lags in 1.2 % of all records.
+pub(super) const CLEAR: f64 = 1.7;
+/// Correlation: below this squared correlation of X and m(X) the output is correlated with m(X) in place of X. The variance of the
+/// response by X is that by m(X) divided by the squared correlation, so at most 4 times as large. Convention.
+pub(super) const WEAK_CORRELATION: f64 = 0.25;
+/// Correlation: a nonlinearity whose variance is no more than this share of the output's is constant but for rounding.
+pub(super) const CONSTANT: f64 = 1e-20;
+
+/// Coloured input: most lags of a deconvolution, whose cost grows with their cube (300 take some 10 ms). Convention.
+pub(super) const MOST_DECONVOLVED: usize = 300;
+/// Coloured input: samples for each lag of a deconvolution, an unknown of least squares. Convention.
+pub(super) const SAMPLES_PER_UNKNOWN: usize = 10;
+/// Coloured input: the share of the variance that is added to the autocovariance before it is inverted. Frequencies at which the
+/// input has 50 dB less power than on average are not resolved. Convention.
+pub(super) const RIDGE: f64 = 1e-5;
+/// Coloured input: most passes that take the other lags out of the regression. Convention; a pass that does not lower the
+/// unexplained share of the output is the last.
+pub(super) const COLOUR_PASSES: usize = 4;
+
+/// Realisation: a pole is kept within this radius. Slower decay is not visible within 10,000 samples.
+pub(super) const LARGEST_RADIUS: f64 = 0.9999;
+/// Realisation: most Levenberg-Marquardt steps from the Yule-Walker solution on. Convention; it converges in about ten.
+pub(super) const REALISATION_STEPS: usize = 50;
+/// Realisation: the rows of the Hankel matrix whose singular values are reported. Convention.
+pub(super) const HANKEL_ROWS: usize = 20;
+/// Realisation: more than this share of the impulse response beyond the last lag: it has not settled. Convention.
+pub(super) const UNSETTLED: f64 = 0.05;
+
+/// Calibration: a static gain below this share of the impulse response's absolute sum counts as none. Convention: the scale of both
+/// blocks would be 50 times that of their largest values.
+pub(super) const SMALLEST_GAIN: f64 = 0.02;
+/// Calibration: a static gain of no more than this many standard errors counts as none too. Chance exceeds three in 0.3 % of all
+/// records.
+pub(super) const CLEAR_GAIN: f64 = 3.0;
+/// Calibration: the response is summed up to where no more than this share of it is left. Convention.
+pub(super) const GAIN_TAIL: f64 = 1e-3;
