@@ -32,17 +32,28 @@ class Term:
     y: Array
     weights: Array | None
     parameter: list[float] | None = None
+    # Whether the parameter was chosen from data, and whether rows are repeated in place of weights.
+    chosen: bool = False
+    repeated: bool = False
     core: Regression = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.core = Regression.fit(
-            self.name, self.x, self.y, self.weights, parameter=self.parameter, **self.settings
+            self.name,
+            self.x,
+            self.y,
+            self.weights,
+            parameter=self.parameter,
+            chosen=self.chosen,
+            repeated=self.repeated,
+            **self.settings,
         )
 
     def __getstate__(self) -> dict[str, Any]:
         # Local bandwidths are no parameter that could be given: they are found again.
         parameter = None if self.name == "local-bandwidth" else self.core.parameter
-        state = {**self.__dict__, "parameter": parameter}
+        chosen = parameter is not None and (self.chosen or self.parameter is None)
+        state = {**self.__dict__, "parameter": parameter, "chosen": chosen}
         del state["core"]
         return state
 
@@ -65,7 +76,14 @@ class Additive:
 
     @classmethod
     def fit(
-        cls, name: str, settings: dict[str, Any], x: list[Array], y: Array, weights: Array | None, given: list[float] | None
+        cls,
+        name: str,
+        settings: dict[str, Any],
+        x: list[Array],
+        y: Array,
+        weights: Array | None,
+        given: list[float] | None,
+        repeated: bool = False,
     ) -> Additive:
         """Fits the terms in turn to what the others leave, until nothing changes any more."""
         intercept = float(np.average(y, weights=weights))
@@ -81,7 +99,8 @@ class Additive:
                 left = y - intercept - sum(fitted[k] for k in varying if k != j)
                 own = given if given is None or len(given) == 1 else [given[j]]
                 parameter = own if sweep == 0 else terms[j].core.parameter
-                terms[j] = Term(name, settings, [x[j]], left, weights, parameter)
+                chosen = sweep > 0 and given is None
+                terms[j] = Term(name, settings, [x[j]], left, weights, parameter, chosen, repeated)
                 values = terms[j].core.predict([x[j]])
                 means[j] = float(np.average(values, weights=weights))
                 change = max(change, float(np.max(np.abs(values - means[j] - fitted[j]))))

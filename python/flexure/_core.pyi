@@ -67,6 +67,8 @@ class Regression:
         weights: _Array | None = None,
         *,
         parameter: Sequence[float] | None = None,
+        chosen: bool = False,
+        repeated: bool = False,
         rule: str = "loo",
         kernel: str = "epanechnikov",
         outside: str = "nan",
@@ -82,6 +84,7 @@ class Regression:
         method: str = "auto",
         block: int | None = None,
     ) -> dict[str, Any] | None: ...
+    def warnings(self) -> list[str]: ...
     @property
     def parameter(self) -> list[float]: ...
     @property

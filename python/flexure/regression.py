@@ -116,24 +116,46 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             if not isinstance(value, str):
                 raise ParameterError(f"{setting} is {value!r}, but must be a name")
         given = self._given(points.shape[1])
-        if weights is not None and given is None and _repetitions(weights):
+        repeated = weights is not None and given is None and _repetitions(weights)
+        if weights is not None and repeated:
             repeats = weights.astype(np.intp)
             points, y, weights = points.repeat(repeats, axis=0), np.repeat(y, repeats), None
         x, y = columns_of(points), np.ascontiguousarray(y, dtype=np.float64)
         if len(x) > self._most_columns:
-            self._additive: Additive | None = Additive.fit(name, settings, x, y, weights, given)
+            self._additive: Additive | None = Additive.fit(name, settings, x, y, weights, given, repeated)
             self._term: Term | None = None
             found = [t.core.parameter[0] for t in self._additive.terms.values()]
             self.scores_, self.left_out_error_ = None, None
         else:
-            self._term = Term(name, settings, x, y, weights, given)
+            self._term = Term(name, settings, x, y, weights, given, repeated=repeated)
             self._additive = None
             core = self._term.core
             found = core.parameter
             self.scores_ = None if core.scores is None else Scores(**core.scores)
             self.left_out_error_ = core.left_out
         setattr(self, f"{self._parameter}_", self._shown(found))
+        self._warnings: list[str] | None = None
         return self
+
+    @property
+    def warnings_(self) -> list[str]:
+        """What to know before trusting the fit, a sentence each, as ``flexure regress`` says it; found when it is first asked for."""
+        check_is_fitted(self)
+        if self._warnings is None:
+            if self._term is not None:
+                self._warnings = self._term.core.warnings()
+            else:
+                assert self._additive is not None
+                terms = self._additive.terms.items()
+                self._warnings = [f"column {j}: {text}" for j, term in terms for text in term.core.warnings()]
+        return self._warnings
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = dict(super().__getstate__())
+        if "_warnings" in state:
+            # What is fitted again has no scores, of which some of the warnings are.
+            state["_warnings"] = self.warnings_
+        return state
 
     def _given(self, columns: int) -> list[float] | None:
         """The parameter: a number, or one a column where the method takes that; None to choose it from the data."""
@@ -234,6 +256,8 @@ class KernelRegressor(_Regressor):
         The scores of all bandwidths that were tried.
     left_out_error_ : float or None
         The mean squared leave-one-out error, in the squared unit of y.
+    warnings_ : list of str
+        What to know before trusting the fit, for example that the rows depend on their neighbours.
     """
 
     _most_columns = 6
@@ -283,7 +307,7 @@ class KNNRegressor(_Regressor):
     ----------
     n_neighbors_ : int
         Given or chosen.
-    scores_, left_out_error_
+    scores_, left_out_error_, warnings_
         As in `KernelRegressor`.
     """
 
@@ -320,7 +344,7 @@ class SeriesRegressor(_Regressor):
     ----------
     terms_ : int or array
         Given or chosen.
-    scores_, left_out_error_
+    scores_, left_out_error_, warnings_
         As in `KernelRegressor`.
     """
 
@@ -360,7 +384,7 @@ class SplineRegressor(_Regressor):
     ----------
     penalty_ : float or array
         Given or chosen.
-    scores_, left_out_error_
+    scores_, left_out_error_, warnings_
         As in `KernelRegressor`.
     """
 

@@ -2,17 +2,25 @@
 
 use std::sync::Arc;
 
-use flexure::identify::robot_joint::{Extra, FlexibleJoint, RigidJoint, TwoLinkLog};
-use flexure_cli::session::{JointLog, LoggedJoint};
+use anyhow::Context as _;
+use flexure::Record;
+use flexure::identify::robot_joint::Extra;
+use flexure_io::RecordFile;
+use flexure_io::arm::{ArmFile, Excitation};
+use flexure_workbench::joints::{AxisLog, Joint as Identified, Log, Place, Settings, identify};
 use pyo3::prelude::*;
 
 use crate::arrays::Column;
 use crate::errors::{ParameterError, of_any};
+use crate::names::argument;
 use crate::run::interruptible;
+
+/// What stands for a file's name in messages and on pages.
+const LOG: &str = "the log";
 
 /// An identified joint or arm with its log.
 #[pyclass(frozen, module = "flexure._core")]
-pub struct Joint(Arc<LoggedJoint>);
+pub struct Joint(Arc<dyn Identified>);
 
 #[pymethods]
 impl Joint {
@@ -24,14 +32,25 @@ impl Joint {
     /// The page that `flexure joint --report` writes.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let joint = Arc::clone(&self.0);
-        interruptible(py, move |_| joint.page())?.map_err(|error| of_any(&error))
+        let page = interruptible(py, move |_| {
+            let page = joint.page(&joint.simulate(None)?, None);
+            flexure_report::render_joint(&page).context("the report")
+        })?;
+        page.map_err(|error| of_any(&error))
     }
 
     /// The text of the arm file that `flexure joint --arm` writes, not driven by any record; `joint`, 0 or 1, is the place of a
     /// single joint in the arm, `template` the text of an arm file whose links' geometry it has.
     #[pyo3(signature = (joint=0, template=None))]
     fn arm_file(&self, joint: usize, template: Option<&str>) -> PyResult<String> {
-        self.0.arm_file(joint, template).map_err(|error| of_any(&error))
+        let template = template.map(|text| ArmFile::from_toml_str(text, "the template"));
+        let template = template.transpose().map_err(|error| of_any(&error.into()))?;
+        let place = Place {
+            joint: joint.min(1),
+            template: template.map(|file| file.arm),
+            excitation: Excitation::zero(),
+        };
+        self.0.arm_file(place).map_err(|error| of_any(&error))
     }
 }
 
@@ -52,55 +71,39 @@ pub fn identify_joint(
     prismatic: bool,
     level: f64,
 ) -> PyResult<Joint> {
-    let found = interruptible(py, move |_| {
+    let known = matches!((torque.len(), link.len(), motor.len()), (1, 1, 0 | 1) | (2, 2, 2));
+    if !known {
+        return Err(ParameterError::new_err(
+            "a two-link arm needs two columns each of motors, links and torques, a joint one",
+        ));
+    }
+    let joint = interruptible(py, move |_| {
+        let samples = |column: &Column| column.samples().to_vec();
+        let axes = (0..torque.len()).map(|i| AxisLog {
+            torque: samples(&torque[i]),
+            position: samples(&link[i]),
+            motor: motor.get(i).map(samples),
+            velocity: velocity.as_ref().map(samples),
+        });
+        let log = Log {
+            name: LOG.to_owned(),
+            sample_time,
+            axes: axes.collect(),
+            columns: Vec::new(),
+        };
         let mut extras = Vec::new();
         extras.extend(gravity.then_some(Extra::Gravity));
         extras.extend(spring.then_some(Extra::Spring));
-        let log = match (&torque[..], &link[..], &motor[..]) {
-            ([torque], [position], []) => JointLog::Rigid(
-                RigidJoint {
-                    position: position.samples(),
-                    torque: torque.samples(),
-                    velocity: velocity.as_ref().map(Column::samples),
-                    sample_time,
-                    extras: &extras,
-                    level,
-                },
-                prismatic,
-            ),
-            ([torque], [link], [motor]) => JointLog::Flexible(FlexibleJoint {
-                motor: motor.samples(),
-                link: link.samples(),
-                torque: torque.samples(),
-                sample_time,
-                motor_inertia,
-                level,
-            }),
-            _ => match (pair(&torque), pair(&link), pair(&motor)) {
-                (Some(torque), Some(link), Some(motor)) => JointLog::TwoLinks(TwoLinkLog {
-                    motor,
-                    link,
-                    torque,
-                    sample_time,
-                    level,
-                }),
-                _ => return Ok(None),
-            },
+        let settings = Settings {
+            extras,
+            prismatic,
+            motor_inertia,
+            level,
         };
-        log.identify().map(Some)
+        let file = RecordFile::in_memory(Record::new::<String>([])?, LOG);
+        identify(log, &settings, &file, argument)
     })?;
-    match found.map_err(|error| of_any(&error))? {
-        Some(found) => Ok(Joint(Arc::new(found))),
-        None => Err(ParameterError::new_err(
-            "a two-link arm needs two columns each of motors, links and torques, a joint one",
-        )),
-    }
-}
-
-/// Two columns as slices.
-fn pair(columns: &[Column]) -> Option<[&[f64]; 2]> {
-    match columns {
-        [first, second] => Some([first.samples(), second.samples()]),
-        _ => None,
-    }
+    joint
+        .map(|joint| Joint(Arc::from(joint)))
+        .map_err(|error| of_any(&error))
 }

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use flexure::nonlinearity::{NamedEstimator, NamedFit, Outside, Rule, Tuning};
-use flexure_cli::regression::{BandMethod, BandOptions, band};
+use flexure::nonlinearity::{NamedEstimator, Outside, Rule, Tuning};
+use flexure_workbench::regression::{BandOptions, Data, Regression as Fit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Column, array, slices};
 use crate::errors::of_library;
-use crate::names::{estimator, kernel as named_kernel, known};
+use crate::names::{argument, choice, estimator, kernel as named_kernel, known};
 use crate::run::{briefly, interruptible};
 
 /// Values up to so many are found without a thread of their own.
@@ -20,24 +20,35 @@ const BRIEF: usize = 20_000;
 pub struct Regression(Arc<Fitted>);
 
 struct Fitted {
-    method: NamedEstimator,
-    fit: NamedFit,
+    fit: Fit,
+    columns: Columns,
+}
+
+/// The data of the fit.
+struct Columns {
     x: Vec<Column>,
     y: Column,
     weights: Option<Column>,
+    /// Whether rows are repeated in place of weights.
+    repeated: bool,
 }
 
-impl Fitted {
-    fn weights(&self) -> Option<&[f64]> {
-        self.weights.as_ref().map(Column::samples)
+impl Columns {
+    fn data(&self) -> Data<'_> {
+        let weights = self.weights.as_ref().map(Column::samples);
+        Data {
+            repeated: self.repeated,
+            ..Data::in_memory(slices(&self.x), self.y.samples(), weights)
+        }
     }
 }
 
 #[pymethods]
 impl Regression {
-    /// Fits the estimator of this name; `parameter` None chooses it from the data by `rule`.
+    /// Fits the estimator of this name; `parameter` None chooses it from the data by `rule`, which is also what chose
+    /// a parameter that was `chosen` before. `repeated` rows stand for weights.
     #[staticmethod]
-    #[pyo3(signature = (name, x, y, weights=None, *, parameter=None, rule="loo", kernel="epanechnikov", outside="nan", seed=1))]
+    #[pyo3(signature = (name, x, y, weights=None, *, parameter=None, chosen=false, repeated=false, rule="loo", kernel="epanechnikov", outside="nan", seed=1))]
     #[expect(clippy::too_many_arguments, reason = "keywords on the other side")]
     fn fit(
         py: Python<'_>,
@@ -46,17 +57,19 @@ impl Regression {
         y: Column,
         weights: Option<Column>,
         parameter: Option<Vec<f64>>,
+        chosen: bool,
+        repeated: bool,
         rule: &str,
         kernel: &str,
         outside: &str,
         seed: u64,
     ) -> PyResult<Regression> {
         let rules = Rule::ALL.map(Rule::name);
-        let method = NamedEstimator {
+        let estimator = NamedEstimator {
             name: estimator(name)?,
-            tuning: match parameter {
-                Some(values) => Tuning::Fixed(values),
-                None => Tuning::FromData(known("rule", rule, &rules, Rule::parse)?),
+            tuning: match &parameter {
+                Some(values) if !chosen => Tuning::Fixed(values.clone()),
+                _ => Tuning::FromData(known("rule", rule, &rules, Rule::parse)?),
             },
             kernel: named_kernel(kernel)?,
             outside: known("outside", outside, &["nan", "nearest", "linear"], |name| match name {
@@ -68,14 +81,17 @@ impl Regression {
             seed,
         };
         let fitted = interruptible(py, move |_| {
-            let fit = method.fit(&slices(&x), y.samples(), weights.as_ref().map(Column::samples))?;
-            Ok(Fitted {
-                method,
-                fit,
+            let columns = Columns {
                 x,
                 y,
                 weights,
-            })
+                repeated,
+            };
+            let fit = match parameter.filter(|_| chosen) {
+                Some(parameter) => Fit::with_chosen(estimator, parameter, &columns.data())?,
+                None => Fit::new(estimator, &columns.data())?,
+            };
+            Ok(Fitted { fit, columns })
         })?;
         fitted
             .map(|fitted| Regression(Arc::new(fitted)))
@@ -86,8 +102,8 @@ impl Regression {
     fn predict<'py>(&self, py: Python<'py>, x: Vec<Column>) -> PyResult<Bound<'py, PyAny>> {
         let fitted = Arc::clone(&self.0);
         let values = match x.iter().map(Column::len).sum::<usize>() {
-            0..BRIEF => briefly(py, || fitted.fit.regression.predict(&slices(&x)))?,
-            _ => interruptible(py, move |_| fitted.fit.regression.predict(&slices(&x)))?,
+            0..BRIEF => briefly(py, || fitted.fit.fit.regression.predict(&slices(&x)))?,
+            _ => interruptible(py, move |_| fitted.fit.fit.regression.predict(&slices(&x)))?,
         };
         array(py, &values.map_err(|error| of_library(&error))?)
     }
@@ -106,18 +122,14 @@ impl Regression {
         let options = BandOptions {
             level,
             simultaneous,
-            method: known("band method", method, &BandMethod::ALL.map(BandMethod::name), |name| {
-                BandMethod::ALL.into_iter().find(|m| m.name() == name)
-            })?,
+            method: choice("band method", method)?,
             block,
         };
         let fitted = Arc::clone(&self.0);
         let found = interruptible(py, move |interrupt| {
-            let data = (&slices(&fitted.x)[..], fitted.y.samples(), fitted.weights());
             let at: Vec<Vec<f64>> = x.iter().map(|column| column.samples().to_vec()).collect();
-            band(&options, (&fitted.method, &fitted.fit), data, &at, &mut |_, _| {
-                interrupt.flow()
-            })
+            let data = fitted.columns.data();
+            fitted.fit.band(&data, &options, &at, &mut |_, _| interrupt.flow())
         })?;
         let Some(band) = found.map_err(|error| of_library(&error))? else {
             return Ok(None);
@@ -132,22 +144,29 @@ impl Regression {
         Ok(Some(dict))
     }
 
+    /// What to know before trusting the fit.
+    fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        let fitted = Arc::clone(&self.0);
+        let warnings = interruptible(py, move |_| fitted.fit.warnings(&fitted.columns.data(), argument))?;
+        warnings.map_err(|error| of_library(&error))
+    }
+
     /// The parameter, given or chosen: one value, or one bandwidth a column.
     #[getter]
     fn parameter(&self) -> Vec<f64> {
-        self.0.fit.parameter.clone()
+        self.0.fit.fit.parameter.clone()
     }
 
     /// The mean squared leave-one-out error, where it is known.
     #[getter]
     fn left_out(&self) -> Option<f64> {
-        self.0.fit.left_out
+        self.0.fit.fit.left_out
     }
 
     /// The scores of all values that were tried, as a dict; None where the parameter was given.
     #[getter]
     fn scores<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(scores) = &self.0.fit.scores else {
+        let Some(scores) = &self.0.fit.fit.scores else {
             return Ok(None);
         };
         let dict = PyDict::new(py);

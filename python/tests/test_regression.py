@@ -1,9 +1,11 @@
 """Static estimators: scikit-learn's own checks, and the library's numbers."""
 
+import json
 import pickle
 
 import numpy as np
 import pytest
+from conftest import write_csv
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, cross_val_score
 from sklearn.utils.estimator_checks import estimator_checks_generator
@@ -193,3 +195,32 @@ def test_every_column_of_an_additive_model_has_its_bandwidth():
 def test_instants_are_no_points(points):
     with pytest.raises(TypeError, match="instants or durations"):
         KernelRegressor().fit((1000 * points[0]).astype("m8[s]")[:, None], points[1])
+
+
+def test_rows_that_depend_on_each_other_are_warned_of(points):
+    assert KernelRegressor().fit(points[0][:, None], points[1]).warnings_ == []
+    rng = np.random.default_rng(5)
+    noise = np.zeros(1500)
+    for i in range(1, len(noise)):
+        noise[i] = 0.8 * noise[i - 1] + 0.1 * rng.normal()
+    x = np.linspace(-2, 2, len(noise))
+    y = np.sin(x) + noise
+    fit = KernelRegressor(bandwidth=0.5).fit(x[:, None], y)
+    assert any("rule='block' allows for it" in text for text in fit.warnings_)
+    assert pickle.loads(pickle.dumps(fit)).warnings_ == fit.warnings_
+    blocks = KernelRegressor(rule="block").fit(x[:, None], y)
+    assert not any("correlated" in text for text in blocks.warnings_)
+
+
+def test_the_warnings_are_the_command_lines(tmp_path, command):
+    rng = np.random.default_rng(6)
+    x = np.repeat(rng.uniform(-2, 2, 300), 2)
+    y = np.repeat(np.sin(x[::2]) + 0.1 * rng.normal(size=300), 2)
+    path = write_csv(tmp_path / "r.csv", x=x, y=y)
+    done = command("regress", path, "--x", "x", "--y", "y", "--estimator", "local-linear", "--json")
+    theirs = [text.replace("--weights", "sample_weight") for text in json.loads(done.stdout)["warnings"]]
+    fit = KernelRegressor().fit(x[:, None], y)
+    assert fit.warnings_ and fit.warnings_ == theirs
+    # Repetitions that are asked for are no copies.
+    weighted = KernelRegressor().fit(x[::2, None], y[::2], sample_weight=np.full(300, 2))
+    assert not any("copies" in text for text in weighted.warnings_)

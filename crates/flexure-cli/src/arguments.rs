@@ -46,6 +46,14 @@ impl std::fmt::Display for Unknown {
 
 impl std::error::Error for Unknown {}
 
+/// How a setting of the workbench is written as an option.
+pub fn option(name: &str, value: Option<&str>) -> String {
+    match value {
+        Some(value) => format!("--{name} {value}"),
+        None => format!("--{name}"),
+    }
+}
+
 /// `auto` or a value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Auto<T> {

@@ -21,16 +21,6 @@ mod study;
 mod tuning;
 mod validate;
 
-/// Joints in memory.
-pub mod session {
-    pub use crate::joint::memory::{JointLog, LoggedJoint};
-}
-
-/// Bands of regressions, as `flexure regress` makes them.
-pub mod regression {
-    pub use crate::regress::band::{BandMethod, BandOptions, band};
-}
-
 use std::ffi::OsString;
 use std::process::ExitCode;
 

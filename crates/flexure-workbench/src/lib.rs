@@ -4,8 +4,10 @@
 //! The command line and the Python package both work through this crate, so that they give the same numbers and the same words. It reads no
 //! options and knows no terminal: what is being done is reported to a callback.
 
+pub mod joints;
 mod named;
+pub mod regression;
 pub mod systems;
 pub mod text;
 
-pub use named::Named;
+pub use named::{Named, Spelling};

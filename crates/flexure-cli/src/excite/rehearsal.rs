@@ -6,7 +6,7 @@ use flexure::identify::robot_joint::{Estimated, Finding, FlexibleAxis, FlexibleJ
 use flexure::manipulator::add_noise;
 
 use super::{Arguments, Experiment, Limits};
-use crate::joint::words::{Units, parameter_words};
+use flexure_workbench::joints::{Units, parameter_text};
 use flexure_workbench::text::number;
 
 /// A standard error, or half a band's width, above this share is a poor estimate.
@@ -119,7 +119,7 @@ impl Told {
         for form in [&axis.model.stiffness, &axis.model.friction] {
             for p in &form.parameters {
                 let unit = units.of_curve(p.unit, form.form.is_stiffness());
-                let words = parameter_words(p, &unit);
+                let words = parameter_text(p, &unit);
                 self.sort(
                     p.identifiable,
                     format!("{of}{}", words.split_whitespace().collect::<Vec<_>>().join(" ")),

@@ -1,23 +1,23 @@
 //! `flexure joint`: a joint's friction, stiffness and inertia from its log.
 
-mod arm;
-mod data;
-mod flexible;
-pub mod memory;
-mod page;
-mod rigid;
-mod two_link;
-pub mod words;
+mod log;
 
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
-use flexure_io::{check_record_writable, check_writable, read_record};
+use anyhow::{Context as _, Result};
+use flexure::identify::robot_joint::{AxisDrive, Extra};
+use flexure_io::arm::Excitation;
+use flexure_io::{RecordFile, check_record_writable, check_writable, read_record, write_atomically, write_record};
+use flexure_workbench::joints::{Joint, Place, Settings, identify, recorded};
+use serde_json::{Value, json};
 
 use crate::arguments::{self, Usage};
 use crate::files::keep_apart;
+use crate::output::{command_line, print};
 use crate::progress::spinning;
-use data::{Log, Number};
+use crate::simulate::read_arm;
+use log::{Columns, Number};
 
 /// Find a joint's friction, stiffness and inertia from its log.
 ///
@@ -54,7 +54,7 @@ pub struct Arguments {
     #[arg(long, value_name = "COLUMN", conflicts_with = "motor")]
     velocity: Option<String>,
     /// Torque a unit of the torque column: a number, or the name of a constant of a MAT file.
-    #[arg(long, value_name = "K", default_value = "1", allow_hyphen_values = true, value_parser = data::number)]
+    #[arg(long, value_name = "K", default_value = "1", allow_hyphen_values = true, value_parser = log::number)]
     torque_constant: Number,
     /// Gear ratio: motor angles are divided by it, torques multiplied, so that all is seen from the link.
     #[arg(long, value_name = "N", default_value = "1", value_parser = arguments::positive)]
@@ -79,10 +79,10 @@ pub struct Arguments {
     #[arg(long, value_name = "COLUMN", requires_all = ["kp", "kv"], conflicts_with = "motor")]
     reference: Option<String>,
     /// The position gain KP of that controller: a number, or the name of a constant of a MAT file.
-    #[arg(long, value_name = "KP", requires = "reference", value_parser = data::number)]
+    #[arg(long, value_name = "KP", requires = "reference", value_parser = log::number)]
     kp: Option<Number>,
     /// The velocity gain KV of that controller: a number, or the name of a constant of a MAT file.
-    #[arg(long, value_name = "KV", requires = "reference", value_parser = data::number)]
+    #[arg(long, value_name = "KV", requires = "reference", value_parser = log::number)]
     kv: Option<Number>,
     /// Write the friction curve here: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv")]
@@ -114,26 +114,212 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let curves = arguments.friction.iter().chain(&arguments.stiffness);
-    let outputs = curves.chain(&arguments.arm).chain(&arguments.report);
-    keep_apart([&arguments.record].into_iter().chain(&arguments.template), outputs)?;
-    for path in [&arguments.friction, &arguments.stiffness].into_iter().flatten() {
-        check_record_writable(path)?;
-    }
-    for path in [&arguments.arm, &arguments.report].into_iter().flatten() {
-        check_writable(path)?;
-    }
+    arguments.refuse_arm_with_extras()?;
+    arguments.check_files()?;
     let file = spinning("reading", || read_record(&arguments.record))?;
-    if let Some(columns) = data::pairs(&file, arguments)? {
-        if arguments.motor_inertia.is_some() {
-            let message = "--motor-inertia is of a single flexible joint; leave it out for a two-link arm, whose motors are identified";
-            return Err(Usage(message.to_owned()).into());
+    let columns = Columns::new(&file, arguments)?;
+    let paths = arguments.curve_paths(columns.joints());
+    if columns.joints() == 2 {
+        arguments.refuse_motor_inertia()?;
+        paths.iter().try_for_each(|(_, path)| check_record_writable(path))?;
+    }
+    let log = columns.log(&file, arguments)?;
+    let joint = spinning("identifying", || {
+        identify(log, &arguments.settings(), &file, arguments::option)
+    })?;
+    let position_loop = arguments.position_loop(&file)?;
+    let motions = spinning("simulating", || joint.simulate(position_loop))?;
+
+    // Everything is made before anything is written.
+    let page = match &arguments.report {
+        None => None,
+        Some(path) => {
+            let command = command_line(std::env::args_os().skip(1));
+            let page = joint.page(&motions, Some(command));
+            Some((path, flexure_report::render_joint(&page).context("the report")?))
         }
-        return two_link::run(&file, &columns, arguments);
+    };
+    let arm = match &arguments.arm {
+        None => None,
+        Some(path) => Some((path, joint.arm_file(arguments.place(&columns, &file)?)?)),
+    };
+    let mut written = write_curves(joint.as_ref(), &paths)?;
+    for (path, text) in [arm, page].into_iter().flatten() {
+        write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+        written.push(path.clone());
     }
-    let log = Log::read(&file, arguments)?;
-    match arguments.motor {
-        Some(_) => flexible::run(&file, &log, arguments),
-        None => rigid::run(&file, &log, arguments),
+    if arguments.json {
+        let mut object = joint.json();
+        let (name, motions) = joint.motions_json(&motions);
+        object[name] = motions;
+        object["samples"] = json!(joint.log().samples());
+        object["sample_time"] = json!(joint.log().sample_time);
+        arguments.add_files(&mut object, &written);
+        return print(&object.to_string());
     }
+    let mut lines = joint.summary(&motions);
+    let missing = |path: &&PathBuf| columns.joints() == 1 && !written.contains(path);
+    lines.extend(
+        arguments
+            .stiffness
+            .iter()
+            .filter(missing)
+            .map(|path| format!("  note: {} is not written: no stiffness was seen", path.display())),
+    );
+    lines.extend(written.iter().map(|path| format!("wrote {}", path.display())));
+    print(&lines.join("\n"))
+}
+
+/// A curve that a joint has.
+#[derive(Clone, Copy, PartialEq)]
+enum Curve {
+    Friction,
+    Stiffness,
+}
+
+/// Writes the curves of every joint to its files, and returns those that were written.
+fn write_curves(joint: &dyn Joint, paths: &[(Curve, PathBuf)]) -> Result<Vec<PathBuf>> {
+    let curves = joint.curves()?;
+    let mut written = Vec::new();
+    let each = paths.len() / curves.len().max(1);
+    for (i, (curve, path)) in paths.iter().enumerate() {
+        let of_joint = &curves[i / each.max(1)];
+        let record = match curve {
+            Curve::Friction => Some(&of_joint.friction),
+            Curve::Stiffness => of_joint.stiffness.as_ref(),
+        };
+        if let Some(record) = record {
+            write_record(path, record)?;
+            written.push(path.clone());
+        }
+    }
+    Ok(written)
+}
+
+impl Arguments {
+    /// Refuses an arm file of a rigid axis with what an arm file cannot have.
+    fn refuse_arm_with_extras(&self) -> Result<(), Usage> {
+        let term = match (self.gravity, self.spring) {
+            (true, _) => "gravity",
+            (_, true) => "spring",
+            _ => return Ok(()),
+        };
+        if self.arm.is_none() {
+            return Ok(());
+        }
+        Err(Usage(format!(
+            "--arm: an arm file has no {term}, and without it the arm would not move as the axis does; leave --arm out: the motion with the \
+             {term} is simulated under the recorded torque, and --report shows it"
+        )))
+    }
+
+    fn refuse_motor_inertia(&self) -> Result<(), Usage> {
+        match self.motor_inertia {
+            Some(_) => Err(Usage(
+                "--motor-inertia is of a single flexible joint; leave it out for a two-link arm, whose motors are identified"
+                    .to_owned(),
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn check_files(&self) -> Result<()> {
+        let curves = self.friction.iter().chain(&self.stiffness);
+        let others = self.arm.iter().chain(&self.report);
+        let inputs = [&self.record].into_iter().chain(&self.template);
+        keep_apart(inputs, curves.clone().chain(others.clone()))?;
+        curves.map(check_record_writable).collect::<Result<(), _>>()?;
+        Ok(others.map(check_writable).collect::<Result<(), _>>()?)
+    }
+
+    /// The files of the curves, those of joint 1 first.
+    fn curve_paths(&self, joints: usize) -> Vec<(Curve, PathBuf)> {
+        let asked = || {
+            let friction = self.friction.iter().map(|path| (Curve::Friction, path));
+            friction.chain(self.stiffness.iter().map(|path| (Curve::Stiffness, path)))
+        };
+        match joints {
+            1 => asked().map(|(curve, path)| (curve, path.clone())).collect(),
+            _ => (1..=joints)
+                .flat_map(|joint| asked().map(move |(curve, path)| (curve, numbered(path, joint))))
+                .collect(),
+        }
+    }
+
+    fn settings(&self) -> Settings {
+        let mut extras = Vec::new();
+        extras.extend(self.gravity.then_some(Extra::Gravity));
+        extras.extend(self.spring.then_some(Extra::Spring));
+        Settings {
+            extras,
+            prismatic: self.prismatic,
+            motor_inertia: self.motor_inertia,
+            level: self.band,
+        }
+    }
+
+    /// The controller in whose loop the record was made.
+    fn position_loop<'a>(&self, file: &'a RecordFile) -> Result<Option<AxisDrive<'a>>> {
+        let (Some(reference), Some(kp), Some(kv)) = (&self.reference, &self.kp, &self.kv) else {
+            return Ok(None);
+        };
+        Ok(Some(AxisDrive::Loop {
+            reference: file.finite(reference)?,
+            kp: kp.value(file, "kp")?,
+            kv: kv.value(file, "kv")?,
+            torque_constant: self.torque_on_link(file)?,
+        }))
+    }
+
+    /// The torque on the link's side a unit of the torque column.
+    fn torque_on_link(&self, file: &RecordFile) -> Result<f64> {
+        Ok(self.torque_constant.value(file, "torque-constant")? * self.gear_ratio)
+    }
+
+    /// What the arm file says that the log does not show; driven by the record where an arm file can name it.
+    fn place(&self, columns: &Columns, file: &RecordFile) -> Result<Place> {
+        let joint = usize::from(self.joint) - 1;
+        let template = self.template.as_ref().map(|path| read_arm(path)).transpose()?;
+        let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
+        let beside = (self.arm.as_ref()).is_some_and(|arm| folder(arm) == folder(&self.record));
+        let named = beside && columns.are_torques_of(file, joint) && self.torque_on_link(file)? == 1.0;
+        Ok(Place {
+            joint,
+            template: template.map(|file| file.arm),
+            excitation: match named {
+                true => recorded(&log::file_name(file)),
+                false => Excitation::zero(),
+            },
+        })
+    }
+
+    /// Adds the names of the files: of an arm as a list, of a single joint one by one.
+    fn add_files(&self, object: &mut Value, written: &[PathBuf]) {
+        if object["joint"] == "two_link_arm" {
+            let written = written.iter().map(|path| path.display().to_string());
+            object["written"] = written.collect();
+            return;
+        }
+        let files = [
+            ("friction_file", &self.friction),
+            ("stiffness_file", &self.stiffness),
+            ("arm", &self.arm),
+            ("report", &self.report),
+        ];
+        let rigid = object["joint"] == "rigid";
+        for (name, path) in files
+            .into_iter()
+            .filter(|(name, _)| !(rigid && *name == "stiffness_file"))
+        {
+            object[name] = json!(path.as_ref().map(|p| p.display().to_string()));
+        }
+    }
+}
+
+/// The path with the joint's number before its extension.
+fn numbered(path: &Path, joint: usize) -> PathBuf {
+    let text = |part: Option<&std::ffi::OsStr>| part.map(|s| s.to_string_lossy().into_owned());
+    let stem = text(path.file_stem()).unwrap_or_default();
+    let extension = text(path.extension()).map(|e| format!(".{e}")).unwrap_or_default();
+    path.with_file_name(format!("{stem}-{joint}{extension}"))
 }

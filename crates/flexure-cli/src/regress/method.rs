@@ -1,22 +1,26 @@
-//! The options as a method; what contradicts itself is wrong usage.
+//! The options as an estimator; what contradicts itself is wrong usage.
 
 use flexure::nonlinearity::{EstimatorName, NamedEstimator, Rule, Tuning};
+use flexure_workbench::regression::BandMethod;
 
-use super::band::BandMethod;
-use super::{Arguments, Method, Outside, band};
+use super::{Arguments, Outside};
 use crate::arguments::Usage;
 use crate::tuning;
+
+/// Most points of a grid over all columns.
+const MOST_POINTS: f64 = 1e6;
 
 /// The columns of the result besides those of x.
 const RESULT: [&str; 3] = ["y", "lower", "upper"];
 
-/// The method that the options ask for.
-pub fn method(arguments: &Arguments) -> Result<Method, Usage> {
-    columns(arguments)?;
+/// The estimator that the options ask for.
+pub fn estimator(arguments: &Arguments) -> Result<NamedEstimator, Usage> {
+    check_columns(arguments)?;
+    check_grid(arguments)?;
     let name = name(arguments);
     tuning::check_kernel("--estimator", name, arguments.kernel)?;
-    band::check(arguments)?;
-    let estimator = NamedEstimator {
+    check_band(arguments)?;
+    Ok(NamedEstimator {
         name,
         tuning: chosen(arguments)?,
         kernel: arguments.kernel.unwrap_or_default(),
@@ -26,19 +30,49 @@ pub fn method(arguments: &Arguments) -> Result<Method, Usage> {
             Outside::Linear => flexure::nonlinearity::Outside::Linear,
         },
         seed: arguments.seed,
-    };
-    Ok(Method {
-        estimator,
-        level: arguments.band,
-        simultaneous: arguments.simultaneous,
-        band_method: arguments.band_method,
-        block: arguments.block,
     })
+}
+
+/// Refuses a grid of too many points.
+fn check_grid(arguments: &Arguments) -> Result<(), Usage> {
+    let columns = arguments.x.len();
+    match arguments.grid.map(|n| (n, f64::from(n).powi(columns as i32))) {
+        Some((n, points)) if points > MOST_POINTS => Err(Usage(format!(
+            "--grid {n} along {columns} columns makes {points} points, and at most {MOST_POINTS} are allowed; take a coarser grid, or --at"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a robust band for what has none, and options that would do nothing.
+fn check_band(arguments: &Arguments) -> Result<(), Usage> {
+    let kernel = matches!(
+        name(arguments),
+        EstimatorName::Kernel | EstimatorName::LocalLinear | EstimatorName::LocalBandwidth
+    );
+    if arguments.band_method == BandMethod::Robust && !(kernel && arguments.x.len() == 1) {
+        return Err(Usage(
+            "--band-method robust is for the estimators kernel, local-linear and local-bandwidth in one column of x; take --band-method bootstrap".to_owned(),
+        ));
+    }
+    let blocks = matches!(arguments.select, Some(Rule::BlockBootstrap { .. }));
+    if arguments.block.is_some() && !blocks && arguments.band_method != BandMethod::Block {
+        return Err(Usage(
+            "--block gives the rows in a block, for --select block-bootstrap or --band-method block; take one of them, or leave it out"
+                .to_owned(),
+        ));
+    }
+    if arguments.simultaneous && arguments.band_method == BandMethod::None {
+        return Err(Usage(
+            "--simultaneous needs a band, and --band-method none makes none; leave one of them out".to_owned(),
+        ));
+    }
+    Ok(())
 }
 
 /// The estimator. By default local bandwidths where they can be: in one column, unless some option is about one
 /// bandwidth or about refits, which would take long.
-pub fn name(arguments: &Arguments) -> EstimatorName {
+fn name(arguments: &Arguments) -> EstimatorName {
     let one = arguments.x.len() > 1
         || arguments.bandwidth.clone().given().is_some()
         || arguments.parameter.given().is_some()
@@ -51,7 +85,7 @@ pub fn name(arguments: &Arguments) -> EstimatorName {
 }
 
 /// The columns must differ, and be as many as the estimator takes.
-fn columns(arguments: &Arguments) -> Result<(), Usage> {
+fn check_columns(arguments: &Arguments) -> Result<(), Usage> {
     let Arguments { x, y, weights, .. } = arguments;
     if let Some(name) = x.iter().find(|name| name.is_empty()) {
         return Err(Usage(format!(

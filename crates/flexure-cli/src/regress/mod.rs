@@ -1,30 +1,22 @@
 //! `flexure regress`: the regression of one column on others, with a band and a page.
 
-pub mod band;
-mod data;
-mod estimate;
 mod method;
-mod page;
-mod warnings;
-mod words;
 
 use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::Record;
 use flexure::error::ParameterError;
 use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Rule, Tuning};
-use flexure_io::{check_record_writable, check_writable, read_record, write_atomically, write_record};
+use flexure_io::{RecordFile, check_record_writable, check_writable, read_record, write_atomically, write_record};
+use flexure_workbench::regression::{BandMethod, BandOptions, Columns, Data, Regression, Report};
+use serde_json::json;
 
 use crate::arguments::{self, Auto, Usage};
 use crate::files::keep_apart;
 use crate::output::{command_line, print};
 use crate::progress::spinning;
-use band::BandMethod;
-use data::Data;
-use estimate::{Estimate, Evaluated};
 
 /// Estimate the regression of a column on one or several others, with a confidence band.
 ///
@@ -74,7 +66,7 @@ pub struct Arguments {
     #[arg(long, value_name = "LEVEL", default_value = "0.95", allow_hyphen_values = true, value_parser = arguments::level)]
     band: f64,
     /// How the band is made.
-    #[arg(long, value_enum, default_value = "auto")]
+    #[arg(long, default_value = "auto", value_parser = arguments::named::<BandMethod>())]
     band_method: BandMethod,
     /// A band that holds at all points of the curve at once.
     #[arg(long)]
@@ -113,18 +105,38 @@ enum Outside {
     Linear,
 }
 
-/// What the options ask for.
-pub struct Method {
-    estimator: NamedEstimator,
-    level: f64,
-    simultaneous: bool,
-    band_method: BandMethod,
-    block: Option<usize>,
+impl Arguments {
+    fn columns(&self) -> Columns {
+        Columns {
+            x: self.x.clone(),
+            y: self.y.clone(),
+            weights: self.weights.clone(),
+        }
+    }
+
+    fn band_options(&self) -> BandOptions {
+        BandOptions {
+            level: self.band,
+            simultaneous: self.simultaneous,
+            method: self.band_method,
+            block: self.block,
+        }
+    }
+
+    /// The points at which to evaluate, column by column.
+    fn points(&self, data: &Data) -> Result<Vec<Vec<f64>>> {
+        let Some(path) = &self.at else {
+            return Ok(data.grid(self.grid.map(|n| n as usize)));
+        };
+        let file = read_record(path)?;
+        let columns = self.x.iter().map(|name| Ok(file.finite(name)?.to_vec()));
+        columns.collect()
+    }
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let method = method::method(arguments)?;
+    let estimator = method::estimator(arguments)?;
     keep_apart(
         [&arguments.record].into_iter().chain(&arguments.at),
         arguments.out.iter().chain(&arguments.report),
@@ -136,55 +148,47 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         check_writable(path)?;
     }
     let file = spinning("reading", || read_record(&arguments.record))?;
-    let data = Data::read(&file, arguments)?;
-    let at = match &arguments.at {
-        Some(path) => data::points(path, &arguments.x)?,
-        None => data.grid(arguments.grid.map(|n| n as usize)),
-    };
-    let (estimate, curve) = spinning("estimating", || -> Result<(Estimate, Evaluated)> {
-        let estimate = Estimate::new(&method, &data).map_err(|error| match (&method.estimator.tuning, error) {
-            // Whatever the data.
-            (Tuning::Fixed(_), error @ flexure::Error::Parameter(ParameterError::OutOfRange { .. })) => {
-                Usage(error.to_string()).into()
-            }
-            (_, error) => anyhow::Error::from(file.locate(error)),
-        })?;
-        let curve = estimate.evaluate(&data, at).map_err(|error| file.locate(error))?;
-        Ok((estimate, curve))
+    let data = Data::read(&file, arguments.columns())?;
+    let at = arguments.points(&data)?;
+    let report = spinning("estimating", || -> Result<Report> {
+        let regression = fitted(estimator, &data, &file)?;
+        let report = Report::new(regression, &data, arguments.band_options(), at, arguments::option);
+        Ok(report.map_err(|error| file.locate(error))?)
     })?;
-    let warnings = warnings::warnings(&estimate, &data, &curve, arguments);
 
     // Everything is made before anything is written.
-    let rendered = match &arguments.report {
+    let page = match &arguments.report {
         None => None,
         Some(path) => {
             let command = command_line(std::env::args_os().skip(1));
-            // Along one column the page shows the very curve of the result, if that is one.
-            let shown = (data.x.len() == 1 && arguments.at.is_none()).then_some(&curve);
-            let page = spinning("drawing", || page::page(&estimate, &data, shown, &warnings, command))?;
-            let html = flexure_report::render_regression(&page).context("the report")?;
-            Some((path, html))
+            let page = spinning("drawing", || report.page(arguments.at.is_none(), Some(command)))?;
+            Some((path, flexure_report::render_regression(&page).context("the report")?))
         }
     };
     if let Some(path) = &arguments.out {
-        write_record(path, &record(&data, &curve)?)?;
+        write_record(path, &report.record()?)?;
     }
-    if let Some((path, html)) = rendered {
+    if let Some((path, html)) = page {
         write_atomically(path, |out| out.write_all(html.as_bytes()))?;
     }
     if arguments.json {
-        return print(&words::json(&estimate, &data, &curve, &warnings, arguments).to_string());
+        let mut object = report.json();
+        let shown = |path: &Option<PathBuf>| json!(path.as_ref().map(|p| p.display().to_string()));
+        object["out"] = shown(&arguments.out);
+        object["report"] = shown(&arguments.report);
+        return print(&object.to_string());
     }
     let written = [&arguments.out, &arguments.report].into_iter().flatten();
-    let mut lines = vec![words::summary(&estimate, &data, &curve, &warnings)];
+    let mut lines = vec![report.summary()];
     lines.extend(written.map(|path| format!("wrote {}", path.display())));
     print(&lines.join("\n"))
 }
 
-/// The curve as the columns of the result's file.
-fn record(data: &Data, curve: &Evaluated) -> Result<Record> {
-    let x = data.names.iter().cloned().zip(curve.x.iter().cloned());
-    let rest = [("y", &curve.y), ("lower", &curve.lower), ("upper", &curve.upper)];
-    let rest = rest.map(|(name, values)| (name.to_owned(), values.clone()));
-    Ok(Record::new(x.chain(rest))?)
+/// Fits the estimator; a parameter that was given and can be none, whatever the data, is wrong usage.
+fn fitted(estimator: NamedEstimator, data: &Data, file: &RecordFile) -> Result<Regression> {
+    let fixed = matches!(estimator.tuning, Tuning::Fixed(_));
+    Regression::new(estimator, data).map_err(|error| match error {
+        flexure::Error::Parameter(ParameterError::OutOfRange { .. }) if fixed => Usage(error.to_string()).into(),
+        error => file.locate(error).into(),
+    })
 }

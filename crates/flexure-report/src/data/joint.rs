@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{Fact, Nonlinearity, Prediction, Scatter};
 
 /// Everything on the page of a joint's friction and stiffness.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct JointPage {
     /// The heading.
     pub title: String,

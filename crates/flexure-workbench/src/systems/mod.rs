@@ -125,7 +125,7 @@ pub fn simulate(model: &ModelFile, file: &RecordFile, inputs: &[&str]) -> Result
 /// from the state that fits the column `output` best, where there are enough samples.
 ///
 /// # Errors
-/// Those of [`simulate`], and [`flexure::Error::InvalidParameter`] for a horizon of 0.
+/// Those of [`simulate`], and [`flexure::Error::Parameter`] for a horizon of 0.
 pub fn predict(
     model: &ModelFile,
     file: &RecordFile,

@@ -1,102 +1,121 @@
 //! The columns of a record that a regression uses, checked with the lines of the file.
 
-use std::path::Path;
-
 use anyhow::{Result, bail};
 use flexure::error::DataError;
-use flexure_io::{RecordFile, read_record};
-
-use super::Arguments;
+use flexure_io::RecordFile;
 
 /// Points of the curve along each column, by the number of columns.
 const GRID: [usize; 6] = [301, 41, 15, 9, 6, 5];
 /// The sizes of a column's largest value that all estimators can compute with.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
-/// Most points of a grid over all columns.
-const MOST_POINTS: usize = 1_000_000;
+
+/// The names of the columns of a regression.
+#[derive(Debug, Clone, Default)]
+pub struct Columns {
+    /// The columns to regress on.
+    pub x: Vec<String>,
+    /// The column to estimate.
+    pub y: String,
+    /// The column of weights, if there is one.
+    pub weights: Option<String>,
+}
 
 /// What a regression is made from.
 pub struct Data<'a> {
     /// The file's name without its folder.
     pub file: String,
-    /// The names of the columns of x.
-    pub names: Vec<String>,
-    /// The name of the column of y.
-    pub y_name: String,
+    /// The columns' names.
+    pub names: Columns,
     /// The columns of x.
     pub x: Vec<&'a [f64]>,
     /// y.
     pub y: &'a [f64],
     /// The weights, if there are any.
     pub weights: Option<&'a [f64]>,
+    /// Whether rows are repeated on purpose, in place of weights.
+    pub repeated: bool,
 }
 
 impl<'a> Data<'a> {
-    /// The columns that the options name; they must be finite, and x and y must vary.
-    pub fn read(file: &'a RecordFile, arguments: &Arguments) -> Result<Self> {
-        let mut x = Vec::with_capacity(arguments.x.len());
-        for name in &arguments.x {
+    /// The columns of these names, which must be finite; x and y must vary.
+    ///
+    /// # Errors
+    /// Names the file, the column and where possible the line.
+    pub fn read(file: &'a RecordFile, names: Columns) -> Result<Self> {
+        let mut x = Vec::with_capacity(names.x.len());
+        for name in &names.x {
             x.push(file.finite(name)?);
         }
-        let y = file.finite(&arguments.y)?;
-        let weights = arguments.weights.as_ref().map(|name| file.finite(name)).transpose()?;
-        if let (Some(weights), Some(name)) = (weights, &arguments.weights) {
+        let y = file.finite(&names.y)?;
+        let weights = names.weights.as_ref().map(|name| file.finite(name)).transpose()?;
+        if let (Some(weights), Some(name)) = (weights, &names.weights) {
             check_weights(file, name, weights)?;
         }
+        let name = file.path.file_name();
         let data = Data {
-            file: file
-                .path
-                .file_name()
-                .map(|n| n.to_string_lossy().into_owned())
-                .unwrap_or_default(),
-            names: arguments.x.clone(),
-            y_name: arguments.y.clone(),
+            file: name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
+            names,
             x,
             y,
             weights,
+            repeated: false,
         };
-        let rows = data.rows();
-        if rows.len() <= data.x.len() {
+        data.check_variation(file)?;
+        data.check_sizes(file)?;
+        Ok(data)
+    }
+
+    /// Columns that are in memory, and are finite.
+    pub fn in_memory(x: Vec<&'a [f64]>, y: &'a [f64], weights: Option<&'a [f64]>) -> Self {
+        Data {
+            file: String::new(),
+            names: Columns {
+                x: (1..=x.len()).map(|j| format!("x{j}")).collect(),
+                y: "y".to_owned(),
+                weights: None,
+            },
+            x,
+            y,
+            weights,
+            repeated: false,
+        }
+    }
+
+    fn check_variation(&self, file: &RecordFile) -> Result<()> {
+        let rows = self.rows();
+        if rows.len() <= self.x.len() {
             bail!(
                 "{}: {} rows{} for {} columns of x; a regression needs more rows than columns: name fewer columns, or take more samples",
                 file.path.display(),
                 rows.len(),
-                if weights.is_some() { " of positive weight" } else { "" },
-                data.x.len()
+                if self.weights.is_some() {
+                    " of positive weight"
+                } else {
+                    ""
+                },
+                self.x.len()
             );
         }
-        for (name, column) in data.names.iter().zip(&data.x).chain([(&data.y_name, &data.y)]) {
+        for (name, column) in self.names.x.iter().zip(&self.x).chain([(&self.names.y, &self.y)]) {
             let first = column[rows[0]];
             if rows.iter().all(|&i| column[i] == first) {
-                let (column, value) = (name.clone(), first);
-                return Err(file.locate(flexure::Error::constant(column, value)).into());
+                return Err(file.locate(flexure::Error::constant(name.clone(), first)).into());
             }
         }
-        let weights = arguments.weights.iter().zip(data.weights);
-        for (name, column) in data
-            .names
-            .iter()
-            .zip(data.x.iter().copied())
-            .chain([(&data.y_name, data.y)])
-            .chain(weights)
-        {
+        Ok(())
+    }
+
+    fn check_sizes(&self, file: &RecordFile) -> Result<()> {
+        let x = self.names.x.iter().zip(self.x.iter().copied());
+        let weights = self.names.weights.iter().zip(self.weights);
+        for (name, column) in x.chain([(&self.names.y, self.y)]).chain(weights) {
             let largest = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             if !SIZES.contains(&largest) {
                 let column = name.clone();
                 return Err(file.locate(DataError::Unit { column, largest }.into()).into());
             }
         }
-        if let Some(n) = arguments.grid {
-            let points = (n as f64).powi(data.x.len() as i32);
-            if points > MOST_POINTS as f64 {
-                return Err(crate::arguments::Usage(format!(
-                    "--grid {n} along {} columns makes {points} points, and at most {MOST_POINTS} are allowed; take a coarser grid, or --at",
-                    data.x.len()
-                ))
-                .into());
-            }
-        }
-        Ok(data)
+        Ok(())
     }
 
     /// The rows of positive weight.
@@ -110,6 +129,12 @@ impl<'a> Data<'a> {
         self.weights.map_or(1.0, |w| w[row])
     }
 
+    /// The columns of x at some rows.
+    pub fn x_at(&self, rows: &[usize]) -> Vec<Vec<f64>> {
+        let of = |column: &&[f64]| rows.iter().map(|&i| column[i]).collect();
+        self.x.iter().map(of).collect()
+    }
+
     /// The range of a column of x over the rows of positive weight.
     pub fn range(&self, column: usize) -> [f64; 2] {
         let values = self.rows().into_iter().map(|i| self.x[column][i]);
@@ -118,7 +143,8 @@ impl<'a> Data<'a> {
         })
     }
 
-    /// A grid over the ranges of all columns, the last column fastest; column by column.
+    /// A grid over the ranges of all columns, the last column fastest; column by column. `points` are those along each column, by
+    /// default fewer for more columns.
     pub fn grid(&self, points: Option<usize>) -> Vec<Vec<f64>> {
         let d = self.x.len();
         let n = points.unwrap_or(GRID[(d - 1).min(GRID.len() - 1)]);
@@ -163,11 +189,4 @@ fn check_weights(file: &RecordFile, name: &str, weights: &[f64]) -> Result<()> {
         );
     }
     Ok(())
-}
-
-/// The points of a file at which to evaluate, column by column.
-pub fn points(path: &Path, names: &[String]) -> Result<Vec<Vec<f64>>> {
-    let file = read_record(path)?;
-    let columns = names.iter().map(|name| Ok(file.finite(name)?.to_vec()));
-    columns.collect()
 }

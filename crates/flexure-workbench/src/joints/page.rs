@@ -1,32 +1,32 @@
 //! A joint as the page that shows it.
 
 use flexure::bands::Band;
-use flexure::identify::robot_joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis, TwoLinkArm};
+use flexure::identify::robot_joint::{Estimated, Finding, Fitted, FlexibleAxis};
 use flexure_report::data::{
     Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
 };
 
-use super::arm::Simulated;
-use super::data::{ArmLog, Log};
-use super::rigid::{Replay, fit};
-use super::two_link::{Replay as ArmReplay, constants};
-use super::words::{Units, lack_words, parameter_words, with_error};
-use flexure_workbench::text::number;
+use super::flexible::Flexible;
+use super::rigid::Rigid;
+use super::simulation::Fit;
+use super::text::{Units, lack_text, parameter_text, titled, with_error};
+use super::two_link::{Constant, TwoLink};
+use super::{Log, Motion};
+use crate::text::{capitalised, number};
 
 /// A stiffness whose band is wider than this share of its median is not shown.
-const UNTOLD: f64 = 0.03;
+const WIDEST_BAND: f64 = 0.03;
 /// Deflections below this share of the largest one are next to zero.
 const NEXT: f64 = 0.2;
 
 /// The page of a rigid axis.
-pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], units: &Units, command: Option<String>) -> JointPage {
+pub fn rigid(rigid: &Rigid, motions: &[Motion], command: Option<String>) -> JointPage {
+    let (axis, log, units) = (&rigid.axis, &rigid.log, rigid.units());
     let best = &axis.forms[axis.best];
     let velocity = format!("velocity ({}/s)", units.position);
-    let mut motions = vec![torque(log, &axis.reconstructed, units)];
-    motions.extend(replays.iter().map(|r| motion(log, &r.position, r.drive, units)));
     JointPage {
         title: "A rigid axis".to_owned(),
-        subtitle: subtitle(log),
+        subtitle: subtitle("", log),
         facts: vec![
             inertia("Inertia", axis.inertia, units.inertia()),
             lack(best),
@@ -39,76 +39,52 @@ pub fn rigid(axis: &RigidAxis, log: &Log, replays: &[Replay], units: &Units, com
                       band; dashed the form with the smallest BIC."
                 .to_owned(),
             curve: curve(&axis.friction, [&velocity, &format!("torque ({})", units.torque)], |v| best.torque(v), best),
-            points: Scatter {
-                x: axis.velocity.clone(),
-                y: axis.partial.clone(),
-            },
+            points: cloud(&axis.velocity, &axis.partial),
         }],
-        tables: axis.forms.iter().map(|f| table(f, units)).collect(),
-        motions,
+        tables: axis.forms.iter().map(|f| table(f, &units)).collect(),
+        motions: comparisons(log, 0, &axis.reconstructed, motions, &units, ""),
         command,
     }
 }
 
 /// The page of a flexible joint.
-pub fn flexible(axis: &FlexibleAxis, log: &Log, replay: Option<&Simulated>, command: Option<String>) -> JointPage {
-    let units = Units::of(false);
-    let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
-    let mut motions = vec![torque(log, &axis.reconstructed, &units)];
-    motions.extend(replay.map(|r| motion(log, &r.link, "under the recorded torque", &units)));
+pub fn flexible(joint: &Flexible, motions: &[Motion], command: Option<String>) -> JointPage {
+    let (axis, log, units) = (&joint.axis, &joint.log, Units::of(false));
     JointPage {
         title: "A flexible joint".to_owned(),
-        subtitle: subtitle(log),
+        subtitle: subtitle("", log),
         facts: vec![
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
             inertia("Link inertia", axis.link_inertia, "kg m^2"),
-            Fact {
-                name: "Encoder skew".to_owned(),
-                value: format!("{:.3} ms", 1e3 * axis.skew.value),
-                note: match axis.findings.iter().any(|f| matches!(f, Finding::EncoderSkew { .. })) {
-                    true => "by which the link's samples are late; corrected".to_owned(),
-                    false => format!(
-                        "not told from none (standard error {:.3} ms)",
-                        1e3 * axis.skew.standard_error
-                    ),
-                },
-            },
+            skew(axis),
             samples(log),
         ],
         warnings: warnings(&axis.findings).collect(),
         curves: joint_curves(axis, ""),
-        tables: [stiffness, friction]
-            .into_iter()
-            .chain(&axis.stiffness_forms)
-            .chain(&axis.friction_forms)
-            .map(|f| table(f, &units))
-            .collect(),
-        motions,
+        tables: forms(axis).map(|f| table(f, &units)).collect(),
+        motions: comparisons(log, 0, &axis.reconstructed, motions, &units, ""),
         command,
     }
 }
 
 /// The page of a two-link arm.
-pub fn two_link(arm: &TwoLinkArm, log: &ArmLog, replay: Option<&ArmReplay>, command: Option<String>) -> JointPage {
-    let units = Units::of(false);
-    let mut facts: Vec<Fact> = constants(arm)
-        .into_iter()
-        .map(|(name, formula, value)| {
-            let fact = inertia(&(name[..1].to_uppercase() + &name[1..]), value, "kg m^2");
-            Fact {
-                note: format!("{formula}; {}", fact.note),
-                ..fact
-            }
-        })
-        .collect();
-    let (mut warnings, mut curves, mut tables, mut motions) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (i, (axis, name)) in arm.joints.iter().zip(["joint 1", "joint 2"]).enumerate() {
-        facts.push(inertia(&format!("Motor inertia, {name}"), axis.motor_inertia, "kg m^2"));
-        warnings.extend(self::warnings(&axis.findings).map(|f| format!("{name}: {f}")));
-        curves.extend(joint_curves(axis, &format!(", {name}")));
-        let forms = [&axis.model.stiffness, &axis.model.friction].into_iter();
-        let forms = forms.chain(&axis.stiffness_forms).chain(&axis.friction_forms);
-        tables.extend(forms.enumerate().map(|(k, f)| {
+pub fn two_link(joints: &TwoLink, motions: &[Motion], command: Option<String>) -> JointPage {
+    let (log, units) = (&joints.log, Units::of(false));
+    let mut page = JointPage {
+        title: "A two-link arm".to_owned(),
+        subtitle: subtitle(" of both joints", log),
+        facts: joints.constants().into_iter().map(constant).collect(),
+        command,
+        ..JointPage::default()
+    };
+    for (i, axis) in joints.arm.joints.iter().enumerate() {
+        let name = format!("joint {}", i + 1);
+        let motor = format!("Motor inertia, {name}");
+        page.facts.push(inertia(&motor, axis.motor_inertia, "kg m^2"));
+        page.warnings
+            .extend(warnings(&axis.findings).map(|f| format!("{name}: {f}")));
+        page.curves.extend(joint_curves(axis, &format!(", {name}")));
+        page.tables.extend(forms(axis).enumerate().map(|(k, f)| {
             let table = table(f, &units);
             let all = if k < 2 { ", all equations together" } else { "" };
             ParameterTable {
@@ -116,47 +92,52 @@ pub fn two_link(arm: &TwoLinkArm, log: &ArmLog, replay: Option<&ArmReplay>, comm
                 ..table
             }
         }));
-        let step = log.sample_time;
-        motions.push(comparison(
-            time(step),
-            format!("Torque of {name}: measured against reconstructed from the motion"),
-            "torque (N m)".to_owned(),
-            &log.torque[i],
-            &axis.reconstructed,
-        ));
-        motions.extend(replay.map(|r| {
-            comparison(
-                time(step),
-                format!("Motion of {name}: measured against simulated under the recorded torques"),
-                "angle (rad)".to_owned(),
-                &log.link[i],
-                &r.link[i],
-            )
-        }));
+        let own = motions.get(i..=i).unwrap_or_default();
+        let of = format!(" of {name}");
+        page.motions
+            .extend(comparisons(log, i, &axis.reconstructed, own, &units, &of));
     }
-    JointPage {
-        title: "A two-link arm".to_owned(),
-        subtitle: format!(
-            "Friction, stiffness and inertia of both joints from {} samples of {}.",
-            log.link[0].len(),
-            log.file
-        ),
-        facts,
-        warnings,
-        curves,
-        tables,
-        motions,
-        command,
+    page
+}
+
+/// The forms of a joint: those of the model, then each by itself.
+fn forms(axis: &FlexibleAxis) -> impl Iterator<Item = &Fitted> {
+    let model = [&axis.model.stiffness, &axis.model.friction].into_iter();
+    model.chain(&axis.stiffness_forms).chain(&axis.friction_forms)
+}
+
+fn constant(constant: Constant) -> Fact {
+    let fact = inertia(&capitalised(constant.name), constant.value, "kg m^2");
+    Fact {
+        note: format!("{}; {}", constant.formula, fact.note),
+        ..fact
+    }
+}
+
+fn skew(axis: &FlexibleAxis) -> Fact {
+    Fact {
+        name: "Encoder skew".to_owned(),
+        value: format!("{:.3} ms", 1e3 * axis.skew.value),
+        note: match axis.findings.iter().any(|f| matches!(f, Finding::EncoderSkew { .. })) {
+            true => "by which the link's samples are late; corrected".to_owned(),
+            false => format!(
+                "not told from none (standard error {:.3} ms)",
+                1e3 * axis.skew.standard_error
+            ),
+        },
+    }
+}
+
+fn cloud(x: &[f64], y: &[f64]) -> Scatter {
+    Scatter {
+        x: x.to_vec(),
+        y: y.to_vec(),
     }
 }
 
 /// The curves of a flexible joint; `of` is added to their headings.
 fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
-    let cloud = |x: &[f64], y: &[f64]| Scatter {
-        x: x.to_vec(),
-        y: y.to_vec(),
-    };
     let deflection = "deflection (rad)";
     let curves = vec![
             JointCurve {
@@ -164,7 +145,7 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
                 caption: "The stiffness k(d) = κ(d)/d with its band, where that is narrow enough to tell it: a dip at zero is a soft wind-up. Next \
                           to zero no torque tells it."
                     .to_owned(),
-                curve: told(curve(
+                curve: without_wide_band(curve(
                     &axis.secant,
                     [deflection, "stiffness (N m/rad)"],
                     |d| if d == 0.0 { f64::NAN } else { stiffness.torque(d) / d },
@@ -196,11 +177,11 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
         .collect()
 }
 
-fn subtitle(log: &Log) -> String {
+fn subtitle(of: &str, log: &Log) -> String {
     format!(
-        "Friction, stiffness and inertia from {} samples of {}.",
-        log.position.len(),
-        log.file
+        "Friction, stiffness and inertia{of} from {} samples of {}.",
+        log.samples(),
+        log.name
     )
 }
 
@@ -216,9 +197,9 @@ fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
     }
 }
 
-/// Words of the terminal with the signs of a page.
-fn typeset(words: &str) -> String {
-    words.replace("+-", "±").replace("^2", "²").replace("^3", "³")
+/// Text of the terminal with the signs of a page.
+fn typeset(text: &str) -> String {
+    text.replace("+-", "±").replace("^2", "²").replace("^3", "³")
 }
 
 /// What is to be known before trusting a result; that a torque is held from sample to sample is how it should be.
@@ -230,7 +211,7 @@ fn warnings(findings: &[Finding]) -> impl Iterator<Item = String> {
 fn samples(log: &Log) -> Fact {
     Fact {
         name: "Samples".to_owned(),
-        value: log.position.len().to_string(),
+        value: log.samples().to_string(),
         note: format!("{} s apart", number(log.sample_time)),
     }
 }
@@ -258,15 +239,15 @@ fn curve(band: &Band, [x, y]: [&str; 2], form: impl Fn(f64) -> f64, fitted: &Fit
     }
 }
 
-/// Without the points at which a stiffness is not told.
-fn told(mut curve: Nonlinearity) -> Nonlinearity {
+/// Without the points at which the band of a stiffness is too wide.
+fn without_wide_band(mut curve: Nonlinearity) -> Nonlinearity {
     let mut size: Vec<f64> = curve.y.iter().map(|y| y.abs()).collect();
     size.sort_unstable_by(f64::total_cmp);
-    let widest = UNTOLD * size[size.len() / 2];
+    let widest = WIDEST_BAND * size[size.len() / 2];
     let wide: Vec<bool> = (0..curve.x.len())
         .map(|i| !(curve.upper[i] - curve.lower[i] < widest))
         .collect();
-    // Next to zero nothing in between is told either.
+    // Next to zero nothing in between is known either.
     let farthest = curve.x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let near = wide
         .iter()
@@ -282,7 +263,6 @@ fn told(mut curve: Nonlinearity) -> Nonlinearity {
 }
 
 fn table(form: &Fitted, units: &Units) -> ParameterTable {
-    let title = form.form.title();
     let mut rows: Vec<[String; 2]> = Vec::new();
     if form.inertia.value.is_finite() {
         let value = with_error(form.inertia.value, form.inertia.standard_error);
@@ -290,60 +270,67 @@ fn table(form: &Fitted, units: &Units) -> ParameterTable {
     }
     for parameter in &form.parameters {
         let unit = units.of_curve(parameter.unit, form.form.is_stiffness());
-        let words = parameter_words(parameter, &unit);
-        let words = words.strip_prefix(&parameter.symbol).unwrap_or(&words).trim();
-        rows.push([parameter.symbol.clone(), typeset(words)]);
+        let text = parameter_text(parameter, &unit);
+        let value = text.strip_prefix(&parameter.symbol).unwrap_or(&text).trim();
+        rows.push([parameter.symbol.clone(), typeset(value)]);
     }
     ParameterTable {
-        heading: title[..1].to_uppercase() + &title[1..],
+        heading: titled(form),
         rows,
-        note: lack_words(form),
+        note: lack_text(form),
     }
 }
 
-fn time(step: f64) -> Axis {
-    Axis {
-        name: "time".to_owned(),
-        unit: "s".to_owned(),
-        start: 0.0,
-        step,
-    }
+/// The torque of axis `i` and its simulated motions beside the measured ones; `of` is what the headings call the axis.
+fn comparisons(
+    log: &Log,
+    i: usize,
+    reconstructed: &[f64],
+    motions: &[Motion],
+    units: &Units,
+    of: &str,
+) -> Vec<Comparison> {
+    let torque = comparison(
+        log,
+        format!("Torque{of}: measured against reconstructed from the motion"),
+        format!("torque ({})", units.torque),
+        &log.axes[i].torque,
+        reconstructed,
+    );
+    let (quantity, plural) = if of.is_empty() {
+        ("position", "")
+    } else {
+        ("angle", "s")
+    };
+    let motions = motions.iter().map(|motion| {
+        comparison(
+            log,
+            format!("Motion{of}: measured against simulated {}{plural}", motion.drive),
+            format!("{quantity} ({})", units.position),
+            &log.axes[i].position,
+            &motion.position,
+        )
+    });
+    [torque].into_iter().chain(motions).collect()
 }
 
-fn comparison(time: Axis, heading: String, y_label: String, measured: &[f64], predicted: &[f64]) -> Comparison {
+fn comparison(log: &Log, heading: String, y_label: String, measured: &[f64], predicted: &[f64]) -> Comparison {
     let n = measured.len().min(predicted.len());
-    let (rms, fit_percent) = fit(measured, predicted);
+    let fit = Fit::new(measured, predicted);
     Comparison {
         heading,
         prediction: Prediction {
             y_label,
-            time,
+            time: Axis {
+                name: "time".to_owned(),
+                unit: "s".to_owned(),
+                start: 0.0,
+                step: log.sample_time,
+            },
             measured: measured[..n].to_vec(),
             predicted: predicted[..n].to_vec(),
-            fit_percent,
-            rms,
+            fit_percent: fit.percent,
+            rms: fit.rms,
         },
     }
-}
-
-fn torque(log: &Log, reconstructed: &[f64], units: &Units) -> Comparison {
-    let heading = "Torque: measured against reconstructed from the motion".to_owned();
-    comparison(
-        time(log.sample_time),
-        heading,
-        format!("torque ({})", units.torque),
-        &log.torque,
-        reconstructed,
-    )
-}
-
-fn motion(log: &Log, simulated: &[f64], drive: &str, units: &Units) -> Comparison {
-    let heading = format!("Motion: measured against simulated {drive}");
-    comparison(
-        time(log.sample_time),
-        heading,
-        format!("position ({})", units.position),
-        &log.position,
-        simulated,
-    )
 }

@@ -1,10 +1,11 @@
-//! A joint in words and as JSON.
+//! Parts of a joint as text and as JSON.
 
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{Finding, Fitted, Parameter, REFUTED};
 use serde_json::{Value, json};
 
-use flexure_workbench::text::number;
+use super::simulation::Fit;
+use crate::text::{capitalised, number};
 
 /// The units of a joint's quantities.
 pub struct Units {
@@ -38,31 +39,19 @@ impl Units {
     }
 
     /// Of a parameter of a curve of stiffness or friction, by the powers of torque and deflection or velocity.
-    pub fn of_curve(&self, powers: [i32; 2], stiffness: bool) -> String {
-        self.powers(powers, !stiffness)
-    }
-
-    fn powers(&self, [torque, x]: [i32; 2], velocity: bool) -> String {
-        let power = |unit: &str, p: i32| match p {
-            1 => unit.to_owned(),
-            p => format!("{unit}^{p}"),
-        };
-        let seconds = if velocity { "s" } else { "" };
-        let top = match torque {
-            0 => String::new(),
-            _ => self.torque.to_owned(),
+    pub fn of_curve(&self, [torque, x]: [i32; 2], stiffness: bool) -> String {
+        let (per_second, second) = if stiffness { ("", "") } else { ("/s", "s") };
+        let torque = if torque == 0 { "" } else { self.torque };
+        let above = match (torque, second) {
+            ("", "") => "1".to_owned(),
+            ("", only) | (only, "") => only.to_owned(),
+            (torque, second) => format!("{torque} {second}"),
         };
         match x {
-            0 => top,
-            1 => format!("{}{}", self.position, if velocity { "/s" } else { "" }),
-            x => {
-                let above = match (top.as_str(), seconds) {
-                    ("", "") => "1".to_owned(),
-                    ("", only) | (only, "") => only.to_owned(),
-                    (torque, seconds) => format!("{torque} {seconds}"),
-                };
-                format!("{above}/{}", power(self.position, -x))
-            }
+            0 => torque.to_owned(),
+            1 => format!("{}{per_second}", self.position),
+            -1 => format!("{above}/{}", self.position),
+            x => format!("{above}/{}^{}", self.position, -x),
         }
     }
 }
@@ -75,8 +64,8 @@ pub fn with_error(value: f64, error: f64) -> String {
     }
 }
 
-/// A parameter in words.
-pub fn parameter_words(parameter: &Parameter, unit: &str) -> String {
+/// A parameter for reading.
+pub fn parameter_text(parameter: &Parameter, unit: &str) -> String {
     let name = format!("{:<6}", parameter.symbol);
     if parameter.identifiable {
         let value = with_error(parameter.value, parameter.standard_error);
@@ -93,10 +82,14 @@ pub fn parameter_words(parameter: &Parameter, unit: &str) -> String {
     format!("{name} not identifiable: {}; {range}", parameter.remark)
 }
 
-/// A form in words, a line a parameter.
-pub fn fitted_words(form: &Fitted, units: &Units, best: bool) -> Vec<String> {
-    let title = form.form.title();
-    let mut title = title[..1].to_uppercase() + &title[1..];
+/// The title of a form, with a capital letter at the start.
+pub fn titled(form: &Fitted) -> String {
+    capitalised(form.form.title())
+}
+
+/// A form for reading, a line a parameter.
+pub fn fitted_lines(form: &Fitted, units: &Units, best: bool) -> Vec<String> {
+    let mut title = titled(form);
     if best {
         title.push_str("  [smallest BIC]");
     }
@@ -111,14 +104,14 @@ pub fn fitted_words(form: &Fitted, units: &Units, best: bool) -> Vec<String> {
     }
     for parameter in &form.parameters {
         let unit = units.of_curve(parameter.unit, form.form.is_stiffness());
-        lines.push(format!("    {}", parameter_words(parameter, &unit)));
+        lines.push(format!("    {}", parameter_text(parameter, &unit)));
     }
-    lines.push(format!("    {}", lack_words(form)));
+    lines.push(format!("    {}", lack_text(form)));
     lines
 }
 
-/// The test of a form against the free curve, in words.
-pub fn lack_words(form: &Fitted) -> String {
+/// The test of a form against the free curve, for reading.
+pub fn lack_text(form: &Fitted) -> String {
     let lack = form.lack_of_fit;
     let verdict = if lack.p_value < REFUTED {
         "refuted by"
@@ -134,7 +127,7 @@ pub fn lack_words(form: &Fitted) -> String {
 }
 
 /// A form as JSON.
-pub fn fitted_json(form: &Fitted, units: &Units, stiffness: bool) -> Value {
+pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
     let parameters: serde_json::Map<String, Value> = form
         .parameters
         .iter()
@@ -142,7 +135,7 @@ pub fn fitted_json(form: &Fitted, units: &Units, stiffness: bool) -> Value {
             let value = json!({
                 "value": p.value,
                 "standard_error": p.standard_error,
-                "unit": units.of_curve(p.unit, stiffness),
+                "unit": units.of_curve(p.unit, form.form.is_stiffness()),
                 "identifiable": p.identifiable,
                 "range": p.range,
                 "remark": p.remark,
@@ -161,7 +154,7 @@ pub fn fitted_json(form: &Fitted, units: &Units, stiffness: bool) -> Value {
 }
 
 /// Over what a free curve was seen.
-pub fn range_words(what: &str, band: &Band, unit: &str) -> String {
+pub fn range_line(what: &str, band: &Band, unit: &str) -> String {
     let x = &band.x[0];
     format!(
         "  {what:<14} seen from {} to {} {unit}; beyond, these data say nothing",
@@ -174,9 +167,9 @@ pub fn range_words(what: &str, band: &Band, unit: &str) -> String {
 const RUN_AWAY: f64 = -1000.0;
 
 /// How near a simulated motion is to the measured one.
-pub fn nearness(rms: f64, fit_percent: f64, unit: &str) -> String {
-    match fit_percent > RUN_AWAY {
-        true => format!("RMS error {} {unit}, fit {fit_percent:.2} %", number(rms)),
+pub fn nearness(fit: Fit, unit: &str) -> String {
+    match fit.percent > RUN_AWAY {
+        true => format!("RMS error {} {unit}, fit {:.2} %", number(fit.rms), fit.percent),
         false => "it runs away from the measured motion: inertia and friction as they were found do not explain it"
             .to_owned(),
     }

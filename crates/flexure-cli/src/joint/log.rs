@@ -1,0 +1,195 @@
+//! The columns of a joint's log, seen from the link.
+
+use std::str::FromStr;
+
+use anyhow::{Result, bail};
+use flexure_io::RecordFile;
+use flexure_workbench::joints::{AxisLog, Log};
+
+use super::Arguments;
+use crate::arguments::{TIME, Usage, sample_time};
+
+/// A number, or the name of one in the record.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Number {
+    /// A number.
+    Given(f64),
+    /// A constant of a MAT file.
+    Named(String),
+}
+
+/// A number, or the name of a constant.
+pub fn number(text: &str) -> Result<Number, String> {
+    match f64::from_str(text) {
+        Ok(value) if value.is_finite() && value != 0.0 => Ok(Number::Given(value)),
+        Ok(_) => Err("expected a finite number other than zero, or the name of a constant of the record".to_owned()),
+        Err(_) => Ok(Number::Named(text.to_owned())),
+    }
+}
+
+impl Number {
+    /// Its value, looked up in the record.
+    pub fn value(&self, file: &RecordFile, option: &str) -> Result<f64> {
+        let name = match self {
+            Number::Given(value) => return Ok(*value),
+            Number::Named(name) => name,
+        };
+        match file.constants.iter().find(|(n, _)| n == name) {
+            Some((_, value)) if value.is_finite() && *value != 0.0 => Ok(*value),
+            Some((_, value)) => bail!(
+                "{}: --{option} {name}: the constant is {value}, but a finite number other than zero is needed",
+                file.path.display()
+            ),
+            None => {
+                let names: Vec<&str> = file.constants.iter().map(|(n, _)| n.as_str()).collect();
+                let there = match names.is_empty() {
+                    true => "the record has no constants".to_owned(),
+                    false => format!("the constants are: {}", names.join(", ")),
+                };
+                bail!(
+                    "{}: --{option} {name} is neither a number nor a constant of the record; {there}",
+                    file.path.display()
+                )
+            }
+        }
+    }
+}
+
+/// The columns of a joint, or of both joints of an arm, each kind in the order of the joints.
+pub struct Columns {
+    torque: Vec<String>,
+    /// The positions of a rigid axis, or the angles of links.
+    position: Vec<String>,
+    motor: Vec<String>,
+    velocity: Option<String>,
+}
+
+impl Columns {
+    /// Those that the options name: of an arm where they name two of each kind, separated by a comma.
+    ///
+    /// A name that is a column's as a whole is that column's.
+    ///
+    /// # Errors
+    /// Wrong usage for two columns of one kind and one of another.
+    pub fn new(file: &RecordFile, arguments: &Arguments) -> Result<Columns, Usage> {
+        let link = arguments.position.as_ref().or(arguments.link.as_ref());
+        let names = [
+            ("motor", arguments.motor.as_deref().unwrap_or_default()),
+            ("link", link.map_or("", String::as_str)),
+            ("torque", arguments.torque.as_str()),
+        ];
+        let split = names.map(|(_, text)| pair(file, text));
+        let paired = |i: usize| split[i].is_some() && !(names[i].0 == "link" && arguments.position.is_some());
+        let [motor, position, torque] = match [0, 1, 2].map(paired) {
+            [true, true, true] => split.map(Option::unwrap_or_default),
+            [false, false, false] => names.map(|(_, text)| vec![text.to_owned()]),
+            paired => {
+                let (name, text) = names[paired.iter().position(|p| !p).unwrap_or(0)];
+                return Err(Usage(format!(
+                    "--{name} {text}: a two-link arm needs two columns of each kind, as in --motor qm1,qm2 --link q1,q2 --torque tau1,tau2"
+                )));
+            }
+        };
+        Ok(Columns {
+            torque,
+            position,
+            motor: if arguments.motor.is_some() { motor } else { Vec::new() },
+            velocity: arguments.velocity.clone(),
+        })
+    }
+
+    /// The number of joints.
+    pub fn joints(&self) -> usize {
+        self.torque.len()
+    }
+
+    /// Whether the record has the torques of both joints of an arm by the names that Flexure gives them, and these columns are those of the
+    /// joint, 0 or 1, or of both.
+    pub fn are_torques_of(&self, file: &RecordFile, joint: usize) -> bool {
+        let both = ["tau1", "tau2"];
+        let has = |name: &&str| file.record.names().iter().any(|n| n == name);
+        both.iter().all(has)
+            && match self.torque.as_slice() {
+                [one] => one == both[joint],
+                torques => torques == both,
+            }
+    }
+
+    /// The columns, which must be finite, on the link's side of the gear.
+    ///
+    /// # Errors
+    /// Names the file and the column; for a sample time that is not known.
+    pub fn log(&self, file: &RecordFile, arguments: &Arguments) -> Result<Log> {
+        let used = self.torque.iter().chain(&self.position).chain(&self.motor);
+        let used: Vec<&str> = used.chain(&self.velocity).map(String::as_str).collect();
+        let Some(sample_time) = sample_time(file, arguments.sample_time, &used)? else {
+            bail!(
+                "{}: no column '{TIME}' tells the sample time; give it by --sample-time",
+                file.path.display()
+            );
+        };
+        let constant = arguments.torque_on_link(file)?;
+        let scaled =
+            |name: &String, by: f64| -> Result<Vec<f64>> { Ok(file.finite(name)?.iter().map(|v| v * by).collect()) };
+        let mut axes = Vec::new();
+        for i in 0..self.joints() {
+            let motor = self.motor.get(i);
+            axes.push(AxisLog {
+                torque: scaled(&self.torque[i], constant)?,
+                position: scaled(&self.position[i], 1.0)?,
+                motor: motor.map(|name| scaled(name, 1.0 / arguments.gear_ratio)).transpose()?,
+                velocity: self.velocity.as_ref().map(|name| scaled(name, 1.0)).transpose()?,
+            });
+        }
+        Ok(Log {
+            name: file_name(file),
+            sample_time,
+            axes,
+            columns: self.names(),
+        })
+    }
+
+    /// The library's names of the columns, with those of the file.
+    fn names(&self) -> Vec<(String, String)> {
+        let position = if self.motor.is_empty() { "position" } else { "link" };
+        let kinds = [
+            ("torque", &self.torque),
+            (position, &self.position),
+            ("motor", &self.motor),
+        ];
+        let mut names: Vec<(String, String)> = Vec::new();
+        for (kind, columns) in kinds {
+            for (i, column) in columns.iter().enumerate() {
+                let library = match self.joints() {
+                    1 => kind.to_owned(),
+                    _ => format!("{kind} {}", i + 1),
+                };
+                names.push((library, column.clone()));
+            }
+        }
+        names.extend(
+            self.velocity
+                .iter()
+                .map(|column| ("velocity".to_owned(), column.clone())),
+        );
+        names
+    }
+}
+
+/// The two columns that a text names.
+fn pair(file: &RecordFile, text: &str) -> Option<Vec<String>> {
+    let whole = file.record.names().iter().any(|n| n == text);
+    let parts: Vec<&str> = text.split(',').map(str::trim).collect();
+    match parts[..] {
+        [first, second] if !whole && !first.is_empty() && !second.is_empty() => {
+            Some(vec![first.to_owned(), second.to_owned()])
+        }
+        _ => None,
+    }
+}
+
+/// The file's name without its folder.
+pub fn file_name(file: &RecordFile) -> String {
+    let name = file.path.file_name();
+    name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+}

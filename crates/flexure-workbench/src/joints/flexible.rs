@@ -1,0 +1,158 @@
+//! A flexible joint.
+
+use anyhow::Result;
+use flexure::identify::robot_joint::{AxisDrive, Estimated, Fitted, FlexibleAxis};
+use flexure_report::data::JointPage;
+use serde_json::{Value, json};
+
+use super::arm_file::{self, Place};
+use super::text::{
+    Units, findings, fitted_json, fitted_lines, lack_text, nearness, parameter_text, range_line, titled, with_error,
+};
+use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page, simulation};
+use crate::text::number;
+
+/// An identified flexible joint with its log.
+pub struct Flexible {
+    pub axis: FlexibleAxis,
+    pub log: Log,
+}
+
+impl Joint for Flexible {
+    fn json(&self) -> Value {
+        let mut object = axis_json(&self.axis);
+        object["joint"] = json!("flexible");
+        object
+    }
+
+    fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
+        let (arm, initial) = arm_file::alone(self);
+        let simulated = simulation::held(arm, initial, &self.log)?;
+        let motion = simulated.map(|record| simulation::motion(&record, 0, &self.log, &self.axis.velocity));
+        Ok(motion.transpose()?.into_iter().collect())
+    }
+
+    fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value) {
+        let motion = motions.first().map(|m| {
+            json!({
+                "rms": m.fit.rms,
+                "fit_percent": m.fit.percent,
+                "velocity_fit_percent": m.velocity_fit_percent,
+            })
+        });
+        ("replay", json!(motion))
+    }
+
+    fn summary(&self, motions: &[Motion]) -> Vec<String> {
+        let log = &self.log;
+        let mut lines = vec![format!("Flexible joint from {} samples of {}", log.samples(), log.name)];
+        lines.extend(axis_lines(&self.axis, "link inertia"));
+        lines.extend(motions.iter().map(|m| motion_line(m, "torque")));
+        lines.extend(findings(&self.axis.findings));
+        lines
+    }
+
+    fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage {
+        page::flexible(self, motions, command)
+    }
+
+    fn arm_file(&self, place: Place) -> Result<String> {
+        arm_file::flexible(self, place)
+    }
+
+    fn curves(&self) -> flexure::Result<Vec<Curves>> {
+        Ok(vec![curves(&self.axis)?])
+    }
+
+    fn log(&self) -> &Log {
+        &self.log
+    }
+
+    fn inertias(&self) -> Vec<(&'static str, Estimated)> {
+        vec![
+            ("motor's inertia", self.axis.motor_inertia),
+            ("link's inertia", self.axis.link_inertia),
+        ]
+    }
+}
+
+/// What was found of a joint, as JSON.
+pub fn axis_json(axis: &FlexibleAxis) -> Value {
+    let units = Units::of(false);
+    let list = |forms: &[Fitted]| -> Vec<Value> { forms.iter().map(|f| fitted_json(f, &units)).collect() };
+    json!({
+        "motor_inertia": axis.motor_inertia,
+        "link_inertia": axis.link_inertia,
+        "stiffness": curve_json(&axis.stiffness),
+        "secant_stiffness": curve_json(&axis.secant),
+        "friction": curve_json(&axis.friction),
+        "stiffness_forms": list(&axis.stiffness_forms),
+        "best_stiffness_form": axis.stiffness_forms[axis.best_stiffness].form,
+        "friction_forms": list(&axis.friction_forms),
+        "best_friction_form": axis.friction_forms[axis.best_friction].form,
+        "model": {
+            "stiffness": fitted_json(&axis.model.stiffness, &units),
+            "friction": fitted_json(&axis.model.friction, &units),
+        },
+        "encoder_skew": axis.skew,
+        "cut_off": axis.cut_off,
+        "highest_frequency": axis.highest,
+        "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
+}
+
+/// The curves of a joint as the columns of files.
+pub fn curves(axis: &FlexibleAxis) -> flexure::Result<Curves> {
+    let mut stiffness = curve_record(&axis.stiffness, ["deflection", "torque"])?;
+    let band = &axis.secant;
+    stiffness.push("stiffness", band.estimate.clone())?;
+    stiffness.push("stiffness_lower", band.lower.clone())?;
+    stiffness.push("stiffness_upper", band.upper.clone())?;
+    Ok(Curves {
+        friction: curve_record(&axis.friction, ["velocity", "torque"])?,
+        stiffness: Some(stiffness),
+    })
+}
+
+/// How near a simulated motion is to the measured one; `torque` is what the recorded drive is called.
+pub fn motion_line(motion: &Motion, torque: &str) -> String {
+    format!(
+        "  simulated under the recorded {torque}: link angle {}; link velocity fit {:.2} %",
+        nearness(motion.fit, "rad"),
+        motion.velocity_fit_percent
+    )
+}
+
+/// What was found of a joint, a line each; `link` names its link's inertia.
+pub fn axis_lines(axis: &FlexibleAxis, link: &str) -> Vec<String> {
+    let units = Units::of(false);
+    let inertia = |name: &str, e: Estimated| match e.standard_error != 0.0 {
+        true => format!("  {name:<14} {} kg m^2", with_error(e.value, e.standard_error)),
+        false => format!("  {name:<14} {} kg m^2  (as given)", number(e.value)),
+    };
+    let mut lines = vec![
+        inertia("motor inertia", axis.motor_inertia),
+        inertia(link, axis.link_inertia),
+        range_line("stiffness", &axis.stiffness, "rad"),
+        range_line("friction", &axis.friction, "rad/s"),
+    ];
+    for form in [&axis.model.stiffness, &axis.model.friction] {
+        lines.push(format!("  {}", titled(form)));
+        for p in &form.parameters {
+            let unit = units.of_curve(p.unit, form.form.is_stiffness());
+            lines.push(format!("    {}", parameter_text(p, &unit)));
+        }
+    }
+    lines.push(format!("    together {}", lack_text(&axis.model.friction)));
+    for (what, forms, best) in [
+        ("stiffness", &axis.stiffness_forms, axis.best_stiffness),
+        ("friction", &axis.friction_forms, axis.best_friction),
+    ] {
+        lines.push(format!("  Forms of the {what}, each by itself"));
+        for (i, form) in forms.iter().enumerate() {
+            let form = fitted_lines(form, &units, i == best);
+            lines.extend(form.into_iter().map(|line| format!("  {line}")));
+        }
+    }
+    lines
+}

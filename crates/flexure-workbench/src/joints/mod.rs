@@ -1,0 +1,181 @@
+//! Joints and arms from their logs: identified, simulated under their own torques, and as text, JSON, page, curves and arm file.
+//!
+//! A [`Log`] of one axis without a motor angle is that of a rigid axis, with one that of a flexible joint; two axes are a two-link arm.
+//! [`identify`] returns what all of them have in common, a [`Joint`].
+
+mod arm_file;
+mod flexible;
+mod log;
+mod page;
+mod rigid;
+mod simulation;
+mod text;
+mod two_link;
+
+use anyhow::{Result, bail};
+use flexure::Record;
+use flexure::bands::Band;
+use flexure::identify::robot_joint::{AxisDrive, Estimated, Extra, FlexibleJoint, JointFound, RigidJoint, TwoLinkLog};
+use flexure_io::RecordFile;
+use flexure_report::data::JointPage;
+use serde_json::{Value, json};
+
+use crate::Spelling;
+use flexible::Flexible;
+use rigid::Rigid;
+use two_link::TwoLink;
+
+pub use arm_file::{Place, recorded};
+pub use log::{AxisLog, Log};
+pub use simulation::Motion;
+pub use text::{Units, parameter_text};
+
+/// Standard errors by which a negative inertia is no chance.
+const CLEARLY: f64 = 3.0;
+
+/// What is known of a joint besides its log.
+#[derive(Debug, Clone, Default)]
+pub struct Settings {
+    /// Terms that act on a rigid axis.
+    pub extras: Vec<Extra>,
+    /// Whether a rigid axis moves along a line.
+    pub prismatic: bool,
+    /// The inertia of a flexible joint's motor on the link's side, kg m^2, where it is known.
+    pub motor_inertia: Option<f64>,
+    /// The level of the confidence bands, 0.5 to 0.999.
+    pub level: f64,
+}
+
+/// The curves of one axis as the columns of files.
+pub struct Curves {
+    /// The friction torque over the velocity.
+    pub friction: Record,
+    /// The torque and the stiffness of a flexible joint over its deflection.
+    pub stiffness: Option<Record>,
+}
+
+/// An identified joint or arm with its log.
+pub trait Joint: Send + Sync {
+    /// What was identified, without simulated motions.
+    fn json(&self) -> Value;
+
+    /// The simulated motion under the recorded torque, of every axis; none where the simulation fails. A rigid axis is also simulated in a
+    /// position loop, if one is given.
+    ///
+    /// # Errors
+    /// For a sample time with which nothing can be simulated.
+    fn simulate(&self, position_loop: Option<AxisDrive>) -> Result<Vec<Motion>>;
+
+    /// The simulated motions, as the field of that name.
+    fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value);
+
+    /// A short account for a terminal, a line each.
+    fn summary(&self, motions: &[Motion]) -> Vec<String>;
+
+    /// The page that shows everything.
+    fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage;
+
+    /// The text of the file of the arm of which it is a part.
+    ///
+    /// # Errors
+    /// Where no arm file can be made of it, or the template contradicts what was identified.
+    fn arm_file(&self, place: Place) -> Result<String>;
+
+    /// The curves of every axis.
+    ///
+    /// # Errors
+    /// None for curves of the library.
+    fn curves(&self) -> flexure::Result<Vec<Curves>>;
+
+    /// The log.
+    fn log(&self) -> &Log;
+
+    /// Its inertias by their names.
+    fn inertias(&self) -> Vec<(&'static str, Estimated)>;
+}
+
+/// Identifies a joint or an arm from its log, which comes from `file`.
+///
+/// # Errors
+/// Those of the library, with the file and its names of the columns; for inertias that are clearly negative.
+pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spelling) -> Result<Box<dyn Joint>> {
+    let located = |log: &Log, error| file.locate(log.renamed(error));
+    let joint: Box<dyn Joint> = match &log.axes[..] {
+        [axis] => match axis.identify(log.sample_time, settings).map_err(|e| located(&log, e))? {
+            JointFound::Rigid(axis) => Box::new(Rigid::new(*axis, settings.prismatic, log)),
+            JointFound::Flexible(axis) => Box::new(Flexible { axis: *axis, log }),
+        },
+        [first, second] => {
+            let joints = TwoLinkLog {
+                motor: [first, second].map(|axis| axis.motor.as_deref().unwrap_or_default()),
+                link: [&first.position, &second.position],
+                torque: [&first.torque, &second.torque],
+                sample_time: log.sample_time,
+                level: settings.level,
+            };
+            let arm = joints.identify().map_err(|e| located(&log, e))?;
+            Box::new(TwoLink { arm, log })
+        }
+        _ => bail!("a joint's log has one axis, an arm's two"),
+    };
+    for (name, inertia) in joint.inertias() {
+        let (value, error) = (inertia.value, inertia.standard_error);
+        if value + CLEARLY * error < 0.0 {
+            bail!(
+                "{}: the {name} comes out negative ({}), which cannot be: check the torque's sign ({} turns it), which columns are the \
+                 motor's and which the link's, and the gear ratio",
+                file.path.display(),
+                text::with_error(value, error),
+                spelling("torque-constant", Some("-1"))
+            );
+        }
+    }
+    Ok(joint)
+}
+
+impl AxisLog {
+    fn identify(&self, sample_time: f64, settings: &Settings) -> flexure::Result<JointFound> {
+        let Some(motor) = &self.motor else {
+            let joint = RigidJoint {
+                position: &self.position,
+                torque: &self.torque,
+                velocity: self.velocity.as_deref(),
+                sample_time,
+                extras: &settings.extras,
+                level: settings.level,
+            };
+            return Ok(JointFound::Rigid(Box::new(joint.identify()?)));
+        };
+        let joint = FlexibleJoint {
+            motor,
+            link: &self.position,
+            torque: &self.torque,
+            sample_time,
+            motor_inertia: settings.motor_inertia,
+            level: settings.level,
+        };
+        joint.identify()
+    }
+}
+
+/// A curve with its band as the columns of a file.
+fn curve_record(band: &Band, [x, y]: [&str; 2]) -> flexure::Result<Record> {
+    Record::new([
+        (x, band.x[0].clone()),
+        (y, band.estimate.clone()),
+        ("lower", band.lower.clone()),
+        ("upper", band.upper.clone()),
+    ])
+}
+
+/// A curve with its band as JSON.
+fn curve_json(band: &Band) -> Value {
+    json!({
+        "x": band.x[0],
+        "y": band.estimate,
+        "lower": band.lower,
+        "upper": band.upper,
+        "standard_error": band.standard_error,
+        "level": band.level,
+    })
+}

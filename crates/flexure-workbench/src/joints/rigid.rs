@@ -1,0 +1,135 @@
+//! A rigid axis.
+
+use anyhow::{Result, bail};
+use flexure::identify::robot_joint::{AxisDrive, Estimated, Finding, RigidAxis};
+use flexure_report::data::JointPage;
+use serde_json::{Value, json};
+
+use super::arm_file::{self, Place};
+use super::simulation::Fit;
+use super::text::{Units, findings, fitted_json, fitted_lines, nearness, range_line, with_error};
+use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page};
+
+/// An identified rigid axis with its log.
+pub struct Rigid {
+    pub axis: RigidAxis,
+    pub prismatic: bool,
+    pub log: Log,
+}
+
+impl Rigid {
+    /// The axis, which is prismatic or not.
+    pub fn new(mut axis: RigidAxis, prismatic: bool, log: Log) -> Self {
+        if prismatic {
+            // There are no turns to be counted in metres.
+            axis.findings.retain(|f| !matches!(f, Finding::ManyTurns { .. }));
+        }
+        Rigid { axis, prismatic, log }
+    }
+
+    pub fn units(&self) -> Units {
+        Units::of(self.prismatic)
+    }
+
+    fn motion(&self, drive: AxisDrive, name: &'static str) -> Motion {
+        let measured = &self.log.axes[0].position;
+        let start = [measured[0], self.axis.velocity[0]];
+        let position = self.axis.replay(&self.axis.forms[self.axis.best], drive, start);
+        Motion {
+            drive: name,
+            fit: Fit::new(measured, &position),
+            velocity_fit_percent: f64::NAN,
+            position,
+        }
+    }
+}
+
+impl Joint for Rigid {
+    fn json(&self) -> Value {
+        let (axis, units) = (&self.axis, self.units());
+        json!({
+            "joint": "rigid",
+            "inertia": axis.inertia,
+            "inertia_unit": units.inertia(),
+            "friction": curve_json(&axis.friction),
+            "extras": axis.extras,
+            "forms": axis.forms.iter().map(|f| fitted_json(f, &units)).collect::<Vec<_>>(),
+            "best_form": axis.forms[axis.best].form,
+            "cut_off": axis.cut_off,
+            "highest_frequency": axis.highest,
+            "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        })
+    }
+
+    fn simulate(&self, position_loop: Option<AxisDrive>) -> Result<Vec<Motion>> {
+        let torque = AxisDrive::Torque(&self.log.axes[0].torque);
+        let mut motions = vec![self.motion(torque, "under the recorded torque")];
+        motions.extend(position_loop.map(|drive| self.motion(drive, "in the position loop")));
+        Ok(motions)
+    }
+
+    fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value) {
+        let each = motions
+            .iter()
+            .map(|m| json!({ "drive": m.drive, "rms": m.fit.rms, "fit_percent": m.fit.percent }));
+        ("replays", each.collect())
+    }
+
+    fn summary(&self, motions: &[Motion]) -> Vec<String> {
+        let (axis, log, units) = (&self.axis, &self.log, self.units());
+        let mut lines = vec![
+            format!("Rigid axis from {} samples of {}", log.samples(), log.name),
+            format!(
+                "  {:<12} {} {}  (beside the free friction curve)",
+                "inertia",
+                with_error(axis.inertia.value, axis.inertia.standard_error),
+                units.inertia()
+            ),
+        ];
+        let velocity = format!("{}/s", units.position);
+        lines.push(range_line("friction", &axis.friction, &velocity));
+        for extra in &axis.extras {
+            let value = with_error(extra.value, extra.standard_error);
+            lines.push(format!(
+                "  {:<12} {value} {}",
+                extra.symbol,
+                units.of_curve(extra.unit, true)
+            ));
+        }
+        for (i, form) in axis.forms.iter().enumerate() {
+            lines.extend(fitted_lines(form, &units, i == axis.best));
+        }
+        for motion in motions {
+            let near = nearness(motion.fit, units.position);
+            lines.push(format!("  simulated {}: {near}", motion.drive));
+        }
+        lines.extend(findings(&axis.findings));
+        lines
+    }
+
+    fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage {
+        page::rigid(self, motions, command)
+    }
+
+    fn arm_file(&self, place: Place) -> Result<String> {
+        if !self.axis.extras.is_empty() {
+            bail!("an arm file has no gravity or spring, and without them the arm would not move as the axis does");
+        }
+        arm_file::rigid(self, place)
+    }
+
+    fn curves(&self) -> flexure::Result<Vec<Curves>> {
+        Ok(vec![Curves {
+            friction: curve_record(&self.axis.friction, ["velocity", "torque"])?,
+            stiffness: None,
+        }])
+    }
+
+    fn log(&self) -> &Log {
+        &self.log
+    }
+
+    fn inertias(&self) -> Vec<(&'static str, Estimated)> {
+        vec![("inertia", self.axis.inertia)]
+    }
+}

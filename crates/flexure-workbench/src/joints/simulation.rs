@@ -1,0 +1,83 @@
+//! What was identified, simulated beside the measured motion.
+
+use flexure::Record;
+use flexure::manipulator::{Arm, ArmParameters, Drive, SimulationOptions, State, simulate};
+
+use super::Log;
+
+/// The simulated motion of one axis.
+pub struct Motion {
+    /// What drove it, for reading.
+    pub drive: &'static str,
+    /// The positions of the axis or its link.
+    pub position: Vec<f64>,
+    /// How near they are to the measured ones.
+    pub fit: Fit,
+    /// The fit of the link's velocity in percent; not known of a rigid axis.
+    pub velocity_fit_percent: f64,
+}
+
+/// How near a simulated signal is to the measured one.
+#[derive(Debug, Clone, Copy)]
+pub struct Fit {
+    /// The root mean square of measured less simulated.
+    pub rms: f64,
+    /// 100 (1 - |q - qh| / |q - mean q|).
+    pub percent: f64,
+}
+
+impl Fit {
+    /// Over the samples that both have.
+    pub fn new(measured: &[f64], simulated: &[f64]) -> Self {
+        let measured = &measured[..measured.len().min(simulated.len())];
+        let n = measured.len() as f64;
+        let mean = measured.iter().sum::<f64>() / n;
+        let both = measured.iter().zip(simulated);
+        let (off, spread) = both.fold((0.0, 0.0), |(off, spread), (q, p)| {
+            (off + (q - p).powi(2), spread + (q - mean).powi(2))
+        });
+        Fit {
+            rms: (off / n).sqrt(),
+            percent: 100.0 * (1.0 - (off / spread).sqrt()),
+        }
+    }
+}
+
+/// The motion of an arm under the torques of the log, held from sample to sample; `None` where the simulation fails. An arm of which one
+/// joint moves has a log of one axis, and the other joint no torque.
+///
+/// # Errors
+/// For a sample time with which nothing can be simulated.
+pub fn held(arm: ArmParameters, initial: State, log: &Log) -> flexure::Result<Option<Record>> {
+    let Ok(arm) = Arm::new(arm) else {
+        return Ok(None);
+    };
+    let duration = (log.samples() - 1) as f64 * log.sample_time;
+    let options = SimulationOptions {
+        initial,
+        ..SimulationOptions::new(duration, log.sample_time)?
+    };
+    // Rounding may make the last row one too many.
+    let rows = options.sampling.rows();
+    let torque = [0, 1].map(|i| {
+        let mut torque = log.axes.get(i).map_or_else(Vec::new, |axis| axis.torque.clone());
+        torque.resize(rows, 0.0);
+        torque
+    });
+    Ok(simulate(&arm, &Drive::Held([&torque[0], &torque[1]]), &options).ok())
+}
+
+/// The motion of axis `i` in a simulation of the arm, beside its log; `velocity` is the measured one.
+///
+/// # Errors
+/// For a simulation without that joint.
+pub fn motion(simulated: &Record, i: usize, log: &Log, velocity: &[f64]) -> flexure::Result<Motion> {
+    let position = simulated.column(["q1", "q2"][i])?.to_vec();
+    let simulated_velocity = simulated.column(["dq1", "dq2"][i])?;
+    Ok(Motion {
+        drive: "under the recorded torque",
+        fit: Fit::new(&log.axes[i].position, &position),
+        velocity_fit_percent: Fit::new(velocity, simulated_velocity).percent,
+        position,
+    })
+}

@@ -1,0 +1,136 @@
+//! A two-link arm.
+
+use anyhow::Result;
+use flexure::identify::robot_joint::{AxisDrive, Estimated, TwoLinkArm};
+use flexure_report::data::JointPage;
+use serde_json::{Value, json};
+
+use super::arm_file::{self, Place};
+use super::flexible::{axis_json, axis_lines, curves, motion_line};
+use super::text::{findings, with_error};
+use super::{Curves, Joint, Log, Motion, page, simulation};
+
+/// An identified two-link arm with its log.
+pub struct TwoLink {
+    pub arm: TwoLinkArm,
+    pub log: Log,
+}
+
+/// A constant of the links: its name, its formula, its value.
+pub struct Constant {
+    pub name: &'static str,
+    pub formula: &'static str,
+    pub value: Estimated,
+}
+
+impl TwoLink {
+    /// The constants of the links.
+    pub fn constants(&self) -> [Constant; 3] {
+        [
+            Constant {
+                name: "shoulder",
+                formula: "m1 lc1^2 + m2 (l1^2 + lc2^2) + I1 + I2",
+                value: self.arm.shoulder,
+            },
+            Constant {
+                name: "elbow",
+                formula: "m2 lc2^2 + I2",
+                value: self.arm.elbow,
+            },
+            Constant {
+                name: "coupling",
+                formula: "m2 l1 lc2",
+                value: self.arm.coupling,
+            },
+        ]
+    }
+}
+
+impl Joint for TwoLink {
+    fn json(&self) -> Value {
+        let arm = &self.arm;
+        let [shoulder, elbow, coupling] = &arm.model;
+        json!({
+            "joint": "two_link_arm",
+            "shoulder": arm.shoulder,
+            "elbow": arm.elbow,
+            "coupling": arm.coupling,
+            "model": {
+                "motor_inertia": arm.model_motors,
+                "shoulder": shoulder,
+                "elbow": elbow,
+                "coupling": coupling,
+            },
+            "joints": arm.joints.iter().map(axis_json).collect::<Vec<_>>(),
+        })
+    }
+
+    fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
+        let Ok(arm) = arm_file::two_link_parameters(self, None) else {
+            return Ok(Vec::new());
+        };
+        let Some(record) = simulation::held(arm, arm_file::two_link_state(self), &self.log)? else {
+            return Ok(Vec::new());
+        };
+        let joints = self.arm.joints.iter().enumerate();
+        let motions = joints.map(|(i, axis)| simulation::motion(&record, i, &self.log, &axis.velocity));
+        Ok(motions.collect::<flexure::Result<_>>()?)
+    }
+
+    fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value) {
+        let of = |value: fn(&Motion) -> f64| motions.iter().map(value).collect::<Vec<_>>();
+        let both = (!motions.is_empty()).then(|| {
+            json!({
+                "rms": of(|m| m.fit.rms),
+                "fit_percent": of(|m| m.fit.percent),
+                "velocity_fit_percent": of(|m| m.velocity_fit_percent),
+            })
+        });
+        ("replay", json!(both))
+    }
+
+    fn summary(&self, motions: &[Motion]) -> Vec<String> {
+        let log = &self.log;
+        let mut lines = vec![format!("Two-link arm from {} samples of {}", log.samples(), log.name)];
+        for Constant { name, formula, value } in self.constants() {
+            let value = with_error(value.value, value.standard_error);
+            lines.push(format!("  {name:<14} {value} kg m^2  ({formula})"));
+        }
+        for (i, axis) in self.arm.joints.iter().enumerate() {
+            lines.push(format!("Joint {}", i + 1));
+            lines.extend(axis_lines(axis, "M at q2 = 0"));
+            lines.extend(motions.get(i).map(|m| motion_line(m, "torques")));
+            lines.extend(findings(&axis.findings));
+        }
+        lines
+    }
+
+    fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage {
+        page::two_link(self, motions, command)
+    }
+
+    fn arm_file(&self, place: Place) -> Result<String> {
+        arm_file::two_link(self, place)
+    }
+
+    fn curves(&self) -> flexure::Result<Vec<Curves>> {
+        self.arm.joints.iter().map(curves).collect()
+    }
+
+    fn log(&self) -> &Log {
+        &self.log
+    }
+
+    fn inertias(&self) -> Vec<(&'static str, Estimated)> {
+        let motors = self
+            .arm
+            .joints
+            .iter()
+            .map(|axis| ("motor's inertia", axis.motor_inertia));
+        let links = [
+            ("shoulder's inertia", self.arm.shoulder),
+            ("elbow's inertia", self.arm.elbow),
+        ];
+        links.into_iter().chain(motors).collect()
+    }
+}

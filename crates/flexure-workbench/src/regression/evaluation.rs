@@ -1,0 +1,88 @@
+//! The estimate and its band at some points.
+
+use std::ops::ControlFlow;
+
+use flexure::Record;
+use flexure::bands::BandKind;
+
+use super::band::BandMaker;
+use super::{BandOptions, Data, Regression, slices};
+
+/// The estimate at some points.
+pub struct Evaluation {
+    /// The points, column by column.
+    pub x: Vec<Vec<f64>>,
+    /// The estimate.
+    pub y: Vec<f64>,
+    /// The lower edge of the band; NaN where there is none.
+    pub lower: Vec<f64>,
+    /// The upper edge of the band; NaN where there is none.
+    pub upper: Vec<f64>,
+    /// What the band is; `None` if there is none.
+    pub band: Option<BandDescription>,
+}
+
+/// What a band is.
+#[derive(Clone)]
+pub struct BandDescription {
+    /// The nominal coverage.
+    pub level: f64,
+    /// "pointwise" or "simultaneous".
+    pub kind: &'static str,
+    /// Of what it is, where that is not the estimate itself; with its comma.
+    pub of: &'static str,
+    /// How it was made.
+    pub method: String,
+}
+
+impl Regression {
+    /// The estimate and its band at the points with these coordinates, column by column.
+    ///
+    /// # Errors
+    /// Those of the estimate and of [`Regression::band`].
+    pub fn evaluate(&self, data: &Data, options: &BandOptions, x: Vec<Vec<f64>>) -> flexure::Result<Evaluation> {
+        let y = self.fit.regression.predict(&slices(&x))?;
+        let Some(band) = self.band(data, options, &x, &mut |_, _| ControlFlow::Continue(()))? else {
+            let none = vec![f64::NAN; y.len()];
+            return Ok(Evaluation {
+                x,
+                y,
+                lower: none.clone(),
+                upper: none,
+                band: None,
+            });
+        };
+        let of = match (&self.fit.local, BandMaker::new(options, self, data)) {
+            (Some(_), Some(BandMaker::Robust(_))) => ", of the local line with one bandwidth",
+            _ => "",
+        };
+        Ok(Evaluation {
+            x,
+            y,
+            lower: band.lower,
+            upper: band.upper,
+            band: Some(BandDescription {
+                level: band.level,
+                kind: match band.kind {
+                    BandKind::Pointwise => "pointwise",
+                    BandKind::Simultaneous => "simultaneous",
+                },
+                of,
+                method: format!("{}{of}", band.method),
+            }),
+        })
+    }
+}
+
+impl Evaluation {
+    /// The columns of x by their names, then y, lower and upper.
+    ///
+    /// # Errors
+    /// Where a column of x has one of these names.
+    pub fn record(&self, data: &Data) -> flexure::Result<Record> {
+        let x = data.names.x.iter().cloned().zip(self.x.iter().cloned());
+        let rest = [("y", &self.y), ("lower", &self.lower), ("upper", &self.upper)];
+        let rest = rest.map(|(name, values)| (name.to_owned(), values.clone()));
+        Record::new(x.chain(rest))
+    }
+}

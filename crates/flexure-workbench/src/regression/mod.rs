@@ -1,0 +1,72 @@
+//! The regression of one column on others: its fit, its band, what limits the trust in it, and all of that as text, JSON and page.
+//!
+//! A [`Regression`] is the fit. [`Report`] adds what a reader needs beside it: how well rows are predicted that the fit did not see, the
+//! curve with its band, and the warnings.
+
+mod band;
+mod data;
+mod dependence;
+mod diagnosis;
+mod evaluation;
+mod page;
+mod report;
+mod text;
+mod validation;
+mod warnings;
+
+use flexure::nonlinearity::{NamedEstimator, NamedFit, Tuning};
+
+use crate::Spelling;
+
+pub use band::{BandMethod, BandOptions};
+pub use data::{Columns, Data};
+pub use diagnosis::Diagnosis;
+pub use evaluation::{BandDescription, Evaluation};
+pub use report::Report;
+pub use validation::Validation;
+
+/// A fitted regression.
+pub struct Regression {
+    /// The estimator, with the parameter as it was asked for.
+    pub estimator: NamedEstimator,
+    /// The fit.
+    pub fit: NamedFit,
+}
+
+impl Regression {
+    /// Fits the estimator.
+    ///
+    /// # Errors
+    /// Those of [`NamedEstimator::fit`].
+    pub fn new(estimator: NamedEstimator, data: &Data) -> flexure::Result<Self> {
+        let fit = estimator.fit(&data.x, data.y, data.weights)?;
+        Ok(Regression { estimator, fit })
+    }
+
+    /// Fits the estimator with a parameter that its rule chose from data before.
+    ///
+    /// # Errors
+    /// Those of [`NamedEstimator::fit`].
+    pub fn with_chosen(estimator: NamedEstimator, parameter: Vec<f64>, data: &Data) -> flexure::Result<Self> {
+        let fixed = NamedEstimator {
+            tuning: Tuning::Fixed(parameter),
+            ..estimator.clone()
+        };
+        let fit = fixed.fit(&data.x, data.y, data.weights)?;
+        Ok(Regression { estimator, fit })
+    }
+
+    /// What to know before trusting the fit, whatever points it is evaluated at; a sentence each.
+    ///
+    /// # Errors
+    /// Those of [`Diagnosis::new`].
+    pub fn warnings(&self, data: &Data, spelling: Spelling) -> flexure::Result<Vec<String>> {
+        let diagnosis = Diagnosis::new(self, data)?;
+        Ok(warnings::warnings(self, data, &diagnosis, None, spelling))
+    }
+}
+
+/// Columns as slices.
+fn slices(columns: &[Vec<f64>]) -> Vec<&[f64]> {
+    columns.iter().map(Vec::as_slice).collect()
+}

@@ -1,0 +1,305 @@
+//! A regression as the page that shows it.
+
+use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
+
+use super::text::{FELL_BACK, fell_back, local_range, local_rule, percent, places, predicted_by, why};
+use super::{BandDescription, Data, Evaluation, Regression, Report};
+use crate::systems::labelled;
+use crate::text::{capitalised, kernel_words, list, number, score_curve};
+
+/// Points of the curve.
+const CURVE: usize = 301;
+/// Points of the surface along each column.
+const SURFACE: usize = 61;
+/// Points of a slice.
+const SLICE: usize = 121;
+/// Places of the residuals' running mean and spread.
+const RUNNING: usize = 41;
+
+/// Fills in the page; the evaluation of the report is its curve where that is a grid over the data's range.
+pub fn page(report: &Report, own_grid: bool, command: Option<String>) -> flexure::Result<RegressionPage> {
+    let (data, rows) = (report.data, &report.diagnosis.rows);
+    let (x_names, y_name) = (data.names.x.join(", "), &data.names.y);
+    let one = data.x.len() == 1;
+    let evaluated;
+    let along = match (one, own_grid) {
+        (true, true) => Some(&report.evaluation),
+        (true, false) => {
+            evaluated = report.evaluate(vec![data.along(0, CURVE)])?;
+            Some(&evaluated)
+        }
+        (false, _) => None,
+    };
+    let surface = match data.x.len() {
+        2 => Some(surface(report)?),
+        _ => None,
+    };
+    let (slices, band_of_slices) = match one {
+        true => (Vec::new(), None),
+        false => slices(report)?,
+    };
+    let band = along.and_then(|curve| curve.band.as_ref()).or(band_of_slices.as_ref());
+    let measured = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&i| column[i]).collect() };
+    Ok(RegressionPage {
+        title: format!("{y_name} against {x_names}"),
+        subtitle: format!(
+            "The mean of {y_name} at given {x_names}, estimated from {} rows of {}: {}.",
+            rows.len(),
+            data.file,
+            report.regression.fit.name.title()
+        ),
+        facts: facts(report, band),
+        warnings: report.warnings.clone(),
+        curve: along.map_or_else(Nonlinearity::default, |at| curve(at, 0, data)),
+        points: match one {
+            true => Scatter {
+                x: measured(data.x[0]),
+                y: measured(data.y),
+            },
+            false => Scatter::default(),
+        },
+        surface,
+        slices,
+        residuals: residuals(report),
+        choices: [
+            Some(choice(&report.regression, data)),
+            local_choice(&report.regression),
+            band.map(band_choice),
+        ]
+        .into_iter()
+        .flatten()
+        .collect(),
+        command,
+    })
+}
+
+fn facts(report: &Report, band: Option<&BandDescription>) -> Vec<Fact> {
+    let fit = &report.regression.fit;
+    let fact = |name: &str, value: String, note: String| Fact {
+        name: name.to_owned(),
+        value,
+        note,
+    };
+    let mut facts = vec![
+        fact(
+            "R squared",
+            match report.validation.r_squared {
+                known if known.is_finite() => format!("{known:.3}"),
+                _ => "not known".to_owned(),
+            },
+            format!("share of the variance that is predicted, by {}", predicted_by(report)),
+        ),
+        fact(
+            "Prediction error",
+            number(report.validation.rms),
+            format!("root mean square, by {}", report.validation.by),
+        ),
+        fact(
+            "Residuals",
+            number(report.validation.residual_sd),
+            "their standard deviation".to_owned(),
+        ),
+        fact(
+            &capitalised(fit.name.parameter()),
+            list(&fit.parameter),
+            why(&report.regression),
+        ),
+    ];
+    if let Some(local) = &fit.local {
+        let jumps = match local.jumps.as_slice() {
+            [] => "one for every point".to_owned(),
+            _ => format!("jumps at {}", places(local)),
+        };
+        facts.push(fact("Local bandwidths", local_range(local), jumps));
+    }
+    if let Some(band) = band {
+        facts.push(fact(
+            "Band",
+            format!("{} %", percent(band.level)),
+            format!("{}{}", band.kind, band.of),
+        ));
+    }
+    facts.push(fact(
+        "Rows",
+        report.diagnosis.rows.len().to_string(),
+        "of positive weight".to_owned(),
+    ));
+    facts
+}
+
+/// An estimate along column `along` as the page draws it.
+fn curve(at: &Evaluation, along: usize, data: &Data) -> Nonlinearity {
+    let band = at.band.as_ref();
+    let edge = |values: &[f64]| if band.is_some() { values.to_vec() } else { Vec::new() };
+    Nonlinearity {
+        x_label: labelled(&data.names.x[along]),
+        y_label: labelled(&data.names.y),
+        x: at.x[along].clone(),
+        y: at.y.clone(),
+        lower: edge(&at.lower),
+        upper: edge(&at.upper),
+        band_label: band.map_or(String::new(), |band| {
+            format!("{} % {}{}", percent(band.level), band.kind, band.of)
+        }),
+        ..Nonlinearity::default()
+    }
+}
+
+fn surface(report: &Report) -> flexure::Result<Surface> {
+    let (data, rows) = (report.data, &report.diagnosis.rows);
+    let (x, y) = (data.along(0, SURFACE), data.along(1, SURFACE));
+    let across: Vec<f64> = y.iter().flat_map(|_| x.iter().copied()).collect();
+    let up: Vec<f64> = y.iter().flat_map(|&v| std::iter::repeat_n(v, SURFACE)).collect();
+    let of = |column: usize| -> Vec<f64> { rows.iter().map(|&i| data.x[column][i]).collect() };
+    Ok(Surface {
+        x_label: labelled(&data.names.x[0]),
+        y_label: labelled(&data.names.x[1]),
+        z_label: labelled(&data.names.y),
+        z: report.regression.fit.regression.predict(&[&across, &up])?,
+        x,
+        y,
+        points: Scatter { x: of(0), y: of(1) },
+    })
+}
+
+/// The estimate along each column while the others stay at their medians, and what its band is.
+fn slices(report: &Report) -> flexure::Result<(Vec<Slice>, Option<BandDescription>)> {
+    let data = report.data;
+    let d = data.x.len();
+    let medians: Vec<f64> = (0..d).map(|j| median(&report.diagnosis.rows, data.x[j])).collect();
+    // All at once, as every evaluation of a band by the bootstrap is a computation of its own; a simultaneous band
+    // would then hold on all slices together.
+    let along = |j: usize, along: usize| match j == along {
+        true => data.along(j, SLICE),
+        false => vec![medians[j]; SLICE],
+    };
+    let columns = (0..d).map(|j| (0..d).flat_map(|k| along(j, k)).collect());
+    let columns: Vec<Vec<f64>> = columns.collect();
+    let all = report.evaluate(columns)?;
+    let part = |values: &[f64], along: usize| values[along * SLICE..(along + 1) * SLICE].to_vec();
+    let slice = |along: usize| {
+        let others = (0..d).filter(|&j| j != along);
+        let others: Vec<String> = others
+            .map(|j| format!("{} = {}", data.names.x[j], number(medians[j]).replace('-', "−")))
+            .collect();
+        let at = Evaluation {
+            x: all.x.iter().map(|column| part(column, along)).collect(),
+            y: part(&all.y, along),
+            lower: part(&all.lower, along),
+            upper: part(&all.upper, along),
+            band: all.band.clone(),
+        };
+        Slice {
+            at: others.join(", "),
+            curve: curve(&at, along, data),
+        }
+    };
+    Ok(((0..d).map(slice).collect(), all.band.clone()))
+}
+
+fn median(rows: &[usize], column: &[f64]) -> f64 {
+    let mut values: Vec<f64> = rows.iter().map(|&i| column[i]).collect();
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+fn residuals(report: &Report) -> RegressionResiduals {
+    let (data, diagnosis) = (report.data, &report.diagnosis);
+    let y_label = labelled(&data.names.y);
+    // Over x where there is one, else over the estimate.
+    let (x_label, x): (String, Vec<f64>) = match data.x.as_slice() {
+        [x] => (
+            labelled(&data.names.x[0]),
+            diagnosis.rows.iter().map(|&i| x[i]).collect(),
+        ),
+        _ => (format!("estimate of {y_label}"), diagnosis.fitted.clone()),
+    };
+    let running = Running::new(&x, &diagnosis.residuals);
+    RegressionResiduals {
+        x_label,
+        y_label: format!("residual of {y_label}"),
+        points: Scatter {
+            x,
+            y: diagnosis.residuals.clone(),
+        },
+        running_x: running.x,
+        running_mean: running.mean,
+        running_spread: running.spread,
+    }
+}
+
+/// The mean and the standard deviation of values among neighbouring abscissas.
+#[derive(Default)]
+struct Running {
+    x: Vec<f64>,
+    mean: Vec<f64>,
+    spread: Vec<f64>,
+}
+
+impl Running {
+    fn new(x: &[f64], values: &[f64]) -> Self {
+        let pairs = x.iter().copied().zip(values.iter().copied());
+        let mut points: Vec<(f64, f64)> = pairs.filter(|(x, v)| x.is_finite() && v.is_finite()).collect();
+        points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let mut running = Running::default();
+        let n = points.len();
+        let half = (n / 20).max(5);
+        if n < 2 * half {
+            return running;
+        }
+        for k in 0..RUNNING {
+            let centre = k * (n - 1) / (RUNNING - 1);
+            let near = &points[centre.saturating_sub(half)..(centre + half).min(n)];
+            let count = near.len() as f64;
+            let place = near.iter().map(|p| p.0).sum::<f64>() / count;
+            if running.x.last().is_some_and(|last| place <= *last) {
+                continue;
+            }
+            let mean = near.iter().map(|p| p.1).sum::<f64>() / count;
+            running.x.push(place);
+            running.mean.push(mean);
+            running
+                .spread
+                .push((near.iter().map(|p| (p.1 - mean).powi(2)).sum::<f64>() / count).sqrt());
+        }
+        running
+    }
+}
+
+fn choice(regression: &Regression, data: &Data) -> Choice {
+    let fit = &regression.fit;
+    let name = capitalised(fit.name.parameter());
+    let kernel = kernel_words(fit.name, regression.estimator.kernel, " (", ")");
+    let scores = fit.scores.as_ref();
+    let curve = scores.map(|s| score_curve(fit.name, s, &fit.parameter, &data.names.x[0]));
+    Choice {
+        name,
+        value: format!("{}{kernel}", list(&fit.parameter)),
+        why: why(regression),
+        curve,
+    }
+}
+
+/// How local bandwidths were chosen, or that they were not.
+fn local_choice(regression: &Regression) -> Option<Choice> {
+    let (value, why) = match &regression.fit.local {
+        Some(local) => (local_range(local), capitalised(&local_rule(local).1)),
+        None if fell_back(regression) => ("none".to_owned(), capitalised(FELL_BACK)),
+        None => return None,
+    };
+    Some(Choice {
+        name: "Local bandwidths".to_owned(),
+        value,
+        why,
+        curve: None,
+    })
+}
+
+fn band_choice(band: &BandDescription) -> Choice {
+    Choice {
+        name: "Band".to_owned(),
+        value: format!("{} % {}{}", percent(band.level), band.kind, band.of),
+        why: capitalised(&band.method),
+        curve: None,
+    }
+}

@@ -1,0 +1,194 @@
+//! A regression with all that is said of it: as text, JSON, page and record.
+
+use flexure::Record;
+use flexure::nonlinearity::{LocalWindow, Side, Tuning};
+use flexure_report::data::RegressionPage;
+use serde_json::{Value, json};
+
+use super::text::{FELL_BACK, fell_back, judged, local_range, local_rule, percent, places, why};
+use super::{BandOptions, Data, Diagnosis, Evaluation, Regression, Validation, page, warnings};
+use crate::Spelling;
+use crate::text::{capitalised, kernel_words, list, number, scores_json};
+
+/// A regression, and what a reader needs to judge it.
+pub struct Report<'a> {
+    /// The data.
+    pub data: &'a Data<'a>,
+    /// The fit.
+    pub regression: Regression,
+    /// What was asked of bands.
+    pub band: BandOptions,
+    /// The residuals.
+    pub diagnosis: Diagnosis,
+    /// How well rows are predicted that the fit did not use.
+    pub validation: Validation,
+    /// The estimate and its band at the points that were asked for.
+    pub evaluation: Evaluation,
+    /// What to know before trusting it, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl<'a> Report<'a> {
+    /// Judges a fit, and evaluates it at the points with the coordinates `at`, column by column.
+    ///
+    /// # Errors
+    /// Those of the estimate, its refits and its band.
+    pub fn new(
+        regression: Regression,
+        data: &'a Data,
+        band: BandOptions,
+        at: Vec<Vec<f64>>,
+        spelling: Spelling,
+    ) -> flexure::Result<Self> {
+        let diagnosis = Diagnosis::new(&regression, data)?;
+        let validation = Validation::new(&regression, data, &diagnosis)?;
+        let evaluation = regression.evaluate(data, &band, at)?;
+        let warnings = warnings::warnings(&regression, data, &diagnosis, Some((&evaluation, &band)), spelling);
+        Ok(Report {
+            data,
+            regression,
+            band,
+            diagnosis,
+            validation,
+            evaluation,
+            warnings,
+        })
+    }
+
+    /// The estimate at other points.
+    pub(super) fn evaluate(&self, at: Vec<Vec<f64>>) -> flexure::Result<Evaluation> {
+        self.regression.evaluate(self.data, &self.band, at)
+    }
+
+    /// The estimate as the columns of a file.
+    ///
+    /// # Errors
+    /// Those of [`Evaluation::record`].
+    pub fn record(&self) -> flexure::Result<Record> {
+        self.evaluation.record(self.data)
+    }
+
+    /// The page that shows everything. `own_grid` says that the points that were asked for are a grid over the data, which the page then
+    /// shows; `command` makes the page again.
+    ///
+    /// # Errors
+    /// Those of the estimates that the page shows.
+    pub fn page(&self, own_grid: bool, command: Option<String>) -> flexure::Result<RegressionPage> {
+        page::page(self, own_grid, command)
+    }
+
+    /// The object that `flexure regress --json` prints, without its files.
+    pub fn json(&self) -> Value {
+        let Report {
+            data,
+            regression: Regression { estimator, fit },
+            diagnosis,
+            validation,
+            evaluation,
+            ..
+        } = self;
+        let columns: Vec<Value> = (data.names.x.iter().zip(&evaluation.x))
+            .map(|(name, x)| json!({ "name": name, "values": x }))
+            .collect();
+        json!({
+            "x": data.names.x,
+            "y": data.names.y,
+            "weights": data.names.weights,
+            "samples": diagnosis.rows.len(),
+            "estimator": fit.name.name(),
+            "estimator_asked": estimator.name.name(),
+            "kernel": fit.name.has_bandwidth().then(|| estimator.kernel.name()),
+            "parameter": fit.name.parameter(),
+            "value": fit.parameter,
+            "chosen_by": match estimator.tuning {
+                Tuning::FromData(rule) => Some(rule.name()),
+                Tuning::Fixed(_) => None,
+            },
+            "scores": fit.scores.as_ref().map(scores_json),
+            "band": evaluation.band.as_ref().map(|band| json!({ "level": band.level, "kind": band.kind, "method": band.method })),
+            "local_bandwidths": self.local_bandwidths_json(),
+            "residual_sd": validation.residual_sd,
+            "r_squared": validation.r_squared,
+            "prediction_rms": validation.rms,
+            "validation": validation.by,
+            "rows_alone": diagnosis.alone,
+            "rows_not_predicted": validation.unpredicted,
+            "dependent_rows": diagnosis.dependent,
+            "curve": { "x": columns, "y": evaluation.y, "lower": evaluation.lower, "upper": evaluation.upper },
+            "warnings": self.warnings,
+        })
+    }
+
+    fn local_bandwidths_json(&self) -> Option<Value> {
+        self.regression.fit.local.as_ref().map(|local| {
+            let of = |value: fn(&LocalWindow) -> f64| local.windows.iter().map(value).collect::<Vec<_>>();
+            let sides = local.windows.iter().map(|w| match w.side {
+                Side::Left => "left",
+                Side::Both => "both",
+                Side::Right => "right",
+            });
+            json!({
+                "rule": local_rule(local).0,
+                "threshold": local.threshold,
+                "prediction_rms": local.prediction_error.map(f64::sqrt),
+                "prediction_rms_of_one_bandwidth": local.prediction_error_of_one.map(f64::sqrt),
+                "x": of(|w| w.x),
+                "bandwidth": of(|w| w.bandwidth),
+                "side": sides.collect::<Vec<_>>(),
+                "jumps": local.jumps,
+            })
+        })
+    }
+
+    /// A short account for a terminal.
+    pub fn summary(&self) -> String {
+        let Regression { estimator, fit } = &self.regression;
+        let names = &self.data.names;
+        let kernel = kernel_words(fit.name, estimator.kernel, ", ", "");
+        let mut lines = vec![
+            format!(
+                "{} of '{}' on '{}'{kernel}",
+                capitalised(fit.name.title()),
+                names.y,
+                names.x.join("', '")
+            ),
+            format!(
+                "  {:<19} {}  ({})",
+                fit.name.parameter(),
+                list(&fit.parameter),
+                why(&self.regression)
+            ),
+        ];
+        if let Some(local) = &fit.local {
+            let jumps = match local.jumps.as_slice() {
+                [] => String::new(),
+                _ => format!("; jumps at {}", places(local)),
+            };
+            lines.push(format!(
+                "  local bandwidths    {}{jumps}  ({})",
+                local_range(local),
+                local_rule(local).1
+            ));
+        } else if fell_back(&self.regression) {
+            lines.push(format!("  local bandwidths    {FELL_BACK}"));
+        }
+        lines.extend([
+            format!("  R squared           {}", judged(self)),
+            format!(
+                "  residuals           standard deviation {}, {} rows",
+                number(self.validation.residual_sd),
+                self.diagnosis.rows.len()
+            ),
+        ]);
+        if let Some(band) = &self.evaluation.band {
+            lines.push(format!(
+                "  band                {} %, {}{}",
+                percent(band.level),
+                band.kind,
+                band.of
+            ));
+        }
+        lines.extend(self.warnings.iter().map(|w| format!("  warning: {w}")));
+        lines.join("\n")
+    }
+}

@@ -1,0 +1,103 @@
+//! Parts of a regression for reading, which the summary and the page share.
+
+use flexure::nonlinearity::{EstimatorName, LocalBandwidths, Tuning};
+
+use super::{Regression, Report};
+use crate::text::{number, smallest};
+
+/// What is said where local bandwidths were tried in vain.
+pub const FELL_BACK: &str = "not used: they do not predict clearly better than one for all points";
+
+/// Whether local bandwidths were tried and do not predict clearly better than one.
+pub fn fell_back(regression: &Regression) -> bool {
+    regression.estimator.name == EstimatorName::LocalBandwidth && regression.fit.local.is_none()
+}
+
+/// How local bandwidths were chosen: the rule, and what speaks for them.
+pub fn local_rule(local: &LocalBandwidths) -> (&'static str, String) {
+    let rms = |error: Option<f64>| error.filter(|e| e.is_finite()).map(|e| number(e.sqrt()));
+    let Some(threshold) = local.threshold else {
+        return ("plugin", "by the plug-in rule".to_owned());
+    };
+    let rule = format!("by Lepski's rule, intervals of {threshold} standard errors");
+    match (rms(local.prediction_error), rms(local.prediction_error_of_one)) {
+        (Some(own), Some(one)) => (
+            "lepski",
+            format!(
+                "{rule}; either half of the rows predicted from the other with RMS error {own}, by one bandwidth {one}"
+            ),
+        ),
+        _ => ("lepski", rule),
+    }
+}
+
+/// The abscissas of jumps, to digits that tell them apart within the data's range.
+pub fn places(local: &LocalBandwidths) -> String {
+    let windows = local.windows.iter().map(|w| w.x);
+    let (low, high) = windows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (x.min(low), x.max(high))
+    });
+    let shown: Vec<String> = local.jumps.iter().map(|&x| place(x, high - low)).collect();
+    shown.join(", ")
+}
+
+/// An abscissa to a ten-thousandth of the range in which it lies.
+fn place(x: f64, range: f64) -> String {
+    let more = (x.abs() / range).log10().ceil();
+    // An abscissa has no more than 17 digits.
+    if !(more > 0.0 && more < 14.0) {
+        return number(x);
+    }
+    let digits = 3 + more as usize;
+    let rounded: f64 = format!("{x:.digits$e}").parse().unwrap_or(x);
+    rounded.to_string()
+}
+
+/// The narrowest and the widest of local bandwidths.
+pub fn local_range(local: &LocalBandwidths) -> String {
+    let bandwidths = || local.windows.iter().map(|w| w.bandwidth);
+    let (least, most) = (
+        bandwidths().fold(f64::INFINITY, f64::min),
+        bandwidths().fold(0.0, f64::max),
+    );
+    format!("{} to {}", number(least), number(most))
+}
+
+/// R squared with what has to be known with it.
+pub fn judged(report: &Report) -> String {
+    let r_squared = report.validation.r_squared;
+    if !r_squared.is_finite() {
+        return "not known  (too few rows to predict any of them from the others)".to_owned();
+    }
+    format!(
+        "{r_squared:.4}  ({}; RMS error {})",
+        predicted_by(report),
+        number(report.validation.rms)
+    )
+}
+
+/// How rows were predicted from the others, and which were not.
+pub fn predicted_by(report: &Report) -> String {
+    let (by, unpredicted) = (report.validation.by, report.validation.unpredicted);
+    let (alone, rows) = (report.diagnosis.alone, report.diagnosis.rows.len());
+    match (alone, unpredicted) {
+        (0, 0) => by.to_owned(),
+        (0, _) => format!("{by}, without the {unpredicted} of {rows} rows that could not be predicted"),
+        _ => format!("{by}, with {alone} of {rows} rows predicted by their nearest as none is within reach"),
+    }
+}
+
+/// How the parameter was chosen.
+pub fn why(regression: &Regression) -> String {
+    match (&regression.estimator.tuning, &regression.fit.scores) {
+        (Tuning::Fixed(_), _) => "as given".to_owned(),
+        (_, Some(scores)) => smallest(scores.criterion, scores),
+        (Tuning::FromData(_), None) => "by the plug-in rule".to_owned(),
+    }
+}
+
+/// A level in percent.
+pub fn percent(level: f64) -> String {
+    let rounded = (level * 1e4).round() / 1e2;
+    rounded.to_string()
+}
