@@ -1,55 +1,33 @@
-//! The input's samples in cells: what regressions on it need, gathered once.
+//! The input's samples in cells, and running sums over these for all breakpoints at once.
 
-use super::pieces::Unit;
+use super::limits::{FEWEST_IN_CELL, MOST_CELLS};
+use super::piecewise::UnitCoordinate;
 
-/// Most cells that the samples are gathered in.
-const MOST_CELLS: usize = 1500;
-/// The fewest samples of a cell, but where values tie.
-const FEWEST_IN_CELL: usize = 3;
+/// The degrees of the truncated powers, in the order of all sums over them.
+pub(super) const DEGREES: [u8; 3] = [0, 1, 3];
 
-/// The argument's samples in cells, once for all regressions on it.
+/// The input's samples in cells, which are gathered once for all regressions.
 pub(super) struct Cells {
-    pub unit: Unit,
+    pub unit: UnitCoordinate,
     /// The cell of every sample.
     pub of: Vec<u32>,
-    /// Number, mean of s, lower limit of every cell.
+    /// The number of samples in every cell, the mean of their s, and the cell's lower limit.
     pub count: Vec<f64>,
     pub s: Vec<f64>,
     pub lower: Vec<f64>,
     /// Whether every cell holds one value.
     exact: bool,
-    /// Sums of (s - t)^(0, 2, 6) over the samples above t = lower[m].
+    /// The squared norm of (s - t)^d for d in [`DEGREES`] over the samples above t = lower[m].
     pub norms: [Vec<f64>; 3],
 }
 
 impl Cells {
-    /// Gathers the samples that count.
+    /// Gathers all samples.
     pub fn new(u: &[f64]) -> Cells {
         let mut sorted = u.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
-        let n = sorted.len();
-        let unit = Unit::new(sorted[0], sorted[n - 1]);
-        let cells = (n / FEWEST_IN_CELL).clamp(1, MOST_CELLS);
-        let mut limits: Vec<f64> = Vec::with_capacity(cells);
-        let distinct = {
-            let mut d: Vec<f64> = sorted.clone();
-            d.dedup();
-            d
-        };
-        let exact = distinct.len() <= cells;
-        if exact {
-            limits.extend(distinct.windows(2).map(|w| 0.5 * w[0] + 0.5 * w[1]));
-        } else {
-            for i in 1..cells {
-                let k = sorted.partition_point(|v| *v < sorted[i * n / cells]);
-                if k > 0 {
-                    let t = 0.5 * sorted[k - 1] + 0.5 * sorted[k];
-                    if limits.last().is_none_or(|l| t > *l) {
-                        limits.push(t);
-                    }
-                }
-            }
-        }
+        let unit = UnitCoordinate::new(sorted[0], sorted[sorted.len() - 1]);
+        let (limits, exact) = limits(&sorted);
         let mut lower = vec![-1.0];
         lower.extend(limits.iter().map(|t| unit.of(*t)));
         lower.dedup();
@@ -82,6 +60,7 @@ impl Cells {
         (self.exact && self.len() <= most).then(|| self.s.iter().map(|s| self.unit.back(*s)).collect())
     }
 
+    /// The number of cells.
     pub fn len(&self) -> usize {
         self.count.len()
     }
@@ -95,11 +74,20 @@ impl Cells {
         sums.iter().zip(&self.count).map(|(s, c)| s / c.max(1.0)).collect()
     }
 
+    /// The product of two functions over all samples, from their values at the cells.
     pub fn dot(&self, a: &[f64], b: &[f64]) -> f64 {
         self.count.iter().zip(a).zip(b).map(|((w, a), b)| w * a * b).sum()
     }
 
-    /// Sums of w v (s - t)^d, d = 0, 1, 3, over the cells from m on, t = lower[m].
+    /// The products of v with (s - t)^d for d in [`DEGREES`], over the cells from m on, t = lower[m].
+    ///
+    /// The cells are passed from the last to the first. `mu[d]` is the sum of w v (s - t)^d for the present t. When t moves down by
+    /// delta, (s - t)^d becomes (s - t + delta)^d, which the binomial formula expresses by the sums there are:
+    /// ```text
+    ///   -1 |------|------|--- m ---|-----------| 1
+    ///                    t = lower[m]          cells that are already in mu
+    /// ```
+    /// Then the cell m itself is added.
     pub fn moments(&self, v: &[f64]) -> [Vec<f64>; 3] {
         let n = self.len();
         let mut out = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
@@ -107,11 +95,11 @@ impl Cells {
         let mut last = 1.0;
         for m in (1..n).rev() {
             let t = self.lower[m];
-            let d = last - t;
+            let delta = last - t;
             last = t;
-            mu[3] += d * (3.0 * mu[2] + d * (3.0 * mu[1] + d * mu[0]));
-            mu[2] += d * (2.0 * mu[1] + d * mu[0]);
-            mu[1] += d * mu[0];
+            mu[3] += delta * (3.0 * mu[2] + delta * (3.0 * mu[1] + delta * mu[0]));
+            mu[2] += delta * (2.0 * mu[1] + delta * mu[0]);
+            mu[1] += delta * mu[0];
             let (wv, x) = (self.count[m] * v[m], self.s[m] - t);
             mu[0] += wv;
             mu[1] += wv * x;
@@ -124,6 +112,7 @@ impl Cells {
         out
     }
 
+    /// The same for the squares of (s - t)^d, whose sums of degree 2 d = 0, 2, 6 need all lower ones.
     fn square_norms(&self) -> [Vec<f64>; 3] {
         let n = self.len();
         let mut out = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
@@ -131,12 +120,12 @@ impl Cells {
         let mut last = 1.0;
         for m in (1..n).rev() {
             let t = self.lower[m];
-            let d = last - t;
+            let delta = last - t;
             last = t;
-            // Pascal's triangle in place: (x + d)^k from x^k, one d at a time.
+            // Pascal's triangle in place: (x + delta)^k from x^k, one delta at a time.
             for top in 1..7 {
                 for k in (top..7).rev() {
-                    mu[k] += d * mu[k - 1];
+                    mu[k] += delta * mu[k - 1];
                 }
             }
             let (mut p, x) = (self.count[m], self.s[m] - t);
@@ -150,4 +139,28 @@ impl Cells {
         }
         out
     }
+}
+
+/// The limits between the cells, and whether every cell holds one value.
+///
+/// Few distinct values have a cell each. Otherwise the limits are evenly spaced by rank, and equal values stay together.
+fn limits(sorted: &[f64]) -> (Vec<f64>, bool) {
+    let n = sorted.len();
+    let cells = (n / FEWEST_IN_CELL).clamp(1, MOST_CELLS);
+    let mut distinct = sorted.to_vec();
+    distinct.dedup();
+    if distinct.len() <= cells {
+        return (distinct.windows(2).map(|w| 0.5 * w[0] + 0.5 * w[1]).collect(), true);
+    }
+    let mut limits: Vec<f64> = Vec::with_capacity(cells);
+    for i in 1..cells {
+        let k = sorted.partition_point(|v| *v < sorted[i * n / cells]);
+        if k > 0 {
+            let t = 0.5 * sorted[k - 1] + 0.5 * sorted[k];
+            if limits.last().is_none_or(|l| t > *l) {
+                limits.push(t);
+            }
+        }
+    }
+    (limits, false)
 }

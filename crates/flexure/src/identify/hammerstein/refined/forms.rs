@@ -7,21 +7,11 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::limits::{FORM_GROUPS, FORM_LEVEL, FORM_STARTS, FORM_STEPS, MOST_DEGREE};
 use super::outcome::{MemoryRemoved, RefinedIdentification};
 use crate::error::{Error, Result};
 use crate::linalg;
 use crate::linear::levenberg_marquardt::{Linearisation, minimise};
-
-/// Most groups of the test.
-const GROUPS: usize = 40;
-/// The level of the test.
-const LEVEL: f64 = 0.01;
-/// Points of the grid that are refined.
-const STARTS: usize = 4;
-/// Steps of the refinement.
-const STEPS: usize = 60;
-/// The largest degree of a polynomial.
-const MOST_DEGREE: usize = 15;
 
 /// A physical form of a nonlinearity; every one has an offset besides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -262,8 +252,8 @@ impl Problem<'_> {
         }
         let refined = starts
             .iter()
-            .take(STARTS)
-            .filter_map(|s| minimise(s.0.clone(), STEPS, |p| self.linearised(p)));
+            .take(FORM_STARTS)
+            .filter_map(|s| minimise(s.0.clone(), FORM_STEPS, |p| self.linearised(p)));
         let all = refined.chain(starts.iter().take(1).cloned());
         all.min_by(|a, b| a.1.total_cmp(&b.1)).map(|best| best.0)
     }
@@ -327,7 +317,7 @@ impl RefinedIdentification {
         let degrees = groups.saturating_sub(p.len()).max(1);
         // At least one degree of freedom: the distribution exists.
         let (limit, p_value) = match ChiSquared::new(degrees as f64) {
-            Ok(chi) => (chi.inverse_cdf(1.0 - LEVEL), chi.sf(statistic)),
+            Ok(chi) => (chi.inverse_cdf(1.0 - FORM_LEVEL), chi.sf(statistic)),
             Err(_) => (f64::NAN, f64::NAN),
         };
         let errors = problem.errors(&p);
@@ -351,7 +341,7 @@ impl RefinedIdentification {
 
 /// The sum over groups of neighbours of the squared sum of residuals over its variance, and the number of groups.
 fn lack_of_fit(weighted: &[f64], weights: &[f64]) -> (f64, usize) {
-    let groups = GROUPS.min(weighted.len());
+    let groups = FORM_GROUPS.min(weighted.len());
     let (mut statistic, mut counted) = (0.0, 0);
     for g in 0..groups {
         let part = g * weighted.len() / groups..(g + 1) * weighted.len() / groups;

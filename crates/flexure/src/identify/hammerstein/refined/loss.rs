@@ -6,337 +6,259 @@
 
 use std::ops::Range;
 
-use super::pieces::Pieces;
+use super::blocks::{Blocks, Layout, Observed};
+use super::linear_part::{LinearPart, polynomial_product};
+use crate::linear::levenberg_marquardt::NormalEquations;
 
-/// The experiments, one after the other.
-pub(super) struct Data<'a> {
-    pub u: &'a [f64],
-    /// The output less its mean; the model's value where it is missing.
-    pub y: Vec<f64>,
-    /// The experiments' samples.
-    pub parts: Vec<Range<usize>>,
-    /// Which samples count: not those at the start of an experiment nor the missing ones.
-    pub counts: Vec<bool>,
-    /// The samples without an output.
-    pub missing: Vec<usize>,
-}
+/// Samples that are worked on at a time, so that their rows stay in the cache.
+const CHUNK: usize = 256;
+/// Rows of the Jacobian that are added to the equations at a time, which saves passes over the matrix.
+const ROWS: usize = 4;
 
-impl Data<'_> {
-    /// The squared error of a prediction of y, less the best offset.
-    pub fn squares(&self, simulated: &[f64]) -> f64 {
-        let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
-        for ((y, s), _) in self.y.iter().zip(simulated).zip(&self.counts).filter(|(_, c)| **c) {
-            n += 1.0;
-            sum += y - s;
-            squares += (y - s) * (y - s);
-        }
-        squares - sum * sum / f64::max(n, 1.0)
-    }
-
-    /// Puts the model's values in place of what is missing.
-    pub fn complete(&mut self, simulated: &[f64], offset: f64) {
-        for &i in &self.missing {
-            self.y[i] = simulated[i] + offset;
-        }
-    }
-}
-
-/// The linear part and the noise's whitening filter.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Dynamics {
-    pub b: Vec<f64>,
-    /// The first is 1.
-    pub a: Vec<f64>,
-    pub delay: usize,
-}
-
-/// All parameters.
-#[derive(Debug, Clone)]
-pub(super) struct Model {
-    pub basis: Pieces,
-    /// Coefficients of the basis' functions from the second on; the first is constant.
-    pub c: Vec<f64>,
-    pub dynamics: Dynamics,
-    pub offset: f64,
-}
-
-/// J'J, J'e and e'e. The parameters: c, offset, b, a from a_1 on.
-pub(super) struct Normal {
-    pub matrix: Vec<f64>,
-    pub gradient: Vec<f64>,
-    pub squares: f64,
+/// The normal equations of the prediction error: J is the derivative of the prediction.
+pub(super) struct Equations {
+    pub normal: NormalEquations,
+    /// The number of errors.
     pub count: usize,
 }
 
-/// y_n = sum_i b_i x_{n-delay-i} - sum_i a_i y_{n-i} within each part, from rest.
-pub(super) fn filter(d: &Dynamics, parts: &[Range<usize>], x: &[f64]) -> Vec<f64> {
-    let mut y = vec![0.0; x.len()];
-    let order = d.a.len().max(d.b.len()) - 1;
-    let padded = |c: &[f64]| -> Vec<f64> { (0..=order).map(|i| c.get(i).copied().unwrap_or(0.0)).collect() };
-    let (b, a) = (padded(&d.b), padded(&d.a));
-    for part in parts {
-        let mut state = vec![0.0; order + 1];
-        let (x, y) = (&x[part.clone()], &mut y[part.clone()]);
-        for n in d.delay..y.len() {
-            let u = x[n - d.delay];
-            let out = b[0] * u + state[0];
-            for i in 0..order {
-                state[i] = state[i + 1] + b[i + 1] * u - a[i + 1] * out;
-            }
-            y[n] = out;
-        }
-    }
-    y
-}
-
-/// The adjoint of [`filter`]: the same in reversed time.
-pub(super) fn filter_back(d: &Dynamics, parts: &[Range<usize>], x: &[f64]) -> Vec<f64> {
-    let n = x.len();
-    let mut reversed: Vec<f64> = x.to_vec();
-    reversed.reverse();
-    let parts: Vec<Range<usize>> = parts.iter().map(|p| n - p.end..n - p.start).collect();
-    let mut y = filter(d, &parts, &reversed);
-    y.reverse();
-    y
-}
-
-/// The product of two polynomials.
-pub(super) fn product(p: &[f64], q: &[f64]) -> Vec<f64> {
-    let mut out = vec![0.0; p.len() + q.len() - 1];
-    for (i, a) in p.iter().enumerate() {
-        for (j, b) in q.iter().enumerate() {
-            out[i + j] += a * b;
-        }
-    }
-    out
-}
-
-impl Dynamics {
-    /// A filter without poles.
-    pub fn moving_average(r: &[f64]) -> Dynamics {
-        Dynamics {
-            b: r.to_vec(),
-            a: vec![1.0],
-            delay: 0,
-        }
+impl Equations {
+    /// The number of parameters.
+    pub fn parameters(&self) -> usize {
+        self.normal.descent.len()
     }
 }
 
-impl Model {
-    /// phi less its mean, at the samples.
-    pub fn signal(&self, u: &[f64]) -> Vec<f64> {
-        let phi = self.combined();
-        u.iter().map(|u| phi.value(*u)).collect()
-    }
-
-    /// phi less its mean.
-    pub fn combined(&self) -> Pieces {
-        let c: Vec<f64> = std::iter::once(0.0).chain(self.c.iter().copied()).collect();
-        self.basis.combined(&c)
-    }
-
-    /// The output error, zero at samples that do not count.
-    pub fn errors(&self, data: &Data) -> Vec<f64> {
-        let simulated = filter(&self.dynamics, &data.parts, &self.signal(data.u));
-        residual(data, &simulated, self.offset)
-    }
-
-    /// The sum of squared prediction errors and their number.
-    pub fn squares(&self, data: &Data, whitening: &[f64]) -> (f64, usize) {
-        let mut simulated = filter(&self.dynamics, &data.parts, &self.signal(data.u));
-        simulated
-            .iter_mut()
-            .zip(&data.y)
-            .for_each(|(s, y)| *s = y - self.offset - *s);
-        let white = filter(&Dynamics::moving_average(whitening), &data.parts, &simulated);
-        let mut sum = (0.0, 0);
-        for (e, counts) in white.iter().zip(&data.counts) {
-            if *counts {
-                sum = (sum.0 + e * e, sum.1 + 1);
-            }
-        }
-        sum
-    }
-
-    /// The parameters in one row.
-    pub fn parameters(&self) -> Vec<f64> {
-        let d = &self.dynamics;
-        let linear = d.b.iter().chain(&d.a[1..]);
-        self.c.iter().chain([&self.offset]).chain(linear).copied().collect()
-    }
-
-    /// The same model with other parameters.
-    pub fn with(&self, p: &[f64]) -> Model {
-        let mut model = self.clone();
-        let (c, rest) = p.split_at(self.c.len());
-        let (offset, rest) = rest.split_at(1);
-        let (b, a) = rest.split_at(self.dynamics.b.len());
-        model.c.copy_from_slice(c);
-        model.offset = offset[0];
-        model.dynamics.b.copy_from_slice(b);
-        model.dynamics.a[1..].copy_from_slice(a);
-        model
+impl Blocks {
+    /// The sum of squared prediction errors.
+    pub fn squares(&self, observed: &Observed, whitening: &[f64]) -> f64 {
+        let simulated = self.simulated(observed);
+        let errors: Vec<f64> = (observed.y.iter().zip(simulated))
+            .map(|(y, s)| y - self.offset - s)
+            .collect();
+        let white = LinearPart::moving_average(whitening).filter(&observed.experiments, &errors);
+        let counted = white.iter().zip(&observed.counts).filter(|(_, counts)| **counts);
+        counted.map(|(e, _)| e * e).sum()
     }
 
     /// The Gauss-Newton equations.
-    pub fn normal(&self, data: &Data, whitening: &[f64]) -> Normal {
-        let parameters = self.c.len() + 1 + self.dynamics.b.len() + self.dynamics.a.len() - 1;
-        let mut normal = Normal {
-            matrix: vec![0.0; parameters * parameters],
-            gradient: vec![0.0; parameters],
-            squares: 0.0,
-            count: 0,
-        };
-        for part in &data.parts {
-            self.add_part(data, part.clone(), whitening, &mut normal);
+    pub fn equations(&self, observed: &Observed, whitening: &[f64]) -> Equations {
+        let n = self.layout().len();
+        let mut batch = Batch::new(n);
+        for experiment in &observed.experiments {
+            self.add_experiment(observed, experiment.clone(), whitening, &mut batch);
         }
-        for i in 0..parameters {
+        let mut equations = batch.sums;
+        for i in 0..n {
             for j in 0..i {
-                normal.matrix[j * parameters + i] = normal.matrix[i * parameters + j];
+                equations.normal.normal[j * n + i] = equations.normal.normal[i * n + j];
             }
         }
-        normal
+        equations
     }
 
-    fn add_part(&self, data: &Data, part: Range<usize>, whitening: &[f64], normal: &mut Normal) {
-        let d = &self.dynamics;
-        let (k, nb, na) = (self.basis.size(), d.b.len(), d.a.len() - 1);
-        let taps = product(&d.b, whitening);
-        let (u, y) = (&data.u[part.clone()], &data.y[part.clone()]);
-        let counts = &data.counts[part];
-        let whole = 0..y.len();
-        let white_y = filter(&Dynamics::moving_average(whitening), std::slice::from_ref(&whole), y);
+    fn add_experiment(&self, observed: &Observed, experiment: Range<usize>, whitening: &[f64], batch: &mut Batch) {
+        let (u, y) = (&observed.u[experiment.clone()], &observed.y[experiment.clone()]);
+        let counts = &observed.counts[experiment];
+        let white_y = LinearPart::moving_average(whitening).filter(&[0..y.len()], y);
         let gain: f64 = whitening.iter().sum();
-        let history = taps.len().max(na + 1).max(nb);
-        let rows = history + CHUNK;
-        // Rows of the basis at the samples, the filtered basis, and three signals, after `history` older rows.
-        let (mut q, mut f) = (vec![0.0; rows * k], vec![0.0; rows * k]);
-        let (mut w, mut v, mut x) = (vec![0.0; rows], vec![0.0; rows], vec![0.0; rows]);
-        let c: Vec<f64> = std::iter::once(0.0).chain(self.c.iter().copied()).collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let mut batch = Batch::new(normal.gradient.len());
+        let delay = self.linear.delay;
+        let mut signals = Sensitivities::new(self, whitening);
         for start in (0..y.len()).step_by(CHUNK) {
             let length = CHUNK.min(y.len() - start);
             for i in 0..length {
-                let (n, row) = (start + i, history + i);
-                let (old, now) = q.split_at_mut(row * k);
-                let now = &mut now[..k];
-                if n >= d.delay {
-                    self.basis.values(u[n - d.delay], now);
-                } else {
-                    now.fill(0.0);
-                }
-                w[row] = dot(&c, now);
-                let (before, filtered) = f.split_at_mut(row * k);
-                let filtered = &mut filtered[..k];
-                filtered.iter_mut().zip(&*now).for_each(|(f, q)| *f = taps[0] * q);
-                for (m, tap) in taps.iter().enumerate().skip(1) {
-                    let at = &old[(row - m) * k..][..k];
-                    filtered.iter_mut().zip(at).for_each(|(f, q)| *f += tap * q);
-                }
-                for (m, a) in d.a.iter().enumerate().skip(1) {
-                    let at = &before[(row - m) * k..][..k];
-                    filtered.iter_mut().zip(at).for_each(|(f, q)| *f -= a * q);
-                }
-                let simulated = dot(&c, filtered);
-                let mut by_b: f64 = whitening.iter().enumerate().map(|(m, r)| r * w[row - m]).sum();
-                let mut by_a = simulated;
-                for (m, a) in d.a.iter().enumerate().skip(1) {
-                    by_b -= a * v[row - m];
-                    by_a -= a * x[row - m];
-                }
-                v[row] = by_b;
-                x[row] = by_a;
-                if !counts[n] {
-                    continue;
-                }
-                let error = white_y[n] - gain * self.offset - simulated;
-                let derivatives = batch.next_row(error);
-                derivatives[..k - 1].copy_from_slice(&filtered[1..]);
-                derivatives[k - 1] = gain;
-                for (j, o) in derivatives[k..k + nb].iter_mut().enumerate() {
-                    *o = v[row - j];
-                }
-                for (j, o) in derivatives[k + nb..].iter_mut().enumerate() {
-                    *o = -x[row - 1 - j];
-                }
-                if batch.full() {
-                    batch.flush(normal);
+                let n = start + i;
+                let simulated = signals.advance(i, n.checked_sub(delay).map(|n| u[n]));
+                if counts[n] {
+                    let error = white_y[n] - gain * self.offset - simulated;
+                    signals.derivatives(i, gain, batch.next_row(error));
                 }
             }
-            let kept = length..length + history;
-            q.copy_within(kept.start * k..kept.end * k, 0);
-            f.copy_within(kept.start * k..kept.end * k, 0);
-            for s in [&mut w, &mut v, &mut x] {
-                s.copy_within(kept.clone(), 0);
-            }
+            signals.keep_history(length);
         }
-        batch.flush(normal);
+        batch.flush();
     }
 }
 
-/// Samples that are worked on at a time.
-const CHUNK: usize = 256;
-/// Rows of the Jacobian that are added at a time.
-const ROWS: usize = 4;
+/// The signals whose values are the derivatives of the prediction, over a chunk of samples and those just before it.
+///
+/// ```text
+///   row                 0 ........ history-1 | history ............ history+CHUNK-1
+///   sample              before the chunk     | the chunk's
+///
+///   u(n-s) -> basis q_i -> B R / A -> filtered f_i                   derivative by c_i
+///          -> phi w = sum c_i q_i -> R / A -> by_b                   derivative by b_j: by_b, j rows earlier
+///                                 -> B R / A -> 1 / A -> by_a        derivative by a_j: -by_a, j rows earlier
+/// ```
+/// Each filter reaches back over at most `history` rows. After a chunk its last `history` rows become the first ones.
+struct Sensitivities<'a> {
+    blocks: &'a Blocks,
+    whitening: &'a [f64],
+    /// B R.
+    taps: Vec<f64>,
+    coefficients: Vec<f64>,
+    layout: Layout,
+    history: usize,
+    /// The number of functions of the basis, the width of a row of the next two.
+    width: usize,
+    basis: Vec<f64>,
+    filtered: Vec<f64>,
+    phi: Vec<f64>,
+    by_b: Vec<f64>,
+    by_a: Vec<f64>,
+}
 
-/// Rows of the Jacobian and their errors, waiting to be added.
+impl<'a> Sensitivities<'a> {
+    fn new(blocks: &'a Blocks, whitening: &'a [f64]) -> Sensitivities<'a> {
+        let taps = polynomial_product(blocks.linear.b(), whitening);
+        let history = (taps.len())
+            .max(blocks.linear.a().len() + 1)
+            .max(blocks.linear.b().len());
+        let (rows, width) = (history + CHUNK, blocks.basis.size());
+        Sensitivities {
+            coefficients: blocks.coefficients(),
+            layout: blocks.layout(),
+            basis: vec![0.0; rows * width],
+            filtered: vec![0.0; rows * width],
+            phi: vec![0.0; rows],
+            by_b: vec![0.0; rows],
+            by_a: vec![0.0; rows],
+            blocks,
+            whitening,
+            taps,
+            history,
+            width,
+        }
+    }
+
+    /// Computes all signals at the chunk's sample i from the delayed input, `None` before there is one; the prediction there.
+    fn advance(&mut self, i: usize, u: Option<f64>) -> f64 {
+        let (row, width) = (self.history + i, self.width);
+        let a = self.blocks.linear.a();
+        let (older, rest) = self.basis.split_at_mut(row * width);
+        let basis = &mut rest[..width];
+        match u {
+            Some(u) => self.blocks.basis.values(u, basis),
+            None => basis.fill(0.0),
+        }
+        self.phi[row] = dot(&self.coefficients, basis);
+        let (before, rest) = self.filtered.split_at_mut(row * width);
+        let filtered = &mut rest[..width];
+        filtered
+            .iter_mut()
+            .zip(&*basis)
+            .for_each(|(f, q)| *f = self.taps[0] * q);
+        for (m, tap) in self.taps.iter().enumerate().skip(1) {
+            let earlier = &older[(row - m) * width..][..width];
+            filtered.iter_mut().zip(earlier).for_each(|(f, q)| *f += tap * q);
+        }
+        for (m, a) in (1..).zip(a) {
+            let earlier = &before[(row - m) * width..][..width];
+            filtered.iter_mut().zip(earlier).for_each(|(f, q)| *f -= a * q);
+        }
+        let simulated = dot(&self.coefficients, filtered);
+        let mut by_b: f64 = self
+            .whitening
+            .iter()
+            .enumerate()
+            .map(|(m, r)| r * self.phi[row - m])
+            .sum();
+        let mut by_a = simulated;
+        for (m, a) in (1..).zip(a) {
+            by_b -= a * self.by_b[row - m];
+            by_a -= a * self.by_a[row - m];
+        }
+        self.by_b[row] = by_b;
+        self.by_a[row] = by_a;
+        simulated
+    }
+
+    /// The derivatives of the prediction at the chunk's sample i by all parameters.
+    fn derivatives(&self, i: usize, gain: f64, out: &mut [f64]) {
+        let (row, at) = (self.history + i, &self.layout);
+        // The first function of the basis is constant and has no coefficient.
+        out[at.c.clone()].copy_from_slice(&self.filtered[row * self.width + 1..][..self.width - 1]);
+        out[at.offset] = gain;
+        for (j, out) in out[at.b.clone()].iter_mut().enumerate() {
+            *out = self.by_b[row - j];
+        }
+        for (j, out) in (1..).zip(&mut out[at.a.clone()]) {
+            *out = -self.by_a[row - j];
+        }
+    }
+
+    /// Moves the last rows of a chunk of this length to where those before the next chunk are.
+    fn keep_history(&mut self, length: usize) {
+        let kept = length..length + self.history;
+        for rows in [&mut self.basis, &mut self.filtered] {
+            rows.copy_within(kept.start * self.width..kept.end * self.width, 0);
+        }
+        for signal in [&mut self.phi, &mut self.by_b, &mut self.by_a] {
+            signal.copy_within(kept.clone(), 0);
+        }
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The equations' sums (the lower triangle of J'J), and rows of the Jacobian with their errors that are still to be added.
 struct Batch {
+    sums: Equations,
     rows: Vec<f64>,
     errors: [f64; ROWS],
     used: usize,
-    size: usize,
 }
 
 impl Batch {
-    fn new(size: usize) -> Batch {
+    fn new(parameters: usize) -> Batch {
         Batch {
-            rows: vec![0.0; ROWS * size],
+            sums: Equations {
+                normal: NormalEquations {
+                    cost: 0.0,
+                    descent: vec![0.0; parameters],
+                    normal: vec![0.0; parameters * parameters],
+                },
+                count: 0,
+            },
+            rows: vec![0.0; ROWS * parameters],
             errors: [0.0; ROWS],
             used: 0,
-            size,
         }
     }
 
+    /// The row for the derivatives of the next error.
     fn next_row(&mut self, error: f64) -> &mut [f64] {
+        if self.used == ROWS {
+            self.flush();
+        }
         self.errors[self.used] = error;
         self.used += 1;
-        &mut self.rows[(self.used - 1) * self.size..][..self.size]
+        let n = self.sums.parameters();
+        &mut self.rows[(self.used - 1) * n..][..n]
     }
 
-    fn full(&self) -> bool {
-        self.used == ROWS
-    }
-
-    fn flush(&mut self, normal: &mut Normal) {
-        let n = self.size;
+    fn flush(&mut self) {
+        let n = self.sums.parameters();
         self.rows[self.used * n..].fill(0.0);
         self.errors[self.used..].fill(0.0);
+        let NormalEquations { cost, descent, normal } = &mut self.sums.normal;
         let (ab, cd) = self.rows.split_at(2 * n);
         let ((a, b), (c, d)) = (ab.split_at(n), cd.split_at(n));
         let e = self.errors;
         for i in 0..n {
             let (pa, pb, pc, pd) = (a[i], b[i], c[i], d[i]);
-            normal.gradient[i] += pa * e[0] + pb * e[1] + pc * e[2] + pd * e[3];
-            let row = &mut normal.matrix[i * n..][..=i];
+            descent[i] += pa * e[0] + pb * e[1] + pc * e[2] + pd * e[3];
+            let row = &mut normal[i * n..][..=i];
             for ((((m, a), b), c), d) in row.iter_mut().zip(a).zip(b).zip(c).zip(d) {
                 *m += pa * a + pb * b + pc * c + pd * d;
             }
         }
-        normal.squares += e.iter().map(|e| e * e).sum::<f64>();
-        normal.count += self.used;
+        *cost += e.iter().map(|e| e * e).sum::<f64>();
+        self.sums.count += self.used;
         self.used = 0;
     }
-}
-
-/// y less offset and prediction, zero at samples that do not count.
-pub(super) fn residual(data: &Data, simulated: &[f64], offset: f64) -> Vec<f64> {
-    data.y
-        .iter()
-        .zip(simulated)
-        .zip(&data.counts)
-        .map(|((y, s), counts)| if *counts { y - offset - s } else { 0.0 })
-        .collect()
 }
 
 #[cfg(test)]

@@ -15,16 +15,20 @@
 //!
 //! Steps 2 to 5 are repeated until nothing changes. Every pass is O(n). No white input is needed.
 
-mod alternate;
+mod alternation;
+mod basis;
+mod blocks;
+mod calibrated;
 mod cells;
 mod descent;
-mod dynamics;
+mod experiments;
 mod forms;
-mod gather;
+mod limits;
+mod linear_part;
 mod loss;
+mod order;
 mod outcome;
-mod pieces;
-mod select;
+mod piecewise;
 mod stepwise;
 
 use super::calibration::Calibration;
@@ -35,26 +39,19 @@ use crate::identify::outcome::{ChosenOrder, Identification, Verdict, Warning};
 use crate::interrupt;
 use crate::linear::correlation::mean;
 use crate::model::Block;
-use crate::nonlinearity::{Curve, EstimatorName};
+use crate::nonlinearity::EstimatorName;
 use crate::record::Record;
 use crate::validation::Estimated;
-use alternate::{Minimum, Start, alternate};
+use alternation::{Alternation, Minimum, memory};
+use blocks::Observed;
+use calibrated::CalibratedBlocks;
 use cells::Cells;
+use experiments::Experiments;
 pub use forms::{Form, FormFit, FormParameter};
-use gather::Gathered;
-use loss::{Data, Dynamics, filter};
+use limits::{OVERFITTED, OVERFITTED_SAMPLES, START_SAMPLES};
+use linear_part::LinearPart;
+use order::Given;
 pub use outcome::{Breakpoint, BreakpointKind, CoefficientErrors, MemoryRemoved, RefinedIdentification};
-
-/// The plain estimate starts from at most so many samples.
-const START: usize = 40_000;
-/// Samples beyond the impulse response's settling that do not count at the start of an experiment.
-const AFTER_SETTLING: usize = 30;
-/// At most this share of an experiment is left out for its unknown initial state.
-const LEFT_OUT: usize = 10;
-
-/// The plain estimate's error on its own samples is below the noise by no more than this share and so many samples'.
-const OVERFITTED: f64 = 0.02;
-const OVERFITTED_SAMPLES: f64 = 20.0;
 
 /// The refined identification of a Hammerstein system.
 ///
@@ -133,19 +130,22 @@ impl RefinedHammerstein {
         output: &str,
     ) -> Result<RefinedIdentification> {
         self.check()?;
-        let all = Gathered::new(records, input, output, self.missing, self.fresh_share)?;
+        let all = Experiments::new(records, input, output, self.missing, self.fresh_share)?;
         let start = self.plain_estimate(&all, input, output)?;
-        let mut warnings: Vec<Warning> = Vec::new();
         let kept = |w: &&Warning| matches!(w, Warning::FewLevels { .. } | Warning::NoDependence { .. });
-        warnings.extend(start.warnings.iter().filter(kept).cloned());
-        let colour = &mut Vec::new();
-        warn_of_colour(&all.u[..all.fitted], colour);
-        if let Some(Warning::InputNotWhite { largest, lag }) = colour.first() {
-            let (largest, lag) = (*largest, *lag);
-            warnings.push(Warning::ColouredInput { largest, lag });
+        let mut warnings: Vec<Warning> = start.warnings.iter().filter(kept).cloned().collect();
+        let mut colour = Vec::new();
+        warn_of_colour(&all.u[..all.fitted], &mut colour);
+        warnings.extend(colour.into_iter().filter_map(|w| match w {
+            Warning::InputNotWhite { largest, lag } => Some(Warning::ColouredInput { largest, lag }),
+            _ => None,
+        }));
+        let mut observed = Observed::new(&all, memory(&start.linear));
+        let cells = Cells::new(observed.u);
+        match self.refine(&mut observed, &cells, &start)? {
+            Some(minimum) => self.outcome(&all, &observed, &minimum, &cells, warnings),
+            None => self.plain(&all, start, input, output),
         }
-        self.refine(&all, &start, &mut warnings)?
-            .map_or_else(|| self.plain(&all, start, input, output), Ok)
     }
 
     fn check(&self) -> Result<()> {
@@ -156,95 +156,76 @@ impl RefinedHammerstein {
         self.calibration.check()
     }
 
-    /// The plain estimate from the longest experiment, or its first part where that is enough.
-    fn plain_estimate(&self, all: &Gathered, input: &str, output: &str) -> Result<Identification> {
-        let longest = all.longest();
-        let plain = PlainHammerstein {
+    /// The method of the start.
+    fn plain_method(&self) -> PlainHammerstein {
+        PlainHammerstein {
             estimator: self.start,
             order: self.order,
             delay: self.delay,
             fresh_share: self.fresh_share,
             ..Default::default()
+        }
+    }
+
+    /// The plain estimate from the longest experiment, or its first part where that is enough.
+    fn plain_estimate(&self, all: &Experiments, input: &str, output: &str) -> Result<Identification> {
+        let longest = all.longest().len();
+        let over = |length| {
+            self.plain_method()
+                .identify(&all.head_of_longest(length, input, output), input, output)
         };
-        let over = |length: usize| {
-            let part = longest.start..longest.start + length;
-            let columns = [(input, all.u[part.clone()].to_vec()), (output, all.y[part].to_vec())];
-            plain.identify(&Record::from_equal(columns), input, output)
-        };
-        match over(longest.len().min(START)) {
-            Err(_) if longest.len() > START => over(longest.len()),
+        match over(longest.min(START_SAMPLES)) {
+            Err(_) if longest > START_SAMPLES => over(longest),
             result => result,
         }
     }
 
-    /// The refined model; `None` if it is no better than the plain one.
-    fn refine(
-        &self,
-        all: &Gathered,
-        start: &Identification,
-        warnings: &mut Vec<Warning>,
-    ) -> Result<Option<RefinedIdentification>> {
-        let u = &all.u[..all.fitted];
-        let output_mean = mean(&all.y[..all.fitted]);
-        let parts = all.fitted_parts();
-        let memory = start.linear.settling(0.01).max(10);
-        let mut counts: Vec<bool> = all.missing[..all.fitted].iter().map(|m| !m).collect();
-        for part in &parts {
-            let left_out = (memory + AFTER_SETTLING).min(part.len() / LEFT_OUT);
-            counts[part.start..part.start + left_out].fill(false);
-        }
-        let mut data = Data {
-            u,
-            y: all.y[..all.fitted].iter().map(|y| y - output_mean).collect(),
-            parts,
-            counts,
-            missing: (0..all.fitted).filter(|&i| all.missing[i]).collect(),
-        };
-        let cells = Cells::new(u);
-        let mut w: Vec<f64> = u.iter().map(|u| start.nonlinearity.value(*u)).collect();
+    /// The minimum of the prediction error; `None` if it is no better than the plain estimate.
+    fn refine(&self, observed: &mut Observed, cells: &Cells, start: &Identification) -> Result<Option<Minimum>> {
+        let mut w: Vec<f64> = observed.u.iter().map(|u| start.nonlinearity.value(*u)).collect();
         let level = mean(&w);
         w.iter_mut().for_each(|w| *w -= level);
-        let dynamics = Dynamics {
-            b: start.linear.b()[start.delay..].to_vec(),
-            a: start.linear.a().to_vec(),
-            delay: start.delay,
-        };
-        let plain_squares = data.squares(&filter(&dynamics, &data.parts, &w));
-        let from = Start {
+        let linear = LinearPart::new(&start.linear.b()[start.delay..], &start.linear.a()[1..], start.delay);
+        let plain_squares = observed.squares(&linear.filter(&observed.experiments, &w));
+        let alternation = Alternation {
+            cells,
+            given: Given {
+                order: self.order,
+                delay: self.delay,
+            },
+            whiten: self.noise_model && observed.missing.is_empty(),
             w,
-            dynamics,
-            order: self.order,
-            delay: self.delay,
-            memory,
-            whiten: self.noise_model && data.missing.is_empty(),
+            linear,
+            memory: memory(&start.linear),
+            offset: 0.0,
+            terms: Vec::new(),
+            order: None,
         };
-        let minimum = alternate(&mut data, &cells, from);
+        let minimum = alternation.minimum(observed);
         interrupt::check()?;
-        let Some(minimum) = minimum else {
-            return Ok(None);
-        };
-        let squares: f64 = minimum.model.errors(&data).iter().map(|e| e * e).sum();
         // The plain estimate follows the fitted samples' own noise with more parameters.
-        let allowed = 1.0 + OVERFITTED + OVERFITTED_SAMPLES / data.u.len() as f64;
-        if !(squares <= allowed * plain_squares) {
-            return Ok(None);
-        }
-        self.outcome(all, &minimum, &cells, output_mean, warnings).map(Some)
+        let allowed = 1.0 + OVERFITTED + OVERFITTED_SAMPLES / observed.u.len() as f64;
+        Ok(minimum.filter(|m| {
+            let squares: f64 = m.blocks.errors(observed).iter().map(|e| e * e).sum();
+            squares <= allowed * plain_squares
+        }))
     }
 
     fn outcome(
         &self,
-        all: &Gathered,
+        all: &Experiments,
+        observed: &Observed,
         minimum: &Minimum,
         cells: &Cells,
-        output_mean: f64,
-        warnings: &mut Vec<Warning>,
+        mut warnings: Vec<Warning>,
     ) -> Result<RefinedIdentification> {
-        let blocks = outcome::blocks(minimum, cells, &self.calibration, output_mean, warnings)?;
+        let blocks = CalibratedBlocks::new(minimum, cells, &self.calibration, observed.output_mean)?;
+        warnings.extend(blocks.warning);
         let model = cascade(&blocks.curve, &blocks.linear, blocks.offset)?;
-        let (predicted, verdict) = judged(&model, all, &blocks.curve, minimum.parameters(), warnings)?;
-        let d = &minimum.model.dynamics;
-        let order = minimum.chosen.as_ref().map(|c| c.order.clone());
+        let (predicted, verdict) = judged(&model, all, minimum.parameters())?;
+        warn_of_range(&blocks.curve, &all.u[all.fitted..], &mut warnings);
+        warn_if_useless(&verdict, &mut warnings);
+        let linear = &minimum.blocks.linear;
         Ok(RefinedIdentification {
             model,
             nonlinearity: blocks.curve,
@@ -252,51 +233,45 @@ impl RefinedHammerstein {
             linear: blocks.linear,
             linear_errors: blocks.errors,
             output_offset: blocks.offset,
-            delay: d.delay,
-            order: order.unwrap_or_else(|| ChosenOrder {
-                order: d.a.len() - 1,
+            delay: linear.delay,
+            order: minimum.order.clone().unwrap_or_else(|| ChosenOrder {
+                order: linear.a().len(),
                 hankel_singular_values: Vec::new(),
                 scores: Vec::new(),
             }),
-            memory_removed: blocks.points,
-            breakpoints: outcome::breakpoints(&minimum.terms, cells),
+            memory_removed: blocks.memory_removed,
+            breakpoints: Breakpoint::of(&minimum.terms, cells),
             noise_model: minimum.whitening.clone(),
             noise: minimum.noise(),
             refined: true,
             fitted: all.fitted,
             predicted,
             verdict,
-            warnings: std::mem::take(warnings),
+            warnings,
         })
     }
 
     /// The plain estimate as it is, where the refinement failed.
-    fn plain(&self, all: &Gathered, start: Identification, input: &str, output: &str) -> Result<RefinedIdentification> {
-        let longest = all.longest();
-        let columns = [
-            (input, all.u[longest.clone()].to_vec()),
-            (output, all.y[longest].to_vec()),
-        ];
-        let plain = PlainHammerstein {
-            estimator: self.start,
-            order: self.order,
-            delay: self.delay,
+    fn plain(
+        &self,
+        all: &Experiments,
+        start: Identification,
+        input: &str,
+        output: &str,
+    ) -> Result<RefinedIdentification> {
+        let method = PlainHammerstein {
             calibration: self.calibration,
-            fresh_share: self.fresh_share,
-            ..Default::default()
-        }
-        .identify(&Record::from_equal(columns), input, output)
-        .or_else(|e| {
-            if self.calibration == Calibration::default() {
-                Ok(start)
-            } else {
-                Err(e)
-            }
-        })?;
+            ..self.plain_method()
+        };
+        let longest = all.head_of_longest(all.longest().len(), input, output);
+        let plain = match method.identify(&longest, input, output) {
+            Err(_) if self.calibration == Calibration::default() => start,
+            result => result?,
+        };
         let mut warnings = plain.warnings;
         warnings.push(Warning::NotRefined);
         let model = cascade(&plain.nonlinearity, &plain.linear, plain.output_offset)?;
-        let (predicted, verdict) = judged(&model, all, &plain.nonlinearity, 0, &mut Vec::new())?;
+        let (predicted, verdict) = judged(&model, all, 0)?;
         Ok(RefinedIdentification {
             band: plain.band,
             linear_errors: CoefficientErrors {
@@ -329,29 +304,17 @@ impl RefinedHammerstein {
 
 /// The free run of a model of so many parameters over every experiment, and the verdict on the fresh samples that are not
 /// missing.
-fn judged(
-    model: &Block,
-    all: &Gathered,
-    curve: &Curve,
-    parameters: usize,
-    warnings: &mut Vec<Warning>,
-) -> Result<(Vec<f64>, Verdict)> {
-    let mut predicted = Vec::with_capacity(all.u.len());
-    for part in &all.parts {
-        predicted.extend(model.simulate(&all.u[part.clone()]));
-    }
+fn judged(model: &Block, all: &Experiments, parameters: usize) -> Result<(Vec<f64>, Verdict)> {
+    let simulate = |part: &std::ops::Range<usize>| model.simulate(&all.u[part.clone()]);
+    let predicted: Vec<f64> = all.parts.iter().flat_map(simulate).collect();
     let estimated = Estimated {
         parameters,
         samples: all.fitted,
     };
-    let present = |v: &[f64]| -> Vec<f64> {
-        (all.fitted..v.len())
-            .filter(|&i| !all.missing[i])
-            .map(|i| v[i])
-            .collect()
+    let fresh = |v: &[f64]| -> Vec<f64> {
+        let present = (all.fitted..v.len()).filter(|&i| !all.missing[i]);
+        present.map(|i| v[i]).collect()
     };
-    let verdict = Verdict::of_estimate(&present(&all.u), &present(&all.y), &present(&predicted), estimated)?;
-    warn_of_range(curve, &all.u[all.fitted..], warnings);
-    warn_if_useless(&verdict, warnings);
+    let verdict = Verdict::of_estimate(&fresh(&all.u), &fresh(&all.y), &fresh(&predicted), estimated)?;
     Ok((predicted, verdict))
 }

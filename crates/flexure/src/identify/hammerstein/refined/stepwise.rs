@@ -1,43 +1,36 @@
 //! Stepwise regression on truncated powers with breakpoints from the data.
 //!
-//! Forward steps add the truncated power $(s - t)_+^d$, d = 0, 1 or 3, that lowers the sum of squares most,
-//! for all t at once by running moments; backward steps drop what is not worth its cost; sweeps move each
-//! breakpoint to its best place (Friedman & Silverman 1989; Luo & Wahba 1997). A kink or a jump is one function
-//! here, where a spline needs many knots.
+//! Forward steps add the truncated power $(s - t)_+^d$, d = 0, 1 or 3, that lowers the sum of squares most. All t are compared
+//! at once by running sums. Backward steps drop each function that is not worth its cost. Sweeps move every breakpoint to its best
+//! place (Friedman & Silverman 1989; Luo & Wahba 1997). A kink or a jump is one function here; a spline needs many knots for it.
 
-use super::cells::Cells;
-use super::pieces::Term;
+use super::cells::{Cells, DEGREES};
+use super::limits::{
+    DEPENDENT, ENTRY_COST, FEWEST_AT_JUMP, GIVEN_COST, GIVEN_MARGIN, MOST_MOVED, MOST_TERMS, PATIENCE, ROUNDING,
+    SEARCHED_COST, SWEEPS,
+};
+use super::piecewise::Term;
 use crate::interrupt;
 
-/// Most functions of a basis.
-const MOST_TERMS: usize = 40;
-/// A candidate of which no more than this share is left by the others is none.
-const DEPENDENT: f64 = 1e-9;
-/// A term of which no more is left is a combination of the others.
-const ROUNDING: f64 = 1e-13;
-/// Degrees of the truncated powers.
-const DEGREES: [u8; 3] = [0, 1, 3];
-/// Forward steps go on while the gain exceeds this share of a function's cost: two may only pay together.
-const PATIENCE: f64 = 0.4;
-/// More breakpoints than this are not moved.
-const MOST_MOVED: usize = 16;
-/// Sweeps that move the breakpoints.
-const SWEEPS: usize = 4;
-
-/// A regression that grows term by term.
+/// A regression of the cells' values z that is extended term by term.
+///
+/// The terms are orthonormalised over the cells (Gram-Schmidt): term_j = sum_{i <= j} r[j][i] q_i. Then a further candidate v lowers
+/// the sum of squares by
+/// $$ \frac{\langle v, \text{residual} \rangle^2}{\|v\|^2 - \sum_i \langle v, q_i \rangle^2}. $$
+/// Numerator and denominator are kept for every candidate, the truncated powers of all degrees at all cells' lower limits. A new q
+/// changes them by its products with all candidates, which are running sums ([`Cells::moments`]).
 pub(super) struct Growing<'a> {
     cells: &'a Cells,
     z: &'a [f64],
     pub terms: Vec<Term>,
-    /// Orthonormal over the cells.
     q: Vec<Vec<f64>>,
-    /// term_j = sum_i r[j][i] q_i, i <= j.
     r: Vec<Vec<f64>>,
-    /// q' z
-    pub d: Vec<f64>,
-    /// For every degree and lower limit: product of the candidate with the residual, and what is left of its norm.
-    score: [Vec<f64>; 3],
-    left: [Vec<f64>; 3],
+    /// The products of q and z: the coefficients of q.
+    pub coefficients: Vec<f64>,
+    /// The product of every candidate with the residual, by degree and cell.
+    product: [Vec<f64>; 3],
+    /// The squared norm of every candidate without its part along q.
+    norm: [Vec<f64>; 3],
 }
 
 impl<'a> Growing<'a> {
@@ -48,9 +41,9 @@ impl<'a> Growing<'a> {
             terms: Vec::new(),
             q: Vec::new(),
             r: Vec::new(),
-            d: Vec::new(),
-            score: cells.moments(z),
-            left: cells.norms.clone(),
+            coefficients: Vec::new(),
+            product: cells.moments(z),
+            norm: cells.norms.clone(),
         };
         for term in terms {
             growing.add(*term);
@@ -64,6 +57,7 @@ impl<'a> Growing<'a> {
         let mut v: Vec<f64> = cells.s.iter().map(|s| term.value(*s)).collect();
         let size = cells.dot(&v, &v);
         let mut r = vec![0.0; self.q.len() + 1];
+        // Twice is enough to be orthogonal to rounding.
         for _ in 0..2 {
             for (q, r) in self.q.iter().zip(&mut r) {
                 let share = cells.dot(q, &v);
@@ -78,65 +72,64 @@ impl<'a> Growing<'a> {
         let norm = rest.sqrt();
         r[self.q.len()] = norm;
         v.iter_mut().for_each(|v| *v /= norm);
-        let d = cells.dot(&v, self.z);
-        let p = cells.moments(&v);
-        for k in 0..3 {
-            for ((s, l), p) in self.score[k].iter_mut().zip(&mut self.left[k]).zip(&p[k]) {
-                *s -= d * p;
-                *l -= p * p;
+        let coefficient = cells.dot(&v, self.z);
+        let along = cells.moments(&v);
+        for k in 0..DEGREES.len() {
+            for ((product, norm), p) in self.product[k].iter_mut().zip(&mut self.norm[k]).zip(&along[k]) {
+                *product -= coefficient * p;
+                *norm -= p * p;
             }
         }
         self.terms.push(term);
         self.q.push(v);
         self.r.push(r);
-        self.d.push(d);
+        self.coefficients.push(coefficient);
         true
     }
 
-    /// The candidate with the largest gain less its cost, and its gain.
+    /// The candidate with the largest gain, and its gain.
     fn best(&self, costs: &Costs) -> Option<(Term, f64)> {
-        let mut best: Option<(Term, f64, f64)> = None;
-        for (k, degree) in DEGREES.into_iter().enumerate() {
+        let mut best: Option<(Term, f64)> = None;
+        for (k, degree) in DEGREES.into_iter().enumerate().filter(|(_, d)| costs.allows(*d)) {
             for m in 1..self.cells.len() {
-                let left = self.left[k][m];
-                if !(left > DEPENDENT * self.cells.norms[k][m]) || (degree == 0 && left < costs.fewest) {
+                let norm = self.norm[k][m];
+                if !(norm > DEPENDENT * self.cells.norms[k][m]) || (degree == 0 && norm < FEWEST_AT_JUMP) {
                     continue;
                 }
-                let gain = self.score[k][m] * self.score[k][m] / left;
-                let net = gain - costs.of[k];
-                if best.is_none_or(|b| net > b.2) {
+                let gain = self.product[k][m] * self.product[k][m] / norm;
+                if best.is_none_or(|b| gain > b.1) {
                     let at = self.cells.lower[m];
-                    best = Some((Term::From { at, degree }, gain, net));
+                    best = Some((Term::TruncatedPower { at, degree }, gain));
                 }
             }
         }
-        best.map(|b| (b.0, b.1))
+        best
     }
 
-    /// The rows of the inverse of r: q_i = sum_j mix[i][j] term_j.
-    pub fn mix(&self) -> Vec<Vec<f64>> {
+    /// The inverse of r: q_i = sum_j inverse[i][j] term_j.
+    pub fn inverse_of_r(&self) -> Vec<Vec<f64>> {
         let n = self.r.len();
-        let mut mix = vec![vec![0.0; n]; n];
+        let mut inverse = vec![vec![0.0; n]; n];
         for i in 0..n {
             // q_i = (term_i - sum_{k<i} r[i][k] q_k) / r[i][i]
-            mix[i][i] = 1.0;
+            inverse[i][i] = 1.0;
             for k in 0..i {
                 let share = self.r[i][k];
-                let (done, now) = mix.split_at_mut(i);
+                let (done, now) = inverse.split_at_mut(i);
                 now[0].iter_mut().zip(&done[k]).for_each(|(a, b)| *a -= share * b);
             }
             let norm = self.r[i][i];
-            mix[i].iter_mut().for_each(|v| *v /= norm);
+            inverse[i].iter_mut().for_each(|v| *v /= norm);
         }
-        mix
+        inverse
     }
 
     /// The terms' coefficients and the inverse of their Gram matrix, row-major.
     pub fn solution(&self) -> (Vec<f64>, Vec<f64>) {
-        let (mix, n) = (self.mix(), self.terms.len());
+        let (inverse_of_r, n) = (self.inverse_of_r(), self.terms.len());
         let mut c = vec![0.0; n];
         let mut inverse = vec![0.0; n * n];
-        for (row, d) in mix.iter().zip(&self.d) {
+        for (row, d) in inverse_of_r.iter().zip(&self.coefficients) {
             for j in 0..n {
                 c[j] += row[j] * d;
                 for k in 0..n {
@@ -149,47 +142,70 @@ impl<'a> Growing<'a> {
 
     /// The number of terms with a breakpoint.
     pub fn breakpoints(&self) -> usize {
-        self.terms.iter().filter(|t| matches!(t, Term::From { .. })).count()
+        self.terms
+            .iter()
+            .filter(|t| matches!(t, Term::TruncatedPower { .. }))
+            .count()
     }
 
+    /// By how much the terms lower the sum of squares.
     pub fn explained(&self) -> f64 {
-        self.d.iter().map(|d| d * d).sum()
+        self.coefficients.iter().map(|d| d * d).sum()
     }
 }
 
 /// What a function must gain to be worth it, in the squared unit of the values.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Costs {
-    /// By degree 0, 1, 3 of truncated powers.
-    pub of: [f64; 3],
-    /// Of x^2 and x^3.
-    pub power: f64,
-    /// Of a function with a searched breakpoint, in the estimate of the risk.
-    pub adapted: f64,
-    /// Of one with a given breakpoint.
-    pub fixed: f64,
-    /// By how much given breakpoints must be better than searched ones.
-    pub margin: f64,
-    /// The fewest samples either side of a jump.
-    pub fewest: f64,
+    /// The noise's variance in a sample.
+    variance: f64,
+    /// Whether jumps and kinks are excluded.
+    smooth: bool,
 }
 
 impl Costs {
-    /// The same without jumps and kinks.
-    pub fn smooth(&self) -> Costs {
+    /// For values with noise of this variance.
+    pub fn new(variance: f64) -> Costs {
         Costs {
-            of: [f64::INFINITY, f64::INFINITY, self.of[2]],
-            ..*self
+            variance,
+            smooth: false,
         }
     }
 
+    /// The same without jumps and kinks.
+    pub fn smooth(self) -> Costs {
+        Costs { smooth: true, ..self }
+    }
+
+    fn allows(&self, degree: u8) -> bool {
+        degree == 3 || !self.smooth
+    }
+
+    /// The least gain of a function.
+    fn entry(&self) -> f64 {
+        ENTRY_COST * self.variance
+    }
+
+    /// The share of a function with a searched breakpoint in the estimated risk.
+    pub fn searched(&self) -> f64 {
+        SEARCHED_COST * self.variance
+    }
+
+    /// That of one with a given breakpoint.
+    pub fn given(&self) -> f64 {
+        GIVEN_COST * self.variance
+    }
+
+    /// By how much given breakpoints must be better than searched ones.
+    pub fn margin(&self) -> f64 {
+        GIVEN_MARGIN * self.variance
+    }
+
+    /// The least gain of this term; a straight line is free.
     fn term(&self, term: Term) -> f64 {
         match term {
             Term::Power(0 | 1) => f64::NEG_INFINITY,
-            Term::Power(_) => self.power,
-            Term::From { degree: 0, .. } => self.of[0],
-            Term::From { degree: 1, .. } => self.of[1],
-            Term::From { .. } => self.of[2],
+            _ => self.entry(),
         }
     }
 }
@@ -197,9 +213,12 @@ impl Costs {
 /// Forward steps from the given breakpoints, backward steps, and sweeps.
 pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs: &Costs) -> Growing<'a> {
     let powers = (0..4).map(Term::Power);
-    let breakpoints = start.iter().copied().filter(|t| matches!(t, Term::From { .. }));
+    let breakpoints = start
+        .iter()
+        .copied()
+        .filter(|t| matches!(t, Term::TruncatedPower { .. }));
     let mut growing = Growing::new(cells, z, &powers.chain(breakpoints).collect::<Vec<_>>());
-    let least = PATIENCE * costs.of.iter().copied().fold(f64::INFINITY, f64::min);
+    let least = PATIENCE * costs.entry();
     while growing.terms.len() < MOST_TERMS && !interrupt::requested() {
         match growing.best(costs) {
             Some((term, gain)) if gain > least && growing.add(term) => {}
@@ -221,7 +240,7 @@ pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs
     fit
 }
 
-/// The terms that are left when the least worthy is dropped until all are worth their cost.
+/// The terms that remain when the least worthy is dropped until all are worth their cost.
 fn prune(fit: &Growing, costs: &Costs) -> Vec<Term> {
     let n = fit.terms.len();
     let (mut c, mut inverse) = fit.solution();
@@ -249,7 +268,7 @@ fn prune(fit: &Growing, costs: &Costs) -> Vec<Term> {
     kept.into_iter().map(|j| fit.terms[j]).collect()
 }
 
-/// Moves every breakpoint in turn to where it gains most, of whatever degree.
+/// Moves every breakpoint in turn to where it gains most, of whatever degree; whether any has moved.
 fn sweep(cells: &Cells, z: &[f64], mut terms: Vec<Term>, costs: &Costs) -> (Vec<Term>, bool) {
     let mut changed = false;
     let criterion = |g: &Growing| g.explained() - g.terms.iter().map(|t| costs.term(*t).max(0.0)).sum::<f64>();
@@ -260,7 +279,7 @@ fn sweep(cells: &Cells, z: &[f64], mut terms: Vec<Term>, costs: &Costs) -> (Vec<
         if interrupt::requested() {
             break;
         }
-        // The oldest goes to the end of the line.
+        // The oldest is taken out, and its replacement goes to the end.
         let moving = terms.remove(first);
         let mut without = Growing::new(cells, z, &terms);
         let better = without

@@ -1,4 +1,4 @@
-use super::super::select::tests::{costs, sample};
+use super::super::basis::tests::sample;
 use super::*;
 
 #[test]
@@ -11,16 +11,16 @@ fn the_gain_of_every_candidate_is_that_of_a_refit() {
         Term::Power(1),
         Term::Power(2),
         Term::Power(3),
-        Term::From { at: 0.21, degree: 1 },
+        Term::TruncatedPower { at: 0.21, degree: 1 },
     ];
     let growing = Growing::new(&cells, &means, &start);
     for m in [1, 7, 20, 40, 60] {
         for (k, degree) in DEGREES.into_iter().enumerate() {
-            if growing.left[k][m] <= DEPENDENT * cells.norms[k][m] {
+            if growing.norm[k][m] <= DEPENDENT * cells.norms[k][m] {
                 continue;
             }
             let mut terms = start.to_vec();
-            terms.push(Term::From {
+            terms.push(Term::TruncatedPower {
                 at: cells.lower[m],
                 degree,
             });
@@ -42,7 +42,7 @@ fn the_gain_of_every_candidate_is_that_of_a_refit() {
                 rhs.iter().enumerate().map(|(i, r)| (r - of(i)).powi(2)).sum()
             };
             let want = squares(&start) - squares(&terms);
-            let got = growing.score[k][m].powi(2) / growing.left[k][m];
+            let got = growing.product[k][m].powi(2) / growing.norm[k][m];
             assert!((got - want).abs() < 1e-6 * (1.0 + want), "{m} {degree}: {got} {want}");
         }
     }
@@ -54,9 +54,12 @@ fn pruning_drops_what_a_refit_would_drop() {
     let cells = Cells::new(&u);
     let means = cells.means(&z);
     let mut terms: Vec<Term> = (0..4).map(Term::Power).collect();
-    terms.extend([-0.7, -0.25, 0.2, 0.5].map(|at| Term::From { at, degree: 1 }));
-    let kept = prune(&Growing::new(&cells, &means, &terms), &costs(0.04));
+    terms.extend([-0.7, -0.25, 0.2, 0.5].map(|at| Term::TruncatedPower { at, degree: 1 }));
+    let kept = prune(&Growing::new(&cells, &means, &terms), &Costs::new(0.04));
     // The kink is at 0, -0.25 in the unit coordinate.
-    assert!(kept.contains(&Term::From { at: -0.25, degree: 1 }), "{kept:?}");
+    assert!(
+        kept.contains(&Term::TruncatedPower { at: -0.25, degree: 1 }),
+        "{kept:?}"
+    );
     assert_eq!(kept.len(), 3, "{kept:?}");
 }

@@ -7,8 +7,8 @@ use crate::error::{Error, Result};
 use crate::identify::checks::{both_vary, fresh_part};
 use crate::record::Record;
 
-/// All samples.
-pub(super) struct Gathered {
+/// The samples of all experiments.
+pub(super) struct Experiments {
     pub u: Vec<f64>,
     /// The output, drawn straight across what is missing.
     pub y: Vec<f64>,
@@ -19,9 +19,15 @@ pub(super) struct Gathered {
     pub fitted: usize,
 }
 
-impl Gathered {
+impl Experiments {
     /// Checks and joins the experiments' columns.
-    pub fn new(records: &[&Record], input: &str, output: &str, may_miss: bool, fresh_share: f64) -> Result<Gathered> {
+    pub fn new(
+        records: &[&Record],
+        input: &str,
+        output: &str,
+        may_miss: bool,
+        fresh_share: f64,
+    ) -> Result<Experiments> {
         let (mut u, mut y, mut missing, mut parts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for record in records {
             let start = u.len();
@@ -39,15 +45,15 @@ impl Gathered {
             parts.push(start..u.len());
         }
         let fitted = fresh_part(fresh_share, u.len())?;
-        let gathered = Gathered {
+        let all = Experiments {
             u,
             y,
             missing,
             parts,
             fitted,
         };
-        gathered.check(input, output)?;
-        Ok(gathered)
+        all.check(input, output)?;
+        Ok(all)
     }
 
     fn check(&self, input: &str, output: &str) -> Result<()> {
@@ -74,6 +80,13 @@ impl Gathered {
     /// The longest experiment.
     pub fn longest(&self) -> Range<usize> {
         self.parts.iter().max_by_key(|p| p.len()).cloned().unwrap_or(0..0)
+    }
+
+    /// The first samples of the longest experiment.
+    pub fn head_of_longest(&self, length: usize, input: &str, output: &str) -> Record {
+        let start = self.longest().start;
+        let part = start..start + length;
+        Record::from_equal([(input, self.u[part.clone()].to_vec()), (output, self.y[part].to_vec())])
     }
 }
 
@@ -112,11 +125,11 @@ mod tests {
         let wave = |n: usize, offset: usize| -> Vec<f64> { (0..n).map(|i| ((i + offset) as f64).sin()).collect() };
         let record = |n, offset| Record::from_equal([("u", wave(n, offset)), ("y", wave(n, offset + 1))]);
         let (a, b) = (record(300, 0), record(100, 7));
-        let all = Gathered::new(&[&a, &b], "u", "y", false, 0.1).unwrap();
+        let all = Experiments::new(&[&a, &b], "u", "y", false, 0.1).unwrap();
         assert_eq!((all.parts.clone(), all.fitted), (vec![0..300, 300..400], 360));
         assert_eq!(all.fitted_parts(), [0..300, 300..360]);
         assert_eq!(all.longest(), 0..300);
-        let most = Gathered::new(&[&a, &b], "u", "y", false, 0.5).unwrap();
+        let most = Experiments::new(&[&a, &b], "u", "y", false, 0.5).unwrap();
         assert_eq!((most.fitted_parts().len(), most.fitted_parts()[0].end), (1, 200));
     }
 }

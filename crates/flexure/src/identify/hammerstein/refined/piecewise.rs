@@ -1,12 +1,12 @@
-//! Piecewise polynomials of degree 3 whose breakpoints may be jumps, kinks or jumps of the third derivative.
+//! Piecewise cubic polynomials whose breakpoints may be jumps, kinks or jumps of the third derivative.
 
-/// A function of the dictionary, in the unit coordinate s in [-1, 1].
+/// A basis function, in the unit coordinate s in [-1, 1].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Term {
     /// s^k.
     Power(u8),
-    /// (s - at)^degree where s >= at, else 0; degree 0, 1 or 3.
-    From {
+    /// The truncated power (s - at)^degree where s >= at, else 0; degree 0, 1 or 3.
+    TruncatedPower {
         /// The breakpoint.
         at: f64,
         /// The degree of the piece that begins there.
@@ -19,17 +19,17 @@ impl Term {
     pub fn value(self, s: f64) -> f64 {
         match self {
             Term::Power(k) => s.powi(i32::from(k)),
-            Term::From { at, degree } if s >= at => (s - at).powi(i32::from(degree)),
-            Term::From { .. } => 0.0,
+            Term::TruncatedPower { at, degree } if s >= at => (s - at).powi(i32::from(degree)),
+            Term::TruncatedPower { .. } => 0.0,
         }
     }
 
-    /// The coefficients of powers of s - `left` for s just right of `left`.
-    fn expanded(self, left: f64) -> [f64; 4] {
+    /// The coefficients of the powers of s - `from` for s just above `from`.
+    fn expanded(self, from: f64) -> [f64; 4] {
         let (distance, degree) = match self {
-            Term::Power(k) => (left, k),
-            Term::From { at, degree } if left >= at => (left - at, degree),
-            Term::From { .. } => return [0.0; 4],
+            Term::Power(k) => (from, k),
+            Term::TruncatedPower { at, degree } if from >= at => (from - at, degree),
+            Term::TruncatedPower { .. } => return [0.0; 4],
         };
         let power = |k: i32| distance.powi(k);
         match degree {
@@ -41,17 +41,17 @@ impl Term {
     }
 }
 
-/// Linear maps from the input to the unit coordinate and back.
+/// The linear maps from the input to the unit coordinate and back.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Unit {
+pub(super) struct UnitCoordinate {
     pub centre: f64,
     pub half: f64,
 }
 
-impl Unit {
+impl UnitCoordinate {
     /// [low, high] becomes [-1, 1].
     pub fn new(low: f64, high: f64) -> Self {
-        Unit {
+        UnitCoordinate {
             centre: 0.5 * low + 0.5 * high,
             half: 0.5 * high - 0.5 * low,
         }
@@ -62,35 +62,36 @@ impl Unit {
         ((x - self.centre) / self.half).clamp(-1.0, 1.0)
     }
 
+    /// The input at a unit coordinate.
     pub fn back(&self, s: f64) -> f64 {
         self.centre + self.half * s
     }
 }
 
-/// Linear combinations of terms, as a table of cubics between the breakpoints.
+/// Several linear combinations of terms, as a table of cubic polynomials between the breakpoints.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Pieces {
-    pub unit: Unit,
-    /// The left end of every piece, the first -1.
-    left: Vec<f64>,
-    /// For every piece the coefficients of 1, d, d^2, d^3 (d from the left end), `size` of each.
+pub(super) struct PiecewiseCubics {
+    pub unit: UnitCoordinate,
+    /// The lower end of every piece, the first -1.
+    lower: Vec<f64>,
+    /// For every piece the coefficients of 1, d, d^2, d^3 with d = s - lower end, `size` of each.
     table: Vec<f64>,
     size: usize,
 }
 
-impl Pieces {
+impl PiecewiseCubics {
     /// The functions $q_i = \sum_j \mathrm{mix}_{ij} \mathrm{term}_j$, `mix` row-major with a row a function.
-    pub fn new(unit: Unit, terms: &[Term], mix: &[f64]) -> Pieces {
-        let mut left = vec![-1.0];
-        left.extend(terms.iter().filter_map(|t| match t {
-            Term::From { at, .. } => Some(*at),
+    pub fn new(unit: UnitCoordinate, terms: &[Term], mix: &[f64]) -> PiecewiseCubics {
+        let mut lower = vec![-1.0];
+        lower.extend(terms.iter().filter_map(|t| match t {
+            Term::TruncatedPower { at, .. } => Some(*at),
             Term::Power(_) => None,
         }));
-        left.sort_unstable_by(f64::total_cmp);
-        left.dedup();
+        lower.sort_unstable_by(f64::total_cmp);
+        lower.dedup();
         let size = mix.len() / terms.len();
-        let mut table = vec![0.0; left.len() * 4 * size];
-        for (piece, l) in left.iter().enumerate() {
+        let mut table = vec![0.0; lower.len() * 4 * size];
+        for (piece, l) in lower.iter().enumerate() {
             let at = &mut table[piece * 4 * size..][..4 * size];
             for (j, term) in terms.iter().enumerate() {
                 let expanded = term.expanded(*l);
@@ -101,9 +102,9 @@ impl Pieces {
                 }
             }
         }
-        Pieces {
+        PiecewiseCubics {
             unit,
-            left,
+            lower,
             table,
             size,
         }
@@ -117,8 +118,8 @@ impl Pieces {
     /// All functions at x.
     pub fn values(&self, x: f64, out: &mut [f64]) {
         let s = self.unit.of(x);
-        let piece = self.left[1..].partition_point(|l| *l <= s);
-        let d = s - self.left[piece];
+        let piece = self.lower[1..].partition_point(|l| *l <= s);
+        let d = s - self.lower[piece];
         let n = self.size;
         let at = &self.table[piece * 4 * n..][..4 * n];
         let (low, high) = at.split_at(2 * n);
@@ -130,14 +131,14 @@ impl Pieces {
     }
 
     /// The one function with these coefficients.
-    pub fn combined(&self, c: &[f64]) -> Pieces {
+    pub fn combined(&self, c: &[f64]) -> PiecewiseCubics {
         let table = self
             .table
             .chunks_exact(self.size)
             .map(|row| row.iter().zip(c).map(|(t, c)| t * c).sum());
-        Pieces {
+        PiecewiseCubics {
             unit: self.unit,
-            left: self.left.clone(),
+            lower: self.lower.clone(),
             table: table.collect(),
             size: 1,
         }
@@ -146,8 +147,8 @@ impl Pieces {
     /// The first function at x.
     pub fn value(&self, x: f64) -> f64 {
         let s = self.unit.of(x);
-        let piece = self.left[1..].partition_point(|l| *l <= s);
-        let d = s - self.left[piece];
+        let piece = self.lower[1..].partition_point(|l| *l <= s);
+        let d = s - self.lower[piece];
         let at = &self.table[piece * 4 * self.size..];
         let n = self.size;
         at[0] + d * (at[n] + d * (at[2 * n] + d * at[3 * n]))
@@ -160,18 +161,18 @@ mod tests {
 
     #[test]
     fn the_table_is_the_sum_of_the_terms() {
-        let unit = Unit::new(3.0, 7.0);
+        let unit = UnitCoordinate::new(3.0, 7.0);
         let terms = [
             Term::Power(0),
             Term::Power(1),
             Term::Power(2),
             Term::Power(3),
-            Term::From { at: 0.3, degree: 0 },
-            Term::From { at: -0.6, degree: 1 },
-            Term::From { at: 0.3, degree: 3 },
+            Term::TruncatedPower { at: 0.3, degree: 0 },
+            Term::TruncatedPower { at: -0.6, degree: 1 },
+            Term::TruncatedPower { at: 0.3, degree: 3 },
         ];
         let mix: Vec<f64> = (0..14).map(|i| ((7 * i) as f64).sin()).collect();
-        let pieces = Pieces::new(unit, &terms, &mix);
+        let pieces = PiecewiseCubics::new(unit, &terms, &mix);
         let both = pieces.combined(&[2.0, -1.0]);
         for x in [3.0, 3.7, 3.81, 5.0, 5.59, 5.61, 7.0, 9.0] {
             let mut got = [0.0; 2];

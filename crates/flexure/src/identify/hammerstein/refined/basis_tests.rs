@@ -16,27 +16,16 @@ pub(in super::super) fn sample(n: usize, noise: f64, seed: u64, phi: impl Fn(f64
     (u, z)
 }
 
-pub(in super::super) fn costs(variance: f64) -> Costs {
-    Costs {
-        of: [20.0 * variance; 3],
-        power: 20.0 * variance,
-        adapted: 10.0 * variance,
-        fixed: 2.5 * variance,
-        margin: 4.0 * variance,
-        fewest: 5.0,
-    }
-}
-
 /// The kinds and places of the breakpoints chosen.
 fn chosen(n: usize, noise: f64, seed: u64, phi: impl Fn(f64) -> f64) -> Vec<(f64, u8)> {
     let (u, z) = sample(n, noise, seed, phi);
     let cells = Cells::new(&u);
-    let selection = select(&cells, &u, &z, &[], &costs(noise * noise));
+    let selection = select(&cells, &u, &z, &[], &Costs::new(noise * noise));
     let mut found: Vec<(f64, u8)> = selection
         .terms
         .iter()
         .filter_map(|t| match t {
-            Term::From { at, degree } => Some((cells.unit.back(*at), *degree)),
+            Term::TruncatedPower { at, degree } => Some((cells.unit.back(*at), *degree)),
             Term::Power(_) => None,
         })
         .collect();
@@ -68,8 +57,8 @@ fn a_mirrored_problem_has_the_mirrored_answer() {
     let mirrored: Vec<f64> = u.iter().map(|u| -u).collect();
     let (a, b) = (Cells::new(&u), Cells::new(&mirrored));
     let (p, q) = (
-        select(&a, &u, &z, &[], &costs(0.01)),
-        select(&b, &mirrored, &z, &[], &costs(0.01)),
+        select(&a, &u, &z, &[], &Costs::new(0.01)),
+        select(&b, &mirrored, &z, &[], &Costs::new(0.01)),
     );
     let (f, g) = (p.basis.combined(&p.coefficients), q.basis.combined(&q.coefficients));
     for i in 0..50 {
@@ -89,7 +78,7 @@ fn few_levels_are_cells_of_their_own() {
     let z: Vec<f64> = u.iter().map(|u| u * u - 7.0).collect();
     let cells = Cells::new(&u);
     assert_eq!(cells.levels(10), Some(vec![0.0, 1.0, 2.0, 3.0, 4.0]));
-    let selection = select(&cells, &u, &z, &[], &costs(1e-6));
+    let selection = select(&cells, &u, &z, &[], &Costs::new(1e-6));
     let phi = selection.basis.combined(&selection.coefficients);
     for x in [0.0, 2.0, 4.0] {
         assert!((phi.value(x) - (x * x - 7.0)).abs() < 1e-9);

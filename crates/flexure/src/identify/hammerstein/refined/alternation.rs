@@ -1,0 +1,194 @@
+//! From a start to the minimum: linear part, noise, breakpoints and all coefficients in turn.
+//!
+//! With the other samples' share taken out of the output and the rest matched to the impulse response,
+//! $$ z_n = \varphi(u_n) + \frac{(\tilde G^* \tilde e)_n}{\sum_j \tilde k_j^2} $$
+//! is the nonlinearity's value plus noise that depends on neither: what a regression that knows the linear part
+//! would see (the memory-removed output of Hasiewicz & Mzyk 2009, whitened). The breakpoints are chosen on z,
+//! then both blocks move together.
+
+use super::basis::select;
+use super::blocks::{Blocks, Observed};
+use super::cells::Cells;
+use super::descent::descend;
+use super::limits::{
+    LAST_STEPS, LONGEST_RESPONSE, PASSES, SAMPLES_PER_COEFFICIENT, SETTLED_RESPONSE, SHORTEST_MEMORY, STEPS,
+    UNCHANGED_NOISE, UNCHANGED_PLACE,
+};
+use super::linear_part::LinearPart;
+use super::loss::Equations;
+use super::order::Given;
+use super::piecewise::Term;
+use super::stepwise::Costs;
+use crate::identify::outcome::ChosenOrder;
+use crate::interrupt;
+use crate::linear::TransferFunction;
+use crate::linear::autoregression::whitening;
+
+/// The lags after which the response has settled.
+pub(super) fn memory(linear: &TransferFunction) -> usize {
+    linear.settling(SETTLED_RESPONSE).max(SHORTEST_MEMORY)
+}
+
+/// The minimum of the prediction error.
+pub(super) struct Minimum {
+    pub blocks: Blocks,
+    /// The equations there.
+    pub equations: Equations,
+    pub whitening: Vec<f64>,
+    pub terms: Vec<Term>,
+    /// `None` if it could not be chosen in any pass.
+    pub order: Option<ChosenOrder>,
+    /// The memory-removed output's means over the cells, and the variance of a sample of it.
+    pub values: Vec<f64>,
+    pub variance: f64,
+}
+
+impl Minimum {
+    /// The number of parameters of both blocks.
+    pub fn parameters(&self) -> usize {
+        let linear = &self.blocks.linear;
+        self.terms.len() + linear.b().len() + linear.a().len()
+    }
+
+    /// The standard deviation of the whitened error.
+    pub fn noise(&self) -> f64 {
+        let free = self.equations.count.saturating_sub(self.equations.parameters()).max(1);
+        (self.equations.normal.cost / free as f64).sqrt()
+    }
+}
+
+/// Where the alternation stands.
+pub(super) struct Alternation<'a> {
+    pub cells: &'a Cells,
+    pub given: Given,
+    /// Whether the errors may be whitened.
+    pub whiten: bool,
+    /// The nonlinearity at the samples, less its mean.
+    pub w: Vec<f64>,
+    pub linear: LinearPart,
+    /// The lags after which the response has settled.
+    pub memory: usize,
+    pub offset: f64,
+    pub terms: Vec<Term>,
+    pub order: Option<ChosenOrder>,
+}
+
+impl Alternation<'_> {
+    /// Alternates until nothing changes. `None` where the numbers degenerate: a nonlinearity without variation.
+    pub fn minimum(mut self, observed: &mut Observed) -> Option<Minimum> {
+        let mut best: Option<(Blocks, Equations)> = None;
+        for _ in 0..PASSES {
+            if interrupt::requested() {
+                break;
+            }
+            let terms = self.terms.clone();
+            let Some((blocks, equations)) = self.pass(observed) else {
+                break;
+            };
+            let noise = |e: &Equations| (e.normal.cost / e.count.max(1) as f64).sqrt();
+            let settled = best.as_ref().is_some_and(|(_, b)| {
+                let (before, after) = (noise(b), noise(&equations));
+                before - after <= UNCHANGED_NOISE * before && same_places(&terms, &self.terms)
+            });
+            best = Some((blocks, equations));
+            if settled {
+                break;
+            }
+        }
+        let (blocks, _) = best?;
+        let whitening = self.whitening(&blocks.errors(observed));
+        let (blocks, equations) = descend(blocks, observed, &whitening, LAST_STEPS);
+        (self.w, self.linear) = (blocks.signal(observed.u), blocks.linear.clone());
+        let (z, variance) = self.memory_removed(observed, &whitening, &blocks.errors(observed))?;
+        Some(Minimum {
+            blocks,
+            equations,
+            whitening,
+            terms: self.terms,
+            order: self.order,
+            values: self.cells.means(&z),
+            variance,
+        })
+    }
+
+    /// Linear part, noise, breakpoints, then a few steps of all parameters together; `None` where the data show no nonlinearity or no
+    /// linear part.
+    fn pass(&mut self, observed: &mut Observed) -> Option<(Blocks, Equations)> {
+        let simulated = self.linear.filter(&observed.experiments, &self.w);
+        observed.complete(&simulated, self.offset);
+        let whitening = self.whitening(&observed.errors(&simulated, self.offset));
+        let chosen = (self.given).choose(observed, &self.w, &whitening, self.linear.delay, self.memory);
+        if let Some((linear, _)) = &chosen {
+            self.linear = linear.clone();
+        }
+        let errors = observed.errors(&self.linear.filter(&observed.experiments, &self.w), self.offset);
+        let whitening = self.whitening(&errors);
+        let (z, variance) = self.memory_removed(observed, &whitening, &errors)?;
+        let selection = select(self.cells, observed.u, &z, &self.terms, &Costs::new(variance));
+        if selection.terms.len() < 2 {
+            return None;
+        }
+        let blocks = Blocks {
+            basis: selection.basis,
+            c: selection.coefficients[1..].to_vec(),
+            linear: self.linear.clone(),
+            offset: self.offset,
+        };
+        let (blocks, equations) = descend(blocks, observed, &whitening, STEPS);
+        self.w = blocks.signal(observed.u);
+        self.linear = blocks.linear.clone();
+        self.memory = memory(&self.linear.transfer);
+        self.offset = blocks.offset;
+        self.terms = selection.terms;
+        self.order = chosen.map(|(_, order)| order).or(self.order.take());
+        Some((blocks, equations))
+    }
+
+    /// The polynomial that whitens the errors; 1 if they are not to be whitened.
+    fn whitening(&self, errors: &[f64]) -> Vec<f64> {
+        if self.whiten {
+            whitening(errors, SAMPLES_PER_COEFFICIENT)
+        } else {
+            vec![1.0]
+        }
+    }
+
+    /// The noisy values z of the nonlinearity, and their noise's variance.
+    fn memory_removed(&self, observed: &Observed, whitening: &[f64], errors: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let mut white = LinearPart::moving_average(whitening).filter(&observed.experiments, errors);
+        let mut count = 0.0;
+        for (e, counts) in white.iter_mut().zip(&observed.counts) {
+            if *counts {
+                count += 1.0;
+            } else {
+                *e = 0.0;
+            }
+        }
+        let power = white.iter().map(|e| e * e).sum::<f64>() / f64::max(count, 1.0);
+        let combined = self.linear.then(whitening);
+        let length = LONGEST_RESPONSE.min(observed.u.len());
+        let response = combined.transfer.impulse_response(length);
+        let energy: f64 = response.iter().map(|k| k * k).sum();
+        if !(energy > 0.0 && energy.is_finite()) {
+            return None;
+        }
+        let back = combined.filter_back(&observed.experiments, &white);
+        let z = self.w.iter().zip(&back).map(|(w, g)| w + g / energy).collect();
+        Some((z, power / energy))
+    }
+}
+
+/// Whether two choices have the same breakpoints but for small moves.
+fn same_places(a: &[Term], b: &[Term]) -> bool {
+    let sorted = |terms: &[Term]| {
+        let key = |t: &Term| match *t {
+            Term::Power(k) => (-2.0, k),
+            Term::TruncatedPower { at, degree } => (at, degree),
+        };
+        let mut keys: Vec<(f64, u8)> = terms.iter().map(key).collect();
+        keys.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+        keys
+    };
+    let near = |(p, q): (&(f64, u8), &(f64, u8))| p.1 == q.1 && (p.0 - q.0).abs() < UNCHANGED_PLACE;
+    a.len() == b.len() && sorted(a).iter().zip(&sorted(b)).all(near)
+}

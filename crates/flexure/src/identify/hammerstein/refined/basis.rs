@@ -1,0 +1,180 @@
+//! The nonlinearity's basis: searched breakpoints, searched cubic knots alone, or evenly placed ones, whichever has the least
+//! estimated risk.
+
+use super::cells::Cells;
+use super::limits::{CELLS_PER_KNOT, EVEN_KNOTS, JUMP_REACH, NEARLY_SMOOTH};
+use super::piecewise::{PiecewiseCubics, Term};
+use super::stepwise::{Costs, Growing, stepwise};
+use crate::nonlinearity::spline::{banded::Banded, basis::CubicSplines};
+
+/// A basis and the values' regression on it.
+pub(super) struct Selection {
+    pub terms: Vec<Term>,
+    pub basis: PiecewiseCubics,
+    /// The coefficients of the basis' functions, the first of which is constant.
+    pub coefficients: Vec<f64>,
+}
+
+/// Chooses a basis for the regression of the values at the samples `u`, beginning with the terms `start`.
+pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], costs: &Costs) -> Selection {
+    let z = &cells.means(values);
+    let net = |g: &Growing| g.explained() - costs.searched() * g.breakpoints() as f64;
+    let mut fit = stepwise(cells, z, start, costs);
+    if let Some(even) = EvenSpline::best(cells, z, costs) {
+        let even_net = even.net(costs);
+        // Where evenly placed knots do far worse, the nonlinearity is not smooth.
+        let is_rough = |t: &Term| matches!(t, Term::TruncatedPower { degree: 0 | 1, .. });
+        if fit.terms.iter().any(is_rough) && even_net > net(&fit) - NEARLY_SMOOTH * costs.searched() {
+            let smooth = stepwise(cells, z, &[], &costs.smooth());
+            if net(&smooth) > net(&fit) {
+                fit = smooth;
+            }
+        }
+        if even_net > net(&fit) + costs.margin() {
+            let knots = even_knots(cells, even.knots).into_iter();
+            let knots = knots.map(|at| Term::TruncatedPower { at, degree: 3 });
+            fit = Growing::new(cells, z, &(0..4).map(Term::Power).chain(knots).collect::<Vec<_>>());
+        }
+    }
+    let terms = jumps_placed(cells, u, values, &fit);
+    let fit = Growing::new(cells, z, &terms);
+    Selection {
+        basis: PiecewiseCubics::new(cells.unit, &fit.terms, &fit.inverse_of_r().concat()),
+        coefficients: fit.coefficients,
+        terms: fit.terms,
+    }
+}
+
+/// The terms with their jumps moved from the cells' limits to between the samples where they fit best.
+fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &Growing) -> Vec<Term> {
+    let mut terms = fit.terms.clone();
+    let (c, _) = fit.solution();
+    let curve = PiecewiseCubics::new(cells.unit, &fit.terms, &c);
+    // For every cell the jumps that may move into it.
+    let mut jumps_near = vec![Vec::new(); cells.len()];
+    for (j, term) in terms.iter().enumerate() {
+        if let Term::TruncatedPower { at, degree: 0 } = term {
+            let m = cells.lower[1..].partition_point(|l| l <= at);
+            let reach = m.saturating_sub(JUMP_REACH)..(m + JUMP_REACH).min(cells.len());
+            jumps_near[reach].iter_mut().for_each(|near| near.push(j));
+        }
+    }
+    // For every jump the samples near it: place and residual.
+    let mut around: Vec<Vec<(f64, f64)>> = vec![Vec::new(); terms.len()];
+    for ((x, z), m) in u.iter().zip(values).zip(&cells.of) {
+        for &j in &jumps_near[*m as usize] {
+            around[j].push((cells.unit.of(*x), z - curve.value(*x)));
+        }
+    }
+    for ((term, mut points), size) in terms.iter_mut().zip(around).zip(c) {
+        if let Term::TruncatedPower { at, degree: 0 } = term {
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            *at = best_jump(&points, *at, size);
+        }
+    }
+    terms
+}
+
+/// The place at which a jump of this size fits best, halfway between two samples.
+///
+/// `points` are the samples around, each with the residual of the jump at `now`:
+/// ```text
+///   samples     o  o  o  o | o  o  o        | the jump at `now`, which has `split` samples below it
+///   moved up               |----->          the curve falls by the jump at each sample that is passed: its residual rises
+///   moved down     <-------|                the curve rises by it: the residual falls
+/// ```
+/// So the change of the sum of squares is a running sum in both directions, and the best place is where it is lowest.
+fn best_jump(points: &[(f64, f64)], now: f64, size: f64) -> f64 {
+    let split = points.partition_point(|p| p.0 < now);
+    let (mut least, mut best) = (0.0, split);
+    let mut change = 0.0;
+    for (i, (_, residual)) in points.iter().enumerate().skip(split) {
+        change += (residual + size).powi(2) - residual * residual;
+        if change < least {
+            (least, best) = (change, i + 1);
+        }
+    }
+    change = 0.0;
+    for (i, (_, residual)) in points[..split].iter().enumerate().rev() {
+        change += (residual - size).powi(2) - residual * residual;
+        if change < least {
+            (least, best) = (change, i);
+        }
+    }
+    if best == split || best == 0 || best == points.len() || points[best - 1].0 == points[best].0 {
+        return now;
+    }
+    0.5 * (points[best - 1].0 + points[best].0)
+}
+
+/// This many knots, evenly by rank.
+fn even_knots(cells: &Cells, count: usize) -> Vec<f64> {
+    let total: f64 = cells.count.iter().sum();
+    let mut knots = Vec::with_capacity(count);
+    let (mut m, mut below) = (0, 0.0);
+    for i in 1..=count {
+        while m + 1 < cells.len() && below < total * i as f64 / (count + 1) as f64 {
+            below += cells.count[m];
+            m += 1;
+        }
+        if knots.last().is_none_or(|k| cells.lower[m] > *k) && m > 0 {
+            knots.push(cells.lower[m]);
+        }
+    }
+    knots
+}
+
+/// A cubic spline with evenly placed knots.
+#[derive(Clone, Copy)]
+struct EvenSpline {
+    knots: usize,
+    /// By how much it lowers the sum of squares.
+    explained: f64,
+}
+
+impl EvenSpline {
+    fn net(&self, costs: &Costs) -> f64 {
+        self.explained - costs.given() * self.knots as f64
+    }
+
+    /// That with the least estimated risk (Mallows' C_p).
+    fn best(cells: &Cells, z: &[f64], costs: &Costs) -> Option<EvenSpline> {
+        let mut best: Option<EvenSpline> = None;
+        for knots in EVEN_KNOTS {
+            let inner = even_knots(cells, knots);
+            if inner.len() < knots || CELLS_PER_KNOT * knots > cells.len() {
+                break;
+            }
+            let Some(explained) = explained_by_spline(cells, z, &inner) else {
+                continue;
+            };
+            let next = EvenSpline { knots, explained };
+            if best.is_none_or(|b| next.net(costs) > b.net(costs)) {
+                best = Some(next);
+            }
+        }
+        best
+    }
+}
+
+/// By how much the cubic spline with these inner knots lowers the sum of squares; `None` if the cells do not determine it.
+fn explained_by_spline(cells: &Cells, z: &[f64], inner: &[f64]) -> Option<f64> {
+    // These splines live on [0, 1].
+    let unit = |s: f64| 0.5 * (s + 1.0);
+    let inner = inner.iter().map(|s| unit(*s));
+    let breakpoints: Vec<f64> = [0.0].into_iter().chain(inner).chain([1.0]).collect();
+    let splines = CubicSplines::new(&breakpoints);
+    let mut gram = Banded::zeros(splines.len());
+    let mut moment = vec![0.0; splines.len()];
+    for ((s, w), z) in cells.s.iter().zip(&cells.count).zip(z) {
+        let (at, v) = splines.values(unit(*s));
+        gram.add_products(at, &v, *w);
+        moment[at..at + 4].iter_mut().zip(v).for_each(|(m, v)| *m += w * v * z);
+    }
+    let c = gram.factor()?.solve(moment.clone());
+    Some(c.iter().zip(&moment).map(|(c, m)| c * m).sum())
+}
+
+#[cfg(test)]
+#[path = "basis_tests.rs"]
+pub(super) mod tests;

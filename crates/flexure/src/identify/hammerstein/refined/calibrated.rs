@@ -1,0 +1,202 @@
+//! Both blocks in the calibration's scale, with standard errors.
+//!
+//! The parameters' covariance is $\sigma^2 (J'J)^{-1}$ at the minimum (Ljung 1999, section 9.4). What is reported depends on the
+//! parameters through the calibration as well, so the covariance is propagated by the delta method with numerical derivatives.
+
+use super::super::calibration::{Calibrated, Calibration, Estimated};
+use super::super::delayed;
+use super::super::limits::BAND_QUANTILE;
+use super::alternation::Minimum;
+use super::blocks::Blocks;
+use super::cells::Cells;
+use super::descent::Scaled;
+use super::limits::{DERIVATIVE_STEP, JUMP_WIDTH, POINTS, SINGULAR_RIDGE};
+use super::outcome::{CoefficientErrors, MemoryRemoved};
+use super::piecewise::Term;
+use crate::error::Result;
+use crate::identify::outcome::Warning;
+use crate::linalg;
+use crate::linear::TransferFunction;
+use crate::nonlinearity::{Curve, Outside};
+
+/// Both blocks in the calibration's scale.
+pub(super) struct CalibratedBlocks {
+    pub curve: Curve,
+    pub memory_removed: MemoryRemoved,
+    pub band: Vec<f64>,
+    pub linear: TransferFunction,
+    pub errors: CoefficientErrors,
+    pub offset: f64,
+    pub warning: Option<Warning>,
+}
+
+impl CalibratedBlocks {
+    /// Scales the blocks and propagates the parameters' covariance to them.
+    pub fn new(minimum: &Minimum, cells: &Cells, calibration: &Calibration, output_mean: f64) -> Result<Self> {
+        let blocks = &minimum.blocks;
+        let at = abscissas(minimum, cells);
+        let covariance = Covariance::at(minimum);
+        let reported = Reported {
+            calibration,
+            at: &at,
+            output_mean,
+            gain_error: covariance.as_ref().map_or(0.0, |v| v.of_static_gain(blocks)),
+        };
+        let Calibrated {
+            gain,
+            mean,
+            output_offset,
+            warning,
+        } = reported.calibrated(blocks)?;
+        let phi = blocks.nonlinearity();
+        let ordinates = at.iter().map(|x| gain * phi.value(*x) + mean).collect();
+        let linear = &blocks.linear;
+        let errors = covariance.and_then(|v| reported.standard_errors(blocks, &v));
+        let errors = errors.unwrap_or_else(|| vec![0.0; at.len() + linear.b().len() + linear.a().len()]);
+        let (band, coefficients) = errors.split_at(at.len());
+        let (b, a) = coefficients.split_at(linear.b().len());
+        Ok(CalibratedBlocks {
+            band: band.iter().map(|e| BAND_QUANTILE * e).collect(),
+            errors: CoefficientErrors {
+                b: [&vec![0.0; linear.delay], b].concat(),
+                a: [&[0.0], a].concat(),
+            },
+            memory_removed: MemoryRemoved {
+                x: cells.s.iter().map(|s| cells.unit.back(*s)).collect(),
+                value: minimum.values.iter().map(|z| gain * z + mean).collect(),
+                samples: cells.count.clone(),
+                deviation: gain.abs() * minimum.variance.sqrt(),
+            },
+            linear: delayed(linear.b(), linear.transfer.a(), gain, linear.delay)?,
+            curve: Curve::new(at, ordinates, Outside::Nearest)?,
+            offset: output_offset,
+            warning,
+        })
+    }
+}
+
+/// The covariance of all parameters, row-major, zero for the one that the scale fixes.
+struct Covariance {
+    rows: Vec<f64>,
+    parameters: usize,
+}
+
+impl Covariance {
+    fn at(minimum: &Minimum) -> Option<Covariance> {
+        let n = minimum.equations.parameters();
+        let mut scaled = Scaled::new(&minimum.equations, minimum.blocks.fixed_parameter());
+        let m = scaled.kept.len();
+        let inverse = linalg::inverse_positive_definite(&scaled.matrix, m).or_else(|| {
+            scaled.damp(SINGULAR_RIDGE);
+            linalg::inverse_positive_definite(&scaled.matrix, m)
+        })?;
+        let power = minimum.noise().powi(2);
+        let mut rows = vec![0.0; n * n];
+        for (p, &i) in scaled.kept.iter().enumerate() {
+            for (q, &j) in scaled.kept.iter().enumerate() {
+                rows[i * n + j] = power * inverse[p * m + q] / (scaled.scale[p] * scaled.scale[q]);
+            }
+        }
+        Some(Covariance { rows, parameters: n })
+    }
+
+    fn of(&self, i: usize, j: usize) -> f64 {
+        self.rows[i * self.parameters + j]
+    }
+
+    /// The standard error of the static gain B(1)/A(1).
+    fn of_static_gain(&self, blocks: &Blocks) -> f64 {
+        let (at, linear) = (blocks.layout(), &blocks.linear);
+        let sum_a = linear.transfer.a().iter().sum::<f64>();
+        let gain = linear.b().iter().sum::<f64>() / sum_a;
+        let slope = |i: usize| {
+            if at.b.contains(&i) { 1.0 / sum_a } else { -gain / sum_a }
+        };
+        let mut variance = 0.0;
+        for i in at.b.start..at.a.end {
+            for j in at.b.start..at.a.end {
+                variance += slope(i) * slope(j) * self.of(i, j);
+            }
+        }
+        variance.max(0.0).sqrt()
+    }
+}
+
+/// What is reported, for one set of parameters.
+struct Reported<'a> {
+    calibration: &'a Calibration,
+    /// The curve's abscissas.
+    at: &'a [f64],
+    output_mean: f64,
+    gain_error: f64,
+}
+
+impl Reported<'_> {
+    fn calibrated(&self, blocks: &Blocks) -> Result<Calibrated> {
+        let phi = blocks.nonlinearity();
+        self.calibration.apply(&Estimated {
+            nonlinearity: &|x| phi.value(x),
+            mean: 0.0,
+            linear: &blocks.linear.transfer,
+            gain_error: self.gain_error,
+            output_mean: self.output_mean + blocks.offset,
+        })
+    }
+
+    /// phi at the points, b, and a from a_1 on.
+    fn values(&self, blocks: &Blocks) -> Option<Vec<f64>> {
+        let Calibrated { gain, mean, .. } = self.calibrated(blocks).ok()?;
+        let phi = blocks.nonlinearity();
+        let curve = self.at.iter().map(|x| gain * phi.value(*x) + mean);
+        let b = blocks.linear.b().iter().map(|b| b / gain);
+        Some(curve.chain(b).chain(blocks.linear.a().iter().copied()).collect())
+    }
+
+    /// The standard errors of all these values; `None` where one is not finite.
+    fn standard_errors(&self, blocks: &Blocks, covariance: &Covariance) -> Option<Vec<f64>> {
+        let p = blocks.parameters();
+        // By the parameters that have an error.
+        let mut slopes: Vec<(usize, Vec<f64>)> = Vec::new();
+        for i in 0..p.len() {
+            let step = DERIVATIVE_STEP * covariance.of(i, i).max(0.0).sqrt();
+            if !(step > 0.0) {
+                continue;
+            }
+            let shifted = |by: f64| {
+                let mut q = p.clone();
+                q[i] += by;
+                self.values(&blocks.with(&q))
+            };
+            let (up, down) = (shifted(step)?, shifted(-step)?);
+            let slope = up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step));
+            slopes.push((i, slope.collect()));
+        }
+        let mut variance = vec![0.0; slopes.first()?.1.len()];
+        for (i, a) in &slopes {
+            for (j, b) in &slopes {
+                let v = covariance.of(*i, *j);
+                let terms = variance.iter_mut().zip(a).zip(b);
+                terms.for_each(|((s, a), b)| *s += v * a * b);
+            }
+        }
+        let errors: Vec<f64> = variance.iter().map(|v| v.max(0.0).sqrt()).collect();
+        errors.iter().all(|e| e.is_finite()).then_some(errors)
+    }
+}
+
+/// Evenly spaced points, and those around every breakpoint; the levels of an input that has few.
+fn abscissas(minimum: &Minimum, cells: &Cells) -> Vec<f64> {
+    let unit = cells.unit;
+    let mut at = cells.levels(POINTS).unwrap_or_else(|| {
+        let even = (0..POINTS).map(|i| unit.back(-1.0 + 2.0 * i as f64 / (POINTS - 1) as f64));
+        let around = minimum.terms.iter().flat_map(|term| match *term {
+            Term::TruncatedPower { at, degree: 0 } => vec![unit.back(at), unit.back(at - JUMP_WIDTH)],
+            Term::TruncatedPower { at, .. } => vec![unit.back(at)],
+            Term::Power(_) => Vec::new(),
+        });
+        even.chain(around).collect()
+    });
+    at.sort_unstable_by(f64::total_cmp);
+    at.dedup();
+    at
+}

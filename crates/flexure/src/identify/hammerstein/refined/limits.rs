@@ -1,0 +1,108 @@
+//! Every threshold of the refined method, with its source. A convention is a choice that no reference or measurement decided.
+//! "By the benchmark" means: chosen for the errors in `benches/refined.rs`, over its 8 nonlinearities, 2 linear parts and 4 inputs.
+
+/// The start: the plain estimate is made from at most so many samples. Convention; it only has to be near.
+pub(super) const START_SAMPLES: usize = 40_000;
+/// Samples after the impulse response has settled that do not count at the start of an experiment. Convention.
+pub(super) const AFTER_SETTLING: usize = 30;
+/// An experiment's unknown initial state costs at most one sample in this many. Convention.
+pub(super) const SAMPLES_PER_UNCOUNTED: usize = 10;
+/// The fewest samples after which a response is said to have settled. Convention.
+pub(super) const SHORTEST_MEMORY: usize = 10;
+/// A response has settled when this share of it is left. Convention.
+pub(super) const SETTLED_RESPONSE: f64 = 0.01;
+/// The plain estimate's error on its own samples may be smaller than the refined one's by this share, and by that of so many samples:
+/// it follows the samples' noise with more parameters. Convention.
+pub(super) const OVERFITTED: f64 = 0.02;
+pub(super) const OVERFITTED_SAMPLES: f64 = 20.0;
+
+/// Alternation: most passes, and the Levenberg-Marquardt steps of a pass and of the last one. By the benchmark.
+pub(super) const PASSES: usize = 6;
+pub(super) const STEPS: usize = 3;
+pub(super) const LAST_STEPS: usize = 20;
+/// Alternation: a pass that lowers the noise's deviation by no more than this share, and moves no breakpoint by more than that
+/// distance in the unit coordinate, is the last. Convention.
+pub(super) const UNCHANGED_NOISE: f64 = 2e-4;
+pub(super) const UNCHANGED_PLACE: f64 = 0.02;
+/// Alternation: most samples of the whitened impulse response, for its energy. Convention.
+pub(super) const LONGEST_RESPONSE: usize = 2000;
+
+/// Alternation: samples for each coefficient of the autoregression that whitens the errors. Convention.
+pub(super) const SAMPLES_PER_COEFFICIENT: usize = 50;
+
+/// Order: most lags of the impulse response that is estimated, and the samples that each needs. As in the plain method.
+pub(super) const MOST_LAGS: usize = 300;
+pub(super) const SAMPLES_PER_LAG: usize = 10;
+/// Order: lags before the supposed delay that are looked at. Convention.
+pub(super) const LAGS_BEFORE_DELAY: usize = 12;
+/// Order: orders beyond the best that are tried. Convention: a pair of poles may only pay together.
+pub(super) const ORDERS_BEYOND: usize = 2;
+
+/// Cells: most cells that the samples are gathered in. Convention: a place is then known to 0.07 % of the samples.
+pub(super) const MOST_CELLS: usize = 1500;
+/// Cells: the fewest samples of a cell, but where values tie. Convention.
+pub(super) const FEWEST_IN_CELL: usize = 3;
+
+/// Basis: what a function with a searched breakpoint must gain, in noise variances. About 2 ln of the number of candidates (Foster &
+/// George 1994), which is 17 for 4500.
+pub(super) const ENTRY_COST: f64 = 20.0;
+/// Basis: the share of a function with a searched breakpoint in the estimated risk. With its search it counts as about four
+/// parameters (Friedman 1991) of two variances each; 10 by the benchmark.
+pub(super) const SEARCHED_COST: f64 = 10.0;
+/// Basis: that of a function with a given breakpoint. Mallows' C_p has 2; 2.5 by the benchmark.
+pub(super) const GIVEN_COST: f64 = 2.5;
+/// Basis: by how much given breakpoints must be better than searched ones. By the benchmark.
+pub(super) const GIVEN_MARGIN: f64 = 4.0;
+/// Basis: evenly placed knots within the cost of so many searched functions: a search among cubic knots alone is worth a try.
+/// Convention.
+pub(super) const NEARLY_SMOOTH: f64 = 2.0;
+/// Basis: the numbers of evenly placed knots that are tried. Convention: each about a quarter more than the one before.
+pub(super) const EVEN_KNOTS: [usize; 14] = [1, 2, 3, 5, 7, 9, 11, 14, 17, 21, 26, 32, 40, 50];
+/// Basis: the cells for each evenly placed knot. Convention.
+pub(super) const CELLS_PER_KNOT: usize = 4;
+/// Basis: the cells on either side in which a jump may move. Convention.
+pub(super) const JUMP_REACH: usize = 3;
+
+/// Stepwise: most functions of a basis. Convention; it bounds the time.
+pub(super) const MOST_TERMS: usize = 40;
+/// Stepwise: a candidate is a combination of the terms when they leave no more than this share of its squared norm. The running sums
+/// that this is computed from are exact to about 1e-12.
+pub(super) const DEPENDENT: f64 = 1e-9;
+/// Stepwise: the same for a term that is orthogonalised twice, which is exact to rounding.
+pub(super) const ROUNDING: f64 = 1e-13;
+/// Stepwise: forward steps go on while the gain exceeds this share of a function's cost, as two may only pay together. Convention.
+pub(super) const PATIENCE: f64 = 0.4;
+/// Stepwise: the fewest samples on either side of a jump. Convention.
+pub(super) const FEWEST_AT_JUMP: f64 = 5.0;
+/// Stepwise: more breakpoints than this are not moved, and others in at most so many sweeps. Convention; it bounds the time.
+pub(super) const MOST_MOVED: usize = 16;
+pub(super) const SWEEPS: usize = 4;
+
+/// Descent: a step that lowers the sum of squares by no more than this share is the last. Convention.
+pub(super) const LEAST_FALL: f64 = 1e-7;
+/// Descent: the damping of the first step, in units of the scaled equations' diagonal: next to none, as the start is near. It is
+/// divided by `EASED` after a step that lowers the sum of squares, multiplied by `TIGHTENED` to no less than `LEAST_TIGHTENED`
+/// after one that does not, and the search ends above `MOST_DAMPING`. Conventions.
+pub(super) const FIRST_DAMPING: f64 = 1e-7;
+pub(super) const EASED: f64 = 0.1;
+pub(super) const TIGHTENED: f64 = 30.0;
+pub(super) const LEAST_TIGHTENED: f64 = 1e-5;
+pub(super) const MOST_DAMPING: f64 = 1e4;
+
+/// Result: evenly spaced points of the tabulated nonlinearity. Convention.
+pub(super) const POINTS: usize = 401;
+/// Result: the distance of the two points on either side of a jump, in the unit coordinate. Convention.
+pub(super) const JUMP_WIDTH: f64 = 1e-9;
+/// Result: the step of a numerical derivative, in standard errors. Small against the error, large against rounding.
+pub(super) const DERIVATIVE_STEP: f64 = 1e-2;
+/// Result: added to the unit diagonal of equations that are singular to rounding. Convention.
+pub(super) const SINGULAR_RIDGE: f64 = 1e-9;
+
+/// Forms: the level of the test of lack of fit, and the most groups of samples in it. Conventions.
+pub(super) const FORM_LEVEL: f64 = 0.01;
+pub(super) const FORM_GROUPS: usize = 40;
+/// Forms: points of the grid that are refined, and the most steps of each refinement. Conventions.
+pub(super) const FORM_STARTS: usize = 4;
+pub(super) const FORM_STEPS: usize = 60;
+/// Forms: the largest degree of a polynomial. Powers of higher degree cannot be distinguished in double precision.
+pub(super) const MOST_DEGREE: usize = 15;
