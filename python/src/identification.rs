@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use flexure::Record;
 use flexure::identify::{
-    Auto, Calibration, Form, HammersteinWiener, JointInputs, Linear, MultipleInputs, Narx, Parallel, PlainHammerstein,
-    RefinedHammerstein, RegressionLag, Volterra, Wiener, WienerHammerstein,
+    Auto, Calibration, HammersteinWiener, JointInputs, Linear, MultipleInputs, Narx, Parallel, PhysicalForm,
+    PlainHammerstein, RefinedHammerstein, RegressionLag, Volterra, Wiener, WienerHammerstein,
 };
 use flexure_io::RecordFile;
 use flexure_workbench::systems::{CascadeMethod, Identified, Method, ReferenceMethod, Signals, Task, form};
@@ -89,7 +89,7 @@ impl Options {
         })
     }
 
-    fn form(&self) -> PyResult<Option<Form>> {
+    fn form(&self) -> PyResult<Option<PhysicalForm>> {
         let named = self.form.as_deref().map(form).transpose();
         named.map_err(|expected| ParameterError::new_err(format!("the form: {expected}")))
     }

@@ -1,7 +1,7 @@
 //! The method of `flexure identify`, and the options that belong to one method alone.
 
 use clap::ValueEnum;
-use flexure::identify::{Calibration, Form, PlainHammerstein, RefinedHammerstein, RegressionLag};
+use flexure::identify::{Calibration, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag};
 use flexure::nonlinearity::{EstimatorName, Kernel};
 use flexure_workbench::systems::{Method, form};
 
@@ -24,7 +24,7 @@ pub struct RefinedOptions {
     /// Fit this form to the nonlinearity and test whether it suffices: dead-zone, saturation, quantizer, polynomial:N,
     /// friction or stiffness.
     #[arg(long, value_name = "FORM", value_parser = form)]
-    form: Option<Form>,
+    form: Option<PhysicalForm>,
     /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
     #[arg(long)]
     missing: bool,

@@ -1,7 +1,7 @@
 //! A study of convergence rates as the page that shows it.
 
 use flexure::study::{
-    Data, EstimatorSetting, Experiment, Input, RatePoint, RateResult, RateTable, RefinedSetting, Setting, Target,
+    DataSource, EstimatorSetting, Experiment, Input, RatePoint, RateResult, RateTable, RefinedSetting, Setting, Target,
 };
 use flexure::systems::KnownNonlinearity;
 use flexure_report::data::{Fact, RateLine, RatePlot, RateRow, StudyPage, StudySection, Verdict};
@@ -101,8 +101,8 @@ fn theorems(table: &RateTable<Setting>) -> StudySection {
                 Input::StudentT => "Student t",
             };
             match setting.data {
-                Data::Static { .. } => format!("static, {input}"),
-                Data::Hammerstein { .. } => format!("Hammerstein, {input}"),
+                DataSource::Static { .. } => format!("static, {input}"),
+                DataSource::Hammerstein { .. } => format!("Hammerstein, {input}"),
             }
         };
         plot(title, "RMS error at 0", &of_class, name)

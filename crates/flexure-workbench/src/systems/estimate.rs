@@ -2,7 +2,7 @@
 
 use flexure::identify::{Breakpoint, BreakpointKind};
 use flexure::identify::{
-    ChosenOrder, CoefficientErrors, Form, FormFit, Identification, MemoryRemoved, PlainHammerstein, Psi,
+    ChosenOrder, CoefficientErrors, FormFit, Identification, MemoryRemoved, PhysicalForm, PlainHammerstein, Psi,
     RefinedHammerstein, RefinedIdentification, Verdict, Warning,
 };
 use flexure::linear::TransferFunction;
@@ -21,7 +21,7 @@ pub enum Method {
         /// The method.
         method: RefinedHammerstein,
         /// The form, if one was asked for.
-        form: Option<Form>,
+        form: Option<PhysicalForm>,
     },
     /// The paper's.
     Plain(PlainHammerstein),
@@ -68,7 +68,7 @@ impl Method {
     /// Identifies one system by the refined method from several experiments, each with an initial state of its own.
     pub fn of_experiments(
         method: &RefinedHammerstein,
-        form: Option<Form>,
+        form: Option<PhysicalForm>,
         records: &[&Record],
         input: &str,
         output: &str,

@@ -1,22 +1,24 @@
 //! Forms of a nonlinearity by name.
 
-use flexure::identify::Form;
+use flexure::identify::PhysicalForm;
 
 /// The largest degree of a polynomial that can be asked for.
 const MOST_DEGREE: usize = 15;
 
 /// A form by name, with its degree where it is a polynomial.
-pub fn form(text: &str) -> Result<Form, String> {
+pub fn form(text: &str) -> Result<PhysicalForm, String> {
     let polynomial = || {
         let degree = text.strip_prefix("polynomial:")?.parse().ok()?;
-        (1..=MOST_DEGREE).contains(&degree).then_some(Form::Polynomial(degree))
+        (1..=MOST_DEGREE)
+            .contains(&degree)
+            .then_some(PhysicalForm::Polynomial(degree))
     };
     match text {
-        "dead-zone" => Ok(Form::DeadZone),
-        "saturation" => Ok(Form::Saturation),
-        "quantizer" => Ok(Form::Quantizer),
-        "friction" => Ok(Form::Friction),
-        "stiffness" => Ok(Form::Stiffness),
+        "dead-zone" => Ok(PhysicalForm::DeadZone),
+        "saturation" => Ok(PhysicalForm::Saturation),
+        "quantizer" => Ok(PhysicalForm::Quantizer),
+        "friction" => Ok(PhysicalForm::Friction),
+        "stiffness" => Ok(PhysicalForm::Stiffness),
         _ => polynomial().ok_or_else(|| {
             format!("expected dead-zone, saturation, quantizer, polynomial:N with N from 1 to {MOST_DEGREE}, friction or stiffness")
         }),
@@ -24,14 +26,14 @@ pub fn form(text: &str) -> Result<Form, String> {
 }
 
 /// What [`form`] reads as this form.
-pub fn form_name(form: Form) -> String {
+pub fn form_name(form: PhysicalForm) -> String {
     let name = match form {
-        Form::DeadZone => "dead-zone",
-        Form::Saturation => "saturation",
-        Form::Quantizer => "quantizer",
-        Form::Friction => "friction",
-        Form::Stiffness => "stiffness",
-        Form::Polynomial(degree) => return format!("polynomial:{degree}"),
+        PhysicalForm::DeadZone => "dead-zone",
+        PhysicalForm::Saturation => "saturation",
+        PhysicalForm::Quantizer => "quantizer",
+        PhysicalForm::Friction => "friction",
+        PhysicalForm::Stiffness => "stiffness",
+        PhysicalForm::Polynomial(degree) => return format!("polynomial:{degree}"),
     };
     name.to_owned()
 }

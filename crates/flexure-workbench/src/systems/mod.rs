@@ -21,7 +21,7 @@ mod validation;
 use std::ops::ControlFlow;
 
 use anyhow::{Context as _, Result};
-use flexure::identify::{Form, RefinedHammerstein};
+use flexure::identify::{PhysicalForm, RefinedHammerstein};
 use flexure_io::{ModelFile, RecordFile};
 use serde_json::Value;
 
@@ -67,7 +67,7 @@ impl<'a> Identified<'a> {
     /// Those of [`RefinedHammerstein::identify_experiments`].
     pub fn of_experiments(
         method: RefinedHammerstein,
-        form: Option<Form>,
+        form: Option<PhysicalForm>,
         file: &'a RecordFile,
         samples: &[usize],
         signals: Signals<'a>,

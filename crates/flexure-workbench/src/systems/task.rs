@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use anyhow::Result;
 use flexure::Record;
-use flexure::identify::{self, Form, RefinedHammerstein};
+use flexure::identify::{self, PhysicalForm, RefinedHammerstein};
 use flexure_io::RecordFile;
 
 use crate::systems::estimate::Method;
@@ -77,7 +77,7 @@ impl<'a> Found<'a> {
     /// Those of [`RefinedHammerstein::identify_experiments`].
     pub fn of_experiments(
         method: RefinedHammerstein,
-        form: Option<Form>,
+        form: Option<PhysicalForm>,
         file: &'a RecordFile,
         samples: &[usize],
         signals: Signals<'a>,

@@ -39,7 +39,7 @@ pub use block::branches::TriedBranches;
 pub use block::sum::{ParallelBranch, TriedSum};
 pub use block::{ApproximationScore, Intersample, Stage, TriedStructure};
 pub use hammerstein::{
-    Breakpoint, BreakpointKind, Calibration, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved,
+    Breakpoint, BreakpointKind, Calibration, CoefficientErrors, FormFit, FormParameter, MemoryRemoved, PhysicalForm,
     PlainHammerstein, RefinedHammerstein, RefinedIdentification, RegressionLag,
 };
 pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};

@@ -18,5 +18,5 @@ pub use estimators::{ErrorNorm, EstimatorSetting, EstimatorStudy, Method, Regres
 pub use plan::{Checkpoint, Experiment, OneRun, Study};
 pub use rates::RateStudy;
 pub use refined::{RefinedSetting, RefinedStudy};
-pub use setting::{Bandwidth, Data, Input, Norm, Setting, Target};
+pub use setting::{Bandwidth, DataSource, Input, Norm, Setting, Target};
 pub use table::{FINITE_SAMPLES, LEVEL, RatePoint, RateResult, RateTable};

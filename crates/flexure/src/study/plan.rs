@@ -12,7 +12,7 @@ use crate::error::{Error, Result, Stopped};
 /// The fewest runs that give a standard error worth the name.
 const FEWEST_RUNS: usize = 20;
 
-/// The mean squared error of one estimate, from so many samples drawn by this seed; nothing where there is no estimate.
+/// The mean squared error of one estimate, from so many samples drawn by this seed; `None` where there is no estimate.
 pub type OneRun<'a> = Box<dyn Fn(usize, u64) -> Result<Option<f64>> + Sync + 'a>;
 
 /// What a study measures: an estimator's error over the number of samples.
@@ -23,7 +23,7 @@ pub trait Experiment {
     /// The exponent of the error in n that theory gives.
     fn exponent(&self) -> f64;
 
-    /// Whether the error is of exactly that order, or the exponent a bound, below which the error may fall.
+    /// Whether the error is of exactly that order. If not, the exponent is a bound, and the error may fall faster.
     fn sharp(&self) -> bool;
 
     /// Whether the setting makes sense.
@@ -32,7 +32,7 @@ pub trait Experiment {
     /// [`Error::Parameter`] for a value outside its range.
     fn check(&self) -> Result<()>;
 
-    /// One run of the experiment, everything prepared that does not change from run to run.
+    /// One run of the experiment; what does not change from run to run is prepared once.
     fn prepared(&self) -> OneRun<'_>;
 }
 
@@ -102,7 +102,7 @@ impl<S: Experiment + Clone + Sync> Study<S> {
         n.saturating_mul(self.runs)
     }
 
-    /// The runs between two calls of the progress: a second or so of the slower ones.
+    /// The runs between two calls of the progress; the slower ones take about a second.
     fn batch(&self, n: usize) -> usize {
         (4_000_000 / n).clamp(1, self.runs)
     }
@@ -123,7 +123,7 @@ fn mix(v: u64) -> u64 {
     v ^ (v >> 31)
 }
 
-/// A study with what it has measured so far: save it, and a study that was stopped goes on where it was.
+/// A study with what it has measured so far. A study that was stopped goes on from a saved checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint<S> {
     study: Study<S>,
@@ -157,7 +157,7 @@ impl<S: Experiment + Clone + Sync> Checkpoint<S> {
     /// Those of [`Study::run`].
     pub fn run(&mut self, progress: &mut dyn FnMut(usize, usize) -> ControlFlow<()>) -> Result<RateTable<S>> {
         while self.step(progress)? {}
-        // The last call is only news; there is nothing left to stop.
+        // The last call only informs; nothing remains to be stopped.
         let _ = progress(self.spent(), self.total());
         Ok(self.table())
     }
@@ -168,7 +168,7 @@ impl<S: Experiment + Clone + Sync> Checkpoint<S> {
         each.saturating_mul(self.study.settings.len())
     }
 
-    /// Measures the next missing error, of one setting at one n; false if none is missing. In between is the time to save.
+    /// Measures the next missing error, of one setting at one n; false if none is missing. A checkpoint can be saved between two steps.
     ///
     /// # Errors
     /// Those of [`Study::run`]; what this step had measured before a stop is lost.

@@ -7,9 +7,8 @@
 //!
 //! # Which error
 //!
-//! The theorems bound the error at (almost) every point from above, over a whole class of functions. To see the
-//! exponent itself, and not just something below it, the error has to be measured where the class is at its
-//! worst:
+//! The theorems bound the error at (almost) every point from above, over a whole class of functions. A function or a point that is
+//! better than the class shows a faster rate. So the error is measured where the class is at its worst:
 //!
 //! - p = 1/2: at the cusp of |x|^(1/2), where the bias is exactly of order h^(1/2);
 //! - p = 1: at the kink of |x|, where it is exactly of order h. In L2 a kink is harmless: the bias is of order h
@@ -25,9 +24,9 @@
 //! In the Hammerstein system the memory sum_{j>=1} k_j W_{n-j} acts as noise that is correlated from sample to
 //! sample. To the variance of order 1/(n h) the correlation adds
 //! ((sum k_j)^2 - sum k_j^2) Var(W) / n, j >= 1: a share of order h, which vanishes, but for smooth m only as
-//! n^(-1/5), and shows in a slope measured at n = 1e3 to 1e5 by some hundredths. The settings at a worst point therefore
+//! n^(-1/5). It changes a slope measured at n = 1e3 to 1e5 by some hundredths. The settings at a worst point therefore
 //! use a linear part with a strongly correlated memory in which those two sums nearly balance,
-//! 1 / (1 - 1.1 z^-1 + 0.56 z^-2); any other one has the same exponents, further out.
+//! 1 / (1 - 1.1 z^-1 + 0.56 z^-2); any other one has the same exponents, but only at larger n.
 //!
 //! # The seven nonlinearities
 //!
@@ -43,7 +42,7 @@
 
 use super::plan::{Experiment, OneRun, Study};
 use super::sample::Sampler;
-use super::setting::{Data, Input, Setting, Target};
+use super::setting::{DataSource, Input, Setting, Target};
 use crate::error::Result;
 use crate::linear::TransferFunction;
 use crate::systems::{KnownNonlinearity, known_linear_parts};
@@ -114,8 +113,8 @@ impl Experiment for Setting {
 pub fn theorem_settings() -> Vec<Setting> {
     let linear = TransferFunction::monic(vec![1.0], vec![-1.1, 0.56]);
     let data = [
-        Data::Static { noise: 0.5 },
-        Data::Hammerstein {
+        DataSource::Static { noise: 0.5 },
+        DataSource::Hammerstein {
             linear,
             lag: 0,
             process_noise: 0.1,

@@ -44,7 +44,9 @@ fn the_theorems_exponents_are_measured_for_every_class_data_and_input() {
             let chosen: Vec<&RateResult> = table
                 .results
                 .iter()
-                .filter(|r| r.setting.target == target && matches!(r.setting.data, Data::Static { .. }) == is_static)
+                .filter(|r| {
+                    r.setting.target == target && matches!(r.setting.data, DataSource::Static { .. }) == is_static
+                })
                 .collect();
             assert_eq!(chosen.len(), 3);
             let (slope, error) = pooled(chosen.iter().copied());
@@ -65,7 +67,13 @@ fn the_theorems_exponents_are_measured_for_every_class_data_and_input() {
 
 #[test]
 fn a_wrong_bandwidth_exponent_gives_another_slope() {
-    let right = |noise| Setting::at_worst_point(Target::Cosine, Input::Uniform { range: 2.0 }, Data::Static { noise });
+    let right = |noise| {
+        Setting::at_worst_point(
+            Target::Cosine,
+            Input::Uniform { range: 2.0 },
+            DataSource::Static { noise },
+        )
+    };
     // Too narrow: the error is the variance's, (n h)^(-1/2).
     let narrow = Setting {
         bandwidth: Bandwidth {
@@ -207,7 +215,7 @@ fn nonsense_is_refused_by_name() {
             "the input's range is 0",
         ),
         (
-            with(|s| s.data = Data::Static { noise: -1.0 }),
+            with(|s| s.data = DataSource::Static { noise: -1.0 }),
             "a noise's standard deviation is -1",
         ),
         (

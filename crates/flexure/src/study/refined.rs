@@ -1,8 +1,8 @@
 //! The refined identification's error over n, beside the plain estimator's.
 //!
-//! Theorems 1 and 2 are about the plain estimate, which knows nothing of the nonlinearity's shape and takes the linear
-//! part's memory for noise. [`RefinedHammerstein`] takes the memory out and fits cubic pieces, with jumps and kinks
-//! where the data show them. What theory says of such a fit:
+//! Theorems 1 and 2 are about the plain estimate, which knows nothing of the nonlinearity's shape and treats the linear
+//! part's memory as noise. [`RefinedHammerstein`] removes the memory and fits cubic pieces, with jumps and kinks
+//! where the data show them. Theory says of such a fit:
 //!
 //! - dead zone, hard limiter, quantizer, cubic and x^2 + 0.2 x are cubic pieces. Once the pieces are found there are only finitely
 //!   many parameters, and a jump's place is found to the order 1/n (Chan 1993, for threshold models), which costs the L2 error n^(-1/2):
@@ -11,11 +11,11 @@
 //!   splines have an error of order n^(-4/9) over the functions with four derivatives (Stone 1982). These two are analytic, so
 //!   that it may fall faster.
 //!
-//! Both are bounds, therefore.
+//! Both exponents are bounds.
 //!
 //! The error is the relative L2 error over the middle three quarters of the input's range, after the best affine alignment, as
-//! scale and offset are not determined; the linear part is that of the plain estimator's settings, the delay and the order
-//! are found anew in every run.
+//! scale and offset are not determined. The linear part is that of the plain estimator's settings. The delay and the order
+//! are chosen from the data in every run.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,7 +27,7 @@ use crate::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts, re
 
 /// Points at which the error is averaged.
 const GRID: usize = 4000;
-/// The share of the input's range over which it is.
+/// The share of the input's range over which the error is averaged.
 const INTERIOR: f64 = 0.75;
 
 /// One experiment: the refined identification of one of the seven nonlinearities.
@@ -111,8 +111,8 @@ impl Experiment for RefinedSetting {
         let truth: Vec<f64> = grid.iter().map(|&x| self.nonlinearity.value(x)).collect();
         Box::new(move |n, seed| {
             let record = system.simulate(n, seed);
-            let found = RefinedHammerstein::default().identify(&record, "u", "y")?;
-            let estimate: Vec<f64> = grid.iter().map(|&x| found.nonlinearity.value(x)).collect();
+            let result = RefinedHammerstein::default().identify(&record, "u", "y")?;
+            let estimate: Vec<f64> = grid.iter().map(|&x| result.nonlinearity.value(x)).collect();
             let error = relative_error_after_alignment(&truth, &estimate);
             Ok(error.is_finite().then_some(error * error))
         })

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::setting::{DEGREES, Data, Input, Norm, Setting};
+use super::setting::{DEGREES, DataSource, Input, Norm, Setting};
 use crate::error::Result;
 use crate::nonlinearity::{Kernel, KernelRegression};
 
@@ -33,8 +33,8 @@ impl<'a> Sampler<'a> {
             setting,
             truth: setting.gain_and_offset(),
             before: match &setting.data {
-                Data::Static { .. } => 0,
-                Data::Hammerstein { linear, .. } => linear.settling(1e-9),
+                DataSource::Static { .. } => 0,
+                DataSource::Hammerstein { linear, .. } => linear.settling(1e-9),
             },
             grid,
         }
@@ -66,12 +66,12 @@ impl<'a> Sampler<'a> {
         let phi = self.setting.target;
         let normal = |rng: &mut Pcg64| -> f64 { StandardNormal.sample(rng) };
         match &self.setting.data {
-            Data::Static { noise } => {
+            DataSource::Static { noise } => {
                 let x = draw(self.setting.input, n, &mut rng);
                 let y = x.iter().map(|&x| phi.value(x) + noise * normal(&mut rng)).collect();
                 (x, y)
             }
-            Data::Hammerstein {
+            DataSource::Hammerstein {
                 linear,
                 lag,
                 process_noise,
@@ -166,7 +166,7 @@ mod tests {
         let setting = Setting::at_worst_point(
             Target::Kink,
             Input::Uniform { range: 2.0 },
-            Data::Hammerstein {
+            DataSource::Hammerstein {
                 linear: known_linear_parts()[0].clone(),
                 lag: 2,
                 process_noise: 0.1,

@@ -105,7 +105,7 @@ impl Target {
 /// How the output comes about.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Data {
+pub enum DataSource {
     /// Theorem 1: Y_n = phi(X_n) + e_n.
     Static {
         /// Standard deviation of e.
@@ -124,11 +124,11 @@ pub enum Data {
     },
 }
 
-impl Data {
+impl DataSource {
     fn name(&self) -> &'static str {
         match self {
-            Data::Static { .. } => "static",
-            Data::Hammerstein { .. } => "Hammerstein",
+            DataSource::Static { .. } => "static",
+            DataSource::Hammerstein { .. } => "Hammerstein",
         }
     }
 }
@@ -172,7 +172,7 @@ pub struct Setting {
     /// The input.
     pub input: Input,
     /// From input to output.
-    pub data: Data,
+    pub data: DataSource,
     /// The error's norm.
     pub norm: Norm,
     /// The bandwidth's rule. The kernel is Epanechnikov's.
@@ -191,7 +191,7 @@ impl Setting {
     /// variance V/(n h), V = Var(Y | X = 0) int K^2 / f(0): the sum of squares is least for
     /// h = (V / (2 p B^2 n))^(1/(2p+1)), which is the rule used here, and is then of the order
     /// n^(-2p/(2p+1)). The cosine is p = 2 in this.
-    pub fn at_worst_point(target: Target, input: Input, data: Data) -> Setting {
+    pub fn at_worst_point(target: Target, input: Input, data: DataSource) -> Setting {
         let (order, slope) = match target {
             Target::Cusp => (0.5, 1.0),
             Target::Kink => (1.0, 1.0),
@@ -237,7 +237,7 @@ impl Setting {
         Setting {
             target: Target::Known(phi),
             input: Input::Uniform { range },
-            data: Data::Hammerstein {
+            data: DataSource::Hammerstein {
                 linear,
                 lag,
                 process_noise: 0.1,
@@ -270,8 +270,8 @@ impl Setting {
     /// m(x) = k_lag phi(x) + E phi(X) sum of the other k_j, (16), as gain and offset of phi.
     pub(super) fn gain_and_offset(&self) -> (f64, f64) {
         match &self.data {
-            Data::Static { .. } => (1.0, 0.0),
-            Data::Hammerstein { linear, lag, .. } => {
+            DataSource::Static { .. } => (1.0, 0.0),
+            DataSource::Hammerstein { linear, lag, .. } => {
                 let gain = linear.impulse_response(lag + 1)[*lag];
                 let mean = self.input.expectation(|x| self.target.value(x));
                 (gain, mean * (linear.static_gain() - gain))
@@ -282,8 +282,8 @@ impl Setting {
     /// Var(Y | X), the same for every X: all that the regression sees as noise.
     fn noise_variance(&self) -> f64 {
         match &self.data {
-            Data::Static { noise } => noise * noise,
-            Data::Hammerstein {
+            DataSource::Static { noise } => noise * noise,
+            DataSource::Hammerstein {
                 linear,
                 lag,
                 process_noise,
@@ -332,8 +332,8 @@ impl Setting {
             )?,
         }
         let deviations = match &self.data {
-            Data::Static { noise } => vec![*noise],
-            Data::Hammerstein {
+            DataSource::Static { noise } => vec![*noise],
+            DataSource::Hammerstein {
                 linear,
                 process_noise,
                 noise,

@@ -12,7 +12,7 @@ use super::setting::Setting;
 /// The level of a setting's interval, and of all verdicts of a table together.
 pub const LEVEL: f64 = 0.95;
 
-/// By so much a slope may miss the exponent besides chance: at finite n terms of higher order (of shares h,
+/// A slope may differ from the exponent by this much in addition to chance. At finite n terms of higher order (of relative size h,
 /// h^2 and 1/(n h)) bend the line, and the intervals of L2 errors are narrow enough to show it.
 pub const FINITE_SAMPLES: f64 = 0.01;
 
@@ -63,7 +63,7 @@ pub struct RateResult<S = Setting> {
     /// The interval at the level at which those of all settings hold together with 95 %.
     pub joint_interval: [f64; 2],
     /// Whether theory and measurement agree: the theorem's exponent lies within [`FINITE_SAMPLES`] of the joint
-    /// interval; where it is a bound only, there or above.
+    /// interval; an exponent that is only a bound may also lie above it.
     pub agrees: bool,
 }
 

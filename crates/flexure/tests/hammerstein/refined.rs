@@ -2,7 +2,9 @@
 
 use flexure::Error;
 use flexure::error::DataError;
-use flexure::identify::{BreakpointKind, Calibration, Form, RefinedHammerstein, RefinedIdentification, Warning};
+use flexure::identify::{
+    BreakpointKind, Calibration, PhysicalForm, RefinedHammerstein, RefinedIdentification, Warning,
+};
 use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts, relative_error_after_alignment};
 
 use super::*;
@@ -304,35 +306,39 @@ fn forms_are_fitted_and_wrong_ones_are_refuted() {
     let linear = filter(&[0.0, 1.0, 0.5], &[1.0, -0.5]);
     // The static gain is 3.
     let forms = [
-        Form::DeadZone,
-        Form::Saturation,
-        Form::Quantizer,
-        Form::Polynomial(3),
-        Form::Friction,
-        Form::Stiffness,
+        PhysicalForm::DeadZone,
+        PhysicalForm::Saturation,
+        PhysicalForm::Quantizer,
+        PhysicalForm::Polynomial(3),
+        PhysicalForm::Friction,
+        PhysicalForm::Stiffness,
     ];
-    type Case = (fn(f64) -> f64, Form, &'static [f64]);
+    type Case = (fn(f64) -> f64, PhysicalForm, &'static [f64]);
     let cases: [Case; 6] = [
         (
             |x| (x - 0.7).max(0.0) + (x + 0.5).min(0.0),
-            Form::DeadZone,
+            PhysicalForm::DeadZone,
             &[-0.5, 0.7, 3.0, 0.0],
         ),
-        (|x| 2.0 * x.clamp(-0.8, 1.1), Form::Saturation, &[-0.8, 1.1, 6.0, 0.0]),
-        (|x| (x / 0.4).round(), Form::Quantizer, &[0.4, 3.0, 0.0]),
+        (
+            |x| 2.0 * x.clamp(-0.8, 1.1),
+            PhysicalForm::Saturation,
+            &[-0.8, 1.1, 6.0, 0.0],
+        ),
+        (|x| (x / 0.4).round(), PhysicalForm::Quantizer, &[0.4, 3.0, 0.0]),
         (
             |x| x - 0.5 * x * x * x + 1.0,
-            Form::Polynomial(3),
+            PhysicalForm::Polynomial(3),
             &[3.0, 0.0, -1.5, 3.0],
         ),
         (
             |x| 0.5 * ((15.0 * x).tanh() - (5.0 * x).tanh()) + 0.8 * (10.0 * x).tanh() + 0.3 * x,
-            Form::Friction,
+            PhysicalForm::Friction,
             &[],
         ),
         (
             |x| x * x * x + x - 0.9 * x * (-20.0 * x * x).exp(),
-            Form::Stiffness,
+            PhysicalForm::Stiffness,
             &[20.0, 3.0, 3.0, 2.7, 0.0],
         ),
     ];
@@ -341,7 +347,8 @@ fn forms_are_fitted_and_wrong_ones_are_refuted() {
         for candidate in forms {
             let fit = result.fit_form(candidate).unwrap();
             // A joint's stiffness contains the odd cubic.
-            let nested = candidate == form || form == Form::Polynomial(3) && candidate == Form::Stiffness;
+            let nested =
+                candidate == form || form == PhysicalForm::Polynomial(3) && candidate == PhysicalForm::Stiffness;
             assert_eq!(
                 fit.holds(),
                 nested,
@@ -364,7 +371,7 @@ fn forms_are_fitted_and_wrong_ones_are_refuted() {
         }
     }
     let result = refined(&hammerstein(f64::tanh, &linear, 2000, 0.1, 11));
-    let error = result.fit_form(Form::Polynomial(16)).unwrap_err();
+    let error = result.fit_form(PhysicalForm::Polynomial(16)).unwrap_err();
     assert!(error.to_string().contains("the degree is 16, but must be at most 15"));
 }
 

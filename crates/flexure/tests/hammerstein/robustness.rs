@@ -1,6 +1,6 @@
 //! No record that passes the input checks makes the identification panic, or return what cannot be used.
 
-use flexure::identify::{Calibration, Form, RefinedHammerstein, RegressionLag};
+use flexure::identify::{Calibration, PhysicalForm, RefinedHammerstein, RegressionLag};
 use proptest::prelude::*;
 
 use super::*;
@@ -171,7 +171,7 @@ proptest! {
                 prop_assert!(result.linear.is_stable(), "{:?}", result.linear);
                 let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
                 prop_assert!(finite(result.nonlinearity.y()) && finite(&result.band) && finite(&result.predicted));
-                for form in [Form::DeadZone, Form::Saturation, Form::Quantizer, Form::Polynomial(5), Form::Friction] {
+                for form in [PhysicalForm::DeadZone, PhysicalForm::Saturation, PhysicalForm::Quantizer, PhysicalForm::Polynomial(5), PhysicalForm::Friction] {
                     if let Ok(fit) = result.fit_form(form) {
                         prop_assert!(fit.parameters.iter().all(|p| p.value.is_finite() && !p.error.is_nan()), "{fit:?}");
                         prop_assert!(fit.statistic >= 0.0 && (0.0..=1.0).contains(&fit.p_value), "{fit:?}");

@@ -51,8 +51,8 @@ use limits::BAND_QUANTILE;
 pub use limits::{FEWEST_SAMPLES, LARGEST_ORDER, MOST_ORDER};
 use realisation::Realisation;
 pub use refined::{
-    Breakpoint, BreakpointKind, CoefficientErrors, Form, FormFit, FormParameter, MemoryRemoved, RefinedHammerstein,
-    RefinedIdentification,
+    Breakpoint, BreakpointKind, CoefficientErrors, FormFit, FormParameter, MemoryRemoved, PhysicalForm,
+    RefinedHammerstein, RefinedIdentification,
 };
 use regression::Regression;
 

@@ -1,10 +1,10 @@
 //! The convergence rates of all estimators of a static nonlinearity, measured.
 //!
-//! Y = m(X) + e is sampled n times, an estimator's parameter follows a schedule c n^gamma, and the slope of the log
-//! root mean square error over log n stands beside the exponent that theory gives for this estimator, this m, this
+//! Y = m(X) + e is sampled n times. An estimator's parameter follows a schedule c n^gamma. The slope of the log
+//! root mean square error over log n is compared with the exponent that theory gives for this estimator, this m, this
 //! schedule and this norm. For m of order p (p = 1: Lipschitz; p = 2: twice differentiable) in d variables no estimator
 //! is faster than n^(-p/(2p+d)) over the whole class (Stone 1982): -1/3 and -2/5 in one variable, -1/4 and -1/3
-//! in two. To see such an exponent, and not just something below it, the error is taken where m is at its worst.
+//! in two. The error is measured where m is at its worst; elsewhere it may fall faster.
 //!
 //! # One variable, Lipschitz: |x|
 //!
@@ -25,13 +25,13 @@
 //! # One variable, smooth
 //!
 //! - Kernel, neighbours, recursive kernels: at the top of cos x, where the bias is of order h^2, h ~ n^(-1/5),
-//!   k ~ n^(4/5); the local linear kernel at the end of the data, where the local constant one would be left with a bias of
+//!   k ~ n^(4/5); the local linear kernel at the end of the data, where the local constant one would have a bias of
 //!   order h (Fan and Gijbels 1996, ch. 3). Sharp: -2/5.
-//! - Series, polynomials, splines: |sin(pi x/2)|^(3/2), which has two derivatives in L2 but for a logarithm. Its coefficients
+//! - Series, polynomials, splines: |sin(pi x/2)|^(3/2), which has two derivatives in L2 up to a logarithm. Its coefficients
 //!   fall as k^(-5/2), and so the L2 bias is of order N^(-2), or h^2; N ~ n^(1/5) or h ~ n^(-1/5). Sharp: -2/5 (Eubank 1999,
 //!   ch. 3 and 5). A smoother m would be estimated at a faster rate, an analytic one nearly at n^(-1/2).
 //! - Haar: sin 2x. Steps cannot use smoothness: sharp, -1/3, as for Lipschitz m.
-//! - Hermite, on exp(-x^2/4), N ~ n^(1/3): the coefficients fall geometrically, so that only the variance is left. Sharp in the
+//! - Hermite, on exp(-x^2/4), N ~ n^(1/3): the coefficients fall geometrically, so that only the variance remains. Sharp in the
 //!   norm of L2(X): -1/3.
 //!
 //! - Local bandwidths, from the data, on sin 2x in L2: those of the plug-in rule follow n^(-1/5) at every x (Fan and
@@ -47,8 +47,8 @@
 //! # Networks
 //!
 //! With K ~ n^(d/(2p+d)) units a network can approximate m to the order K^(-p/d), at a variance of order K/n
-//! (Pinkus 1999, sec. 6 and 7): bounds of -p/(2p+d), for the least-squares network. Whether training finds that one is an
-//! experiment's to tell.
+//! (Pinkus 1999, sec. 6 and 7): bounds of -p/(2p+d), for the least-squares network. Whether training finds that network is
+//! a question to the experiment.
 
 mod run;
 mod setting;

@@ -17,7 +17,7 @@ use crate::nonlinearity::{
 const FRESH: usize = 2000;
 /// Knots of the spline: closer than its bandwidth.
 const KNOTS: usize = 1000;
-/// Beyond the outermost data the estimate at the nearest of them.
+/// Beyond the outermost data an estimate is that at the nearest of them.
 const OUTSIDE: Outside = Outside::Nearest;
 
 /// The mean squared error over the norm's points; `None` where the estimator has no estimate for these data.
@@ -57,86 +57,90 @@ pub(super) fn squared_error(setting: &EstimatorSetting, n: usize, seed: u64) -> 
 fn estimate(setting: &EstimatorSetting, x: &[Vec<f64>], y: &[f64], queries: &[Vec<f64>]) -> Result<Vec<f64>> {
     let x: Vec<&[f64]> = x.iter().map(Vec::as_slice).collect();
     let queries: Vec<&[f64]> = queries.iter().map(Vec::as_slice).collect();
+    match setting.method {
+        Method::WolvertonWagner => recursive(setting, RecursiveForm::WolvertonWagner, &x, y, &queries),
+        Method::DevroyeWagner => recursive(setting, RecursiveForm::DevroyeWagner, &x, y, &queries),
+        _ => fitted(setting, &x, y)?.predict(&queries),
+    }
+}
+
+/// The estimates of a recursive estimator, which are updated point by point.
+fn recursive(
+    setting: &EstimatorSetting,
+    form: RecursiveForm,
+    x: &[&[f64]],
+    y: &[f64],
+    queries: &[&[f64]],
+) -> Result<Vec<f64>> {
+    let method = RecursiveKernel {
+        kernel: Kernel::default(),
+        form,
+        bandwidth: setting.schedule.constant,
+        exponent: -setting.schedule.exponent,
+    };
+    let mut sums = method.start_in_columns(0, queries, &vec![1.0; x.len()])?;
+    for (i, y) in y.iter().enumerate() {
+        let point: Vec<f64> = x.iter().map(|column| column[i]).collect();
+        sums.push_point(&point, *y)?;
+    }
+    Ok(sums.finish())
+}
+
+/// The fit of any other estimator.
+fn fitted(setting: &EstimatorSetting, x: &[&[f64]], y: &[f64]) -> Result<Box<dyn Regression>> {
+    let (kernel, outside) = (Kernel::default(), OUTSIDE);
     let parameter = setting.schedule.at(y.len());
-    let whole = parameter.round().max(1.0) as usize;
-    let odd = 2 * (0.5 * (parameter - 1.0)).round().max(0.0) as usize + 1;
-    let kernel = |degree| {
+    let whole = Choice::Fixed(parameter.round().max(1.0) as usize);
+    let half = (0.5 * (parameter - 1.0)).round().max(0.0) as usize;
+    let by_kernel = |degree| {
+        let bandwidth = Bandwidth::Fixed(vec![parameter]);
         let method = KernelEstimator {
-            kernel: Kernel::default(),
+            kernel,
             degree,
-            bandwidth: Bandwidth::Fixed(vec![parameter]),
-            outside: OUTSIDE,
+            bandwidth,
+            outside,
         };
-        method.fit_boxed(&x, y, None)
+        method.fit_boxed(x, y, None)
     };
+    let local = |rule| LocalKernel { kernel, rule, outside }.fit_boxed(x, y, None);
     let series = |basis| {
-        let terms = Choice::Fixed(odd);
-        let outside = OUTSIDE;
-        SeriesRegression { basis, terms, outside }.fit_boxed(&x, y, None)
+        let terms = Choice::Fixed(2 * half + 1);
+        SeriesRegression { basis, terms, outside }.fit_boxed(x, y, None)
     };
-    let recursive = |form| {
-        let method = RecursiveKernel {
-            kernel: Kernel::default(),
-            form,
-            bandwidth: setting.schedule.constant,
-            exponent: -setting.schedule.exponent,
-        };
-        let mut sums = method.start_in_columns(0, &queries, &vec![1.0; x.len()])?;
-        for (i, y) in y.iter().enumerate() {
-            let point: Vec<f64> = x.iter().map(|column| column[i]).collect();
-            sums.push_point(&point, *y)?;
+    match setting.method {
+        Method::KernelConstant | Method::WolvertonWagner | Method::DevroyeWagner => by_kernel(Degree::Constant),
+        Method::KernelLinear => by_kernel(Degree::Linear),
+        Method::LocalLepski => local(LocalRule::Lepski),
+        Method::LocalPlugIn => local(LocalRule::PlugIn),
+        Method::Neighbours => NearestNeighbours {
+            neighbours: whole,
+            outside,
         }
-        Ok(sums.finish())
-    };
-    let local = |rule| {
-        let method = LocalKernel {
-            kernel: Kernel::default(),
-            rule,
-            outside: OUTSIDE,
-        };
-        method.fit_boxed(&x, y, None)
-    };
-    let outside = OUTSIDE;
-    let fit: Box<dyn Regression> = match setting.method {
-        Method::KernelConstant => kernel(Degree::Constant)?,
-        Method::KernelLinear => kernel(Degree::Linear)?,
-        Method::LocalLepski => local(LocalRule::Lepski)?,
-        Method::LocalPlugIn => local(LocalRule::PlugIn)?,
-        Method::WolvertonWagner => return recursive(RecursiveForm::WolvertonWagner),
-        Method::DevroyeWagner => return recursive(RecursiveForm::DevroyeWagner),
-        Method::Neighbours => {
-            let neighbours = Choice::Fixed(whole);
-            NearestNeighbours { neighbours, outside }.fit_boxed(&x, y, None)?
-        }
-        Method::Fourier => series(Basis::Fourier)?,
-        Method::Cosine => series(Basis::Cosine)?,
-        Method::Legendre => series(Basis::Legendre)?,
-        Method::Hermite => series(Basis::Hermite)?,
+        .fit_boxed(x, y, None),
+        Method::Fourier => series(Basis::Fourier),
+        Method::Cosine => series(Basis::Cosine),
+        Method::Legendre => series(Basis::Legendre),
+        Method::Hermite => series(Basis::Hermite),
         Method::Haar => {
             let levels = Choice::Fixed(parameter.log2().round().max(0.0) as usize);
-            HaarRegression { levels, outside }.fit_boxed(&x, y, None)?
+            HaarRegression { levels, outside }.fit_boxed(x, y, None)
         }
         Method::Polynomial => {
-            let degree = Choice::Fixed(odd - 1);
-            PolynomialRegression { degree, outside }.fit_boxed(&x, y, None)?
+            let degree = Choice::Fixed(2 * half);
+            PolynomialRegression { degree, outside }.fit_boxed(x, y, None)
         }
-        Method::Spline => {
-            let method = SplineRegression {
-                penalty: Choice::Fixed(0.5 * y.len() as f64 * parameter.powi(4)),
-                knots: KNOTS,
-                outside,
-            };
-            method.fit_boxed(&x, y, None)?
+        Method::Spline => SplineRegression {
+            penalty: Choice::Fixed(0.5 * y.len() as f64 * parameter.powi(4)),
+            knots: KNOTS,
+            outside,
         }
-        Method::Network => {
-            let method = NetworkRegression {
-                units: Choice::Fixed(whole),
-                decay: Decay::Evidence,
-                outside,
-                ..Default::default()
-            };
-            method.fit_boxed(&x, y, None)?
+        .fit_boxed(x, y, None),
+        Method::Network => NetworkRegression {
+            units: whole,
+            decay: Decay::Evidence,
+            outside,
+            ..Default::default()
         }
-    };
-    fit.predict(&queries)
+        .fit_boxed(x, y, None),
+    }
 }

@@ -4,7 +4,7 @@
 use super::cells::Cells;
 use super::limits::{CELLS_PER_KNOT, EVEN_KNOTS, JUMP_REACH, NEARLY_SMOOTH};
 use super::piecewise::{PiecewiseCubics, Term};
-use super::stepwise::{Costs, Growing, stepwise};
+use super::stepwise::{Costs, OrthogonalFit, stepwise};
 use crate::nonlinearity::spline::{banded::Banded, basis::CubicSplines};
 
 /// A basis and the values' regression on it.
@@ -18,7 +18,7 @@ pub(super) struct Selection {
 /// Chooses a basis for the regression of the values at the samples `u`, beginning with the terms `start`.
 pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], costs: &Costs) -> Selection {
     let z = &cells.means(values);
-    let net = |g: &Growing| g.explained() - costs.searched() * g.breakpoints() as f64;
+    let net = |g: &OrthogonalFit| g.explained() - costs.searched() * g.breakpoints() as f64;
     let mut fit = stepwise(cells, z, start, costs);
     if let Some(even) = EvenSpline::best(cells, z, costs) {
         let even_net = even.net(costs);
@@ -33,11 +33,11 @@ pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], c
         if even_net > net(&fit) + costs.margin() {
             let knots = even_knots(cells, even.knots).into_iter();
             let knots = knots.map(|at| Term::TruncatedPower { at, degree: 3 });
-            fit = Growing::new(cells, z, &(0..4).map(Term::Power).chain(knots).collect::<Vec<_>>());
+            fit = OrthogonalFit::new(cells, z, &(0..4).map(Term::Power).chain(knots).collect::<Vec<_>>());
         }
     }
     let terms = jumps_placed(cells, u, values, &fit);
-    let fit = Growing::new(cells, z, &terms);
+    let fit = OrthogonalFit::new(cells, z, &terms);
     Selection {
         basis: PiecewiseCubics::new(cells.unit, &fit.terms, &fit.inverse_of_r().concat()),
         coefficients: fit.coefficients,
@@ -46,7 +46,7 @@ pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], c
 }
 
 /// The terms with their jumps moved from the cells' limits to between the samples where they fit best.
-fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &Growing) -> Vec<Term> {
+fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &OrthogonalFit) -> Vec<Term> {
     let mut terms = fit.terms.clone();
     let (c, _) = fit.solution();
     let curve = PiecewiseCubics::new(cells.unit, &fit.terms, &c);

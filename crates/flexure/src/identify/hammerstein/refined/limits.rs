@@ -78,6 +78,9 @@ pub(super) const FEWEST_AT_JUMP: f64 = 5.0;
 pub(super) const MOST_MOVED: usize = 16;
 pub(super) const SWEEPS: usize = 4;
 
+/// Stepwise: a breakpoint moves only where that improves the criterion by more than this share, ten times what rounding can do.
+pub(super) const LEAST_GAIN: f64 = 1e-9;
+
 /// Descent: a step that lowers the sum of squares by no more than this share is the last. Convention.
 pub(super) const LEAST_FALL: f64 = 1e-7;
 /// Descent: the damping of the first step, in units of the scaled equations' diagonal: next to none, as the start is near. It is
@@ -106,3 +109,13 @@ pub(super) const FORM_STARTS: usize = 4;
 pub(super) const FORM_STEPS: usize = 60;
 /// Forms: the largest degree of a polynomial. Powers of higher degree cannot be distinguished in double precision.
 pub(super) const MOST_DEGREE: usize = 15;
+/// Forms: added to the unit diagonal of the equations for the linear parameters. Rounding.
+pub(super) const FORM_RIDGE: f64 = 1e-12;
+/// Forms: the step of a central difference relative to a parameter, near the third root of rounding, and the least parameter that
+/// it is relative to.
+pub(super) const DIFFERENCE_STEP: f64 = 1e-6;
+pub(super) const SMALLEST_PARAMETER: f64 = 1e-12;
+/// Forms: a quantizer's finer grid has steps of this relative distance around the best of the coarse one. The coarse one is geometric
+/// with 1 %; the finer one covers that.
+pub(super) const FINER_STEP: f64 = 3e-5;
+pub(super) const FINER_STEPS: std::ops::RangeInclusive<i32> = -400..=400;

@@ -1,19 +1,24 @@
-//! The Hammerstein system by prediction error over both blocks, from the plain estimate on.
+//! The Hammerstein system by prediction error over both blocks, with the plain estimate as the start.
 //!
 //! $$ Y_n = o + \frac{B(z)}{A(z)} z^{-s} \big(\varphi(X_n) + \xi_n\big) + e_n $$
-//! with everything from the data: phi's breakpoints and their kind, the delay s, the order of A and B, and the
-//! noise's colour. The plain estimate ([`PlainHammerstein`]) treats the linear part's memory as noise; here that is
-//! taken out, and what remains is an efficient least-squares problem:
+//! Everything comes from the data: the breakpoints of phi and their kind, the delay s, the order of A and B, and the noise's colour.
+//! The plain estimate ([`PlainHammerstein`]) treats the linear part's memory as noise. Here the memory is removed, and what remains
+//! is an efficient least-squares problem.
 //!
-//! 1. start: the plain estimate on at most 40,000 samples;
-//! 2. delay and order by Schwarz's criterion of the whitened error, the linear part from the nonlinearity's output by
-//!    covariances;
-//! 3. the output error whitened by an autoregression (generalised least squares: noise that passes through
-//!    the linear part has its poles, and costs a resonant system several times its accuracy otherwise);
-//! 4. breakpoints: jumps, kinks and cubic knots where the memory-removed output asks for them;
-//! 5. Levenberg-Marquardt on all coefficients of both blocks (Ljung 1999, chapter 10).
+//! | step | file |
+//! |---|---|
+//! | 1. the plain estimate on at most 40,000 samples of the joined experiments | `experiments.rs` |
+//! | 2. delay and order by Schwarz's criterion of the whitened error, the linear part by covariances | `order.rs` |
+//! | 3. an autoregression that whitens the output error, and the memory-removed output | `alternation.rs` |
+//! | 4. breakpoints of phi, jumps, kinks and cubic knots, on the memory-removed output | `basis.rs`, `stepwise.rs`, `cells.rs`, `piecewise.rs` |
+//! | 5. Levenberg-Marquardt steps on all coefficients of both blocks (Ljung 1999, chapter 10) | `blocks.rs`, `linear_part.rs`, `loss.rs`, `descent.rs` |
+//! | 6. calibration and standard errors | `calibrated.rs` |
+//! | on request, a physical form of phi with a test | `forms.rs`, `form_fit.rs` |
 //!
-//! Steps 2 to 5 are repeated until nothing changes. Every pass is O(n). No white input is needed.
+//! Steps 2 to 5 are repeated until nothing changes. Every pass is O(n). The input need not be white.
+//!
+//! Step 3 is generalised least squares. Noise that passes through the linear part has its poles; without whitening it costs a
+//! resonant system several times its accuracy.
 
 mod alternation;
 mod basis;
@@ -22,6 +27,7 @@ mod calibrated;
 mod cells;
 mod descent;
 mod experiments;
+mod form_fit;
 mod forms;
 mod limits;
 mod linear_part;
@@ -47,7 +53,8 @@ use blocks::Observed;
 use calibrated::CalibratedBlocks;
 use cells::Cells;
 use experiments::Experiments;
-pub use forms::{Form, FormFit, FormParameter};
+pub use form_fit::{FormFit, FormParameter};
+pub use forms::PhysicalForm;
 use limits::{OVERFITTED, OVERFITTED_SAMPLES, START_SAMPLES};
 use linear_part::LinearPart;
 use order::Given;

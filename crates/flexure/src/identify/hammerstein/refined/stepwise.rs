@@ -6,8 +6,8 @@
 
 use super::cells::{Cells, DEGREES};
 use super::limits::{
-    DEPENDENT, ENTRY_COST, FEWEST_AT_JUMP, GIVEN_COST, GIVEN_MARGIN, MOST_MOVED, MOST_TERMS, PATIENCE, ROUNDING,
-    SEARCHED_COST, SWEEPS,
+    DEPENDENT, ENTRY_COST, FEWEST_AT_JUMP, GIVEN_COST, GIVEN_MARGIN, LEAST_GAIN, MOST_MOVED, MOST_TERMS, PATIENCE,
+    ROUNDING, SEARCHED_COST, SWEEPS,
 };
 use super::piecewise::Term;
 use crate::interrupt;
@@ -19,7 +19,7 @@ use crate::interrupt;
 /// $$ \frac{\langle v, \text{residual} \rangle^2}{\|v\|^2 - \sum_i \langle v, q_i \rangle^2}. $$
 /// Numerator and denominator are kept for every candidate, the truncated powers of all degrees at all cells' lower limits. A new q
 /// changes them by its products with all candidates, which are running sums ([`Cells::moments`]).
-pub(super) struct Growing<'a> {
+pub(super) struct OrthogonalFit<'a> {
     cells: &'a Cells,
     z: &'a [f64],
     pub terms: Vec<Term>,
@@ -33,9 +33,9 @@ pub(super) struct Growing<'a> {
     norm: [Vec<f64>; 3],
 }
 
-impl<'a> Growing<'a> {
+impl<'a> OrthogonalFit<'a> {
     pub fn new(cells: &'a Cells, z: &'a [f64], terms: &[Term]) -> Self {
-        let mut growing = Growing {
+        let mut fit = OrthogonalFit {
             cells,
             z,
             terms: Vec::new(),
@@ -46,9 +46,9 @@ impl<'a> Growing<'a> {
             norm: cells.norms.clone(),
         };
         for term in terms {
-            growing.add(*term);
+            fit.add(*term);
         }
-        growing
+        fit
     }
 
     /// Adds a term, unless the others span it.
@@ -211,42 +211,44 @@ impl Costs {
 }
 
 /// Forward steps from the given breakpoints, backward steps, and sweeps.
-pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs: &Costs) -> Growing<'a> {
+pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs: &Costs) -> OrthogonalFit<'a> {
     let powers = (0..4).map(Term::Power);
     let breakpoints = start
         .iter()
         .copied()
         .filter(|t| matches!(t, Term::TruncatedPower { .. }));
-    let mut growing = Growing::new(cells, z, &powers.chain(breakpoints).collect::<Vec<_>>());
+    let mut fit = OrthogonalFit::new(cells, z, &powers.chain(breakpoints).collect::<Vec<_>>());
     let least = PATIENCE * costs.entry();
-    while growing.terms.len() < MOST_TERMS && !interrupt::requested() {
-        match growing.best(costs) {
-            Some((term, gain)) if gain > least && growing.add(term) => {}
+    while fit.terms.len() < MOST_TERMS && !interrupt::requested() {
+        match fit.best(costs) {
+            Some((term, gain)) if gain > least && fit.add(term) => {}
             _ => break,
         }
     }
-    let mut fit = Growing::new(cells, z, &prune(&growing, costs));
+    let mut fit = OrthogonalFit::new(cells, z, &prune(&fit, costs));
     for _ in 0..SWEEPS {
         if fit.breakpoints() > MOST_MOVED || interrupt::requested() {
             break;
         }
         let (moved, changed) = sweep(cells, z, fit.terms, costs);
-        fit = Growing::new(cells, z, &moved);
+        fit = OrthogonalFit::new(cells, z, &moved);
         if !changed {
             break;
         }
-        fit = Growing::new(cells, z, &prune(&fit, costs));
+        fit = OrthogonalFit::new(cells, z, &prune(&fit, costs));
     }
     fit
 }
 
 /// The terms that remain when the least worthy is dropped until all are worth their cost.
-fn prune(fit: &Growing, costs: &Costs) -> Vec<Term> {
+///
+/// Without term j the sum of squares rises by c_j^2 / v_jj, with v the inverse of the terms' Gram matrix. The other coefficients and
+/// the inverse follow without a new fit: c_k becomes c_k - c_j v_kj / v_jj, and v_kl becomes v_kl - v_kj v_lj / v_jj.
+fn prune(fit: &OrthogonalFit, costs: &Costs) -> Vec<Term> {
     let n = fit.terms.len();
     let (mut c, mut inverse) = fit.solution();
     let mut kept: Vec<usize> = (0..n).collect();
     loop {
-        // Without term j the sum of squares rises by c_j^2 over the inverse's diagonal entry.
         let worst = kept
             .iter()
             .map(|&j| (j, c[j] * c[j] / inverse[j * n + j] - costs.term(fit.terms[j])))
@@ -271,8 +273,8 @@ fn prune(fit: &Growing, costs: &Costs) -> Vec<Term> {
 /// Moves every breakpoint in turn to where it gains most, of whatever degree; whether any has moved.
 fn sweep(cells: &Cells, z: &[f64], mut terms: Vec<Term>, costs: &Costs) -> (Vec<Term>, bool) {
     let mut changed = false;
-    let criterion = |g: &Growing| g.explained() - g.terms.iter().map(|t| costs.term(*t).max(0.0)).sum::<f64>();
-    let here = Growing::new(cells, z, &terms);
+    let criterion = |g: &OrthogonalFit| g.explained() - g.terms.iter().map(|t| costs.term(*t).max(0.0)).sum::<f64>();
+    let here = OrthogonalFit::new(cells, z, &terms);
     let (mut now, count) = (criterion(&here), here.breakpoints());
     let first = terms.len() - count;
     for _ in 0..count {
@@ -281,13 +283,13 @@ fn sweep(cells: &Cells, z: &[f64], mut terms: Vec<Term>, costs: &Costs) -> (Vec<
         }
         // The oldest is taken out, and its replacement goes to the end.
         let moving = terms.remove(first);
-        let mut without = Growing::new(cells, z, &terms);
+        let mut without = OrthogonalFit::new(cells, z, &terms);
         let better = without
             .best(costs)
             .filter(|(term, _)| *term != moving && without.add(*term));
         let next = criterion(&without);
         match better {
-            Some((term, _)) if next > now + 1e-9 * now.abs() => {
+            Some((term, _)) if next > now + LEAST_GAIN * now.abs() => {
                 terms.push(term);
                 (now, changed) = (next, true);
             }

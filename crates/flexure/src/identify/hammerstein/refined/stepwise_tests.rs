@@ -13,10 +13,10 @@ fn the_gain_of_every_candidate_is_that_of_a_refit() {
         Term::Power(3),
         Term::TruncatedPower { at: 0.21, degree: 1 },
     ];
-    let growing = Growing::new(&cells, &means, &start);
+    let fit = OrthogonalFit::new(&cells, &means, &start);
     for m in [1, 7, 20, 40, 60] {
         for (k, degree) in DEGREES.into_iter().enumerate() {
-            if growing.norm[k][m] <= DEPENDENT * cells.norms[k][m] {
+            if fit.norm[k][m] <= DEPENDENT * cells.norms[k][m] {
                 continue;
             }
             let mut terms = start.to_vec();
@@ -42,7 +42,7 @@ fn the_gain_of_every_candidate_is_that_of_a_refit() {
                 rhs.iter().enumerate().map(|(i, r)| (r - of(i)).powi(2)).sum()
             };
             let want = squares(&start) - squares(&terms);
-            let got = growing.product[k][m].powi(2) / growing.norm[k][m];
+            let got = fit.product[k][m].powi(2) / fit.norm[k][m];
             assert!((got - want).abs() < 1e-6 * (1.0 + want), "{m} {degree}: {got} {want}");
         }
     }
@@ -55,7 +55,7 @@ fn pruning_drops_what_a_refit_would_drop() {
     let means = cells.means(&z);
     let mut terms: Vec<Term> = (0..4).map(Term::Power).collect();
     terms.extend([-0.7, -0.25, 0.2, 0.5].map(|at| Term::TruncatedPower { at, degree: 1 }));
-    let kept = prune(&Growing::new(&cells, &means, &terms), &Costs::new(0.04));
+    let kept = prune(&OrthogonalFit::new(&cells, &means, &terms), &Costs::new(0.04));
     // The kink is at 0, -0.25 in the unit coordinate.
     assert!(
         kept.contains(&Term::TruncatedPower { at: -0.25, degree: 1 }),

@@ -1,0 +1,248 @@
+//! A physical form fitted to the nonlinearity on request, with a test whether it suffices.
+//!
+//! A form is fitted to the memory-removed output, cell by cell of the input, by weighted least squares. It is linear in some
+//! parameters, which are solved for. The others are searched from a grid on, then all are refined together. Lack of fit is
+//! tested by the residuals' sums over groups of neighbouring samples, whose squares over their variances add up to a
+//! chi-squared variable when the form is true.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::forms::PhysicalForm;
+use super::limits::{
+    DIFFERENCE_STEP, FINER_STEP, FINER_STEPS, FORM_GROUPS, FORM_LEVEL, FORM_RIDGE, FORM_STARTS, FORM_STEPS,
+    MOST_DEGREE, SMALLEST_PARAMETER,
+};
+use super::outcome::{MemoryRemoved, RefinedIdentification};
+use crate::error::{Error, Result};
+use crate::linalg;
+use crate::linear::levenberg_marquardt::{Linearisation, minimise};
+
+/// A parameter of a form.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FormParameter {
+    /// Its name as in [`PhysicalForm`]'s formulas.
+    pub name: String,
+    /// Its value in the units of the calibrated nonlinearity and the input.
+    pub value: f64,
+    /// Its standard error, for a given linear part; infinite where the data do not determine it.
+    pub error: f64,
+}
+
+/// A fitted form.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FormFit {
+    /// The form.
+    pub form: PhysicalForm,
+    /// Its parameters, the offset last.
+    pub parameters: Vec<FormParameter>,
+    /// The test's statistic, chi-squared if the form is true.
+    pub statistic: f64,
+    /// Its degrees of freedom.
+    pub degrees: usize,
+    /// The statistic above which the form is rejected at 1 %.
+    pub limit: f64,
+    /// The probability of a statistic at least as large if the form is true.
+    pub p_value: f64,
+}
+
+impl FormFit {
+    /// Whether the data do not refute the form.
+    pub fn holds(&self) -> bool {
+        self.statistic <= self.limit
+    }
+
+    /// The form's value at x.
+    pub fn value(&self, x: f64) -> f64 {
+        let p: Vec<f64> = self.parameters.iter().map(|p| p.value).collect();
+        self.form.value(&p, x)
+    }
+}
+
+/// A form and the values that it is fitted to.
+struct Problem<'a> {
+    form: PhysicalForm,
+    points: &'a MemoryRemoved,
+    /// The inverse of the standard deviation of every cell's value.
+    weights: Vec<f64>,
+}
+
+impl Problem<'_> {
+    /// The cells' weights: none where the form may jump inside a cell, whose mean is then neither value's.
+    fn counted(&self, searched: &[f64]) -> Vec<f64> {
+        if self.form != PhysicalForm::Quantizer {
+            return self.weights.clone();
+        }
+        let x = &self.points.x;
+        let level = |i: usize| (x[i] / searched[0]).round();
+        (0..x.len())
+            .map(|i| {
+                let same = level(i.saturating_sub(1)) == level((i + 1).min(x.len() - 1));
+                if same { self.weights[i] } else { 0.0 }
+            })
+            .collect()
+    }
+
+    fn residuals(&self, p: &[f64]) -> Vec<f64> {
+        let weights = self.counted(&p[..self.form.searched()]);
+        let values = self.points.x.iter().zip(&self.points.value).zip(&weights);
+        values.map(|((x, z), w)| w * (self.form.value(p, *x) - z)).collect()
+    }
+
+    /// All parameters for given searched ones, and their sum of squares in proportion to the cells that count; `None` where fewer
+    /// than half of the cells do.
+    fn solved(&self, searched: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let weights = self.counted(searched);
+        let counted = weights.iter().filter(|w| **w > 0.0).count();
+        if 2 * counted < weights.len() {
+            return None;
+        }
+        let n = self.form.names().len() - self.form.searched();
+        let rows: Vec<Vec<f64>> = (self.points.x.iter().zip(&weights))
+            .map(|(x, w)| self.form.functions(searched, *x).iter().map(|f| w * f).collect())
+            .collect();
+        let norm = |i: usize| rows.iter().map(|row| row[i] * row[i]).sum::<f64>();
+        let scale: Vec<f64> = (0..n)
+            .map(|i| if norm(i) > 0.0 { norm(i).sqrt() } else { 1.0 })
+            .collect();
+        let (mut normal, mut rhs) = (vec![0.0; n * n], vec![0.0; n]);
+        for ((row, z), w) in rows.iter().zip(&self.points.value).zip(&weights) {
+            for i in 0..n {
+                rhs[i] += row[i] / scale[i] * w * z;
+                for j in 0..n {
+                    normal[i * n + j] += row[i] * row[j] / (scale[i] * scale[j]);
+                }
+            }
+        }
+        (0..n).for_each(|i| normal[i * n + i] += FORM_RIDGE);
+        let c = linalg::solve_positive_definite(&normal, &rhs)?;
+        let linear = c.iter().zip(&scale).map(|(c, s)| c / s);
+        let p: Vec<f64> = searched.iter().copied().chain(linear).collect();
+        let squares: f64 = self.residuals(&p).iter().map(|r| r * r).sum();
+        let share = counted as f64 / weights.len() as f64;
+        squares.is_finite().then_some((p, squares / share))
+    }
+
+    /// The residuals and their derivatives, by central differences.
+    fn linearised(&self, p: &[f64]) -> Option<Linearisation> {
+        let derivative = |i: usize| {
+            let step = DIFFERENCE_STEP * p[i].abs().max(SMALLEST_PARAMETER);
+            let shifted = |h: f64| {
+                let mut q = p.to_vec();
+                q[i] += h;
+                self.residuals(&q)
+            };
+            let (up, down) = (shifted(step), shifted(-step));
+            up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step)).collect()
+        };
+        let residuals = self.residuals(p);
+        let finite = residuals.iter().all(|r| r.is_finite());
+        finite.then(|| Linearisation {
+            residuals,
+            jacobian: (0..p.len()).map(derivative).collect(),
+        })
+    }
+
+    /// The best parameters.
+    fn minimum(&self) -> Option<Vec<f64>> {
+        let grid = self.form.grid(&self.points.x);
+        let mut starts: Vec<(Vec<f64>, f64)> = grid.iter().filter_map(|s| self.solved(s)).collect();
+        starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+        if self.form == PhysicalForm::Quantizer {
+            // The sum of squares is piecewise constant in the step: a finer grid in place of derivatives.
+            let step = starts.first()?.0[0];
+            let finer = FINER_STEPS.filter_map(|i| self.solved(&[step * (1.0 + FINER_STEP * f64::from(i))]));
+            let best = finer.chain(starts.iter().cloned()).min_by(|a, b| a.1.total_cmp(&b.1));
+            return best.map(|b| b.0);
+        }
+        let refined =
+            (starts.iter().take(FORM_STARTS)).filter_map(|s| minimise(s.0.clone(), FORM_STEPS, |p| self.linearised(p)));
+        let all = refined.chain(starts.iter().take(1).cloned());
+        all.min_by(|a, b| a.1.total_cmp(&b.1)).map(|best| best.0)
+    }
+
+    /// Standard errors; infinite where a parameter is not determined. A quantizer's step has none.
+    fn errors(&self, p: &[f64]) -> Vec<f64> {
+        let without = usize::from(self.form == PhysicalForm::Quantizer);
+        let Some(at) = self.linearised(p) else {
+            return vec![f64::INFINITY; p.len()];
+        };
+        let columns = &at.jacobian[without..];
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let norm = |c: &Vec<f64>| dot(c, c).sqrt().max(f64::MIN_POSITIVE);
+        let scale: Vec<f64> = columns.iter().map(norm).collect();
+        let m = columns.len();
+        let entry = |k: usize| dot(&columns[k / m], &columns[k % m]) / (scale[k / m] * scale[k % m]);
+        let normal: Vec<f64> = (0..m * m).map(entry).collect();
+        let inverse = linalg::inverse_positive_definite(&normal, m);
+        let error = |i: usize| match &inverse {
+            Some(v) => v[i * m + i].max(0.0).sqrt() / scale[i],
+            None => f64::INFINITY,
+        };
+        std::iter::repeat_n(0.0, without).chain((0..m).map(error)).collect()
+    }
+}
+
+impl RefinedIdentification {
+    /// Fits a physical form to the nonlinearity, in the calibration's scale, and tests it.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a degree above 15; [`Error::Data`]: `TooShort` where the input has too few distinct
+    /// values for the form and a test, or the estimate is not refined.
+    pub fn fit_form(&self, form: PhysicalForm) -> Result<FormFit> {
+        if let PhysicalForm::Polynomial(degree) = form
+            && degree > MOST_DEGREE
+        {
+            return Err(Error::parameter("the degree", degree as f64, "at most 15"));
+        }
+        let names = form.names();
+        let points = &self.memory_removed;
+        let too_short = |got| {
+            Error::too_short(
+                "a form of the nonlinearity with a test (distinct inputs of a refined estimate)",
+                names.len() + 2,
+                got,
+            )
+        };
+        if points.x.len() < names.len() + 2 || !(points.deviation > 0.0) {
+            return Err(too_short(points.x.len()));
+        }
+        let weights = points.samples.iter().map(|n| n.sqrt() / points.deviation).collect();
+        let problem = Problem { form, points, weights };
+        let p = problem.minimum().ok_or_else(|| too_short(0))?;
+        let weights = problem.counted(&p[..form.searched()]);
+        let (statistic, groups) = lack_of_fit(&problem.residuals(&p), &weights);
+        let degrees = groups.saturating_sub(p.len()).max(1);
+        // At least one degree of freedom: the distribution exists.
+        let (limit, p_value) = match ChiSquared::new(degrees as f64) {
+            Ok(chi) => (chi.inverse_cdf(1.0 - FORM_LEVEL), chi.sf(statistic)),
+            Err(_) => (f64::NAN, f64::NAN),
+        };
+        let named = names.into_iter().zip(p.iter().zip(problem.errors(&p)));
+        let parameter = |(name, (&value, error))| FormParameter { name, value, error };
+        Ok(FormFit {
+            form,
+            parameters: named.map(parameter).collect(),
+            statistic,
+            degrees,
+            limit,
+            p_value,
+        })
+    }
+}
+
+/// The sum over groups of neighbours of the squared sum of residuals over its variance, and the number of groups.
+fn lack_of_fit(weighted: &[f64], weights: &[f64]) -> (f64, usize) {
+    let groups = FORM_GROUPS.min(weighted.len());
+    let (mut statistic, mut counted) = (0.0, 0);
+    for g in 0..groups {
+        let part = g * weighted.len() / groups..(g + 1) * weighted.len() / groups;
+        // r_i w_i has variance 1; the sum over samples of the residuals is sum_i w_i (w_i r_i) in units of the noise.
+        let sum: f64 = part.clone().map(|i| weighted[i] * weights[i]).sum();
+        let variance: f64 = part.map(|i| weights[i] * weights[i]).sum();
+        if variance > 0.0 {
+            statistic += sum * sum / variance;
+            counted += 1;
+        }
+    }
+    (statistic, counted)
+}
