@@ -1,7 +1,7 @@
 //! The splines in which the unknown curves are written.
 
+use super::column_noise::Slopes;
 use super::fourier::Modulation;
-use super::noisy::Slopes;
 use crate::nonlinearity::spline::basis::CubicSplines;
 
 /// Points an interval must hold, at least.
@@ -98,26 +98,25 @@ impl Basis {
             .values(((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0))
     }
 
-    /// The values of every spline at the points x, each times its factor.
-    pub fn columns(&self, x: &[f64], factor: impl Fn(f64) -> f64) -> Vec<Vec<f64>> {
+    /// The values of every spline at the points x, times x.
+    pub fn columns_times_x(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut columns = vec![vec![0.0; x.len()]; self.len()];
         for (i, &x) in x.iter().enumerate() {
             let (first, values) = self.at(x);
-            let factor = factor(x);
             for (k, v) in values.iter().enumerate() {
-                columns[first + k][i] = factor * v;
+                columns[first + k][i] = x * v;
             }
         }
         columns
     }
 
-    /// The means of every spline over the time of a sample, each times its factor; see [`mean_of`].
-    pub fn mean_columns(&self, x: &[f64], factor: f64) -> Vec<Vec<f64>> {
+    /// The means of every spline over the time of a sample; see [`mean_of`].
+    pub fn mean_columns(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut columns = vec![vec![0.0; x.len()]; self.len()];
         let mut add = |at: usize, x: f64, weight: f64| {
             let (first, values) = self.at(x);
             for (k, v) in values.iter().enumerate() {
-                columns[first + k][at] += weight * factor * v;
+                columns[first + k][at] += weight * v;
             }
         };
         for i in 0..x.len() {

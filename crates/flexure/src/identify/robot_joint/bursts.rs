@@ -108,7 +108,7 @@ mod tests {
                 };
                 let solution = equations.solve().unwrap();
                 let over_time = over_time(&equations, &solution.residuals)[0];
-                *ratio += over_time * solution.covariance[0] / RUNS as f64;
+                *ratio += over_time * solution.covariance.at(0, 0) / RUNS as f64;
             }
         }
         assert!((ratio[0] - 1.0).abs() < 0.25, "{ratio:?}");

@@ -1,6 +1,6 @@
 //! What is refused, and what is warned of, in a joint's log.
 
-use super::outcome::Finding;
+use super::finding::Finding;
 use super::smooth::Noise;
 use crate::error::{DataError, Error, Result, check_size};
 
@@ -44,23 +44,13 @@ pub(super) fn column(name: &str, samples: &[f64], length: usize) -> Result<()> {
 
 /// Refuses a sample time or a level out of range.
 pub(super) fn settings(sample_time: f64, level: f64) -> Result<()> {
-    for (name, value, inside, requirement) in [
-        (
-            "the sample time",
-            sample_time,
-            sample_time > 0.0 && sample_time.is_finite(),
-            "positive and finite, in s",
-        ),
-        (
-            "the level of a confidence band",
-            level,
-            level > 0.0 && level < 1.0,
-            "strictly between 0 and 1, for example 0.95",
-        ),
-    ] {
-        if !inside {
-            return Err(Error::parameter(name, value, requirement));
-        }
+    if !(sample_time > 0.0 && sample_time.is_finite()) {
+        let requirement = "positive and finite, in s";
+        return Err(Error::parameter("the sample time", sample_time, requirement));
+    }
+    if !(level > 0.0 && level < 1.0) {
+        let requirement = "strictly between 0 and 1, for example 0.95";
+        return Err(Error::parameter("the level of a confidence band", level, requirement));
     }
     Ok(())
 }

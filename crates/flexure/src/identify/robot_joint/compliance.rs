@@ -1,7 +1,7 @@
-//! Whether a joint's motor and link move against each other at all, beyond their encoders' noise and skew.
+//! Whether a joint's motor and link move against each other at all, beyond the noise and the clocks of their encoders.
 //!
-//! To first order the deflection is that of a spring under the torque that the motor's inertia leaves, beside what a skew
-//! sigma of the encoders and their noise make:
+//! To first order the deflection is that of a spring under the torque that the motor's inertia leaves, beside what an offset
+//! sigma of the encoders' clocks and their noise make:
 //!
 //! $$ d = c\,\tau - c J_m\, \ddot q_m + \sigma\, \dot q + e. $$
 //!
@@ -10,13 +10,12 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::alignment::{NEGLIGIBLE, SIGNIFICANT};
-use super::equations::Equations;
-use super::flexible::Motion;
+use super::clocks::Offset;
+use super::equations::{Equations, Lines};
+use super::finding::Finding;
 use super::fourier::Modulation;
-use super::outcome::Finding;
+use super::motion::Motion;
 use super::smooth::{Noise, Reflected};
-use crate::linalg::Complex;
 
 /// The least deflection that tells a stiffness, in standard deviations of the encoders' noise.
 const FLEXIBLE: f64 = 3.0;
@@ -28,10 +27,10 @@ const CHANCE: f64 = 1e-3;
 const PASSES: usize = 5;
 const SETTLED: f64 = 1e-3;
 
-/// The deflection as that of a spring with skewed encoders.
+/// The deflection as that of a spring, beside an offset of the link's clock.
 pub(super) struct Compliance {
-    /// The time by which the link's samples are late, s, and its standard error.
-    pub skew: (f64, f64),
+    /// The offset of the link's clock.
+    pub link_offset: Offset,
     /// The root mean square of the deflection that the torque explains, rad; 0 where that may be chance.
     pub elastic: f64,
     /// That of the encoders' noise in a sample, rad.
@@ -95,7 +94,7 @@ impl Motion<'_> {
     pub fn compliance(&self, modulation: &Modulation) -> Option<Compliance> {
         let edge = 2.0 * std::f64::consts::PI * self.link_noise.band.max(self.motor_noise.band);
         let inside = modulation.omega.partition_point(|w| *w <= edge).max(1);
-        let lines = |mut lines: Vec<Complex<f64>>| {
+        let lines = |mut lines: Lines| {
             lines.truncate(inside);
             lines
         };
@@ -105,17 +104,17 @@ impl Motion<'_> {
             lines(self.rotor_acceleration(modulation)),
         ];
         let ones = vec![1.0; inside];
-        let mut skew = 0.0;
+        let mut offset = 0.0;
         let mut last = None;
         for _ in 0..PASSES {
-            let link = match skew == 0.0 {
+            let link = match offset == 0.0 {
                 true => self.link.to_vec(),
-                false => reflected.shifted(skew),
+                false => reflected.shifted(offset),
             };
             let d: Vec<f64> = self.motor.iter().zip(&link).map(|(m, q)| m - q).collect();
             let velocity = lines(modulation.of_rate(&link));
             let right = vec![lines(modulation.of(&centred(&d)))];
-            let solve = |columns: Vec<&Vec<Complex<f64>>>| {
+            let solve = |columns: Vec<&Lines>| {
                 Equations {
                     columns: columns.into_iter().map(|c| vec![Some(c.clone())]).collect(),
                     right: right.clone(),
@@ -127,7 +126,7 @@ impl Motion<'_> {
             let with = solve(vec![&velocity, &springs[0], &springs[1]])?;
             let without = solve(vec![&velocity])?;
             let change = with.x[0];
-            skew += change;
+            offset += change;
             let freedom = 2.0 * inside as f64 - 3.0;
             last = Some((with, without, freedom));
             if change.abs() < SETTLED * self.step {
@@ -148,7 +147,7 @@ impl Motion<'_> {
         // The lines of one side of the spectrum; white noise of variance s has the mean square s in each.
         let all = 0.5 * modulation.samples() as f64;
         Some(Compliance {
-            skew: (skew, with.error(0) * spread.sqrt()),
+            link_offset: Offset::new(offset, with.covariance.error(0) * spread.sqrt(), self.step),
             elastic: if chance < CHANCE { (own / all).sqrt() } else { 0.0 },
             noise: self.encoders(),
             stiffness: 1.0 / with.x[1],
@@ -169,9 +168,12 @@ impl Motion<'_> {
                 false => f64::NAN,
             },
         }];
-        let (skew, standard_error) = found.skew;
-        if skew.abs() > SIGNIFICANT * standard_error && skew.abs() > NEGLIGIBLE * self.step {
-            findings.push(Finding::EncoderSkew { skew, standard_error });
+        let offset = found.link_offset;
+        if offset.significant {
+            findings.push(Finding::EncoderSkew {
+                skew: offset.value,
+                standard_error: offset.standard_error,
+            });
         }
         Some(findings)
     }

@@ -198,13 +198,13 @@ pub(super) struct Shaped {
 }
 
 impl Shaped {
-    /// The shape parameters of each term.
-    pub fn split<'a>(terms: &'a [Term], logs: &'a [f64]) -> impl Iterator<Item = (Term, usize, &'a [f64])> {
-        let mut at = 0;
+    /// Each term with the logarithms of its shape parameters.
+    pub fn split<'a>(terms: &'a [Term], logs: &'a [f64]) -> impl Iterator<Item = (Term, &'a [f64])> {
+        let mut rest = logs;
         terms.iter().map(move |&term| {
-            let from = at;
-            at += term.shapes();
-            (term, from, &logs[from..at])
+            let (own, after) = rest.split_at(term.shapes());
+            rest = after;
+            (term, own)
         })
     }
 
@@ -212,7 +212,7 @@ impl Shaped {
     pub fn value(&self, x: f64) -> f64 {
         Self::split(&self.terms, &self.logs)
             .zip(&self.factors)
-            .map(|((term, _, t), c)| c * term.value(x, t, self.width))
+            .map(|((term, t), c)| c * term.value(x, t, self.width))
             .sum()
     }
 }

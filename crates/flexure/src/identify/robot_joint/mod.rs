@@ -38,38 +38,46 @@
 //! | [`RigidAxis`], [`FlexibleAxis`], [`TwoLinkArm`] | what was found |
 //! | [`Finding`] | what to know before trusting it |
 
-mod alignment;
 mod basis;
 mod bursts;
+mod candidates;
 mod checks;
+mod clock_offset;
+mod clocks;
+mod column_noise;
 mod compliance;
 mod condensed;
-mod departure;
+mod covariance;
+mod division;
 mod equations;
+mod finding;
 mod flexible;
+mod form_fit;
 mod forms;
 mod fourier;
-mod judge;
-mod noisy;
+mod free_outcome;
+mod joint_forms;
+mod joint_signals;
+mod lack_of_fit;
+mod layout;
+mod motion;
 mod outcome;
-mod pair;
-mod parametric;
-mod pieces;
+mod parameters;
 mod profile;
 mod replay;
 mod rigid;
-mod shaping;
-mod skew;
 mod smooth;
+mod system;
 mod two_link;
 
 #[cfg(test)]
 mod tests;
 
+pub use candidates::REFUTED;
+pub use finding::Finding;
 pub use flexible::FlexibleJoint;
 pub use forms::{FormName, Term};
-pub use outcome::{Estimated, Finding, Fitted, FlexibleAxis, JointFound, JointModel, LackOfFit, Parameter, RigidAxis};
-pub use parametric::REFUTED;
+pub use outcome::{Estimated, Fitted, FlexibleAxis, JointFound, JointModel, LackOfFit, Parameter, RigidAxis};
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};
 pub use two_link::{TwoLinkArm, TwoLinkLog};

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::finding::Finding;
 use super::forms::{FormName, Shaped, Term};
 use crate::bands::Band;
 
@@ -83,161 +84,13 @@ impl Fitted {
     }
 }
 
-/// Something to know before trusting the result, in words with a remedy.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Finding {
-    /// The torque stays at its largest or smallest value.
-    ClippedTorque {
-        /// Samples at that value.
-        samples: usize,
-        /// The value.
-        value: f64,
-    },
-    /// The joint moves in one direction only.
-    NeverReverses {
-        /// The share of the time in the rarer direction.
-        share: f64,
-    },
-    /// The joint reverses only a few times.
-    FewReversals {
-        /// How often.
-        reversals: usize,
-    },
-    /// The motion reaches up to the frequencies where only noise should be.
-    SampledTooSlowly {
-        /// The sample time, s.
-        step: f64,
-        /// The highest frequency of the motion that was found, Hz.
-        band: f64,
-    },
-    /// The joint's mechanical time constant is hardly longer than a sample.
-    FastTimeConstant {
-        /// The time constant, s.
-        time_constant: f64,
-        /// The sample time, s.
-        step: f64,
-    },
-    /// Motor and link do not move against each other.
-    NoFlexibility {
-        /// The root mean square of the deflection that the torque explains; 0 where there is none but by chance.
-        deflection: f64,
-        /// That of the encoders' noise in a sample of the deflection.
-        noise: f64,
-        /// The stiffness that a spring with this deflection would have; NaN where there is none.
-        stiffness: f64,
-    },
-    /// The encoders' samples are not of the same instants.
-    EncoderSkew {
-        /// The time by which the link's samples are late, s.
-        skew: f64,
-        /// Its standard error, s.
-        standard_error: f64,
-    },
-    /// The motor goes much farther than the link, or less far, or the other way.
-    DifferentAngles {
-        /// How many times as far.
-        ratio: f64,
-    },
-    /// An angle goes through several turns.
-    ManyTurns {
-        /// From its smallest to its largest value.
-        span: f64,
-    },
-    /// The torque's samples are late.
-    TorqueDelay {
-        /// The time from a torque's sample to its effect, s.
-        delay: f64,
-        /// Whether that is the half sample of a torque held from sample to sample.
-        held: bool,
-    },
-}
-
-impl std::fmt::Display for Finding {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Finding::ClippedTorque { samples, value } => write!(
-                f,
-                "the torque stays at its extreme {value} for {samples} samples: it is clipped there, and what really \
-                 acted is not in the record; excite less, or widen the torque's range"
-            ),
-            Finding::NeverReverses { share } => write!(
-                f,
-                "the joint moves in one direction for {:.1} % of the time: Coulomb friction cannot be told from an \
-                 offset; record motions in both directions",
-                100.0 * (1.0 - share)
-            ),
-            Finding::FewReversals { reversals } => write!(
-                f,
-                "the joint reverses only {reversals} times: the record is too short to tell friction well; record more \
-                 motions in both directions"
-            ),
-            Finding::SampledTooSlowly { step, band } => write!(
-                f,
-                "the motion still stands out of the noise at {band:.4} Hz, near the limit of {:.4} Hz of a sample time \
-                 of {step} s: what happens between the samples is lost; sample faster, or excite more slowly",
-                0.5 / step
-            ),
-            Finding::FastTimeConstant { time_constant, step } => write!(
-                f,
-                "friction stops the joint within {time_constant:.3} s, less than five samples of {step} s: inertia and \
-                 friction cannot be told apart; sample faster"
-            ),
-            Finding::NoFlexibility {
-                deflection,
-                noise,
-                stiffness,
-            } => {
-                write!(
-                    f,
-                    "no flexibility is seen: of the difference between motor and link the torque explains {deflection:.2e} (root mean \
-                     square), less than three times the encoders' noise of {noise:.2e}, which tells no stiffness curve"
-                )?;
-                if stiffness.is_finite() {
-                    write!(f, " (a spring would have about {stiffness:.1e} N m/rad)")?;
-                }
-                write!(f, "; the joint is taken as rigid. Load it more, or measure finer")
-            }
-            Finding::EncoderSkew { skew, standard_error } => write!(
-                f,
-                "the link's samples are {:.3} ms (standard error {:.3} ms) {} than the motor's; they have been shifted \
-                 accordingly",
-                1e3 * skew.abs(),
-                1e3 * standard_error,
-                if *skew > 0.0 { "later" } else { "earlier" }
-            ),
-            Finding::DifferentAngles { ratio } => write!(
-                f,
-                "the motor goes {ratio:.4} times as far as the link: both angles must be in rad, with the same sign, and on the same \
-                 side of the gear; divide the motor's by the gear ratio"
-            ),
-            Finding::ManyTurns { span } => write!(
-                f,
-                "an angle goes through {span:.1} rad, {:.1} turns: if it is logged in degrees, multiply it by pi / 180 = 0.017453, or all \
-                 inertias and stiffnesses come out too small by that",
-                span / std::f64::consts::TAU
-            ),
-            Finding::TorqueDelay { delay, held: true } => write!(
-                f,
-                "the torque acts {:.3} ms after its sample, as one held from sample to sample does; it has been shifted \
-                 accordingly",
-                1e3 * delay
-            ),
-            Finding::TorqueDelay { delay, held: false } => write!(
-                f,
-                "the torque acts {:.3} ms {} its sample; it has been shifted accordingly",
-                1e3 * delay.abs(),
-                if *delay > 0.0 { "after" } else { "before" }
-            ),
-        }
-    }
-}
-
 /// What was wrong where a torque was clipped.
 const CLIPPED: &str = "the torque is clipped, and what really acted is not in the record";
 /// What was wrong where a joint moved in one direction.
 const ONE_WAY: &str = "the joint moves in one direction only, in which Coulomb friction and an offset are alike";
+
+/// The parameters that need both directions.
+const DRY_FRICTION: [&str; 9] = ["Fc", "Fs", "vs", "F0", "g1", "g2", "g3", "g4", "g5"];
 
 impl Estimated {
     /// With an error that is not chance's beside the one that is.
@@ -254,22 +107,22 @@ impl Estimated {
     }
 }
 
-impl Fitted {
-    fn distrust(&mut self, symbols: Option<&[&str]>, remark: &str) {
-        let named = |p: &&mut Parameter| symbols.is_none_or(|s| s.contains(&p.symbol.as_str()));
-        for parameter in self.parameters.iter_mut().filter(named) {
-            parameter.identifiable = false;
-            parameter.range = [f64::NAN; 2];
-            parameter.standard_error = f64::NAN;
-            parameter.remark = remark.to_owned();
-        }
-        if symbols.is_none() {
-            self.inertia.unsure();
-        }
+impl Parameter {
+    /// The parameter is not identifiable after all.
+    pub(super) fn withdraw(&mut self, remark: &str) {
+        self.identifiable = false;
+        self.range = [f64::NAN; 2];
+        self.remark = remark.to_owned();
+    }
+
+    /// Nor has it a standard error.
+    fn distrust(&mut self, remark: &str) {
+        self.withdraw(remark);
+        self.standard_error = f64::NAN;
     }
 }
 
-/// Takes the standard errors off what the findings say cannot be trusted: these tell of chance alone.
+/// Removes the standard errors of everything that the findings make untrustworthy: these are about chance alone.
 fn distrusted<'a>(
     findings: &[Finding],
     inertias: impl IntoIterator<Item = &'a mut Estimated>,
@@ -280,16 +133,18 @@ fn distrusted<'a>(
     let one_way = findings.iter().any(|f| matches!(f, Finding::NeverReverses { .. }));
     if clipped {
         inertias.into_iter().for_each(Estimated::unsure);
-        for extra in extras {
-            (extra.identifiable, extra.standard_error) = (false, f64::NAN);
-            (extra.range, extra.remark) = ([f64::NAN; 2], CLIPPED.to_owned());
-        }
+        extras.iter_mut().for_each(|extra| extra.distrust(CLIPPED));
     }
     for form in forms {
-        match (clipped, one_way) {
-            (true, _) => form.distrust(None, CLIPPED),
-            (false, true) => form.distrust(Some(&["Fc", "Fs", "vs", "F0", "g1", "g2", "g3", "g4", "g5"]), ONE_WAY),
-            (false, false) => {}
+        if clipped {
+            form.parameters.iter_mut().for_each(|p| p.distrust(CLIPPED));
+            form.inertia.unsure();
+        } else if one_way {
+            let dry = form
+                .parameters
+                .iter_mut()
+                .filter(|p| DRY_FRICTION.contains(&p.symbol.as_str()));
+            dry.for_each(|p| p.distrust(ONE_WAY));
         }
     }
 }
@@ -416,19 +271,4 @@ pub enum JointFound {
     Rigid(Box<RigidAxis>),
     /// A flexible joint.
     Flexible(Box<FlexibleAxis>),
-}
-
-/// The torque k(d) d with its band, from k(d).
-pub(super) fn torque_band(secant: &Band) -> Band {
-    let times = |values: &[f64]| -> Vec<f64> { values.iter().zip(&secant.x[0]).map(|(v, d)| v * d).collect() };
-    let (lower, upper) = (times(&secant.lower), times(&secant.upper));
-    let pick = |choose: fn(f64, f64) -> f64| lower.iter().zip(&upper).map(|(a, b)| choose(*a, *b)).collect();
-    Band {
-        estimate: times(&secant.estimate),
-        centre: times(&secant.centre),
-        standard_error: times(&secant.standard_error).iter().map(|e| e.abs()).collect(),
-        lower: pick(f64::min),
-        upper: pick(f64::max),
-        ..secant.clone()
-    }
 }

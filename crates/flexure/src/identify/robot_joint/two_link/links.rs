@@ -9,13 +9,13 @@
 //! linear in the arm's constants s (shoulder), e (elbow) and p (coupling) of
 //! [`LinkDynamics`](crate::manipulator::LinkDynamics).
 
-use super::super::equations::{Column, Equations, NoiseModel, Solution};
+use super::super::column_noise::Noisy;
+use super::super::division::FRICTION;
+use super::super::equations::{Column, Lines};
 use super::super::fourier::Modulation;
-use super::super::noisy::Noisy;
-use super::super::pair::{FRICTION_PIECES, Pair, Splines, akaike};
-use super::super::pieces::undersmoothed;
-use super::super::rigid::ROUNDS;
+use super::super::joint_signals::{JointSignals, ROUNDS};
 use super::super::smooth::{Noise, gain};
+use super::super::system::{Splines, System, low_frequencies};
 use crate::linalg::Complex;
 
 /// The number of the links' constants.
@@ -26,7 +26,7 @@ pub(super) struct Links {
     /// Minus what belongs to the shoulder's, the elbow's and the coupling constant in the equations of link 1 and link 2.
     pub constants: [Column; CONSTANTS],
     /// Minus the acceleration of motor 2 in its bearing, which acts on link 1.
-    pub rotor: Vec<Complex<f64>>,
+    pub rotor: Lines,
     /// The encoders' noise in the accelerations of link 1 and 2 and of motor 2.
     encoder: [Vec<f64>; 3],
     /// That of link 1 and 2 in the product of an acceleration and the rate of a smoothed velocity, and in the square of the latter.
@@ -36,22 +36,16 @@ pub(super) struct Links {
     pub cosine: [f64; 2],
 }
 
-/// The free friction curves, and the noise of the links' equations.
-pub(super) struct FreeLinks {
-    pub friction: [Splines; 2],
-    pub noise: [Vec<f64>; 2],
-}
-
 impl Links {
     /// From the angles of the links and of motor 2, with what is known of their noise, and the links' velocities, smoothed with the
     /// angles' cut-offs.
     pub fn new(modulation: &Modulation, q: [&[f64]; 2], v: [&[f64]; 2], motor: &[f64], noise: [Noise; 3]) -> Links {
         let n = q[0].len();
         let cut_off = [0, 1].map(|i| noise[i].cut_off());
-        let negative = |lines: Vec<Complex<f64>>| -> Vec<Complex<f64>> { lines.into_iter().map(|v| -v).collect() };
+        let negative = |lines: Lines| -> Lines { lines.into_iter().map(|v| -v).collect() };
         let along = |f: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(f).collect() };
         let [first, second] = q.map(|q| negative(modulation.of_acceleration(q)));
-        let both: Vec<Complex<f64>> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
+        let both: Lines = first.iter().zip(&second).map(|(a, b)| a + b).collect();
         let swing = along(&|i| q[1][i].cos() * (2.0 * v[0][i] + v[1][i]));
         let carried = along(&|i| q[1][i].cos() * v[0][i]);
         let centrifugal = along(&|i| q[1][i].sin() * v[0][i] * (v[0][i] + v[1][i]));
@@ -104,10 +98,10 @@ impl Links {
         let [smoother_1, smoother_2] = &self.smoother;
         let [cosine, square] = self.cosine;
         let (shoulder, elbow, coupling) = (from, from + 1, from + 2);
-        let entry = |a: usize, b: usize, block: usize, lines, factor: f64| Noisy {
+        let entry = |a: usize, b: usize, block: usize, spectrum, factor: f64| Noisy {
             columns: [a, b],
             block: first + block,
-            lines,
+            spectrum,
             factor,
         };
         let carried = rotor.map(|rotor| entry(rotor, rotor, 0, &motor_2[..], 1.0));
@@ -126,81 +120,47 @@ impl Links {
         links.into_iter().chain(carried).collect()
     }
 
-    /// Minus the elastic torques, and what is else known, as right-hand sides: `kappa` less the torque of rotor 2.
-    pub fn right(&self, kappa: [&[Complex<f64>]; 2], rotor: f64) -> Vec<Vec<Complex<f64>>> {
+    /// The links' equations alone, under elastic torques that are known and with a known inertia of motor 2.
+    pub fn system<'a>(&'a self, joints: &'a [JointSignals; 2], kappa: [&[Complex<f64>]; 2], rotor: f64) -> System<'a> {
         let on_first = kappa[0].iter().zip(&self.rotor).map(|(k, a)| -(k + a * rotor));
-        vec![on_first.collect(), kappa[1].iter().map(|k| -k).collect()]
-    }
-
-    /// The links' equations with these friction curves.
-    pub fn equations<'a>(
-        &'a self,
-        right: Vec<Vec<Complex<f64>>>,
-        friction: [&[Vec<Complex<f64>>]; 2],
-        noise: [&'a [f64]; 2],
-    ) -> Equations<'a> {
-        let on = |i: usize, lines: &Vec<Complex<f64>>| -> Column {
-            let mut column: Column = vec![None, None];
-            column[i] = Some(lines.clone());
-            column
-        };
-        let curves = friction.into_iter().enumerate();
-        Equations {
-            columns: self
-                .constants
-                .iter()
-                .cloned()
-                .chain(curves.flat_map(|(i, curve)| curve.iter().map(move |lines| on(i, lines))))
-                .collect(),
-            right,
-            noise: noise.to_vec(),
+        System {
+            modulation: joints[0].modulation,
+            factors: self.constants.to_vec(),
+            right: vec![on_first.collect(), kappa[1].iter().map(|k| -k).collect()],
             noisy: self.noisy(0, 0, None),
+            encoder_noise: Box::new(move |x| self.known(x, rotor).into()),
+            curves: vec![
+                joints[0].friction(vec![-1.0, 0.0], CONSTANTS),
+                joints[1].friction(vec![0.0, -1.0], CONSTANTS),
+            ],
         }
     }
+}
 
-    /// The free friction curves for elastic torques that are known, and the noise that the equations turn out to have.
-    pub fn free(&self, joints: [&Pair; 2], kappa: [&[Complex<f64>]; 2], rotor: f64, band: f64) -> Option<FreeLinks> {
-        let right = self.right(kappa, rotor);
-        let omega = &joints[0].modulation.omega;
-        let mut pieces = [FRICTION_PIECES[1]; 2];
-        let splines = |joint: usize, pieces: usize| joints[joint].friction_splines(pieces);
-        let coarse = [0, 1].map(|j| splines(j, pieces[j]));
-        // Low frequencies, where the encoders' noise does no harm, begin.
-        let edge = std::f64::consts::PI * band;
-        let start: Vec<f64> = omega.iter().map(|w| 1.0 + (w / edge).powi(8)).collect();
-        let mut noise = [start.clone(), start];
-        for _ in 0..ROUNDS {
-            noise = self.solved(&right, [&coarse[0], &coarse[1]], &noise, rotor)?.1;
-        }
-        for joint in 0..2 {
-            let other = &coarse[1 - joint];
-            let scores: Vec<Option<f64>> = FRICTION_PIECES
-                .iter()
-                .map(|&pieces| {
-                    let own = splines(joint, pieces);
-                    let both = if joint == 0 { [&own, other] } else { [other, &own] };
-                    Some(akaike(&self.solved(&right, both, &noise, rotor)?.0, 2 * omega.len()))
-                })
-                .collect();
-            pieces[joint] = undersmoothed(&FRICTION_PIECES, scores.into_iter())?;
-        }
-        let friction = [0, 1].map(|j| splines(j, pieces[j]));
-        noise = self.solved(&right, [&friction[0], &friction[1]], &noise, rotor)?.1;
-        Some(FreeLinks { friction, noise })
-    }
+/// The free friction curves, and the noise of the links' equations.
+pub(super) struct FreeLinks {
+    pub splines: [Splines; 2],
+    pub noise: Vec<Vec<f64>>,
+}
 
-    fn solved(
-        &self,
-        right: &[Vec<Complex<f64>>],
-        friction: [&Splines; 2],
-        noise: &[Vec<f64>; 2],
-        rotor: f64,
-    ) -> Option<(Solution, [Vec<f64>; 2])> {
-        let curves = friction.map(|f| f.1.as_slice());
-        let weights = [noise[0].as_slice(), noise[1].as_slice()];
-        let solution = self.equations(right.to_vec(), curves, weights).solve()?;
-        let known = self.known(&solution.x[..CONSTANTS], rotor);
-        let found = [0, 1].map(|i| NoiseModel::fit(&solution.residuals[i], &known[i]).lines);
-        Some((solution, found))
+/// The free friction curves of the links' equations alone, one after the other.
+pub(super) fn start(system: &System, band: f64) -> Option<FreeLinks> {
+    let splines = |joint: usize, pieces: usize| system.curves[joint].splines(system.modulation, pieces);
+    let coarse = [0, 1].map(|joint| splines(joint, FRICTION.coarse));
+    let start = low_frequencies(system.modulation, band);
+    let mut noise = vec![start.clone(), start];
+    for _ in 0..ROUNDS {
+        noise = system.noise_of(&system.solve(&[&coarse[0], &coarse[1]], &noise)?);
     }
+    let chosen = |joint: usize| {
+        FRICTION.undersmoothed(|pieces| {
+            let own = splines(joint, pieces);
+            let mut both = [&coarse[0], &coarse[1]];
+            both[joint] = &own;
+            Some(system.solve(&both, &noise)?.akaike())
+        })
+    };
+    let splines = [splines(0, chosen(0)?), splines(1, chosen(1)?)];
+    noise = system.noise_of(&system.solve(&[&splines[0], &splines[1]], &noise)?);
+    Some(FreeLinks { splines, noise })
 }

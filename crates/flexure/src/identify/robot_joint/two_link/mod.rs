@@ -7,27 +7,25 @@
 //! stand beside those of the links ([`links`]). All four are linear in the two motor inertias and the three constants of
 //! the links, and free in the two stiffness and the two friction curves.
 
-mod forms;
 mod links;
 mod outcome;
-mod refine;
 
 #[cfg(test)]
 mod tests;
 
-use super::alignment::{Alignment, align};
 use super::checks;
-use super::equations::{Column, Equations, Solution};
-use super::flexible::{BANDS, HIGHEST, Motion};
+use super::clocks::{Clocks, clocks};
+use super::column_noise::{AbscissaNoise, Noisy};
+use super::equations::Column;
+use super::finding::Finding;
 use super::fourier::Modulation;
-use super::noisy::{Abscissa, Noisy};
-use super::outcome::{Estimated, Finding, FlexibleAxis};
-use super::pair::{Pair, Splines, combine};
-use super::rigid::{FEWEST_LINES, least_band};
-use super::smooth::{Noise, Reflected};
+use super::joint_signals::{JointSignals, of_inertia};
+use super::motion::{Carrier, Motion, modulation_of};
+use super::outcome::{Estimated, FlexibleAxis};
+use super::system::{FreeCurves, System};
 use crate::error::{DataError, Error, Result};
 use crate::linalg::Complex;
-use links::{CONSTANTS, FreeLinks, Links};
+use links::Links;
 
 /// The log of a two-link arm with flexible joints; index 0 is the shoulder, 1 the elbow.
 ///
@@ -75,34 +73,42 @@ pub struct TwoLinkArm {
 /// The names of the columns of each joint in errors.
 const NAMES: [[&str; 3]; 2] = [["motor 1", "link 1", "torque 1"], ["motor 2", "link 2", "torque 2"]];
 
-/// Everything that is solved for, in this order: motor inertias, constants of the links, stiffness and friction curves.
-struct Whole<'a> {
-    modulation: &'a Modulation,
-    motions: [Motion<'a>; 2],
-    alignments: [Alignment; 2],
-    pairs: [Pair<'a>; 2],
-    links: Links,
-    /// The links' angles, in step with the motors'.
-    q: [Vec<f64>; 2],
-    stiffness: [Splines; 2],
-    motor_noise: [Vec<f64>; 2],
-    free: FreeLinks,
-    /// The splines beside which the forms of the curves of each joint are tested.
-    tested: [[Splines; 2]; 2],
-    /// The next finer splines of stiffness 1 and 2, friction 1 and 2, which tell what those in use smooth away.
-    finer: Vec<Splines>,
+/// The unknown factors in the equations of an arm.
+mod factor {
+    /// The inertias of the two motors.
+    pub const MOTORS: [usize; 2] = [0, 1];
+    /// The constants of the links.
+    pub const SHOULDER: usize = 2;
+    pub const ELBOW: usize = 3;
+    pub const COUPLING: usize = 4;
+    /// Where the constants of the links begin.
+    pub const LINKS: usize = SHOULDER;
+    /// All of them.
+    pub const COUNT: usize = 5;
 }
 
-/// The columns of the splines of stiffness 1 and 2, friction 1 and 2 in the equations of motor 1 and 2, link 1 and 2.
-fn on_equations(curve: usize, splines: &Splines) -> impl Iterator<Item = Column> + '_ {
-    splines.1.iter().map(move |lines| {
-        let mut column: Column = vec![None; 4];
-        if curve < 2 {
-            column[curve] = Some(lines.clone());
-        }
-        column[2 + curve % 2] = Some(lines.clone());
-        column
-    })
+/// The blocks of equations of an arm.
+mod block {
+    pub const MOTORS: [usize; 2] = [0, 1];
+    pub const LINKS: [usize; 2] = [2, 3];
+    pub const COUNT: usize = 4;
+}
+
+/// The curves of an arm.
+mod curve {
+    pub const STIFFNESS: [usize; 2] = [0, 1];
+    pub const FRICTION: [usize; 2] = [2, 3];
+}
+
+/// The transformed log of an arm.
+struct ArmSignals<'a> {
+    modulation: &'a Modulation,
+    motions: &'a [Motion<'a>; 2],
+    clocks: [Clocks; 2],
+    joints: [JointSignals<'a>; 2],
+    links: Links,
+    /// The links' angles, on the motors' clocks.
+    q: [Vec<f64>; 2],
 }
 
 impl TwoLinkLog<'_> {
@@ -128,33 +134,14 @@ impl TwoLinkLog<'_> {
     /// As [`super::RigidJoint::identify`], and [`Error::Data`]: `RigidJointInArm` where a joint shows no deflection.
     pub fn identify(&self) -> Result<TwoLinkArm> {
         self.check()?;
-        let step = self.sample_time;
-        let (motor, link) = (
-            self.motor.map(|q| Noise::of(q, step)),
-            self.link.map(|q| Noise::of(q, step)),
-        );
-        let n = self.link[0].len();
-        checks::resolved(&[motor[0], link[0], motor[1], link[1]], n, step)?;
-        let widest = motor.iter().chain(&link).map(|noise| noise.band).fold(0.0, f64::max);
-        let highest = (HIGHEST / step).min((BANDS * widest).max(least_band(n, step)));
-        let modulation = Modulation::new(n, step, highest);
-        if modulation.len() < FEWEST_LINES {
-            return Err(Error::too_short(
-                "the equations of motion at enough frequencies",
-                (FEWEST_LINES as f64 / (highest * step)).ceil() as usize,
-                n,
-            ));
-        }
-        let motions = [0, 1].map(|i| Motion {
-            motor: self.motor[i],
-            link: self.link[i],
-            torque: self.torque[i],
-            step,
-            motor_inertia: None,
-            motor_noise: motor[i],
-            link_noise: link[i],
-            rides_on: (i == 1).then_some((self.link[0], link[0])),
+        let motion = |i: usize| Motion::new(self.motor[i], self.link[i], self.torque[i], self.sample_time);
+        let [first, mut second] = [0, 1].map(motion);
+        second.carrier = Some(Carrier {
+            angle: self.link[0],
+            noise: first.link_noise,
         });
+        let motions = [first, second];
+        let modulation = modulation_of(&motions, self.sample_time)?;
         for (joint, motion) in motions.iter().enumerate() {
             let findings = motion.no_flexibility(&modulation).unwrap_or_default();
             for finding in findings {
@@ -167,54 +154,39 @@ impl TwoLinkLog<'_> {
                 }
             }
         }
-        let whole = Whole::new(motions, &modulation);
-        whole
-            .and_then(|w| w.outcome(self.level))
-            .ok_or(Error::Data(DataError::TooLittleMotion {
-                what: "inertias, stiffness and friction of the arm",
-            }))
+        let signals = ArmSignals::new(&motions, &modulation);
+        let arm = signals.and_then(|signals| signals.outcome(self.level));
+        Ok(arm.ok_or(DataError::TooLittleMotion {
+            what: "inertias, stiffness and friction of the arm",
+        })?)
     }
 }
 
-impl<'a> Whole<'a> {
-    fn new(motions: [Motion<'a>; 2], modulation: &'a Modulation) -> Option<Whole<'a>> {
-        let alignments = [align(&motions[0], modulation)?, align(&motions[1], modulation)?];
-        let q = [0, 1].map(|i| match alignments[i].skew {
-            (skew, _, true) => Reflected::new(motions[i].link, motions[i].step).shifted(skew),
-            _ => motions[i].link.to_vec(),
-        });
-        let pairs = [0, 1].map(|i| Pair::new(&motions[i], modulation, &alignments[i], &q[i]));
+impl<'a> ArmSignals<'a> {
+    fn new(motions: &'a [Motion<'a>; 2], modulation: &'a Modulation) -> Option<Self> {
+        let clocks = [clocks(&motions[0], modulation)?, clocks(&motions[1], modulation)?];
+        let q = [0, 1].map(|i| clocks[i].link(&motions[i]));
+        let joints = [0, 1].map(|i| JointSignals::new(&motions[i], modulation, &clocks[i], &q[i]));
         let links = Links::new(
             modulation,
             [&q[0], &q[1]],
-            [&pairs[0].v, &pairs[1].v],
+            [&joints[0].v, &joints[1].v],
             motions[1].motor,
             [motions[0].link_noise, motions[1].link_noise, motions[1].motor_noise],
         );
-        let (first, second) = (pairs[0].stiffness()?, pairs[1].stiffness()?);
-        // Unknown 0 of a motor's equation is its inertia.
-        let kappa = [&first, &second].map(|(splines, solution, _)| combine(&splines.1, &solution.x[1..]));
-        let band = motions.iter().map(|m| m.link_noise.band).fold(0.0, f64::max);
-        let free = links.free([&pairs[0], &pairs[1]], [&kappa[0], &kappa[1]], second.1.x[0], band)?;
-        let whole = Whole {
+        Some(ArmSignals {
             modulation,
-            alignments,
+            motions,
+            clocks,
+            joints,
             links,
             q,
-            stiffness: [first.0, second.0],
-            motor_noise: [first.2, second.2],
-            free,
-            tested: [pairs[0].tested(), pairs[1].tested()],
-            pairs,
-            motions,
-            finer: Vec::new(),
-        };
-        whole.refined()
+        })
     }
 
-    /// The inertias' columns in the equations of motor 1 and 2, link 1 and 2, these as `0 = kappa - ...`.
-    fn inertias(&self) -> Vec<Column> {
-        let rotor = |i: usize| self.pairs[i].motor.clone();
+    /// The columns of the factors in the equations of motor 1 and 2, link 1 and 2, these as `0 = kappa - ...`.
+    fn factors(&self) -> Vec<Column> {
+        let rotor = |i: usize| self.joints[i].motor.clone();
         let motors = [
             vec![rotor(0), None, None, None],
             vec![None, rotor(1), Some(self.links.rotor.clone()), None],
@@ -227,103 +199,69 @@ impl<'a> Whole<'a> {
         motors.into_iter().chain(constants).collect()
     }
 
-    fn right(&self) -> Vec<Vec<Complex<f64>>> {
-        let zero = vec![Complex::new(0.0, 0.0); self.modulation.len()];
-        let torque = |i: usize| self.pairs[i].torque.clone();
-        vec![torque(0), torque(1), zero.clone(), zero]
-    }
-
-    fn noise(&self) -> Vec<&[f64]> {
-        let both = self.motor_noise.iter().chain(&self.free.noise);
-        both.map(Vec::as_slice).collect()
-    }
-
-    /// The noise of the columns of the inertias.
+    /// The noise of the factors' columns.
     fn noisy(&self) -> Vec<Noisy<'_>> {
-        let motors = (0..2).map(|i| Noisy {
-            columns: [i, i],
-            block: i,
-            lines: &self.pairs[i].encoder[0],
-            factor: 1.0,
-        });
-        motors.chain(self.links.noisy(2, 2, Some(1))).collect()
+        let motors = (0..2).map(|i| Noisy::square(factor::MOTORS[i], block::MOTORS[i], &self.joints[i].encoder[0]));
+        let links = self
+            .links
+            .noisy(factor::LINKS, block::LINKS[0], Some(factor::MOTORS[1]));
+        motors.chain(links).collect()
     }
 
-    /// The deflection of a joint as an abscissa in the equations of its motor and its link.
-    fn abscissa(&self, joint: usize) -> Abscissa<'_> {
-        let pair = &self.pairs[joint];
-        if pair.smoothed {
-            return Abscissa::default();
-        }
-        let [motor, link] = pair.variances;
-        let (inertia, carried) = (joint, 2 + joint);
+    /// The noise of a joint's deflection in the equations of its motor and its link.
+    fn deflection_noise(&self, joint: usize) -> AbscissaNoise<'_> {
+        let signals = &self.joints[joint];
+        let (on_motor, on_link) = (block::MOTORS[joint], block::LINKS[joint]);
+        let [motor, link] = signals.variances;
+        let rotor = signals.shared_noise(factor::MOTORS[joint], on_motor, -motor);
+        let carried = signals.shared_noise(factor::LINKS + joint, on_link, -link);
         // The acceleration of link 1 is in the equation of link 1 twice, that of link 2 in its own with the elbow's constant alone.
-        let coupled = (joint == 0).then(|| (4, 2, &pair.shared[..], -2.0 * self.links.cosine[0] * link));
-        Abscissa {
-            own: [joint, 2 + joint]
-                .map(|block| (block, &pair.elastic[..], motor + link))
-                .to_vec(),
-            with: [
-                (inertia, joint, &pair.shared[..], -motor),
-                (carried, 2 + joint, &pair.shared[..], -link),
-            ]
-            .into_iter()
-            .chain(coupled)
-            .collect(),
-        }
+        let coupled = (joint == 0).then(|| {
+            let covariance = -2.0 * self.links.cosine[0] * link;
+            signals.shared_noise(factor::COUPLING, on_link, covariance)
+        });
+        let shared = [rotor, carried].into_iter().chain(coupled).collect();
+        signals.deflection_noise(&[on_motor, on_link], shared)
     }
 
-    /// What the deflections' noise adds to the products of the splines of these curves of stiffness, whose columns begin there.
-    fn noisy_curves<'b>(&'b self, curves: &[(usize, &Splines, usize)]) -> Vec<Noisy<'b>> {
-        let of = |&(joint, splines, first): &(usize, &Splines, usize)| {
-            self.pairs[joint].noisy_curve(&self.abscissa(joint), splines, first)
+    /// All equations.
+    fn system(&self) -> System<'_> {
+        let signs = |entries: &[(usize, f64)]| {
+            let mut signs = vec![0.0; block::COUNT];
+            entries.iter().for_each(|&(block, sign)| signs[block] = sign);
+            signs
         };
-        curves.iter().flat_map(of).collect()
-    }
-
-    /// All equations with free curves.
-    fn equations(&self) -> Equations<'_> {
-        let [k1, k2] = &self.stiffness;
-        let [f1, f2] = &self.free.friction;
-        self.equations_with([k1, k2, f1, f2])
-    }
-
-    /// All equations with these curves of stiffness 1 and 2, friction 1 and 2.
-    fn equations_with(&self, curves: [&Splines; 4]) -> Equations<'_> {
-        let mut columns = self.inertias();
-        let mut noisy = self.noisy();
-        let [k1, k2, ..] = curves;
-        let first = columns.len();
-        noisy.extend(self.noisy_curves(&[(0, k1, first), (1, k2, first + k1.1.len())]));
-        for (i, splines) in curves.into_iter().enumerate() {
-            columns.extend(on_equations(i, splines));
-        }
-        Equations {
-            columns,
-            right: self.right(),
-            noise: self.noise(),
-            noisy,
+        let stiffness = (0..2).map(|i| {
+            let signs = signs(&[(block::MOTORS[i], 1.0), (block::LINKS[i], 1.0)]);
+            self.joints[i].stiffness(signs, self.deflection_noise(i), factor::COUNT)
+        });
+        let friction = (0..2).map(|i| self.joints[i].friction(signs(&[(block::LINKS[i], -1.0)]), factor::COUNT));
+        let zero = vec![Complex::new(0.0, 0.0); self.modulation.len()];
+        let torque = |i: usize| self.joints[i].torque.clone();
+        System {
+            modulation: self.modulation,
+            factors: self.factors(),
+            right: vec![torque(0), torque(1), zero.clone(), zero],
+            noisy: self.noisy(),
+            encoder_noise: Box::new(|x| {
+                let motor = |i: usize| of_inertia(&self.joints[i].encoder[0], x[factor::MOTORS[i]]);
+                let [first, second] = self.links.known(&x[factor::LINKS..], x[factor::MOTORS[1]]);
+                vec![motor(0), motor(1), first, second]
+            }),
+            curves: stiffness.chain(friction).collect(),
         }
     }
 
-    /// Where the stiffness and the friction curve of a joint begin among the unknowns.
-    fn places(&self, joint: usize) -> [usize; 2] {
-        let stiff = 2 + CONSTANTS;
-        let rub = stiff + self.stiffness.iter().map(|s| s.0.len()).sum::<usize>();
-        match joint {
-            0 => [stiff, rub],
-            _ => [stiff + self.stiffness[0].0.len(), rub + self.free.friction[0].0.len()],
-        }
-    }
-
-    /// The torques of the free curves of a joint at every sample.
-    fn curves(&self, solution: &Solution, joint: usize) -> [Vec<f64>; 2] {
-        let [stiff, rub] = self.places(joint);
-        let pair = &self.pairs[joint];
-        let (k, f) = (&self.stiffness[joint].0, &self.free.friction[joint].0);
-        [
-            pair.d.iter().map(|&d| k.value(&solution.x[stiff..], d) * d).collect(),
-            pair.v.iter().map(|&v| f.value(&solution.x[rub..], v)).collect(),
-        ]
+    /// The free curves, and the noise of all equations.
+    fn free(&self, system: &System) -> Option<FreeCurves> {
+        let (first, second) = (self.joints[0].motor_start()?, self.joints[1].motor_start()?);
+        let band = self.motions.iter().map(|m| m.link_noise.band).fold(0.0, f64::max);
+        let links = self
+            .links
+            .system(&self.joints, [&first.kappa, &second.kappa], second.inertia);
+        let friction = links::start(&links, band)?;
+        let splines = [first.splines, second.splines].into_iter().chain(friction.splines);
+        let noise = [first.noise, second.noise].into_iter().chain(friction.noise);
+        system.refined(splines.collect(), noise.collect())
     }
 }

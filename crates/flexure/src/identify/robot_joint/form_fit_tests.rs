@@ -1,22 +1,44 @@
-use super::*;
-use crate::identify::robot_joint::basis::Basis;
+//! Frictions (12) that no arm has, and what takes their place.
 
-/// Equations of nothing but a friction (12), without their right-hand side.
-fn friction_alone<'a>(v: &'a [f64], beside: &'a Splines, modulation: &'a Modulation) -> Shaping<'a> {
-    let shape = Shape {
-        terms: Vec::new(),
+use super::*;
+use crate::identify::robot_joint::column_noise::AbscissaNoise;
+use crate::identify::robot_joint::division::FRICTION;
+use crate::identify::robot_joint::forms::FormName;
+use crate::identify::robot_joint::system::CurveKind;
+
+/// A friction over the velocities v.
+fn friction_over(v: &[f64]) -> Curve<'_> {
+    Curve {
+        kind: CurveKind::Friction,
         x: v,
         signs: vec![1.0],
-        width: 0.0,
-        beside,
-        abscissa: Abscissa::default(),
-    };
-    Shaping {
+        noise: AbscissaNoise::default(),
+        resolution: 0.0,
+        division: &FRICTION,
+        after: 0,
+    }
+}
+
+/// Splines without their transformed columns.
+fn untransformed(v: &[f64]) -> Splines {
+    Splines {
+        basis: crate::identify::robot_joint::basis::Basis::friction(v, 5),
+        lines: Vec::new(),
+    }
+}
+
+/// Equations of nothing but a friction (12), without their right-hand side.
+fn friction_alone<'a>(curve: &'a Curve<'a>, beside: &'a Splines, modulation: &'a Modulation) -> FormEquations<'a> {
+    FormEquations {
         fixed: Vec::new(),
         right: Vec::new(),
         noise: Vec::new(),
         noisy: Vec::new(),
-        shapes: vec![shape.with(FormName::SmoothStribeck)],
+        shapes: vec![Shape {
+            terms: FormName::SmoothStribeck.terms(false),
+            curve,
+            beside,
+        }],
         modulation,
     }
 }
@@ -25,26 +47,26 @@ fn friction_alone<'a>(v: &'a [f64], beside: &'a Splines, modulation: &'a Modulat
 #[test]
 fn a_difference_of_two_alike_has_a_positive_factor() {
     let v: Vec<f64> = (0..400).map(|i| (0.05 * f64::from(i)).sin()).collect();
-    let beside = (Basis::friction(&v, 5), Vec::new());
+    let (curve, beside) = (friction_over(&v), untransformed(&v));
     let modulation = Modulation::new(v.len(), 0.01, 10.0);
-    let shaping = friction_alone(&v, &beside, &modulation);
-    let lowest = |g1: f64, logs: [f64; 3]| Lowest {
+    let forms = friction_alone(&curve, &beside, &modulation);
+    let lowest = |g1: f64, logs: [f64; 3]| Minimum {
         objective: 1.0,
         factors: vec![g1, 2.0, 0.3],
         logs: logs.to_vec(),
     };
-    let value = |lowest: &Lowest, v: f64| {
-        let curve = Shaped {
-            terms: shaping.shapes[0].terms.clone(),
+    let value = |lowest: &Minimum, v: f64| {
+        let shaped = Shaped {
+            terms: forms.shapes[0].terms.clone(),
             factors: lowest.factors.clone(),
             logs: lowest.logs.clone(),
             width: 0.0,
         };
-        curve.value(v)
+        shaped.value(v)
     };
     for (g1, logs) in [(-0.7, [1.0, 3.0, 2.0]), (0.7, [3.0, 1.0, 2.0])] {
         let given = lowest(g1, logs);
-        let found = shaping.in_order(given.clone());
+        let found = forms.in_order(given.clone());
         assert_eq!((found.factors[0], &found.logs[..]), (0.7, &[3.0, 1.0, 2.0][..]));
         for v in [-0.4, 0.01, 0.2] {
             assert!((value(&found, v) - value(&given, v)).abs() < 1e-15);
@@ -66,7 +88,7 @@ fn a_friction_that_no_arm_has_gives_way_to_one_that_fits_as_well() {
     let friction = |v: f64| 0.5 * ((150.0 * v).tanh() - (50.0 * v).tanh()) + 2.0 * (100.0 * v).tanh() + 0.5 * v;
     let modulation = Modulation::new(n, step, 20.0);
     let noise = vec![sd * sd; modulation.len()];
-    let beside = (Basis::friction(&v, 5), Vec::new());
+    let (curve, beside) = (friction_over(&v), untransformed(&v));
     let starts: Vec<Vec<f64>> = [[300.0_f64, 30.0, 100.0], [100.0, 30.0, 30.0], [300.0, 100.0, 200.0]]
         .map(|slopes| slopes.map(f64::ln).to_vec())
         .to_vec();
@@ -75,36 +97,36 @@ fn a_friction_that_no_arm_has_gives_way_to_one_that_fits_as_well() {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let tau: Vec<f64> = mean_of(&v, friction).iter().map(|f| f + sd * normal()).collect();
-        let shaping = Shaping {
+        let forms = FormEquations {
             right: vec![modulation.of(&tau)],
             noise: vec![&noise],
-            ..friction_alone(&v, &beside, &modulation)
+            ..friction_alone(&curve, &beside, &modulation)
         };
-        let condensed = Condensed::new(&shaping);
-        let minima: Vec<Lowest> = (starts.iter())
-            .map(|start| shaping.in_order(condensed.lowest(&shaping.shapes, start, None).unwrap()))
+        let condensed = Condensed::new(&forms).unwrap();
+        let minima: Vec<Minimum> = (starts.iter())
+            .map(|start| forms.in_order(condensed.minimum(&forms.shapes, start, None).unwrap()))
             .collect();
         let lowest = minima
             .iter()
             .min_by(|a, b| a.objective.total_cmp(&b.objective))
             .unwrap();
-        if shaping.possible(&lowest.factors, &lowest.logs) {
+        if forms.possible(&lowest.factors, &lowest.logs) {
             continue;
         }
         impossible += 1;
-        let Some(instead) = shaping.possible_instead(&condensed, lowest, &minima) else {
+        let Some(instead) = forms.possible_instead(&condensed, lowest, &minima) else {
             continue;
         };
         possible += 1;
-        assert!(shaping.possible(&instead.factors, &instead.logs) && instead.objective >= lowest.objective);
-        let curve = Shaped {
-            terms: shaping.shapes[0].terms.clone(),
+        assert!(forms.possible(&instead.factors, &instead.logs) && instead.objective >= lowest.objective);
+        let shaped = Shaped {
+            terms: forms.shapes[0].terms.clone(),
             factors: instead.factors,
             logs: instead.logs,
             width: 0.0,
         };
         for v in [-0.1, -0.01, 0.004, 0.02, 0.12] {
-            assert!((curve.value(v) - friction(v)).abs() < 0.2, "seed {seed}, {v}");
+            assert!((shaped.value(v) - friction(v)).abs() < 0.2, "seed {seed}, {v}");
         }
     }
     assert!(

@@ -1,0 +1,184 @@
+//! Standard errors that hold whatever the noise's spectrum is.
+//!
+//! If the weights are right, the covariance is the inverse C of the normal matrix. Otherwise it is $C M C$, where M is the
+//! covariance of the moments (the products of columns and residuals). M is estimated twice: from the residuals' spectrum (White
+//! 1980, in frequency) and from the scatter of the moments over time ([`over_time`]). The largest of the three variances counts.
+
+use rayon::prelude::*;
+
+use super::bursts::over_time;
+use super::equations::{Equations, Solution};
+use crate::linalg::Complex;
+
+/// The smallest share of a line that the unknowns are taken to leave to the residual.
+const LEAST_REMAINDER: f64 = 0.05;
+/// Residual powers are averaged over this share of the lines on either side, and over no fewer lines than the second number.
+const SMOOTHING: (usize, usize) = (100, 6);
+
+/// The covariance matrix of unknowns.
+#[derive(Debug, Clone)]
+pub(super) struct Covariance {
+    entries: Vec<f64>,
+    size: usize,
+}
+
+impl Covariance {
+    /// Of `size` unknowns, row-major.
+    pub fn new(entries: Vec<f64>, size: usize) -> Self {
+        Covariance { entries, size }
+    }
+
+    /// The covariance of two unknowns.
+    pub fn at(&self, i: usize, j: usize) -> f64 {
+        self.entries[i * self.size + j]
+    }
+
+    /// The standard error of an unknown.
+    pub fn error(&self, i: usize) -> f64 {
+        self.at(i, i).max(0.0).sqrt()
+    }
+
+    /// The standard error of a sum of unknowns with these factors.
+    pub fn error_of_sum(&self, parts: &[(usize, f64)]) -> f64 {
+        let pairs = parts.iter().flat_map(|a| parts.iter().map(move |b| (a, b)));
+        let variance: f64 = pairs.map(|((i, a), (j, b))| a * b * self.at(*i, *j)).sum();
+        variance.max(0.0).sqrt()
+    }
+}
+
+/// The errors of a solution, whatever the noise's spectrum.
+pub(super) struct Robust {
+    pub covariance: Covariance,
+    /// The mean that the unknowns take of the weighted sum of squares by chance: their number where the weights are right.
+    pub taken: f64,
+}
+
+impl Equations<'_> {
+    /// The mean square of the noise in each line of each block, from the residuals divided by one minus the line's leverage
+    /// (MacKinnon & White 1985, HC2).
+    ///
+    /// Fine curves follow the few lines of low frequencies, which weigh most. Without the division these would seem free of noise.
+    pub fn powers(&self, solution: &Solution) -> Vec<Vec<f64>> {
+        let n = self.columns.len();
+        let c = &solution.covariance;
+        let blocks = self.noise.iter().zip(&solution.residuals).enumerate();
+        blocks
+            .map(|(block, (noise, residuals))| {
+                let own: Vec<(usize, &[Complex<f64>])> = (0..n)
+                    .filter_map(|i| Some((i, self.columns[i][block].as_deref()?)))
+                    .collect();
+                let lines = noise.par_iter().zip(residuals).enumerate();
+                lines
+                    .map(|(k, (s, r))| {
+                        let mut taken = 0.0;
+                        for &(i, a) in &own {
+                            let (re, im) = own.iter().fold((0.0, 0.0), |(re, im), &(j, b)| {
+                                (re + c.at(i, j) * b[k].re, im + c.at(i, j) * b[k].im)
+                            });
+                            taken += a[k].re * re + a[k].im * im;
+                        }
+                        // Of the line's two real equations, each with half the noise.
+                        r.norm_sqr() / (1.0 - taken / s).max(LEAST_REMAINDER)
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// The covariance of the moments for errors of these mean squares of each line, row-major.
+    pub fn moment_covariance(&self, powers: &[Vec<f64>]) -> Vec<f64> {
+        let blocks = self.noise.iter().zip(powers);
+        let weights: Vec<Vec<f64>> = blocks
+            .map(|(s, power)| {
+                let power = smoothed(power);
+                s.iter().zip(&power).map(|(s, p)| 2.0 * p / (s * s)).collect()
+            })
+            .collect();
+        self.products(&weights)
+    }
+
+    /// The errors of a solution whatever the noise's spectrum is.
+    pub fn robust(&self, solution: &Solution) -> Robust {
+        let n = self.columns.len();
+        let c = &solution.covariance.entries;
+        let trace = |a: &[f64]| -> f64 { (0..n).map(|i| a[i * n + i]).sum() };
+        let by_frequency = times(c, &self.moment_covariance(&self.powers(solution)), n);
+        let by_time = times(c, &over_time(self, &solution.residuals), n);
+        let taken = trace(&by_time).max(trace(&by_frequency));
+        let mut robust = times(&by_frequency, c, n);
+        let scatter = times(&by_time, c, n);
+        let own: Vec<f64> = (0..n).map(|i| robust[i * n + i].max(f64::MIN_POSITIVE)).collect();
+        for i in 0..n {
+            let grow = (c[i * n + i].max(scatter[i * n + i]) / own[i]).sqrt().max(1.0);
+            for j in 0..n {
+                robust[i * n + j] *= grow;
+                robust[j * n + i] *= grow;
+            }
+        }
+        Robust {
+            covariance: Covariance::new(robust, n),
+            taken,
+        }
+    }
+}
+
+/// The product of two square matrices, row-major.
+fn times(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
+    let mut product = vec![0.0; n * n];
+    for i in 0..n {
+        for k in 0..n {
+            let v = a[i * n + k];
+            for j in 0..n {
+                product[i * n + j] += v * b[k * n + j];
+            }
+        }
+    }
+    product
+}
+
+/// The running mean over a fiftieth of the lines.
+fn smoothed(powers: &[f64]) -> Vec<f64> {
+    let n = powers.len();
+    let half = (n / SMOOTHING.0).max(SMOOTHING.1).min(n / 2);
+    let mut sums = vec![0.0];
+    for p in powers {
+        sums.push(sums[sums.len() - 1] + p);
+    }
+    (0..n)
+        .map(|k| {
+            let (from, to) = (k.saturating_sub(half), (k + half + 1).min(n));
+            (sums[to] - sums[from]) / (to - from) as f64
+        })
+        .collect()
+}
+
+/// The spectrum of an equation's noise, from its residuals: a white part beside a part that is known.
+///
+/// The white part follows by Whittle's likelihood.
+pub(super) fn fitted_noise(residuals: &[Complex<f64>], known: &[f64]) -> Vec<f64> {
+    let power: Vec<f64> = residuals.iter().map(|r| r.norm_sqr()).collect();
+    fitted_to_power(&power, known)
+}
+
+/// [`fitted_noise`] from the mean squares of the lines.
+pub(super) fn fitted_to_power(power: &[f64], known: &[f64]) -> Vec<f64> {
+    let n = power.len() as f64;
+    let mean = power.iter().sum::<f64>() / n;
+    let floor = 1e-9 * mean + f64::MIN_POSITIVE;
+    let mut white = mean.max(floor);
+    for _ in 0..100 {
+        let (mut above, mut below) = (0.0, 0.0);
+        for (p, k) in power.iter().zip(known) {
+            let s = white + k;
+            above += p / (s * s);
+            below += 1.0 / s;
+        }
+        let next = (white * (above / below).sqrt()).max(floor);
+        let settled = (next - white).abs() < 1e-6 * white;
+        white = next;
+        if settled {
+            break;
+        }
+    }
+    known.iter().map(|k| white + k).collect()
+}

@@ -1,0 +1,193 @@
+//! Curves of equations of motion in physical forms: each one beside the other curves as they are free, then all together.
+
+use super::candidates::{candidates, friction_of_an_arm, no_more_certain, possible_friction, stiffness_of_an_arm};
+use super::condensed::Condensed;
+use super::form_fit::{FormEquations, FormFit, Shape};
+use super::forms::Term;
+use super::outcome::{Estimated, Fitted, JointModel};
+use super::parameters::{FreeFit, Place, Reference, estimated, fitted, retest};
+use super::system::{FreeCurves, System};
+
+/// A curve with the terms of its form.
+struct Formed {
+    curve: usize,
+    terms: Vec<Term>,
+}
+
+/// Where a flexible joint stands in equations of motion.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct JointPlace {
+    /// The numbers of its curves.
+    pub stiffness: usize,
+    pub friction: usize,
+    /// The numbers of the factors that are reported beside the forms of stiffness and friction.
+    pub motor: Option<usize>,
+    pub link: Option<usize>,
+}
+
+/// The forms of a joint's curves.
+pub(super) struct JointForms {
+    pub stiffness: Vec<Fitted>,
+    pub friction: Vec<Fitted>,
+}
+
+/// Equations of motion with all curves in forms that an arm can have.
+pub(super) struct ArmModel {
+    pub factors: Vec<Estimated>,
+    pub joints: Vec<JointModel>,
+}
+
+/// Equations of motion with free curves: what forms are fitted beside and compared with.
+pub(super) struct Comparison<'a> {
+    pub system: &'a System<'a>,
+    pub curves: &'a FreeCurves,
+    pub fit: FreeFit,
+    /// The free curves at every sample.
+    pub values: Vec<Vec<f64>>,
+}
+
+impl<'a> Comparison<'a> {
+    /// The equations with some curves in forms, the others free.
+    fn equations(&self, formed: Vec<Formed>) -> FormEquations<'a> {
+        let System {
+            modulation,
+            factors,
+            right,
+            noisy,
+            curves,
+            ..
+        } = self.system;
+        let (mut fixed, mut noisy) = (factors.clone(), noisy.clone());
+        for (number, (curve, splines)) in curves.iter().zip(&self.curves.splines).enumerate() {
+            if formed.iter().all(|f| f.curve != number) {
+                let first = fixed.len();
+                noisy.extend(curve.noisy(|| splines.basis.slopes(modulation, curve.x), |k| first + k, |i| i));
+                fixed.extend(splines.lines.iter().map(|lines| curve.column(lines, 1.0)));
+            }
+        }
+        let shapes = formed.into_iter().map(|Formed { curve, terms }| Shape {
+            terms,
+            curve: &curves[curve],
+            beside: &self.curves.tested[curve],
+        });
+        FormEquations {
+            fixed,
+            right: right.clone(),
+            noise: self.curves.noise.iter().map(Vec::as_slice).collect(),
+            noisy,
+            shapes: shapes.collect(),
+            modulation,
+        }
+    }
+
+    fn reference(&self, curve: usize) -> Reference<'_> {
+        Reference {
+            free: self.fit,
+            curve: &self.system.curves[curve],
+            values: &self.values[curve],
+        }
+    }
+
+    /// All forms of a curve. `offset` adds a constant to those without one; `inertia` is the factor that is reported beside them.
+    pub fn forms(&self, curve: usize, offset: bool, inertia: Option<usize>) -> Vec<Fitted> {
+        let terms = Vec::new();
+        let mut equations = self.equations(vec![Formed { curve, terms }]);
+        let Some(condensed) = Condensed::new(&equations) else {
+            return Vec::new();
+        };
+        let place = Place {
+            curve: 0,
+            inertia,
+            offset,
+        };
+        let forms = candidates(&self.system.curves[curve])
+            .into_iter()
+            .filter_map(|candidate| {
+                equations.shapes[0].terms = candidate.form.terms(offset);
+                let fit = equations.fit(&condensed, &candidate.starts)?;
+                Some(fitted(candidate.form, &fit, place, &self.reference(curve)))
+            });
+        forms.collect()
+    }
+
+    /// The forms of a joint's curves, each with all other curves free.
+    pub fn forms_of(&self, joint: &JointPlace) -> JointForms {
+        JointForms {
+            stiffness: self.forms(joint.stiffness, false, None),
+            friction: self.forms(joint.friction, false, joint.link),
+        }
+    }
+
+    /// All curves in the forms that an arm can have, in all equations.
+    pub fn model(&self, joints: &[JointPlace], forms: &[JointForms]) -> Option<ArmModel> {
+        let all = vec![true; joints.len()];
+        let simple = match self.model_with(joints, forms, &vec![false; joints.len()]) {
+            None => all,
+            Some(model) => {
+                let impossible = model.joints.iter().map(|joint| !possible_friction(&joint.friction));
+                let impossible: Vec<bool> = impossible.collect();
+                if !impossible.contains(&true) {
+                    return Some(model);
+                }
+                impossible
+            }
+        };
+        self.model_with(joints, forms, &simple)
+    }
+
+    /// The same, of joints of which some have a `simple` friction without a Stribeck part.
+    fn model_with(&self, joints: &[JointPlace], forms: &[JointForms], simple: &[bool]) -> Option<ArmModel> {
+        let mut chosen: Vec<Option<&Fitted>> = vec![None; self.system.curves.len()];
+        for ((place, forms), simple) in joints.iter().zip(forms).zip(simple) {
+            chosen[place.stiffness] = Some(stiffness_of_an_arm(&forms.stiffness)?);
+            chosen[place.friction] = Some(friction_of_an_arm(&forms.friction, *simple)?);
+        }
+        let chosen: Vec<&Fitted> = chosen.into_iter().collect::<Option<_>>()?;
+        let formed = |curves: &[usize]| -> Vec<Formed> {
+            let of = |&curve: &usize| Formed {
+                curve,
+                terms: chosen[curve].form.terms(false),
+            };
+            curves.iter().map(of).collect()
+        };
+        let logs = |curves: &[usize]| -> Vec<f64> {
+            let of = |&curve: &usize| chosen[curve].shaped.logs.iter().copied();
+            curves.iter().flat_map(of).collect()
+        };
+        let all: Vec<usize> = (0..chosen.len()).collect();
+        let equations = self.equations(formed(&all));
+        let fit = equations.fit(&Condensed::new(&equations)?, &[logs(&all)])?;
+        let read = |curve: usize, inertia| {
+            let offset = false;
+            let place = Place { curve, inertia, offset };
+            fitted(chosen[curve].form, &fit, place, &self.reference(curve))
+        };
+        let of_joint = |(place, forms): (&JointPlace, &JointForms)| {
+            let mut model = JointModel {
+                stiffness: read(place.stiffness, place.motor),
+                friction: read(place.friction, place.link),
+            };
+            no_more_certain(&mut model.stiffness, &forms.stiffness);
+            if joints.len() > 1 {
+                // Each joint's own test: the curves of the others are free.
+                let own = [place.stiffness, place.friction];
+                let alone: FormFit = self.equations(formed(&own)).near(&logs(&own))?;
+                retest(&mut model.stiffness, &alone);
+                retest(&mut model.friction, &alone);
+            }
+            Some(model)
+        };
+        let factors = 0..self.system.factors.len();
+        Some(ArmModel {
+            factors: factors
+                .map(|i| estimated(&fit.solution.x, &fit.covariance, i))
+                .collect(),
+            joints: joints.iter().zip(forms).map(of_joint).collect::<Option<_>>()?,
+        })
+    }
+}
+
+/// The number of the form with the smallest criterion of Schwarz.
+pub(super) fn best(forms: &[Fitted]) -> Option<usize> {
+    (0..forms.len()).min_by(|&a, &b| forms[a].bic.total_cmp(&forms[b].bic))
+}

@@ -1,0 +1,308 @@
+//! The equations of motion of a flexible joint.
+//!
+//! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad 0 = \kappa(d) - M \ddot q - f(\dot q). $$
+//!
+//! The motor's equation alone determines kappa, the sum of both M and f. From there both together are refined.
+
+use super::clocks::Clocks;
+use super::column_noise::{AbscissaNoise, Noisy, OwnNoise, SharedNoise};
+use super::compliance::Deflection;
+use super::covariance::fitted_noise;
+use super::division::{FRICTION, STIFFNESS};
+use super::equations::{Column, Lines};
+use super::fourier::Modulation;
+use super::motion::Motion;
+use super::outcome::Estimated;
+use super::smooth::Reflected;
+use super::system::{Curve, CurveKind, FreeCurves, Splines, System, low_frequencies};
+use crate::linalg::Complex;
+
+/// Rounds of estimating the noise and solving again.
+pub(super) const ROUNDS: usize = 4;
+/// Rounds for the motor's equation.
+const MOTOR_ROUNDS: usize = 2;
+/// The smallest difference of deflections that the data resolve, as a share of the largest one.
+const RESOLVED_DEFLECTION: f64 = 1e-3;
+
+/// The transformed log of a flexible joint.
+pub(super) struct JointSignals<'a> {
+    pub modulation: &'a Modulation,
+    pub deflection: Deflection,
+    /// The link's velocity at every sample, and its resolution.
+    pub v: Vec<f64>,
+    pub resolution: f64,
+    /// The torque, less the part of the motor's inertia if that is known.
+    pub torque: Lines,
+    /// The motor's acceleration; `None` if its inertia is known.
+    pub motor: Option<Lines>,
+    /// Minus the link's acceleration.
+    pub link: Lines,
+    /// The spectra of the encoders' noise in the accelerations of motor and link.
+    pub encoder: [Vec<f64>; 2],
+    /// The spectrum of an angle's noise in the square of a deflection.
+    pub squared: Vec<f64>,
+    /// That in the product of a deflection and minus an acceleration.
+    pub shared: Vec<f64>,
+    /// The variances of the noise of the motor's and of the link's angle.
+    pub variances: [f64; 2],
+}
+
+/// The stiffness curve by the motor's equation alone.
+pub(super) struct MotorStart {
+    pub splines: Splines,
+    pub noise: Vec<f64>,
+    /// The transformed elastic torque.
+    pub kappa: Lines,
+    /// The motor's inertia; 0 if it is known.
+    pub inertia: f64,
+}
+
+impl<'a> JointSignals<'a> {
+    pub fn new(motion: &Motion, modulation: &'a Modulation, clocks: &Clocks, link: &[f64]) -> Self {
+        let mut torque = clocks.torque(modulation, motion.torque, motion.step);
+        let motor = motion.rotor_acceleration(modulation);
+        if let Some(known) = motion.motor_inertia {
+            torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known);
+        }
+        let encoder = |sd: f64| modulation.omega.iter().map(|w| (sd * w * w).powi(2)).collect();
+        JointSignals {
+            deflection: motion.deflection(link),
+            squared: vec![1.0; modulation.len()],
+            shared: modulation.omega.iter().map(|w| w * w).collect(),
+            variances: [motion.motor_noise.sd, motion.link_noise.sd].map(|sd| sd * sd),
+            v: Reflected::new(link, motion.step).velocity(motion.link_noise.cut_off()),
+            resolution: motion.velocity_resolution(),
+            link: modulation.of_acceleration(link).into_iter().map(|v| -v).collect(),
+            encoder: [encoder(motion.rotor_sd()), encoder(motion.link_noise.sd)],
+            motor: motion.motor_inertia.is_none().then_some(motor),
+            torque,
+            modulation,
+        }
+    }
+
+    /// The number of the link's inertia among the factors, after that of the motor's if it is unknown.
+    pub fn link_factor(&self) -> usize {
+        usize::from(self.motor.is_some())
+    }
+
+    /// The motor's inertia among these factors; 0 if it is known.
+    fn motor_inertia(&self, factors: &[f64]) -> f64 {
+        if self.motor.is_some() { factors[0] } else { 0.0 }
+    }
+
+    /// The stiffness curve with these signs, which stands after so many factors.
+    pub fn stiffness<'b>(&'b self, signs: Vec<f64>, noise: AbscissaNoise<'b>, after: usize) -> Curve<'b> {
+        let d = &self.deflection.d;
+        Curve {
+            kind: CurveKind::Stiffness,
+            x: d,
+            signs,
+            noise,
+            resolution: RESOLVED_DEFLECTION * d.iter().fold(0.0_f64, |m, d| m.max(d.abs())),
+            division: &STIFFNESS,
+            after,
+        }
+    }
+
+    /// The friction curve with these signs, which stands after so many factors.
+    pub fn friction(&self, signs: Vec<f64>, after: usize) -> Curve<'_> {
+        Curve {
+            kind: CurveKind::Friction,
+            x: &self.v,
+            signs,
+            noise: AbscissaNoise::default(),
+            resolution: self.resolution,
+            division: &FRICTION,
+            after,
+        }
+    }
+
+    /// The noise of the deflection in these blocks of equations, where it counts: taken off a smoothed deflection, it made the
+    /// inertias of stiff joints worse.
+    pub fn deflection_noise<'b>(&'b self, blocks: &[usize], shared: Vec<SharedNoise<'b>>) -> AbscissaNoise<'b> {
+        if self.deflection.smoothed {
+            return AbscissaNoise::default();
+        }
+        let own = |&block: &usize| OwnNoise {
+            block,
+            spectrum: &self.squared[..],
+            variance: self.variances[0] + self.variances[1],
+        };
+        AbscissaNoise {
+            own: blocks.iter().map(own).collect(),
+            shared,
+        }
+    }
+
+    /// The motor's inertia with an allowance for the noise of the deflection, beside a link of this inertia: what is missing of the
+    /// elastic torque, the motor's inertia makes up for where both angles accelerate alike.
+    pub fn motor_inertia_of(&self, estimated: Estimated, link_inertia: f64) -> Estimated {
+        estimated
+            .or_off_by(link_inertia * self.deflection.attenuation)
+            .or_off_by(estimated.value * self.deflection.confusion)
+    }
+
+    /// The product of this joint's deflection noise with that of the motor's or the link's acceleration, a factor's column.
+    pub fn shared_noise(&self, factor: usize, block: usize, covariance: f64) -> SharedNoise<'_> {
+        SharedNoise {
+            factor,
+            block,
+            spectrum: &self.shared,
+            covariance,
+        }
+    }
+
+    /// The noise of the motor's acceleration, in a system whose first factor is its inertia.
+    fn noisy_motor(&self) -> Option<Noisy<'_>> {
+        self.motor.is_some().then(|| Noisy::square(0, 0, &self.encoder[0]))
+    }
+
+    /// The motor's equation alone.
+    pub fn motor_system(&self) -> System<'_> {
+        let after = self.link_factor();
+        // The deflection has plus the motor's noise; so has, but for a positive factor, minus the motor's acceleration.
+        let motor = self
+            .motor
+            .is_some()
+            .then(|| self.shared_noise(0, 0, -self.variances[0]));
+        let noise = self.deflection_noise(&[0], motor.into_iter().collect());
+        System {
+            modulation: self.modulation,
+            factors: self.motor.iter().map(|m| vec![Some(m.clone())]).collect(),
+            right: vec![self.torque.clone()],
+            noisy: self.noisy_motor().into_iter().collect(),
+            encoder_noise: Box::new(|x| vec![of_inertia(&self.encoder[0], self.motor_inertia(x))]),
+            curves: vec![self.stiffness(vec![1.0], noise, after)],
+        }
+    }
+
+    /// The sum of both equations, `tau = Jm qm'' + M q'' + f(q')`.
+    fn sum_system(&self) -> System<'_> {
+        let link = self.link_factor();
+        let columns = self.motor.iter().chain([&self.link]);
+        System {
+            modulation: self.modulation,
+            factors: columns.map(|c| vec![Some(c.clone())]).collect(),
+            right: vec![self.torque.clone()],
+            noisy: (self.noisy_motor().into_iter())
+                .chain([Noisy::square(link, 0, &self.encoder[1])])
+                .collect(),
+            encoder_noise: Box::new(move |x| vec![of_inertia(&self.encoder[1], x[link])]),
+            curves: vec![self.friction(vec![-1.0], link + 1)],
+        }
+    }
+
+    /// The link's equation under this elastic torque.
+    fn link_system(&self, kappa: &[Complex<f64>]) -> System<'_> {
+        System {
+            modulation: self.modulation,
+            factors: vec![vec![Some(self.link.clone())]],
+            right: vec![kappa.iter().map(|v| -v).collect()],
+            noisy: vec![Noisy::square(0, 0, &self.encoder[1])],
+            encoder_noise: Box::new(|x| vec![of_inertia(&self.encoder[1], x[0])]),
+            curves: vec![self.friction(vec![-1.0], 1)],
+        }
+    }
+
+    /// Both equations.
+    pub fn system(&self) -> System<'_> {
+        let link = self.link_factor();
+        let motor: Option<Column> = self.motor.clone().map(|m| vec![Some(m), None]);
+        // The deflection has plus the motor's noise and minus the link's; so has, but for a positive factor, minus each acceleration.
+        let [of_motor, of_link] = self.variances;
+        let rotor = self.motor.is_some().then(|| self.shared_noise(0, 0, -of_motor));
+        let shared = rotor
+            .into_iter()
+            .chain([self.shared_noise(link, 1, -of_link)])
+            .collect();
+        let noise = self.deflection_noise(&[0, 1], shared);
+        let zero = vec![Complex::new(0.0, 0.0); self.torque.len()];
+        System {
+            modulation: self.modulation,
+            factors: motor.into_iter().chain([vec![None, Some(self.link.clone())]]).collect(),
+            right: vec![self.torque.clone(), zero],
+            noisy: (self.noisy_motor().into_iter())
+                .chain([Noisy::square(link, 1, &self.encoder[1])])
+                .collect(),
+            encoder_noise: Box::new(move |x| {
+                let inertias = [self.motor_inertia(x), x[link]];
+                (self.encoder.iter().zip(inertias))
+                    .map(|(spectrum, inertia)| of_inertia(spectrum, inertia))
+                    .collect()
+            }),
+            curves: vec![
+                self.stiffness(vec![1.0, 1.0], noise, link),
+                self.friction(vec![0.0, -1.0], link + 1),
+            ],
+        }
+    }
+
+    /// The stiffness curve with as many splines as Akaike's criterion asks for, from the motor's equation alone.
+    pub fn motor_start(&self) -> Option<MotorStart> {
+        let system = self.motor_system();
+        let splines = |pieces: usize| system.curves[0].splines(self.modulation, pieces);
+        let coarse = splines(STIFFNESS.coarse);
+        let mut noise = vec![vec![1.0; self.modulation.len()]];
+        for _ in 0..MOTOR_ROUNDS {
+            noise = system.noise_of(&system.solve(&[&coarse], &noise)?);
+        }
+        let curves = STIFFNESS.candidates.iter().filter_map(|&pieces| {
+            let splines = splines(pieces);
+            let solved = system.solve(&[&splines], &noise)?;
+            let start = MotorStart {
+                kappa: combine(&splines.lines, solved.coefficients(0)),
+                noise: system.noise_of(&solved).remove(0),
+                inertia: self.motor_inertia(&solved.factors()),
+                splines,
+            };
+            Some((solved.akaike(), start))
+        });
+        let (_, start) = curves.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(start)
+    }
+
+    /// The friction curve under this elastic torque, and the noise of the link's equation.
+    fn link_start(&self, motion: &Motion, kappa: &[Complex<f64>]) -> Option<(Splines, Vec<f64>)> {
+        let (sum, link) = (self.sum_system(), self.link_system(kappa));
+        let splines = |pieces: usize| link.curves[0].splines(self.modulation, pieces);
+        let coarse = splines(FRICTION.coarse);
+        let mut noise = vec![low_frequencies(self.modulation, motion.link_noise.band)];
+        let mut unknowns = Vec::new();
+        for _ in 0..ROUNDS {
+            let solved = sum.solve(&[&coarse], &noise)?;
+            // The columns of the link have the sign that they have in its own equation.
+            let of_link = &solved.solution.x[self.link_factor()..];
+            unknowns = of_link.iter().map(|x| -x).collect();
+            noise = sum.noise_of(&solved);
+        }
+        let residuals = link.equations(&[&coarse], &noise).residuals(&unknowns);
+        noise = vec![fitted_noise(&residuals[0], &of_inertia(&self.encoder[1], unknowns[0]))];
+        noise = link.noise_of(&link.solve(&[&coarse], &noise)?);
+        let friction =
+            splines(FRICTION.undersmoothed(|pieces| Some(link.solve(&[&splines(pieces)], &noise)?.akaike()))?);
+        noise = link.noise_of(&link.solve(&[&friction], &noise)?);
+        Some((friction, noise.remove(0)))
+    }
+
+    /// The free curves, and the noise of both equations.
+    pub fn free(&self, motion: &Motion) -> Option<FreeCurves> {
+        let motor = self.motor_start()?;
+        let (friction, link_noise) = self.link_start(motion, &motor.kappa)?;
+        let (splines, noise) = (vec![motor.splines, friction], vec![motor.noise, link_noise]);
+        self.system().refined(splines, noise)
+    }
+}
+
+/// The spectrum of the torque that an inertia makes of an acceleration's noise.
+pub(super) fn of_inertia(spectrum: &[f64], inertia: f64) -> Vec<f64> {
+    spectrum.iter().map(|e| inertia.powi(2) * e).collect()
+}
+
+/// The sum of columns, each times its factor.
+fn combine(columns: &[Lines], factors: &[f64]) -> Lines {
+    let mut sum = vec![Complex::new(0.0, 0.0); columns.first().map_or(0, Vec::len)];
+    for (column, factor) in columns.iter().zip(factors) {
+        sum.iter_mut().zip(column).for_each(|(s, v)| *s += v * *factor);
+    }
+    sum
+}

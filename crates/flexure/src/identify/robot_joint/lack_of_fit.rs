@@ -1,0 +1,184 @@
+//! Whether a curve departs from its form: the test for lack of fit.
+//!
+//! Splines of a division that is fixed beforehand are put beside the form and all else that is estimated (a score test; Rao 1948).
+//! What they explain is compared with what chance would let them: its mean and variance follow from what they leave
+//! (Satterthwaite 1946; Rao & Scott 1984). They are few, so that errors in bursts, as those of a velocity where friction is
+//! steep, keep their size beside them. A division chosen from the same data would be the one that explains the
+//! most by chance.
+
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use super::bursts::{STRETCHES, over_time};
+use super::column_noise::Noisy;
+use super::equations::{Column, Equations, Lines, RIDGE, Solution, scales};
+use crate::linalg::{self, Complex};
+
+/// Sums of splines that the form's columns explain up to this share belong to the form.
+const OF_THE_FORM: f64 = 1e-7;
+
+/// What splines beside a form explain.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Departure {
+    /// The F statistic.
+    pub statistic: f64,
+    /// Its degrees of freedom.
+    pub freedom: [f64; 2],
+    /// The probability of a larger one by chance.
+    pub p_value: f64,
+}
+
+/// The splines without what the columns of the form take of them.
+struct Beside {
+    /// Columns of unit length that are orthogonal to the form's and to each other, as sums of all columns.
+    factors: Vec<Vec<f64>>,
+    /// Their products with the residuals.
+    moments: Vec<f64>,
+}
+
+impl Departure {
+    /// Of the form whose linearised `equations` have this solution, by the columns `beside`; `noisy` is the noise of the latter,
+    /// which are numbered after the former. `None` if the equations do not determine it.
+    pub fn new(
+        equations: &Equations,
+        solution: &Solution,
+        beside: Vec<Column>,
+        noisy: Vec<Noisy>,
+    ) -> Option<Departure> {
+        let known = equations.columns.len();
+        let all = Equations {
+            columns: equations.columns.iter().cloned().chain(beside).collect(),
+            right: equations.right.clone(),
+            noise: equations.noise.clone(),
+            noisy: equations.noisy.iter().copied().chain(noisy).collect(),
+        };
+        let beside = Beside::new(&all, known)?;
+        let mut explained = 0.0;
+        let mut after = solution.clone();
+        let mut columns = Vec::new();
+        for (factors, moment) in beside.factors.iter().zip(&beside.moments) {
+            explained += moment * moment;
+            let column = sum(&all.columns, factors);
+            for (residuals, lines) in after.residuals.iter_mut().zip(&column) {
+                let lines = lines.iter().flatten();
+                residuals.iter_mut().zip(lines).for_each(|(r, v)| *r -= v * *moment);
+            }
+            columns.push(column);
+        }
+        after.squares = (solution.squares - explained).max(0.0);
+        let powers = equations.powers(&after);
+        let own = Equations {
+            columns,
+            right: Vec::new(),
+            noise: equations.noise.clone(),
+            noisy: Vec::new(),
+        };
+        let observations = 2.0 * solution.lines() as f64;
+        let remaining = (observations - all.columns.len() as f64).max(1.0);
+        Some(Departure::by_chance(&own, &powers, &after, explained, remaining))
+    }
+
+    /// How probable it is that columns of unit length explain so much by chance, which leave `after` with `remaining` degrees of
+    /// freedom and these mean squares of each line.
+    fn by_chance(
+        columns: &Equations,
+        powers: &[Vec<f64>],
+        after: &Solution,
+        explained: f64,
+        remaining: f64,
+    ) -> Departure {
+        let count = columns.columns.len();
+        let unknowns = count as f64;
+        let trace = |a: &[f64]| -> f64 { (0..count).map(|i| a[i * count + i]).sum() };
+        let square = |a: &[f64]| -> f64 { a.iter().map(|v| v * v).sum() };
+        let by_lines = columns.moment_covariance(powers);
+        let by_time = over_time(columns, &after.residuals);
+        // A covariance from few stretches has too large a square, by that of its trace over their number.
+        let few = STRETCHES as f64 - 1.0;
+        let of_stretches = square(&by_time) - trace(&by_time).powi(2) / few;
+        // Where the weights are right, the covariance of these columns' moments is the unit matrix.
+        let least = unknowns * after.squares / remaining;
+        let [mean, half] = [
+            [least, least * least / unknowns.max(1.0)],
+            [trace(&by_lines), square(&by_lines)],
+            [trace(&by_time), of_stretches],
+        ]
+        .into_iter()
+        .fold([0.0, 0.0], |best, next| if next[0] > best[0] { next } else { best });
+        let freedom = (mean * mean / half.max(f64::MIN_POSITIVE)).clamp(1.0, unknowns.max(1.0));
+        let statistic = explained / mean.max(f64::MIN_POSITIVE);
+        Departure {
+            statistic,
+            freedom: [freedom, remaining],
+            p_value: FisherSnedecor::new(freedom, remaining).map_or(f64::NAN, |f| 1.0 - f.cdf(statistic)),
+        }
+    }
+}
+
+impl Beside {
+    /// Of equations of which the first `known` columns are the form's.
+    fn new(all: &Equations, known: usize) -> Option<Beside> {
+        let (n, size) = (known, all.columns.len());
+        let m = size - n;
+        let gram = all.gram(n)?.products;
+        let moments = all.moments();
+        let scale = scales(&gram, size, size);
+        let scaled = |i: usize, j: usize| gram[i * size + j] / (scale[i] * scale[j]);
+        let ridged: Vec<f64> = (0..n * n)
+            .map(|at| scaled(at / n, at % n) + if at / n == at % n { RIDGE } else { 0.0 })
+            .collect();
+        let inverse = linalg::inverse_positive_definite(&ridged, n)?;
+        // What the form's columns take of the splines: of spline j the sum of those with the factors share[j].
+        let share: Vec<Vec<f64>> = (0..m)
+            .map(|j| {
+                let with = |i: usize| -> f64 { (0..n).map(|k| inverse[i * n + k] * scaled(k, n + j)).sum() };
+                (0..n).map(with).collect()
+            })
+            .collect();
+        let rest: Vec<f64> = (0..m * m)
+            .map(|at| {
+                let (i, j) = (at / m, at % m);
+                let taken: f64 = (0..n).map(|k| scaled(n + i, k) * share[j][k]).sum();
+                scaled(n + i, n + j) - taken
+            })
+            .collect();
+        let moment: Vec<f64> = (0..m)
+            .map(|j| {
+                let taken: f64 = (0..n).map(|k| share[j][k] * moments[k] / scale[k]).sum();
+                moments[n + j] / scale[n + j] - taken
+            })
+            .collect();
+        let mut beside = Beside {
+            factors: Vec::new(),
+            moments: Vec::new(),
+        };
+        let (values, vectors) = linalg::symmetric_eigen(&rest, m)?;
+        let parts = values.iter().zip(vectors.chunks_exact(m));
+        for (value, vector) in parts.filter(|(value, _)| **value > OF_THE_FORM) {
+            let root = value.sqrt();
+            let own = vector.iter().zip(&moment).map(|(v, g)| v * g).sum::<f64>() / root;
+            let mut factors: Vec<f64> = (0..n)
+                .map(|k| -(0..m).map(|j| vector[j] * share[j][k]).sum::<f64>() / (root * scale[k]))
+                .collect();
+            factors.extend((0..m).map(|j| vector[j] / (root * scale[n + j])));
+            beside.factors.push(factors);
+            beside.moments.push(own);
+        }
+        Some(beside)
+    }
+}
+
+/// The sum of columns with these factors.
+fn sum(columns: &[Column], factors: &[f64]) -> Column {
+    let blocks = columns.first().map_or(0, Vec::len);
+    (0..blocks)
+        .map(|block| {
+            let mut total: Option<Lines> = None;
+            for (column, factor) in columns.iter().zip(factors) {
+                let Some(lines) = &column[block] else { continue };
+                let total = total.get_or_insert_with(|| vec![Complex::new(0.0, 0.0); lines.len()]);
+                total.iter_mut().zip(lines).for_each(|(t, v)| *t += v * *factor);
+            }
+            total
+        })
+        .collect()
+}

@@ -1,0 +1,143 @@
+//! A flexible joint's log with what its spectra show, and the frequencies of the equations of motion.
+
+use super::checks;
+use super::clocks::Clocks;
+use super::equations::Lines;
+use super::finding::Finding;
+use super::fourier::Modulation;
+use super::smooth::{Noise, Reflected};
+use crate::error::{Error, Result};
+
+/// The fewest frequencies that make equations.
+const FEWEST_LINES: usize = 60;
+/// The least band of the equations in bands that just have these frequencies.
+const MARGIN: f64 = 1.2;
+/// The highest frequency of the equations of flexible joints as a share of the sampling rate, and in bands of the motion.
+const HIGHEST: f64 = 0.1;
+const BANDS: f64 = 3.0;
+/// Velocities within so many standard deviations of their noise cannot be distinguished.
+pub(super) const RESOLVED: f64 = 3.0;
+
+/// The frequencies of the equations of motion: up to `band` Hz, or as many as it takes, but not above a share of the sampling rate.
+///
+/// # Errors
+/// [`Error::Data`]: `TooShort`.
+pub(super) fn modulation(samples: usize, step: f64, share: f64, band: f64) -> Result<Modulation> {
+    let least = MARGIN * FEWEST_LINES as f64 / (samples as f64 * step);
+    let highest = (share / step).min(band.max(least));
+    let modulation = Modulation::new(samples, step, highest);
+    if modulation.len() < FEWEST_LINES {
+        let need = (FEWEST_LINES as f64 / (highest * step)).ceil() as usize;
+        let what = "the equations of motion at enough frequencies";
+        return Err(Error::too_short(what, need, samples));
+    }
+    Ok(modulation)
+}
+
+/// The same for flexible joints.
+///
+/// # Errors
+/// Those of [`modulation`]; [`Error::Data`]: `SampledTooSlowly`.
+pub(super) fn modulation_of(motions: &[Motion], step: f64) -> Result<Modulation> {
+    let samples = motions[0].link.len();
+    let noises: Vec<Noise> = motions.iter().flat_map(|m| [m.motor_noise, m.link_noise]).collect();
+    checks::resolved(&noises, samples, step)?;
+    let widest = noises.iter().map(|noise| noise.band).fold(0.0, f64::max);
+    modulation(samples, step, HIGHEST, BANDS * widest)
+}
+
+/// A joint's log with the noise of its encoders.
+pub(super) struct Motion<'a> {
+    pub motor: &'a [f64],
+    pub link: &'a [f64],
+    pub torque: &'a [f64],
+    pub step: f64,
+    pub motor_inertia: Option<f64>,
+    pub motor_noise: Noise,
+    pub link_noise: Noise,
+    /// The link that carries the motor, if that moves.
+    pub carrier: Option<Carrier<'a>>,
+}
+
+/// The link that carries a motor.
+#[derive(Clone, Copy)]
+pub(super) struct Carrier<'a> {
+    pub angle: &'a [f64],
+    pub noise: Noise,
+}
+
+impl<'a> Motion<'a> {
+    pub fn new(motor: &'a [f64], link: &'a [f64], torque: &'a [f64], step: f64) -> Self {
+        Motion {
+            motor,
+            link,
+            torque,
+            step,
+            motor_inertia: None,
+            motor_noise: Noise::of(motor, step),
+            link_noise: Noise::of(link, step),
+            carrier: None,
+        }
+    }
+
+    /// The transformed acceleration of the rotor in space.
+    pub fn rotor_acceleration(&self, modulation: &Modulation) -> Lines {
+        match self.carrier {
+            None => modulation.of_acceleration(self.motor),
+            Some(carrier) => {
+                let angle: Vec<f64> = self.motor.iter().zip(carrier.angle).map(|(m, q)| m + q).collect();
+                modulation.of_acceleration(&angle)
+            }
+        }
+    }
+
+    /// The standard deviation of the noise in the rotor's angle in space.
+    pub fn rotor_sd(&self) -> f64 {
+        self.carrier.map_or(self.motor_noise.sd, |carrier| {
+            self.motor_noise.sd.hypot(carrier.noise.sd)
+        })
+    }
+
+    /// The smallest velocity of the link that the data resolve.
+    pub fn velocity_resolution(&self) -> f64 {
+        RESOLVED * self.link_noise.velocity_sd(self.step)
+    }
+
+    /// The smoothed acceleration of the motor, and of the link for this angle.
+    pub fn accelerations(&self, link: &[f64]) -> [Vec<f64>; 2] {
+        [(self.motor, self.motor_noise), (link, self.link_noise)].map(|(angle, noise)| {
+            let v = Reflected::new(angle, self.step).velocity(noise.cut_off());
+            Reflected::new(&v, self.step).velocity(noise.cut_off())
+        })
+    }
+
+    /// What to know of the motion and its clocks before trusting the result.
+    pub fn findings(&self, clocks: &Clocks, v: &[f64]) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        findings.extend(checks::different_angles(self.motor, self.link));
+        findings.extend(checks::clipped(self.torque));
+        findings.extend(checks::motion(v, self.velocity_resolution()));
+        let unresolved = [self.motor_noise, self.link_noise]
+            .into_iter()
+            .find(|noise| noise.unresolved);
+        findings.extend(unresolved.map(|noise| Finding::SampledTooSlowly {
+            step: self.step,
+            band: noise.band,
+        }));
+        let link = clocks.link_offset;
+        if link.significant {
+            findings.push(Finding::EncoderSkew {
+                skew: link.value,
+                standard_error: link.standard_error,
+            });
+        }
+        if clocks.torque_delay.significant {
+            findings.push(Finding::TorqueDelay {
+                delay: clocks.torque_delay.value,
+                held: clocks.torque_held,
+            });
+        }
+        findings.extend(checks::in_degrees(&[self.motor, self.link]));
+        findings
+    }
+}

@@ -1,0 +1,321 @@
+//! From a fitted form to its parameters: which of them the data determine, and how far the form is from the free curve.
+
+use super::covariance::Covariance;
+use super::form_fit::FormFit;
+use super::forms::{FormName, Term};
+use super::lack_of_fit::Departure;
+use super::layout::FormParameter;
+use super::outcome::{Estimated, Fitted, LackOfFit, Parameter};
+use super::system::{Curve, Solved};
+
+/// The data do not determine a parameter whose standard error is this share of it.
+const LARGEST_ERROR: f64 = 0.5;
+/// Nor one with values farther away than this that fit as well, relatively or in its logarithm.
+const FAR: f64 = 1.2;
+/// Logarithms of shape parameters farther than this from the estimate are no limits.
+const FARTHEST: f64 = 6.0;
+/// Slopes whose logarithms are nearer than this make terms that are alike.
+const ALIKE: f64 = 0.3;
+/// Terms can be distinguished if the standard error of their factor is no more than this share of it.
+const COLLINEAR: f64 = 0.15;
+/// Half the width of an interval of 95 %, in standard errors.
+pub(super) const NORMAL: f64 = 1.959_963_984_540_054;
+
+/// Why a parameter is not identifiable.
+const FITS_AS_WELL: &str = "values far from each other fit these data as well";
+
+/// What equations with free curves leave.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FreeFit {
+    /// The weighted sum of squares.
+    squares: f64,
+    /// What the solution minimises.
+    objective: f64,
+    /// The number of unknowns.
+    unknowns: usize,
+    /// What the unknowns take of the sum of squares by chance.
+    taken: f64,
+}
+
+impl FreeFit {
+    /// By a solution and what its unknowns take of the sum of squares by chance.
+    pub fn new(solved: &Solved, taken: f64) -> FreeFit {
+        FreeFit {
+            squares: solved.solution.squares,
+            objective: solved.solution.objective,
+            unknowns: solved.solution.x.len(),
+            taken,
+        }
+    }
+
+    /// Schwarz's criterion of a form fitted instead of one of the curves.
+    ///
+    /// Where the errors are not those that the weights say, what chance takes is a sum of squares of another mean: the form's is made
+    /// what it would be if they were.
+    fn schwarz(&self, fit: &FormFit) -> f64 {
+        let unknowns = fit.solution.x.len() as f64;
+        let observations = 2.0 * fit.solution.lines() as f64;
+        let extra = (self.unknowns as f64 - unknowns).max(1.0);
+        let remaining = (observations - self.unknowns as f64).max(1.0);
+        // Never less than the weights say.
+        let mean = (self.taken - fit.taken).max(extra * self.squares / remaining);
+        let statistic = (fit.solution.objective - self.objective).max(0.0) / mean;
+        let squares = self.squares * (1.0 + statistic * extra / remaining);
+        observations * (squares / observations).ln() + unknowns * observations.ln()
+    }
+}
+
+/// Takes the test of a form from a fit in which less of the equations has a form.
+pub(super) fn retest(form: &mut Fitted, fit: &FormFit) {
+    form.lack_of_fit = lack_of_fit(fit, form.lack_of_fit.distance);
+}
+
+fn lack_of_fit(fit: &FormFit, distance: f64) -> LackOfFit {
+    let Departure {
+        statistic,
+        freedom,
+        p_value,
+    } = fit.departure;
+    LackOfFit {
+        statistic,
+        freedom,
+        p_value,
+        distance,
+    }
+}
+
+/// What a form is compared with.
+pub(super) struct Reference<'a> {
+    /// What the free curves leave.
+    pub free: FreeFit,
+    pub curve: &'a Curve<'a>,
+    /// The free curve at the data.
+    pub values: &'a [f64],
+}
+
+/// Which part of a fit is read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// The number of the curve among those that have a form.
+    pub curve: usize,
+    /// The number of the factor that is reported beside it: an inertia.
+    pub inertia: Option<usize>,
+    /// Whether the form has a constant of its own.
+    pub offset: bool,
+}
+
+/// The form of one curve of a fit, with its parameters.
+pub(super) fn fitted(form: FormName, fit: &FormFit, place: Place, reference: &Reference) -> Fitted {
+    let curve = &fit.curves[place.curve];
+    let both = reference.curve.x.iter().zip(reference.values);
+    let (off, size) = both.fold((0.0, 0.0), |(off, size), (&x, &y)| {
+        (off + (curve.value(x) - y).powi(2), size + y * y)
+    });
+    let inertia = place.inertia.map(|i| estimated(&fit.solution.x, &fit.covariance, i));
+    Fitted {
+        form,
+        parameters: parameters(form, fit, place, reference),
+        inertia: inertia.unwrap_or(Estimated {
+            value: f64::NAN,
+            standard_error: f64::NAN,
+        }),
+        lack_of_fit: lack_of_fit(fit, (off / size.max(f64::MIN_POSITIVE)).sqrt()),
+        bic: reference.free.schwarz(fit),
+        shaped: curve.clone(),
+    }
+}
+
+/// An unknown with its standard error.
+pub(super) fn estimated(x: &[f64], covariance: &Covariance, i: usize) -> Estimated {
+    Estimated {
+        value: x[i],
+        standard_error: covariance.error(i),
+    }
+}
+
+/// The parameters of one curve of a fit.
+fn parameters(form: FormName, fit: &FormFit, place: Place, reference: &Reference) -> Vec<Parameter> {
+    let curve = &fit.curves[place.curve];
+    let symbols = form.symbols(place.offset);
+    let largest = reference.values.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
+    let uncertain = |value: f64, parameter: FormParameter| {
+        let at = fit.layout.unknown(parameter);
+        Uncertain::new(value, fit.covariance.error(at), fit.intervals[at])
+    };
+    let numbers = fit.layout.factors[place.curve].clone();
+    let factors = symbols.factors.iter().zip(&curve.factors).zip(numbers);
+    let factors = factors.map(|(((symbol, unit), &value), number)| {
+        let size = (*symbol == "F0").then_some(largest);
+        factor(symbol, *unit, uncertain(value, FormParameter::Factor(number)), size)
+    });
+    let numbers = fit.layout.logs[place.curve].clone();
+    let shapes = symbols.shapes.iter().zip(&curve.logs).zip(numbers);
+    let shapes = shapes.map(|(((symbol, unit), &log), number)| {
+        shape(symbol, *unit, uncertain(log, FormParameter::Log(number)), reference)
+    });
+    let mut parameters: Vec<Parameter> = factors.chain(shapes).collect();
+    if form == FormName::Stribeck {
+        breakaway(&mut parameters, fit, place.curve);
+    }
+    if form == FormName::SmoothStribeck {
+        collinear(&mut parameters);
+    }
+    if curve.terms.contains(&Term::Tanh) {
+        slope_only(&mut parameters);
+    }
+    for (factor, shapes) in [
+        ("Fs", &["vs"][..]),
+        ("g1", &["g2", "g3"]),
+        ("g4", &["g5"]),
+        ("ksw", &["asw"]),
+    ] {
+        shapeless(&mut parameters, factor, shapes);
+    }
+    parameters
+}
+
+/// An unknown with its standard error, and the values that fit as well but for chance.
+struct Uncertain {
+    value: f64,
+    error: f64,
+    interval: [f64; 2],
+}
+
+impl Uncertain {
+    /// Of the curvature at the minimum and the profile beyond, the less certain counts.
+    fn new(value: f64, error: f64, profile: [f64; 2]) -> Uncertain {
+        let near = NORMAL * error;
+        Uncertain {
+            value,
+            error: error.max(0.5 * (profile[1] - profile[0]) / NORMAL),
+            interval: [(value - near).min(profile[0]), (value + near).max(profile[1])],
+        }
+    }
+
+    /// Whether all of the interval is nearer to the value than this.
+    fn within(&self, distance: f64) -> bool {
+        self.interval.iter().all(|end| (end - self.value).abs() < distance)
+    }
+}
+
+/// A factor. `size` is what its error is compared with if it may well be zero; otherwise that is the factor itself.
+fn factor(symbol: &str, unit: [i32; 2], uncertain: Uncertain, size: Option<f64>) -> Parameter {
+    let zero = size.is_none() && uncertain.interval[0] <= 0.0 && uncertain.interval[1] >= 0.0;
+    let size = size.unwrap_or(uncertain.value.abs());
+    let identifiable = !zero && uncertain.within(FAR * size) && uncertain.error < LARGEST_ERROR * size;
+    let remark = match (identifiable, zero) {
+        (true, _) => "",
+        (false, true) => "not told from zero by these data",
+        (false, false) => FITS_AS_WELL,
+    };
+    Parameter {
+        symbol: symbol.to_owned(),
+        unit,
+        value: uncertain.value,
+        standard_error: uncertain.error,
+        identifiable,
+        range: uncertain
+            .interval
+            .map(|end| if end.is_finite() { end } else { f64::NAN }),
+        remark: remark.to_owned(),
+    }
+}
+
+/// A shape parameter from its logarithm.
+fn shape(symbol: &str, unit: [i32; 2], log: Uncertain, reference: &Reference) -> Parameter {
+    let value = log.value.exp();
+    let (longest, resolution) = (2.0 * reference.curve.largest(), reference.curve.resolution);
+    // The distance over which the term changes, whatever the parameter's unit.
+    let power = unit[1];
+    let distance = value.powf(1.0 / f64::from(power));
+    let (identifiable, range, remark) = if distance < resolution {
+        let end = resolution.powi(power);
+        let range = if power < 0 { [end, f64::NAN] } else { [f64::NAN, end] };
+        (false, range, "the curve changes within the resolution of the data")
+    } else if distance > longest {
+        let end = longest.powi(power);
+        let range = if power < 0 { [f64::NAN, end] } else { [end, f64::NAN] };
+        (false, range, "the curve changes beyond the data's range")
+    } else {
+        let identifiable = log.within(FAR) && log.error < LARGEST_ERROR;
+        // Logarithms without an end are no limits, and so are those that would be absurd.
+        let near = |end: &f64| (end - log.value).abs() < FARTHEST;
+        let ends = log
+            .interval
+            .map(|end| Some(end).filter(near).map_or(f64::NAN, f64::exp));
+        (identifiable, ends, if identifiable { "" } else { FITS_AS_WELL })
+    };
+    Parameter {
+        symbol: symbol.to_owned(),
+        unit,
+        value,
+        standard_error: value * log.error,
+        identifiable,
+        range,
+        remark: remark.to_owned(),
+    }
+}
+
+/// Of a tanh that is a straight line over all of the data, its slope is all that they tell.
+fn slope_only(parameters: &mut [Parameter]) {
+    let straight = |p: &Parameter| p.symbol == "g5" && !p.identifiable && p.range[0].is_nan() && p.range[1].is_finite();
+    if parameters.iter().any(straight) {
+        let factors = parameters.iter_mut().filter(|p| p.symbol == "g4");
+        factors.for_each(|p| p.withdraw("the data tell only the product g4 g5, a slope"));
+    }
+}
+
+/// The three slopes of (12) are nearly alike: if its Stribeck part is not well determined, no slope is.
+fn collinear(parameters: &mut [Parameter]) {
+    let loose = |p: &Parameter| p.symbol == "g1" && !(p.standard_error < COLLINEAR * p.value.abs());
+    let slopes: Vec<f64> = parameters
+        .iter()
+        .filter(|p| ["g2", "g3", "g5"].contains(&p.symbol.as_str()))
+        .map(|p| p.value.ln())
+        .collect();
+    let alike = (0..slopes.len()).any(|i| slopes[..i].iter().any(|s| (s - slopes[i]).abs() < ALIKE));
+    if !alike && !parameters.iter().any(loose) {
+        return;
+    }
+    let group = ["g1", "g2", "g3", "g5"];
+    for parameter in parameters.iter_mut().filter(|p| group.contains(&p.symbol.as_str())) {
+        if parameter.identifiable || alike {
+            parameter.identifiable = false;
+            parameter.remark = "g1, g2, g3 and g5 make up for each other: only the curve is told".to_owned();
+        }
+        // Between terms that are alike the profile is that of their sum.
+        if alike {
+            parameter.range = [f64::NAN; 2];
+        }
+    }
+}
+
+/// Without its factor a term has no shape.
+fn shapeless(parameters: &mut [Parameter], factor: &str, shapes: &[&str]) {
+    if !parameters.iter().any(|p| p.symbol == factor && !p.identifiable) {
+        return;
+    }
+    let shapes = parameters
+        .iter_mut()
+        .filter(|p| p.identifiable && shapes.contains(&p.symbol.as_str()));
+    shapes.for_each(|p| p.withdraw(&format!("{factor}, whose term it shapes, is not told by these data")));
+}
+
+/// Replaces Fs - Fc by the static friction Fs.
+fn breakaway(parameters: &mut [Parameter], fit: &FormFit, curve: usize) {
+    let [coulomb, excess] = [0, 2].map(|term| fit.layout.factors[curve].start + term);
+    let [a, b] = [coulomb, excess].map(|factor| fit.layout.unknown(FormParameter::Factor(factor)));
+    let value = fit.solution.x[a] + fit.solution.x[b];
+    let covariance = |i, j| fit.covariance.at(i, j);
+    let variance: f64 = covariance(a, a) + covariance(b, b) + 2.0 * covariance(a, b);
+    let error = variance.max(0.0).sqrt();
+    let sum = factor("Fs", [1, 0], Uncertain::new(value, error, [value; 2]), None);
+    parameters[2] = match parameters[2].identifiable {
+        true => sum,
+        false => Parameter {
+            identifiable: false,
+            remark: "not told from Fc by these data".to_owned(),
+            ..sum
+        },
+    };
+}

@@ -1,0 +1,291 @@
+//! Equations of motion with unknown factors and free curves.
+//!
+//! A rigid axis, a flexible joint and an arm differ only in what stands in
+//!
+//! $$ \sum_i x_i\, a_{bi}(t) + \sum_k s_{bk}\, f_k(\xi_k(t)) = r_b(t) \qquad\text{for every equation } b: $$
+//!
+//! the factors $x_i$ are inertias, constants of the links and gravity; the curves $f_k$ are stiffness over the deflection and
+//! friction over the velocity, with the sign $s_{bk}$ in equation b. Each curve is a sum of splines ([`Basis`]). Their number
+//! follows from all equations together, and so does the noise of each equation.
+
+use super::basis::Basis;
+use super::column_noise::{AbscissaNoise, Noisy, Slopes};
+use super::covariance::{fitted_noise, fitted_to_power};
+use super::division::{Division, Divisions};
+use super::equations::{Column, Equations, Lines, Solution};
+use super::fourier::Modulation;
+use super::layout::Layout;
+use crate::linalg::Complex;
+
+/// How often the divisions of all curves and the noise are estimated again.
+const ROUNDS: usize = 2;
+
+/// What a curve is a function of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum CurveKind {
+    /// The elastic torque k(d) d over the deflection d; the splines are those of the stiffness k.
+    Stiffness,
+    /// The friction torque over the velocity.
+    Friction,
+}
+
+/// A curve of the equations of motion.
+pub(super) struct Curve<'a> {
+    pub kind: CurveKind,
+    /// The deflection or velocity at every sample.
+    pub x: &'a [f64],
+    /// The sign with which the curve enters each equation; 0 where it does not.
+    pub signs: Vec<f64>,
+    /// The noise of x, where it counts.
+    pub noise: AbscissaNoise<'a>,
+    /// The smallest distance of x that the data resolve.
+    pub resolution: f64,
+    /// The numbers of splines to choose from.
+    pub division: &'static Division,
+    /// The number of factors that stand before the curve's coefficients among the unknowns.
+    pub after: usize,
+}
+
+/// A division of a curve's range, with the transformed splines.
+#[derive(Debug, Clone)]
+pub(super) struct Splines {
+    pub basis: Basis,
+    pub lines: Vec<Lines>,
+}
+
+impl<'a> Curve<'a> {
+    /// The largest absolute deflection or velocity.
+    pub fn largest(&self) -> f64 {
+        self.x.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
+    }
+
+    /// The width within which the sign of x is softened in physical forms.
+    pub fn sign_width(&self) -> f64 {
+        match self.kind {
+            CurveKind::Stiffness => 0.0,
+            CurveKind::Friction => self.resolution,
+        }
+    }
+
+    /// The splines of so many intervals on either side of zero.
+    pub fn splines(&self, modulation: &Modulation, pieces: usize) -> Splines {
+        let (basis, columns) = match self.kind {
+            CurveKind::Stiffness => {
+                let basis = Basis::stiffness(self.x, pieces);
+                let columns = basis.columns_times_x(self.x);
+                (basis, columns)
+            }
+            CurveKind::Friction => {
+                let basis = Basis::friction(self.x, pieces);
+                let columns = basis.mean_columns(self.x);
+                (basis, columns)
+            }
+        };
+        Splines {
+            basis,
+            lines: modulation.of_all(&columns),
+        }
+    }
+
+    /// The splines beside which forms of the curve are tested: of a division that does not depend on the torques.
+    pub fn tested(&self, modulation: &Modulation) -> Splines {
+        self.splines(modulation, self.division.tested)
+    }
+
+    /// Lines of a function of x as a column, times a factor.
+    pub fn column(&self, lines: &[Complex<f64>], factor: f64) -> Column {
+        let scaled = |sign: f64| lines.iter().map(|v| v * (sign * factor)).collect();
+        self.signs.iter().map(|&s| (s != 0.0).then(|| scaled(s))).collect()
+    }
+
+    /// What the noise of x adds to the products of functions of x with these slopes; see [`AbscissaNoise::noisy`].
+    pub fn noisy(
+        &self,
+        slopes: impl FnOnce() -> Slopes,
+        column: impl Fn(usize) -> usize + Copy,
+        factor: impl Fn(usize) -> usize + Copy,
+    ) -> Vec<Noisy<'a>> {
+        match self.noise.is_none() {
+            true => Vec::new(),
+            false => self.noise.noisy(&slopes(), column, factor),
+        }
+    }
+
+    /// The value of the curve at x from its splines' coefficients.
+    pub fn value(&self, basis: &Basis, coefficients: &[f64], x: f64) -> f64 {
+        match self.kind {
+            CurveKind::Stiffness => basis.value(coefficients, x) * x,
+            CurveKind::Friction => basis.value(coefficients, x),
+        }
+    }
+}
+
+/// The part of each equation's noise that the encoders make, for given factors.
+pub(super) type EncoderNoise<'a> = Box<dyn Fn(&[f64]) -> Vec<Vec<f64>> + 'a>;
+
+/// Equations of motion.
+pub(super) struct System<'a> {
+    pub modulation: &'a Modulation,
+    /// The columns of the unknown factors.
+    pub factors: Vec<Column>,
+    pub right: Vec<Lines>,
+    /// The noise of the factors' columns, which are numbered as the factors are.
+    pub noisy: Vec<Noisy<'a>>,
+    pub encoder_noise: EncoderNoise<'a>,
+    pub curves: Vec<Curve<'a>>,
+}
+
+/// Free curves, and the noise of each equation.
+pub(super) struct FreeCurves {
+    pub splines: Vec<Splines>,
+    pub noise: Vec<Vec<f64>>,
+    /// The next finer splines, which show what those in use smooth away.
+    pub finer: Vec<Splines>,
+    /// The splines beside which forms are tested.
+    pub tested: Vec<Splines>,
+}
+
+/// A solution with free curves.
+pub(super) struct Solved<'a> {
+    pub equations: Equations<'a>,
+    pub layout: Layout,
+    pub solution: Solution,
+}
+
+impl<'a> Solved<'a> {
+    /// The solution with a further column, which comes last.
+    pub fn with_column(self, column: Column) -> Option<Solved<'a>> {
+        let equations = self.equations.with_column(column);
+        Some(Solved {
+            solution: equations.solve()?,
+            equations,
+            layout: self.layout,
+        })
+    }
+
+    /// The factors.
+    pub fn factors(&self) -> Vec<f64> {
+        self.layout.factors.iter().map(|&i| self.solution.x[i]).collect()
+    }
+
+    /// The coefficients of a curve's splines.
+    pub fn coefficients(&self, curve: usize) -> &[f64] {
+        &self.solution.x[self.layout.curves[curve].clone()]
+    }
+
+    /// Akaike's criterion.
+    pub fn akaike(&self) -> f64 {
+        let observations = 2.0 * self.solution.lines() as f64;
+        observations * (self.solution.squares / observations).ln() + 2.0 * self.solution.x.len() as f64
+    }
+}
+
+impl<'a> System<'a> {
+    /// Where the unknowns stand for these splines of the curves.
+    fn layout(&self, splines: &[&Splines]) -> Layout {
+        let curves = self.curves.iter().zip(splines);
+        Layout::new(self.factors.len(), curves.map(|(c, s)| (c.after, s.basis.len())))
+    }
+
+    /// The equations with these splines of the curves, for noise of this spectrum.
+    pub fn equations<'b>(&'b self, splines: &[&Splines], noise: &'b [Vec<f64>]) -> Equations<'b> {
+        let layout = self.layout(splines);
+        let mut columns: Vec<Column> = vec![Column::new(); layout.len()];
+        for (&at, column) in layout.factors.iter().zip(&self.factors) {
+            columns[at] = column.clone();
+        }
+        let of_factors = self.noisy.iter().map(|noisy| Noisy {
+            columns: noisy.columns.map(|i| layout.factors[i]),
+            ..*noisy
+        });
+        let mut noisy: Vec<Noisy> = of_factors.collect();
+        for ((curve, splines), range) in self.curves.iter().zip(splines).zip(&layout.curves) {
+            for (column, lines) in columns[range.clone()].iter_mut().zip(&splines.lines) {
+                *column = curve.column(lines, 1.0);
+            }
+            noisy.extend(curve.noisy(
+                || splines.basis.slopes(self.modulation, curve.x),
+                |k| range.start + k,
+                |i| layout.factors[i],
+            ));
+        }
+        Equations {
+            columns,
+            right: self.right.clone(),
+            noise: noise.iter().map(Vec::as_slice).collect(),
+            noisy,
+        }
+    }
+
+    /// The solution with these splines of the curves; `None` if the equations do not determine it.
+    pub fn solve<'b>(&'b self, splines: &[&Splines], noise: &'b [Vec<f64>]) -> Option<Solved<'b>> {
+        let equations = self.equations(splines, noise);
+        Some(Solved {
+            solution: equations.solve()?,
+            layout: self.layout(splines),
+            equations,
+        })
+    }
+
+    /// The noise of each equation, from the residuals.
+    pub fn noise_of(&self, solved: &Solved) -> Vec<Vec<f64>> {
+        let known = (self.encoder_noise)(&solved.factors());
+        let residuals = solved.solution.residuals.iter().zip(&known);
+        residuals.map(|(r, known)| fitted_noise(r, known)).collect()
+    }
+
+    /// The noise of each equation, from the residuals as they would be without the unknowns that follow them.
+    pub fn unbiased_noise_of(&self, solved: &Solved) -> Vec<Vec<f64>> {
+        let known = (self.encoder_noise)(&solved.factors());
+        let powers = solved.equations.powers(&solved.solution);
+        powers
+            .iter()
+            .zip(&known)
+            .map(|(p, known)| fitted_to_power(p, known))
+            .collect()
+    }
+
+    /// [`unbiased_noise_of`](Self::unbiased_noise_of) with these splines.
+    pub fn noise_with(&self, splines: &[Splines], noise: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+        let splines: Vec<&Splines> = splines.iter().collect();
+        Some(self.unbiased_noise_of(&self.solve(&splines, noise)?))
+    }
+
+    /// The splines beside which forms are tested.
+    pub fn tested(&self) -> Vec<Splines> {
+        self.curves.iter().map(|c| c.tested(self.modulation)).collect()
+    }
+
+    /// Curves as fine as all equations together ask for, and the noise that these then turn out to have.
+    ///
+    /// The motor's equation has the noise of its torque; the link's has none, and shows far finer detail of the stiffness.
+    pub fn refined(&self, mut splines: Vec<Splines>, mut noise: Vec<Vec<f64>>) -> Option<FreeCurves> {
+        let mut finer = Vec::new();
+        for _ in 0..ROUNDS {
+            noise = self.noise_with(&splines, &noise)?;
+            let mut divisions = Divisions::new(self);
+            divisions.improve(&|splines| Some(self.solve(splines, &noise)?.akaike()))?;
+            (splines, finer) = (divisions.finer(1), divisions.finer(2));
+        }
+        noise = self.noise_with(&splines, &noise)?;
+        Some(FreeCurves {
+            splines,
+            noise,
+            finer,
+            tested: self.tested(),
+        })
+    }
+}
+
+impl FreeCurves {
+    /// The splines in use.
+    pub fn in_use(&self) -> Vec<&Splines> {
+        self.splines.iter().collect()
+    }
+}
+
+/// A spectrum that starts a search for the noise: low frequencies, where the encoders' noise does no harm, weigh most.
+pub(super) fn low_frequencies(modulation: &Modulation, band: f64) -> Vec<f64> {
+    let edge = std::f64::consts::PI * band;
+    modulation.omega.iter().map(|w| 1.0 + (w / edge).powi(8)).collect()
+}
