@@ -121,8 +121,10 @@ fn with_dependent_errors_blocks_smooth_more_than_the_wild_bootstrap() {
         wider += usize::from(blocks.bandwidth > single.bandwidth);
         for (error, h) in errors.iter_mut().zip([single.bandwidth, blocks.bandwidth]) {
             let fitted = KernelRegression { kernel, bandwidth: h }
-                .evaluate(degree, &x, &y, None, &x)
-                .unwrap();
+                .fit(&x, &y)
+                .unwrap()
+                .with_degree(degree)
+                .predict(&x);
             *error += fitted.iter().zip(&x).map(|(f, &x)| (f - m(x)).powi(2)).sum::<f64>() / 3000.0;
         }
     }

@@ -200,9 +200,10 @@ pub(crate) fn gap_from_data(x: &[f64], y: &[f64]) -> usize {
         kernel: Kernel::Epanechnikov,
         bandwidth: PILOT * bulk(&sorted),
     };
-    let Ok(trend) = pilot.evaluate(Degree::Linear, x, y, None, x) else {
+    let Ok(trend) = pilot.fit(x, y) else {
         return 0;
     };
+    let trend = trend.with_degree(Degree::Linear).predict(x);
     let residuals: Vec<f64> = y.iter().zip(&trend).map(|(y, m)| y - m).collect();
     let covariance = cross_covariance(&residuals, &residuals, most + 1);
     let limit = 1.96 / (n as f64).sqrt() * covariance[0];

@@ -85,7 +85,7 @@ fn with_dependent_errors_leave_one_out_undersmooths_and_h_blocks_do_not() {
         let (x, y) = slow(seed, 600, 0.8, m);
         let error = |h: f64| {
             let method = KernelRegression { kernel, bandwidth: h };
-            let fitted = method.evaluate(degree, &x, &y, None, &x).unwrap();
+            let fitted = method.fit(&x, &y).unwrap().with_degree(degree).predict(&x);
             fitted.iter().zip(&x).map(|(f, &x)| (f - m(x)).powi(2)).sum::<f64>() / 600.0
         };
         let one = BandwidthSearch::search(kernel, degree, &x, &y, None).unwrap();

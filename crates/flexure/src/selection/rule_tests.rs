@@ -27,7 +27,7 @@ fn every_rule_comes_near_the_best_bandwidth_in_hindsight() {
                 kernel: Kernel::Epanechnikov,
                 bandwidth: h,
             };
-            let values = method.evaluate(Degree::Linear, &x, &y, None, &grid).unwrap();
+            let values = method.fit(&x, &y).unwrap().with_degree(Degree::Linear).predict(&grid);
             values.iter().zip(&grid).map(|(v, &q)| (v - m(q)).powi(2)).sum::<f64>()
         };
         let best = (1..100)

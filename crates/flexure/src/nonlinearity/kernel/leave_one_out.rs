@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::piece::{Visit, at_own_points};
 use super::sums::{DIRECT_BELOW, residual_times_rest};
-use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
+use super::{Degree, Kernel, Sorted, Sums, direct_without, for_each_sum};
 use crate::interrupt;
 use crate::wide::widest;
 
@@ -117,11 +117,8 @@ impl<'a> Errors<'a> {
             }
             sums = self.last.1;
         }
-        sums.residual_without(degree, y, w).unwrap_or_else(|| {
-            let others = data.direct_sums(kernel, degree, h, x, Some(i));
-            let fit = others.fit(degree);
-            y - fit.map_or_else(|| data.nearest(x, Some(i)), |fit| fit.value)
-        })
+        sums.residual_without(degree, y, w)
+            .unwrap_or_else(|| y - direct_without(data, kernel, degree, h, i))
     }
 }
 

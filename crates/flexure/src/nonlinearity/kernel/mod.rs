@@ -4,8 +4,7 @@
 //!
 //! The data are sorted once ([`sort`]); after that every point costs O(1) whatever the bandwidth, for the
 //! kernels of bounded support by sliding moment sums ([`sweep`], [`window`], [`piece`]) and for the Gaussian by
-//! a fast Gauss transform ([`gaussian`]). For few points the sort is left out as well ([`scatter`]). All agree
-//! with direct summation to about 1e-12. Scores of a bandwidth are exact ([`leave_one_out`]) or, to find it
+//! a fast Gauss transform ([`gaussian`]). All agree with direct summation to about 1e-12. Scores of a bandwidth are exact ([`leave_one_out`]) or, to find it
 //! among many points, from data in bins ([`binned`]). Streams have a form of their own ([`recursive`]).
 //!
 //! References: Nadaraya (1964); Watson (1964); Seifert, Brockmann, Engel, Gasser (1994), fast
@@ -14,7 +13,6 @@
 mod bin;
 mod binned;
 mod choice;
-mod coarse;
 mod descent;
 mod estimator;
 mod gaussian;
@@ -25,7 +23,6 @@ mod piece;
 mod product;
 mod recursive;
 mod regression;
-mod scatter;
 mod section;
 mod sort;
 mod sorted;

@@ -5,7 +5,6 @@ use std::sync::{Mutex, PoisonError};
 
 use super::staircase::{Abscissas, Room, Windows};
 use super::sweep::{Grains, Runs, STRETCH, Sweep};
-use super::window::{Items, Slider};
 use super::{Degree, Kernel, Sorted, Sums};
 
 /// A kernel as a polynomial: its coefficients of the powers of u, at the coordinate t of the point.
@@ -86,23 +85,6 @@ pub fn perform(job: &mut impl Job, kernel: Kernel, degree: Degree) {
         (Kernel::Triweight, Linear) => job.whole::<7, 9>(parabola_cubed),
         (Kernel::Gaussian, _) => unreachable!("the Gaussian has no bounded support"),
     }
-}
-
-/// The sums at `q` over the items lo..hi.
-#[inline(always)]
-pub fn sums<I: Items<N>, const M: usize, const N: usize>(
-    slider: &mut Slider<'_, I, N>,
-    (lo, hi): (usize, usize),
-    q: f64,
-    coefficients: impl Coefficients<M>,
-) -> Sums {
-    if lo >= hi {
-        return Sums::NONE;
-    }
-    let view = slider.seek(lo, hi);
-    view.window(lo, hi).map_or(Sums::NONE, |moments| {
-        Sums::combined(&moments, view.frame.u(q), coefficients)
-    })
 }
 
 /// Visits the sums at each of the increasing points `at` that has any data in reach.

@@ -1,7 +1,6 @@
 //! Fitting and evaluating the kernel estimate (13), and its exact leave-one-out score.
 
-use super::scatter::{self, Scatter};
-use super::sorted::mean;
+use super::sort::increasing;
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::error::{Error, Result};
 use crate::nonlinearity::estimator::check_values;
@@ -53,59 +52,6 @@ impl KernelRegression {
         self.fit_sorted(Sorted::weighted(x, y, weights))
     }
 
-    /// The estimates at a few points `at`, in any order, from data that need not be sorted: the fast way to
-    /// a curve for one bandwidth, in one pass over the data and little memory.
-    ///
-    /// It is [`fit`](Self::fit), [`with_degree`](KernelFit::with_degree) and
-    /// [`predict`](KernelFit::predict) in one, and does just these for the Gaussian and where the points are
-    /// more than a tenth as many as the data. NaN where no data are within reach, and for NaN.
-    ///
-    /// # Errors
-    /// Those of [`fit_weighted`](Self::fit_weighted).
-    pub fn evaluate(
-        self,
-        degree: Degree,
-        x: &[f64],
-        y: &[f64],
-        weights: Option<&[f64]>,
-        at: &[f64],
-    ) -> Result<Vec<f64>> {
-        self.check()?;
-        check_points(x, y, 1)?;
-        if let Some(weights) = weights {
-            check_weights(weights, x.len(), 1)?;
-        }
-        let few = at.len() <= x.len() / 10 && at.iter().any(|q| q.is_finite());
-        if !few || self.kernel == Kernel::Gaussian {
-            let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
-            return Ok(self.fit_sorted(data)?.with_degree(degree).predict(at));
-        }
-        let data = Scatter {
-            x,
-            y,
-            w: weights,
-            mean: mean(y, weights),
-        };
-        let mut estimates = vec![f64::NAN; at.len()];
-        let (order, at) = increasing(at);
-        let mut doubtful = Vec::new();
-        scatter::for_each(&data, (self.kernel, degree), self.bandwidth, &at, |j, sums| {
-            if sums.reliable(degree) {
-                estimates[order[j]] = sums.fit(degree).map_or(f64::NAN, |fit| data.mean + fit.value);
-            } else if sums.mass[0] > 0.0 {
-                doubtful.push(j);
-            }
-        });
-        if !doubtful.is_empty() {
-            let at: Vec<f64> = doubtful.iter().map(|&j| at[j]).collect();
-            let near = self.fit_sorted(data.near(&at, self.bandwidth))?.with_degree(degree);
-            for (j, estimate) in doubtful.into_iter().zip(near.predict(&at)) {
-                estimates[order[j]] = estimate;
-            }
-        }
-        Ok(estimates)
-    }
-
     pub(crate) fn fit_sorted(self, data: Sorted) -> Result<KernelFit> {
         self.check()?;
         Ok(KernelFit {
@@ -121,14 +67,6 @@ impl KernelRegression {
         }
         Ok(())
     }
-}
-
-/// The finite ones of the points `at` in increasing order, after their indices.
-fn increasing(at: &[f64]) -> (Vec<usize>, Vec<f64>) {
-    let mut order: Vec<usize> = (0..at.len()).filter(|&i| at[i].is_finite()).collect();
-    order.sort_unstable_by(|&i, &j| at[i].total_cmp(&at[j]));
-    let at = order.iter().map(|&i| at[i]).collect();
-    (order, at)
 }
 
 /// Weights for `points` points: finite, not negative, at least `need` of them positive.

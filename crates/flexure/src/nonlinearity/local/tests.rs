@@ -36,7 +36,7 @@ fn errors(seed: u64, n: usize, m: impl Fn(f64) -> f64) -> ([f64; 2], LocalKernel
         bandwidth: fit.global().bandwidth,
     };
     let estimates = [
-        one.evaluate(Degree::Linear, &x, &y, None, &grid).unwrap(),
+        one.fit(&x, &y).unwrap().with_degree(Degree::Linear).predict(&grid),
         fit.predict(&[&grid]).unwrap(),
     ];
     let error = |v: &[f64]| v.iter().zip(&grid).map(|(v, &q)| (v - m(q)).powi(2)).sum::<f64>() / 4001.0;
@@ -267,7 +267,7 @@ fn plugged_in(seeds: u64, n: usize, m: impl Fn(f64) -> f64 + Copy) -> [f64; 2] {
             kernel: Kernel::Epanechnikov,
             bandwidth: fitted(&x, &y).global().bandwidth,
         };
-        let one = one.evaluate(Degree::Linear, &x, &y, None, &grid).unwrap();
+        let one = one.fit(&x, &y).unwrap().with_degree(Degree::Linear).predict(&grid);
         let local = by_plug_in(&x, &y).predict(&[&grid]).unwrap();
         for (sum, estimates) in sums.iter_mut().zip([one, local]) {
             *sum += estimates

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::super::sort::increasing;
 use super::super::{Degree, Sorted, for_each_sum};
 use super::RecursiveKernel;
 use crate::nonlinearity::estimator::Checked;
@@ -133,9 +134,7 @@ impl Levels {
 
     /// The estimates at points in any order; NaN where no data are in reach, and for what is not finite.
     pub fn estimates(&self, method: &RecursiveKernel, at: &[f64]) -> Vec<f64> {
-        let mut order: Vec<usize> = (0..at.len()).filter(|&i| at[i].is_finite()).collect();
-        order.sort_unstable_by(|&i, &j| at[i].total_cmp(&at[j]));
-        let sorted: Vec<f64> = order.iter().map(|&i| at[i]).collect();
+        let (order, sorted) = increasing(at);
         let mut estimates = vec![f64::NAN; at.len()];
         for (i, pair) in order.into_iter().zip(self.sums(method, &sorted)) {
             estimates[i] = self.all.mean + pair.value();

@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use super::super::super::bin::whole_below;
 use super::{Ends, Rule, SLICES, push};
 use crate::wide::widest;
 
@@ -28,7 +27,7 @@ impl Grid {
                 || {
                     for (key, x) in keys.iter_mut().zip(*column) {
                         // None is below the origin.
-                        *key = *key * span + whole_below((x - origin) * rate);
+                        *key = *key * span + ((x - origin) * rate) as u32;
                     }
                 },
             );
