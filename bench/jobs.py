@@ -87,7 +87,6 @@ JOBS = [
         "local constant, Epanechnikov, h = 0.1",
         {"task": "kernel", "kernel": "epanechnikov", "degree": 0, "h": 0.1},
         [
-            Contestant("Flexure, binned", "flexure", 0.01, changes={"binned": "yes"}),
             Contestant("NumPy, sort and sums", "numpy", EXACT),
             Contestant("scikit-learn, radius", "sklearn", EXACT),
             Contestant("fdars-core", "fdars", EXACT),
@@ -135,16 +134,6 @@ JOBS = [
         [Contestant("NumPy, sort and sums", "numpy", EXACT)],
         quick=[1_000, 10_000],
         full=[1_000, *LINE],
-        estimates=False,
-    ),
-    Job(
-        "binned-scores",
-        "leave-one-out scores of 50 bandwidths, binned",
-        {"task": "binned-scores", "degree": 0, "candidates": 50},
-        # Exactly; a score is about 0.01, so that the bins may be off by a thousandth of it.
-        [Contestant("NumPy, sort and sums", "numpy", 1e-5)],
-        quick=[10_000],
-        full=LINE,
         estimates=False,
     ),
     Job(

@@ -207,7 +207,6 @@ PEERS = {
         "kernel": numpy_peers.kernel,
         "bandwidth": numpy_peers.bandwidth,
         "scores": numpy_peers.scores,
-        "binned-scores": numpy_peers.scores,
         "polynomial": numpy_peers.polynomial,
         "series-chosen": numpy_peers.series_chosen,
         "haar": numpy_peers.haar,

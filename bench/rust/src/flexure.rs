@@ -22,14 +22,9 @@ pub fn call(job: &Job) -> Result<Call> {
                 kernel,
                 bandwidth: job.number("h")?,
             };
-            let binned = job.text("binned").is_ok_and(|b| b == "yes");
             Ok(Box::new(move |data: &Data| {
-                let (x, y, at) = (&data.x[0], &data.y, &data.at[0]);
-                Ok(match binned {
-                    true => method.evaluate_binned(degree, x, y, None, at)?,
-                    false => method.evaluate(degree, x, y, None, at)?,
-                }
-                .into())
+                let fit = method.fit(&data.x[0], &data.y)?.with_degree(degree);
+                Ok(fit.predict(&data.at[0]).into())
             }))
         }
         "leave-one-out" => {
@@ -39,8 +34,8 @@ pub fn call(job: &Job) -> Result<Call> {
                 Ok(vec![score].into())
             }))
         }
-        task @ ("scores" | "binned-scores") => {
-            let (degree, binned) = (degree(job)?, task == "binned-scores");
+        "scores" => {
+            let degree = degree(job)?;
             let bandwidths = log_spaced(0.02, 1.0, job.number("candidates")?);
             Ok(Box::new(move |data: &Data| {
                 let (x, y) = (&data.x[0], &data.y);
@@ -48,10 +43,7 @@ pub fn call(job: &Job) -> Result<Call> {
                     degree,
                     ..Default::default()
                 };
-                let scores = match binned {
-                    true => search.binned_scores(x, y, &bandwidths)?,
-                    false => search.exact_scores(x, y, None, &bandwidths)?,
-                };
+                let scores = search.exact_scores(x, y, None, &bandwidths)?;
                 Ok(scores.iter().map(|s| s.error).collect::<Vec<f64>>().into())
             }))
         }
@@ -151,7 +143,10 @@ fn choose_and_evaluate(rule: BandwidthRule, degree: Degree, data: &Data) -> Resu
     let (x, y, kernel) = (&data.x[0], &data.y, Kernel::Epanechnikov);
     let bandwidth = choose_bandwidth(rule, kernel, degree, x, y, None)?.bandwidth();
     Ok(Outcome {
-        estimates: KernelRegression { kernel, bandwidth }.evaluate(degree, x, y, None, &data.at[0])?,
+        estimates: KernelRegression { kernel, bandwidth }
+            .fit(x, y)?
+            .with_degree(degree)
+            .predict(&data.at[0]),
         chosen: Some(format!("h={bandwidth:.4}")),
     })
 }

@@ -162,26 +162,6 @@ impl LeaveOneOut {
         Ok(scored(bandwidths, self.exact(&sort(x, y, weights)?, bandwidths)))
     }
 
-    /// The scores of given bandwidths, in their order, on data in bins as of [`Scoring::Binned`]: the points are
-    /// read once, in the order they have, and the rest takes no longer the more they are. Nothing is checked by
-    /// exact scores. Near the best bandwidth they differ from these by less than 1e-3, with the uniform kernel and local
-    /// lines by up to 3e-3; for local constants with the Epanechnikov or the biweight kernel, and data that are spread
-    /// over some hundred bins and more, by less than 1e-4.
-    ///
-    /// # Errors
-    /// Those of [`exact_scores`](Self::exact_scores).
-    pub fn binned_scores(&self, x: &[f64], y: &[f64], bandwidths: &[f64]) -> Result<Vec<Score>> {
-        check_bandwidths(bandwidths)?;
-        check_points(x, y, 3)?;
-        let smallest = bandwidths.iter().copied().fold(f64::INFINITY, f64::min);
-        let largest = bandwidths.iter().copied().fold(0.0, f64::max);
-        if !(smallest <= largest) {
-            return Ok(Vec::new());
-        }
-        let pyramid = Pyramid::scattered(x, y, smallest, largest, self.bins());
-        Ok(scored(bandwidths, pyramid.scores(self.kernel, self.degree, bandwidths)))
-    }
-
     /// Bins to a bandwidth, at least.
     fn bins(&self) -> f64 {
         if self.kernel == Kernel::Gaussian {

@@ -1,86 +1,52 @@
-//! Leave-one-out scores from data that are brought together in bins: they cost the same however many points
-//! there are.
+//! Leave-one-out scores from data in bins. Their cost does not depend on the number of points.
 //!
-//! Bins that lie side by side are done in sections ([`section`](super::section)), which is faster and more accurate,
-//! for local constants with a kernel of one polynomial. Here is what serves all kernels, and bins with gaps between them:
+//! In the kernel sums a bin is one point at the mean of its data, with their number as its weight. The error of the
+//! sums is of second order in the width of the bins.
 //!
-//! A bin is a point at its data's mean abscissa that weighs as many as they are, so that the kernel sums err in
-//! the second order of the bin's width alone. The score of its data is that about the estimate's tangent: the
-//! bin's second moments are all that is needed, and it errs in the second order as well.
+//! The squared errors of a bin's data are taken about the tangent of the estimate at the bin, so that the second moments
+//! of the bin suffice. This error is of second order as well.
 
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch, f64x8};
+use std::ops::Range;
+
 use rayon::prelude::*;
-
-use std::ops::{Div, Mul, Range, Sub};
-use std::sync::OnceLock;
 
 use super::bin::{Bin, gather};
 use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
-use super::lattice::Lattice;
 use super::piece::{Visit, at_own_points};
 use super::sums::DIRECT_BELOW;
-use super::tangents::{LANES, Tangents};
-use super::{Degree, Kernel, Sorted, Sums};
+use super::{Degree, Kernel, Sorted, Sums, direct_without};
 
-/// Points that are put in bins at a time: bins end with them, whatever the number of threads.
-pub(super) const CHUNK: usize = 1 << 16;
-/// Most parts in which points in no order are taken, each with bins of its own.
-pub(super) const PARTS: usize = 8;
-/// A point whose share in its own estimate is larger than 1 less this is left out by direct summation.
-pub(super) const ALONE: f64 = 1e-3;
+/// Points that are gathered at a time. Bins end with them, whatever the number of threads.
+const CHUNK: usize = 1 << 16;
+/// If the others' share in the estimate at a point is smaller than this, the estimate without the point is summed
+/// directly.
+const ALONE: f64 = 1e-3;
 
-/// Bins in order. Empty ones are left out.
+/// Bins in order, without the empty ones.
 #[derive(Debug)]
 struct Bins {
-    /// Their means, weighted by their counts.
+    /// The bins' means, weighted by their counts.
     data: Sorted,
-    /// xx, xy, yy of [`Bin`].
+    /// The columns xx, xy, yy of [`Bin`].
     products: [Vec<f64>; 3],
 }
 
-/// The same data in bins of several widths, each twice that before.
+/// The same data in bins of several widths. Each width is twice the one before.
 pub(crate) struct Pyramid {
-    levels: Vec<OneWidth>,
-    /// The widths, and the number of bins to a bandwidth.
+    levels: Vec<Bins>,
+    /// The width of the narrowest bins.
     narrowest: f64,
+    /// The least number of bins to a bandwidth.
     per_bandwidth: f64,
 }
 
-/// The data in bins of one width: side by side where these are not too many, and without the empty ones where that is
-/// asked for.
-struct OneWidth {
-    lattice: Option<Lattice>,
-    bins: OnceLock<Bins>,
-}
-
 impl Pyramid {
-    /// Puts unweighted data in bins for bandwidths between `smallest` and `largest`, `per_bandwidth` of them
-    /// to a bandwidth at least and twice as many at most.
+    /// Puts unweighted data into bins for bandwidths between `smallest` and `largest`. A bandwidth spans at least
+    /// `per_bandwidth` bins, and at most twice as many.
     pub fn new(data: &Sorted, smallest: f64, largest: f64, per_bandwidth: f64) -> Self {
-        let point = |i: usize| Bin {
-            count: 1.0,
-            x: data.x[i],
-            y: data.y[i],
-            xx: 0.0,
-            xy: 0.0,
-            yy: 0.0,
-        };
-        let narrowest = narrowest(smallest, per_bandwidth);
-        let finest = OneWidth::new(data.len(), point, narrowest);
-        Self::over(finest, narrowest, largest, per_bandwidth)
-    }
-
-    /// The same from points that are in no order: faster, unless they lie in few of very many bins.
-    pub fn scattered(x: &[f64], y: &[f64], smallest: f64, largest: f64, per_bandwidth: f64) -> Self {
-        let narrowest = narrowest(smallest, per_bandwidth);
-        match Lattice::new(x, y, narrowest) {
-            Some(lattice) => Self::over(OneWidth::side_by_side(lattice), narrowest, largest, per_bandwidth),
-            None => Self::new(&Sorted::new(x, y), smallest, largest, per_bandwidth),
-        }
-    }
-
-    fn over(finest: OneWidth, narrowest: f64, largest: f64, per_bandwidth: f64) -> Self {
+        // The inverse of the width must be finite.
+        let narrowest = (smallest / per_bandwidth).max(f64::MIN_POSITIVE);
+        let finest = Bins::gathered(data.len(), |i| Bin::of_point(data.x[i], data.y[i]), narrowest);
         let mut pyramid = Pyramid {
             levels: vec![finest],
             narrowest,
@@ -88,16 +54,11 @@ impl Pyramid {
         };
         for level in 1..=pyramid.level(largest) {
             let finer = &pyramid.levels[level - 1];
-            if finer.len() < 2 {
+            if finer.data.len() < 2 {
                 break;
             }
-            let coarser = match &finer.lattice {
-                Some(lattice) => OneWidth::side_by_side(lattice.coarser()),
-                None => {
-                    let (finer, width) = (finer.bins(), narrowest * 2f64.powi(level as i32));
-                    OneWidth::new(finer.data.len(), |i| finer.bin(i), width)
-                }
-            };
+            let width = narrowest * 2f64.powi(level as i32);
+            let coarser = Bins::gathered(finer.data.len(), |i| finer.bin(i), width);
             pyramid.levels.push(coarser);
         }
         pyramid
@@ -108,23 +69,24 @@ impl Pyramid {
         self.narrowest
     }
 
-    /// The widest bins that are narrow enough for a bandwidth.
+    /// The level of the widest bins that are narrow enough for a bandwidth.
     fn level(&self, bandwidth: f64) -> usize {
-        // The ratio itself need not be finite.
+        // The ratio itself may overflow.
         (bandwidth.log2() - self.per_bandwidth.log2() - self.narrowest.log2()).max(0.0) as usize
     }
 
-    /// The scores, as of [`leave_one_out`](super::leave_one_out).
+    /// The scores of the bandwidths, as [`leave_one_out`](super::leave_one_out) defines them.
     pub fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
-        let level = |h: f64| self.level(h).min(self.levels.len() - 1);
-        let by_level: Vec<(Vec<usize>, Vec<f64>)> = (self.levels.par_iter().enumerate())
-            .map(|(k, width)| {
-                let own: Vec<usize> = (0..bandwidths.len()).filter(|&i| level(bandwidths[i]) == k).collect();
-                let widths: Vec<f64> = own.iter().map(|&i| bandwidths[i]).collect();
-                let scores = width.scores(kernel, degree, &widths);
-                (own, scores)
-            })
-            .collect();
+        let level_of = |h: f64| self.level(h).min(self.levels.len() - 1);
+        let of_level = |(level, bins): (usize, &Bins)| {
+            let own: Vec<usize> = (0..bandwidths.len())
+                .filter(|&i| level_of(bandwidths[i]) == level)
+                .collect();
+            let widths: Vec<f64> = own.iter().map(|&i| bandwidths[i]).collect();
+            let scores = bins.scores(kernel, degree, &widths);
+            (own, scores)
+        };
+        let by_level: Vec<(Vec<usize>, Vec<f64>)> = self.levels.par_iter().enumerate().map(of_level).collect();
         let mut scores = vec![f64::NAN; bandwidths.len()];
         for (own, values) in by_level {
             own.into_iter().zip(values).for_each(|(i, value)| scores[i] = value);
@@ -133,61 +95,17 @@ impl Pyramid {
     }
 }
 
-/// The width of the narrowest bins, of which the inverse is finite.
-fn narrowest(smallest: f64, per_bandwidth: f64) -> f64 {
-    (smallest / per_bandwidth).max(f64::MIN_POSITIVE)
-}
-
-impl OneWidth {
-    fn side_by_side(lattice: Lattice) -> Self {
-        OneWidth {
-            lattice: Some(lattice),
-            bins: OnceLock::new(),
-        }
-    }
-
-    /// Brings `count` items in order together.
-    fn new(count: usize, item: impl Fn(usize) -> Bin + Sync, width: f64) -> Self {
-        let first = item(0).x;
-        let bins: Vec<Vec<Bin>> = (0..count.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|k| gather((k * CHUNK..count.min((k + 1) * CHUNK)).map(&item), first, width))
-            .collect();
-        let bins = bins.concat();
-        match Lattice::of_bins(&bins, first, width) {
-            Some(lattice) => Self::side_by_side(lattice),
-            None => OneWidth {
-                lattice: None,
-                bins: Bins::of(&bins).into(),
-            },
-        }
-    }
-
-    fn len(&self) -> usize {
-        self.lattice
-            .as_ref()
-            .map_or_else(|| self.bins().data.len(), |lattice| lattice.len)
-    }
-
-    /// Those that are not empty; only a lattice's are not at hand.
-    fn bins(&self) -> &Bins {
-        (self.bins).get_or_init(|| Bins::of(&self.lattice.iter().flat_map(Lattice::bins).collect::<Vec<_>>()))
-    }
-
-    fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
-        if bandwidths.is_empty() {
-            return Vec::new();
-        }
-        let lattice = self.lattice.as_ref().filter(|_| degree == Degree::Constant);
-        lattice
-            .and_then(|lattice| lattice.scores(kernel, bandwidths))
-            .unwrap_or_else(|| self.bins().scores(kernel, degree, bandwidths))
-    }
-}
-
 impl Bins {
-    fn of(bins: &[Bin]) -> Self {
-        let column = |f: fn(&Bin) -> f64| -> Vec<f64> { bins.iter().map(f).collect() };
+    /// Gathers `count` increasing items into bins of this width.
+    fn gathered(count: usize, item: impl Fn(usize) -> Bin + Sync, width: f64) -> Self {
+        let first = item(0).x;
+        let of_chunk = |k: usize| {
+            let items = (k * CHUNK..count.min((k + 1) * CHUNK)).map(&item);
+            gather(items, first, width)
+        };
+        let bins: Vec<Vec<Bin>> = (0..count.div_ceil(CHUNK)).into_par_iter().map(of_chunk).collect();
+        let bins = bins.concat();
+        let column = |of: fn(&Bin) -> f64| -> Vec<f64> { bins.iter().map(of).collect() };
         Bins {
             data: Sorted::centred(column(|b| b.x), column(|b| b.y), Some(column(|b| b.count))),
             products: [column(|b| b.xx), column(|b| b.xy), column(|b| b.yy)],
@@ -206,53 +124,79 @@ impl Bins {
         }
     }
 
+    /// The scores of the bandwidths, in parallel.
     fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
+        if bandwidths.is_empty() {
+            return Vec::new();
+        }
         let data = &self.data;
-        let total: f64 = (0..data.len()).map(|b| data.weight(b)).sum();
-        let tangents = Tangents::new(data, &self.products);
-        let score = |room: &mut [Vec<f64>; 2], h: f64, visit: &mut dyn FnMut(&mut Fits<'_>)| {
-            let [values, factors] = room;
-            // Every bin is within its own reach and so is visited: nothing of another bandwidth stays.
-            values.resize(data.len(), f64::NAN);
-            factors.resize(data.len(), f64::NAN);
-            visit(&mut Fits {
+        let count = data.len();
+        let total: f64 = (0..count).map(|b| data.weight(b)).sum();
+        let score = |&h: &f64, visit: &dyn Fn(&mut Fits<'_>)| {
+            // Every bin is in its own window, and is therefore visited.
+            let mut fits = Fits {
                 data,
                 kernel,
                 degree,
                 h,
-                values,
-                factors,
-            });
-            tangents.squares(values, factors, h) / total
+                values: vec![f64::NAN; count],
+                factors: vec![f64::NAN; count],
+            };
+            visit(&mut fits);
+            self.squares(&fits) / total
         };
         let mut scores = Vec::new();
         if kernel == Kernel::Gaussian {
-            let of = |room: &mut [Vec<f64>; 2], &h: &f64| {
-                score(room, h, &mut |fits| {
+            let gaussian = |h: &f64| {
+                score(h, &|fits| {
                     let visit = |b: usize, sums: Sums| fits.visit(b, sums);
-                    gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, h, &data.x, visit);
+                    gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, *h, &data.x, visit);
                 })
             };
-            scores = bandwidths.par_iter().map_init(Default::default, of).collect();
+            scores = bandwidths.par_iter().map(gaussian).collect();
         } else {
             at_own_points(data, kernel, degree, &mut |pass| {
-                let of = |room: &mut [Vec<f64>; 2], &h: &f64| score(room, h, &mut |fits| pass(h, 0..data.len(), fits));
-                scores = bandwidths.par_iter().map_init(Default::default, of).collect();
+                let bounded = |h: &f64| score(h, &|fits| pass(*h, 0..count, fits));
+                scores = bandwidths.par_iter().map(bounded).collect();
             });
         }
         scores
     }
+
+    /// The sum of the squared leave-one-out errors of all data.
+    fn squares(&self, fits: &Fits<'_>) -> f64 {
+        (0..self.data.len()).map(|b| self.squares_in(b, fits)).sum()
+    }
+
+    /// The squared errors of the data of bin `b`: their distances from the tangent, times the factor. The slope of the
+    /// tangent is that between the neighbouring bins within reach.
+    fn squares_in(&self, b: usize, fits: &Fits<'_>) -> f64 {
+        let (x, values) = (&self.data.x, &fits.values);
+        let below = b - usize::from(b > 0 && x[b] - x[b - 1] <= fits.h);
+        let above = b + usize::from(b + 1 < x.len() && x[b + 1] - x[b] <= fits.h);
+        let run = x[above] - x[below];
+        let slope = if run > 0.0 {
+            (values[above] - values[below]) / run
+        } else {
+            0.0
+        };
+        let [xx, xy, yy] = self.products.each_ref().map(|column| column[b]);
+        let residual = self.data.y[b] - values[b];
+        let about_mean = yy + slope * (slope * xx - 2.0 * xy);
+        fits.factors[b] * fits.factors[b] * (about_mean + self.data.weight(b) * residual * residual)
+    }
 }
 
-/// The estimates at bins.
+/// The estimates at the bins.
 struct Fits<'a> {
     data: &'a Sorted,
     kernel: Kernel,
     degree: Degree,
     h: f64,
-    /// The estimates with all points, and the factors that take a point's own share out of its residual.
-    values: &'a mut [f64],
-    factors: &'a mut [f64],
+    /// The estimates from all points.
+    values: Vec<f64>,
+    /// The factors that turn a point's residual into its leave-one-out error.
+    factors: Vec<f64>,
 }
 
 impl Visit for Fits<'_> {
@@ -267,66 +211,29 @@ impl Visit for Fits<'_> {
         if kernel != Kernel::Gaussian && !sums.reliable(degree) {
             sums = data.direct_sums(kernel, degree, h, data.x[b], None);
         }
-        (self.values[b], self.factors[b]) = left_out(data, kernel, degree, h, b, sums);
+        let Some(fit) = sums.fit(degree) else {
+            (self.values[b], self.factors[b]) = (0.0, 1.0);
+            return;
+        };
+        let rest = 1.0 - fit.leverage;
+        (self.values[b], self.factors[b]) = if data.weight(b) > 1.0 || rest > ALONE {
+            (fit.value, 1.0 / rest)
+        } else {
+            (direct_without(data, kernel, degree, h, b), 1.0)
+        };
     }
 
     fn constants(&mut self, bins: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool {
-        let fits = (&mut self.values[bins.clone()], &mut self.factors[bins]);
-        let least = dispatch!(Level::new(), simd => constants(simd, sums, fits));
+        let fits = self.values[bins.clone()].iter_mut().zip(&mut self.factors[bins]);
+        let mut least = f64::INFINITY;
+        for ((value, factor), [s, t]) in fits.zip(sums) {
+            // A point of the bin has K(0) = 1.
+            let rest = s - 1.0;
+            (*value, *factor) = (t / s, s / rest);
+            least = if rest < least { rest } else { least };
+        }
         least > ALONE && least > DIRECT_BELOW * most
     }
-}
-
-/// The estimate at a bin, of which these are the sums, and the factor that takes a point's own share out of its residual.
-fn left_out(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, b: usize, sums: Sums) -> (f64, f64) {
-    let Some(fit) = sums.fit(degree) else {
-        return (0.0, 1.0);
-    };
-    let rest = 1.0 - fit.leverage;
-    if data.weight(b) > 1.0 || rest > ALONE {
-        return (fit.value, 1.0 / rest);
-    }
-    let others = data.direct_sums(kernel, degree, h, data.x[b], Some(b)).fit(degree);
-    let value = others.map_or_else(|| data.nearest(data.x[b], Some(b)), |fit| fit.value);
-    (value, 1.0)
-}
-
-/// The local constants and their factors out of s and t, and the least of the others' sums of K.
-#[inline(always)]
-fn constants<S: Simd>(simd: S, sums: &[[f64; 2]], (values, factors): (&mut [f64], &mut [f64])) -> f64 {
-    let (groups, rest) = sums.as_chunks::<LANES>();
-    let (of_groups, of_rest) = values.as_chunks_mut::<LANES>();
-    let (by_groups, by_rest) = factors.as_chunks_mut::<LANES>();
-    let one = f64x8::splat(simd, 1.0);
-    let mut least = f64x8::splat(simd, f64::INFINITY);
-    for ((sums, values), factors) in groups.iter().zip(of_groups).zip(by_groups) {
-        let s = f64x8::from_fn(simd, |k| sums[k][0]);
-        let t = f64x8::from_fn(simd, |k| sums[k][1]);
-        let (value, factor, rest) = constant([s, t], one, one);
-        // What is not a number changes nothing, on any processor.
-        least = least.min_precise(rest);
-        value.store_slice(values);
-        factor.store_slice(factors);
-    }
-    let mut least = least.as_array().iter().copied().fold(f64::INFINITY, f64::min);
-    for ((sums, to), by) in rest.iter().zip(of_rest).zip(by_rest) {
-        let (value, factor, rest) = constant(*sums, 1.0, 1.0);
-        (*to, *by, least) = (value, factor, least.min(rest));
-    }
-    least
-}
-
-/// The local constant t/s, the factor, and the others' sum of K, which is s less a point's `own` share.
-#[inline(always)]
-pub(super) fn constant<T: Copy + Sub<Output = T> + Mul<Output = T> + Div<Output = T>>(
-    [s, t]: [T; 2],
-    own: T,
-    one: T,
-) -> (T, T, T) {
-    let rest = s - own;
-    // t/s and s/rest by one division.
-    let inverse = one / (s * rest);
-    (t * rest * inverse, s * s * inverse, rest)
 }
 
 #[cfg(test)]

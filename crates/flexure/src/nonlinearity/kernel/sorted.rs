@@ -155,7 +155,7 @@ impl Sorted {
 }
 
 /// The mean of the ordinates, in parts that do not depend on the number of threads.
-pub(super) fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
+fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
     let sums: Vec<(f64, f64)> = y
         .par_chunks(CHUNK)
         .enumerate()
