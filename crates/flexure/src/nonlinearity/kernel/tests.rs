@@ -129,10 +129,7 @@ fn weighted_estimates_agree_with_least_squares_at_the_point() {
                     let estimates = fit.unwrap().with_degree(degree).predict(&at);
                     for (q, got) in at.iter().zip(estimates) {
                         let want = direct_fit(data, kernel, degree, h, *q, None);
-                        let what = format!(
-                            "{name} {kernel:?} {degree:?} {} h={h} q={q}: {got} {want}",
-                            w.is_some()
-                        );
+                        let what = format!("{name} {kernel:?} {degree:?} {} h={h} q={q}: {got} {want}", w.is_some());
                         assert_eq!(got.is_nan(), want.is_nan(), "{what}");
                         if !want.is_nan() {
                             let error = (got - want).abs() / want.abs().max(1.0);
