@@ -27,6 +27,7 @@ from flexure.systems import (
     Volterra,
     Wiener,
     WienerHammerstein,
+    estimator,
     load,
 )
 
@@ -59,6 +60,7 @@ __all__ = [
     "Wiener",
     "WienerHammerstein",
     "__version__",
+    "estimator",
     "identify_joint",
     "load",
 ]

@@ -93,6 +93,16 @@ class Regression:
     def scores(self) -> dict[str, Any] | None: ...
 
 @final
+class Structure:
+    @property
+    def name(self) -> str: ...
+    @property
+    def description(self) -> str: ...
+    @property
+    def several_inputs(self) -> bool: ...
+
+def structures() -> list[Structure]: ...
+@final
 class Identification:
     def __new__(
         cls,

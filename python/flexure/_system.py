@@ -19,12 +19,9 @@ from flexure._arrays import whole
 from flexure._core import FlexureError, Identification, Model, ParameterError
 from flexure._files import blocks_of
 from flexure._html import html
-from flexure.results import Branch, LinearPart, Nonlinearity, Surface, Verdict, frame
+from flexure.results import Block, Branch, LinearPart, Verdict, block_of, frame
 
 Array = npt.NDArray[np.float64]
-Block = Nonlinearity | Surface | LinearPart
-
-_BLOCKS = ("nonlinearity", "output_nonlinearity", "linear", "front", "back", "branches")
 
 # What is asked of the library where nothing else is.
 _OPTIONS: dict[str, Any] = {
@@ -181,7 +178,7 @@ class System(BaseEstimator):  # type: ignore[misc]
 
     def _take(self, model: Model, result: dict[str, Any]) -> None:
         """Sets what was found as attributes."""
-        for name in _BLOCKS:  # those of a fit before, which may have had another structure
+        for name in [*getattr(self, "_named", ()), "branches"]:  # those of a fit before, which may have had another structure
             self.__dict__.pop(f"{name}_", None)
         self._model = model
         file = json.loads(model.json())
@@ -196,18 +193,22 @@ class System(BaseEstimator):  # type: ignore[misc]
         self.warnings_ = list(result["warnings"])
         self.fitted_ = result["samples_fitted"]
         self.comparison_ = result.get("comparison")
-        for name in ("nonlinearity", "output_nonlinearity"):
-            if result.get(name) is not None:
-                curve = result[name]
-                found = curve.get("breakpoints") or result.get("breakpoints") or ()
-                kinks = curve.get("kinks") or result.get("kinks") or ()
-                block = Surface.of(curve) if "axes" in curve else Nonlinearity.of(curve, found, kinks)
+        roles = [[label["role"] for label in path["blocks"]] for path in file["paths"]]
+        if file["is_sum"]:
+            found = zip(roles, result["branches"], strict=True)
+            self.branches_ = [Branch(self._blocks(own, branch), branch["input"]) for own, branch in found]
+            self._named: list[str] = []
+        else:
+            blocks = self._blocks(roles[0] if roles else [], result)
+            self._named = [name for name, _ in blocks]
+            for name, block in blocks:
                 setattr(self, f"{name}_", block)
-        for name in ("linear", "front", "back"):
-            if result.get(name) is not None and "b" in result[name]:
-                setattr(self, f"{name}_", LinearPart.of(result[name], self.dt_))
-        if "branches" in result:
-            self.branches_ = [Branch.of(branch, self.dt_) for branch in result["branches"]]
+
+    def _blocks(self, roles: list[str], found: dict[str, Any]) -> list[tuple[str, Block]]:
+        """The blocks of these roles that act at the samples."""
+        breaks = self.result_.get("breakpoints") or ()
+        blocks = [(role, block_of(found.get(role), self.dt_, breaks)) for role in roles if not role.startswith("intersample_")]
+        return [(role, block) for role, block in blocks if block is not None]
 
     @property
     def paths_(self) -> list[tuple[str, list[tuple[str, Block]]]]:
@@ -215,12 +216,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         self._fitted()
         if hasattr(self, "branches_"):
             return [(branch.input or self.input_, list(branch.blocks)) for branch in self.branches_]
-        order = {
-            "hammerstein": ("nonlinearity_", "linear_"),
-            "joint-inputs": ("nonlinearity_", "linear_"),
-            "hammerstein-wiener": ("nonlinearity_", "linear_", "output_nonlinearity_"),
-        }.get(self.structure_, ("front_", "linear_", "nonlinearity_", "back_"))
-        return [(self.input_, [(name[:-1], getattr(self, name)) for name in order if hasattr(self, name)])]
+        return [(self.input_, [(name, getattr(self, f"{name}_")) for name in self._named])]
 
     @property
     def blocks_(self) -> list[tuple[str, Block]]:
@@ -386,6 +382,7 @@ class System(BaseEstimator):  # type: ignore[misc]
     @classmethod
     def _of(cls, model: Model) -> Self:
         file = json.loads(model.json())
+        file["input"] = ",".join(file["inputs"])
         if cls._structure not in (file["structure"], "auto"):
             raise FlexureError(f"the model's structure is {file['structure']}, not {cls._structure}; take flexure.load")
         self = cls()

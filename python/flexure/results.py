@@ -219,34 +219,57 @@ def _companion(b: Array, a: Array) -> tuple[Array, Array, Array, Array]:
     return A, B, (b[1:] - b[0] * a[1:]).reshape(1, n), np.array([[b[0]]])
 
 
+Block = Nonlinearity | Surface | LinearPart
+
+
+def block_of(found: Any, dt: float | None, breakpoints: Any = ()) -> Block | None:
+    """The block out of the object that a model file or a result has for it; None for anything else."""
+    if not isinstance(found, dict):
+        return None
+    if "axes" in found and "coefficients" in found:
+        return Surface.of(found)
+    if "x" in found and "y" in found:
+        return Nonlinearity.of(found, found.get("breakpoints") or breakpoints, found.get("kinks") or ())
+    if "b" in found and "a" in found:
+        return LinearPart.of(found, dt)
+    return None
+
+
 @dataclass(frozen=True, eq=False)
 class Branch:
     """One of the cascades whose outputs add up."""
 
-    nonlinearity: Nonlinearity
-    """Its static nonlinearity."""
-    linear: LinearPart | None = None
-    """The dynamics after it, where there are none before it."""
-    front: LinearPart | None = None
-    """The dynamics before it."""
-    back: LinearPart | None = None
-    """Those after it, where there are some before it."""
+    blocks: list[tuple[str, Block]]
+    """The blocks with their names, in the signal's order."""
     input: str | None = None
-    """The input that enters it, where each branch has its own."""
+    """The input that enters it."""
+
+    def _block(self, name: str) -> Any:
+        return dict(self.blocks).get(name)
 
     @property
-    def blocks(self) -> list[tuple[str, Nonlinearity | LinearPart]]:
-        """The blocks with their names, in the signal's order."""
-        found = ((name, getattr(self, name)) for name in ("front", "nonlinearity", "linear", "back"))
-        return [(name, block) for name, block in found if block is not None]
+    def nonlinearity(self) -> Nonlinearity:
+        """Its static nonlinearity."""
+        found: Nonlinearity = self._block("nonlinearity")
+        return found
 
-    @classmethod
-    def of(cls, branch: dict[str, Any], dt: float | None) -> Branch:
-        """From the object that a result has."""
-        curve = branch["nonlinearity"]
-        parts = {name: LinearPart.of(branch[name], dt) for name in ("linear", "front", "back") if name in branch}
-        nonlinearity = Nonlinearity.of(curve, curve["breakpoints"], curve.get("kinks", ()))
-        return cls(nonlinearity, input=branch.get("input"), **parts)
+    @property
+    def linear(self) -> LinearPart | None:
+        """The dynamics after it, where there are none before it."""
+        found: LinearPart | None = self._block("linear")
+        return found
+
+    @property
+    def front(self) -> LinearPart | None:
+        """The dynamics before it."""
+        found: LinearPart | None = self._block("front")
+        return found
+
+    @property
+    def back(self) -> LinearPart | None:
+        """Those after it, where there are some before it."""
+        found: LinearPart | None = self._block("back")
+        return found
 
 
 @dataclass(frozen=True)

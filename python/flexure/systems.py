@@ -11,6 +11,7 @@ estimator                  blocks, in the signal's order                   resul
 `Parallel`                 a sum of cascades from one input                ``branches_``
 `MultipleInputs`           a sum of Hammerstein systems, one an input      ``branches_``
 `JointInputs`              one static of all inputs, linear                ``nonlinearity_`` (a `Surface`), ``linear_``
+`estimator("linear")`      linear                                          ``linear_``
 `NARX`, `Volterra`         none: what blocks should come near to           ``terms_``; ``first_``, ``second_``
 =========================  ==============================================  =============================================
 
@@ -27,7 +28,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from flexure._core import Model, ParameterError
+from flexure._core import Model, ParameterError, Structure, structures
 from flexure._system import System
 
 __all__ = [
@@ -43,6 +44,7 @@ __all__ = [
     "Volterra",
     "Wiener",
     "WienerHammerstein",
+    "estimator",
     "load",
 ]
 
@@ -317,22 +319,49 @@ class Volterra(System):
         return found.reshape(len(found), len(found))
 
 
-_CLASSES = (
-    Hammerstein,
-    Wiener,
-    WienerHammerstein,
-    HammersteinWiener,
-    Parallel,
-    MultipleInputs,
-    JointInputs,
-    NARX,
-    Volterra,
-)
+def _generated(structure: Structure) -> type[System]:
+    """A class of a structure that has nothing of its own beside its blocks."""
+    name = "".join(word.capitalize() for word in structure.name.split("-"))
+    text = f"""{structure.description[:1].upper()}{structure.description[1:]}.
+
+    Parameters
+    ----------
+    fresh : float
+        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+    """
+    own = {"__doc__": text, "__module__": __name__, "_structure": structure.name, "_several": structure.several_inputs}
+    return type(name, (System,), own)
+
+
+_CLASSES: dict[str, type[System]] = {
+    c._structure: c
+    for c in (
+        Auto,
+        Hammerstein,
+        Wiener,
+        WienerHammerstein,
+        HammersteinWiener,
+        Parallel,
+        MultipleInputs,
+        JointInputs,
+        NARX,
+        Volterra,
+    )
+}
+for _structure in structures():
+    if _structure.name not in _CLASSES:
+        _class = _CLASSES[_structure.name] = _generated(_structure)
+        globals()[_class.__name__] = _class
+
+
+def estimator(structure: str) -> type[System]:
+    """The class that identifies systems of this structure, by the name that ``flexure identify --structure`` takes."""
+    if structure not in _CLASSES:
+        raise ParameterError(f"there is no structure '{structure}'; the structures are {', '.join(_CLASSES)}")
+    return _CLASSES[structure]
 
 
 def load(path: str | PathLike[str]) -> System:
-    """The model out of a model file, as an estimator of its structure (`Auto` for structures without one of their own)."""
+    """The model out of a model file, as an estimator of its structure."""
     model = Model.read(path)
-    structure = json.loads(model.json())["structure"]
-    classes: dict[str, type[System]] = {c._structure: c for c in _CLASSES}
-    return classes.get(structure, Auto)._of(model)
+    return estimator(json.loads(model.json())["structure"])._of(model)

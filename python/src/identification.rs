@@ -4,13 +4,11 @@ use std::sync::Arc;
 
 use flexure::Record;
 use flexure::identify::{
-    Auto, Calibration, HammersteinWiener, JointInputs, Linear, MultipleInputs, Narx, Parallel, PhysicalForm,
-    PlainHammerstein, RefinedHammerstein, RegressionLag, Volterra, Wiener, WienerHammerstein,
+    Calibration, PhysicalForm, HammersteinMethod, PlainHammerstein, RefinedHammerstein, RegressionLag, Structure,
 };
 use flexure_io::RecordFile;
-use flexure_workbench::systems::{CascadeMethod, Identified, Method, ReferenceMethod, Signals, Task, form};
+use flexure_workbench::systems::{Identified, Task, form};
 use pyo3::prelude::*;
-use self_cell::self_cell;
 
 use crate::arrays::{Column, array};
 use crate::errors::{DataError, ParameterError, of_any};
@@ -94,71 +92,38 @@ impl Options {
         named.map_err(|expected| ParameterError::new_err(format!("the form: {expected}")))
     }
 
-    fn task(&self) -> PyResult<Task> {
-        let fresh_share = self.fresh;
-        Ok(match self.structure.as_str() {
-            "hammerstein" => Task::Hammerstein(match self.method.as_str() {
-                "plain" => Method::Plain(self.plain()?),
-                "refined" => Method::Refined {
-                    method: self.refined()?,
-                    form: self.form()?,
-                },
-                other => {
-                    let text = format!("the method is '{other}', but must be one of refined, plain");
-                    return Err(ParameterError::new_err(text));
-                }
-            }),
-            "auto" => Task::Compare(Auto {
-                fresh_share,
-                ..Default::default()
-            }),
-            "linear" => Task::Cascade(CascadeMethod::Linear(Linear { fresh_share })),
-            "wiener" => Task::Cascade(CascadeMethod::Wiener(Wiener { fresh_share })),
-            "wiener-hammerstein" => Task::Cascade(CascadeMethod::WienerHammerstein(WienerHammerstein { fresh_share })),
-            "hammerstein-wiener" => Task::HammersteinWiener(HammersteinWiener { fresh_share }),
-            "parallel" => Task::Parallel(Parallel {
-                branches: self.branches,
-                fresh_share,
-            }),
-            "multiple-inputs" => Task::MultipleInputs(MultipleInputs { fresh_share }),
-            "joint-inputs" => Task::JointInputs(JointInputs { fresh_share }),
-            "narx" => Task::Reference(ReferenceMethod::Narx(Narx { fresh_share })),
-            "volterra" => Task::Reference(ReferenceMethod::Volterra(Volterra { fresh_share })),
-            other => return Err(ParameterError::new_err(format!("there is no structure '{other}'"))),
+    fn hammerstein(&self) -> PyResult<HammersteinMethod> {
+        Ok(match self.method.as_str() {
+            "plain" => HammersteinMethod::Plain(self.plain()?),
+            "refined" => HammersteinMethod::Refined {
+                method: self.refined()?,
+                form: self.form()?,
+            },
+            other => {
+                let text = format!("the method is '{other}', but must be one of refined, plain");
+                return Err(ParameterError::new_err(text));
+            }
         })
     }
+
+    fn task(&self) -> PyResult<Task> {
+        let structure = Structure::by_name(&self.structure);
+        let structure =
+            structure.ok_or_else(|| ParameterError::new_err(format!("there is no structure '{}'", self.structure)))?;
+        let options = flexure::identify::Options {
+            fresh_share: self.fresh,
+            branches: self.branches,
+            hammerstein: self.hammerstein()?,
+        };
+        Ok(Task { structure, options })
+    }
 }
 
-/// The record, and the names in it.
-struct Owner {
+/// An identified system with the record that it came from.
+struct Session {
     file: RecordFile,
-    inputs: Vec<String>,
-    /// The same joined by commas.
-    input: String,
-    output: String,
-    sample_time: Option<f64>,
-    /// Whether the structure has several inputs.
-    several: bool,
+    identified: Identified,
 }
-
-impl Owner {
-    fn signals(&self) -> Signals<'_> {
-        Signals {
-            input: &self.input,
-            output: &self.output,
-            sample_time: self.sample_time,
-            several: self.several,
-        }
-    }
-}
-
-self_cell!(
-    struct Session {
-        owner: Owner,
-        #[covariant]
-        dependent: Identified,
-    }
-);
 
 /// An identified system with the record that it came from.
 #[pyclass(frozen, module = "flexure._core")]
@@ -182,71 +147,84 @@ impl Identification {
             return Err(ParameterError::new_err("dt must be positive and finite, in s"));
         }
         let task = options.task()?;
-        let has_several_inputs = matches!(task, Task::MultipleInputs(_) | Task::JointInputs(_));
-        let several = match &experiments {
-            None => None,
-            Some(_) if options.structure == "hammerstein" && options.method == "refined" => {
-                Some((options.refined()?, options.form()?))
-            }
-            Some(_) => {
-                return Err(DataError::new_err(
-                    "several experiments are for Hammerstein(method='refined')",
-                ));
-            }
-        };
+        if experiments.is_some() && !task.takes_experiments() {
+            return Err(DataError::new_err(
+                "several experiments are for Hammerstein(method='refined')",
+            ));
+        }
+        let experiments = experiments.unwrap_or_default();
         let session = interruptible(py, move |interrupt| {
             let names: Vec<String> = inputs.iter().map(|(name, _)| name.clone()).collect();
             let columns = inputs.iter().chain([&output]);
             let columns = columns.map(|(name, samples)| (name.clone(), samples.samples().to_vec()));
-            let owner = Owner {
-                file: RecordFile::in_memory(Record::new(columns)?, RECORD),
-                input: names.join(","),
-                inputs: names,
-                output: output.0.clone(),
-                sample_time,
-                several: has_several_inputs,
-            };
-            drop((inputs, output));
-            Session::try_new(owner, |owner| match (several, experiments) {
-                (Some((method, form)), Some(samples)) => {
-                    Identified::of_experiments(method, form, &owner.file, &samples, owner.signals())
-                }
-                _ => {
-                    let inputs: Vec<&str> = owner.inputs.iter().map(String::as_str).collect();
-                    Identified::new(task, &owner.file, &inputs, owner.signals(), &|_| interrupt.flow())
-                }
-            })
+            let file = RecordFile::in_memory(Record::new(columns)?, RECORD);
+            let output = output.0.clone();
+            drop(inputs);
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let stage = |_: &str| interrupt.flow();
+            let identified = task.identify(&file, (&names, &output), sample_time, &experiments, &stage)?;
+            Ok(Session { file, identified })
         })?;
         session
             .map(|session| Identification(Arc::new(session)))
-            .map_err(|error| of_any(&error))
+            .map_err(|error: anyhow::Error| of_any(&error))
     }
 
     /// The object that `flexure identify --json` prints, as text.
     fn json(&self) -> String {
-        self.0.borrow_dependent().json().to_string()
+        self.0.identified.json().to_string()
     }
 
     /// The text that `flexure identify` prints.
     fn summary(&self) -> String {
-        self.0.borrow_dependent().summary()
+        self.0.identified.summary()
     }
 
     /// The model.
-    fn model(&self) -> PyResult<Model> {
-        let model = self.0.borrow_dependent().model();
-        model.map(Model::new).map_err(|error| of_any(&error))
+    fn model(&self) -> Model {
+        Model::new(self.0.identified.model())
     }
 
     /// The free-run output over the record.
     fn predicted<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        array(py, self.0.borrow_dependent().predicted())
+        array(py, &self.0.identified.result.predicted)
     }
 
     /// The page that `flexure identify --report` writes.
     #[pyo3(signature = (command=None))]
     fn page(&self, py: Python<'_>, command: Option<String>) -> PyResult<String> {
         let session = Arc::clone(&self.0);
-        briefly(py, move || session.borrow_dependent().page(command))?.map_err(|error| of_any(&error))
+        briefly(py, move || session.identified.html(&session.file, command))?.map_err(|error| of_any(&error))
     }
+}
+
+/// A block structure that can be identified.
+#[pyclass(frozen, module = "flexure._core", name = "Structure")]
+pub struct StructureRow(&'static Structure);
+
+#[pymethods]
+impl StructureRow {
+    /// Its name, as `flexure identify --structure` takes it.
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.0.name.key
+    }
+
+    /// What its blocks are.
+    #[getter]
+    fn description(&self) -> &'static str {
+        self.0.description
+    }
+
+    /// Whether it takes more than one input.
+    #[getter]
+    fn several_inputs(&self) -> bool {
+        self.0.has_several_inputs()
+    }
+}
+
+/// All structures.
+#[pyfunction]
+pub fn structures() -> Vec<StructureRow> {
+    flexure::identify::structures().iter().map(StructureRow).collect()
 }

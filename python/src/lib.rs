@@ -28,7 +28,7 @@ mod _core {
     #[pymodule_export]
     use crate::errors::{DataError, FileError, FlexureError, ParameterError, SimulationError, TooShortError};
     #[pymodule_export]
-    use crate::identification::Identification;
+    use crate::identification::{Identification, StructureRow, structures};
     #[pymodule_export]
     use crate::joint::{Joint, identify_joint};
     #[pymodule_export]

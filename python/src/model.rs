@@ -27,14 +27,6 @@ impl Model {
         Model(Arc::new(file))
     }
 
-    /// The names of the inputs: one that a comma may be part of, or several with commas between them.
-    fn input_names(&self) -> Vec<String> {
-        match self.0.block.inputs() {
-            1 => vec![self.0.input.clone()],
-            _ => self.0.input.split(',').map(|name| name.trim().to_owned()).collect(),
-        }
-    }
-
     /// Runs `work` with the columns as a record whose names are the model's.
     fn with_record<T: Send + 'static>(
         &self,
@@ -43,7 +35,7 @@ impl Model {
         output: Option<Column>,
         work: impl FnOnce(&ModelFile, &RecordFile, (&[&str], &str)) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
-        let (model, names) = (Arc::clone(&self.0), self.input_names());
+        let (model, names) = (Arc::clone(&self.0), self.0.inputs.clone());
         let result = interruptible(py, move |_| {
             let columns = names.iter().zip(&inputs);
             let mut record = Record::new(columns.map(|(name, column)| (name.clone(), column.samples().to_vec())))?;
@@ -87,7 +79,7 @@ impl Model {
     /// The names of the inputs, in the order in which they are given to the other methods.
     #[getter]
     fn inputs(&self) -> Vec<String> {
-        self.input_names()
+        self.0.inputs.clone()
     }
 
     /// The free run from the steady state of the mean inputs.

@@ -5,9 +5,11 @@ use std::str::FromStr;
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use flexure::identify::hammerstein::MOST_ORDER;
+use flexure::identify::{Structure, structures};
 use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
 use flexure_io::{ModelFile, RecordFile};
 use flexure_workbench::Named;
+use flexure_workbench::text::capitalised;
 
 /// The column of sample instants in records that Flexure writes, and looks for in others.
 pub const TIME: &str = "t";
@@ -32,6 +34,15 @@ pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
         .iter()
         .map(|choice| PossibleValue::new(choice.name()).help(choice.description()));
     PossibleValuesParser::new(values.collect::<Vec<_>>()).try_map(|name| T::parse(&name).ok_or(Unknown))
+}
+
+/// A structure by its name.
+pub fn structure() -> impl TypedValueParser<Value = &'static Structure> {
+    let values = structures().iter().map(|s| {
+        let description = capitalised(s.description);
+        PossibleValue::new(s.name.key).help(description)
+    });
+    PossibleValuesParser::new(values.collect::<Vec<_>>()).try_map(|name| Structure::by_name(&name).ok_or(Unknown))
 }
 
 /// A name that no choice has; the parser of the names finds it first.
@@ -276,7 +287,7 @@ pub fn model_inputs<'a>(model: &ModelFile, given: &'a str) -> Result<Vec<&'a str
         return Err(Usage(format!(
             "--input names {} of the model's {needed} inputs; give them all, separated by commas, in the model's order: {}",
             names.len(),
-            model.input
+            model.inputs.join(",")
         )));
     }
     Ok(names)

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
-use flexure::identify::RefinedHammerstein;
 use flexure::manipulator::{Arm, Drive, Friction, SimulationOptions};
+use flexure::nonlinearity::Curve;
 use flexure_io::arm::{ArmFile, preset_text};
 use flexure_io::{RecordFile, check_writable, read_record, write_atomically, write_record};
 use flexure_report::data::ArmMotion;
-use flexure_workbench::systems::{Context, Decoration, Estimate, Found, Method, Signals, Truth, arm_motion};
+use flexure_workbench::systems::{Decoration, Identified, Truth, arm_motion};
 use serde_json::json;
 
 use crate::identify::{hammerstein, write_files};
@@ -74,37 +74,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
     // From here on, what `flexure identify` does with anybody's record.
     let record = read_record(&paths[1])?;
-    let context = Context {
-        signals: Signals {
-            input: "tau2",
-            output: "dq2",
-            sample_time: Some(arm.run.sample_time),
-            several: false,
-        },
-        method: Method::Refined {
-            method: RefinedHammerstein::default(),
-            form: None,
-        },
-    };
-    let result = hammerstein(&record, &context)?;
-    let decoration = decoration(&arm, &record, &result, out)?;
-    let found = Found::Hammerstein(context, Box::new(result));
-    let page = found.page(&record, decoration)?;
-    write_files(Some((&paths[2], found.model_file()?)), Some((&paths[3], page)))?;
+    let identified = hammerstein(&record, "tau2", "dq2", arm.run.sample_time)?;
+    let decoration = decoration(&arm, &record, &identified, out)?;
+    let page = identified.page(&record, decoration)?;
+    write_files(Some((&paths[2], identified.model())), Some((&paths[3], page)))?;
     if arguments.json {
-        let mut object = found.json();
+        let mut object = identified.json();
         object["files"] = json!(paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>());
         return print(&object.to_string());
     }
-    let mut lines = vec![found.summary()];
+    let mut lines = vec![identified.summary()];
     lines.extend(paths.iter().map(|path| format!("wrote {}", path.display())));
     lines.push(format!("open {} in a browser", paths[3].display()));
     print(&lines.join("\n"))
 }
 
-fn decoration(arm: &ArmFile, record: &RecordFile, result: &Estimate, out: &Path) -> Result<Decoration> {
+fn decoration(arm: &ArmFile, record: &RecordFile, identified: &Identified, out: &Path) -> Result<Decoration> {
     let friction = arm.arm.joints[JOINT].friction.unwrap_or_default();
-    let [a, b] = alignment(result, &friction);
+    let [a, b] = alignment(nonlinearity(identified)?, &friction);
     Ok(Decoration {
         title: Some("The elbow of a space arm: from torque to velocity".to_owned()),
         command: Some(command_line(["demo".into(), "--out".into(), out.into()])),
@@ -117,7 +104,7 @@ fn decoration(arm: &ArmFile, record: &RecordFile, result: &Estimate, out: &Path)
              linear part can only come near it."
                 .to_owned(),
         )
-        .filter(|_| !result.verdict.holds()),
+        .filter(|_| !identified.result.verdict.holds()),
         arm: motion(arm, &record.record)?,
         approximation: None,
     })
@@ -150,9 +137,15 @@ fn motion(arm: &ArmFile, record: &Record) -> Result<Option<ArmMotion>> {
     ))
 }
 
+/// The static nonlinearity of a Hammerstein model.
+fn nonlinearity(identified: &Identified) -> Result<&Curve> {
+    let curve = identified.result.curve("nonlinearity");
+    curve.context("the model has no static nonlinearity")
+}
+
 /// The scale and offset, which the data cannot tell, that lay the truth best onto the estimate.
-fn alignment(result: &Estimate, friction: &Friction) -> [f64; 2] {
-    let (x, y) = (result.nonlinearity.x(), result.nonlinearity.y());
+fn alignment(curve: &Curve, friction: &Friction) -> [f64; 2] {
+    let (x, y) = (curve.x(), curve.y());
     let truth: Vec<f64> = x.iter().map(|&tau| steady_velocity(friction, tau)).collect();
     let n = x.len() as f64;
     let (mt, my) = (truth.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);

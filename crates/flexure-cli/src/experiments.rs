@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use flexure::Record;
 use flexure_io::{RecordFile, read_record};
-use flexure_workbench::systems::{Method, Task, check};
+use flexure_workbench::systems::{Task, check};
 
 use crate::arguments::{self, SAME_SAMPLE_TIME, Usage};
 
@@ -60,8 +60,7 @@ impl Experiments {
 
 /// Refuses several records for what takes one.
 pub fn refuse(records: usize, task: &Task, other: Option<&'static str>) -> Result<(), Usage> {
-    let refined = matches!(task, Task::Hammerstein(Method::Refined { .. }));
-    match (records, refined, other) {
+    match (records, task.takes_experiments(), other) {
         (..=1, ..) | (_, true, None) => Ok(()),
         (_, true, Some(option)) => Err(Usage(format!(
             "{option} is for one record, and {records} are named; name one, or leave the option out"

@@ -6,17 +6,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::identify::{
-    self, Calibration, HammersteinWiener, JointInputs, Linear, MultipleInputs, Narx, Parallel, Volterra, Wiener,
-    WienerHammerstein,
-};
+use flexure::identify::{Calibration, Options, Structure, structures};
 use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
 use flexure_report::data::{ArmMotion, Page};
-use flexure_workbench::Named;
-use flexure_workbench::systems::{
-    CascadeMethod, Context, Decoration, Estimate, Found, Method, Periodic, ReferenceMethod, Signals, Structure, Task,
-    arm_motion, check,
-};
+use flexure_workbench::systems::{Decoration, Identified, Periodic, Task, arm_motion};
 
 use crate::arguments::{self, Auto, Usage};
 use crate::experiments::{self, Experiments};
@@ -43,15 +36,15 @@ pub struct Arguments {
     /// The record; several are so many experiments of one system, for a refined Hammerstein model, judged on the end of the last.
     #[arg(value_name = "RECORD", required = true)]
     records: Vec<PathBuf>,
-    /// The input's column; A,B for several with --structure multiple-inputs or joint-inputs.
+    /// The input's column; A,B for a structure with several inputs.
     #[arg(long, value_name = "COLUMN")]
     input: String,
     /// The output's column.
     #[arg(long, value_name = "COLUMN")]
     output: String,
     /// The structure of the model.
-    #[arg(long, default_value = "hammerstein", value_parser = arguments::named::<Structure>())]
-    structure: Structure,
+    #[arg(long, default_value = "hammerstein", value_parser = arguments::structure())]
+    structure: &'static Structure,
     /// The method for a Hammerstein model: refined unless an option of plain alone is given.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
@@ -131,49 +124,31 @@ impl Arguments {
         }
     }
 
-    /// The first option that was given of those that only Hammerstein models have.
-    fn of_hammerstein_alone(&self) -> Option<&'static str> {
+    /// The options that were given of those that not every structure knows.
+    fn given(&self) -> impl Iterator<Item = &'static str> {
         let given = [
+            (self.branches.given().is_some(), "--branches"),
             (self.method.is_some(), "--method"),
             (self.order.given().is_some(), "--order"),
             (self.delay.given().is_some(), "--delay"),
             (self.unit.is_some(), "--unit"),
             (!self.known.is_empty(), "--known"),
         ];
-        let first = given.into_iter().find(|g| g.0).map(|g| g.1);
-        first.or(self.refined.first_given()).or(self.plain.first_given())
+        let own = given.into_iter().filter(|g| g.0).map(|g| g.1);
+        own.chain(self.refined.first_given()).chain(self.plain.first_given())
     }
 
-    /// What is to be done, and what the user should be told of the choice.
+    /// What is to be done, and a note on the choice of the method.
     fn task(&self) -> Result<(Task, Option<String>)> {
-        refuse_branches(self.structure, self.branches.given().is_some())?;
-        let fresh_share = self.fresh;
-        let task = match self.structure {
-            Structure::Hammerstein => {
-                let (method, note) = method::choose(self.method, self.shared(), &self.refined, &self.plain)?;
-                return Ok((Task::Hammerstein(method), note));
-            }
-            Structure::Auto => Task::Compare(identify::Auto {
-                fresh_share,
-                ..Default::default()
-            }),
-            Structure::Linear => Task::Cascade(CascadeMethod::Linear(Linear { fresh_share })),
-            Structure::Wiener => Task::Cascade(CascadeMethod::Wiener(Wiener { fresh_share })),
-            Structure::WienerHammerstein => {
-                Task::Cascade(CascadeMethod::WienerHammerstein(WienerHammerstein { fresh_share }))
-            }
-            Structure::HammersteinWiener => Task::HammersteinWiener(HammersteinWiener { fresh_share }),
-            Structure::Parallel => Task::Parallel(Parallel {
-                branches: self.branches.given(),
-                fresh_share,
-            }),
-            Structure::MultipleInputs => Task::MultipleInputs(MultipleInputs { fresh_share }),
-            Structure::JointInputs => Task::JointInputs(JointInputs { fresh_share }),
-            Structure::Narx => Task::Reference(ReferenceMethod::Narx(Narx { fresh_share })),
-            Structure::Volterra => Task::Reference(ReferenceMethod::Volterra(Volterra { fresh_share })),
+        refuse_foreign(self.structure, self.given())?;
+        let (hammerstein, note) = method::choose(self.method, self.shared(), &self.refined, &self.plain)?;
+        let options = Options {
+            fresh_share: self.fresh,
+            branches: self.branches.given(),
+            hammerstein,
         };
-        refuse(self.structure, self.of_hammerstein_alone())?;
-        Ok((task, None))
+        let structure = self.structure;
+        Ok((Task { structure, options }, note))
     }
 
     /// The record, or those of several experiments, whose output may miss samples or not.
@@ -192,7 +167,7 @@ impl Arguments {
     }
 
     /// The arm in motion, for a record that has its angles.
-    fn moving_arm(&self, file: &RecordFile, signals: &Signals) -> Result<Option<ArmMotion>> {
+    fn moving_arm(&self, file: &RecordFile, sample_time: Option<f64>) -> Result<Option<ArmMotion>> {
         let (lengths, known) = match &self.arm {
             Some(path) => (read_arm(path)?.arm.links.map(|link| link.length), ""),
             None => (
@@ -201,31 +176,38 @@ impl Arguments {
             ),
         };
         let caption = format!("The record's angles, seen from above the plane of motion.{known}");
-        Ok(arm_motion(&file.record, lengths, signals.sample_time, caption))
+        Ok(arm_motion(&file.record, lengths, sample_time, caption))
     }
 }
 
-/// Refuses the first option that was given of those that only Hammerstein models have.
-fn refuse(structure: Structure, given: Option<&str>) -> Result<(), Usage> {
-    given.map_or(Ok(()), |option| {
+/// Refuses the first option that the structure does not know.
+fn refuse_foreign(structure: &Structure, given: impl Iterator<Item = &'static str>) -> Result<(), Usage> {
+    let knows = |structure: &Structure, option: &str| {
+        let name = option.trim_start_matches('-').replace('-', "_");
+        structure.options.contains(&name.as_str())
+    };
+    let mut foreign = given.filter(|option| !knows(structure, option));
+    foreign.next().map_or(Ok(()), |option| {
+        let others = structures().iter().filter(|s| knows(s, option));
+        let names: Vec<&str> = others.map(|s| s.name.key).collect();
+        let names = names.join(" or ");
         Err(Usage(format!(
-            "{option} is an option of --structure hammerstein, not of --structure {}; leave it out, or choose --structure \
-             hammerstein",
-            structure.name()
+            "{option} is an option of --structure {names}, not of --structure {}; leave it out, or choose --structure {names}",
+            structure.name.key
         )))
     })
 }
 
-/// Refuses a number of branches where there are none to count.
-fn refuse_branches(structure: Structure, given: bool) -> Result<(), Usage> {
-    if given && structure != Structure::Parallel {
-        return Err(Usage(format!(
-            "--branches is an option of --structure parallel, not of --structure {}; leave it out, or choose --structure \
-             parallel",
-            structure.name()
-        )));
+/// Refuses another number of inputs than the structure takes.
+fn check_input_count(structure: &Structure, inputs: usize) -> Result<(), Usage> {
+    if structure.inputs.contains(&inputs) {
+        return Ok(());
     }
-    Ok(())
+    let (least, most) = (structure.inputs.start(), structure.inputs.end());
+    Err(Usage(format!(
+        "--structure {} needs {least} to {most} inputs; name them by --input A,B, or choose another structure",
+        structure.name.key
+    )))
 }
 
 /// Runs the command.
@@ -233,11 +215,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = arguments.inputs();
     arguments::distinct_inputs(&inputs, Some(&arguments.output))?;
     arguments::distinct_points(&arguments.known)?;
-    if arguments.structure == Structure::JointInputs && !(2..=4).contains(&inputs.len()) {
-        let message =
-            "--structure joint-inputs needs two to four inputs; name them by --input A,B, or choose another structure";
-        return Err(Usage(message.to_owned()).into());
-    }
+    check_input_count(arguments.structure, inputs.len())?;
     let (task, note) = arguments.task()?;
     let outputs = [&arguments.model, &arguments.report].into_iter().flatten();
     let others = [arguments.periods.first_given(), arguments.arm.as_ref().map(|_| "--arm")];
@@ -249,47 +227,37 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(note) = note {
         print_note(&note);
     }
-    let may_miss = matches!(&task, Task::Hammerstein(method) if method.skips_missing());
     let Experiments {
         file,
         samples,
         sample_time,
-    } = spinning("reading", || arguments.read(&inputs, may_miss))?;
-    let signals = Signals {
-        input: &arguments.input,
-        output: &arguments.output,
-        several: arguments.structure.has_several_inputs(),
-        sample_time,
+    } = spinning("reading", || arguments.read(&inputs, task.skips_missing()))?;
+    let columns = (&inputs[..], arguments.output.as_str());
+    let periodic = match samples.len() {
+        1 => arguments.periods.approximate(&file, columns, sample_time)?,
+        _ => None,
     };
-    let several = samples.len() > 1;
-    let periodic = match several {
-        true => None,
-        false => arguments.periods.approximate(&file, &signals)?,
-    };
-    let found = spinning_through("identifying", |tell| match task {
-        Task::Hammerstein(Method::Refined { method, form }) if several => {
-            Ok(Found::of_experiments(method, form, &file, &samples, signals)?)
-        }
-        task => task.identify(&file, &inputs, signals, &|stage| {
-            tell(stage);
+    let identified = spinning_through("identifying", |report| {
+        task.identify(&file, columns, sample_time, &samples, &|stage| {
+            report(stage);
             ControlFlow::Continue(())
-        }),
+        })
     })?;
     let page = match &arguments.report {
         Some(path) => {
             let decoration = Decoration {
                 command: Some(command_line(std::env::args_os().skip(1))),
-                arm: arguments.moving_arm(&file, &signals)?,
+                arm: arguments.moving_arm(&file, sample_time)?,
                 approximation: periodic.as_ref().map(Periodic::section),
                 ..Decoration::default()
             };
-            Some((path, found.page(&file, decoration)?))
+            Some((path, identified.page(&file, decoration)?))
         }
         None => None,
     };
     let model = match &arguments.model {
         Some(path) => {
-            let mut model = found.model_file()?;
+            let mut model = identified.model();
             if let Some(periodic) = &periodic {
                 model.identification[BEST_LINEAR] = periodic.json();
             }
@@ -299,25 +267,29 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     write_files(model, page)?;
     if arguments.json {
-        let mut object = found.json();
+        let mut object = identified.json();
         if let Some(periodic) = &periodic {
             object[BEST_LINEAR] = periodic.json();
         }
         return print(&object.to_string());
     }
     let written = [&arguments.model, &arguments.report].into_iter().flatten();
-    let mut lines = vec![found.summary()];
+    let mut lines = vec![identified.summary()];
     lines.extend(periodic.iter().flat_map(Periodic::lines));
     lines.extend(written.map(|path| format!("wrote {}", path.display())));
     print(&lines.join("\n"))
 }
 
-/// Identifies a Hammerstein model, and says in which file and line an error lies.
-pub fn hammerstein(file: &RecordFile, context: &Context) -> Result<Estimate> {
-    let Signals { input, output, .. } = context.signals;
-    check(file, &[input], output, context.method.skips_missing())?;
-    spinning("identifying", || context.method.identify(&file.record, input, output))
-        .map_err(|error| file.locate(error).into())
+/// Identifies a Hammerstein model by the refined method, and says in which file and line an error lies.
+pub fn hammerstein(file: &RecordFile, input: &str, output: &str, sample_time: f64) -> Result<Identified> {
+    let structure = Structure::by_name("hammerstein").context("there is no structure 'hammerstein'")?;
+    let options = Options::default();
+    let task = Task { structure, options };
+    spinning("identifying", || {
+        task.identify(file, (&[input], output), Some(sample_time), &[], &|_| {
+            ControlFlow::Continue(())
+        })
+    })
 }
 
 /// Writes the model and the page, where asked for; neither if the page cannot be made.

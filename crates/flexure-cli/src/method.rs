@@ -1,9 +1,9 @@
 //! The method of `flexure identify`, and the options that belong to one method alone.
 
 use clap::ValueEnum;
-use flexure::identify::{Calibration, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag};
+use flexure::identify::{Calibration, PhysicalForm, HammersteinMethod, PlainHammerstein, RefinedHammerstein, RegressionLag};
 use flexure::nonlinearity::{EstimatorName, Kernel};
-use flexure_workbench::systems::{Method, form};
+use flexure_workbench::systems::form;
 
 use crate::arguments::{self, Auto, Usage};
 use crate::tuning;
@@ -76,7 +76,7 @@ pub fn choose(
     shared: Shared,
     refined: &RefinedOptions,
     plain: &PlainOptions,
-) -> Result<(Method, Option<String>), Usage> {
+) -> Result<(HammersteinMethod, Option<String>), Usage> {
     let other = |option: &str, its: &str, chosen: &str| {
         Usage(format!(
             "{option} is an option of --method {its}, not of --method {chosen}; leave it out, or choose --method {its}"
@@ -98,7 +98,7 @@ pub fn choose(
     };
     let method = match name {
         MethodName::Refined => refined.method(shared),
-        MethodName::Plain => Method::Plain(plain.method(shared)?),
+        MethodName::Plain => HammersteinMethod::Plain(plain.method(shared)?),
     };
     Ok((method, note))
 }
@@ -114,7 +114,7 @@ impl RefinedOptions {
         given.into_iter().find(|g| g.0).map(|g| g.1)
     }
 
-    fn method(&self, shared: Shared) -> Method {
+    fn method(&self, shared: Shared) -> HammersteinMethod {
         let Shared {
             order,
             delay,
@@ -131,7 +131,7 @@ impl RefinedOptions {
             ..Default::default()
         };
         let form = self.form;
-        Method::Refined { method, form }
+        HammersteinMethod::Refined { method, form }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use flexure_io::RecordFile;
-use flexure_workbench::systems::{Periodic, Signals, period};
+use flexure_workbench::systems::{Periodic, period};
 
 use crate::arguments::{self, Auto, Usage};
 
@@ -32,22 +32,27 @@ impl PeriodOptions {
     ///
     /// # Errors
     /// Wrong usage where an option contradicts the record, and those of [`Periodic::new`].
-    pub fn approximate(&self, file: &RecordFile, signals: &Signals) -> Result<Option<Periodic>> {
-        if signals.several {
+    pub fn approximate(
+        &self,
+        file: &RecordFile,
+        (inputs, output): (&[&str], &str),
+        sample_time: Option<f64>,
+    ) -> Result<Option<Periodic>> {
+        let &[input] = inputs else {
             let given = self.first_given().map(|option| {
                 Usage(format!(
                     "{option} is for a single input; leave it out, or name one column by --input"
                 ))
             });
             return given.map_or(Ok(None), |usage| Err(usage.into()));
-        }
+        };
         // Outputs that are missing leave no spectrum.
-        let input = match (file.finite(signals.input), file.finite(signals.output)) {
-            (Ok(input), Ok(_)) => input,
+        let samples = match (file.finite(input), file.finite(output)) {
+            (Ok(samples), Ok(_)) => samples,
             (_, Err(error)) if self.first_given().is_some() => return Err(error.into()),
             _ => return Ok(None),
         };
-        let Some(period) = self.period.given().or_else(|| period(input, self.realisations)) else {
+        let Some(period) = self.period.given().or_else(|| period(samples, self.realisations)) else {
             return match self.realisations {
                 1 => Ok(None),
                 _ => Err(Usage(
@@ -57,12 +62,12 @@ impl PeriodOptions {
                 .into()),
             };
         };
-        let part = input.len() / self.realisations;
+        let part = samples.len() / self.realisations;
         if period < 2 || period > part {
             let message =
                 format!("--period {period} must be at least 2 and fit into the {part} samples of a realisation");
             return Err(Usage(message).into());
         }
-        Periodic::new(file, signals, period, self.realisations).map(Some)
+        Periodic::new(file, (input, output), sample_time, period, self.realisations).map(Some)
     }
 }

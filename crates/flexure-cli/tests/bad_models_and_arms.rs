@@ -16,14 +16,14 @@ fn models_that_cannot_be_used() {
         change(&mut model);
         folder.write(name, model.to_string());
     };
-    changed("version.json", &|m| m["version"] = 2.into());
+    changed("version.json", &|m| m["version"] = 3.into());
     changed("format.json", &|m| m["format"] = "other".into());
     changed("unstable.json", &|m| {
         m["block"]["series"][1]["linear"]["a"] = serde_json::json!([1.0, -2.0]);
     });
     changed("nothing.json", &|m| m["block"]["series"] = Value::Array(Vec::new()));
     changed("time.json", &|m| m["sample_time"] = (-1.0).into());
-    changed("unnamed.json", &|m| m["input"] = "".into());
+    changed("unnamed.json", &|m| m["inputs"] = serde_json::json!([""]));
     folder.write("cut.json", "{ \"format\": \"flexure-model\",\n  \"version\": ");
     folder.write("empty.json", "");
     folder.write("blockless.json", "{ \"format\": \"flexure-model\", \"version\": 1,\n  \"flexure\": \"0.1.0\", \"structure\": \"hammerstein\", \"method\": \"plain\", \"input\": \"u\", \"output\": \"y\", \"delay\": 0, \"order\": 1 }");
@@ -32,7 +32,7 @@ fn models_that_cannot_be_used() {
         (
             "version.json",
             &*format!(
-                "version.json: the model's format version is 2, but Flexure {version} reads version 1 only; identify the model again or update Flexure"
+                "version.json: the model's format version is 3, but Flexure {version} reads versions 1 to 2; identify the model again or update Flexure"
             ),
         ),
         (
@@ -53,7 +53,7 @@ fn models_that_cannot_be_used() {
         ),
         (
             "unnamed.json",
-            "unnamed.json: input is empty, but must be a column's name",
+            "unnamed.json: an input is empty, but must be a column's name",
         ),
         (
             "cut.json",

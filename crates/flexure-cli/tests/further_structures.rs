@@ -52,10 +52,9 @@ fn a_hammerstein_wiener_model_comes_back_and_predicts() {
     let kinds: Vec<&String> = blocks.iter().flat_map(|b| b.as_object().unwrap().keys()).collect();
     assert_eq!(kinds, ["static", "linear", "static"]);
     let told = model["identification"].as_object().unwrap();
-    assert!(
-        told.contains_key("input_breakpoints") && told.contains_key("tried"),
-        "{told:?}"
-    );
+    let label = &model["paths"][0]["blocks"][2];
+    assert_eq!(label["role"], "output_nonlinearity");
+    assert!(label["breakpoints"].is_array() && told.contains_key("tried"));
     for twice in ["linear", "nonlinearity", "output_nonlinearity"] {
         assert!(!told.contains_key(twice), "{twice}");
     }
@@ -74,10 +73,10 @@ fn a_hammerstein_wiener_model_comes_back_and_predicts() {
     }
     let words = folder.done(&format!("{IDENTIFY} hammerstein-wiener"));
     for line in [
-        "Hammerstein-Wiener model from 'u' to 'y'\n",
-        "\n  nonlinearity        cubic spline of ",
+        "Hammerstein-Wiener model from 'u' to 'y', method prediction-error\n",
+        "\n  nonlinearity at the input cubic spline of ",
         "\n  linear part         order 1, delay 2",
-        "\n  at the output       cubic spline of ",
+        "\n  nonlinearity at the output cubic spline of ",
     ] {
         assert!(words.contains(line), "{line}: {words}");
     }
@@ -97,10 +96,10 @@ fn references_tell_how_far_one_gets() {
         );
         let words = folder.done(&format!("{IDENTIFY} {name}"));
         assert!(
-            words.starts_with(&format!("{title} model from 'u' to 'y'\n")),
+            words.starts_with(&format!("{title} model from 'u' to 'y', method ")),
             "{words}"
         );
-        assert!(words.contains("A reference without blocks"), "{words}");
+        assert!(words.contains("a reference without blocks"), "{words}");
         let told = folder.done(&format!("{IDENTIFY} {name} -o {name}.json --report {name}.html"));
         assert!(told.contains(&format!("wrote {name}.json")), "{told}");
         let model: Value = serde_json::from_str(&folder.read(&format!("{name}.json"))).unwrap();
@@ -184,22 +183,20 @@ fn a_sum_of_branches_comes_back_and_predicts() {
     let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
     assert_eq!(model["block"]["parallel"].as_array().unwrap().len(), 2);
     let told = model["identification"].as_object().unwrap();
-    assert!(
-        told.contains_key("breakpoints") && !told.contains_key("branches"),
-        "{told:?}"
-    );
+    assert_eq!(model["paths"].as_array().unwrap().len(), 2);
+    assert!(!told.contains_key("branches"), "{told:?}");
     write_sum(&folder, "fresh.csv", 900, 2);
     folder.done("predict model.json fresh.csv --input u -o predicted.csv");
     assert_eq!(read_record(folder.path("predicted.csv")).unwrap().record.len(), 900);
     let judged = folder.json("validate model.json fresh.csv --input u --output y");
     assert!(judged["fit_percent"].as_f64().unwrap() > 98.0, "{judged}");
     let page = folder.read("page.html");
-    for words in ["A sum of 2 branches (", "Nonlinearity of branch 2", "Branch 2, "] {
+    for words in ["(a sum of 2 branches: ", "Nonlinearity, branch 2", "Branch 2: "] {
         assert!(page.contains(words), "{words}");
     }
     let words = folder.done(&format!("{IDENTIFY} parallel --branches 1"));
     for line in [
-        "Sum of 1 branch from 'u' to 'y': ",
+        "Parallel model from 'u' to 'y', method prediction-error\n  a sum of 1 branch: ",
         "\n  branch 1\n",
         "\n  nonlinearity        cubic spline of ",
         "\n  structures tried    ",
@@ -237,7 +234,8 @@ fn several_inputs_come_back() {
     assert_eq!((branches.len(), &branches[1]["delay"]), (2, &1.into()));
     let words = folder.done(identify);
     assert!(
-        words.starts_with("Model from 'p', 'q' to 'y'\n") && words.contains("\n  from 'q'\n"),
+        words.starts_with("Multiple-input Hammerstein model from 'p', 'q' to 'y', method ")
+            && words.contains("\n  from 'q'\n"),
         "{words}"
     );
     write_record(folder.path("fresh.csv"), &record).unwrap();
@@ -246,7 +244,11 @@ fn several_inputs_come_back() {
     let judged = folder.json("validate model.json fresh.csv --input p,q --output y");
     assert!(judged["fit_percent"].as_f64().unwrap() > 98.0, "{judged}");
     let page = folder.read("page.html");
-    for words in ["From p, q to y", "From &#x27;q&#x27;", "Linear part of &#x27;q&#x27;"] {
+    for words in [
+        "From p, q to y",
+        "From &#x27;q&#x27;",
+        "From &#x27;q&#x27;: linear part",
+    ] {
         assert!(page.contains(words), "{words}");
     }
     folder.misused(
@@ -325,7 +327,7 @@ fn inputs_that_act_jointly_come_back_and_predict() {
     );
     folder.misused(
         "identify r.csv --input p --output y --structure joint-inputs",
-        "--structure joint-inputs needs two to four inputs; name them by --input A,B, or choose another structure",
+        "--structure joint-inputs needs 2 to 4 inputs; name them by --input A,B, or choose another structure",
     );
 }
 

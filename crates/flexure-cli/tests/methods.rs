@@ -158,10 +158,7 @@ fn the_true_form_is_accepted_with_its_parameters_and_a_wrong_one_refuted() {
     let page = folder.read("page.html");
     assert!(page.contains("Form dead-zone") && page.contains("the data do not refute this form"));
     let words = folder.done(&format!("{IDENTIFY} --form dead-zone"));
-    assert!(
-        words.contains("\n  form                dead-zone: low = -0."),
-        "{words}"
-    );
+    assert!(words.contains("\n  form dead-zone      low = -0."), "{words}");
     assert!(
         words.contains("the data do not refute this form (lack of fit "),
         "{words}"

@@ -99,10 +99,10 @@ fn check_model(folder: &Folder) {
     let kinds: Vec<&String> = blocks.iter().flat_map(|b| b.as_object().unwrap().keys()).collect();
     assert_eq!(kinds, ["linear", "static", "linear"]);
     let told = model["identification"].as_object().unwrap();
-    assert!(
-        told.contains_key("breakpoints") && told.contains_key("tried"),
-        "{told:?}"
-    );
+    let labels = model["paths"][0]["blocks"].as_array().unwrap();
+    let roles: Vec<&Value> = labels.iter().map(|label| &label["role"]).collect();
+    assert_eq!(roles, ["front", "nonlinearity", "back"]);
+    assert!(labels[1]["breakpoints"].is_array() && told.contains_key("tried"));
     for twice in ["front", "back", "nonlinearity", "structure"] {
         assert!(!told.contains_key(twice), "{twice}");
     }
@@ -160,8 +160,8 @@ fn check_page(page: &str) {
         "Order 2, delay ",
         "Structures that were tried",
         "chosen-row",
-        "intermediate signal, behind the first linear part",
-        "Pieces of the nonlinearity",
+        "intermediate signal, behind the front linear part",
+        "cubic spline of ",
     ] {
         assert!(page.contains(words), "{words}");
     }
@@ -173,10 +173,10 @@ fn words_tell_both_linear_parts() {
     write(&folder, "r.csv", 2000, 3);
     let words = folder.done(IDENTIFY);
     for line in [
-        "Wiener-Hammerstein model from 'u' to 'y'\n",
-        "\n  front               order ",
+        "Wiener-Hammerstein model from 'u' to 'y', method prediction-error\n",
+        "\n  front linear part   order ",
         "\n  nonlinearity        cubic spline of ",
-        "\n  back                order ",
+        "\n  back linear part    order ",
         "\n    poles ",
         "\n    zeros ",
         "\n  structures tried    ",

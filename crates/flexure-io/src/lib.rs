@@ -23,7 +23,7 @@ mod write;
 
 pub use atomic::{check_writable, write_atomically};
 pub use error::{Error, LineProblem, Result};
-pub use model::{ModelFile, model_text, parse_model, read_model, write_model};
+pub use model::{BlockLabel, ModelFile, ModelPath, model_text, parse_model, read_model, write_model};
 pub use record_file::{Format, RecordFile, read_record};
 pub use text::read_text;
 pub use write::{check_record_writable, write_record};

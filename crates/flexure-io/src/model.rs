@@ -1,5 +1,7 @@
 //! Model files: JSON that carries everything needed to predict.
 
+mod version1;
+
 use std::io::Write;
 use std::path::Path;
 
@@ -13,8 +15,8 @@ use crate::error::{Error, Result};
 
 /// What `format` says in every model file.
 const FORMAT: &str = "flexure-model";
-/// The one version of the format there is so far.
-const VERSION: u64 = 1;
+/// The version of the format that is written; [`version1`] is read too.
+const VERSION: u64 = 2;
 
 /// An identified model, as kept in a file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,8 +27,8 @@ pub struct ModelFile {
     pub structure: String,
     /// The identification method's name, for example "plain".
     pub method: String,
-    /// The name of the input column; of several, all names separated by commas.
-    pub input: String,
+    /// The names of the input columns.
+    pub inputs: Vec<String>,
     /// The name of the output column.
     pub output: String,
     /// The sample time, s; positive. `None` where the record did not tell: one sample is the unit of time.
@@ -38,6 +40,13 @@ pub struct ModelFile {
     pub order: usize,
     /// The model itself.
     pub block: Block,
+    /// The names of the model's blocks, path by path, each path in the order in which its blocks stand in the model. Offsets have no
+    /// names.
+    #[serde(default)]
+    pub paths: Vec<ModelPath>,
+    /// Whether the structure is a sum of paths, even where it has only one.
+    #[serde(default)]
+    pub is_sum: bool,
     /// The samples after which a prediction no longer depends on the unknown state at its start.
     #[serde(default)]
     pub settling: Option<usize>,
@@ -51,6 +60,34 @@ pub struct ModelFile {
     /// How the model was found, for readers; nothing that predicting needs.
     #[serde(default)]
     pub identification: serde_json::Value,
+}
+
+/// The names of blocks in series.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelPath {
+    /// The columns that enter the first block.
+    pub inputs: Vec<String>,
+    /// The blocks.
+    pub blocks: Vec<BlockLabel>,
+}
+
+/// The name of a block, and what is known of it beside the block itself.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct BlockLabel {
+    /// Its role, for example "front".
+    pub role: String,
+    /// The ends of the pieces of a spline, increasing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub breakpoints: Vec<f64>,
+    /// Points at which the slope of a spline changes at once, increasing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kinks: Vec<f64>,
+    /// Standard errors of a linear block's numerator.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub b_errors: Option<Vec<f64>>,
+    /// Standard errors of its denominator.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub a_errors: Option<Vec<f64>>,
 }
 
 impl ModelFile {
@@ -72,10 +109,15 @@ impl ModelFile {
         if let Some(problem) = block_problem(&self.block) {
             return Some(problem);
         }
-        [("input", &self.input), ("output", &self.output)]
-            .into_iter()
-            .find(|(_, name)| name.is_empty())
-            .map(|(which, _)| format!("{which} is empty, but must be a column's name"))
+        let names = self.inputs.iter().map(|name| ("an input", name));
+        let empty = names
+            .chain([("output", &self.output)])
+            .find(|(_, name)| name.is_empty());
+        if let Some((which, _)) = empty {
+            return Some(format!("{which} is empty, but must be a column's name"));
+        }
+        let (names, needed) = (self.inputs.len(), self.block.inputs());
+        (names != needed).then(|| format!("inputs has {names} names, but the model has {needed} inputs"))
     }
 }
 
@@ -83,6 +125,10 @@ impl ModelFile {
 fn block_problem(block: &Block) -> Option<String> {
     match block {
         Block::Static(_) | Block::Surface(_) => None,
+        Block::Offset(offset) if offset.is_finite() => None,
+        Block::Offset(offset) => Some(format!(
+            "its offset is {offset}, but must be finite; identify the model again"
+        )),
         Block::Narx(model) => model.problem(),
         Block::Volterra(model) => model.problem(),
         Block::Linear(system) if system.is_stable() => None,
@@ -146,14 +192,18 @@ pub fn parse_model(bytes: &[u8], path: &Path) -> Result<ModelFile> {
             head.format
         )));
     }
-    if head.version != VERSION {
+    let model: ModelFile = if head.version == VERSION {
+        serde_json::from_slice(bytes).map_err(json)?
+    } else if head.version == version1::VERSION {
+        version1::parse(bytes).map_err(json)?
+    } else {
         return Err(wrong(format!(
-            "the model's format version is {}, but Flexure {} reads version {VERSION} only; identify the model again or update Flexure",
+            "the model's format version is {}, but Flexure {} reads versions {} to {VERSION}; identify the model again or update Flexure",
             head.version,
-            ModelFile::CURRENT
+            ModelFile::CURRENT,
+            version1::VERSION
         )));
-    }
-    let model: ModelFile = serde_json::from_slice(bytes).map_err(json)?;
+    };
     match model.problem() {
         Some(problem) => Err(wrong(problem)),
         None => Ok(model),

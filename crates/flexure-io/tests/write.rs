@@ -11,7 +11,9 @@ use flexure::linear::TransferFunction;
 use flexure::nonlinearity::{Curve, Outside, Surface, SurfaceAxis};
 use flexure::validation::Estimated;
 use flexure::{Block, record};
-use flexure_io::{ModelFile, read_model, read_record, write_atomically, write_model, write_record};
+use flexure_io::{
+    BlockLabel, ModelFile, ModelPath, read_model, read_record, write_atomically, write_model, write_record,
+};
 
 /// Doubles of every magnitude, and those that are hard to print.
 fn awkward() -> Vec<f64> {
@@ -117,12 +119,28 @@ fn model() -> ModelFile {
         flexure: ModelFile::CURRENT.to_owned(),
         structure: "hammerstein".to_owned(),
         method: "plain".to_owned(),
-        input: "u".to_owned(),
+        inputs: vec!["u".to_owned()],
         output: "y".to_owned(),
         sample_time: Some(1.0 / 51200.0),
         delay: 1,
         order: 1,
-        block: Block::Series(vec![Block::Static(curve), Block::Linear(system)]),
+        block: Block::Series(vec![Block::Static(curve), Block::Linear(system), Block::Offset(0.7)]),
+        paths: vec![ModelPath {
+            inputs: vec!["u".to_owned()],
+            blocks: vec![
+                BlockLabel {
+                    role: "nonlinearity".to_owned(),
+                    kinks: vec![0.2],
+                    ..BlockLabel::default()
+                },
+                BlockLabel {
+                    role: "linear".to_owned(),
+                    b_errors: Some(vec![0.0, 0.01]),
+                    ..BlockLabel::default()
+                },
+            ],
+        }],
+        is_sum: false,
         settling: Some(40),
         noise_model: Some(vec![1.0, -0.3]),
         estimated: Some(Estimated {
@@ -155,9 +173,9 @@ fn bad_models_are_refused_with_the_place() {
     };
     let current = ModelFile::CURRENT;
     assert_eq!(
-        text(good.replace("\"version\": 1,", "\"version\": 2,")),
+        text(good.replace("\"version\": 2,", "\"version\": 3,")),
         format!(
-            "m.json: the model's format version is 2, but Flexure {current} reads version 1 only; identify the model again or update Flexure"
+            "m.json: the model's format version is 3, but Flexure {current} reads versions 1 to 2; identify the model again or update Flexure"
         )
     );
     assert_eq!(

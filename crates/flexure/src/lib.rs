@@ -35,6 +35,7 @@
 //! | [`identify`] | from a record to a model, with a verdict |
 //! | [`validation`] | fit measures and residual tests |
 //! | [`systems`] | known systems with their exact truth |
+//! | [`text`] | numbers and words for reading |
 //! | [`study`] | convergence rates by Monte Carlo, beside the theorems' |
 //! | [`interrupt`] | stopping a computation from another thread |
 //! | [`error`] | everything that can go wrong, with the facts in the fields |
@@ -53,6 +54,7 @@ pub mod signal;
 pub mod simulation;
 pub mod study;
 pub mod systems;
+pub mod text;
 pub mod validation;
 mod wide;
 

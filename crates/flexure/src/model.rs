@@ -26,6 +26,8 @@ pub enum Block {
     Parallel(Vec<Block>),
     /// One block an input, whose outputs add up.
     Inputs(Vec<Block>),
+    /// A number that is added.
+    Offset(f64),
     /// A memoryless nonlinearity of several inputs.
     Surface(Surface),
     /// A polynomial of past outputs and inputs.
@@ -54,7 +56,7 @@ impl Block {
     /// The number of inputs.
     pub fn inputs(&self) -> usize {
         match self {
-            Block::Static(_) | Block::Linear(_) | Block::Narx(_) | Block::Volterra(_) => 1,
+            Block::Static(_) | Block::Linear(_) | Block::Offset(_) | Block::Narx(_) | Block::Volterra(_) => 1,
             Block::Surface(surface) => surface.inputs(),
             Block::Inputs(blocks) => blocks.len(),
             Block::Series(blocks) => blocks.first().map_or(1, Block::inputs),
@@ -81,6 +83,7 @@ impl Block {
         match self {
             Block::Static(curve) => input.iter().map(|&u| curve.value(u)).collect(),
             Block::Linear(system) => system.simulate_from_mean(input),
+            Block::Offset(offset) => input.iter().map(|u| u + offset).collect(),
             Block::Narx(model) => model.simulate(input),
             Block::Volterra(model) => model.simulate(input),
             Block::Surface(surface) => {
@@ -120,7 +123,7 @@ impl Block {
     /// The number of states of all linear blocks.
     pub fn states(&self) -> usize {
         match self {
-            Block::Static(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => 0,
+            Block::Static(_) | Block::Offset(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => 0,
             Block::Linear(system) => system.states(),
             Block::Series(blocks) | Block::Parallel(blocks) | Block::Inputs(blocks) => {
                 blocks.iter().map(Block::states).sum()
@@ -132,7 +135,9 @@ impl Block {
     pub(crate) fn levels(&self, inputs: &[&[f64]], levels: &mut Vec<f64>) -> Vec<f64> {
         let input = first(inputs);
         match self {
-            Block::Static(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => self.run(inputs),
+            Block::Static(_) | Block::Offset(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => {
+                self.run(inputs)
+            }
             Block::Linear(system) => {
                 levels.push(input.iter().sum::<f64>() / input.len().max(1) as f64);
                 system.simulate_from_mean(input)
@@ -151,7 +156,9 @@ impl Block {
     pub(crate) fn simulate_from(&self, inputs: &[&[f64]], levels: &mut &[f64], states: &mut &[f64]) -> Vec<f64> {
         let input = first(inputs);
         match self {
-            Block::Static(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => self.run(inputs),
+            Block::Static(_) | Block::Offset(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => {
+                self.run(inputs)
+            }
             Block::Linear(system) => {
                 let (level, others) = levels.split_first().unwrap_or((&0.0, &[]));
                 let (own, rest) = states.split_at(system.states().min(states.len()));
@@ -175,7 +182,7 @@ impl Block {
     /// of its size: the longest cascade's sum of its linear blocks' settling times.
     pub fn settling(&self, share: f64) -> usize {
         match self {
-            Block::Static(_) | Block::Surface(_) => 0,
+            Block::Static(_) | Block::Offset(_) | Block::Surface(_) => 0,
             Block::Linear(system) => system.settling(share),
             Block::Narx(model) => model.settling(share),
             Block::Volterra(model) => model.memory(),

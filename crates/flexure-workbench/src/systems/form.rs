@@ -1,6 +1,6 @@
 //! Forms of a nonlinearity by name.
 
-use flexure::identify::PhysicalForm;
+use flexure::identify::Form;
 
 /// The largest degree of a polynomial that can be asked for.
 const MOST_DEGREE: usize = 15;
@@ -9,9 +9,7 @@ const MOST_DEGREE: usize = 15;
 pub fn form(text: &str) -> Result<PhysicalForm, String> {
     let polynomial = || {
         let degree = text.strip_prefix("polynomial:")?.parse().ok()?;
-        (1..=MOST_DEGREE)
-            .contains(&degree)
-            .then_some(PhysicalForm::Polynomial(degree))
+        (1..=MOST_DEGREE).contains(&degree).then_some(PhysicalForm::Polynomial(degree))
     };
     match text {
         "dead-zone" => Ok(PhysicalForm::DeadZone),
@@ -25,22 +23,9 @@ pub fn form(text: &str) -> Result<PhysicalForm, String> {
     }
 }
 
-/// What [`form`] reads as this form.
-pub fn form_name(form: PhysicalForm) -> String {
-    let name = match form {
-        PhysicalForm::DeadZone => "dead-zone",
-        PhysicalForm::Saturation => "saturation",
-        PhysicalForm::Quantizer => "quantizer",
-        PhysicalForm::Friction => "friction",
-        PhysicalForm::Stiffness => "stiffness",
-        PhysicalForm::Polynomial(degree) => return format!("polynomial:{degree}"),
-    };
-    name.to_owned()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{form, form_name};
+    use super::form;
 
     #[test]
     fn forms_are_read_as_they_are_named() {
@@ -53,7 +38,7 @@ mod tests {
             "polynomial:1",
             "polynomial:15",
         ] {
-            assert_eq!(form(name).map(form_name), Ok(name.to_owned()));
+            assert_eq!(form(name).map(|form| form.to_string()), Ok(name.to_owned()));
         }
         for wrong in [
             "",

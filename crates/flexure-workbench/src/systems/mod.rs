@@ -1,115 +1,65 @@
 //! What `flexure identify`, `predict` and `validate` do between reading and writing, with a record in memory: for packages
 //! of other languages, whose models and pages are then the command's.
 
-mod cascade;
 mod comparison;
-mod estimate;
+mod file;
 mod form;
-mod joint_inputs;
-mod nonlinear_ends;
-mod outcome;
+mod json;
 mod page;
-mod parallel;
 mod periods;
 mod prediction;
-mod references;
-mod several_inputs;
-mod structure;
+mod summary;
 mod task;
 mod validation;
 
-use std::ops::ControlFlow;
-
 use anyhow::{Context as _, Result};
-use flexure::identify::{PhysicalForm, RefinedHammerstein};
 use flexure_io::{ModelFile, RecordFile};
 use serde_json::Value;
 
-pub use cascade::CascadeMethod;
-pub use estimate::{Estimate, Method};
 pub use form::form;
-pub use outcome::{Context, Signals};
-pub use page::{Decoration, Truth, arm_motion, labelled};
+pub use page::{Decoration, Truth, arm_motion, labelled, score_curve};
 pub use periods::{Periodic, period};
 pub use prediction::{Ahead, FreeRun, Outside, Start, columns};
-pub use references::ReferenceMethod;
-pub use structure::{Found, Structure, Task};
-pub use task::check;
+pub use task::{Identified, Task, check};
 pub use validation::Judged;
 
-/// An identified model with the record that it came from.
-pub struct Identified<'a> {
-    file: &'a RecordFile,
-    found: Found<'a>,
-}
+/// Share of the impulse response that is left when a system counts as settled.
+const SETTLED: f64 = 0.01;
 
-impl<'a> Identified<'a> {
-    /// Does the task; `inputs` are the inputs' columns one by one, those of the signals joined by commas. `stage` is told
-    /// what is being done, and stops the work by returning [`ControlFlow::Break`]. The Hammerstein methods and the references have no
-    /// stages; a [`flexure::Interrupt`] stops them.
-    ///
-    /// # Errors
-    /// Those of the method.
-    pub fn new(
-        task: Task,
-        file: &'a RecordFile,
-        inputs: &[&str],
-        signals: Signals<'a>,
-        stage: &dyn Fn(&str) -> ControlFlow<()>,
-    ) -> Result<Self> {
-        let found = task.identify(file, inputs, signals, stage)?;
-        Ok(Identified { file, found })
-    }
-
-    /// A Hammerstein model of several experiments, whose records follow each other in `file`, so many `samples` each.
-    ///
-    /// # Errors
-    /// Those of [`RefinedHammerstein::identify_experiments`].
-    pub fn of_experiments(
-        method: RefinedHammerstein,
-        form: Option<PhysicalForm>,
-        file: &'a RecordFile,
-        samples: &[usize],
-        signals: Signals<'a>,
-    ) -> Result<Self> {
-        let found = Found::of_experiments(method, form, file, samples, signals)?;
-        Ok(Identified { file, found })
-    }
-
+impl Identified {
     /// The object that `flexure identify --json` prints.
     pub fn json(&self) -> Value {
-        self.found.json()
+        json::json(self)
     }
 
     /// The text that `flexure identify` prints.
     pub fn summary(&self) -> String {
-        self.found.summary()
+        summary::summary(&self.result)
     }
 
     /// The model file that `flexure identify -o` writes.
-    ///
-    /// # Errors
-    /// Those of the blocks of the model.
-    pub fn model(&self) -> Result<ModelFile> {
-        Ok(self.found.model_file()?)
+    pub fn model(&self) -> ModelFile {
+        file::model_file(self)
     }
 
-    /// The free-run output over the record.
-    pub fn predicted(&self) -> &[f64] {
-        self.found.predicted()
+    /// The page that `flexure identify --report` writes, as values.
+    ///
+    /// # Errors
+    /// For columns that the record lacks.
+    pub fn page(&self, file: &RecordFile, decoration: Decoration) -> Result<flexure_report::data::Page> {
+        page::page(file, self, decoration)
     }
 
     /// The page that `flexure identify --report` writes. `command` is shown as what makes it again.
     ///
     /// # Errors
     /// For numbers that cannot be drawn.
-    pub fn page(&self, command: Option<String>) -> Result<String> {
+    pub fn html(&self, file: &RecordFile, command: Option<String>) -> Result<String> {
         let decoration = Decoration {
             command,
             ..Decoration::default()
         };
-        let page = self.found.page(self.file, decoration)?;
-        flexure_report::render(&page).context("the report")
+        flexure_report::render(&self.page(file, decoration)?).context("the report")
     }
 }
 

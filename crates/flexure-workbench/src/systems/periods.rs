@@ -7,7 +7,6 @@ use flexure_io::RecordFile;
 use flexure_report::data::Approximation;
 use serde_json::{Value, json};
 
-use crate::systems::outcome::Signals;
 use crate::text::number;
 
 /// Periods from which on the first one is left out, in which the transient decays.
@@ -36,13 +35,19 @@ fn relative(best: &BestLinearApproximation, levels: &[f64]) -> f64 {
 }
 
 impl Periodic {
-    /// The approximation of a record of so many realisations of equal length, whose input has this period in samples: at least 2,
+    /// The approximation from the column `input` to the column `output` of a record of so many realisations of equal length, whose input has this period in samples: at least 2,
     /// and at most the length of a realisation.
     ///
     /// # Errors
     /// Those of the columns, and of [`BestLinearApproximation::new`].
-    pub fn new(file: &RecordFile, signals: &Signals, period: usize, realisations: usize) -> Result<Self> {
-        let (u, y) = (file.finite(signals.input)?, file.finite(signals.output)?);
+    pub fn new(
+        file: &RecordFile,
+        (input, output): (&str, &str),
+        sample_time: Option<f64>,
+        period: usize,
+        realisations: usize,
+    ) -> Result<Self> {
+        let (u, y) = (file.finite(input)?, file.finite(output)?);
         let part = u.len() / realisations;
         let settled = part / period >= ENOUGH_PERIODS;
         let first = if settled { period } else { 0 };
@@ -56,7 +61,7 @@ impl Periodic {
         Ok(Periodic {
             best,
             period,
-            sample_time: signals.sample_time,
+            sample_time,
             settled,
         })
     }

@@ -221,7 +221,12 @@ fn entered(block: &Block, inputs: &[&[f64]], tell: &mut impl FnMut(Entry<'_>)) {
                     of_one(first, into, input, direct, tell);
                 }
             }
-            Block::Linear(_) | Block::Inputs(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => {}
+            Block::Linear(_)
+            | Block::Offset(_)
+            | Block::Inputs(_)
+            | Block::Surface(_)
+            | Block::Narx(_)
+            | Block::Volterra(_) => {}
         }
     }
     match block {
@@ -274,8 +279,7 @@ impl Outside {
     fn look(&mut self, curve: &Curve, into: &[f64], direct: bool) {
         self.direct &= direct;
         let (x, last) = (curve.x(), curve.x().len() - 1);
-        // A line adds what a linear part cannot: an offset.
-        for &v in into.iter().filter(|&&v| !curve.covers(v) && !curve.is_line()) {
+        for &v in into.iter().filter(|&&v| !curve.covers(v)) {
             let end = if v < x[0] { 0 } else { last };
             self.samples += 1;
             self.held &= curve.value(v) == curve.y()[end];

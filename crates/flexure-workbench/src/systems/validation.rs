@@ -7,7 +7,8 @@ use flexure_io::{ModelFile, RecordFile};
 use serde_json::{Value, json};
 
 use crate::named::Named;
-use crate::systems::outcome::{SETTLED, tests_json};
+use crate::systems::SETTLED;
+use crate::systems::json::tests;
 use crate::systems::prediction::{self, FreeRun, Outside, Start};
 use crate::text::number;
 
@@ -85,7 +86,7 @@ impl Judged {
             "initial_state_samples": free.estimated_from,
             "holds": verdict.holds(),
             "verdict": verdict.words(),
-            "residual_tests": tests_json(verdict),
+            "residual_tests": tests(verdict),
             "samples_outside_range": outside.samples,
         })
     }

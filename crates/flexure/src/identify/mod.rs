@@ -29,12 +29,14 @@ mod derivative_tests;
 pub mod hammerstein;
 mod outcome;
 mod reference;
+pub mod registry;
+pub mod result;
 pub mod robot_joint;
 mod samples;
 mod structures;
 mod surface;
 
-pub use auto::{Auto, AutoIdentification, Identified, Refutation, Structure, StructureCandidate};
+pub use auto::{Auto, Refutation, StructureCandidate, StructureComparison};
 pub use block::branches::TriedBranches;
 pub use block::sum::{ParallelBranch, TriedSum};
 pub use block::{ApproximationScore, Intersample, Stage, TriedStructure};
@@ -42,11 +44,13 @@ pub use hammerstein::{
     Breakpoint, BreakpointKind, Calibration, CoefficientErrors, FormFit, FormParameter, MemoryRemoved, PhysicalForm,
     PlainHammerstein, RefinedHammerstein, RefinedIdentification, RegressionLag,
 };
-pub use outcome::{ChosenOrder, Identification, OrderScore, Psi, Verdict, Warning};
+pub use outcome::{ChosenOrder, OrderScore, PlainIdentification, Psi, Verdict, Warning};
 pub use reference::{
     DecayPrior, Narx, NarxIdentification, NarxModel, NarxTerm, TriedNarx, Volterra, VolterraIdentification,
     VolterraModel,
 };
+pub use registry::{HammersteinMethod, Options, Progress, Request, Structure, structures};
+pub use result::{Identification, StructureName};
 pub use structures::{
     HammersteinWiener, HammersteinWienerIdentification, InputBranch, Linear, LinearIdentification, MultipleInputs,
     MultipleInputsIdentification, MultipleInputsModel, Parallel, ParallelIdentification, Wiener, WienerHammerstein,

@@ -319,7 +319,7 @@ impl Verdict {
 
 /// An identified model with all that was chosen on the way.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Identification {
+pub struct PlainIdentification {
     /// The model, ready to simulate.
     pub model: Block,
     /// The static nonlinearity, normalised.
@@ -345,7 +345,7 @@ pub struct Identification {
     pub scores: Option<Scores>,
     /// The order of the linear part.
     pub order: ChosenOrder,
-    /// The estimated impulse response from lag 0, in the scale of [`Identification::linear`].
+    /// The estimated impulse response from lag 0, in the scale of [`PlainIdentification::linear`].
     pub impulse_estimate: Vec<f64>,
     /// Within this of zero an estimated impulse response coefficient is noise with 99 %.
     pub impulse_limit: f64,

@@ -91,6 +91,11 @@ impl TransferFunction {
         self.simulate_from(input, mean, &vec![0.0; self.states()])
     }
 
+    /// The samples by which it delays: the leading zeros of its numerator.
+    pub fn delay(&self) -> usize {
+        self.b.iter().take_while(|b| **b == 0.0).count()
+    }
+
     /// The number of states of the transposed direct form II.
     pub fn states(&self) -> usize {
         self.a.len().max(self.b.len()) - 1

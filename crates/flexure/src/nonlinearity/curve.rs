@@ -83,9 +83,9 @@ impl Curve {
         self.x[0] <= u && u <= self.x[self.x.len() - 1]
     }
 
-    /// Whether it is one straight line for all arguments, so that no argument is outside of what is known.
-    pub fn is_line(&self) -> bool {
-        self.outside == Outside::Linear && self.x.len() <= 2
+    /// What it is beyond its points.
+    pub fn outside(&self) -> Outside {
+        self.outside
     }
 
     /// The value at `u`; NaN for NaN.
@@ -149,14 +149,6 @@ mod tests {
         assert_eq!(vee(Outside::Nearest).value(-9.0), 1.0);
         assert_eq!(vee(Outside::Linear).value(3.0), 3.0);
         assert_eq!(vee(Outside::Linear).value(-2.0), 2.0);
-    }
-
-    #[test]
-    fn only_two_points_continued_straight_are_a_line() {
-        let two = |outside| Curve::new(vec![0.0, 1.0], vec![3.0, 5.0], outside).unwrap();
-        assert!(two(Outside::Linear).is_line());
-        assert!(!two(Outside::Nearest).is_line() && !two(Outside::Nan).is_line());
-        assert!(!vee(Outside::Linear).is_line());
     }
 
     #[test]

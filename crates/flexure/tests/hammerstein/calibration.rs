@@ -5,7 +5,7 @@ use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
 
 use super::*;
 
-fn with(calibration: Calibration, record: &Record) -> Identification {
+fn with(calibration: Calibration, record: &Record) -> PlainIdentification {
     PlainHammerstein {
         calibration,
         ..Default::default()

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use flexure::Block;
-use flexure::identify::{Auto, Linear, Structure, Verdict, Warning, Wiener, WienerHammerstein};
+use flexure::identify::{Auto, Linear, Verdict, Warning, Wiener, WienerHammerstein};
 use proptest::prelude::*;
 
 use super::robustness::{Case, case, simulate};
@@ -22,6 +22,7 @@ fn sound(block: &Block) -> bool {
     let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
     match block {
         Block::Static(curve) => finite(curve.x()) && finite(curve.y()),
+        Block::Offset(offset) => offset.is_finite(),
         Block::Linear(g) => g.is_stable() && finite(g.b()) && finite(g.a()),
         Block::Surface(surface) => finite(surface.coefficients()),
         Block::Narx(model) => model.problem().is_none(),
@@ -75,7 +76,7 @@ fn stopped(start: Instant) -> ControlFlow<()> {
     }
 }
 
-fn identified(case: &Case, structure: Structure) -> Result<(), String> {
+fn identified(case: &Case, structure: &str) -> Result<(), String> {
     let record = simulate(case);
     let fresh_share = case.method.fresh_share;
     let start = Instant::now();
@@ -89,11 +90,9 @@ fn identified(case: &Case, structure: Structure) -> Result<(), String> {
         };
     }
     match structure {
-        Structure::Linear => checked!(Linear { fresh_share }),
-        Structure::Wiener => checked!(Wiener { fresh_share }),
-        Structure::WienerHammerstein => checked!(WienerHammerstein { fresh_share }),
-        // Its own test has many more cases.
-        Structure::Hammerstein => Ok(()),
+        "linear" => checked!(Linear { fresh_share }),
+        "wiener" => checked!(Wiener { fresh_share }),
+        _ => checked!(WienerHammerstein { fresh_share }),
     }
 }
 
@@ -105,14 +104,17 @@ fn compared(case: &Case) -> Result<(), String> {
     let start = Instant::now();
     match method.identify_with(&simulate(case), "u", "y", &mut |_, _| stopped(start)) {
         Ok(r) => {
-            let c = &r.chosen;
-            check(case, c.model(), c.predicted(), c.verdict(), c.warnings())?;
+            check(case, &r.model, &r.predicted, &r.verdict, &r.warnings)?;
+            let structure = r.structure;
+            let Some(r) = r.comparison else {
+                return Err("there is no comparison".to_owned());
+            };
             let numbers = r
                 .candidates
                 .iter()
                 .all(|c| c.fit_percent.is_finite() && c.rms.is_finite());
             let words = r.reasons.iter().all(|r| !r.contains("NaN"));
-            let named = r.supported.is_none_or(|s| s == c.structure());
+            let named = r.supported.is_none_or(|s| s == structure);
             match numbers && words && named && (0.0..=1.0).contains(&r.not_noise) {
                 true => Ok(()),
                 false => Err(format!("{:?}", r.reasons)),
@@ -138,7 +140,8 @@ proptest! {
     #![proptest_config(cases())]
     #[test]
     fn every_structure_gives_a_stable_finite_model_or_says_why_not(case in case(200..1200)) {
-        for structure in Structure::ALL {
+        // The Hammerstein system's own test has many more cases.
+        for structure in ["linear", "wiener", "wiener-hammerstein"] {
             let outcome = identified(&case, structure);
             prop_assert!(outcome.is_ok(), "{structure}: {outcome:?}");
         }

@@ -17,7 +17,7 @@ fn source() -> Record {
 }
 
 /// Everything that an identification says, against that of the changed record.
-fn compare(one: &Identification, other: &Identification, [c, d]: [f64; 2], [e, f]: [f64; 2]) {
+fn compare(one: &PlainIdentification, other: &PlainIdentification, [c, d]: [f64; 2], [e, f]: [f64; 2]) {
     // A mirrored input is tabulated at other quantiles.
     let tolerance = if c < 0.0 { 1e-4 } else { 1e-5 };
     let close = |a: f64, b: f64, scale: f64, what: &str| {
@@ -47,7 +47,7 @@ fn compare(one: &Identification, other: &Identification, [c, d]: [f64; 2], [e, f
     close(a.measures.fit_percent, b.measures.fit_percent, 100.0, "fit");
     close(a.measures.rms * e.abs(), b.measures.rms, b.measures.rms, "rms");
     assert_eq!(a.holds(), b.holds());
-    let names = |r: &Identification| {
+    let names = |r: &PlainIdentification| {
         r.warnings
             .iter()
             .map(std::mem::discriminant)

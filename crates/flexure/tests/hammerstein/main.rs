@@ -13,7 +13,7 @@ mod starts;
 mod verdict;
 
 use flexure::Record;
-use flexure::identify::{Identification, PlainHammerstein};
+use flexure::identify::{PlainHammerstein, PlainIdentification};
 use flexure::linear::TransferFunction;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -53,7 +53,7 @@ fn hammerstein(phi: impl Fn(f64) -> f64, linear: &TransferFunction, n: usize, no
     record(u, y)
 }
 
-fn identify(record: &Record) -> Identification {
+fn identify(record: &Record) -> PlainIdentification {
     PlainHammerstein::default().identify(record, "u", "y").unwrap()
 }
 

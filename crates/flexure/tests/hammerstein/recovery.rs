@@ -9,13 +9,13 @@ fn grid() -> Vec<f64> {
     (0..=200).map(|i| -1.9 + 3.8 * i as f64 / 200.0).collect()
 }
 
-fn error(system: &KnownHammerstein, result: &Identification) -> f64 {
+fn error(system: &KnownHammerstein, result: &PlainIdentification) -> f64 {
     system.nonlinearity_error(&grid(), |x| result.nonlinearity.value(x))
 }
 
 /// The relative L2 distance of the linear part's impulse response from the truth's, after the best gain: the
 /// static gain of a resonance is small, and scaling by its estimate would hide the rest.
-fn impulse_error(result: &Identification, truth: &TransferFunction) -> f64 {
+fn impulse_error(result: &PlainIdentification, truth: &TransferFunction) -> f64 {
     let (k, estimate) = (truth.impulse_response(400), result.linear.impulse_response(400));
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let cosine = dot(&k, &estimate).powi(2) / (dot(&k, &k) * dot(&estimate, &estimate));
@@ -172,7 +172,7 @@ fn a_static_system_has_order_zero() {
 fn the_band_covers_the_mean_estimate_at_its_level() {
     // 95 % pointwise for the variance alone: against the mean estimate over many records, which has the same bias.
     let linear = filter(&[1.0], &[1.0, -0.5]);
-    let results: Vec<Identification> = (0..60)
+    let results: Vec<PlainIdentification> = (0..60)
         .map(|seed| {
             PlainHammerstein {
                 parameter: Some(0.3),
@@ -188,7 +188,7 @@ fn the_band_covers_the_mean_estimate_at_its_level() {
     let (mut inside, mut all) = (0, 0);
     for x in [-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5] {
         // In the regression's own scale: the gain's and the level's scatter are not the band's business.
-        let own = |r: &Identification| {
+        let own = |r: &PlainIdentification| {
             let gain = r.impulse_estimate[0];
             let i = r.nonlinearity.x().partition_point(|&v| v < x);
             (r.nonlinearity.value(x) * gain, r.band[i] * gain.abs())

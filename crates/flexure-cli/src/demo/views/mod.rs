@@ -5,14 +5,14 @@ mod stiffness;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use flexure::identify::RefinedHammerstein;
+use flexure::linear::TransferFunction;
 use flexure::manipulator::{Friction, Stiffness, add_noise};
 use flexure_io::arm::{Amplitude, ArmFile, DriveKind, Excitation, Kind, preset_text};
-use flexure_io::{check_writable, read_record, write_record};
-use flexure_workbench::systems::{Context, Decoration, Estimate, Found, Method, Signals, Truth};
+use flexure_io::{RecordFile, check_writable, read_record, write_record};
+use flexure_workbench::systems::{Decoration, Identified, Truth};
 use serde_json::{Value, json};
 
-use super::{JOINT, PRESET, alignment, steady_velocity};
+use super::{JOINT, PRESET, alignment, nonlinearity, steady_velocity};
 use crate::identify::{hammerstein, write_files};
 use crate::output::{command_line, print};
 use crate::simulate::simulate;
@@ -84,11 +84,7 @@ fn distance(y: &[f64], truth: &[f64]) -> f64 {
 }
 
 /// Simulates a record with noise on the velocity, writes it, and identifies a Hammerstein model from `input` to it.
-fn identified<'a>(
-    arm: &ArmFile,
-    input: &'a str,
-    record: &Path,
-) -> Result<(flexure_io::RecordFile, Context<'a>, Estimate)> {
+fn identified(arm: &ArmFile, input: &str, record: &Path) -> Result<(RecordFile, Identified)> {
     let mut log = simulate(arm, Path::new(""))?;
     if arm.noise.is_none() {
         let size = NOISE * rms(log.column("dq2")?);
@@ -99,20 +95,8 @@ fn identified<'a>(
     log.push("d2", d)?;
     write_record(record, &log)?;
     let file = read_record(record)?;
-    let context = Context {
-        signals: Signals {
-            input,
-            output: "dq2",
-            sample_time: Some(arm.run.sample_time),
-            several: false,
-        },
-        method: Method::Refined {
-            method: RefinedHammerstein::default(),
-            form: None,
-        },
-    };
-    let result = hammerstein(&file, &context)?;
-    Ok((file, context, result))
+    let identified = hammerstein(&file, input, "dq2", arm.run.sample_time)?;
+    Ok((file, identified))
 }
 
 /// Job 2: deflection to link velocity with viscous friction, exactly a Hammerstein system.
@@ -132,16 +116,17 @@ fn deflection([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
     arm.arm.joints[JOINT].friction = Some(Friction([0.0, 0.0, 0.0, 0.0, 0.0, viscous]));
     let inertia = flexure::manipulator::LinkDynamics::new(&arm.arm.links).elbow;
     let kappa = true_stiffness(&arm);
-    let (file, context, result) = identified(&arm, "d2", record)?;
+    let (file, identified) = identified(&arm, "d2", record)?;
     let pole = (-viscous * step / inertia).exp();
-    let found = result.linear.poles().unwrap_or_default();
+    let linear = identified.result.linear("linear");
+    let found = linear.and_then(TransferFunction::poles).unwrap_or_default();
     let nearest = found
         .iter()
         .map(|p| p.re)
         .min_by(|a, b| (a - pole).abs().total_cmp(&(b - pole).abs()));
     let nearest = nearest.unwrap_or(f64::NAN);
     // With a static gain of 1, the nonlinearity is the velocity at which friction takes up the elastic torque.
-    let curve = &result.nonlinearity;
+    let curve = nonlinearity(&identified)?;
     let truth: Vec<f64> = curve.x().iter().map(|&d| kappa.torque(d) / viscous).collect();
     let error = distance(curve.y(), &truth);
     let lines = vec![
@@ -169,7 +154,7 @@ fn deflection([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
     view(
         "deflection",
         report,
-        (file, context, result),
+        (&file, &identified),
         decoration,
         lines,
         json!({
@@ -190,9 +175,9 @@ fn torque([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
     arm.run.duration *= 0.5 * SLOWER;
     arm.run.sample_time *= SLOWER;
     let friction = arm.arm.joints[JOINT].friction.unwrap_or_default();
-    let (file, context, result) = identified(&arm, "tau2", record)?;
-    let [a, b] = alignment(&result, &friction);
-    let curve = &result.nonlinearity;
+    let (file, identified) = identified(&arm, "tau2", record)?;
+    let curve = nonlinearity(&identified)?;
+    let [a, b] = alignment(curve, &friction);
     let truth: Vec<f64> = curve
         .x()
         .iter()
@@ -206,14 +191,14 @@ fn torque([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
             100.0 * error
         ),
     ];
-    if !result.verdict.holds() {
+    if !identified.result.verdict.holds() {
         lines.push(
             "  the model is refuted, as it should be: friction acts on the velocity, which is feedback, not a static block ahead of \
              the dynamics; near the dead zone's edges the link stops the sooner the slower it is, which no fixed pole can follow"
                 .to_owned(),
         );
     }
-    let values = json!({ "error": error, "holds": result.verdict.holds(), "verdict": result.verdict.words() });
+    let values = json!({ "error": error, "holds": identified.result.verdict.holds(), "verdict": identified.result.verdict.words() });
     let decoration = Decoration {
         title: Some("Job 3: from slow torque to velocity, the dead zone of friction".to_owned()),
         command: Some(command.to_owned()),
@@ -221,7 +206,7 @@ fn torque([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
             phi: Box::new(move |tau| a * steady_velocity(&friction, tau) + b),
             label: "steady velocity under the simulated friction (12), scaled and shifted onto the estimate".to_owned(),
         }),
-        remark: (!result.verdict.holds()).then(|| {
+        remark: (!identified.result.verdict.holds()).then(|| {
             "That is as it should be: friction acts on the velocity, which is feedback, and a static nonlinearity before a linear \
              part can only come near it."
                 .to_owned()
@@ -229,21 +214,20 @@ fn torque([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
         arm: None,
         approximation: None,
     };
-    view("torque", report, (file, context, result), decoration, lines, values)
+    view("torque", report, (&file, &identified), decoration, lines, values)
 }
 
 fn view(
     name: &'static str,
     report: &PathBuf,
-    (file, context, result): (flexure_io::RecordFile, Context, Estimate),
+    (file, identified): (&RecordFile, &Identified),
     decoration: Decoration,
     mut words: Vec<String>,
     mut values: Value,
 ) -> Result<View> {
-    values["fit_percent"] = json!(result.verdict.measures.fit_percent);
-    let found = Found::Hammerstein(context, Box::new(result));
-    words.extend(found.summary().lines().map(|line| format!("  {line}")));
-    let page = found.page(&file, decoration)?;
+    values["fit_percent"] = json!(identified.result.verdict.measures.fit_percent);
+    words.extend(identified.summary().lines().map(|line| format!("  {line}")));
+    let page = identified.page(file, decoration)?;
     write_files(None, Some((report, page)))?;
     Ok(View { name, values, words })
 }

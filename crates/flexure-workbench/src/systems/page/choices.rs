@@ -1,157 +1,248 @@
-//! What a page says was chosen from data, and why.
+//! What a page says in numbers: the facts, what was chosen from data and why, and what was tried.
 
-use flexure::identify::{PlainHammerstein, Psi, RegressionLag};
-use flexure_report::data::{Choice, ScoreCurve};
+use flexure::identify::Identification;
+use flexure::identify::result::{Place, Score, Shown, StaticBlock, Value, Values};
+use flexure::text::{number, short};
+use flexure_report::data::{Choice, Fact, ScoreCurve, Table};
 
-use crate::systems::estimate::{self, Estimate, Method, Own, Plain, Refined};
-use crate::systems::form::form_name;
-use crate::systems::outcome::Context;
-use crate::text::{self, number};
+use super::unit_of;
 
-/// Why something is as it is, if it was not given.
-pub fn given_or(given: bool, why: &str) -> &str {
-    if given { "as given" } else { why }
-}
+/// Most structures that the table of those that were tried shows.
+const MOST_TRIED: usize = 15;
+/// What of something that was tried is no part of its structure.
+const SCORES: [&str; 4] = ["samples", "relative_error", "bic", "score"];
 
-/// All choices, in order.
-pub fn choices(context: &Context, result: &Estimate) -> Vec<Choice> {
-    match (&context.method, &result.own) {
-        (Method::Plain(method), Own::Plain(own)) => plain(context, method, result, own),
-        (_, Own::Plain(own)) => plain(context, &PlainHammerstein::default(), result, own),
-        (_, Own::Refined(own)) => refined(context, result, own),
-    }
-}
-
-fn choice(name: &str, value: String, why: &str, curve: Option<ScoreCurve>) -> Choice {
-    Choice {
+fn fact(name: &str, value: String, note: &str) -> Fact {
+    Fact {
         name: name.to_owned(),
         value,
-        why: why.to_owned(),
-        curve,
+        note: note.to_owned(),
     }
 }
 
-/// The order, whose scores are those of `error`.
-fn order(context: &Context, result: &Estimate, error: &str) -> Choice {
-    let scores = &result.order.scores;
-    let curve = (scores.len() > 1).then(|| ScoreCurve {
-        x_label: "order".to_owned(),
-        y_label: "Schwarz's criterion".to_owned(),
-        log_x: false,
-        x: scores.iter().map(|s| s.order as f64).collect(),
-        y: scores.iter().map(|s| s.bic).collect(),
-        chosen: result.order.order as f64,
-    });
-    let why = format!("smallest Schwarz criterion of the {error} on the fit's samples");
-    choice(
-        "Order",
-        format!("l = {}", result.order.order),
-        given_or(context.method.order().is_some(), &why),
-        curve,
-    )
-}
-
-fn refined(context: &Context, result: &Estimate, own: &Refined) -> Vec<Choice> {
-    let delay = choice(
-        "Delay",
-        result.delay.to_string(),
-        given_or(
-            context.method.delay().is_some(),
-            "the first lag at which the impulse response is clearly not zero",
-        ),
-        None,
-    );
-    if !own.refined {
-        return vec![order(context, result, "free-run error"), delay];
+/// The headline numbers.
+pub(super) fn facts(result: &Identification) -> Vec<Fact> {
+    let mut facts = fit_facts(result);
+    facts.extend(linear_facts(result));
+    let curves: Vec<&StaticBlock> = result.paths.iter().flat_map(|p| p.curves()).collect();
+    let pieces: Vec<usize> = curves.iter().map(|c| c.pieces()).collect();
+    if pieces.iter().any(|p| *p > 0) {
+        facts.push(fact("Pieces", joined(&pieces), "cubic ones, of the nonlinearities"));
     }
-    let mut all = vec![
-        order(context, result, "whitened error"),
-        delay,
-        choice(
-            "Breakpoints of the nonlinearity",
-            own.breakpoint_words(),
-            "jumps, kinks and cubic knots where each lowers the error by more than chance would; a cubic between them",
-            None,
-        ),
-        choice(
-            "Noise",
-            format!("standard deviation {}, {}", number(own.noise), own.noise_words()),
-            "in the output's unit; a coloured error is whitened by the autoregression of smallest Schwarz criterion, unless samples are missing",
-            None,
-        ),
-    ];
-    all.extend(own.form.as_ref().map(|fit| {
-        choice(
-            &format!("Form {}", form_name(fit.form)),
-            estimate::form_parameters(fit),
-            &format!(
-                "{}; ± one standard error, for the estimated linear part",
-                estimate::form_verdict(fit)
-            ),
-            None,
-        )
-    }));
-    all
+    let kinks: Vec<usize> = curves.iter().map(|c| c.kinks.len()).collect();
+    if kinks.iter().any(|k| *k > 0) {
+        let note = "where the nonlinearities' slopes jump, beside the pieces";
+        facts.push(fact("Kinks", joined(&kinks), note));
+    }
+    let shown = result.details.iter().filter_map(|d| d.shown.as_ref());
+    let own = shown.filter(|s| s.place == Place::Fact);
+    facts.extend(own.map(|s| fact(&s.title, s.text.clone(), &s.note)));
+    facts.push(samples_fact(result));
+    facts
 }
 
-fn plain(context: &Context, method: &PlainHammerstein, result: &Estimate, own: &Plain) -> Vec<Choice> {
-    let estimator = own.estimator;
-    let scores = own.scores.as_ref();
-    let how = scores.map_or_else(String::new, |s| {
-        text::smallest("leave-one-out cross-validation error", s)
-    });
-    let scores = scores.map(|s| text::score_curve(estimator, s, &[own.parameter], context.signals.input));
+/// How near the prediction is.
+fn fit_facts(result: &Identification) -> Vec<Fact> {
+    let unit = match unit_of(&result.output) {
+        "" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    let measures = &result.verdict.measures;
     vec![
-        choice(
-            &text::capitalised(estimator.parameter()),
-            match estimator.has_bandwidth() {
-                true => format!("h = {} ({} kernel)", number(own.parameter), own.kernel.name()),
-                false => format!("{} ({})", text::list(&[own.parameter]), estimator.title()),
-            },
-            given_or(method.parameter.is_some(), &how),
-            scores,
+        fact(
+            "Fit on fresh data",
+            format!("{:.1} %", measures.fit_percent),
+            "100 (1 - |y - ŷ| / |y - mean y|) of the free-run simulation",
         ),
-        order(context, result, "free-run error"),
-        choice(
-            "Delay and lag of the regression",
-            format!("delay {}, regression at lag {}", result.delay, own.regression_lag),
-            &why_these_lags(method),
-            None,
-        ),
-        choice(
-            "Correlation",
-            match own.psi {
-                Psi::Input => format!("with {}", context.signals.input),
-                Psi::Nonlinearity => "with the estimated nonlinearity".to_owned(),
-                Psi::DeconvolvedNonlinearity => "with the estimated nonlinearity, deconvolved".to_owned(),
-            },
-            match own.psi {
-                Psi::Input => {
-                    "the cross-covariance of a white input and the output is the impulse response up to scale"
-                }
-                Psi::Nonlinearity => "the input itself is (nearly) uncorrelated with an even nonlinearity",
-                Psi::DeconvolvedNonlinearity => {
-                    "the input is not white, so its own covariance had to be taken out of that with the output"
-                }
-            },
-            None,
+        fact(
+            "RMS error",
+            format!("{}{unit}", number(measures.rms)),
+            "root mean square of measured less simulated output",
         ),
     ]
 }
 
-/// How the delay and the lag of the regression came about.
-fn why_these_lags(method: &PlainHammerstein) -> String {
-    let delay = given_or(
-        method.delay.is_some(),
-        "the first lag with a significant dependence of the output on the input",
-    );
-    let lag = match method.regression_lag {
-        RegressionLag::Strongest => "that of the strongest dependence",
-        RegressionLag::Delay => "the delay",
-        RegressionLag::At(_) => "as given",
+/// Poles and delay of the linear parts.
+fn linear_facts(result: &Identification) -> Vec<Fact> {
+    let delays: Vec<usize> = result.paths.iter().map(|p| p.delay()).collect();
+    let delay = match (result.is_sum, result.delay) {
+        (true, _) => fact("Delays", joined(&delays), "of the branches, samples"),
+        (false, 1) => fact("Delay", "1 sample".to_owned(), "of all blocks together"),
+        (false, delay) => fact("Delay", format!("{delay} samples"), "of all blocks together"),
     };
-    format!(
-        "the delay is {delay}; the lag of the regression is {lag}, and at every lag the regression gives the same nonlinearity up to \
-         scale and offset"
+    let orders: Vec<usize> = match result.is_sum {
+        true => result.paths.iter().map(|p| p.order()).collect(),
+        false => result
+            .paths
+            .iter()
+            .flat_map(|p| p.linear())
+            .map(|g| g.order())
+            .collect(),
+    };
+    let poles = fact("Poles", joined(&orders), "of the linear parts");
+    match orders.is_empty() {
+        true => vec![delay],
+        false => vec![poles, delay],
+    }
+}
+
+/// How many samples there are, and what they were used for.
+fn samples_fact(result: &Identification) -> Fact {
+    let (all, fitted) = (result.predicted.len(), result.fitted);
+    let missing = match all - fitted - result.verdict.measures.samples {
+        0 => String::new(),
+        n => format!(" ({n} of those missing)"),
+    };
+    fact(
+        "Samples",
+        all.to_string(),
+        &format!("{fitted} for the fit, {} kept for the verdict{missing}", all - fitted),
     )
+}
+
+/// Counts for reading.
+fn joined(counts: &[usize]) -> String {
+    let each: Vec<String> = counts.iter().map(usize::to_string).collect();
+    each.join(" + ")
+}
+
+/// What was chosen from data, and why.
+pub(super) fn choices(result: &Identification) -> Vec<Choice> {
+    let shown = result.details.iter().filter_map(|d| d.shown.as_ref());
+    let own = shown.filter(|s| s.place != Place::Fact).map(choice);
+    let mut all: Vec<Choice> = own.collect();
+    for (i, path) in result.paths.iter().enumerate() {
+        for block in path.main() {
+            let Some(curve) = block.curve().filter(|c| c.pieces() > 0) else {
+                continue;
+            };
+            all.push(Choice {
+                name: match result.is_sum {
+                    true => format!("{}, {}", block.title, result.path_title(i)),
+                    false => block.title.to_owned(),
+                },
+                value: curve.description.clone(),
+                why: "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks \
+                      for them"
+                    .to_owned(),
+                curve: by_pieces(result, curve.pieces()),
+            });
+        }
+    }
+    all
+}
+
+fn choice(shown: &Shown) -> Choice {
+    Choice {
+        name: shown.title.clone(),
+        value: shown.text.clone(),
+        why: shown.note.clone(),
+        curve: shown.scores.clone().map(score_curve),
+    }
+}
+
+/// Scores as the page draws them.
+pub fn score_curve(scores: Score) -> ScoreCurve {
+    ScoreCurve {
+        x_label: scores.x_label,
+        y_label: scores.y_label,
+        log_x: scores.logarithmic,
+        x: scores.x,
+        y: scores.y,
+        chosen: scores.chosen,
+    }
+}
+
+/// The structures that were tried on all samples, best first, each once, and the last, which was chosen.
+fn compared(result: &Identification) -> Option<(Vec<&Values>, &Values)> {
+    let chosen = result.tried.last()?;
+    chosen.get("samples")?;
+    let on_all = result
+        .tried
+        .iter()
+        .filter(|t| t.get("samples") == chosen.get("samples"));
+    let mut all: Vec<&Values> = on_all.collect();
+    // Of a structure that was tried several times, the best try counts.
+    all.sort_by(|a, b| a.number("bic").total_cmp(&b.number("bic")));
+    let mut kept: Vec<&Values> = Vec::new();
+    for t in all {
+        if kept.iter().all(|k| !same(k, t, "")) {
+            kept.push(t);
+        }
+    }
+    Some((kept, chosen))
+}
+
+/// Whether two structures are the same but for the value of one name.
+fn same(a: &Values, b: &Values, but: &str) -> bool {
+    let counts = |name: &str| name != but && !SCORES.contains(&name);
+    a.iter()
+        .filter(|(name, _)| counts(name))
+        .all(|(name, value)| b.get(name) == Some(value))
+}
+
+/// Schwarz's criterion of the structures that differ from the chosen one in the number of pieces alone.
+fn by_pieces(result: &Identification, chosen_pieces: usize) -> Option<ScoreCurve> {
+    let (all, chosen) = compared(result)?;
+    chosen.get("pieces").and_then(Value::number)?;
+    let mut alike: Vec<&Values> = all.into_iter().filter(|t| same(t, chosen, "pieces")).collect();
+    alike.sort_by(|a, b| a.number("pieces").total_cmp(&b.number("pieces")));
+    (alike.len() > 1).then(|| ScoreCurve {
+        x_label: "pieces".to_owned(),
+        y_label: "Schwarz's criterion".to_owned(),
+        log_x: false,
+        x: alike.iter().map(|t| t.number("pieces")).collect(),
+        y: alike.iter().map(|t| t.number("bic")).collect(),
+        chosen: chosen_pieces as f64,
+    })
+}
+
+/// A value for a cell of a table.
+fn cell(value: &Value) -> String {
+    match value {
+        Value::List(values) => values.iter().map(cell).collect::<Vec<_>>().join(" + "),
+        value => value.number().map_or_else(String::new, short),
+    }
+}
+
+/// The best of the structures that were tried on all samples.
+pub(super) fn tried(result: &Identification) -> Option<Table> {
+    let (all, chosen) = compared(result)?;
+    let shown = &all[..all.len().min(MOST_TRIED)];
+    // What is zero in all of them is no choice.
+    let varies = |name: &str| {
+        shown
+            .iter()
+            .any(|t| t.get(name).is_some_and(|v| !["", "0"].contains(&cell(v).as_str())))
+    };
+    let names: Vec<&str> = (chosen.iter().map(|(name, _)| name))
+        .filter(|name| *name != "samples" && varies(name))
+        .collect();
+    let column = |name: &&str| match *name {
+        "relative_error" => "error / output's spread".to_owned(),
+        "bic" => "Schwarz's criterion".to_owned(),
+        name => name.replace('_', " "),
+    };
+    let row = |t: &&Values| {
+        let value = |name: &&str| match *name {
+            "bic" => format!("{:.0}", t.number("bic")),
+            name => t.get(name).map_or_else(String::new, cell),
+        };
+        names.iter().map(value).collect()
+    };
+    Some(Table {
+        title: "Structures that were tried".to_owned(),
+        words: format!(
+            "{} fits were made in all, most of them on the beginning of the record; these are the best {} of {} structures that were \
+             fitted to all {} samples that count. The one of smallest Schwarz criterion was chosen.",
+            result.tried.len(),
+            shown.len(),
+            all.len(),
+            chosen.number("samples")
+        ),
+        columns: names.iter().map(column).collect(),
+        rows: shown.iter().map(row).collect(),
+        chosen: shown.iter().position(|t| same(t, chosen, "")),
+        ends_in_words: false,
+    })
 }

@@ -1,8 +1,9 @@
 //! Which of the candidates the fresh samples support: tests and comparisons, no fits.
 
 use super::remainder::explained;
-use super::{Refutation, Structure};
+use super::{Refutation, complexity};
 use crate::identify::outcome::Verdict;
+use crate::identify::result::StructureName;
 use crate::linear::correlation::mean;
 use crate::validation::{LEVEL, PairedComparison, ResidualTest};
 
@@ -20,7 +21,7 @@ const MOST: f64 = 0.9;
 
 /// A candidate's fresh errors, and what was found about them.
 pub(super) struct Judged<'a> {
-    pub structure: Structure,
+    pub structure: StructureName,
     pub verdict: &'a Verdict,
     predicted: &'a [f64],
     /// Fresh errors, cut.
@@ -28,7 +29,7 @@ pub(super) struct Judged<'a> {
 }
 
 impl<'a> Judged<'a> {
-    pub fn new(structure: Structure, verdict: &'a Verdict, y: &[f64], predicted: &'a [f64]) -> Judged<'a> {
+    pub fn new(structure: StructureName, verdict: &'a Verdict, y: &[f64], predicted: &'a [f64]) -> Judged<'a> {
         let errors: Vec<f64> = y.iter().zip(predicted).map(|(y, p)| y - p).collect();
         Judged {
             structure,
@@ -102,10 +103,10 @@ pub(super) fn judge(candidates: &[Judged<'_>], u: &[f64]) -> Judgement {
         })
         .collect();
     let as_good: Vec<usize> = (0..candidates.len()).filter(|i| worse[*i].is_none()).collect();
-    let simplest = as_good.iter().map(|i| candidates[*i].structure.complexity()).min();
+    let simplest = as_good.iter().map(|i| complexity(candidates[*i].structure)).min();
     let tier = as_good
         .into_iter()
-        .filter(|i| Some(candidates[*i].structure.complexity()) == simplest);
+        .filter(|i| Some(complexity(candidates[*i].structure)) == simplest);
     let tier: Vec<usize> = tier.collect();
     let chosen = smallest(&squares, tier.iter().copied());
     let refuted_by: Vec<Vec<Refutation>> = candidates

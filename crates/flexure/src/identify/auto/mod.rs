@@ -18,7 +18,7 @@
 //!
 //! Where a simple candidate leaves white noise, more complex ones are not fitted. Nothing here is random.
 //!
-//! What cannot be told: a cascade one block of which hardly has a memory is nearly a Wiener or a Hammerstein system, and found as
+//! What cannot be told: a sandwich one block of which hardly has a memory is nearly a Wiener or a Hammerstein system, and found as
 //! such; a structure outside the four that one of them imitates to within the noise is not refuted.
 
 mod judge;
@@ -27,149 +27,21 @@ mod remainder;
 mod tests;
 mod words;
 
-use std::fmt;
 use std::ops::ControlFlow;
 
-use super::block::{Monitor, Stage};
-use super::hammerstein::{RefinedHammerstein, RefinedIdentification};
-use super::outcome::{Verdict, Warning};
+use super::registry::{Options, Request, Structure, structures};
+use super::result::{Identification, StructureName};
 use super::samples::Samples;
-use super::structures::linear::{LinearIdentification, fit as fit_linear};
-use super::structures::wiener::{WienerIdentification, fit as fit_wiener};
-use super::structures::wiener_hammerstein::{WienerHammersteinIdentification, fit as fit_wiener_hammerstein};
 use crate::error::Result;
-use crate::model::Block;
 use crate::record::Record;
 use crate::validation::ResidualTest;
 use judge::{Judged, judge};
 
-/// A block structure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Structure {
-    /// Linear.
-    Linear,
-    /// Static, linear.
-    Hammerstein,
-    /// Linear, static.
-    Wiener,
-    /// Linear, static, linear.
-    WienerHammerstein,
-}
-
-impl Structure {
-    /// All four, simplest first.
-    pub const ALL: [Structure; 4] = [
-        Structure::Linear,
-        Structure::Hammerstein,
-        Structure::Wiener,
-        Structure::WienerHammerstein,
-    ];
-
-    /// The name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Structure::Linear => "linear",
-            Structure::Hammerstein => "Hammerstein",
-            Structure::Wiener => "Wiener",
-            Structure::WienerHammerstein => "Wiener-Hammerstein",
-        }
-    }
-
-    /// The number of blocks: structures contain others of fewer blocks.
-    pub fn complexity(self) -> usize {
-        match self {
-            Structure::Linear => 1,
-            Structure::Hammerstein | Structure::Wiener => 2,
-            Structure::WienerHammerstein => 3,
-        }
-    }
-}
-
-impl fmt::Display for Structure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// An identification of one of the structures.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Identified {
-    /// Linear, by [`Linear`](super::Linear).
-    Linear(LinearIdentification),
-    /// Hammerstein, by [`RefinedHammerstein`].
-    Hammerstein(RefinedIdentification),
-    /// Wiener, by [`Wiener`](super::Wiener).
-    Wiener(WienerIdentification),
-    /// Wiener-Hammerstein, by [`WienerHammerstein`](super::WienerHammerstein).
-    WienerHammerstein(WienerHammersteinIdentification),
-}
-
-impl Identified {
-    /// Which structure it is.
-    pub fn structure(&self) -> Structure {
-        match self {
-            Identified::Linear(_) => Structure::Linear,
-            Identified::Hammerstein(_) => Structure::Hammerstein,
-            Identified::Wiener(_) => Structure::Wiener,
-            Identified::WienerHammerstein(_) => Structure::WienerHammerstein,
-        }
-    }
-
-    /// The model, ready to simulate.
-    pub fn model(&self) -> &Block {
-        match self {
-            Identified::Linear(r) => &r.model,
-            Identified::Hammerstein(r) => &r.model,
-            Identified::Wiener(r) => &r.model,
-            Identified::WienerHammerstein(r) => &r.model,
-        }
-    }
-
-    /// The free-run output over all samples.
-    pub fn predicted(&self) -> &[f64] {
-        match self {
-            Identified::Linear(r) => &r.predicted,
-            Identified::Hammerstein(r) => &r.predicted,
-            Identified::Wiener(r) => &r.predicted,
-            Identified::WienerHammerstein(r) => &r.predicted,
-        }
-    }
-
-    /// The verdict on the fresh samples.
-    pub fn verdict(&self) -> &Verdict {
-        match self {
-            Identified::Linear(r) => &r.verdict,
-            Identified::Hammerstein(r) => &r.verdict,
-            Identified::Wiener(r) => &r.verdict,
-            Identified::WienerHammerstein(r) => &r.verdict,
-        }
-    }
-
-    /// What the user should know.
-    pub fn warnings(&self) -> &[Warning] {
-        match self {
-            Identified::Linear(r) => &r.warnings,
-            Identified::Hammerstein(r) => &r.warnings,
-            Identified::Wiener(r) => &r.warnings,
-            Identified::WienerHammerstein(r) => &r.warnings,
-        }
-    }
-
-    /// The number of parameters that the data determine: poles, numerator coefficients from the first that is not zero, and those of
-    /// the nonlinearity, less what only fixes scales.
-    pub fn parameters(&self) -> usize {
-        let rational = |g: &crate::linear::TransferFunction| {
-            let leading = g.b().iter().take_while(|b| **b == 0.0).count();
-            g.a().len() - 1 + g.b().len() - leading
-        };
-        match self {
-            Identified::Linear(r) => rational(&r.linear) + 1,
-            // Cubic pieces: four parameters and one more at every breakpoint; the linear block's scale is theirs.
-            Identified::Hammerstein(r) => rational(&r.linear) + r.breakpoints.len() + 3,
-            Identified::Wiener(r) => r.tried.last().map_or(1, |t| t.parameters()),
-            Identified::WienerHammerstein(r) => r.tried.last().map_or(1, |t| t.parameters()),
-        }
-    }
+/// The structures that are compared, simplest first.
+fn compared_structures() -> Vec<&'static Structure> {
+    let mut all: Vec<&Structure> = structures().iter().filter(|s| s.complexity.is_some()).collect();
+    all.sort_by_key(|s| s.complexity);
+    all
 }
 
 /// What speaks against a candidate.
@@ -180,7 +52,7 @@ pub enum Refutation {
     /// Another candidate predicts significantly better.
     Comparison {
         /// The better one.
-        better: Structure,
+        better: StructureName,
         /// The ratio of the mean squared errors, above 1.
         ratio: f64,
         /// The probability of such a difference if both predict equally well.
@@ -192,7 +64,7 @@ pub enum Refutation {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructureCandidate {
     /// The structure.
-    pub structure: Structure,
+    pub structure: StructureName,
     /// The fit on fresh samples, percent.
     pub fit_percent: f64,
     /// The RMS of the error there, in the unit of y.
@@ -205,16 +77,15 @@ pub struct StructureCandidate {
     pub verdict: String,
 }
 
-/// The chosen identification, and what the data say about all structures.
+/// What the data say about all structures that were compared.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AutoIdentification {
-    /// The identification of the simplest structure that no comparison refutes; if none is supported, the best that these structures
-    /// can do.
-    pub chosen: Identified,
+pub struct StructureComparison {
+    /// The simplest structure that no comparison refutes; if none is supported, the best that these structures can do.
+    pub chosen: StructureName,
     /// The structure that the data support, if any.
-    pub supported: Option<Structure>,
+    pub supported: Option<StructureName>,
     /// Structures as simple as the chosen one that predict as well: the data do not tell these apart.
-    pub as_good: Vec<Structure>,
+    pub as_good: Vec<StructureName>,
     /// All that were fitted, simplest first.
     pub candidates: Vec<StructureCandidate>,
     /// The share of the chosen one's squared error that a general function of the input explains; looked for only where a test
@@ -222,8 +93,6 @@ pub struct AutoIdentification {
     pub not_noise: f64,
     /// Why, in sentences.
     pub reasons: Vec<String>,
-    /// Samples `0..fitted` were used for the fits, the rest for the comparison.
-    pub fitted: usize,
 }
 
 /// The identification of a system of unknown structure.
@@ -234,13 +103,14 @@ pub struct AutoIdentification {
 /// | `exhaustive` | fit all structures, even where a simple one leaves white noise | | false |
 ///
 /// ```
-/// use flexure::identify::{Auto, Structure};
+/// use flexure::identify::Auto;
 /// use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
 ///
 /// let [linear, _] = known_linear_parts();
 /// let system = KnownHammerstein { process_noise: 0.0, ..KnownHammerstein::usual(KnownNonlinearity::DeadZone, linear) };
 /// let result = Auto::default().identify(&system.simulate(4000, 1), "u", "y")?;
-/// assert_eq!(result.supported, Some(Structure::Hammerstein));
+/// let comparison = result.comparison.unwrap();
+/// assert_eq!(comparison.supported.unwrap().key, "hammerstein");
 /// # Ok::<(), flexure::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -261,16 +131,17 @@ impl Default for Auto {
 }
 
 impl Auto {
-    /// Identifies the system from `input` to `output`, and its structure.
+    /// Identifies the system from `input` to `output`, and its structure: the identification of the chosen structure with
+    /// its [`comparison`](Identification::comparison).
     ///
     /// # Errors
     /// Those of [`Wiener::identify`](super::Wiener::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<AutoIdentification> {
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
         self.identify_with(record, input, output, &mut |_, _| ControlFlow::Continue(()))
     }
 
-    /// [`identify`](Self::identify), with `progress` called before every step with the structure that is being fitted; it stops the
-    /// identification by returning [`ControlFlow::Break`].
+    /// [`identify`](Self::identify), with `progress` called before every step with the structure that is being fitted and the
+    /// step's name; it stops the identification by returning [`ControlFlow::Break`].
     ///
     /// # Errors
     /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if `progress` stopped it.
@@ -279,80 +150,66 @@ impl Auto {
         record: &Record,
         input: &str,
         output: &str,
-        progress: &mut dyn FnMut(Structure, Stage) -> ControlFlow<()>,
-    ) -> Result<AutoIdentification> {
+        progress: &mut dyn FnMut(StructureName, &str) -> ControlFlow<()>,
+    ) -> Result<Identification> {
         let what = "a comparison of structures (besides the fresh part)";
         let samples = Samples::new(record, input, output, self.fresh_share, what)?;
         let fresh = samples.fitted..samples.y.len();
-        let mut fitted: Vec<Identified> = Vec::new();
-
-        let report = &mut |stage| progress(Structure::Linear, stage);
-        let mut monitor = Monitor::new(report);
-        let prepared = samples.prepared(&mut monitor);
-        monitor.finished()?;
-        for structure in Structure::ALL {
-            let judged = |i: &Identified| {
-                let (y, predicted) = (&samples.y[fresh.clone()], &i.predicted()[fresh.clone()]);
-                Judged::new(i.structure(), i.verdict(), y, predicted).leaves_white_noise()
+        let (records, inputs) = ([record], [input]);
+        let request = Request::new(&records, &inputs, output, Options::with_fresh_share(self.fresh_share));
+        let mut fitted: Vec<Identification> = Vec::new();
+        for structure in compared_structures() {
+            let leaves_white_noise = |i: &Identification| {
+                let (y, predicted) = (&samples.y[fresh.clone()], &i.predicted[fresh.clone()]);
+                Judged::new(i.structure, &i.verdict, y, predicted).leaves_white_noise()
             };
-            let simpler = |i: &&Identified| i.structure().complexity() < structure.complexity();
-            if !self.exhaustive && fitted.iter().filter(simpler).any(judged) {
+            let simpler = |i: &&Identification| complexity(i.structure) < structure.complexity;
+            if !self.exhaustive && fitted.iter().filter(simpler).any(leaves_white_noise) {
                 continue;
             }
-            let report = &mut |stage| progress(structure, stage);
-            let mut monitor = Monitor::new(report);
-            fitted.push(match structure {
-                Structure::Linear => Identified::Linear(fit_linear(&samples, &prepared, &mut monitor)?),
-                Structure::Hammerstein => {
-                    monitor.stage = Stage::Refinement;
-                    monitor.keep_on();
-                    monitor.finished()?;
-                    let method = RefinedHammerstein {
-                        fresh_share: self.fresh_share,
-                        ..Default::default()
-                    };
-                    Identified::Hammerstein(method.identify(record, input, output)?)
-                }
-                Structure::Wiener => Identified::Wiener(fit_wiener(&samples, &prepared, &mut monitor)?),
-                Structure::WienerHammerstein => {
-                    Identified::WienerHammerstein(fit_wiener_hammerstein(&samples, &prepared, &mut monitor)?)
-                }
-            });
+            fitted.push(structure.identify(&request, &mut |stage| progress(structure.name, stage))?);
         }
         Ok(compared(&samples, fitted))
     }
 }
 
+/// The number of blocks of a structure.
+fn complexity(structure: StructureName) -> Option<usize> {
+    Structure::by_name(structure.key).and_then(|s| s.complexity)
+}
+
 /// The comparison of what was fitted.
-fn compared(samples: &Samples<'_>, mut fitted: Vec<Identified>) -> AutoIdentification {
+fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>) -> Identification {
     let fresh = samples.fitted..samples.y.len();
     let (u, y) = (&samples.input()[fresh.clone()], &samples.y[fresh.clone()]);
     let judged: Vec<Judged<'_>> = fitted
         .iter()
-        .map(|i| Judged::new(i.structure(), i.verdict(), y, &i.predicted()[fresh.clone()]))
+        .map(|i| Judged::new(i.structure, &i.verdict, y, &i.predicted[fresh.clone()]))
         .collect();
     let judgement = judge(&judged, u);
     let candidates: Vec<StructureCandidate> = fitted
         .iter()
         .zip(&judgement.refuted_by)
         .map(|(i, refuted_by)| StructureCandidate {
-            structure: i.structure(),
-            fit_percent: i.verdict().measures.fit_percent,
-            rms: i.verdict().measures.rms,
-            parameters: i.parameters(),
+            structure: i.structure,
+            fit_percent: i.verdict.measures.fit_percent,
+            rms: i.verdict.measures.rms,
+            parameters: i.parameters,
             refuted_by: refuted_by.clone(),
-            verdict: i.verdict().words(),
+            verdict: i.verdict.words(),
         })
         .collect();
-    let reasons = words::reasons(&candidates, &judgement);
-    let structure = candidates[judgement.chosen].structure;
-    AutoIdentification {
-        supported: judgement.supported.then_some(structure),
+    let chosen = candidates[judgement.chosen].structure;
+    let comparison = StructureComparison {
+        chosen,
+        supported: judgement.supported.then_some(chosen),
         as_good: judgement.ties.iter().map(|i| candidates[*i].structure).collect(),
         not_noise: judgement.not_noise,
-        chosen: fitted.swap_remove(judgement.chosen),
+        reasons: words::reasons(&candidates, &judgement),
         candidates,
-        reasons,
-        fitted: samples.fitted,
+    };
+    Identification {
+        comparison: Some(comparison),
+        ..fitted.swap_remove(judgement.chosen)
     }
 }

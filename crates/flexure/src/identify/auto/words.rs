@@ -3,7 +3,8 @@
 use std::fmt;
 
 use super::judge::{Judgement, NEAR_NOISE};
-use super::{Refutation, Structure, StructureCandidate};
+use super::{Refutation, StructureCandidate, compared_structures};
+use crate::text::capitalised;
 
 impl fmt::Display for Refutation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -82,14 +83,14 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) 
         let by: Vec<String> = c.refuted_by.iter().map(Refutation::to_string).collect();
         all.push(format!(
             "{} is refuted by {}.",
-            capitalised(c.structure),
+            capitalised(c.structure.title),
             by.join("; by ")
         ));
     }
-    let skipped: Vec<&str> = Structure::ALL
+    let skipped: Vec<&str> = compared_structures()
         .iter()
-        .filter(|s| candidates.iter().all(|c| c.structure != **s))
-        .map(|s| s.name())
+        .filter(|s| candidates.iter().all(|c| c.structure != s.name))
+        .map(|s| s.name.title)
         .collect();
     if !skipped.is_empty() {
         all.push(format!(
@@ -98,9 +99,4 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) 
         ));
     }
     all
-}
-
-fn capitalised(s: Structure) -> String {
-    let name = s.name();
-    name[..1].to_uppercase() + &name[1..]
 }

@@ -134,7 +134,7 @@ pub(in crate::identify) struct Blocks {
 
 impl Blocks {
     /// The blocks in cascade.
-    pub fn model(&self) -> Result<Block> {
+    pub fn model(&self) -> Block {
         let branch = |front: &TransferFunction, curve: &Curve, back: &TransferFunction| {
             vec![
                 Block::Linear(front.clone()),
@@ -148,10 +148,9 @@ impl Blocks {
             blocks = vec![Block::Parallel(vec![Block::Series(blocks), Block::Series(second)])];
         }
         if self.offset != 0.0 {
-            let ordinates = vec![self.offset, 1.0 + self.offset];
-            blocks.push(Block::Static(Curve::new(vec![0.0, 1.0], ordinates, Outside::Linear)?));
+            blocks.push(Block::Offset(self.offset));
         }
-        Ok(Block::Series(blocks))
+        Block::Series(blocks)
     }
 }
 

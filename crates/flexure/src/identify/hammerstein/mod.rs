@@ -34,13 +34,13 @@ mod refined;
 mod regression;
 
 use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_colour, warn_of_levels, warn_of_range};
-use super::outcome::{Identification, Verdict, Warning};
+use super::outcome::{PlainIdentification, Verdict, Warning};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
 use crate::model::Block;
-use crate::nonlinearity::{Curve, EstimatorName, Kernel, Outside};
+use crate::nonlinearity::{Curve, EstimatorName, Kernel};
 use crate::record::Record;
 pub use calibration::Calibration;
 use calibration::{Calibrated, Estimated};
@@ -133,7 +133,7 @@ impl PlainHammerstein {
     /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart` (the input
     /// over the samples of the fit, the output over those or over the fresh ones), `TooShort` (fewer than
     /// 100 samples for the fit), [`Error::Parameter`] for a parameter outside its range.
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<PlainIdentification> {
         let (u, y) = (record.finite(input)?, record.finite(output)?);
         let fitted = self.check(u.len())?;
         both_vary(&[(input, u), (output, y)], fitted)?;
@@ -215,18 +215,18 @@ impl PlainHammerstein {
         realised: Realisation,
         calibrated: &Calibrated,
         mut warnings: Vec<Warning>,
-    ) -> Result<Identification> {
+    ) -> Result<PlainIdentification> {
         let gain = calibrated.gain;
         let (curve, errors) = estimate.regression.tabulated(&u[..fitted - estimate.regression_lag])?;
         let curve = curve.affine(gain, calibrated.mean - gain * estimate.regression.mean);
         let linear = delayed(realised.linear.b(), realised.linear.a(), gain, estimate.delay)?;
-        let model = cascade(&curve, &linear, calibrated.output_offset)?;
+        let model = cascade(&curve, &linear, calibrated.output_offset);
         let predicted = model.simulate(u);
         let verdict = Verdict::new(&u[fitted..], &y[fitted..], &predicted[fitted..])?;
         warn_of_range(&curve, &u[fitted..], &mut warnings);
         warn_if_useless(&verdict, &mut warnings);
         let response = &estimate.response;
-        Ok(Identification {
+        Ok(PlainIdentification {
             model,
             nonlinearity: curve,
             band: errors.iter().map(|e| BAND_QUANTILE * gain.abs() * e).collect(),
@@ -257,11 +257,10 @@ fn delayed(b: &[f64], a: &[f64], gain: f64, delay: usize) -> Result<TransferFunc
 }
 
 /// Nonlinearity, linear part and, unless it is zero, an offset in series.
-fn cascade(curve: &Curve, linear: &TransferFunction, offset: f64) -> Result<Block> {
+fn cascade(curve: &Curve, linear: &TransferFunction, offset: f64) -> Block {
     let mut blocks = vec![Block::Static(curve.clone()), Block::Linear(linear.clone())];
     if offset != 0.0 {
-        let line = Curve::new(vec![0.0, 1.0], vec![offset, 1.0 + offset], Outside::Linear)?;
-        blocks.push(Block::Static(line));
+        blocks.push(Block::Offset(offset));
     }
-    Ok(Block::Series(blocks))
+    Block::Series(blocks)
 }

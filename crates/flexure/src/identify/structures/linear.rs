@@ -13,7 +13,6 @@ use super::super::samples::Samples;
 use crate::error::Result;
 use crate::linear::TransferFunction;
 use crate::model::Block;
-use crate::nonlinearity::{Curve, Outside};
 use crate::record::Record;
 
 /// The identification of a linear system by its output error.
@@ -52,7 +51,7 @@ impl Default for Linear {
 /// An identified linear model with all that was chosen on the way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearIdentification {
-    /// The model, ready to simulate: `Series([Linear, Static])`, the latter adding the offset.
+    /// The model, ready to simulate: `Series([Linear, Offset])`, the latter adding the offset.
     pub model: Block,
     /// The transfer function, in the units of output over input; a long delay is leading zeros of its numerator. Always stable.
     pub linear: TransferFunction,
@@ -130,12 +129,7 @@ pub(in crate::identify) fn fit(
     };
     let linear = scaled.transfer_function(prepared.delay)?;
     let output_offset = output.mean - scaled.static_gain() * input.mean;
-    let line = Curve::new(
-        vec![0.0, output.spread],
-        vec![output_offset, output.spread + output_offset],
-        Outside::Linear,
-    )?;
-    let model = Block::Series(vec![Block::Linear(linear.clone()), Block::Static(line)]);
+    let model = Block::Series(vec![Block::Linear(linear.clone()), Block::Offset(output_offset)]);
     let (predicted, verdict, warnings) = samples.judged(&model, parameters)?;
     Ok(LinearIdentification {
         model,

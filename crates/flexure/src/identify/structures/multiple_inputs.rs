@@ -21,7 +21,7 @@ use crate::error::{Error, Result, Stopped};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
 use crate::model::Block;
-use crate::nonlinearity::{Curve, Outside};
+use crate::nonlinearity::Curve;
 use crate::record::Record;
 
 /// The identification of a sum of Hammerstein branches, one an input.
@@ -71,24 +71,16 @@ pub struct MultipleInputsModel {
 
 impl MultipleInputsModel {
     /// The model as one block of several inputs.
-    ///
-    /// # Errors
-    /// [`Error::Data`]: `NonFinite` for an offset that is not finite.
-    pub fn block(&self) -> Result<Block> {
-        let offset = Curve::new(vec![0.0, 1.0], vec![self.offset, self.offset + 1.0], Outside::Linear)?;
-        Ok(Block::Series(vec![
-            Block::Inputs(self.blocks.clone()),
-            Block::Static(offset),
-        ]))
+    pub fn block(&self) -> Block {
+        Block::Series(vec![Block::Inputs(self.blocks.clone()), Block::Offset(self.offset)])
     }
 
     /// The free-run response, one value a sample; every linear part starts in the steady state of its input's mean.
     ///
     /// # Errors
-    /// [`Error::Data`]: `LengthMismatch` if there are not as many inputs as blocks, or if they differ in length; that of
-    /// [`block`](Self::block).
+    /// [`Error::Data`]: `LengthMismatch` if there are not as many inputs as blocks, or if they differ in length.
     pub fn simulate(&self, inputs: &[&[f64]]) -> Result<Vec<f64>> {
-        self.block()?.simulate_inputs(inputs)
+        self.block().simulate_inputs(inputs)
     }
 }
 

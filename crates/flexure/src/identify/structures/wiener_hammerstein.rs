@@ -159,7 +159,7 @@ pub(in crate::identify) fn fit(
     monitor.finished()?;
     let found = found.unwrap_or_else(|| SearchResult::nothing(&prepared.data));
     let blocks = blocks(&found.cascade, prepared)?;
-    let model = blocks.model()?;
+    let model = blocks.model();
     let (predicted, verdict, mut warnings) = samples.judged(&model, found.parameters())?;
     if !(prepared.explained() >= WEAK) {
         warnings.push(Warning::WeakLinearApproximation {

@@ -34,7 +34,7 @@ use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
-use crate::nonlinearity::{Curve, Outside, Surface, SurfaceAxis};
+use crate::nonlinearity::{Surface, SurfaceAxis};
 use crate::record::Record;
 use fit::Fit;
 
@@ -80,7 +80,7 @@ impl Default for JointInputs {
 /// An identified system with a nonlinearity of several inputs, with all that was chosen on the way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointInputsIdentification {
-    /// The model, ready to simulate: `Series([Surface, Linear, Static])`, the last adding the offset.
+    /// The model, ready to simulate: `Series([Surface, Linear, Offset])`, the last adding the offset.
     pub model: Block,
     /// The nonlinearity, in the inputs' units, held at its edges beyond the range of the fit.
     pub nonlinearity: Surface,
@@ -173,15 +173,10 @@ impl JointInputs {
         monitor.finished()?;
         let (found, tried) = found.unwrap_or_else(|| (Fit::nothing(&data), Vec::new()));
         let (nonlinearity, linear, output_offset) = in_units(&found, &data, &columns)?;
-        let line = Curve::new(
-            vec![0.0, 1.0],
-            vec![output_offset, output_offset + 1.0],
-            Outside::Linear,
-        )?;
         let model = Block::Series(vec![
             Block::Surface(nonlinearity.clone()),
             Block::Linear(linear.clone()),
-            Block::Static(line),
+            Block::Offset(output_offset),
         ]);
         let predicted = model.simulate_inputs(&columns.u)?;
         let parameters = (found.effective + found.linear.parameters().len() as f64).ceil() as usize;

@@ -13,6 +13,7 @@ use std::fmt;
 use super::estimator::Regression;
 use super::{Kernel, KernelFit, LocalWindow, Outside};
 use crate::error::Result;
+use crate::text::number;
 
 pub use rule::Rule;
 
@@ -289,6 +290,19 @@ pub struct Scores {
     /// Where the scores come from data in bins, as with very many points: the largest relative difference to the exact
     /// scores around the best. The best itself is then chosen among exact ones.
     pub binning_error: Option<f64>,
+}
+
+impl Scores {
+    /// How the parameter with the smallest score was found, for reading.
+    pub fn smallest(&self, criterion: &str) -> String {
+        match self.binning_error {
+            None => format!("smallest {criterion}"),
+            Some(error) => format!(
+                "smallest exact {criterion} among those around the best on data in bins, which is off by at most {} %",
+                number(100.0 * error)
+            ),
+        }
+    }
 }
 
 impl NamedEstimator {

@@ -5,7 +5,7 @@ use super::search::SearchResult;
 use crate::error::Result;
 use crate::linear::TransferFunction;
 use crate::model::Block;
-use crate::nonlinearity::{Curve, Outside};
+use crate::nonlinearity::Curve;
 
 /// One branch of a sum: linear, static, linear.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,8 +61,7 @@ impl InUnits {
         }
         let mut series = vec![Block::Parallel(parallel)];
         if offset != 0.0 {
-            let line = Curve::new(vec![0.0, 1.0], vec![offset, 1.0 + offset], Outside::Linear)?;
-            series.push(Block::Static(line));
+            series.push(Block::Offset(offset));
         }
         let model = match <[Block; 1]>::try_from(series) {
             Ok([only]) => only,

@@ -17,6 +17,20 @@ pub enum PhysicalForm {
     Stiffness,
 }
 
+/// The form's name, for example "dead-zone" or "polynomial:3".
+impl std::fmt::Display for PhysicalForm {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            PhysicalForm::DeadZone => "dead-zone",
+            PhysicalForm::Saturation => "saturation",
+            PhysicalForm::Quantizer => "quantizer",
+            PhysicalForm::Friction => "friction",
+            PhysicalForm::Stiffness => "stiffness",
+            PhysicalForm::Polynomial(degree) => return write!(f, "polynomial:{degree}"),
+        })
+    }
+}
+
 impl PhysicalForm {
     /// The names, those that are searched for first.
     pub(super) fn names(self) -> Vec<String> {

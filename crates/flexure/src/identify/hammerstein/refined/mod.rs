@@ -41,7 +41,7 @@ use super::calibration::Calibration;
 use super::{MOST_ORDER, PlainHammerstein, cascade};
 use crate::error::{Error, Result};
 use crate::identify::checks::{fresh_part, warn_if_useless, warn_of_colour, warn_of_range};
-use crate::identify::outcome::{ChosenOrder, Identification, Verdict, Warning};
+use crate::identify::outcome::{ChosenOrder, PlainIdentification, Verdict, Warning};
 use crate::interrupt;
 use crate::linear::correlation::mean;
 use crate::model::Block;
@@ -175,7 +175,7 @@ impl RefinedHammerstein {
     }
 
     /// The plain estimate from the longest experiment, or its first part where that is enough.
-    fn plain_estimate(&self, all: &Experiments, input: &str, output: &str) -> Result<Identification> {
+    fn plain_estimate(&self, all: &Experiments, input: &str, output: &str) -> Result<PlainIdentification> {
         let longest = all.longest().len();
         let over = |length| {
             self.plain_method()
@@ -188,7 +188,7 @@ impl RefinedHammerstein {
     }
 
     /// The minimum of the prediction error; `None` if it is no better than the plain estimate.
-    fn refine(&self, observed: &mut Observed, cells: &Cells, start: &Identification) -> Result<Option<Minimum>> {
+    fn refine(&self, observed: &mut Observed, cells: &Cells, start: &PlainIdentification) -> Result<Option<Minimum>> {
         let mut w: Vec<f64> = observed.u.iter().map(|u| start.nonlinearity.value(*u)).collect();
         let level = mean(&w);
         w.iter_mut().for_each(|w| *w -= level);
@@ -228,7 +228,7 @@ impl RefinedHammerstein {
     ) -> Result<RefinedIdentification> {
         let blocks = CalibratedBlocks::new(minimum, cells, &self.calibration, observed.output_mean)?;
         warnings.extend(blocks.warning);
-        let model = cascade(&blocks.curve, &blocks.linear, blocks.offset)?;
+        let model = cascade(&blocks.curve, &blocks.linear, blocks.offset);
         let (predicted, verdict) = judged(&model, all, minimum.parameters())?;
         warn_of_range(&blocks.curve, &all.u[all.fitted..], &mut warnings);
         warn_if_useless(&verdict, &mut warnings);
@@ -262,7 +262,7 @@ impl RefinedHammerstein {
     fn plain(
         &self,
         all: &Experiments,
-        start: Identification,
+        start: PlainIdentification,
         input: &str,
         output: &str,
     ) -> Result<RefinedIdentification> {
@@ -277,7 +277,7 @@ impl RefinedHammerstein {
         };
         let mut warnings = plain.warnings;
         warnings.push(Warning::NotRefined);
-        let model = cascade(&plain.nonlinearity, &plain.linear, plain.output_offset)?;
+        let model = cascade(&plain.nonlinearity, &plain.linear, plain.output_offset);
         let (predicted, verdict) = judged(&model, all, 0)?;
         Ok(RefinedIdentification {
             band: plain.band,

@@ -1,0 +1,50 @@
+//! An identified system as a model file.
+
+use flexure::identify::result::{NamedBlock, Path};
+use flexure_io::{BlockLabel, ModelFile, ModelPath};
+
+use super::SETTLED;
+use super::json::findings;
+use super::task::Identified;
+
+/// The file from which `predict` and `validate` work.
+pub fn model_file(identified: &Identified) -> ModelFile {
+    let result = &identified.result;
+    ModelFile {
+        flexure: ModelFile::CURRENT.to_owned(),
+        structure: result.structure.key.to_owned(),
+        method: result.method.to_owned(),
+        inputs: result.inputs.clone(),
+        output: result.output.clone(),
+        sample_time: identified.sample_time,
+        delay: result.delay,
+        order: result.order,
+        block: result.model.clone(),
+        paths: result.paths.iter().map(path).collect(),
+        is_sum: result.is_sum,
+        settling: Some(result.model.settling(SETTLED)),
+        noise_model: result.noise_model.clone(),
+        estimated: result.verdict.estimated,
+        identification: findings(result, |detail| detail.saved),
+    }
+}
+
+/// The names of the blocks of a path, and what is known of each beside the block itself.
+fn path(path: &Path) -> ModelPath {
+    ModelPath {
+        inputs: path.inputs.clone(),
+        blocks: path.blocks.iter().map(label).collect(),
+    }
+}
+
+fn label(block: &NamedBlock) -> BlockLabel {
+    let curve = block.curve();
+    let errors = block.linear().and_then(|linear| linear.errors.as_ref());
+    BlockLabel {
+        role: block.role.to_owned(),
+        breakpoints: curve.map_or_else(Vec::new, |c| c.breakpoints.clone()),
+        kinks: curve.map_or_else(Vec::new, |c| c.kinks.clone()),
+        b_errors: errors.map(|e| e.b.clone()),
+        a_errors: errors.map(|e| e.a.clone()),
+    }
+}

@@ -1,0 +1,153 @@
+//! An identified system and a verdict as JSON.
+
+use flexure::identify::result::{BlockKind, Detail, LinearBlock, NamedBlock, Path, StaticBlock};
+use flexure::identify::{Identification, NarxModel, Verdict, VolterraModel};
+use flexure::linear::Complex;
+use serde_json::{Value, json};
+
+use super::comparison;
+use super::task::Identified;
+
+/// The object that `identify --json` prints.
+pub fn json(identified: &Identified) -> Value {
+    let result = &identified.result;
+    let mut object = findings(result, |_| true);
+    object["structure"] = json!(result.structure.key);
+    object["method"] = json!(result.method);
+    object["input"] = json!(result.inputs.join(","));
+    object["inputs"] = json!(result.inputs);
+    object["output"] = json!(result.output);
+    object["sample_time"] = json!(identified.sample_time);
+    object["order"] = json!(result.order);
+    object["delay"] = json!(result.delay);
+    if result.is_sum {
+        object["branches"] = result.paths.iter().map(branch).collect();
+    } else {
+        let blocks = result.blocks().flat_map(block);
+        blocks.for_each(|(role, value)| object[role] = value);
+    }
+    object
+}
+
+/// What was found beside the model itself: the verdict, what was tried, and the details that `kept` lets through.
+pub fn findings(result: &Identification, kept: fn(&Detail) -> bool) -> Value {
+    let verdict = &result.verdict;
+    let mut object = json!({
+        "output_offset": result.output_offset,
+        "tried": result.tried,
+        "fit_percent": verdict.measures.fit_percent,
+        "rms": verdict.measures.rms,
+        "r_squared": verdict.measures.r_squared,
+        "samples_fitted": result.fitted,
+        "samples_fresh": verdict.measures.samples,
+        "holds": verdict.holds(),
+        "verdict": verdict.words(),
+        "residual_tests": tests(verdict),
+        "warnings": result.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    });
+    for detail in result.details.iter().filter(|d| !d.key.is_empty() && kept(d)) {
+        object[detail.key] = json!(detail.value);
+    }
+    if let Some(comparison) = &result.comparison {
+        object["comparison"] = comparison::json(comparison);
+    }
+    object
+}
+
+/// One of the paths of a sum.
+fn branch(path: &Path) -> Value {
+    let mut object = json!({
+        "input": path.inputs.join(","),
+        "order": path.order(),
+        "delay": path.delay(),
+    });
+    let blocks = path.blocks.iter().flat_map(block);
+    blocks.for_each(|(role, value)| object[role] = value);
+    object
+}
+
+/// A block under its role; a model without blocks by its own names.
+fn block(block: &NamedBlock) -> Vec<(&'static str, Value)> {
+    match &block.found {
+        BlockKind::Static(found) => vec![(block.role, curve(found))],
+        BlockKind::Linear(found) => vec![(block.role, linear(found))],
+        BlockKind::Surface(found) => vec![(block.role, json!(found))],
+        BlockKind::Narx(model) => narx(model),
+        BlockKind::Volterra(model) => volterra(model),
+    }
+}
+
+fn curve(found: &StaticBlock) -> Value {
+    let mut object = json!({ "x": found.curve.x(), "y": found.curve.y() });
+    if !found.band_label.is_empty() {
+        object["lower"] = json!(found.band_edge(-1.0));
+        object["upper"] = json!(found.band_edge(1.0));
+    }
+    if !found.breakpoints.is_empty() {
+        object["breakpoints"] = json!(found.breakpoints);
+        object["kinks"] = json!(found.kinks);
+    }
+    object
+}
+
+fn linear(found: &LinearBlock) -> Value {
+    let system = &found.system;
+    let mut object = json!({
+        "order": found.order(),
+        "delay": found.delay(),
+        "b": system.b(),
+        "a": system.a(),
+        "poles": parts(system.poles()),
+        "zeros": parts(system.zeros()),
+        "static_gain": system.static_gain(),
+    });
+    if let Some(errors) = &found.errors {
+        object["b_errors"] = json!(errors.b);
+        object["a_errors"] = json!(errors.a);
+    }
+    object
+}
+
+fn narx(model: &NarxModel) -> Vec<(&'static str, Value)> {
+    vec![
+        ("past_outputs", json!(model.outputs)),
+        ("past_inputs", json!(model.inputs)),
+        ("constant", json!(model.constant)),
+        ("terms", json!(model.terms)),
+        ("input_scale", json!(model.scales[0])),
+        ("output_scale", json!(model.scales[1])),
+    ]
+}
+
+fn volterra(model: &VolterraModel) -> Vec<(&'static str, Value)> {
+    let rows = model.second.chunks_exact(model.second_memory.max(1));
+    vec![
+        ("input_level", json!(model.input_level)),
+        ("constant", json!(model.constant)),
+        ("first", json!(model.first)),
+        ("second", rows.map(|row| json!(row)).collect()),
+    ]
+}
+
+/// Real and imaginary parts.
+pub fn parts(list: Option<Vec<Complex<f64>>>) -> Vec<[f64; 2]> {
+    list.unwrap_or_default().iter().map(|z| [z.re, z.im]).collect()
+}
+
+/// The residual tests of a verdict.
+pub fn tests(verdict: &Verdict) -> Value {
+    let tests = verdict.residuals.iter().flat_map(|r| &r.tests);
+    tests
+        .map(|t| {
+            json!({
+                "name": t.kind.name(),
+                "statistic": t.statistic,
+                "degrees_of_freedom": t.degrees,
+                "limit": t.limit,
+                "p_value": t.p_value,
+                "passed": t.passed(),
+                "refutes": t.kind.refutes(),
+            })
+        })
+        .collect()
+}

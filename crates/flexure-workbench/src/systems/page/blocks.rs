@@ -1,0 +1,359 @@
+//! The blocks of an identification as the page draws them.
+
+use anyhow::Result;
+use flexure::Record;
+use flexure::identify::result::{BlockKind, LinearBlock, Path, StaticBlock};
+use flexure::identify::{Identification, NarxModel, NarxTerm, VolterraModel};
+use flexure::linear::TransferFunction;
+use flexure::text::{capitalised, number};
+use flexure_report::data::{LinearPart, Nonlinearity, Scatter, Surface, Table, TitledCurve, TitledSurface};
+
+use super::labelled;
+use crate::systems::SETTLED;
+use crate::systems::json::parts;
+use crate::systems::summary::linear_words;
+use crate::systems::task::Identified;
+
+/// Frequencies of the Bode plot.
+const FREQUENCIES: usize = 400;
+/// Decades below the highest frequency that the Bode plot covers.
+const DECADES: f64 = 3.0;
+/// At least so many values of the impulse response are shown.
+const SHORTEST_IMPULSE: usize = 20;
+/// At most so many are shown of one that is not settled before, where none was estimated.
+const LONGEST_IMPULSE: usize = 300;
+/// Bins of the histogram of what enters a nonlinearity.
+const BINS: usize = 50;
+/// Points of a surface's picture along either side, and of a section through it.
+const GRID: usize = 81;
+const SECTION_POINTS: usize = 201;
+/// Terms of a polynomial that are shown, those with the largest coefficients.
+const TERMS: usize = 40;
+
+/// The parts of a page that show blocks.
+#[derive(Default)]
+pub(super) struct Drawn {
+    pub nonlinearity: Nonlinearity,
+    pub curves: Vec<TitledCurve>,
+    pub surface: Option<TitledSurface>,
+    pub linear: Vec<LinearPart>,
+    pub tables: Vec<Table>,
+}
+
+/// Draws all blocks; the first nonlinearity has the page's main picture.
+pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
+    let result = &identified.result;
+    let mut drawn = Drawn::default();
+    let mut curves = Vec::new();
+    for (i, path) in result.paths.iter().enumerate() {
+        let mut inputs = Vec::new();
+        for input in &path.inputs {
+            inputs.push(record.finite(input)?);
+        }
+        let prefix = match result.is_sum {
+            true => format!("{}: ", capitalised(&result.path_title(i))),
+            false => String::new(),
+        };
+        let mut entering: Vec<f64> = inputs.first().map_or_else(Vec::new, |u| u.to_vec());
+        for (k, block) in path.blocks.iter().enumerate() {
+            let title = match result.is_sum {
+                true => prefix.clone() + &block.title.to_lowercase(),
+                false => block.title.to_owned(),
+            };
+            match &block.found {
+                BlockKind::Static(_) if block.between_samples => {}
+                BlockKind::Static(found) => {
+                    let labels = [behind(path, k), leaving(result, path, k)];
+                    let curve = curve(found, labels, &entering[..result.fitted]);
+                    curves.push(TitledCurve { title, curve });
+                    entering = entering.iter().map(|&u| found.curve.value(u)).collect();
+                }
+                BlockKind::Linear(found) => {
+                    drawn.linear.push(linear(&title, found, identified.sample_time));
+                    entering = found.system.simulate_from_mean(&entering);
+                }
+                BlockKind::Surface(surface) => {
+                    let fitted: Vec<&[f64]> = inputs.iter().map(|u| &u[..result.fitted]).collect();
+                    let sections = Sections::new(surface, &path.inputs, &fitted);
+                    drawn.surface = Some(sections.picture(block.title));
+                    drawn
+                        .curves
+                        .extend((0..inputs.len()).map(|along| sections.along(along)));
+                    entering = surface.values(&inputs);
+                }
+                BlockKind::Narx(model) => drawn.tables.push(terms(result, model)),
+                BlockKind::Volterra(model) => {
+                    drawn.linear.extend(first_kernel(model, identified.sample_time)?);
+                    drawn.surface = second_kernel(result, model);
+                }
+            }
+        }
+    }
+    let mut curves = curves.into_iter();
+    drawn.nonlinearity = curves.next().map_or_else(Nonlinearity::default, |first| first.curve);
+    drawn.curves.extend(curves);
+    Ok(drawn)
+}
+
+/// The name of what enters the block of this index.
+fn behind(path: &Path, index: usize) -> String {
+    match index.checked_sub(1).and_then(|i| path.blocks.get(i)) {
+        None => labelled(&path.inputs.join(", ")),
+        Some(before) => format!("intermediate signal, behind the {}", before.title.to_lowercase()),
+    }
+}
+
+/// The name of what leaves the block of this index.
+fn leaving(result: &Identification, path: &Path, index: usize) -> String {
+    let is_last = path.main().count() == index + 1;
+    match is_last && !result.is_sum && result.output_offset == 0.0 {
+        true => labelled(&result.output),
+        false => "output of the nonlinearity".to_owned(),
+    }
+}
+
+fn curve(found: &StaticBlock, [x_label, y_label]: [String; 2], entering: &[f64]) -> Nonlinearity {
+    let x = found.curve.x().to_vec();
+    Nonlinearity {
+        x_label,
+        y_label,
+        y: found.curve.y().to_vec(),
+        lower: found.band_edge(-1.0),
+        upper: found.band_edge(1.0),
+        band_label: found.band_label.to_owned(),
+        density: density(entering, &x),
+        x,
+        ..Nonlinearity::default()
+    }
+}
+
+/// Histogram density of `u` in bins as wide as a fiftieth of the range, at the points `x`.
+fn density(u: &[f64], x: &[f64]) -> Vec<f64> {
+    let (low, high) = (x[0], x[x.len() - 1]);
+    let width = (high - low) / BINS as f64;
+    if !(width > 0.0) {
+        return Vec::new();
+    }
+    let bin = |v: f64| (((v - low) / width).max(0.0) as usize).min(BINS - 1);
+    let mut counts = [0.0; BINS];
+    u.iter().for_each(|&v| counts[bin(v)] += 1.0);
+    x.iter().map(|&v| counts[bin(v)] / (u.len() as f64 * width)).collect()
+}
+
+/// A linear part with its estimated impulse response, where there is one.
+fn linear(title: &str, found: &LinearBlock, sample_time: Option<f64>) -> LinearPart {
+    let estimate = found.impulse.as_ref();
+    let mut part = linear_part(title, &found.system, estimate.map(|e| e.values.len()), sample_time);
+    part.words = format!("{}.", capitalised(&linear_words(found)));
+    if let Some(estimate) = estimate {
+        part.impulse_estimate.clone_from(&estimate.values);
+        part.impulse_limit = estimate.limit;
+    }
+    part
+}
+
+/// A transfer function; the impulse response has at least `shown` values, or as many as it needs to settle.
+fn linear_part(title: &str, system: &TransferFunction, shown: Option<usize>, sample_time: Option<f64>) -> LinearPart {
+    let (highest, frequency_unit) = match sample_time {
+        Some(step) => (0.5 / step, "Hz"),
+        None => (0.5, "cycles/sample"),
+    };
+    let shown = shown.unwrap_or_else(|| system.settling(SETTLED).min(LONGEST_IMPULSE));
+    let mut part = LinearPart {
+        title: title.to_owned(),
+        words: String::new(),
+        b: system.b().to_vec(),
+        a: system.a().to_vec(),
+        impulse: system.impulse_response(shown.max(SHORTEST_IMPULSE)),
+        impulse_estimate: Vec::new(),
+        impulse_limit: 0.0,
+        frequency: Vec::new(),
+        frequency_unit: frequency_unit.to_owned(),
+        magnitude_db: Vec::new(),
+        phase_deg: Vec::new(),
+        poles: parts(system.poles()),
+        zeros: parts(system.zeros()),
+    };
+    fill_response(&mut part, system, highest);
+    part
+}
+
+/// The frequency response up to this frequency, its phase without jumps.
+fn fill_response(part: &mut LinearPart, system: &TransferFunction, highest: f64) {
+    let mut turns = 0.0;
+    for i in 0..FREQUENCIES {
+        let share = 10.0_f64.powf(DECADES * (i as f64 / (FREQUENCIES - 1) as f64 - 1.0));
+        let response = system.frequency_response(std::f64::consts::PI * share);
+        let phase = response.arg().to_degrees();
+        if let Some(&last) = part.phase_deg.last() {
+            turns = ((last - phase) / 360.0_f64).round();
+        }
+        part.frequency.push(highest * share);
+        part.magnitude_db.push(20.0 * response.norm().log10());
+        part.phase_deg.push(phase + 360.0 * turns);
+    }
+}
+
+/// A surface and the places of the other inputs in sections through it: their medians.
+struct Sections<'a> {
+    surface: &'a flexure::nonlinearity::Surface,
+    names: &'a [String],
+    inputs: &'a [&'a [f64]],
+    middle: Vec<f64>,
+}
+
+impl<'a> Sections<'a> {
+    fn new(surface: &'a flexure::nonlinearity::Surface, names: &'a [String], inputs: &'a [&'a [f64]]) -> Self {
+        let middle = inputs.iter().map(|u| median(u)).collect();
+        Sections {
+            surface,
+            names,
+            inputs,
+            middle,
+        }
+    }
+
+    /// The places of the inputs that are not shown.
+    fn others(&self, shown: &[usize]) -> String {
+        let kept = (0..self.names.len()).filter(|i| !shown.contains(i));
+        let places: Vec<String> = kept
+            .map(|i| format!("{} = {}", self.names[i], number(self.middle[i])))
+            .collect();
+        places.join(", ")
+    }
+
+    /// The surface over the first two inputs.
+    fn picture(&self, title: &str) -> TitledSurface {
+        let axes = self.surface.axes();
+        let [x, y] = [axes[0], axes[1]].map(|axis| even(axis.low, axis.high, GRID));
+        let mut at = self.middle.clone();
+        let mut z = Vec::with_capacity(x.len() * y.len());
+        for b in &y {
+            for a in &x {
+                (at[0], at[1]) = (*a, *b);
+                z.push(self.surface.value(&at));
+            }
+        }
+        let kept = match self.names.len() {
+            2 => String::new(),
+            _ => format!(" The other inputs stay at their medians: {}.", self.others(&[0, 1])),
+        };
+        TitledSurface {
+            title: title.to_owned(),
+            words: format!(
+                "The estimate as colours with contours; the dots are the data: where there are few, trust it less. Beyond their range \
+                 the model keeps the value at the edge.{kept}"
+            ),
+            surface: Surface {
+                x_label: labelled(&self.names[0]),
+                y_label: labelled(&self.names[1]),
+                z_label: "output of the nonlinearity".to_owned(),
+                x,
+                y,
+                z,
+                points: Scatter {
+                    x: self.inputs[0].to_vec(),
+                    y: self.inputs[1].to_vec(),
+                },
+            },
+        }
+    }
+
+    /// The curve along one input while the others stay at their medians.
+    fn along(&self, along: usize) -> TitledCurve {
+        let axis = self.surface.axes()[along];
+        let x = even(axis.low, axis.high, SECTION_POINTS);
+        let mut at = self.middle.clone();
+        let value = |x: &f64| {
+            at[along] = *x;
+            self.surface.value(&at)
+        };
+        TitledCurve {
+            title: format!("Along {} at {}", self.names[along], self.others(&[along])),
+            curve: Nonlinearity {
+                x_label: labelled(&self.names[along]),
+                y_label: "output of the nonlinearity".to_owned(),
+                y: x.iter().map(value).collect(),
+                density: density(self.inputs[along], &x),
+                x,
+                ..Nonlinearity::default()
+            },
+        }
+    }
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    let middle = sorted.len() / 2;
+    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+fn even(low: f64, high: f64, points: usize) -> Vec<f64> {
+    let place = |i: usize| low + (high - low) * i as f64 / (points - 1) as f64;
+    (0..points).map(place).collect()
+}
+
+/// The monomials with the largest coefficients.
+fn terms(result: &Identification, model: &NarxModel) -> Table {
+    let factor = |i: &usize| match *i < model.outputs {
+        true => format!("{}[n-{}]", result.output, i + 1),
+        false => match i - model.outputs + model.delay {
+            0 => format!("{}[n]", result.inputs[0]),
+            lag => format!("{}[n-{lag}]", result.inputs[0]),
+        },
+    };
+    let mut sorted: Vec<&NarxTerm> = model.terms.iter().collect();
+    sorted.sort_by(|a, b| b.coefficient.abs().total_cmp(&a.coefficient.abs()));
+    let row = |t: &&NarxTerm| {
+        let product: Vec<String> = t.factors.iter().map(factor).collect();
+        vec![product.join(" "), number(t.coefficient)]
+    };
+    Table {
+        title: "Terms".to_owned(),
+        words: format!(
+            "The {} largest of {} coefficients, for inputs and outputs at zero mean and unit variance; the model's file has all.",
+            sorted.len().min(TERMS),
+            sorted.len()
+        ),
+        columns: vec!["term".to_owned(), "coefficient".to_owned()],
+        rows: sorted.iter().take(TERMS).map(row).collect(),
+        chosen: None,
+        ends_in_words: false,
+    }
+}
+
+/// The kernel of first order as an impulse response.
+fn first_kernel(model: &VolterraModel, sample_time: Option<f64>) -> Result<Option<LinearPart>> {
+    if model.first.is_empty() {
+        return Ok(None);
+    }
+    let delayed = std::iter::repeat_n(0.0, model.delay).chain(model.first.iter().copied());
+    let system = TransferFunction::new(delayed.collect(), vec![1.0])?;
+    Ok(Some(LinearPart {
+        words: "The response to small deviations of the input from its mean.".to_owned(),
+        // As many coefficients as lags are no formula to read.
+        b: Vec::new(),
+        zeros: Vec::new(),
+        ..linear_part("First-order kernel", &system, None, sample_time)
+    }))
+}
+
+/// The kernel of second order over both lags.
+fn second_kernel(result: &Identification, model: &VolterraModel) -> Option<TitledSurface> {
+    let lags: Vec<f64> = (0..model.second_memory).map(|i| (model.delay + i) as f64).collect();
+    (lags.len() > 1).then(|| TitledSurface {
+        title: "Second-order kernel".to_owned(),
+        words: "What the product of the input's deviations at two lags adds to the output; symmetric. A Hammerstein system has all of it \
+                on the diagonal, a Wiener system has it in proportion to the product of its impulse response at both lags."
+            .to_owned(),
+        surface: Surface {
+            x_label: "first lag (samples)".to_owned(),
+            y_label: "second lag (samples)".to_owned(),
+            z_label: format!("second-order kernel of {}", labelled(&result.output)),
+            x: lags.clone(),
+            y: lags,
+            z: model.second.clone(),
+            points: Scatter::default(),
+        },
+    })
+}

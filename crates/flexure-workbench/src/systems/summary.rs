@@ -1,0 +1,152 @@
+//! An identified system as text for a terminal.
+
+use flexure::identify::result::{BlockKind, LinearBlock, NamedBlock, Path, Place};
+use flexure::identify::{Identification, Verdict};
+use flexure::linear::Complex;
+use flexure::nonlinearity::Surface;
+use flexure::text::{capitalised, number};
+
+use super::comparison;
+
+/// A short account.
+pub fn summary(result: &Identification) -> String {
+    let mut lines = Vec::new();
+    let inputs: Vec<String> = result.inputs.iter().map(|i| format!("'{i}'")).collect();
+    let columns = format!("from {} to '{}'", inputs.join(", "), result.output);
+    if let Some(comparison) = &result.comparison {
+        lines.extend(comparison::lines(comparison, &columns));
+    }
+    lines.push(format!(
+        "{} model {columns}, method {}",
+        capitalised(result.structure.title),
+        result.method
+    ));
+    lines.push(format!("  {}", result.description));
+    lines.push(fit_line(&result.verdict));
+    for (i, path) in result.paths.iter().enumerate() {
+        if result.is_sum {
+            lines.push(format!("  {}", result.path_title(i)));
+        }
+        lines.extend(path.blocks.iter().flat_map(|block| block_lines(block, path)));
+    }
+    if result.output_offset != 0.0 {
+        lines.push(line("output offset", &number(result.output_offset)));
+    }
+    if !result.tried.is_empty() {
+        lines.push(line("structures tried", &result.tried.len().to_string()));
+    }
+    for shown in result.details.iter().filter_map(|d| d.shown.as_ref()) {
+        match shown.place {
+            Place::Choice => {}
+            Place::Fact => lines.push(line(&uncapitalised(&shown.title), &shown.text)),
+            Place::ChoiceAndText => {
+                lines.push(line(&uncapitalised(&shown.title), &shown.text));
+                lines.push(format!("    {}", shown.note));
+            }
+        }
+    }
+    lines.push(format!("  {}", result.verdict.words()));
+    lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));
+    lines.join("\n")
+}
+
+/// A name and a value.
+fn line(name: &str, value: &str) -> String {
+    format!("  {name:<19} {value}")
+}
+
+fn uncapitalised(title: &str) -> String {
+    let mut letters = title.chars();
+    letters
+        .next()
+        .map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
+}
+
+/// How well a model does on fresh data.
+fn fit_line(verdict: &Verdict) -> String {
+    format!(
+        "  fit on fresh data   {:.2} %  (RMS error {}, {} samples)",
+        verdict.measures.fit_percent,
+        number(verdict.measures.rms),
+        verdict.measures.samples
+    )
+}
+
+fn block_lines(block: &NamedBlock, path: &Path) -> Vec<String> {
+    let title = uncapitalised(block.title);
+    match &block.found {
+        BlockKind::Static(found) => vec![line(&title, &found.description)],
+        BlockKind::Linear(found) => linear_lines(&title, found),
+        BlockKind::Surface(surface) => surface_lines(&title, surface, &path.inputs),
+        // Their details say what there is to say.
+        BlockKind::Narx(_) | BlockKind::Volterra(_) => Vec::new(),
+    }
+}
+
+/// Order, delay and static gain.
+pub fn linear_words(found: &LinearBlock) -> String {
+    let gain = number(found.system.static_gain());
+    format!("order {}, delay {}, static gain {gain}", found.order(), found.delay())
+}
+
+/// A linear part with its coefficients, poles and zeros.
+fn linear_lines(title: &str, found: &LinearBlock) -> Vec<String> {
+    let (system, errors) = (&found.system, found.errors.as_ref());
+    vec![
+        line(title, &linear_words(found)),
+        format!("    b = {}", coefficients(system.b(), errors.map(|e| &*e.b))),
+        format!("    a = {}", coefficients(system.a(), errors.map(|e| &*e.a))),
+        format!("    poles {}", roots(system.poles())),
+        format!("    zeros {}", roots(system.zeros())),
+    ]
+}
+
+fn surface_lines(title: &str, surface: &Surface, inputs: &[String]) -> Vec<String> {
+    let pieces: Vec<String> = surface.axes().iter().map(|a| a.pieces.to_string()).collect();
+    let text = format!("cubic spline surface of {} pieces", pieces.join(" by "));
+    let axes = inputs.iter().zip(surface.axes());
+    let each = axes.map(|(name, axis)| format!("    '{name}' on [{}, {}]", number(axis.low), number(axis.high)));
+    std::iter::once(line(title, &text)).chain(each).collect()
+}
+
+/// Coefficients in brackets, each with its standard error where there is one.
+fn coefficients(c: &[f64], errors: Option<&[f64]>) -> String {
+    let list = c.iter().enumerate().map(|(i, &v)| {
+        let error = errors.and_then(|e| e.get(i).copied());
+        match error.filter(|e| *e > 0.0 && e.is_finite()) {
+            Some(error) => format!("{} ± {}", number(v), number(error)),
+            None => number(v),
+        }
+    });
+    format!("[{}]", list.collect::<Vec<_>>().join(", "))
+}
+
+/// Roots for reading, a conjugate pair once.
+fn roots(list: Option<Vec<Complex<f64>>>) -> String {
+    let Some(list) = list else {
+        return "not found".to_owned();
+    };
+    let each = list.iter().filter(|z| z.im >= 0.0).map(|z| match z.im {
+        im if im > 0.0 => format!("{} ± {}i", number(z.re), number(im)),
+        _ => number(z.re),
+    });
+    let each: Vec<String> = each.collect();
+    match each.is_empty() {
+        true => "none".to_owned(),
+        false => each.join(", "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_of_a_pair_stand_once() {
+        let z = |re, im| Complex::new(re, im);
+        assert_eq!(roots(None), "not found");
+        assert_eq!(roots(Some(Vec::new())), "none");
+        let list = vec![z(0.5, 0.25), z(0.5, -0.25), z(-2.0, 0.0)];
+        assert_eq!(roots(Some(list)), "0.5000 ± 0.2500i, -2.000");
+    }
+}
