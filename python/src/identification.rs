@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use flexure::Record;
 use flexure::identify::{
-    Calibration, PhysicalForm, HammersteinMethod, PlainHammerstein, RefinedHammerstein, RegressionLag, Structure,
+    Calibration, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag, Structure,
 };
 use flexure_io::RecordFile;
 use flexure_workbench::systems::{Identified, Task, form};

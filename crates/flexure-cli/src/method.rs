@@ -1,7 +1,9 @@
 //! The method of `flexure identify`, and the options that belong to one method alone.
 
 use clap::ValueEnum;
-use flexure::identify::{Calibration, PhysicalForm, HammersteinMethod, PlainHammerstein, RefinedHammerstein, RegressionLag};
+use flexure::identify::{
+    Calibration, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag,
+};
 use flexure::nonlinearity::{EstimatorName, Kernel};
 use flexure_workbench::systems::form;
 

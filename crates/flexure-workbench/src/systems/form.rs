@@ -1,6 +1,6 @@
 //! Forms of a nonlinearity by name.
 
-use flexure::identify::Form;
+use flexure::identify::PhysicalForm;
 
 /// The largest degree of a polynomial that can be asked for.
 const MOST_DEGREE: usize = 15;
@@ -9,7 +9,9 @@ const MOST_DEGREE: usize = 15;
 pub fn form(text: &str) -> Result<PhysicalForm, String> {
     let polynomial = || {
         let degree = text.strip_prefix("polynomial:")?.parse().ok()?;
-        (1..=MOST_DEGREE).contains(&degree).then_some(PhysicalForm::Polynomial(degree))
+        (1..=MOST_DEGREE)
+            .contains(&degree)
+            .then_some(PhysicalForm::Polynomial(degree))
     };
     match text {
         "dead-zone" => Ok(PhysicalForm::DeadZone),

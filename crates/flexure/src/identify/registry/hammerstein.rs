@@ -311,7 +311,7 @@ fn refined_details(
     let breakpoints = Detail::new("breakpoints", breakpoints);
     if !found.refined {
         let none = |key| Detail::new(key, Value::None);
-        details.extend([breakpoints, none("memory_removed"), none("noise")]);
+        details.extend([breakpoints, none("memory_removed"), none("noise"), none("form")]);
         return details;
     }
     let why =
@@ -349,7 +349,7 @@ fn refined_details(
     let why = "in the output's unit; a coloured error is whitened by the autoregression of smallest Schwarz criterion, unless samples \
                are missing";
     details.push(Detail::new("noise", noise).shown(Place::ChoiceAndText, "Noise", text, why));
-    details.extend(form.map(form_detail));
+    details.push(form.map_or_else(|| Detail::new("form", Value::None), form_detail));
     details
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Progress, Request, Run, Structure, path, start_details};
 use crate::error::Result;
-use crate::identify::result::{Identification, LinearBlock, NamedBlock, StructureName};
+use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, StructureName, Value};
 use crate::identify::structures::linear;
 
 pub(super) const ROW: Structure = Structure {
@@ -30,7 +30,8 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         warnings: found.warnings,
     };
     let start = "the order of the linear approximation with the smallest Schwarz criterion";
-    let details = start_details(start, &found.approximations, &run.paths);
+    let mut details = start_details(start, &found.approximations, &run.paths);
+    details.push(Detail::new("nonlinearity", Value::None).unsaved());
     Ok(Identification {
         details,
         ..run.identification(&ROW, request)?
