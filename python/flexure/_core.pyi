@@ -22,7 +22,6 @@ __all__ = [
     "SimulationError",
     "TooShortError",
     "__version__",
-    "command",
     "identify_joint",
     "sample_time",
 ]
@@ -37,7 +36,6 @@ class FileError(FlexureError): ...
 class SimulationError(FlexureError): ...
 
 def sample_time(times: _Array) -> float: ...
-def command(arguments: Sequence[str]) -> int: ...
 def identify_joint(
     torque: Sequence[_Array],
     link: Sequence[_Array],

@@ -15,8 +15,6 @@ use pyo3::prelude::*;
 /// The compiled part of Flexure: conversions around the Rust library.
 #[pymodule]
 mod _core {
-    use std::process::ExitCode;
-
     use flexure::Record;
     use pyo3::prelude::*;
 
@@ -35,17 +33,6 @@ mod _core {
     use crate::model::Model;
     #[pymodule_export]
     use crate::regression::Regression;
-
-    /// Runs the command `flexure` with these arguments, the program's name first; returns the exit code.
-    #[pyfunction]
-    fn command(py: Python<'_>, arguments: Vec<String>) -> u8 {
-        let code = py.detach(|| flexure_cli::run(arguments));
-        match code == ExitCode::SUCCESS {
-            true => 0,
-            false if code == ExitCode::from(2) => 2,
-            false => 1,
-        }
-    }
 
     /// The sample time of uniform, increasing instants.
     #[pyfunction]

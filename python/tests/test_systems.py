@@ -2,12 +2,13 @@
 
 import json
 import pickle
+import subprocess
 from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
 import pytest
-from conftest import A, B, dead_zone, simulated, write_csv
+from conftest import A, B, dead_zone, installed_program, simulated, write_csv
 from scipy.signal import lfilter
 from sklearn.base import clone
 from sklearn.utils.estimator_checks import check_estimator
@@ -357,3 +358,8 @@ def test_the_drawing_has_gain_phase_and_their_ranges(fitted):
     assert page.count("<svg") == 3 and "the phase over frequency" in page and "up to 50 Hz" in page
     low, high = fitted.nonlinearity_.y.min(), fitted.nonlinearity_.y.max()
     assert f"onto {low:.3g} to {high:.3g}" in page
+
+
+def test_the_package_brings_the_command():
+    done = subprocess.run([installed_program(), "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"flexure {flexure.__version__}\n"
