@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::bin::{Bin, gather};
 use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
-use super::piece::{Visit, at_own_points};
+use super::polynomials::{Visit, at_own_points};
 use super::sums::DIRECT_BELOW;
 use super::{Degree, Kernel, Sorted, Sums, direct_without};
 

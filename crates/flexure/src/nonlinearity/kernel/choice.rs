@@ -45,8 +45,8 @@ pub struct KernelScore {
 ///
 /// 1. bandwidths in proportion to the extents of the columns' bulks (twice the distance between the first and
 ///    the ninth decile, but no more than the range), on a logarithmic grid of common factors;
-/// 2. for each column in turn a logarithmic grid up to bandwidths so wide that the column no longer tells points
-///    apart, as is right for a column that the regression does not depend on (Hall, Li and Racine 2007) or, for
+/// 2. for each column in turn a logarithmic grid up to bandwidths so wide that the column no longer separates
+///    points, as is right for a column that the regression does not depend on (Hall, Li and Racine 2007) or, for
 ///    the local linear fit, on which it depends linearly;
 /// 3. golden-section searches around the best, over the common factor and then over each column.
 ///
@@ -63,7 +63,7 @@ pub struct KernelSearch {
     pub bandwidths: Vec<f64>,
     /// The score that was minimised.
     pub criterion: Criterion,
-    /// All that were tried: in one column in order of the bandwidth, in several in the order of the search.
+    /// All bandwidths that were tried: in one column in increasing order, in several in the order of the search.
     pub curve: Vec<KernelScore>,
     /// Whether a bandwidth is the smallest one tried (in one column by leave-one-out, or the largest), so that the
     /// minimum may lie beyond.
@@ -216,7 +216,7 @@ impl Objective for OnLine<'_> {
 struct InSpace<'a> {
     /// Without points of weight zero.
     data: Checked<'a>,
-    /// For the points without any other in reach, when there are such.
+    /// The tree and the mean of the ordinates. They are made if some point has no other in reach.
     tree: OnceLock<(Tree, f64)>,
     kernel: Kernel,
     degree: Degree,
@@ -237,7 +237,7 @@ impl<'a> InSpace<'a> {
     /// The mean of the ordinates nearest to point `i`, less the mean of all.
     fn alone(&self, i: usize) -> f64 {
         let (tree, mean) = self.tree.get().unwrap_or_else(|| {
-            // Not within the cell's lock: it is made in parallel, and a thread that waits may come here again.
+            // It is made outside the lock of the cell: it is made in parallel, and a thread that waits may come here again.
             let points = self.data.sorted();
             let extents = points.x.iter().map(|x| Column::new(x).extent.unwrap_or(1.0));
             let made = (Tree::with_scales(&points, extents.collect()), points.mean());
@@ -256,7 +256,7 @@ impl Objective for InSpace<'_> {
     fn score(&self, bandwidths: &[f64], points: usize) -> KernelScore {
         let n = self.points();
         let product = Product::new(&self.data, self.kernel, bandwidths);
-        // Every (n / points)-th.
+        // Every (n / points)-th point.
         let scored = |i: usize| points >= n || (i + 1) * points / n > i * points / n;
         product
             .errors(self.degree, &scored, &|i| self.alone(i))

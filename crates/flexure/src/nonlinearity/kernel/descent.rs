@@ -1,4 +1,4 @@
-//! The search over bandwidths in several columns: a common scale first, then column by column.
+//! The search for the bandwidths of several columns by coordinate descent: a common scale first, then column by column.
 
 use super::choice::{KernelScore, KernelSearch};
 use crate::interrupt;
@@ -14,14 +14,14 @@ const GOLDEN: usize = 5;
 const ROUNDS: usize = 2;
 /// A round that gains less than this share of the score is the last.
 const GAIN: f64 = 1e-4;
-/// The smallest and the largest start of the grid of factors.
+/// The grid of factors starts between these.
 const SMALLEST: (f64, f64) = (1e-4, 0.4);
-/// From this many extents on, a column does not tell points apart.
+/// With a bandwidth of this many extents a column no longer separates points.
 const WIDEST: f64 = 4.0;
-/// Pairs of points in reach for the grids, if they are all in reach of each other, and for the golden sections.
+/// Pairs of points for the grids, where all may be in reach of each other, and pairs in reach for the golden sections.
 const GRID_PAIRS: f64 = 2e7;
 const GOLDEN_PAIRS: f64 = 2e7;
-/// Points to score at, at least, if there are as many.
+/// Fewest points to score at, if there are as many.
 const FEWEST: usize = 500;
 /// Relative difference of two scores that counts as none.
 const FLAT: f64 = 1e-9;
@@ -70,6 +70,11 @@ pub trait Objective {
 
 struct Descent<'a> {
     objective: &'a dyn Objective,
+    columns: &'a [Column],
+    /// The columns that are not constant.
+    varying: Vec<usize>,
+    /// The smallest bandwidth, as a share of a column's extent.
+    smallest: f64,
     curve: Vec<KernelScore>,
     /// Points to score at.
     points: usize,
@@ -78,66 +83,30 @@ struct Descent<'a> {
 
 /// Searches for the bandwidths with the smallest score.
 pub fn search(objective: &dyn Objective, columns: &[Column]) -> KernelSearch {
-    let (n, d) = (objective.points(), columns.len());
+    let n = objective.points();
     let points = ((GRID_PAIRS / n as f64) as usize).max(FEWEST).min(n);
     let extents: Vec<f64> = columns.iter().map(|c| c.extent.unwrap_or(1.0)).collect();
-    let varying: Vec<usize> = (0..d).filter(|&j| columns[j].extent.is_some()).collect();
-    // So that a window holds a few points.
+    let varying: Vec<usize> = (0..columns.len()).filter(|&j| columns[j].extent.is_some()).collect();
+    // A window then holds a few points.
     let smallest = 0.5 * (3.0 * (varying.len() + 1) as f64 / n as f64).powf(1.0 / varying.len().max(1) as f64);
-    let smallest = smallest.clamp(SMALLEST.0, SMALLEST.1);
-    let scaled = |h: &[f64], factor: f64| -> Vec<f64> {
-        let each = h.iter().zip(columns);
-        each.map(|(h, c)| if c.extent.is_some() { h * factor } else { *h })
-            .collect()
-    };
     let start = objective.score(&extents, points);
     let mut descent = Descent {
         objective,
+        columns,
+        varying,
+        smallest: smallest.clamp(SMALLEST.0, SMALLEST.1),
         curve: vec![start.clone()],
         points,
         best: start,
     };
-    let ratio = smallest.powf(1.0 / (GRID - 1) as f64);
-    if !varying.is_empty() {
-        for i in 1..GRID {
-            descent.attempt(scaled(&extents, ratio.powi(i as i32)));
-        }
-    }
-    if varying.len() > 1 {
-        for &j in &varying {
-            descent.column_grid(j, smallest * extents[j], columns[j].widest());
-        }
-    }
+    let ratio = descent.smallest.powf(1.0 / (GRID - 1) as f64);
+    descent.grids(&extents, ratio);
     descent.refine();
-    let mut step = ratio.recip();
-    for _ in 0..ROUNDS {
-        if varying.is_empty() {
-            break;
-        }
-        let before = descent.best.score;
-        let h = descent.best.bandwidths.clone();
-        descent.golden(step, |factor| scaled(&h, factor));
-        if varying.len() > 1 {
-            for &j in &varying {
-                let h = descent.best.bandwidths.clone();
-                let widest = columns[j].widest();
-                descent.golden(step, |factor| {
-                    let mut h = h.clone();
-                    h[j] = (h[j] * factor).min(widest);
-                    h
-                });
-            }
-        } else {
-            break;
-        }
-        if !(descent.best.score < before * (1.0 - GAIN)) {
-            break;
-        }
-        step = step.sqrt().max(1.2);
-    }
+    descent.golden_sections(ratio.recip());
     let h = descent.best.bandwidths;
+    let edge = descent.smallest * (1.0 + 1e-6);
     KernelSearch {
-        at_edge: varying.iter().any(|&j| h[j] <= smallest * extents[j] * (1.0 + 1e-6)),
+        at_edge: descent.varying.iter().any(|&j| h[j] <= edge * extents[j]),
         bandwidths: h,
         criterion: Criterion::default(),
         curve: descent.curve,
@@ -145,6 +114,56 @@ pub fn search(objective: &dyn Objective, columns: &[Column]) -> KernelSearch {
 }
 
 impl Descent<'_> {
+    /// The bandwidths `h` times a common factor; those of constant columns stay.
+    fn scaled(&self, h: &[f64], factor: f64) -> Vec<f64> {
+        let each = h.iter().zip(self.columns);
+        each.map(|(h, c)| if c.extent.is_some() { h * factor } else { *h })
+            .collect()
+    }
+
+    /// Steps 1 and 2 of [`KernelSearch`]: the grid of common factors, powers of `ratio`, and that of each column.
+    fn grids(&mut self, extents: &[f64], ratio: f64) {
+        if self.varying.is_empty() {
+            return;
+        }
+        for i in 1..GRID {
+            self.attempt(self.scaled(extents, ratio.powi(i as i32)));
+        }
+        if self.varying.len() > 1 {
+            for j in self.varying.clone() {
+                self.column_grid(j, self.smallest * extents[j], self.columns[j].widest());
+            }
+        }
+    }
+
+    /// Step 3: golden-section searches over the common factor, then over each column.
+    fn golden_sections(&mut self, mut step: f64) {
+        for _ in 0..ROUNDS {
+            if self.varying.is_empty() {
+                return;
+            }
+            let before = self.best.score;
+            let h = self.best.bandwidths.clone();
+            self.golden(step, |search, factor| search.scaled(&h, factor));
+            if self.varying.len() == 1 {
+                return;
+            }
+            for j in self.varying.clone() {
+                let h = self.best.bandwidths.clone();
+                let widest = self.columns[j].widest();
+                self.golden(step, |_, factor| {
+                    let mut h = h.clone();
+                    h[j] = (h[j] * factor).min(widest);
+                    h
+                });
+            }
+            if !(self.best.score < before * (1.0 - GAIN)) {
+                return;
+            }
+            step = step.sqrt().max(1.2);
+        }
+    }
+
     /// Scores these bandwidths; of equally good ones the wider are the better.
     fn attempt(&mut self, bandwidths: Vec<f64>) -> f64 {
         if interrupt::requested() {
@@ -166,13 +185,13 @@ impl Descent<'_> {
     /// One column's bandwidth from `low` to `high`.
     fn column_grid(&mut self, j: usize, low: f64, high: f64) {
         let h = self.best.bandwidths.clone();
-        // About the present bandwidth, which has been tried.
+        // The grid is about the present bandwidth, which has been tried.
         let (below, above) = (h[j] / low, high / h[j]);
         let half = COLUMN_GRID / 2;
         for i in 1..=half {
             let share = i as f64 / half as f64;
             for factor in [above.powf(share), below.powf(-share)] {
-                // The finer steps are left to the golden sections.
+                // The golden sections make the finer steps.
                 if factor != 1.0 && factor.is_finite() {
                     let mut h = h.clone();
                     h[j] = (h[j] * factor).min(f64::MAX);
@@ -198,21 +217,21 @@ impl Descent<'_> {
     }
 
     /// A golden-section search over the factors from 1/step to step.
-    fn golden(&mut self, step: f64, along: impl Fn(f64) -> Vec<f64>) {
+    fn golden(&mut self, step: f64, along: impl Fn(&Self, f64) -> Vec<f64>) {
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
         let (mut a, mut b) = (-step.ln(), step.ln());
         let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-        let mut low = self.attempt(along(c.exp()));
-        let mut high = self.attempt(along(d.exp()));
+        let mut low = self.attempt(along(self, c.exp()));
+        let mut high = self.attempt(along(self, d.exp()));
         for _ in 2..GOLDEN {
             if low < high {
                 (b, d, high) = (d, c, low);
                 c = b - golden * (b - a);
-                low = self.attempt(along(c.exp()));
+                low = self.attempt(along(self, c.exp()));
             } else {
                 (a, c, low) = (c, d, high);
                 d = a + golden * (b - a);
-                high = self.attempt(along(d.exp()));
+                high = self.attempt(along(self, d.exp()));
             }
         }
     }

@@ -4,16 +4,15 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::piece::{Visit, at_own_points};
+use super::polynomials::{Visit, at_own_points};
 use super::sums::{DIRECT_BELOW, residual_times_rest};
 use super::{Degree, Kernel, Sorted, Sums, direct_without, for_each_sum};
 use crate::interrupt;
 use crate::wide::widest;
 
-/// Points are summed in parts of at least so many: the parts do not depend on the number of threads, nor does
-/// therefore the score.
+/// Fewest points of a part. Parts do not depend on the number of threads, so that the scores do not either.
 const PART: usize = 1 << 14;
-/// Residuals that are taken at a time.
+/// Pairs of residuals that are taken at a time.
 const LANES: usize = 4;
 
 /// The exact leave-one-out scores sum_i w_i (Y_i - m_{n,-i}(X_i))^2 / sum_i w_i of bandwidths.
@@ -54,7 +53,7 @@ fn sums_over_parts(data: &Sorted, bandwidths: &[f64], part: impl Fn(f64, Range<u
         (0..n).step_by(size).map(move |first| (k, first..n.min(first + size)))
     };
     let mut tasks: Vec<(usize, Range<usize>)> = bandwidths.iter().enumerate().flat_map(parts).collect();
-    // All bandwidths' parts of a region follow one another while its points are in the cache.
+    // The parts of a region for all bandwidths follow one another, while its points are in the cache.
     tasks.sort_by_key(|(_, points)| points.start);
     let interrupt = interrupt::current();
     let sums: Vec<f64> = (tasks.par_iter())
@@ -70,7 +69,7 @@ fn sums_over_parts(data: &Sorted, bandwidths: &[f64], part: impl Fn(f64, Range<u
     scores
 }
 
-/// Not much less than a window holds: the windows of a part are searched for from the first one on.
+/// The size of a part: not much less than the points of a window, as every part begins with a search for its first window.
 fn part_size(x: &[f64], h: f64) -> usize {
     let parts = 0.25 * (x[x.len() - 1] - x[0]) / h;
     PART.max(x.len().div_ceil((parts as usize).max(1)))
@@ -82,7 +81,7 @@ struct Errors<'a> {
     kernel: Kernel,
     degree: Degree,
     h: f64,
-    /// The last point whose sums had to be made directly, as many may have one abscissa.
+    /// The last abscissa at which the sums had to be made directly, and these sums: many points may have one abscissa.
     last: (f64, Sums),
     sum: f64,
 }
@@ -99,7 +98,7 @@ impl<'a> Errors<'a> {
         }
     }
 
-    /// The residual of a point where the fast `sums` will not do.
+    /// The residual of a point at which the fast `sums` are not reliable.
     #[cold]
     #[inline(never)]
     fn direct(&mut self, i: usize, mut sums: Sums) -> f64 {
@@ -155,7 +154,9 @@ impl Visit for Errors<'_> {
 /// others' sums of K.
 #[inline(always)]
 fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> (f64, f64) {
-    // Several at a time, that none waits for the one before, and four residuals by two divisions.
+    // LANES sums that need not wait for one another. A lane takes the residuals p/r and q/t of two points by one division:
+    //   points   0 1 2 3 | 4 5 6 7
+    //   lanes    0 1 2 3   0 1 2 3
     let (mut sum, mut least) = ([0.0; LANES], [f64::INFINITY; LANES]);
     let lower = |a: f64, b: f64| if a < b { a } else { b };
     let (groups, last) = y.as_chunks::<{ 2 * LANES }>();
@@ -173,7 +174,7 @@ fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> (f64,
         let [a, b] = terms;
         for lane in 0..LANES {
             let ((w, p, r), (v, q, t)) = (a[lane], b[lane]);
-            // p/r and q/t; no product of more than two, which need not be finite.
+            // No product has more than two factors, as it might overflow.
             let inverse = 1.0 / (r * t);
             let (first, second) = (p * (t * inverse), q * (r * inverse));
             sum[lane] += w * first * first + v * second * second;

@@ -6,22 +6,22 @@ use crate::nonlinearity::Outside;
 use crate::nonlinearity::estimator::Checked;
 
 /// An estimate in one variable that does not exist everywhere.
-pub(super) trait Holed {
+pub(super) trait PartialEstimate {
     /// The data's abscissas, increasing.
     fn abscissas(&self) -> &[f64];
 
     /// The estimates at `x`, in any order; NaN where no data are in reach.
     fn known(&self, x: &[f64]) -> Vec<f64>;
 
-    /// The slope with which it goes on from `q`, one of the ends; zero where that is not determined.
+    /// The slope with which it continues from `q`, one of the ends; zero where that is not determined.
     fn slope(&self, q: f64) -> f64;
 
     /// Whether there is a place without data in reach between the neighbouring abscissas `a` and `b`.
-    fn parted(&self, a: f64, b: f64) -> bool;
+    fn has_gap(&self, a: f64, b: f64) -> bool;
 }
 
 /// The estimates at `x`, in any order; NaN for NaN.
-pub(super) fn predict(fit: &impl Holed, x: &[f64], outside: Outside) -> Vec<f64> {
+pub(super) fn predict(fit: &impl PartialEstimate, x: &[f64], outside: Outside) -> Vec<f64> {
     let mut estimates = fit.known(x);
     if outside == Outside::Nan {
         return estimates;
@@ -50,8 +50,8 @@ pub(super) fn predict(fit: &impl Holed, x: &[f64], outside: Outside) -> Vec<f64>
     estimates
 }
 
-/// Where `q` is, if the estimate is not to be taken there; `empty` says that it does not exist there.
-fn place(fit: &impl Holed, q: f64, empty: bool) -> Option<Place> {
+/// Where `q` lies, if the estimate is not to be taken at `q` itself. `empty` says whether it does not exist there.
+fn place(fit: &impl PartialEstimate, q: f64, empty: bool) -> Option<Place> {
     let x = fit.abscissas();
     let (low, high) = (x[0], x[x.len() - 1]);
     if q.is_nan() {
@@ -65,10 +65,10 @@ fn place(fit: &impl Holed, q: f64, empty: bool) -> Option<Place> {
     if below == q || above == x.len() {
         return None;
     }
-    (empty || fit.parted(below, x[above])).then_some(Place::Gap(below, x[above]))
+    (empty || fit.has_gap(below, x[above])).then_some(Place::Gap(below, x[above]))
 }
 
-/// A fit on a line, with what is asked for where it has no data.
+/// A fit in one variable that can be continued where it has no data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     fit: KernelFit,
@@ -104,7 +104,7 @@ impl Line {
     }
 }
 
-impl Holed for Line {
+impl PartialEstimate for Line {
     fn abscissas(&self) -> &[f64] {
         &self.fit.data().x
     }
@@ -113,7 +113,7 @@ impl Holed for Line {
         self.fit.predict(x)
     }
 
-    fn parted(&self, a: f64, b: f64) -> bool {
+    fn has_gap(&self, a: f64, b: f64) -> bool {
         let method = self.fit.method();
         b - a >= 2.0 * method.kernel.reach() * method.bandwidth
     }

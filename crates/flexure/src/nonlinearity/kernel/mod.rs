@@ -2,10 +2,21 @@
 //! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} , $$
 //! and its local linear form (Fan 1993), with weights.
 //!
-//! The data are sorted once ([`sort`]); after that every point costs O(1) whatever the bandwidth, for the
-//! kernels of bounded support by sliding moment sums ([`sweep`], [`window`], [`piece`]) and for the Gaussian by
-//! a fast Gauss transform ([`gaussian`]). All agree with direct summation to about 1e-12. Scores of a bandwidth are exact ([`leave_one_out`]) or, to find it
-//! among many points, from data in bins ([`binned`]). Streams have a form of their own ([`recursive`]).
+//! One column. The data are sorted once ([`sort`], [`sorted`]). Then every point costs O(1), whatever the bandwidth:
+//!
+//! | file | what |
+//! |---|---|
+//! | [`sums`] | the kernel sums at a point, and the local constant or the local line that follows from them |
+//! | [`polynomials`] | kernels of bounded support: sums of K by the moments of a window |
+//! | [`moments`], [`window_sums`], [`window_bounds`] | moments over a window that slides over the data, and where windows begin and end |
+//! | [`gaussian`] | the Gaussian: sums by a fast Gauss transform |
+//! | [`leave_one_out`](mod@leave_one_out) | exact scores of bandwidths |
+//! | [`bin`], [`binned`] | scores from data in bins, for searches among many points |
+//! | [`regression`], [`line`] | the estimate itself, and its continuation beyond the data |
+//! | [`recursive`] | the estimate for streams |
+//!
+//! Several columns: [`product`] kernels. [`estimator`] serves any number of columns, and [`choice`] and [`descent`] search for
+//! their bandwidths. All sums agree with direct summation to about 1e-12.
 //!
 //! References: Nadaraya (1964); Watson (1964); Seifert, Brockmann, Engel, Gasser (1994), fast
 //! algorithms; Greengard and Strain (1991), the Gauss transform.
@@ -18,16 +29,16 @@ mod estimator;
 mod gaussian;
 mod leave_one_out;
 mod line;
-mod piece;
+mod moments;
+mod polynomials;
 mod product;
 mod recursive;
 mod regression;
 mod sort;
 mod sorted;
-mod staircase;
 mod sums;
-mod sweep;
-mod window;
+mod window_bounds;
+mod window_sums;
 
 pub(crate) use binned::Pyramid;
 pub use choice::{Bandwidth, KernelScore, KernelSearch};
@@ -102,7 +113,7 @@ impl Kernel {
         }
     }
 
-    /// |u| beyond which a point is out of reach: K(u) is zero, or (Gaussian) about to underflow.
+    /// A point with |u| above this is out of reach: K(u) is zero or, for the Gaussian, about to underflow.
     pub(crate) fn reach(self) -> f64 {
         match self {
             Kernel::Gaussian => 38.0,
@@ -125,7 +136,7 @@ pub(crate) fn for_each_sum(
 }
 
 fn visit_sums(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, at: &[f64], visit: &mut dyn FnMut(usize, Sums)) {
-    // Many points may have one abscissa.
+    // Direct sums are kept for the next point, as many points may have one abscissa.
     let mut last = (f64::NAN, Sums::NONE);
     let mut visit = |j: usize, mut sums: Sums| {
         if !sums.reliable(degree) {
@@ -138,9 +149,6 @@ fn visit_sums(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, at: &[f64],
     };
     match kernel {
         Kernel::Gaussian => gaussian::transform::<{ gaussian::TERMS }, { gaussian::NEIGHBOURS }>(data, h, at, visit),
-        _ => {
-            let visit = &mut visit;
-            piece::perform(&mut piece::AtPoints { data, h, at, visit }, kernel, degree);
-        }
+        _ => polynomials::at_points(data, (kernel, degree), h, at, &mut visit),
     }
 }

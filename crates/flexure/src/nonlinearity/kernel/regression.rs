@@ -1,4 +1,4 @@
-//! Fitting and evaluating the kernel estimate (13), and its exact leave-one-out score.
+//! The kernel estimate (13) with a given bandwidth: fit, evaluation and standard errors.
 
 use super::sort::increasing;
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
@@ -30,7 +30,7 @@ pub struct KernelRegression {
 }
 
 impl KernelRegression {
-    /// Keeps the sorted points; every evaluation then costs O(1) after a sort of the query points.
+    /// Sorts the points and keeps them. Every evaluation then costs O(1), after a sort of the points of evaluation.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a bandwidth that is not positive and finite,
@@ -161,11 +161,11 @@ impl KernelFit {
         let KernelRegression { kernel, bandwidth: h } = self.method;
         let mut squares = vec![None; self.data.len()];
         self.for_each(&self.data.x, |i, sums| {
-            // A point's own share in its fit makes its residual too small; divide that out.
+            // A point's own share in its fit makes its residual too small. That is divided out.
             let residual = sums.residual_without(self.degree, self.data.y[i], self.data.weight(i));
             squares[i] = residual.map(|r| r * r);
         });
-        // A point alone in its window says nothing of the noise: take the mean of the others' there.
+        // A point alone in its window says nothing about the noise. The mean of the others stands there.
         let known: Vec<f64> = squares.iter().copied().flatten().filter(|s| s.is_finite()).collect();
         let typical = known.iter().sum::<f64>() / known.len().max(1) as f64;
         let squares: Vec<f64> = squares.into_iter().map(|s| s.unwrap_or(typical)).collect();

@@ -79,7 +79,7 @@ impl Sorted {
         }
     }
 
-    /// The points within `reach` of `q`, by the same comparison as the sliding windows make.
+    /// The points within `reach` of `q`, by the same comparison as in the sliding windows.
     pub fn within(&self, q: f64, reach: f64) -> Range<usize> {
         self.x.partition_point(|&x| q - x > reach)..self.x.partition_point(|&x| x - q <= reach)
     }
@@ -93,7 +93,7 @@ impl Sorted {
         if degree == Degree::Constant || !(sums.s[0] > 0.0) {
             return sums;
         }
-        // About the points' own centre, so that the spread of a far and narrow group loses no digits.
+        // Again about the points' own centre, so that the spread of a far and narrow group loses no digits.
         let anchor = (q + h * sums.s[1] / sums.s[0]).clamp(self.x[range.start], self.x[range.end - 1]);
         self.sums_over(range, kernel, h, (q, anchor), skip)
     }
@@ -129,24 +129,25 @@ impl Sorted {
     /// The mean of the centred ordinates of the points nearest to `q` (all those at the same distance),
     /// leaving out the point `skip`. At least one other point must exist.
     pub fn nearest(&self, q: f64, skip: Option<usize>) -> f64 {
-        let mut left = self.x.partition_point(|&x| x < q);
-        let mut right = left;
+        let mut low = self.x.partition_point(|&x| x < q);
+        let mut high = low;
         let (mut sum, mut total, mut distance) = (0.0, 0.0, f64::INFINITY);
         loop {
-            let below = left.checked_sub(1).map_or(f64::INFINITY, |i| q - self.x[i]);
-            let above = self.x.get(right).map_or(f64::INFINITY, |x| x - q);
-            let i = if below < above { left.wrapping_sub(1) } else { right };
-            let d = below.min(above);
-            if d > distance || d == f64::INFINITY {
+            let below = low.checked_sub(1).map_or(f64::INFINITY, |i| q - self.x[i]);
+            let above = self.x.get(high).map_or(f64::INFINITY, |x| x - q);
+            let nearest = below.min(above);
+            if nearest > distance || nearest == f64::INFINITY {
                 return if total > 0.0 { sum / total } else { 0.0 };
             }
-            if below < above {
-                left -= 1;
+            let i = if below < above {
+                low -= 1;
+                low
             } else {
-                right += 1;
-            }
+                high += 1;
+                high - 1
+            };
             if Some(i) != skip {
-                distance = d;
+                distance = nearest;
                 sum += self.weight(i) * self.y[i];
                 total += self.weight(i);
             }

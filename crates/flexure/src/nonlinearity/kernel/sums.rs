@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::piece::Coefficients;
-use super::window::Moments;
+use super::moments::Moments;
+use super::polynomials::Coefficients;
 
 /// The degree of the polynomial that is fitted around every point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -16,8 +16,8 @@ const PIECE: usize = 256;
 pub(in crate::nonlinearity) struct Tree {
     /// The standard deviations of the columns (1 for a constant one).
     pub scales: Vec<f64>,
-    /// The coordinates, point after point. They are not scaled: differences of lattice points stay exact, and
-    /// with them the ties.
+    /// The coordinates, point after point. They are not scaled: differences of points on a grid stay exact, and so
+    /// do ties.
     x: Vec<f64>,
     /// The dimension along which the range with this middle is split.
     split: Vec<u8>,
@@ -28,7 +28,7 @@ pub(in crate::nonlinearity) struct Tree {
 
 /// A point and its squared distance.
 #[derive(Debug, Clone, Copy)]
-struct Found {
+struct Neighbour {
     distance: f64,
     point: usize,
 }
@@ -69,7 +69,7 @@ impl Tree {
 
     /// The nearest points of weight at least `need` together (no more than all), all that are tied with the
     /// farthest of them included, nearest first.
-    fn nearest(&self, q: &[f64], need: f64) -> Vec<Found> {
+    fn nearest(&self, q: &[f64], need: f64) -> Vec<Neighbour> {
         let mut search = Search {
             tree: self,
             q,
@@ -85,7 +85,7 @@ impl Tree {
     }
 
     /// The sums for k neighbours from a sorted list of enough of them.
-    fn neighbourhood(&self, found: &[Found], k: f64) -> Neighbourhood {
+    fn neighbourhood(&self, found: &[Neighbour], k: f64) -> Neighbourhood {
         let mut sums = Neighbourhood::default();
         for group in found.chunk_by(|a, b| a.distance == b.distance) {
             sums.near = (sums.near.0 + sums.tied.0, sums.near.1 + sums.tied.1);
@@ -221,7 +221,7 @@ struct Search<'a> {
     q: &'a [f64],
     need: f64,
     /// Candidates; after pruning sorted and without any that is too far.
-    found: Vec<Found>,
+    found: Vec<Neighbour>,
     /// Their weight.
     weight: f64,
     /// Points farther than this are out; infinite until enough are found.
@@ -234,7 +234,7 @@ impl Search<'_> {
     /// Searches the range of points from `from` to `to`, whose box is at the squared distance `away`, with the
     /// distances along every dimension in `offsets`.
     fn visit(&mut self, from: usize, to: usize, away: f64, offsets: &mut Vec<f64>) {
-        // With a little room: the distance to a box is rounded in another order than that to a point.
+        // With a margin, as the distance to a box is rounded in another order than that to a point.
         if away * (1.0 - 1e-12) > self.farthest {
             return;
         }
@@ -265,7 +265,7 @@ impl Search<'_> {
         if distance > self.farthest {
             return;
         }
-        self.found.push(Found { distance, point });
+        self.found.push(Neighbour { distance, point });
         self.weight += self.tree.points[point].0;
         if self.weight >= self.need && self.found.len() >= self.full {
             self.prune();

@@ -1,10 +1,15 @@
-//! Points in cells: those of a box are a few contiguous runs.
+//! Points in cells, ordered so that those of a box are a few contiguous runs.
 //!
-//! Space is cut into equal cells, and the points are ordered by their cells' coordinates, the first
-//! coordinate first, so that the cells of a box that differ in the last dimension alone are one run of points.
-//! Where there are few cells a point, every one has a number ([`grid`]). Else only those that hold points are
-//! kept ([`tree`]), so that neither far outliers nor clusters nor many dimensions cost memory or time for
-//! empty cells.
+//! ```text
+//!  +--+--+--+--+--+      The points are ordered by the coordinates of their cells, the first coordinate first.
+//!  |  |##|##|##|  |      So the cells of a box that differ in the last dimension alone are one run of points:
+//!  +--+--+--+--+--+      here a box of two rows has two runs.
+//!  |  |##|##|##|  |
+//!  +--+--+--+--+--+
+//! ```
+//!
+//! If there are few cells a point, every cell has a number ([`grid`]). Otherwise only the cells that hold points are kept
+//! ([`tree`]), so that far outliers, clusters and many dimensions cost neither memory nor time for empty cells.
 
 mod grid;
 mod tree;
@@ -18,11 +23,11 @@ use crate::wide::extent;
 
 /// A grid is taken with up to this many cells a point.
 const DENSE: f64 = 2.0;
-/// Cells are half a window's half width where they then hold this many points on average, else twice as wide.
+/// Cells are half as wide as a window's half width if they then hold this many points on average, otherwise as wide.
 const OCCUPANCY: f64 = 2.0;
-/// Dimensions in which such small cells pay.
+/// The most dimensions in which such small cells save time.
 const FINE_DIMENSIONS: usize = 3;
-/// Cells are so many times as narrow along the last dimension, where they make no further runs.
+/// Cells are narrower by this factor along the last dimension, where that makes no further runs.
 const SLICES: usize = 4;
 /// The most dimensions.
 const MOST: usize = 6;
@@ -98,8 +103,8 @@ impl Cells {
         (Cells { rule, reach, index }, ends, order)
     }
 
-    /// The points in turn, by groups whose windows have much in common: those of a cell as wide along the last
-    /// dimension as along the others.
+    /// The points in order, in groups whose windows have much in common: cells as wide along the last dimension as along the
+    /// others.
     pub fn groups(&self) -> Vec<Range<usize>> {
         match &self.index {
             Index::Grid(grid) => grid.groups(),
@@ -107,15 +112,15 @@ impl Cells {
         }
     }
 
-    /// The runs of points that hold all of the box from `low` to `high` and `share` of a window's half width more
-    /// on every side.
+    /// The runs of points that hold the whole box from `low` to `high`, widened by `share` of a window's half width on every
+    /// side.
     pub fn runs(&self, low: &[f64], high: &[f64], share: f64, runs: &mut Vec<Range<usize>>) {
         let mut ends: Ends = [(0, 0); MOST];
         for (j, ends) in ends.iter_mut().enumerate().take(self.reach.len()) {
-            // A little more: the caller's comparisons are rounded in another order.
-            let room = share * self.reach[j] * (1.0 + 1e-12) + 1e-15 * low[j].abs().max(high[j].abs());
+            // A little wider, as the caller's comparisons are rounded in another order.
+            let margin = share * self.reach[j] * (1.0 + 1e-12) + 1e-15 * low[j].abs().max(high[j].abs());
             let coordinate = |x: f64| self.rule.coordinate(j, x);
-            *ends = (coordinate(low[j] - room), coordinate(high[j] + room));
+            *ends = (coordinate(low[j] - margin), coordinate(high[j] + margin));
         }
         runs.clear();
         match &self.index {

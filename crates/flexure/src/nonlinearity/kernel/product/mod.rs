@@ -2,15 +2,15 @@
 //! $$ m_n(x) = \frac{\sum_i Y_i \prod_j K((x_j - X_{ij})/h_j)}{\sum_i \prod_j K((x_j - X_{ij})/h_j)} $$
 //! and its local linear form (Ruppert and Wand 1994), with weights.
 //!
-//! The points lie in cells ([`cells`]), so that a window's are a few contiguous runs; the sums over those are
-//! taken directly ([`sums`]), several points at a time. Where the local plane's normal equations would lose too
-//! many digits, it is found by orthogonalisation of the points ([`careful`]).
+//! The points are ordered by cells ([`cells`]), so that those of a window are a few contiguous runs. The sums over the runs
+//! are taken directly ([`sums`]), several points at a time. Where the normal equations of the local plane would lose too
+//! many digits, the plane is found by orthogonalisation of the points ([`orthogonal`]).
 //!
-//! The Gaussian is cut where what it leaves out is below 1e-13 of what counts: the cut is wider where the points
-//! within it count little.
+//! The Gaussian is cut where everything beyond counts less than 1e-13 of what is inside. The cut is wider where the points
+//! inside count little.
 
-mod careful;
 mod cells;
+mod orthogonal;
 mod outside;
 mod profile;
 mod score;
@@ -22,7 +22,7 @@ use super::{Degree, Kernel};
 use crate::nonlinearity::Outside;
 use crate::nonlinearity::estimator::Checked;
 use cells::Cells;
-use sums::{Columns, Local, Sums, SumsOver, Told, Window};
+use sums::{Columns, Local, Outcome, Sums, SumsOver, Window};
 
 /// Exponent of the Gaussian beyond which a point does not count beside one at the centre.
 const NEGLIGIBLE: f64 = 40.0;
@@ -93,7 +93,7 @@ impl Product {
         let widths: Vec<f64> = h.iter().map(|h| (h * reach).min(f64::MAX)).collect();
         let (cells, ranges, order) = Cells::new(data.x, &widths);
         let total = data.w.map_or(n as f64, |w| w.iter().sum());
-        // Twice: the second pass removes the rounding of the first where the offset is large.
+        // The second pass removes the rounding of the first where the offset is large.
         let about = |c: f64| match data.w {
             None => sum(data.y, |_, y| y - c) / total,
             Some(w) => sum(data.y, |i, y| w[i] * (y - c)) / total,
@@ -146,12 +146,12 @@ impl Product {
             self.cells.runs(&at, &at, share, runs);
             all = sums.over(&self.points, runs, &window);
         }
-        match self.told(degree, &all) {
-            Told::Nothing => None,
-            Told::Fit(fit) => Some(fit),
-            Told::Doubtful => {
+        match self.outcome(degree, &all) {
+            Outcome::NoData => None,
+            Outcome::Fit(fit) => Some(fit),
+            Outcome::Unreliable => {
                 self.cells.runs(&at, &at, self.widest(), runs);
-                careful::fit(self, degree, &at, runs, None)
+                orthogonal::fit(self, degree, &at, runs, None)
             }
         }
     }
@@ -159,28 +159,28 @@ impl Product {
     /// The fit at point `i` without it, from the points one by one.
     fn fit_without<const D: usize>(&self, degree: Degree, i: usize, runs: &mut Vec<Range<usize>>) -> Option<Local<D>> {
         let at: [f64; D] = std::array::from_fn(|j| self.points.x[j][i]);
-        // Not knowing how much the others count.
+        // It is not known how much the others count.
         self.cells.runs(&at, &at, self.widest(), runs);
-        careful::fit(self, degree, &at, runs, Some(i))
+        orthogonal::fit(self, degree, &at, runs, Some(i))
     }
 
-    /// What the sums within the cut tell of the fit.
+    /// The fit that follows from the sums within the cut.
     #[inline(always)]
-    fn told<const D: usize>(&self, degree: Degree, sums: &Sums<D, 1>) -> Told<D> {
-        // Where nearly all weight is at one place, the least weights may determine the plane.
+    fn outcome<const D: usize>(&self, degree: Degree, sums: &Sums<D, 1>) -> Outcome<D> {
+        // Where nearly all weight is at one place, the smallest weights may determine the plane.
         let narrow = |j: usize| sums.s2[j][j][0] < BEYOND_CUT * sums.s0[0];
         if self.kernel == Kernel::Gaussian && degree == Degree::Linear && (0..D).any(narrow) {
-            return Told::Doubtful;
+            return Outcome::Unreliable;
         }
         sums.fit(degree)
     }
 
-    /// How many times as wide a window is that leaves nothing out.
+    /// The width of a window that leaves nothing out, in windows.
     fn widest(&self) -> f64 {
         self.kernel.reach() / self.reach
     }
 
-    /// How many times as wide a window has to be, if the points outside it count beside these.
+    /// The width that a window needs, in windows, if the points outside it count beside these.
     fn wider<const D: usize>(&self, sums: &Sums<D, 1>) -> Option<f64> {
         if self.kernel != Kernel::Gaussian {
             return None;

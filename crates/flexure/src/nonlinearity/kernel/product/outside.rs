@@ -9,7 +9,7 @@ use super::{Degree, Outside, Product};
 use crate::nonlinearity::estimator::Points;
 use crate::nonlinearity::neighbours::Tree;
 
-/// Queries of one piece at least: fewer are not worth another thread.
+/// Fewest queries of one piece. Fewer are not worth another thread.
 const PIECE: usize = 32;
 
 /// A way to evaluate the fit and its slopes.
@@ -21,8 +21,8 @@ struct Fits<'a, const D: usize> {
 }
 
 impl<const D: usize> Fits<'_, D> {
-    /// The estimate at `to`, carried on from `from` by its plane where that is asked for; nothing where there is
-    /// none at `from`.
+    /// The estimate at `to`, continued from `from` by the plane there if that is asked for; nothing if there is no estimate
+    /// at `from`.
     fn carried(&self, from: [f64; D], to: &[f64; D], outside: Outside, runs: &mut Vec<Range<usize>>) -> Option<f64> {
         let here = self.product.fit_at(self.degree, self.sums, from, runs)?;
         let value = self.product.mean + here.value;

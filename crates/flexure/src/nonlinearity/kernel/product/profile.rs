@@ -38,7 +38,7 @@ pub fn factor(kernel: Kernel, x: &[f64], at: f64, h: f64, weights: &mut [f64]) {
     }
 }
 
-/// Turns what the factors have left into weights.
+/// Turns the product of the factors into weights.
 #[inline(always)]
 pub fn finish(kernel: Kernel, weights: &mut [f64]) {
     if kernel == Kernel::Gaussian {

@@ -4,22 +4,22 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::sums::{Columns, Local, SumsOver, Told};
-use super::{Degree, Product, careful, in_dimension};
+use super::sums::{Columns, Local, Outcome, SumsOver};
+use super::{Degree, Product, in_dimension, orthogonal};
 use crate::nonlinearity::kernel::choice::Errors;
 
-/// Points of one piece at least: pieces do not depend on the number of threads, nor do therefore the sums.
+/// Fewest points of one piece. Pieces do not depend on the number of threads, so that the sums do not either.
 const PIECE: usize = 256;
-/// From so many points of a cell on, the points around it are brought together first.
-const TOGETHER: usize = 3;
-/// Windows by which their mean number of points is estimated.
+/// If a cell has at least so many points, the points around it are copied to one place first.
+const GATHERED_FROM: usize = 3;
+/// Number of windows by which the mean number of points in a window is estimated.
 const SAMPLES: usize = 200;
-/// Where the others' share in a fit is below this, the fit without the point is found from the points.
+/// If the others' share in a fit is below this, the fit without the point is found from the points one by one.
 const SHARE: f64 = 1e-3;
 
 impl Product {
-    /// The sums of squared errors over the points `i` (among those of positive weight) that `scored` says;
-    /// `alone` is the estimate, less the mean, at a point that has no other in reach.
+    /// The sums of squared errors over those points `i`, among those of positive weight, for which `scored` is true. `alone`
+    /// returns the estimate, less the mean, at a point that has no other in reach.
     pub fn errors(
         &self,
         degree: Degree,
@@ -28,10 +28,8 @@ impl Product {
     ) -> Errors {
         in_dimension!(self.h.len(), self.sum_errors(degree, scored, alone))
     }
-}
 
-impl Product {
-    pub(super) fn sum_errors<const D: usize>(
+    fn sum_errors<const D: usize>(
         &self,
         degree: Degree,
         scored: &(impl Fn(usize) -> bool + Sync),
@@ -70,26 +68,26 @@ impl Product {
         scratch: &mut Scratch,
         errors: &mut Errors,
     ) {
-        let together = at.len() >= TOGETHER;
-        if together {
-            self.bring_together::<D>(at, scratch);
+        let gathered = at.len() >= GATHERED_FROM;
+        if gathered {
+            self.copy_nearby::<D>(at, scratch);
         }
         let Scratch { near, whole, runs } = scratch;
         let whole = std::slice::from_ref(&*whole);
         for &i in at {
             let q: [f64; D] = std::array::from_fn(|j| self.points.x[j][i]);
-            let told = if together {
+            let outcome = if gathered {
                 let all = sums.over(near, whole, &self.window(q));
-                // A point sees itself: the Gaussian's window need not be wider.
-                self.told(degree, &all)
+                // The point itself is in the window, so that the Gaussian's need not be wider.
+                self.outcome(degree, &all)
             } else {
                 self.cells.runs(&q, &q, 1.0, runs);
-                self.told(degree, &sums.over(&self.points, runs, &self.window(q)))
+                self.outcome(degree, &sums.over(&self.points, runs, &self.window(q)))
             };
             let (y, w) = (self.points.y[i], self.points.weight(i));
-            let (fit, sure) = match told {
-                Told::Fit(fit) => (fit, true),
-                _ => (self.careful_at(degree, q, runs), false),
+            let (fit, sure) = match outcome {
+                Outcome::Fit(fit) => (fit, true),
+                _ => (self.fit_by_orthogonalisation(degree, q, runs), false),
             };
             let rest = 1.0 - w * fit.leverage;
             let residual = y - fit.value;
@@ -104,18 +102,23 @@ impl Product {
     }
 
     /// The fit at a point of the data, from the points one by one.
-    fn careful_at<const D: usize>(&self, degree: Degree, q: [f64; D], runs: &mut Vec<Range<usize>>) -> Local<D> {
+    fn fit_by_orthogonalisation<const D: usize>(
+        &self,
+        degree: Degree,
+        q: [f64; D],
+        runs: &mut Vec<Range<usize>>,
+    ) -> Local<D> {
         self.cells.runs(&q, &q, self.widest(), runs);
         let none = Local {
             value: 0.0,
             leverage: 0.0,
             slope: [0.0; D],
         };
-        careful::fit(self, degree, &q, runs, None).unwrap_or(none)
+        orthogonal::fit(self, degree, &q, runs, None).unwrap_or(none)
     }
 
-    /// Copies the points that any window about one of the points `at` could hold.
-    fn bring_together<const D: usize>(&self, at: &[usize], scratch: &mut Scratch) {
+    /// Copies the points that a window about any of the points `at` could hold.
+    fn copy_nearby<const D: usize>(&self, at: &[usize], scratch: &mut Scratch) {
         let fold = |j: usize, f: fn(f64, f64) -> f64| {
             let along = at.iter().map(|&i| self.points.x[j][i]);
             along.reduce(f).unwrap_or(f64::NAN)
@@ -139,9 +142,7 @@ impl Product {
         }
         scratch.whole = 0..scratch.near.y.len();
     }
-}
 
-impl Product {
     /// About the mean number of points in the windows about points of the data.
     pub fn pairs(&self) -> f64 {
         let (n, mut runs) = (self.points.y.len(), Vec::new());
@@ -156,7 +157,7 @@ impl Product {
     }
 }
 
-/// Room that is used again and again.
+/// Memory that is used again for every cell.
 struct Scratch {
     near: Columns,
     whole: Range<usize>,

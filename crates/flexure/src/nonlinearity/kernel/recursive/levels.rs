@@ -1,4 +1,4 @@
-//! A record by its bandwidths: the observations of one bandwidth make an ordinary kernel sum.
+//! The observations of a record in levels of one bandwidth each. Those of one level make an ordinary kernel sum.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use super::RecursiveKernel;
 use crate::nonlinearity::estimator::Checked;
 use crate::selection::Candidate;
 
-/// Where the others have less than this share of a point's sum, what is left of it has lost its digits.
+/// If the others have less than this share of the sums at a point, the sums without the point have lost their digits.
 const FEW: f64 = 1e-3;
 /// Abscissas whose standard deviation is below this share of the widest bandwidth determine no slope.
 const ONE_ABSCISSA: f64 = 1e-9;
@@ -16,20 +16,20 @@ const ONE_ABSCISSA: f64 = 1e-9;
 /// The observations of one bandwidth.
 #[derive(Debug, Clone, PartialEq)]
 struct Level {
-    /// How often the stream had doubled when they came.
+    /// How often the stream had doubled when these observations came.
     doublings: u32,
     data: Sorted,
 }
 
-/// All observations, apart by their bandwidths, and together.
+/// All observations, by levels and together.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Levels {
     levels: Vec<Level>,
-    /// All of them; the other ordinates are about this one's mean.
+    /// All of them. Sums over the levels take the ordinates about the mean of these.
     pub all: Sorted,
 }
 
-/// Sums over all levels at one point: of w h^-r K, and of the same times y less its mean over all.
+/// Sums over all levels at one point: of w h^-r K, and of w h^-r K (y - mean y).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Pair {
     s: f64,
@@ -43,7 +43,7 @@ impl Pair {
     }
 }
 
-/// A point that is to be predicted from the others: a part of it may belong to the next bandwidth.
+/// A point that is to be predicted from the others. Parts of its weight may belong to different levels.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Own {
     x: f64,
@@ -55,8 +55,8 @@ pub(super) struct Own {
 }
 
 impl Levels {
-    /// Apart in the order given. An observation of weight w counts as w observations, in the stream's doublings too: its
-    /// weight belongs to several levels where these doublings fall into it.
+    /// Splits the observations, in the order given. An observation of weight w counts as w observations, also for the
+    /// doublings of the stream: if the stream doubles within it, its weight belongs to several levels.
     pub fn new(data: &Checked<'_>) -> Levels {
         let (x, y) = (data.x[0], data.y);
         let mut columns: Vec<(u32, [Vec<f64>; 3])> = Vec::new();
@@ -120,7 +120,7 @@ impl Levels {
             });
             pairs
         };
-        // Always in the same order, whatever the number of threads.
+        // The sums are added in one order, whatever the number of threads.
         let all: Vec<Vec<Pair>> = levels.into_par_iter().map(of_level).collect();
         let mut total = vec![Pair::default(); at.len()];
         for pairs in all {
@@ -166,8 +166,8 @@ impl Levels {
         .collect()
     }
 
-    /// The scores of c over these of the points, in order of x: each predicted from all others, whose bandwidths stay,
-    /// or by its nearest neighbours where it is alone.
+    /// The scores of c over these points, in order of x. Each is predicted from all others, whose bandwidths stay, or by its
+    /// nearest neighbours if no other is in reach.
     pub fn candidate(&self, method: &RecursiveKernel, points: &[Own]) -> Candidate<f64> {
         let at: Vec<f64> = points.iter().map(|p| p.x).collect();
         let factors: Vec<f64> = self.each(method).map(|(_, _, factor)| factor).collect();
@@ -208,7 +208,7 @@ impl Levels {
         pair
     }
 
-    /// Where a point of this weight is among sorted ones, or one that is the same.
+    /// The index of a point of this weight among sorted points, or of an equal one.
     fn place(&self, data: &Sorted, point: &Own, weight: f64) -> Option<usize> {
         let first = data.x.partition_point(|&x| x < point.x);
         let same = data.x[first..].iter().take_while(|&&x| x == point.x).count();
@@ -244,35 +244,39 @@ impl Levels {
     }
 
     /// Whether there is a place without data in reach between the neighbouring abscissas `a` and `b`.
-    pub fn parted(&self, method: &RecursiveKernel, a: f64, b: f64) -> bool {
-        let (mut left, mut right) = (f64::NEG_INFINITY, f64::INFINITY);
+    pub fn has_gap(&self, method: &RecursiveKernel, a: f64, b: f64) -> bool {
+        let (mut reached_from_below, mut reached_from_above) = (f64::NEG_INFINITY, f64::INFINITY);
         for (data, h, _) in self.each(method) {
             let reach = method.kernel.reach() * h;
             let after = data.x.partition_point(|&x| x <= a);
             if let Some(&x) = after.checked_sub(1).and_then(|i| data.x.get(i)) {
-                left = left.max(x + reach);
+                reached_from_below = reached_from_below.max(x + reach);
             }
             if let Some(&x) = data.x.get(after) {
-                right = right.min(x - reach);
+                reached_from_above = reached_from_above.min(x - reach);
             }
         }
-        left <= right && a < b
+        reached_from_below <= reached_from_above && a < b
     }
 }
 
 /// The numbers of doublings and the weights that an observation of weight `w` has in them, after others of total weight
 /// `before`: the stream has doubled k times from the 2^k-th observation on.
 fn shares(before: f64, w: f64) -> impl Iterator<Item = (u32, f64)> {
-    let (mut at, mut left) = (before, w);
+    let (mut at, mut rest) = (before, w);
     std::iter::from_fn(move || {
-        if !(left > 0.0) {
+        if !(rest > 0.0) {
             return None;
         }
         let doublings = exponent(at + 1.0);
-        let room = f64::from(doublings + 1).exp2() - 1.0 - at;
-        // Where the weights are so large that one observation counts for nothing there is no room to see.
-        let share = if room > 0.0 && room < left { room } else { left };
-        (at, left) = (at + share, left - share);
+        let until_next = f64::from(doublings + 1).exp2() - 1.0 - at;
+        // The difference is lost in rounding where one observation counts for nothing beside the weights before it.
+        let share = if until_next > 0.0 && until_next < rest {
+            until_next
+        } else {
+            rest
+        };
+        (at, rest) = (at + share, rest - share);
         Some((doublings, share))
     })
 }

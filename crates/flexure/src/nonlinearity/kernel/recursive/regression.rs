@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use rayon::prelude::*;
 
-use super::super::line::{Holed, predict};
+use super::super::line::{PartialEstimate, predict};
 use super::levels::Levels;
 use super::{RecursiveForm, RecursiveKernel};
 use crate::error::{Error, Result};
@@ -169,7 +169,7 @@ impl RecursiveFit {
     }
 }
 
-impl Holed for RecursiveFit {
+impl PartialEstimate for RecursiveFit {
     fn abscissas(&self) -> &[f64] {
         &self.levels.all.x
     }
@@ -182,8 +182,8 @@ impl Holed for RecursiveFit {
         self.levels.slope(&self.method, q)
     }
 
-    fn parted(&self, a: f64, b: f64) -> bool {
-        self.levels.parted(&self.method, a, b)
+    fn has_gap(&self, a: f64, b: f64) -> bool {
+        self.levels.has_gap(&self.method, a, b)
     }
 }
 

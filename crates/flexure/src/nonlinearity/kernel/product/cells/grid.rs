@@ -1,4 +1,4 @@
-//! Every cell that could hold points has a number: that of its coordinates, the last one's digit last.
+//! Cells with numbers. The coordinates of a cell are the digits of its number, that of the last dimension last.
 
 use std::ops::Range;
 
@@ -26,14 +26,14 @@ impl Grid {
                 #[inline(always)]
                 || {
                     for (key, x) in keys.iter_mut().zip(*column) {
-                        // None is below the origin.
+                        // No point is below the origin.
                         *key = *key * span + ((x - origin) * rate) as u32;
                     }
                 },
             );
         }
-        // Two cells ahead: after the counts have been added up `starts[c + 1]` is the start of cell c, and after
-        // all points have found their places its end.
+        // The counts stand two cells ahead. After they have been added up, `starts[c + 1]` is the start of cell c, and after all
+        // points have been placed it is the end of cell c.
         let mut starts = vec![0_u32; spans.iter().product::<usize>() + 2];
         for &key in &keys {
             starts[key as usize + 2] += 1;

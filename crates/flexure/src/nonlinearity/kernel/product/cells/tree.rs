@@ -52,7 +52,7 @@ impl Tree {
         let d = coordinates.len();
         let mut new = false;
         for (j, &coordinate) in coordinates.iter().enumerate() {
-            // Below a new entry everything is new.
+            // All entries below a new one are new.
             if new || self.levels[j].coordinate.last() != Some(&coordinate) {
                 new = true;
                 let child = self.levels.get(j + 1).map_or(start, |next| next.coordinate.len());
@@ -112,7 +112,7 @@ fn before(coordinates: &[i64], limit: i64) -> usize {
     if limit <= first {
         return 0;
     }
-    // Where no cell is empty.
+    // The place if no cell before is empty.
     let guess = limit.saturating_sub(first) as usize;
     if coordinates.get(guess) == Some(&limit) {
         return guess;
