@@ -196,7 +196,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         roles = [[label["role"] for label in path["blocks"]] for path in file["paths"]]
         if file["is_sum"]:
             found = zip(roles, result["branches"], strict=True)
-            self.branches_ = [Branch(self._blocks(own, branch), branch["input"]) for own, branch in found]
+            self.branches_ = [Branch.of(self._blocks(own, branch), branch["input"]) for own, branch in found]
             self._named: list[str] = []
         else:
             blocks = self._blocks(roles[0] if roles else [], result)

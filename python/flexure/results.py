@@ -239,37 +239,28 @@ def block_of(found: Any, dt: float | None, breakpoints: Any = ()) -> Block | Non
 class Branch:
     """One of the cascades whose outputs add up."""
 
-    blocks: list[tuple[str, Block]]
-    """The blocks with their names, in the signal's order."""
+    nonlinearity: Nonlinearity | None = None
+    """Its static nonlinearity."""
+    linear: LinearPart | None = None
+    """The dynamics after it, where there are none before it."""
+    front: LinearPart | None = None
+    """The dynamics before it."""
+    back: LinearPart | None = None
+    """Those after it, where there are some before it."""
     input: str | None = None
     """The input that enters it."""
-
-    def _block(self, name: str) -> Any:
-        return dict(self.blocks).get(name)
+    _blocks: tuple[tuple[str, Block], ...] = field(default=(), repr=False)
 
     @property
-    def nonlinearity(self) -> Nonlinearity:
-        """Its static nonlinearity."""
-        found: Nonlinearity = self._block("nonlinearity")
-        return found
+    def blocks(self) -> list[tuple[str, Block]]:
+        """The blocks with their names, in the signal's order."""
+        return list(self._blocks)
 
-    @property
-    def linear(self) -> LinearPart | None:
-        """The dynamics after it, where there are none before it."""
-        found: LinearPart | None = self._block("linear")
-        return found
-
-    @property
-    def front(self) -> LinearPart | None:
-        """The dynamics before it."""
-        found: LinearPart | None = self._block("front")
-        return found
-
-    @property
-    def back(self) -> LinearPart | None:
-        """Those after it, where there are some before it."""
-        found: LinearPart | None = self._block("back")
-        return found
+    @classmethod
+    def of(cls, blocks: list[tuple[str, Block]], input: str) -> Branch:
+        """Of blocks in series, with their names."""
+        named: dict[str, Any] = {name: block for name, block in blocks if name in ("nonlinearity", "linear", "front", "back")}
+        return cls(**named, input=input, _blocks=tuple(blocks))
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,7 @@ CASES = {
     "volterra": (flexure.Volterra(fresh=0.3), ["--structure", "volterra", "--fresh", "0.3"]),
     "multiple-inputs": (flexure.MultipleInputs(), ["--structure", "multiple-inputs"]),
     "joint-inputs": (flexure.JointInputs(), ["--structure", "joint-inputs"]),
+    "static": (flexure.estimator("static")(), ["--structure", "static"]),
 }
 
 
@@ -267,6 +268,16 @@ def test_other_structures():
     assert [name for name, _ in ends.blocks_] == ["nonlinearity", "linear", "output_nonlinearity"]
     for model in (wiener, sandwich, chosen, ends):
         same_blocks(model, type(model).from_json(model.to_json()))
+
+
+def test_every_structure_has_a_class():
+    assert flexure.estimator("wiener") is flexure.Wiener and flexure.estimator("linear").__name__ == "Linear"
+    with pytest.raises(flexure.ParameterError, match="there is no structure 'none'; the structures are"):
+        flexure.estimator("none")
+    u = np.random.default_rng(1).uniform(-1, 1, 600)
+    model = flexure.estimator("static")().fit(u, np.tanh(2 * np.roll(u, 2)))
+    assert [name for name, _ in model.blocks_] == ["linear", "nonlinearity"] and model.delay_ == 2
+    assert type(pickle.loads(pickle.dumps(model))) is type(model)
 
 
 def test_parameters_are_scikit_learns():

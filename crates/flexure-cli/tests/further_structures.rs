@@ -363,3 +363,53 @@ fn periods_tell_noise_from_distortion() {
         "--period 700 must be at least 2 and fit into the 640 samples of a realisation",
     );
 }
+
+/// The structure of CONTRIBUTING.md's recipe, which its row in the registry makes known: to the options and their help, the text, the
+/// JSON, the page and the model file.
+#[test]
+fn a_row_in_the_registry_is_enough() {
+    let folder = Folder::new();
+    let write = |name: &str, seed: u64| {
+        let mut rng = Pcg64::seed_from_u64(seed);
+        let u: Vec<f64> = (0..800).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let y = (0..800_usize)
+            .map(|n| n.checked_sub(3).map_or(0.0, |i| (2.0 * u[i]).tanh()) + 0.01 * rng.random_range(-1.0..1.0))
+            .collect();
+        write_record(folder.path(name), &Record::new([("u", u.clone()), ("y", y)]).unwrap()).unwrap();
+    };
+    write("r.csv", 1);
+    write("fresh.csv", 2);
+    assert!(
+        folder.done("identify --help").contains("static:"),
+        "the help lists the structure"
+    );
+    let words = folder.done(&format!("{IDENTIFY} static -o model.json --report page.html"));
+    for line in [
+        "Static model from 'u' to 'y', method smoothing-spline\n  a static nonlinearity of the delayed input",
+        "\n  delay               order 0, delay 3, static gain 1.000",
+        "\n  nonlinearity        smoothing spline on [",
+    ] {
+        assert!(words.contains(line), "{line}: {words}");
+    }
+    let found = folder.json(&format!("{IDENTIFY} static"));
+    assert_eq!((&found["structure"], &found["delay"]), (&"static".into(), &3.into()));
+    assert_eq!(found["delay_scores"].as_array().unwrap().len(), 21);
+    assert_eq!(found["linear"]["b"], serde_json::json!([0.0, 0.0, 0.0, 1.0]));
+    assert!(found["fit_percent"].as_f64().unwrap() > 98.0, "{}", found["verdict"]);
+    let page = folder.read("page.html");
+    for words in [
+        "A static model (a static nonlinearity of the delayed input",
+        "behind the delay",
+        "delay, samples",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
+    assert_eq!(model["paths"][0]["blocks"][1]["role"], "nonlinearity");
+    let judged = folder.json("validate model.json fresh.csv --input u --output y");
+    assert!(judged["fit_percent"].as_f64().unwrap() > 98.0, "{judged}");
+    folder.misused(
+        &format!("{IDENTIFY} static --order 2"),
+        "--order is an option of --structure hammerstein, not of --structure static; leave it out, or choose --structure hammerstein",
+    );
+}

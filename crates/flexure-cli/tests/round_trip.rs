@@ -102,6 +102,7 @@ fn signals_may_be_named_t() {
         let mut found = folder.json(&format!("identify t.csv {columns} -o model.json --report page.html"));
         assert_eq!(found["sample_time"], Value::Null);
         found["input"] = "u".into();
+        found["inputs"] = serde_json::json!(["u"]);
         found["output"] = "y".into();
         assert_eq!(found, expected);
         assert!(!folder.read("page.html").contains("t (s)"));
@@ -143,6 +144,7 @@ fn every_format_gives_the_same_model() {
     }
     let mut found = folder.json("identify record.dat --input c0 --output c1");
     found["input"] = "u".into();
+    found["inputs"] = serde_json::json!(["u"]);
     found["output"] = "y".into();
     assert_eq!(found, expected);
 }

@@ -252,6 +252,20 @@ impl StaticBlock {
         })
     }
 
+    /// A curve by an estimator of this name.
+    pub fn new(curve: Curve, estimator: &str) -> Self {
+        let x = curve.x();
+        let description = format!("{estimator} on [{}, {}]", number(x[0]), number(x[x.len() - 1]));
+        StaticBlock {
+            curve,
+            band: Vec::new(),
+            band_label: "",
+            breakpoints: Vec::new(),
+            kinks: Vec::new(),
+            description,
+        }
+    }
+
     /// The number of cubic pieces of a spline.
     pub fn pieces(&self) -> usize {
         self.breakpoints.len().saturating_sub(1)

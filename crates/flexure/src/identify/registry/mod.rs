@@ -4,6 +4,7 @@
 //! structure made of existing blocks needs its own file and one row there.
 
 mod auto;
+mod delayed_static;
 mod hammerstein;
 mod hammerstein_wiener;
 mod joint_inputs;
@@ -56,7 +57,7 @@ pub fn structures() -> &'static [Structure] {
     &STRUCTURES
 }
 
-static STRUCTURES: [Structure; 11] = [
+static STRUCTURES: [Structure; 12] = [
     auto::ROW,
     linear::ROW,
     hammerstein::ROW,
@@ -66,6 +67,7 @@ static STRUCTURES: [Structure; 11] = [
     parallel::ROW,
     multiple_inputs::ROW,
     joint_inputs::ROW,
+    delayed_static::ROW,
     narx::ROW,
     volterra::ROW,
 ];
@@ -188,6 +190,17 @@ pub enum HammersteinMethod {
 }
 
 impl Request<'_> {
+    /// The checked samples of the only record and the only input; `what` names the fit in the error about too few samples.
+    fn samples(&self, what: &'static str) -> Result<Samples<'_>> {
+        Samples::new(
+            self.record()?,
+            self.input()?,
+            self.output,
+            self.options.fresh_share,
+            what,
+        )
+    }
+
     /// Fits to the only record, from the linear approximations that several structures start from.
     fn fit_prepared<T>(
         &self,
@@ -195,13 +208,7 @@ impl Request<'_> {
         progress: &mut Progress<'_>,
         fit: fn(&Samples<'_>, &Prepared, &mut Monitor<'_>) -> Result<T>,
     ) -> Result<T> {
-        let samples = Samples::new(
-            self.record()?,
-            self.input()?,
-            self.output,
-            self.options.fresh_share,
-            what,
-        )?;
+        let samples = self.samples(what)?;
         let report = &mut |stage: Stage| progress(stage.name());
         let mut monitor = Monitor::new(report);
         let prepared = self.prepared.get_or_init(|| samples.prepared(&mut monitor));
@@ -330,4 +337,27 @@ fn tried_branches(t: &TriedBranches) -> Values {
         ("relative_error", t.relative_error.into()),
         ("bic", t.bic.into()),
     ])
+}
+
+#[cfg(test)]
+mod tests {
+    /// The structure of CONTRIBUTING.md's recipe, as it stands there.
+    #[test]
+    fn the_worked_example_is_a_structure() {
+        let contributing = include_str!("../../../../../CONTRIBUTING.md");
+        let example = include_str!("delayed_static.rs");
+        assert!(
+            contributing.contains(&format!("```rust\n{example}```")),
+            "CONTRIBUTING.md's example differs from delayed_static.rs"
+        );
+    }
+
+    #[test]
+    fn names_are_unique_and_complexities_start_at_one() {
+        let keys: Vec<&str> = super::structures().iter().map(|s| s.name.key).collect();
+        assert!((0..keys.len()).all(|i| !keys[..i].contains(&keys[i])), "{keys:?}");
+        let simplest = super::structures().iter().filter_map(|s| s.complexity).min();
+        assert_eq!(simplest, Some(1));
+        assert!(super::Structure::by_name("none").is_none());
+    }
 }
