@@ -45,15 +45,12 @@ pub use hammerstein::{
     PlainHammerstein, RefinedHammerstein, RefinedIdentification, RegressionLag,
 };
 pub use outcome::{ChosenOrder, OrderScore, PlainIdentification, Psi, Verdict, Warning};
-pub use reference::{
-    DecayPrior, Narx, NarxIdentification, NarxModel, NarxTerm, TriedNarx, Volterra, VolterraIdentification,
-    VolterraModel,
-};
+pub use reference::{DecayPrior, Narx, NarxModel, NarxTerm, Volterra, VolterraModel};
 pub use registry::{HammersteinMethod, Options, Progress, Request, Structure, structures};
 pub use result::{Identification, StructureName};
 pub use structures::{
-    HammersteinWiener, HammersteinWienerIdentification, InputBranch, Linear, LinearIdentification, MultipleInputs,
+    HammersteinWiener, HammersteinWienerIdentification, InputBranch, Linear, MultipleInputs,
     MultipleInputsIdentification, MultipleInputsModel, Parallel, ParallelIdentification, Wiener, WienerHammerstein,
     WienerHammersteinIdentification, WienerIdentification, WienerStart,
 };
-pub use surface::{JointInputs, JointInputsIdentification, TriedSurface};
+pub use surface::JointInputs;

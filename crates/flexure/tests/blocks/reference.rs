@@ -1,3 +1,5 @@
+use flexure::Block;
+use flexure::identify::result::Value;
 use flexure::identify::{Narx, Volterra};
 use flexure::record::Record;
 
@@ -21,12 +23,14 @@ fn narx_comes_near_a_system_with_feedback() {
         .unwrap();
     let fresh = uniform(3000, 2);
     let reached = fit(&run(&fresh), &result.model.simulate(&fresh));
-    println!(
-        "{reached} {} {} {}",
-        result.model.outputs, result.model.inputs, result.degree
-    );
+    let degree = result.detail("degree").unwrap();
+    println!("{reached} {:?} {degree:?}", result.tried.last());
     assert!(reached > 97.0, "{reached}");
-    assert!(result.bounded && result.degree == 3 && result.model.delay <= 1);
+    assert_eq!(
+        (degree, result.detail("bounded")),
+        (&Value::Count(3), Some(&Value::Flag(true)))
+    );
+    assert!(result.delay <= 1);
     assert!(result.verdict.measures.fit_percent > 97.0);
 }
 
@@ -60,11 +64,14 @@ fn volterra_kernels_of_a_wiener_square_come_back() {
     let result = Volterra::default().identify(&record, "u", "y").unwrap();
     let fresh = uniform(3000, 6);
     let reached = fit(&known.run(&fresh), &result.model.simulate(&fresh));
-    println!("{reached} {:?} {}", result.priors, result.model.second_memory);
+    println!("{reached} {:?}", result.detail("priors"));
     assert!(reached > 96.0, "{reached}");
     let g = flexure::linear::TransferFunction::new(known.b.to_vec(), known.a.to_vec()).unwrap();
     let g = g.impulse_response(40);
-    let (model, delay) = (&result.model, result.model.delay);
+    let Block::Volterra(model) = &result.model else {
+        panic!("{:?} is no Volterra series", result.model);
+    };
+    let delay = result.delay;
     // About the input's mean m: h1 = g (1 + G(1) m).
     let slope = 1.0 + g.iter().sum::<f64>() * model.input_level;
     for (i, h) in model.first.iter().take(8).enumerate() {
@@ -75,10 +82,10 @@ fn volterra_kernels_of_a_wiener_square_come_back() {
             assert_eq!(h2, model.second[k * model.second_memory + i]);
         }
     }
+    let noise = result.detail("noise").and_then(Value::number).unwrap();
     assert!(
-        (result.noise / (0.03 * spread(record.column("y").unwrap())) - 1.0).abs() < 0.2,
-        "{}",
-        result.noise
+        (noise / (0.03 * spread(record.column("y").unwrap())) - 1.0).abs() < 0.2,
+        "{noise}"
     );
 }
 

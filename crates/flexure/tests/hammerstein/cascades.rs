@@ -80,10 +80,9 @@ fn identified(case: &Case, structure: &str) -> Result<(), String> {
     let record = simulate(case);
     let fresh_share = case.method.fresh_share;
     let start = Instant::now();
-    let progress = &mut |_| stopped(start);
     macro_rules! checked {
         ($method:expr) => {
-            match $method.identify_with(&record, "u", "y", progress) {
+            match $method.identify_with(&record, "u", "y", &mut |_| stopped(start)) {
                 Ok(r) => check(case, &r.model, &r.predicted, &r.verdict, &r.warnings),
                 Err(error) => refused(&error),
             }

@@ -3,9 +3,9 @@
 //! [`Narx`] feeds past outputs back, [`Volterra`] only looks at past inputs. Neither tells where the nonlinearity sits; a
 //! model of blocks that comes near them has found the structure, one that stays far behind has not.
 
-mod narx;
+pub(super) mod narx;
 mod ridge;
-mod volterra;
+pub(super) mod volterra;
 
-pub use narx::{Narx, NarxIdentification, NarxModel, NarxTerm, TriedNarx};
-pub use volterra::{DecayPrior, Volterra, VolterraIdentification, VolterraModel};
+pub use narx::{Narx, NarxModel, NarxTerm};
+pub use volterra::{DecayPrior, Volterra, VolterraModel};

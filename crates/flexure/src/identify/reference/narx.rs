@@ -10,14 +10,18 @@
 //! A polynomial that is fed back can run away. Values that are fed back are held within an output's span beyond what the fit
 //! saw on either side, so that every free run is bounded.
 
+use std::ops::ControlFlow;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::super::block::branches::{Columns, delays};
-use super::super::outcome::{Verdict, Warning};
 use super::ridge::Ridge;
 use crate::error::Result;
+use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};
+use crate::identify::result::{BlockKind, Detail, Identification, NamedBlock, Place, StructureName, Values};
 use crate::interrupt;
+use crate::model::Block;
 use crate::record::Record;
 
 /// Largest number of past outputs, extra past inputs, and degrees that are tried.
@@ -200,111 +204,168 @@ fn product(factors: &[usize], lagged: &[f64]) -> f64 {
 
 /// A structure that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TriedNarx {
+struct TriedNarx {
     /// Past outputs.
-    pub outputs: usize,
+    outputs: usize,
     /// Past inputs.
-    pub inputs: usize,
+    inputs: usize,
     /// The monomials' largest degree.
-    pub degree: usize,
+    degree: usize,
     /// The best of the penalties that were tried, for columns of unit variance and one sample.
-    pub penalty: f64,
+    penalty: f64,
     /// RMS of the free-run error on the samples of the choice, relative to the output's standard deviation.
-    pub relative_error: f64,
+    relative_error: f64,
     /// Whether the free run stayed within bounds.
-    pub bounded: bool,
+    bounded: bool,
 }
 
-/// An identified NARX model with all that was chosen on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NarxIdentification {
-    /// The model, ready to simulate.
-    pub model: NarxModel,
-    /// The monomials' largest degree.
-    pub degree: usize,
-    /// Whether no value of the free run over the record had to be held.
-    pub bounded: bool,
-    /// The structures that were tried.
-    pub tried: Vec<TriedNarx>,
-    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
-    pub fitted: usize,
-    /// The free-run output over all samples.
-    pub predicted: Vec<f64>,
-    /// The verdict on the samples from `fitted` on.
-    pub verdict: Verdict,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
+pub(in crate::identify) const ROW: Structure = Structure {
+    name: StructureName {
+        key: "narx",
+        title: "polynomial NARX",
+    },
+    description: "a polynomial of past outputs and inputs: a reference without blocks",
+    inputs: 1..=1,
+    options: &[],
+    complexity: None,
+    identify,
+};
 
 impl Narx {
     /// Identifies a model from `input` to `output`.
     ///
     /// # Errors
     /// Those of [`HammersteinWiener::identify`](crate::identify::HammersteinWiener::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<NarxIdentification> {
-        let what = "a NARX fit (besides the fresh part)";
-        let columns = Columns::new(record, &[input], output, self.fresh_share, what)?;
-        let data = columns.signals();
-        let delay = delays(&data).first().copied().unwrap_or(0);
-        let first = data.y.len().saturating_sub(MOST_SAMPLES);
-        let (u, y) = (&data.u[0][first..], &data.y[first..]);
-        let (low, high) = y.iter().fold((0.0_f64, 0.0_f64), |(l, h), y| (l.min(*y), h.max(*y)));
-        let span = high - low;
-        let blank = |outputs, inputs| NarxModel {
-            outputs,
-            inputs,
-            delay,
-            constant: 0.0,
-            terms: Vec::new(),
-            scales: [columns.inputs[0], columns.output].map(|s| (s.mean, s.spread)),
-            held: (low - span, high + span),
-        };
-        let mut structures = Vec::new();
-        for (outputs, more, degree) in (0..=MOST_LAGS)
-            .flat_map(|a| (0..=MORE_INPUTS).flat_map(move |m| (1..=LARGEST_DEGREE).map(move |d| (a, m, d))))
-        {
-            let inputs = outputs.max(1) + more;
-            if monomials(outputs + inputs, degree).len() <= MOST_TERMS {
-                structures.push((outputs, inputs, degree));
-            }
-        }
-        let estimated = u.len() - (CHOICE_SHARE * u.len() as f64) as usize;
-        let interrupt = interrupt::current();
-        let fits: Vec<(TriedNarx, NarxModel)> = structures
-            .par_iter()
-            .filter(|_| !interrupt.is_requested())
-            .filter_map(|&(outputs, inputs, degree)| fit(blank(outputs, inputs), degree, u, y, estimated))
-            .collect();
-        interrupt::check()?;
-        let score = |t: &TriedNarx| (!t.bounded, t.relative_error);
-        let best = fits.iter().min_by(|a, b| {
-            let (a, b) = (score(&a.0), score(&b.0));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
-        let (model, degree) = match best {
-            Some((tried, model)) => {
-                let again = refit(model, tried, u, y);
-                let bounded = |m: &NarxModel| m.run(u).1 == 0;
-                let kept = again.filter(|m| bounded(m) || !bounded(model));
-                (kept.unwrap_or_else(|| model.clone()), tried.degree)
-            }
-            None => (blank(0, 1), 0),
-        };
-        let predicted = model.simulate(columns.u[0]);
-        let (u_mean, u_spread) = model.scales[0];
-        let all: Vec<f64> = columns.u[0].iter().map(|u| (u - u_mean) / u_spread).collect();
-        let (verdict, warnings) = columns.samples().verdict(&predicted, None)?;
-        Ok(NarxIdentification {
-            bounded: model.run(&all).1 == 0,
-            model,
-            degree,
-            tried: fits.into_iter().map(|f| f.0).collect(),
-            fitted: columns.fitted,
-            predicted,
-            verdict,
-            warnings,
-        })
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
+        let options = Options::with_fresh_share(self.fresh_share);
+        ROW.run((record, &[input], output), options, &mut |_| ControlFlow::Continue(()))
     }
+}
+
+fn identify(request: &Request<'_>, _: &mut Progress<'_>) -> Result<Identification> {
+    let what = "a NARX fit (besides the fresh part)";
+    let share = request.options.fresh_share;
+    let columns = Columns::new(request.record()?, &[request.input()?], request.output, share, what)?;
+    let Searched { model, degree, tried } = searched(&columns)?;
+    let predicted = model.simulate(columns.u[0]);
+    let (u_mean, u_spread) = model.scales[0];
+    let all: Vec<f64> = columns.u[0].iter().map(|u| (u - u_mean) / u_spread).collect();
+    let bounded = model.run(&all).1 == 0;
+    let (verdict, warnings) = columns.samples().verdict(&predicted, None)?;
+    let details = details(&model, degree, bounded, tried.len());
+    let (order, delay) = (model.outputs, model.delay);
+    let block = NamedBlock::new("narx", "Terms", BlockKind::Narx(model.clone()));
+    let run = Run {
+        model: Block::Narx(model),
+        paths: vec![path(request, vec![block])],
+        output_offset: 0.0,
+        fitted: columns.fitted,
+        predicted,
+        verdicts: vec![verdict],
+        warnings,
+    };
+    Ok(Identification {
+        method: "ridge",
+        order,
+        delay,
+        tried: tried.iter().map(Values::from).collect(),
+        details,
+        ..run.identification(&ROW, request)?
+    })
+}
+
+/// What a reader is told of the polynomial.
+fn details(model: &NarxModel, degree: usize, bounded: bool, tried: usize) -> Vec<Detail> {
+    let lags = format!("{} + {}", model.outputs, model.inputs);
+    let free = match bounded {
+        true => "stays within bounds by itself",
+        false => "runs away on this record and is held at its bounds",
+    };
+    let why =
+        "smallest free-run error on the last quarter of the fit's samples, among models that stay within bounds there";
+    let held = "what is fed back is held within an output's span beyond what the fit saw";
+    let tried = format!("{tried} structures tried");
+    vec![
+        Detail::sentence(Place::Fact, "Lags", lags, "past outputs and inputs"),
+        Detail::new("degree", degree).shown(Place::Fact, "Degree", degree.to_string(), "of the polynomial"),
+        Detail::sentence(Place::Fact, "Terms", model.terms.len().to_string(), "monomials"),
+        Detail::sentence(Place::Choice, "Lags and degree", tried, why),
+        Detail::new("bounded", bounded).shown(Place::ChoiceAndText, "Free run", free, held),
+    ]
+}
+
+impl From<&TriedNarx> for Values {
+    fn from(t: &TriedNarx) -> Self {
+        Values::new([
+            ("past_outputs", t.outputs.into()),
+            ("past_inputs", t.inputs.into()),
+            ("degree", t.degree.into()),
+            ("penalty", t.penalty.into()),
+            ("relative_error", t.relative_error.into()),
+            ("bounded", t.bounded.into()),
+        ])
+    }
+}
+
+/// The best of all structures, fitted to all samples.
+struct Searched {
+    model: NarxModel,
+    degree: usize,
+    tried: Vec<TriedNarx>,
+}
+
+fn searched(columns: &Columns<'_>) -> Result<Searched> {
+    let data = columns.signals();
+    let delay = delays(&data).first().copied().unwrap_or(0);
+    let first = data.y.len().saturating_sub(MOST_SAMPLES);
+    let (u, y) = (&data.u[0][first..], &data.y[first..]);
+    let (low, high) = y.iter().fold((0.0_f64, 0.0_f64), |(l, h), y| (l.min(*y), h.max(*y)));
+    let span = high - low;
+    let blank = |outputs, inputs| NarxModel {
+        outputs,
+        inputs,
+        delay,
+        constant: 0.0,
+        terms: Vec::new(),
+        scales: [columns.inputs[0], columns.output].map(|s| (s.mean, s.spread)),
+        held: (low - span, high + span),
+    };
+    let mut structures = Vec::new();
+    for (outputs, more, degree) in
+        (0..=MOST_LAGS).flat_map(|a| (0..=MORE_INPUTS).flat_map(move |m| (1..=LARGEST_DEGREE).map(move |d| (a, m, d))))
+    {
+        let inputs = outputs.max(1) + more;
+        if monomials(outputs + inputs, degree).len() <= MOST_TERMS {
+            structures.push((outputs, inputs, degree));
+        }
+    }
+    let estimated = u.len() - (CHOICE_SHARE * u.len() as f64) as usize;
+    let interrupt = interrupt::current();
+    let fits: Vec<(TriedNarx, NarxModel)> = structures
+        .par_iter()
+        .filter(|_| !interrupt.is_requested())
+        .filter_map(|&(outputs, inputs, degree)| fit(blank(outputs, inputs), degree, u, y, estimated))
+        .collect();
+    interrupt::check()?;
+    let score = |t: &TriedNarx| (!t.bounded, t.relative_error);
+    let best = fits.iter().min_by(|a, b| {
+        let (a, b) = (score(&a.0), score(&b.0));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    let (model, degree) = match best {
+        Some((tried, model)) => {
+            let again = refit(model, tried, u, y);
+            let bounded = |m: &NarxModel| m.run(u).1 == 0;
+            let kept = again.filter(|m| bounded(m) || !bounded(model));
+            (kept.unwrap_or_else(|| model.clone()), tried.degree)
+        }
+        None => (blank(0, 1), 0),
+    };
+    Ok(Searched {
+        model,
+        degree,
+        tried: fits.into_iter().map(|f| f.0).collect(),
+    })
 }
 
 /// All products of up to `degree` of so many variables.

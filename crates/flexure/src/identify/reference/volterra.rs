@@ -9,17 +9,22 @@
 //! TC is a sum of independent steps: $h_1(i) = \sum_{k \ge i} w_k$ with variances $c (\lambda^k - \lambda^{k+1})$. In running sums
 //! of the input the prior is diagonal, and the marginal likelihood needs one factorisation of the normal equations.
 
+use std::ops::ControlFlow;
+
 use serde::{Deserialize, Serialize};
 
 use super::super::block::branches::{Columns, Signals, delays};
 use super::super::block::normal_equations;
-use super::super::outcome::{Verdict, Warning};
 use super::narx::LARGEST_LAG;
 use crate::error::Result;
+use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};
+use crate::identify::result::{BlockKind, Detail, Identification, NamedBlock, Place, StructureName, Values};
 use crate::interrupt;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::model::Block;
 use crate::record::Record;
+use crate::text::number;
 
 /// Memories of both orders that are tried, the second with the best of the first.
 const FIRST_MEMORIES: [usize; 4] = [20, 40, 80, 160];
@@ -140,62 +145,87 @@ impl VolterraModel {
     }
 }
 
-/// An identified Volterra series with all that was chosen on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct VolterraIdentification {
-    /// The model, ready to simulate.
-    pub model: VolterraModel,
-    /// The priors of both kernels that maximise the marginal likelihood.
-    pub priors: [DecayPrior; 2],
-    /// The standard deviation of the noise, in the output's unit.
-    pub noise: f64,
-    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
-    pub fitted: usize,
-    /// The model's output over all samples.
-    pub predicted: Vec<f64>,
-    /// The verdict on the samples from `fitted` on.
-    pub verdict: Verdict,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
+pub(in crate::identify) const ROW: Structure = Structure {
+    name: StructureName {
+        key: "volterra",
+        title: "second-order Volterra",
+    },
+    description: "a regularised Volterra series of second order: a reference without blocks",
+    inputs: 1..=1,
+    options: &[],
+    complexity: None,
+    identify,
+};
 
 impl Volterra {
     /// Identifies a model from `input` to `output`.
     ///
     /// # Errors
     /// Those of [`Narx::identify`](super::Narx::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<VolterraIdentification> {
-        let what = "a Volterra fit (besides the fresh part)";
-        let columns = Columns::new(record, &[input], output, self.fresh_share, what)?;
-        let data = columns.signals();
-        let delay = delays(&data).first().copied().unwrap_or(0);
-        let best = search(&data, delay);
-        let (u, y) = (columns.inputs[0], columns.output);
-        let model = match &best {
-            Some(best) => best.model(delay, u.mean, [y.spread / u.spread, y.spread / u.spread.powi(2)], |h| {
-                y.back(h)
-            }),
-            None => VolterraModel {
-                delay,
-                input_level: u.mean,
-                constant: y.mean,
-                first: Vec::new(),
-                second: Vec::new(),
-                second_memory: 0,
-            },
-        };
-        let predicted = model.simulate(columns.u[0]);
-        let (verdict, warnings) = columns.samples().verdict(&predicted, None)?;
-        Ok(VolterraIdentification {
-            model,
-            priors: best.as_ref().map_or(START, |b| b.priors),
-            noise: y.spread * best.as_ref().map_or(1.0, |b| b.variance.sqrt()),
-            fitted: columns.fitted,
-            predicted,
-            verdict,
-            warnings,
-        })
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
+        let options = Options::with_fresh_share(self.fresh_share);
+        ROW.run((record, &[input], output), options, &mut |_| ControlFlow::Continue(()))
     }
+}
+
+fn identify(request: &Request<'_>, _: &mut Progress<'_>) -> Result<Identification> {
+    let what = "a Volterra fit (besides the fresh part)";
+    let share = request.options.fresh_share;
+    let columns = Columns::new(request.record()?, &[request.input()?], request.output, share, what)?;
+    let data = columns.signals();
+    let delay = delays(&data).first().copied().unwrap_or(0);
+    let best = search(&data, delay);
+    let (u, y) = (columns.inputs[0], columns.output);
+    let model = match &best {
+        Some(best) => best.model(delay, u.mean, [y.spread / u.spread, y.spread / u.spread.powi(2)], |h| {
+            y.back(h)
+        }),
+        None => VolterraModel {
+            delay,
+            input_level: u.mean,
+            constant: y.mean,
+            first: Vec::new(),
+            second: Vec::new(),
+            second_memory: 0,
+        },
+    };
+    let predicted = model.simulate(columns.u[0]);
+    let (verdict, warnings) = columns.samples().verdict(&predicted, None)?;
+    let priors = best.as_ref().map_or(START, |b| b.priors);
+    let noise = y.spread * best.as_ref().map_or(1.0, |b| b.variance.sqrt());
+    let details = details(&model, &priors, noise);
+    let delay = model.delay;
+    let block = NamedBlock::new("volterra", "Kernels", BlockKind::Volterra(model.clone()));
+    let run = Run {
+        model: Block::Volterra(model),
+        paths: vec![path(request, vec![block])],
+        output_offset: 0.0,
+        fitted: columns.fitted,
+        predicted,
+        verdicts: vec![verdict],
+        warnings,
+    };
+    Ok(Identification {
+        method: "marginal-likelihood",
+        delay,
+        details,
+        ..run.identification(&ROW, request)?
+    })
+}
+
+/// What a reader is told of the kernels: their lengths, their priors, and the noise.
+fn details(model: &VolterraModel, priors: &[DecayPrior; 2], noise: f64) -> Vec<Detail> {
+    let values = priors.map(|p| Values::new([("size", p.size.into()), ("decay", p.decay.into())]));
+    let [first, second] = priors.map(|p| format!("size {}, decay {} a sample", number(p.size), number(p.decay)));
+    let why = "largest marginal likelihood of a tuned-correlated prior";
+    let lags = format!("{} and {}", model.first.len(), model.second_memory);
+    vec![
+        Detail::sentence(Place::Fact, "Lags", lags, "of the kernels of first and second order"),
+        Detail::new("noise", noise).shown(Place::Fact, "Noise", number(noise), "standard deviation"),
+        Detail::sentence(Place::ChoiceAndText, "First-order prior", first, why),
+        Detail::sentence(Place::ChoiceAndText, "Second-order prior", second, why),
+        Detail::new("priors", values.to_vec()),
+    ]
 }
 
 /// Lags of the first and of the second order.

@@ -7,12 +7,8 @@ mod auto;
 mod delayed_static;
 mod hammerstein;
 mod hammerstein_wiener;
-mod joint_inputs;
-mod linear;
 mod multiple_inputs;
-mod narx;
 mod parallel;
-mod volterra;
 mod wiener;
 mod wiener_hammerstein;
 
@@ -23,14 +19,17 @@ use super::block::branches::TriedBranches;
 use super::block::{ApproximationScore, Monitor, Prepared, Stage, TriedStructure};
 use super::hammerstein::{PhysicalForm, PlainHammerstein, RefinedHammerstein};
 use super::outcome::{Verdict, Warning};
+use super::reference;
 use super::result::{Detail, Identification, NamedBlock, Path, Place, Score, StructureName, Values};
 use super::samples::Samples;
+use super::structures::linear;
+use super::surface;
 use crate::error::{Error, Result, Stopped};
 use crate::model::Block;
 use crate::record::Record;
 
 /// What all prediction-error methods are called.
-const PREDICTION_ERROR: &str = "prediction-error";
+pub(super) const PREDICTION_ERROR: &str = "prediction-error";
 
 /// A block structure and its identification.
 #[derive(Debug)]
@@ -66,10 +65,10 @@ static STRUCTURES: [Structure; 12] = [
     hammerstein_wiener::ROW,
     parallel::ROW,
     multiple_inputs::ROW,
-    joint_inputs::ROW,
+    surface::ROW,
     delayed_static::ROW,
-    narx::ROW,
-    volterra::ROW,
+    reference::narx::ROW,
+    reference::volterra::ROW,
 ];
 
 impl Structure {
@@ -81,6 +80,16 @@ impl Structure {
     /// Whether it takes more than one input.
     pub fn has_several_inputs(&self) -> bool {
         *self.inputs.end() > 1
+    }
+
+    /// Identifies a system of this structure from one record.
+    pub(super) fn run(
+        &self,
+        (record, inputs, output): (&Record, &[&str], &str),
+        options: Options,
+        progress: &mut Progress<'_>,
+    ) -> Result<Identification> {
+        self.identify(&Request::new(&[record], inputs, output, options), progress)
     }
 
     /// Identifies a system of this structure.
@@ -119,7 +128,7 @@ impl<'a> Request<'a> {
     }
 
     /// The only record.
-    fn record(&self) -> Result<&'a Record> {
+    pub(super) fn record(&self) -> Result<&'a Record> {
         match self.records {
             [record] => Ok(record),
             several => Err(Error::parameter(
@@ -131,7 +140,7 @@ impl<'a> Request<'a> {
     }
 
     /// The only input.
-    fn input(&self) -> Result<&'a str> {
+    pub(super) fn input(&self) -> Result<&'a str> {
         match self.inputs {
             [input] => Ok(input),
             several => Err(Error::parameter(
@@ -191,7 +200,7 @@ pub enum HammersteinMethod {
 
 impl Request<'_> {
     /// The checked samples of the only record and the only input; `what` names the fit in the error about too few samples.
-    fn samples(&self, what: &'static str) -> Result<Samples<'_>> {
+    pub(super) fn samples(&self, what: &'static str) -> Result<Samples<'_>> {
         Samples::new(
             self.record()?,
             self.input()?,
@@ -211,13 +220,18 @@ impl Request<'_> {
         let samples = self.samples(what)?;
         let report = &mut |stage: Stage| progress(stage.name());
         let mut monitor = Monitor::new(report);
-        let prepared = self.prepared.get_or_init(|| samples.prepared(&mut monitor));
+        let prepared = self.prepared(&samples, &mut monitor);
         fit(&samples, prepared, &mut monitor)
+    }
+
+    /// The linear approximations that several structures start from, made once for all of them.
+    pub(super) fn prepared(&self, samples: &Samples<'_>, monitor: &mut Monitor<'_>) -> &Prepared {
+        self.prepared.get_or_init(|| samples.prepared(monitor))
     }
 }
 
 /// Reports a step of a method that has no others, and stops where that is asked for.
-fn announce(stage: &'static str, progress: &mut Progress<'_>) -> Result<()> {
+pub(super) fn announce(stage: &'static str, progress: &mut Progress<'_>) -> Result<()> {
     match progress(stage) {
         ControlFlow::Break(()) => Err(Error::Stopped(Stopped::Identifying { stage })),
         ControlFlow::Continue(()) => Ok(()),
@@ -225,19 +239,33 @@ fn announce(stage: &'static str, progress: &mut Progress<'_>) -> Result<()> {
 }
 
 /// A model with its free run.
-struct Run {
-    model: Block,
-    paths: Vec<Path>,
-    output_offset: f64,
-    fitted: usize,
-    predicted: Vec<f64>,
-    verdicts: Vec<Verdict>,
-    warnings: Vec<Warning>,
+pub(super) struct Run {
+    pub model: Block,
+    pub paths: Vec<Path>,
+    pub output_offset: f64,
+    pub fitted: usize,
+    pub predicted: Vec<f64>,
+    pub verdicts: Vec<Verdict>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Run {
+    /// The free run of a model of the first input, of so many parameters.
+    pub(super) fn new(samples: &Samples<'_>, model: Block, paths: Vec<Path>, parameters: usize) -> Result<Self> {
+        let (predicted, verdict, warnings) = samples.judged(&model, parameters)?;
+        Ok(Run {
+            model,
+            paths,
+            output_offset: 0.0,
+            fitted: samples.fitted,
+            predicted,
+            verdicts: vec![verdict],
+            warnings,
+        })
+    }
+
     /// The result by prediction error, without what was tried and without details.
-    fn identification(self, row: &Structure, request: &Request<'_>) -> Result<Identification> {
+    pub(super) fn identification(self, row: &Structure, request: &Request<'_>) -> Result<Identification> {
         let verdict = Verdict::worst(&self.verdicts).cloned();
         let verdict = verdict.ok_or_else(|| Error::too_short("a verdict on the inputs", 1, 0))?;
         Ok(Identification {
@@ -267,7 +295,7 @@ impl Run {
 }
 
 /// One path from all inputs of a request.
-fn path(request: &Request<'_>, blocks: Vec<NamedBlock>) -> Path {
+pub(super) fn path(request: &Request<'_>, blocks: Vec<NamedBlock>) -> Path {
     Path {
         inputs: request.inputs.iter().map(|i| (*i).to_owned()).collect(),
         blocks,
@@ -275,7 +303,7 @@ fn path(request: &Request<'_>, blocks: Vec<NamedBlock>) -> Path {
 }
 
 /// What the search for poles and zeros started from, and the approximations by their orders.
-fn start_details(start: &str, approximations: &[ApproximationScore], paths: &[Path]) -> Vec<Detail> {
+pub(super) fn start_details(start: &str, approximations: &[ApproximationScore], paths: &[Path]) -> Vec<Detail> {
     let chosen: usize = paths.iter().map(Path::order).sum();
     let orders: Vec<usize> = approximations.iter().map(|a| a.order).collect();
     let errors: Vec<f64> = approximations.iter().map(|a| a.relative_error).collect();
@@ -308,7 +336,7 @@ fn start_details(start: &str, approximations: &[ApproximationScore], paths: &[Pa
 }
 
 /// A structure of three blocks that was tried.
-fn tried_cascade(t: &TriedStructure) -> Values {
+pub(super) fn tried_cascade(t: &TriedStructure) -> Values {
     Values::new([
         ("front_order", t.front_order.into()),
         ("front_numerator", t.front_numerator.into()),
@@ -324,7 +352,7 @@ fn tried_cascade(t: &TriedStructure) -> Values {
 }
 
 /// A sum of branches that was tried.
-fn tried_branches(t: &TriedBranches) -> Values {
+pub(super) fn tried_branches(t: &TriedBranches) -> Values {
     Values::new([
         ("orders", t.orders.as_slice().into()),
         ("numerators", t.numerators.as_slice().into()),

@@ -7,11 +7,10 @@
 
 use std::ops::ControlFlow;
 
-use super::super::block::{ApproximationScore, Monitor, Prepared, Rational, Stage, restructured};
-use super::super::outcome::{Verdict, Warning};
-use super::super::samples::Samples;
+use super::super::block::{Monitor, Rational, Stage, restructured};
 use crate::error::Result;
-use crate::linear::TransferFunction;
+use crate::identify::registry::{Options, Progress, Request, Run, Structure, path, start_details};
+use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, StructureName, Value};
 use crate::model::Block;
 use crate::record::Record;
 
@@ -48,35 +47,24 @@ impl Default for Linear {
     }
 }
 
-/// An identified linear model with all that was chosen on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LinearIdentification {
-    /// The model, ready to simulate: `Series([Linear, Offset])`, the latter adding the offset.
-    pub model: Block,
-    /// The transfer function, in the units of output over input; a long delay is leading zeros of its numerator. Always stable.
-    pub linear: TransferFunction,
-    /// Added to its output.
-    pub output_offset: f64,
-    /// The number of poles.
-    pub order: usize,
-    /// The orders that were tried first, with as many zeros as poles.
-    pub approximations: Vec<ApproximationScore>,
-    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
-    pub fitted: usize,
-    /// The free-run output over all samples.
-    pub predicted: Vec<f64>,
-    /// The verdict on the samples from `fitted` on.
-    pub verdict: Verdict,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
+pub(in crate::identify) const ROW: Structure = Structure {
+    name: StructureName {
+        key: "linear",
+        title: "linear",
+    },
+    description: "linear dynamics alone",
+    inputs: 1..=1,
+    options: &[],
+    complexity: Some(1),
+    identify,
+};
 
 impl Linear {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
     /// Those of [`Wiener::identify`](crate::identify::Wiener::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<LinearIdentification> {
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
         self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
     }
 
@@ -91,22 +79,18 @@ impl Linear {
         record: &Record,
         input: &str,
         output: &str,
-        progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
-    ) -> Result<LinearIdentification> {
-        let what = "a linear fit (besides the fresh part)";
-        let samples = Samples::new(record, input, output, self.fresh_share, what)?;
-        let mut monitor = Monitor::new(progress);
-        let prepared = samples.prepared(&mut monitor);
-        fit(&samples, &prepared, &mut monitor)
+        progress: &mut Progress<'_>,
+    ) -> Result<Identification> {
+        let options = Options::with_fresh_share(self.fresh_share);
+        ROW.run((record, &[input], output), options, progress)
     }
 }
 
-/// The identification from linear approximations on.
-pub(in crate::identify) fn fit(
-    samples: &Samples<'_>,
-    prepared: &Prepared,
-    monitor: &mut Monitor<'_>,
-) -> Result<LinearIdentification> {
+fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+    let samples = request.samples("a linear fit (besides the fresh part)")?;
+    let report = &mut |stage: Stage| progress(stage.name());
+    let mut monitor = Monitor::new(report);
+    let prepared = request.prepared(&samples, &mut monitor);
     monitor.stage = Stage::Structure;
     let nothing = Rational {
         b: vec![0.0],
@@ -114,12 +98,11 @@ pub(in crate::identify) fn fit(
     };
     let best = prepared.best().map(|i| &prepared.approximations[i].system);
     let system = best.map_or(nothing, |g| {
-        let found = restructured(&prepared.data, g, monitor);
-        found.efficient(&prepared.data, monitor).system
+        let found = restructured(&prepared.data, g, &mut monitor);
+        found.efficient(&prepared.data, &mut monitor).system
     });
     monitor.finished()?;
     let (input, output) = (prepared.scales.input, prepared.scales.output);
-    let order = system.order();
     // One more for the offset.
     let parameters = system.parameters().len() + 1;
     let gain = output.spread / input.spread;
@@ -130,16 +113,16 @@ pub(in crate::identify) fn fit(
     let linear = scaled.transfer_function(prepared.delay)?;
     let output_offset = output.mean - scaled.static_gain() * input.mean;
     let model = Block::Series(vec![Block::Linear(linear.clone()), Block::Offset(output_offset)]);
-    let (predicted, verdict, warnings) = samples.judged(&model, parameters)?;
-    Ok(LinearIdentification {
-        model,
-        linear,
+    let linear = NamedBlock::new("linear", "Linear part", LinearBlock::of(linear));
+    let run = Run::new(&samples, model, vec![path(request, vec![linear])], parameters)?;
+    let start = "the order of the linear approximation with the smallest Schwarz criterion";
+    Ok(Identification {
+        details: [
+            start_details(start, &prepared.scores(), &run.paths),
+            vec![Detail::new("nonlinearity", Value::None).unsaved()],
+        ]
+        .concat(),
         output_offset,
-        order,
-        approximations: prepared.scores(),
-        fitted: samples.fitted,
-        predicted,
-        verdict,
-        warnings,
+        ..run.identification(&ROW, request)?
     })
 }

@@ -8,7 +8,7 @@ pub(super) mod wiener;
 pub(super) mod wiener_hammerstein;
 
 pub use hammerstein_wiener::{HammersteinWiener, HammersteinWienerIdentification};
-pub use linear::{Linear, LinearIdentification};
+pub use linear::Linear;
 pub use multiple_inputs::{InputBranch, MultipleInputs, MultipleInputsIdentification, MultipleInputsModel};
 pub use parallel::{Parallel, ParallelIdentification};
 pub use wiener::{Wiener, WienerIdentification, WienerStart};

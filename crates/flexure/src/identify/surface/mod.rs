@@ -28,14 +28,18 @@ use std::ops::ControlFlow;
 
 use super::block::branches::{Columns, Signals};
 use super::block::{Monitor, Stage, conventional_gain};
-use super::outcome::{Verdict, Warning};
 use super::samples::refuse_repeated;
 use crate::error::{Error, Result};
+use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};
+use crate::identify::result::{
+    BlockKind, Detail, Identification, LinearBlock, NamedBlock, Place, Score, StructureName, Values,
+};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
 use crate::nonlinearity::{Surface, SurfaceAxis};
 use crate::record::Record;
+use crate::text::number;
 use fit::Fit;
 
 /// Most inputs of one nonlinearity.
@@ -77,39 +81,9 @@ impl Default for JointInputs {
     }
 }
 
-/// An identified system with a nonlinearity of several inputs, with all that was chosen on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct JointInputsIdentification {
-    /// The model, ready to simulate: `Series([Surface, Linear, Offset])`, the last adding the offset.
-    pub model: Block,
-    /// The nonlinearity, in the inputs' units, held at its edges beyond the range of the fit.
-    pub nonlinearity: Surface,
-    /// The linear part, of unit static or peak gain; the delay is leading zeros of its numerator. Always stable.
-    pub linear: TransferFunction,
-    /// Added to its output.
-    pub output_offset: f64,
-    /// The delay in samples.
-    pub delay: usize,
-    /// The number of poles.
-    pub order: usize,
-    /// The parameters that the nonlinearity is worth under its penalty.
-    pub effective_parameters: f64,
-    /// The numbers of pieces that were tried, in order.
-    pub tried: Vec<TriedSurface>,
-    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
-    pub fitted: usize,
-    /// The free-run output over all samples.
-    pub predicted: Vec<f64>,
-    /// The verdicts on the samples from `fitted` on, one an input and then one a pair of inputs: the fit is the same in all, the
-    /// residual tests look for this input, or the product of these inputs' deviations, in the error.
-    pub verdicts: Vec<Verdict>,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
-
 /// A number of pieces that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TriedSurface {
+pub(super) struct TriedSurface {
     /// Pieces along every axis.
     pub pieces: usize,
     /// Parameters that they are worth under the likeliest penalty.
@@ -120,17 +94,17 @@ pub struct TriedSurface {
     pub score: f64,
 }
 
-impl JointInputsIdentification {
-    /// The free-run fit on fresh data, percent.
-    pub fn fit_percent(&self) -> f64 {
-        self.verdicts.first().map_or(f64::NAN, |v| v.measures.fit_percent)
-    }
-
-    /// Whether the model holds for every input and every pair of them.
-    pub fn holds(&self) -> bool {
-        self.verdicts.iter().all(Verdict::holds)
-    }
-}
+pub(in crate::identify) const ROW: Structure = Structure {
+    name: StructureName {
+        key: "joint-inputs",
+        title: "joint Hammerstein",
+    },
+    description: "two to four inputs: one static nonlinearity of all of them, then linear dynamics",
+    inputs: 2..=4,
+    options: &[],
+    complexity: None,
+    identify,
+};
 
 impl JointInputs {
     /// Identifies the system from `inputs`, two to four, to `output`.
@@ -139,7 +113,7 @@ impl JointInputs {
     /// [`Error::Data`]: `MissingColumn`, `DuplicateColumn` for an input that is given twice, `NonFinite`,
     /// `Constant`, `ConstantPart`, `TooShort` (fewer than 200 samples an input for the
     /// fit), `Unit`, [`Error::Parameter`] for a parameter outside its range and for another number of inputs.
-    pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<JointInputsIdentification> {
+    pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<Identification> {
         self.identify_with(record, inputs, output, &mut |_| ControlFlow::Continue(()))
     }
 
@@ -155,46 +129,110 @@ impl JointInputs {
         record: &Record,
         inputs: &[&str],
         output: &str,
-        progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
-    ) -> Result<JointInputsIdentification> {
-        if !(2..=MOST_INPUTS).contains(&inputs.len()) {
-            return Err(Error::parameter(
-                "the number of inputs of a joint nonlinearity",
-                inputs.len() as f64,
-                "2 to 4",
-            ));
-        }
-        refuse_repeated(inputs)?;
-        let what = "a fit with a joint nonlinearity (besides the fresh part)";
-        let columns = Columns::new(record, inputs, output, self.fresh_share, what)?;
-        let data = columns.signals();
-        let mut monitor = Monitor::new(progress);
-        let found = fit::find(&data, &mut monitor);
-        monitor.finished()?;
-        let (found, tried) = found.unwrap_or_else(|| (Fit::nothing(&data), Vec::new()));
-        let (nonlinearity, linear, output_offset) = in_units(&found, &data, &columns)?;
-        let model = Block::Series(vec![
-            Block::Surface(nonlinearity.clone()),
-            Block::Linear(linear.clone()),
-            Block::Offset(output_offset),
-        ]);
-        let predicted = model.simulate_inputs(&columns.u)?;
-        let parameters = (found.effective + found.linear.parameters().len() as f64).ceil() as usize;
-        let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(parameters))?;
-        Ok(JointInputsIdentification {
-            model,
-            nonlinearity,
-            output_offset,
-            delay: linear.b().iter().take_while(|b| **b == 0.0).count(),
-            order: linear.a().len() - 1,
-            linear,
-            effective_parameters: found.effective,
-            tried,
-            fitted: columns.fitted,
-            predicted,
-            verdicts,
-            warnings,
-        })
+        progress: &mut Progress<'_>,
+    ) -> Result<Identification> {
+        ROW.run(
+            (record, inputs, output),
+            Options::with_fresh_share(self.fresh_share),
+            progress,
+        )
+    }
+}
+
+fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+    let inputs = request.inputs;
+    if !(2..=MOST_INPUTS).contains(&inputs.len()) {
+        return Err(Error::parameter(
+            "the number of inputs of a joint nonlinearity",
+            inputs.len() as f64,
+            "2 to 4",
+        ));
+    }
+    refuse_repeated(inputs)?;
+    let what = "a fit with a joint nonlinearity (besides the fresh part)";
+    let columns = Columns::new(
+        request.record()?,
+        inputs,
+        request.output,
+        request.options.fresh_share,
+        what,
+    )?;
+    let data = columns.signals();
+    let report = &mut |stage: Stage| progress(stage.name());
+    let mut monitor = Monitor::new(report);
+    let found = fit::find(&data, &mut monitor);
+    monitor.finished()?;
+    let (found, tried) = found.unwrap_or_else(|| (Fit::nothing(&data), Vec::new()));
+    let (surface, linear, output_offset) = in_units(&found, &data, &columns)?;
+    let model = Block::Series(vec![
+        Block::Surface(surface.clone()),
+        Block::Linear(linear.clone()),
+        Block::Offset(output_offset),
+    ]);
+    let predicted = model.simulate_inputs(&columns.u)?;
+    let parameters = (found.effective + found.linear.parameters().len() as f64).ceil() as usize;
+    let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(parameters))?;
+    let details = details(&surface, found.effective, &tried);
+    let blocks = vec![
+        NamedBlock::new("nonlinearity", "Joint nonlinearity", BlockKind::Surface(surface)),
+        NamedBlock::new("linear", "Linear part", LinearBlock::of(linear)),
+    ];
+    let run = Run {
+        model,
+        paths: vec![path(request, blocks)],
+        output_offset,
+        fitted: columns.fitted,
+        predicted,
+        verdicts,
+        warnings,
+    };
+    Ok(Identification {
+        tried: tried.iter().map(Values::from).collect(),
+        details,
+        ..run.identification(&ROW, request)?
+    })
+}
+
+/// What a reader is told of the surface: its pieces, and what they are worth.
+fn details(surface: &Surface, effective: f64, tried: &[TriedSurface]) -> Vec<Detail> {
+    let pieces: Vec<String> = surface.axes().iter().map(|a| a.pieces.to_string()).collect();
+    let why = "smallest generalised cross-validation score; the penalty on its bending, one for every input, maximises the marginal likelihood";
+    let text = format!("{} pieces", pieces.join(" by "));
+    let scores = scores(tried, surface.axes()[0].pieces);
+    vec![
+        Detail::new("effective_parameters", effective).shown(
+            Place::Fact,
+            "Parameters",
+            number(effective),
+            "that the nonlinearity is worth under its penalty",
+        ),
+        Detail::sentence(Place::Choice, "Nonlinearity", text, why).scored(Some(scores)),
+    ]
+}
+
+impl From<&TriedSurface> for Values {
+    fn from(t: &TriedSurface) -> Self {
+        Values::new([
+            ("pieces", t.pieces.into()),
+            ("effective_parameters", t.effective_parameters.into()),
+            ("relative_error", t.relative_error.into()),
+            ("score", t.score.into()),
+        ])
+    }
+}
+
+/// The scores by the number of pieces, each once.
+fn scores(tried: &[TriedSurface], chosen: usize) -> Score {
+    let mut tried = tried.to_vec();
+    tried.sort_by_key(|t| t.pieces);
+    tried.dedup_by_key(|t| t.pieces);
+    Score {
+        x_label: "pieces along every input".to_owned(),
+        y_label: "relative error, by generalised cross-validation".to_owned(),
+        logarithmic: true,
+        x: tried.iter().map(|t| t.pieces as f64).collect(),
+        y: tried.iter().map(|t| t.score).collect(),
+        chosen: chosen as f64,
     }
 }
 

@@ -3,6 +3,7 @@ use rand::{RngExt, SeedableRng};
 use super::fit::{Fit, refined};
 use super::*;
 use crate::identify::MultipleInputs;
+use crate::identify::Verdict;
 use crate::identify::block::Rational;
 use crate::validation::FitMeasures;
 
@@ -67,6 +68,14 @@ fn oracle(record: &Record, pieces: usize) -> Surface {
     in_units(&fit, &data, &columns).unwrap().0
 }
 
+/// The joint nonlinearity.
+fn surface_of(result: &Identification) -> &Surface {
+    match &result.block("nonlinearity").unwrap().found {
+        BlockKind::Surface(surface) => surface,
+        other => panic!("{other:?} is no surface"),
+    }
+}
+
 #[test]
 fn nonadditive_surfaces_are_recovered_as_by_one_who_knows_the_linear_part() {
     for (name, phi, colour) in [
@@ -83,10 +92,11 @@ fn nonadditive_surfaces_are_recovered_as_by_one_who_knows_the_linear_part() {
         for seed in 0..2 {
             let record = record(phi, 3000, seed, colour);
             let result = JointInputs::default().identify(&record, &["p", "q"], "y").unwrap();
-            let pieces = result.nonlinearity.axes()[0].pieces;
+            let surface = surface_of(&result);
+            let pieces = surface.axes()[0].pieces;
             let best = [4, 6, 9, 13].map(|k| error(&oracle(&record, k), phi, reach));
             let best = best.into_iter().fold(f64::INFINITY, f64::min);
-            let own = error(&result.nonlinearity, phi, reach);
+            let own = error(surface, phi, reach);
             println!(
                 "{name}, seed {seed}: error {own:.4}, oracle {best:.4}, pieces {pieces}, order {}, delay {}, fit {:.2}, holds {}",
                 result.order,
@@ -154,7 +164,7 @@ fn noise_is_answered_and_wrong_inputs_are_refused() {
     let mut noise = || -> Vec<f64> { (0..800).map(|_| random.random_range(-1.0..1.0)).collect() };
     let record = Record::new([("p", noise()), ("q", noise()), ("y", noise())]).unwrap();
     let result = JointInputs::default().identify(&record, &["p", "q"], "y").unwrap();
-    assert!(result.fit_percent() < 15.0 && result.linear.is_stable());
+    assert!(result.fit_percent() < 15.0 && result.linear("linear").unwrap().is_stable());
     assert!(result.predicted.iter().all(|p| p.is_finite()));
     let text = |inputs: &[&str]| {
         JointInputs::default()
