@@ -9,7 +9,7 @@ const FEWEST: usize = 20;
 /// And as a share of all points.
 const SHARE: f64 = 1e-3;
 /// How much denser the breakpoints lie at zero than at the ends: of friction, which changes fastest where the velocity
-/// changes sign, and of stiffness, of which the torque tells the less the nearer to zero.
+/// changes sign, and of stiffness, which the torque determines less well the nearer to zero.
 const FRICTION_DENSER: f64 = 100.0;
 const STIFFNESS_DENSER: f64 = 10.0;
 

@@ -1,7 +1,7 @@
 //! Errors that come in bursts.
 //!
 //! Errors of one spectrum at all times are independent from frequency to frequency. Those of a velocity are not: friction makes a torque
-//! of them only while the velocity changes sign, which is where the curve's steep part is told. So the products of columns and
+//! of them only while the velocity changes sign, which is where the curve's steep part is determined. So the products of columns and
 //! residuals are also summed over stretches of time, and these sums' own scatter is the variance (batch means; a covariance for
 //! clusters, Liang & Zeger 1986).
 
@@ -35,7 +35,7 @@ pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) 
         let _ = inverse.process(&mut spectrum, &mut signal);
         signal
     };
-    let left: Vec<Vec<f64>> = residuals
+    let errors: Vec<Vec<f64>> = residuals
         .iter()
         .zip(&equations.noise)
         .map(|(r, noise)| in_time(r, noise))
@@ -45,9 +45,9 @@ pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) 
         .par_iter()
         .map(|column| {
             let mut sums = vec![0.0; stretches];
-            for ((lines, noise), left) in column.iter().zip(&equations.noise).zip(&left) {
+            for ((lines, noise), errors) in column.iter().zip(&equations.noise).zip(&errors) {
                 let Some(lines) = lines else { continue };
-                for (t, (a, b)) in in_time(lines, noise).iter().zip(left).enumerate() {
+                for (t, (a, b)) in in_time(lines, noise).iter().zip(errors).enumerate() {
                     // Either side of the spectrum has half of it.
                     sums[t * stretches / length] += 0.5 * a * b / length as f64;
                 }
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
     use crate::identify::robot_joint::fourier::Modulation;
 
-    /// Noise only where the column is: four times the variance that frequencies tell.
+    /// Noise only where the column is: four times the variance that follows from the spectrum.
     #[test]
     fn bursts_count_where_they_meet_the_column() {
         use rand::SeedableRng;

@@ -10,16 +10,16 @@ pub(super) const FEWEST: usize = 200;
 const TURN: f64 = 0.2;
 /// A motor that goes this many times as far as the link is not on the link's side of the gear.
 const MOST_DIFFERENT: f64 = 4.0;
-/// The least squared correlation of motor and link that tells how far one goes beside the other.
+/// The least squared correlation of motor and link at which the ratio of their motions is known.
 const TOGETHER: f64 = 0.5;
-/// Samples in a row at the extreme torque that tell of clipping, and all of them as a share of the record.
+/// Samples in a row at the extreme torque from which on it is clipped, and all of them as a share of the record.
 const CLIPPED_RUN: usize = 5;
 const CLIPPED_SHARE: f64 = 0.002;
 /// A link that turns farther than this may be logged in degrees.
 const MOST_TURNS: f64 = 3.0;
 /// Less of the time than this in one direction is none.
 const ONE_WAY: f64 = 0.02;
-/// Fewer reversals than this are too few to tell friction.
+/// Fewer reversals than this do not determine friction.
 const FEWEST_REVERSALS: usize = 6;
 /// A spectrum that still falls by this where only noise should be belongs to the motion.
 const STEEP: f64 = 3.0;
@@ -86,7 +86,7 @@ pub(super) fn different_angles(motor: &[f64], link: &[f64]) -> Option<Finding> {
     });
     let ratio = product / square.max(f64::MIN_POSITIVE);
     let alike = 1.0 / MOST_DIFFERENT..MOST_DIFFERENT;
-    // A motor that mostly moves against its link tells no ratio.
+    // A motor that mostly moves against its link shows no ratio.
     let together = product * product > TOGETHER * own * square;
     (together && !alike.contains(&ratio)).then_some(Finding::DifferentAngles { ratio })
 }
@@ -124,7 +124,7 @@ const STILL: f64 = 4.0;
 const FEWEST_PLATEAUS: usize = 3;
 /// Of a peak the outer thirds lie 5 standard deviations below the middle one; of a plateau by less than this.
 const FLAT: f64 = 0.6;
-/// A depth above this share of the torque's range tells no plateau, and so does a torque that stands still for this share of the time.
+/// A depth above this share of the torque's range is no plateau's, nor is that of a torque that stands still for this share of the time.
 const TOO_DEEP: f64 = 0.02;
 const STANDS: f64 = 0.85;
 

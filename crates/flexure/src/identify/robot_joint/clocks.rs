@@ -10,15 +10,14 @@
 
 use super::basis::Basis;
 use super::checks;
-use super::column_noise::{AbscissaNoise, Noisy};
+use super::column_noise::AbscissaNoise;
 use super::compliance::Compliance;
-use super::division::STIFFNESS;
-use super::equations::{Column, Lines};
+use super::equations::Lines;
 use super::fourier::Modulation;
-use super::joint_signals::of_inertia;
+use super::joint_signals::{JointSignals, of_inertia};
 use super::motion::Motion;
 use super::smooth::Reflected;
-use super::system::{Curve, CurveKind, Splines, System};
+use super::system::System;
 use crate::linalg::Complex;
 
 /// Passes at most.
@@ -49,6 +48,12 @@ pub(super) struct Offset {
 }
 
 impl Offset {
+    const NONE: Offset = Offset {
+        value: 0.0,
+        standard_error: 0.0,
+        significant: false,
+    };
+
     /// With this sample time.
     pub fn new(value: f64, standard_error: f64, step: f64) -> Self {
         Offset {
@@ -79,66 +84,42 @@ pub(super) struct Clocks {
     pub determined: bool,
 }
 
-/// The equation of a pass.
-struct Pass<'a> {
-    motion: &'a Motion<'a>,
-    modulation: &'a Modulation,
-    torque: Lines,
-    rate: Lines,
-    motor: Lines,
-    encoder: Vec<f64>,
-}
-
 /// A stiffness curve.
 struct Stiffness {
     basis: Basis,
     coefficients: Vec<f64>,
 }
 
-impl Pass<'_> {
-    /// The number of the torque's delay among the factors; that of the link's offset is the next one.
-    fn delay_factor(&self) -> usize {
-        usize::from(self.motion.motor_inertia.is_none())
+impl Stiffness {
+    /// The transformed torque $\kappa'(d)\, \dot q$.
+    fn slopes(&self, joint: &JointSignals) -> Lines {
+        let d = &joint.deflection.d;
+        let h = SLOPE_STEP * d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        let slope = |d: f64| tangent(&self.basis, &self.coefficients, d, h);
+        let slopes: Vec<f64> = d.iter().zip(&joint.v).map(|(&d, v)| slope(d) * v).collect();
+        joint.modulation.of(&slopes)
     }
+}
 
-    /// The motor's equation with the delay, and the offset where a curve is known.
-    fn system<'b>(&'b self, d: &'b [f64], v: &[f64], curve: Option<&Stiffness>) -> System<'b> {
-        let mut right = self.torque.clone();
-        if let Some(known) = self.motion.motor_inertia {
-            right.iter_mut().zip(&self.motor).for_each(|(r, m)| *r -= m * known);
-        }
-        let unknown = self.motion.motor_inertia.is_none();
-        let mut factors: Vec<Column> = Vec::new();
-        factors.extend(unknown.then(|| vec![Some(self.motor.clone())]));
-        factors.push(vec![Some(self.rate.clone())]);
-        factors.extend(curve.map(|curve| {
-            let h = SLOPE_STEP * d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
-            let slopes = d
-                .iter()
-                .zip(v)
-                .map(|(&d, v)| tangent(&curve.basis, &curve.coefficients, d, h) * v);
-            vec![Some(self.modulation.of(&slopes.collect::<Vec<_>>()))]
-        }));
-        System {
-            modulation: self.modulation,
-            right: vec![right],
-            noisy: unknown
-                .then(|| Noisy::square(0, 0, &self.encoder))
-                .into_iter()
-                .collect(),
-            encoder_noise: Box::new(|x| vec![of_inertia(&self.encoder, self.motion.motor_inertia.unwrap_or(x[0]))]),
-            curves: vec![Curve {
-                kind: CurveKind::Stiffness,
-                x: d,
-                signs: vec![1.0],
-                noise: AbscissaNoise::default(),
-                resolution: 0.0,
-                division: &STIFFNESS,
-                after: factors.len(),
-            }],
-            factors,
-        }
-    }
+/// The motor's equation with the torque's delay as a factor after its inertia, and then the link's offset where a curve is known.
+fn delayed_system<'a>(
+    motion: &'a Motion,
+    joint: &'a JointSignals,
+    rate: &Lines,
+    curve: Option<&Stiffness>,
+) -> System<'a> {
+    let mut system = joint.motor_system();
+    system.factors.push(vec![Some(rate.clone())]);
+    system
+        .factors
+        .extend(curve.map(|curve| vec![Some(curve.slopes(joint))]));
+    system.encoder_noise = Box::new(move |x| {
+        let inertia = motion.motor_inertia.unwrap_or(x[0]);
+        vec![of_inertia(&joint.encoder[0], inertia)]
+    });
+    system.curves[0].noise = AbscissaNoise::default();
+    system.curves[0].after = system.factors.len();
+    system
 }
 
 /// kappa'(d) by central differences within the range of the basis.
@@ -151,15 +132,9 @@ pub(super) fn tangent(basis: &Basis, coefficients: &[f64], d: f64, h: f64) -> f6
 pub(super) fn clocks(motion: &Motion, modulation: &Modulation) -> Option<Clocks> {
     let step = motion.step;
     let link = Reflected::new(motion.link, step);
-    let squared = |w: &f64| (motion.rotor_sd() * w * w).powi(2);
-    let equation = Pass {
-        torque: modulation.of(motion.torque),
-        rate: modulation.of_rate(motion.torque),
-        motor: motion.rotor_acceleration(modulation),
-        encoder: modulation.omega.iter().map(squared).collect(),
-        motion,
-        modulation,
-    };
+    let rate = modulation.of_rate(motion.torque);
+    // The number of the torque's delay among the unknowns; that of the link's offset is the next one.
+    let delay_at = usize::from(motion.motor_inertia.is_none());
     let mut noise = vec![vec![1.0; modulation.len()]];
     // A motion of few reversals takes a curved friction for a late clock.
     let mut determined = true;
@@ -169,42 +144,37 @@ pub(super) fn clocks(motion: &Motion, modulation: &Modulation) -> Option<Clocks>
     let (mut error, mut delay) = (f64::INFINITY, (0.0, f64::INFINITY));
     let mut curve: Option<Stiffness> = None;
     for pass in 0..PASSES {
-        let q = if offset == 0.0 {
-            motion.link.to_vec()
-        } else {
-            link.shifted(offset)
+        let q = match offset == 0.0 {
+            true => motion.link.to_vec(),
+            false => link.shifted(offset),
         };
-        let d = motion.deflection(&q).d;
-        let v = Reflected::new(&q, step).velocity(motion.link_noise.cut_off());
-        determined &= checks::motion(&v, 0.0).is_none();
-        let system = equation.system(&d, &v, curve.as_ref());
-        let splines: Splines = system.curves[0].splines(modulation, PIECES);
+        let joint = JointSignals::new(motion, modulation, &Clocks::ALIKE, &q);
+        determined &= checks::motion(&joint.v, 0.0).is_none();
+        let system = delayed_system(motion, &joint, &rate, curve.as_ref());
+        let splines = system.curves[0].splines(modulation, PIECES);
         let solved = system.solve(&[&splines], &noise)?;
         let covariance = solved.equations.robust(&solved.solution).covariance;
-        let (x, at) = (&solved.solution.x, equation.delay_factor());
-        delay = (x[at], covariance.error(at));
+        let x = &solved.solution.x;
+        delay = (x[delay_at], covariance.error(delay_at));
         let settled = curve.is_some() && {
-            let change = x[at + 1];
+            let change = x[delay_at + 1];
             offset -= change.clamp(-LONGEST_STEP * step, LONGEST_STEP * step);
-            error = covariance.error(at + 1);
+            error = covariance.error(delay_at + 1);
             pass > 1 && change.abs() < SETTLED * error
         };
         curve = Some(Stiffness {
             coefficients: solved.coefficients(0).to_vec(),
             basis: splines.basis.clone(),
         });
-        let next = system.noise_of(&solved);
-        noise = next;
+        noise = system.noise_of(&solved);
         if settled {
             break;
         }
     }
     let offset_of = |value: f64, error: f64| {
         let offset = Offset::new(value, error, step);
-        Offset {
-            significant: determined && offset.significant,
-            ..offset
-        }
+        let significant = determined && offset.significant;
+        Offset { significant, ..offset }
     };
     let torque_delay = offset_of(delay.0, delay.1);
     Some(Clocks {
@@ -216,6 +186,14 @@ pub(super) fn clocks(motion: &Motion, modulation: &Modulation) -> Option<Clocks>
 }
 
 impl Clocks {
+    /// All samples of the same instants.
+    const ALIKE: Clocks = Clocks {
+        link_offset: Offset::NONE,
+        torque_delay: Offset::NONE,
+        torque_held: false,
+        determined: false,
+    };
+
     /// The link's angle on the motor's clock.
     pub fn link(&self, motion: &Motion) -> Vec<f64> {
         match self.link_offset.significant {

@@ -87,17 +87,17 @@ fn noise_that_two_columns_share_is_taken_off() {
             found.push(equations.solve().unwrap().x[0] - inertia);
         }
     }
-    let told = found.map(|errors| {
+    let means = found.map(|errors| {
         let mean = errors.iter().sum::<f64>() / RUNS as f64;
         let spread = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (RUNS - 1) as f64;
         (mean, mean / (spread / RUNS as f64).sqrt())
     });
     println!(
         "off, and in standard errors: nothing taken off {:?}, squares {:?}, all {:?}",
-        told[0], told[1], told[2]
+        means[0], means[1], means[2]
     );
-    assert!(told[0].1.abs() > 5.0 && told[1].1.abs() > 5.0, "{told:?}");
-    assert!(told[2].1.abs() < 3.0, "{told:?}");
+    assert!(means[0].1.abs() > 5.0 && means[1].1.abs() > 5.0, "{means:?}");
+    assert!(means[2].1.abs() < 3.0, "{means:?}");
 }
 
 /// Slopes of splines, whose sum is d itself where all coefficients are alike, and of functions.

@@ -5,7 +5,7 @@
 //!
 //! $$ d = c\,\tau - c J_m\, \ddot q_m + \sigma\, \dot q + e. $$
 //!
-//! A deflection that the torque does not explain is no flexibility, and one that is small beside the noise of a sample tells no curve:
+//! A deflection that the torque does not explain is no flexibility, and one that is small beside the noise of a sample shows no curve:
 //! the curve's abscissa is that noise.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -17,7 +17,7 @@ use super::fourier::Modulation;
 use super::motion::Motion;
 use super::smooth::{Noise, Reflected};
 
-/// The least deflection that tells a stiffness, in standard deviations of the encoders' noise.
+/// The least deflection that determines a stiffness, in standard deviations of the encoders' noise.
 const FLEXIBLE: f64 = 3.0;
 /// A deflection larger than this, in the same, needs no smoothing.
 const PLAIN: f64 = 100.0;
@@ -154,7 +154,7 @@ impl Motion<'_> {
         })
     }
 
-    /// Whether the deflection is too small to tell a stiffness, and what is then to be said.
+    /// The findings where the deflection is too small to determine a stiffness.
     pub fn no_flexibility(&self, modulation: &Modulation) -> Option<Vec<Finding>> {
         let found = self.compliance(modulation)?;
         if found.elastic > FLEXIBLE * found.noise {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Something to know before trusting the result, in words with a remedy.
+/// Something to know before trusting the result; its text names a remedy.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]

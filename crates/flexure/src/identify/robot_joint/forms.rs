@@ -99,7 +99,7 @@ pub enum FormName {
 }
 
 impl FormName {
-    /// In words.
+    /// A title for text and pages.
     pub fn title(self) -> &'static str {
         match self {
             FormName::CoulombViscous => "Coulomb and viscous friction with an offset",

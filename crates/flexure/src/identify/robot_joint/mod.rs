@@ -14,7 +14,7 @@
 //! the same weights, and tested beside splines of a fixed division; one whose lack of fit has p < [`REFUTED`] is refuted.
 //!
 //! Each form is fitted beside all other curves as they are free, from many starts, in equations condensed to inner products; a
-//! parameter that is far away in another fit as good, by the likelihood's profile, is not told. The test for lack of fit and
+//! parameter with values far away that fit as well, by the likelihood's profile, is reported as not identifiable. The test for lack of fit and
 //! all standard errors allow for noise whose spectrum is not that of the weights, and the latter for noise that comes in bursts.
 //!
 //! A joint is flexible if the torque explains a deflection of three times the encoders' noise, beyond what a skew between them
@@ -28,7 +28,7 @@
 //! (EMPS; Janot, Gautier & Brunot 2019) that was tried too (`scripts/reference/emps_output_error.py`): least squares of the
 //! open-loop simulation's error take its root mean square over the whole record from 5.6 mm to 2.6 mm, but with a mass 4 % and a
 //! viscous friction 6 % from the published ones; fitted to the first half only, they simulate the quarters of the second half 5
-//! to 10 % worse than the fit to the equations does. What is left is an offset that changes with time, which no constant follows.
+//! to 10 % worse than the fit to the equations does. What remains is an offset that changes with time, which no constant follows.
 //!
 //! | item | what |
 //! |---|---|

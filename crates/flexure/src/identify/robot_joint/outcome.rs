@@ -27,7 +27,7 @@ pub struct Parameter {
     pub value: f64,
     /// Its standard error.
     pub standard_error: f64,
-    /// Whether these data tell it.
+    /// Whether these data determine it.
     pub identifiable: bool,
     /// The values that the data support: an interval of 95 %, one-sided (NaN where there is no limit) beyond the data's resolution.
     pub range: [f64; 2],

@@ -256,7 +256,7 @@ fn shape(symbol: &str, unit: [i32; 2], log: Uncertain, reference: &Reference) ->
     }
 }
 
-/// Of a tanh that is a straight line over all of the data, its slope is all that they tell.
+/// If a tanh is a straight line over all of the data, they determine its slope alone.
 fn slope_only(parameters: &mut [Parameter]) {
     let straight = |p: &Parameter| p.symbol == "g5" && !p.identifiable && p.range[0].is_nan() && p.range[1].is_finite();
     if parameters.iter().any(straight) {

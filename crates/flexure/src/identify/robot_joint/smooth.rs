@@ -19,14 +19,14 @@ const NEIGHBOURS: usize = 3;
 /// White noise's spectrum does not fall by more than this from the lower to the upper half of where it is looked for.
 const FLAT: f64 = 1.5;
 
-/// What the spectrum of an encoder's angle tells of its noise.
+/// The noise of an encoder's angle, from its spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Noise {
     /// The standard deviation of the white part of a sample.
     pub sd: f64,
     /// The highest frequency at which the signal stands out of it, Hz.
     pub band: f64,
-    /// Whether the signal reaches up to where the noise is looked for: sampled too slowly to tell.
+    /// Whether the signal reaches up to where the noise is looked for: sampled too slowly to separate the two.
     pub unresolved: bool,
     /// By how much the spectrum falls from the lower to the upper half of where only noise should be.
     pub fall: f64,

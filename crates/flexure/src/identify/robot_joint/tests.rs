@@ -137,7 +137,7 @@ fn the_space_arms_elbow_is_found_with_its_wind_up() {
 fn a_skew_between_the_encoders_is_found_and_taken_back() {
     let (log, _) = elbow(30.0);
     let axis = found(flexible(&skewed(&log, 4)));
-    // The link's equation has no torque and so no noise of it: it tells far more than the motor's, whose 0.1 ms would bend the friction.
+    // The link's equation has no torque and so no noise of it: it determines far more than the motor's, whose 0.1 ms would bend the friction.
     assert!((axis.skew.value - 0.004).abs() < 2e-5, "{:?}", axis.skew);
     assert!(axis.skew.standard_error < 2e-5, "{:?}", axis.skew);
     let lack = axis.model.friction.lack_of_fit;
@@ -315,11 +315,11 @@ fn what_is_told_of_the_forms_is_true() {
             println!("run {run}: {:?} {:?}", form.form, form.lack_of_fit);
             assert!(form.lack_of_fit.p_value > REFUTED, "run {run}: {:?}", form.lack_of_fit);
             for (symbol, truth) in truths {
-                let told = form.parameter(symbol).filter(|p| p.identifiable);
-                println!("  {symbol} {told:?}");
+                let found = form.parameter(symbol).filter(|p| p.identifiable);
+                println!("  {symbol} {found:?}");
                 assert!(
-                    told.is_none_or(|p| (p.value - truth).abs() < 4.0 * p.standard_error),
-                    "run {run}: {told:?}, but it is {truth}"
+                    found.is_none_or(|p| (p.value - truth).abs() < 4.0 * p.standard_error),
+                    "run {run}: {found:?}, but it is {truth}"
                 );
             }
         }

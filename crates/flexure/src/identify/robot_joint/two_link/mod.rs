@@ -51,7 +51,7 @@ pub struct TwoLinkLog<'a> {
 
 /// A two-link arm: `M(q) q'' + S qm'' + C(q, q') q' + f(q') = kappa(d)`, `S^T q'' + Jm qm'' + kappa(d) = tau`.
 ///
-/// What a motion tells of the links are the three constants of [`LinkDynamics`](crate::manipulator::LinkDynamics);
+/// A motion determines the three constants of [`LinkDynamics`](crate::manipulator::LinkDynamics);
 /// masses, lengths and centres of mass by themselves it does not.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct TwoLinkArm {
