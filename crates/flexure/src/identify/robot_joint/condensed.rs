@@ -11,11 +11,10 @@ use rayon::prelude::*;
 
 use super::basis::mean_of;
 use super::column_noise::Slopes;
-use super::equations::{Column, Equations, RIDGE, scales};
+use super::equations::{Column, Equations, RIDGE, Scaled};
 use super::form_fit::{FormEquations, Shape};
 use super::fourier::Modulation;
 use super::layout::{FormLayout, FormParameter};
-use crate::linalg;
 use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
 
 /// Knots on either side of zero.
@@ -245,22 +244,11 @@ impl Condensed {
         let sums = self.sums(shapes, logs, held.map(|(number, _)| number));
         let g = self.products_of_fit(&sums, held.map(|(_, value)| value));
         let (free, slopes, right) = (g.free, g.slopes, g.right());
-        let scale = scales(&g.entries, g.size, free);
-        let mut matrix = vec![0.0; free * free];
-        for i in 0..free {
-            for j in 0..free {
-                matrix[i * free + j] = g.at(i, j) / (scale[i] * scale[j]);
-            }
-            matrix[i * free + i] += RIDGE;
-        }
+        let normal = Scaled::new(&g.entries, g.size, free);
         // The factors of the free terms whose sum is nearest to a column.
-        let nearest = |column: usize| -> Option<Vec<f64>> {
-            if free == 0 {
-                return Some(Vec::new());
-            }
-            let moment: Vec<f64> = (0..free).map(|i| g.at(i, column) / scale[i]).collect();
-            let x = linalg::solve_positive_definite(&matrix, &moment)?;
-            Some(x.iter().zip(&scale).map(|(x, s)| x / s).collect())
+        let nearest = |column: usize| {
+            let moments: Vec<f64> = (0..free).map(|i| g.at(i, column)).collect();
+            normal.solve(&moments)
         };
         let x = nearest(right)?;
         let mut objective = g.at(right, right);
@@ -316,9 +304,7 @@ impl Condensed {
         if let Some((number, _)) = log {
             free.remove(number);
         }
-        let logs = if free.is_empty() {
-            all(&free)
-        } else {
+        if !free.is_empty() {
             let minimum = minimise_squares(free, ITERATIONS, |free| {
                 let equations = self.projected(shapes, &all(free), factor)?.normal;
                 Some(match log {
@@ -326,8 +312,9 @@ impl Condensed {
                     Some((number, _)) => without(&equations, number),
                 })
             })?;
-            all(&minimum.parameters)
-        };
+            free = minimum.parameters;
+        }
+        let logs = all(&free);
         let end = self.projected(shapes, &logs, factor)?;
         Some(Minimum {
             objective: end.normal.cost,

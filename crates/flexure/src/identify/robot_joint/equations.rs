@@ -139,23 +139,9 @@ impl Equations<'_> {
         let n = self.columns.len();
         let gram = self.gram(n)?;
         let moment = self.moments();
-        let scale = scales(&gram.products, n, n);
-        let mut scaled = gram.products;
-        for i in 0..n {
-            for j in 0..n {
-                scaled[i * n + j] /= scale[i] * scale[j];
-            }
-            scaled[i * n + i] += RIDGE;
-        }
-        let moment: Vec<f64> = moment.iter().zip(&scale).map(|(m, s)| m / s).collect();
-        let solution = linalg::solve_positive_definite(&scaled, &moment)?;
-        let mut covariance = linalg::inverse_positive_definite(&scaled, n)?;
-        for i in 0..n {
-            for j in 0..n {
-                covariance[i * n + j] /= scale[i] * scale[j];
-            }
-        }
-        let x: Vec<f64> = solution.iter().zip(&scale).map(|(x, s)| x / s).collect();
+        let scaled = Scaled::new(&gram.products, n, n);
+        let x = scaled.solve(&moment)?;
+        let covariance = scaled.inverse()?;
         let residuals = self.residuals(&x);
         let weights = self.weights();
         let squares: f64 = weights
@@ -183,6 +169,49 @@ impl Equations<'_> {
             }
         }
         residuals
+    }
+}
+
+/// The normal matrix of the first columns, scaled to a diagonal of ones plus [`RIDGE`].
+pub(super) struct Scaled {
+    entries: Vec<f64>,
+    scale: Vec<f64>,
+}
+
+impl Scaled {
+    /// Of the first `count` of n columns with these inner products.
+    pub fn new(products: &[f64], n: usize, count: usize) -> Self {
+        let scale = scales(products, n, count);
+        let mut entries = vec![0.0; count * count];
+        for i in 0..count {
+            for j in 0..count {
+                entries[i * count + j] = products[i * n + j] / (scale[i] * scale[j]);
+            }
+            entries[i * count + i] += RIDGE;
+        }
+        Scaled { entries, scale }
+    }
+
+    /// The factors of the columns for these moments; `None` if they are not determined in double precision.
+    pub fn solve(&self, moments: &[f64]) -> Option<Vec<f64>> {
+        if moments.is_empty() {
+            return Some(Vec::new());
+        }
+        let moments: Vec<f64> = moments.iter().zip(&self.scale).map(|(m, s)| m / s).collect();
+        let x = linalg::solve_positive_definite(&self.entries, &moments)?;
+        Some(x.iter().zip(&self.scale).map(|(x, s)| x / s).collect())
+    }
+
+    /// The inverse of the normal matrix.
+    fn inverse(&self) -> Option<Vec<f64>> {
+        let n = self.scale.len();
+        let mut inverse = linalg::inverse_positive_definite(&self.entries, n)?;
+        for i in 0..n {
+            for j in 0..n {
+                inverse[i * n + j] /= self.scale[i] * self.scale[j];
+            }
+        }
+        Some(inverse)
     }
 }
 
