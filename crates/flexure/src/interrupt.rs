@@ -1,20 +1,20 @@
 //! Stopping a computation from another thread.
 //!
 //! Under [`Interrupt::watch`] every long loop of the library ends soon after [`Interrupt::stop`]: searches, descents, starts,
-//! cross-validation. What it has by then is thrown away, and [`Error::Stopped`] told in its place, so that no loop has to
-//! say in its result that it was cut short.
+//! cross-validation. The partial result is discarded, and the error is [`Error::Stopped`], so that no loop has to say in its
+//! result that it was cut short.
 //!
 //! ```
-//! use std::sync::mpsc;
-//! use flexure::{Error, Interrupt};
+//! use flexure::{Interrupt, error::Stopped};
 //!
 //! let interrupt = Interrupt::default();
 //! let theirs = interrupt.clone();
 //! std::thread::spawn(move || theirs.stop()).join().unwrap();
-//! assert_eq!(interrupt.watch(|| 1 + 1), Err(Error::Interrupted));
+//! assert_eq!(interrupt.watch(|| 1 + 1), Err(Stopped::Interrupted.into()));
 //! ```
 //!
-//! The identifications' own progress functions stop them as well, between their steps and with the step's name in the error.
+//! Progress functions stop simulations, studies and identifications as well: between their steps, with the same error and how far
+//! the work had come in it ([`Stopped`]).
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;

@@ -74,8 +74,7 @@ impl BandwidthSearch {
     /// The result does not depend on the number of threads nor on the order of the points.
     ///
     /// # Errors
-    /// [`crate::Error::TooShort`] with fewer than 3 points, [`crate::Error::LengthMismatch`],
-    /// [`crate::Error::NonFinite`].
+    /// [`crate::Error::Data`]: `TooShort` with fewer than 3 points, `LengthMismatch`, `NonFinite`.
     pub fn leave_one_out(kernel: Kernel, x: &[f64], y: &[f64]) -> Result<Self> {
         Self::search(kernel, Degree::Constant, x, y, None)
     }
@@ -85,8 +84,8 @@ impl BandwidthSearch {
     /// score is then sum_i w_i (Y_i - m_{n,-i}(X_i))^2 / sum_i w_i.
     ///
     /// # Errors
-    /// Those of [`leave_one_out`](Self::leave_one_out), [`crate::Error::InvalidParameter`] for a negative
-    /// weight, and [`crate::Error::TooShort`] with fewer than 3 points of positive weight.
+    /// Those of [`leave_one_out`](Self::leave_one_out), [`crate::Error::Parameter`] for a negative
+    /// weight, and [`crate::Error::Data`]: `TooShort` with fewer than 3 points of positive weight.
     pub fn search(kernel: Kernel, degree: Degree, x: &[f64], y: &[f64], weights: Option<&[f64]>) -> Result<Self> {
         let method = LeaveOneOut {
             kernel,
@@ -149,7 +148,7 @@ impl LeaveOneOut {
     /// The exact scores of given bandwidths, in their order.
     ///
     /// # Errors
-    /// Those of [`BandwidthSearch::search`], and [`crate::Error::InvalidParameter`] for a bandwidth that is not
+    /// Those of [`BandwidthSearch::search`], and [`crate::Error::Parameter`] for a bandwidth that is not
     /// positive and finite.
     pub fn exact_scores(
         &self,

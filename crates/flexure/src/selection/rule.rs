@@ -124,9 +124,9 @@ impl BandwidthChoice {
 /// ```
 ///
 /// # Errors
-/// [`crate::Error::LengthMismatch`], [`crate::Error::NonFinite`], [`crate::Error::InvalidParameter`] for a negative
-/// weight or a rule's own parameter, and [`crate::Error::TooShort`] with fewer points of positive weight than the rule
-/// needs: 3, for the plug-in rule 10 and 5 distinct abscissas, and [`crate::Error::RuleUnsuited`] for the plug-in rule and a
+/// [`crate::Error::Data`]: `LengthMismatch`, `NonFinite`; [`crate::Error::Parameter`] for a negative
+/// weight or a rule's own parameter, and `TooShort` with fewer points of positive weight than the rule
+/// needs: 3, for the plug-in rule 10 and 5 distinct abscissas, and [`crate::Error::Parameter`]: `RuleUnsuited` for the plug-in rule and a
 /// local constant, whose bias has another formula.
 pub fn choose_bandwidth(
     rule: BandwidthRule,

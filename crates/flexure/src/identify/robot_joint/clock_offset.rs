@@ -10,7 +10,7 @@
 //! offset. A damping of the joint, which the model does not have, would be another torque of that rate: an offset that the
 //! motor's equation excludes is not taken.
 
-use super::clocks::{Clocks, Offset, SIGNIFICANT, tangent};
+use super::clocks::{Clocks, Offset, SIGNIFICANT, SLOPE_STEP, tangent};
 use super::fourier::Modulation;
 use super::joint_signals::JointSignals;
 use super::motion::Motion;
@@ -20,8 +20,6 @@ use super::system::Splines;
 /// Passes at most, and the last change in standard errors.
 const PASSES: usize = 6;
 const SETTLED: f64 = 0.05;
-/// Half the distance of the points between which a slope of the stiffness curve is taken, as a share of the largest deflection.
-const SLOPE_STEP: f64 = 1e-4;
 
 /// The same clocks with the link's offset from both equations; as they were where these do not determine it, or contradict each other.
 pub(super) fn refined(motion: &Motion, modulation: &Modulation, clocks: Clocks) -> Clocks {

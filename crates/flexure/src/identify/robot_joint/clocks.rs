@@ -31,11 +31,11 @@ const LONGEST_STEP: f64 = 20.0;
 /// An offset of less than so many standard errors is taken as zero.
 pub(super) const SIGNIFICANT: f64 = 4.0;
 /// So is one below this share of a sample.
-pub(super) const NEGLIGIBLE: f64 = 0.03;
+const NEGLIGIBLE: f64 = 0.03;
 /// A torque held from sample to sample is late by half a sample, within this share of one.
 const HELD_WITHIN: f64 = 0.15;
 /// Half the distance of the points between which a slope of the stiffness curve is taken, as a share of the largest deflection.
-const SLOPE_STEP: f64 = 1e-4;
+pub(super) const SLOPE_STEP: f64 = 1e-4;
 
 /// The time by which a signal's samples are late.
 #[derive(Debug, Clone, Copy, PartialEq)]

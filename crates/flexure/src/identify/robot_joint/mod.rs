@@ -17,8 +17,8 @@
 //! parameter with values far away that fit as well, by the likelihood's profile, is reported as not identifiable. The test for lack of fit and
 //! all standard errors allow for noise whose spectrum is not that of the weights, and the latter for noise that comes in bursts.
 //!
-//! A joint is flexible if the torque explains a deflection of three times the encoders' noise, beyond what a skew between them
-//! makes. A torque that stands still at its extremes, noise or not, is clipped: what is estimated then has no standard error.
+//! A joint is flexible if the torque explains a deflection of three times the encoders' noise, beyond what an offset of their
+//! clocks makes. A torque that stands still at its extremes, noise or not, is clipped: what is estimated then has no standard error.
 //!
 //! How fine a free curve is follows from all equations together (Akaike's criterion, then the next finer division); its band allows for
 //! what the one after that would change, and the residuals' noise for what the curves themselves took of it. How often 95 %
@@ -35,8 +35,20 @@
 //! | [`RigidJoint`] | position and torque: a rigid axis |
 //! | [`FlexibleJoint`] | motor and link position and torque: a flexible joint |
 //! | [`TwoLinkLog`] | both motor and link angles and torques: a two-link arm with its coupling |
-//! | [`RigidAxis`], [`FlexibleAxis`], [`TwoLinkArm`] | what was found |
-//! | [`Finding`] | what to know before trusting it |
+//! | [`RigidAxis`], [`FlexibleAxis`], [`TwoLinkArm`] | the results |
+//! | [`Finding`] | what to know before trusting them |
+//!
+//! | step | file |
+//! |---|---|
+//! | the paper's equations: links (4)-(7) and motors (8)-(9) | `two_link/links.rs`, `two_link/mod.rs`; of one joint `joint_signals.rs` |
+//! | stiffness (10)-(11), friction (12) and the textbook forms | `forms.rs` |
+//! | checks of the log; the encoders' noise; whether the joint is flexible | `checks.rs`, `smooth.rs`, `compliance.rs` |
+//! | the clocks of torque and encoders | `clocks.rs`, `clock_offset.rs` |
+//! | Fourier transforms of the equations of motion, with unknown factors and curves | `fourier.rs`, `system.rs`, `layout.rs` |
+//! | weighted least squares; noisy columns; standard errors | `equations.rs`, `column_noise.rs`, `covariance.rs`, `bursts.rs` |
+//! | splines of the free curves and their number | `basis.rs`, `division.rs` |
+//! | forms: starts, search, test, intervals, what is identifiable | `candidates.rs`, `condensed.rs`, `form_fit.rs`, `lack_of_fit.rs`, `profile.rs`, `parameters.rs` |
+//! | results | `free_outcome.rs`, `joint_forms.rs`, `outcome.rs`, `finding.rs`, `replay.rs` |
 
 mod basis;
 mod bursts;

@@ -52,7 +52,7 @@ pub struct TwoLinkLog<'a> {
 /// A two-link arm: `M(q) q'' + S qm'' + C(q, q') q' + f(q') = kappa(d)`, `S^T q'' + Jm qm'' + kappa(d) = tau`.
 ///
 /// A motion determines the three constants of [`LinkDynamics`](crate::manipulator::LinkDynamics);
-/// masses, lengths and centres of mass by themselves it does not.
+/// masses, lengths and centres of mass cannot be determined by themselves.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct TwoLinkArm {
     /// `m1 lc1^2 + m2 (l1^2 + lc2^2) + I1 + I2`, beside the free curves.
