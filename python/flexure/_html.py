@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from flexure.results import LinearPart, Nonlinearity, Surface
+from flexure.results import Block, LinearPart, Nonlinearity, Surface
 
 if TYPE_CHECKING:
-    from flexure._system import Block, System
+    from flexure._system import System
 
 Array = npt.NDArray[np.float64]
 

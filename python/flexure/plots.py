@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-    from flexure._system import Block
-    from flexure.results import LinearPart, Nonlinearity, Surface, Verdict
+    from flexure.results import Block, LinearPart, Nonlinearity, Surface, Verdict
     from flexure.systems import System
 
 __all__ = ["bode", "comparison", "nonlinearity", "residual_tests", "surface", "system"]
