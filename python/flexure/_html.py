@@ -31,7 +31,8 @@ def html(model: System) -> str:
     arrow = '<span style="padding:0 8px;font-size:130%">&rarr;</span>'
     rows = []
     for enters, blocks in model.paths_:
-        cells = arrow.join(_cell(name, block) for name, block in blocks) or f"<span>{escape(_WORDS.get(model.structure_, ""))}</span>"
+        without_blocks = escape(_WORDS.get(model.structure_, ""))
+        cells = arrow.join(_cell(name, block) for name, block in blocks) or f"<span>{without_blocks}</span>"
         rows.append(
             f'<div style="display:flex;align-items:center;flex-wrap:wrap;margin:6px 0"><i>{escape(enters)}</i>{arrow}{cells}{arrow}'
             f"<i>{escape(model.output_)}</i></div>"
