@@ -12,6 +12,8 @@ const SHARE: f64 = 1e-3;
 /// changes sign, and of stiffness, which the torque determines less well the nearer to zero.
 const FRICTION_DENSER: f64 = 100.0;
 const STIFFNESS_DENSER: f64 = 10.0;
+/// The same of the points at which a curve is reported.
+const GRID_DENSER: f64 = 10.0;
 
 /// Half the distance of the points between which a slope is taken, as a share of the range.
 const SLOPE_STEP: f64 = 1e-6;
@@ -33,6 +35,36 @@ pub(super) fn mean_of(x: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
         .enumerate()
         .map(|(i, &y)| MIDDLE * y + SIDE * (side(i.checked_sub(1), y) + side(Some(i), y)))
         .collect()
+}
+
+/// The smallest and the largest value.
+pub(super) fn range(x: &[f64]) -> [f64; 2] {
+    let both = |[low, high]: [f64; 2], x: &f64| [low.min(*x), high.max(*x)];
+    x.iter().fold([f64::INFINITY, f64::NEG_INFINITY], both)
+}
+
+/// Points over a range that lie the closer to each other the nearer to zero: at $u \sinh t$ for uniform t.
+pub(super) struct Spacing {
+    unit: f64,
+    from: f64,
+    to: f64,
+}
+
+impl Spacing {
+    /// Points that are about `denser` times as dense at zero as at the farther end.
+    pub fn new([low, high]: [f64; 2], denser: f64) -> Self {
+        let unit = low.abs().max(high.abs()) / denser;
+        Spacing {
+            unit,
+            from: (low / unit).asinh(),
+            to: (high / unit).asinh(),
+        }
+    }
+
+    /// The end of the i-th of `count` intervals.
+    pub fn point(&self, i: usize, count: usize) -> f64 {
+        self.unit * (self.from + (self.to - self.from) * i as f64 / count as f64).sinh()
+    }
 }
 
 /// Cubic splines over the range of some points, with breakpoints that lie the closer the nearer to zero.
@@ -61,15 +93,14 @@ impl Basis {
         let mut sorted = x.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
         let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
-        let unit = low.abs().max(high.abs()) / denser;
-        let (from, to) = ((low / unit).asinh(), (high / unit).asinh());
+        let spacing = Spacing::new([low, high], denser);
         let count = 2 * pieces;
         let fewest = FEWEST.max((x.len() as f64 * SHARE) as usize);
         let below = |b: f64| sorted.partition_point(|v| *v < b);
         let mut inner: Vec<f64> = Vec::new();
         let mut before = 0;
         for i in 1..count {
-            let breakpoint = unit * (from + (to - from) * i as f64 / count as f64).sinh();
+            let breakpoint = spacing.point(i, count);
             let rank = below(breakpoint);
             if rank >= before + fewest && sorted.len() - rank >= fewest {
                 inner.push(breakpoint);
@@ -165,10 +196,9 @@ impl Basis {
 
     /// `points` abscissas over the range, closer to each other near zero; zero is one if it is in the range.
     pub fn grid(&self, points: usize) -> Vec<f64> {
-        let unit = self.low.abs().max(self.high.abs()) / 10.0;
-        let (from, to) = ((self.low / unit).asinh(), (self.high / unit).asinh());
+        let spacing = Spacing::new([self.low, self.high], GRID_DENSER);
         let mut grid: Vec<f64> = (0..points)
-            .map(|i| (unit * (from + (to - from) * i as f64 / (points - 1) as f64).sinh()).clamp(self.low, self.high))
+            .map(|i| spacing.point(i, points - 1).clamp(self.low, self.high))
             .collect();
         if self.low < 0.0 && self.high > 0.0 {
             let zero = grid.iter().enumerate().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));

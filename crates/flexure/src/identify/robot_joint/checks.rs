@@ -1,5 +1,6 @@
 //! What is refused, and what is warned of, in a joint's log.
 
+use super::basis::range;
 use super::finding::Finding;
 use super::smooth::Noise;
 use crate::error::{DataError, Error, Result, check_size};
@@ -93,11 +94,8 @@ pub(super) fn different_angles(motor: &[f64], link: &[f64]) -> Option<Finding> {
 
 /// Whether the torque stays at an extreme.
 pub(super) fn clipped(tau: &[f64]) -> Option<Finding> {
-    let mut found: Option<(usize, f64)> = None;
-    for extreme in [
-        tau.iter().copied().fold(f64::INFINITY, f64::min),
-        tau.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-    ] {
+    let mut found: Option<Clipped> = None;
+    for extreme in range(tau) {
         let (mut all, mut run, mut longest) = (0, 0, 0);
         for &v in tau {
             run = if v == extreme { run + 1 } else { 0 };
@@ -106,12 +104,22 @@ pub(super) fn clipped(tau: &[f64]) -> Option<Finding> {
         }
         let clipped = longest >= CLIPPED_RUN && all as f64 > CLIPPED_SHARE * tau.len() as f64;
         // A torque of few levels is at its extreme on purpose.
-        if clipped && !few_levels(tau) && found.is_none_or(|f| all > f.0) {
-            found = Some((all, extreme));
+        if clipped && !few_levels(tau) && found.is_none_or(|f| all > f.samples) {
+            found = Some(Clipped {
+                samples: all,
+                value: extreme,
+            });
         }
     }
-    let found = found.or_else(|| plateau(tau));
-    found.map(|(samples, value)| Finding::ClippedTorque { samples, value })
+    let Clipped { samples, value } = found.or_else(|| plateau(tau))?;
+    Some(Finding::ClippedTorque { samples, value })
+}
+
+/// The samples at an extreme of the torque, and the extreme.
+#[derive(Clone, Copy)]
+struct Clipped {
+    samples: usize,
+    value: f64,
 }
 
 /// Samples of a running mean in which plateaus are looked for.
@@ -129,7 +137,7 @@ const TOO_DEEP: f64 = 0.02;
 const STANDS: f64 = 0.85;
 
 /// How long, and about what extreme, a torque with noise stands still: clipped before it was measured.
-fn plateau(tau: &[f64]) -> Option<(usize, f64)> {
+fn plateau(tau: &[f64]) -> Option<Clipped> {
     let n = tau.len();
     let mut bends: Vec<f64> = tau.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
     let middle = bends.len() / 2;
@@ -140,15 +148,13 @@ fn plateau(tau: &[f64]) -> Option<(usize, f64)> {
         .windows(WINDOW)
         .map(|w| w.iter().sum::<f64>() / WINDOW as f64)
         .collect();
-    let (low, high) = means
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &m| (l.min(m), h.max(m)));
+    let [low, high] = range(&means);
     let pairs = means.iter().zip(&means[WINDOW..]);
     let still = pairs.filter(|(a, b)| (*a - *b).abs() < STILL * unit).count();
     if !(unit > 0.0) || DEEP * unit > TOO_DEEP * (high - low) || still as f64 > STANDS * means.len() as f64 {
         return None;
     }
-    let mut found: Option<(usize, f64)> = None;
+    let mut found: Option<Clipped> = None;
     for sign in [1.0, -1.0] {
         let bottom = if sign > 0.0 { high } else { -low } - DEEP * unit;
         let (mut samples, mut runs, mut level, mut bend) = (0, 0, 0.0, 0.0);
@@ -170,9 +176,10 @@ fn plateau(tau: &[f64]) -> Option<(usize, f64)> {
         if runs >= FEWEST_PLATEAUS
             && count > CLIPPED_SHARE * n as f64
             && bend < FLAT * unit * count
-            && found.is_none_or(|f| samples > f.0)
+            && found.is_none_or(|f| samples > f.samples)
         {
-            found = Some((samples, level / count));
+            let value = level / count;
+            found = Some(Clipped { samples, value });
         }
     }
     found
@@ -187,9 +194,7 @@ fn few_levels(tau: &[f64]) -> bool {
 /// Whether an angle spans so many turns that it may be in degrees.
 pub(super) fn in_degrees(angles: &[&[f64]]) -> Option<Finding> {
     let span = |q: &&[f64]| {
-        let (low, high) = q
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        let [low, high] = range(q);
         high - low
     };
     let span = angles.iter().map(span).fold(0.0, f64::max);

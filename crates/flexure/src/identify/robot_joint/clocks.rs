@@ -141,7 +141,7 @@ pub(super) fn clocks(motion: &Motion, modulation: &Modulation) -> Option<Clocks>
     // Beside an offset the deflection of a stiff joint is too small for the first passes to find their way.
     let stiff = motion.compliance(modulation).filter(Compliance::is_stiff);
     let mut offset = stiff.map_or(0.0, |found| found.link_offset.value);
-    let (mut error, mut delay) = (f64::INFINITY, (0.0, f64::INFINITY));
+    let (mut offset_error, mut delay, mut delay_error) = (f64::INFINITY, 0.0, f64::INFINITY);
     let mut curve: Option<Stiffness> = None;
     for pass in 0..PASSES {
         let q = match offset == 0.0 {
@@ -155,12 +155,12 @@ pub(super) fn clocks(motion: &Motion, modulation: &Modulation) -> Option<Clocks>
         let solved = system.solve(&[&splines], &noise)?;
         let covariance = solved.equations.robust(&solved.solution).covariance;
         let x = &solved.solution.x;
-        delay = (x[delay_at], covariance.error(delay_at));
+        (delay, delay_error) = (x[delay_at], covariance.error(delay_at));
         let settled = curve.is_some() && {
             let change = x[delay_at + 1];
             offset -= change.clamp(-LONGEST_STEP * step, LONGEST_STEP * step);
-            error = covariance.error(delay_at + 1);
-            pass > 1 && change.abs() < SETTLED * error
+            offset_error = covariance.error(delay_at + 1);
+            pass > 1 && change.abs() < SETTLED * offset_error
         };
         curve = Some(Stiffness {
             coefficients: solved.coefficients(0).to_vec(),
@@ -176,9 +176,9 @@ pub(super) fn clocks(motion: &Motion, modulation: &Modulation) -> Option<Clocks>
         let significant = determined && offset.significant;
         Offset { significant, ..offset }
     };
-    let torque_delay = offset_of(delay.0, delay.1);
+    let torque_delay = offset_of(delay, delay_error);
     Some(Clocks {
-        link_offset: offset_of(offset, error),
+        link_offset: offset_of(offset, offset_error),
         torque_held: determined && torque_delay.is_hold(step),
         torque_delay,
         determined,

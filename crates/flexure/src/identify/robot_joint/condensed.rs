@@ -9,7 +9,7 @@
 
 use rayon::prelude::*;
 
-use super::basis::mean_of;
+use super::basis::{Spacing, mean_of, range};
 use super::column_noise::Slopes;
 use super::equations::{Column, Equations, RIDGE, Scaled};
 use super::form_fit::{FormEquations, Shape};
@@ -360,14 +360,10 @@ fn without(equations: &NormalEquations, number: usize) -> NormalEquations {
 
 /// Knots over the range of x, closer to each other near zero, with those at which a sign that is softened within `width` bends.
 fn between(x: &[f64], width: f64) -> Vec<f64> {
-    let (low, high) = x
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
-    let unit = low.abs().max(high.abs()) / DENSER;
-    let (from, to) = ((low / unit).asinh(), (high / unit).asinh());
-    let last = 2 * KNOTS;
-    let mut knots: Vec<f64> = (1..last)
-        .map(|i| unit * (from + (to - from) * i as f64 / last as f64).sinh())
+    let [low, high] = range(x);
+    let spacing = Spacing::new([low, high], DENSER);
+    let mut knots: Vec<f64> = (1..2 * KNOTS)
+        .map(|i| spacing.point(i, 2 * KNOTS))
         .chain([-width, 0.0, width])
         .filter(|k| *k > low && *k < high)
         .chain([low, high])

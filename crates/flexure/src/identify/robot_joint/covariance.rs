@@ -12,8 +12,9 @@ use crate::linalg::Complex;
 
 /// The smallest share of a line that the unknowns are taken to leave to the residual.
 const LEAST_REMAINDER: f64 = 0.05;
-/// Residual powers are averaged over this share of the lines on either side, and over no fewer lines than the second number.
-const SMOOTHING: (usize, usize) = (100, 6);
+/// Residual powers are averaged over one in so many lines on either side, and over no fewer than the second number.
+const SMOOTHED_SHARE: usize = 100;
+const FEWEST_SMOOTHED: usize = 6;
 
 /// The covariance matrix of unknowns.
 #[derive(Debug, Clone)]
@@ -139,7 +140,7 @@ fn times(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
 /// The running mean over a fiftieth of the lines.
 fn smoothed(powers: &[f64]) -> Vec<f64> {
     let n = powers.len();
-    let half = (n / SMOOTHING.0).max(SMOOTHING.1).min(n / 2);
+    let half = (n / SMOOTHED_SHARE).max(FEWEST_SMOOTHED).min(n / 2);
     let mut sums = vec![0.0];
     for p in powers {
         sums.push(sums[sums.len() - 1] + p);

@@ -57,6 +57,12 @@ pub(super) struct MotorStart {
     pub inertia: f64,
 }
 
+/// The friction curve by the link's equation alone.
+struct LinkStart {
+    splines: Splines,
+    noise: Vec<f64>,
+}
+
 impl<'a> JointSignals<'a> {
     pub fn new(motion: &Motion, modulation: &'a Modulation, clocks: &Clocks, link: &[f64]) -> Self {
         let mut torque = clocks.torque(modulation, motion.torque, motion.step);
@@ -261,8 +267,8 @@ impl<'a> JointSignals<'a> {
         Some(start)
     }
 
-    /// The friction curve under this elastic torque, and the noise of the link's equation.
-    fn link_start(&self, motion: &Motion, kappa: &[Complex<f64>]) -> Option<(Splines, Vec<f64>)> {
+    /// The friction curve from the link's equation alone, under this elastic torque.
+    fn link_start(&self, motion: &Motion, kappa: &[Complex<f64>]) -> Option<LinkStart> {
         let (sum, link) = (self.sum_system(), self.link_system(kappa));
         let splines = |pieces: usize| link.curves[0].splines(self.modulation, pieces);
         let coarse = splines(FRICTION.coarse);
@@ -281,15 +287,18 @@ impl<'a> JointSignals<'a> {
         let friction =
             splines(FRICTION.undersmoothed(|pieces| Some(link.solve(&[&splines(pieces)], &noise)?.akaike()))?);
         noise = link.noise_of(&link.solve(&[&friction], &noise)?);
-        Some((friction, noise.remove(0)))
+        Some(LinkStart {
+            splines: friction,
+            noise: noise.remove(0),
+        })
     }
 
     /// The free curves, and the noise of both equations.
     pub fn free(&self, motion: &Motion) -> Option<FreeCurves> {
         let motor = self.motor_start()?;
-        let (friction, link_noise) = self.link_start(motion, &motor.kappa)?;
-        let (splines, noise) = (vec![motor.splines, friction], vec![motor.noise, link_noise]);
-        self.system().refined(splines, noise)
+        let link = self.link_start(motion, &motor.kappa)?;
+        self.system()
+            .refined(vec![motor.splines, link.splines], vec![motor.noise, link.noise])
     }
 }
 

@@ -38,7 +38,8 @@ pub(super) fn intervals(
         let inflation = (fit.covariance.at(unknown, unknown) / given).max(1.0);
         let allowed = CHI_SQUARED * scale * inflation;
         let end = |sign: f64| -> f64 {
-            let (mut start, mut before) = (best.logs.clone(), (0.0, 0.0));
+            let mut start = best.logs.clone();
+            let (mut last_step, mut last_root) = (0.0, 0.0);
             for step in STEPS {
                 let held = Held {
                     parameter,
@@ -50,10 +51,10 @@ pub(super) fn intervals(
                 // The root of the growth is nearly linear.
                 let root = ((found.objective - best.objective).max(0.0) / allowed).sqrt();
                 if root >= 1.0 {
-                    let share = (1.0 - before.1) / (root - before.1);
-                    return before.0 + share * (step - before.0);
+                    let share = (1.0 - last_root) / (root - last_root);
+                    return last_step + share * (step - last_step);
                 }
-                (start, before) = (found.logs, (step, root));
+                (start, last_step, last_root) = (found.logs, step, root);
             }
             f64::INFINITY
         };

@@ -123,8 +123,9 @@ pub(super) struct Reflected {
     ahead: usize,
     length: usize,
     step: f64,
-    /// The straight line that was taken off: its value at the signal's begin and its slope a sample.
-    line: (f64, f64),
+    /// The straight line that was subtracted: its value at the first sample and its slope a sample.
+    offset: f64,
+    slope: f64,
 }
 
 impl Reflected {
@@ -151,7 +152,8 @@ impl Reflected {
             ahead,
             length,
             step,
-            line: (long[0] + slope * ahead as f64, slope),
+            offset: long[0] + slope * ahead as f64,
+            slope,
         }
     }
 
@@ -178,7 +180,7 @@ impl Reflected {
     /// The smoothed first derivative with this cut-off in Hz.
     pub fn velocity(&self, cut_off: f64) -> Vec<f64> {
         let mut v = self.back(|w| Complex::new(0.0, w * gain(w, cut_off)));
-        v.iter_mut().for_each(|v| *v += self.line.1 / self.step);
+        v.iter_mut().for_each(|v| *v += self.slope / self.step);
         v
     }
 
@@ -186,7 +188,7 @@ impl Reflected {
     pub fn smoothed(&self, cut_off: f64) -> Vec<f64> {
         let mut x = self.back(|w| Complex::new(gain(w, cut_off), 0.0));
         for (i, v) in x.iter_mut().enumerate() {
-            *v += self.line.0 + self.line.1 * i as f64;
+            *v += self.offset + self.slope * i as f64;
         }
         x
     }
@@ -196,7 +198,7 @@ impl Reflected {
         let mut x = self.back(|w| Complex::new(0.0, w * ahead).exp());
         let shift = ahead / self.step;
         for (i, v) in x.iter_mut().enumerate() {
-            *v += self.line.0 + self.line.1 * (i as f64 + shift);
+            *v += self.offset + self.slope * (i as f64 + shift);
         }
         x
     }
