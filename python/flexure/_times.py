@@ -38,9 +38,9 @@ def instants_of(values: Any) -> npt.NDArray[Any] | None:
             return None
         name, unnamed = values.dims[0], False
         given = coordinates[name]
-    told = instants(given)
-    if told is not None and (told.dtype.kind in "mM" or is_time(name) or (unnamed and told.dtype.kind == "f")):
-        return told
+    times = instants(given)
+    if times is not None and (times.dtype.kind in "mM" or is_time(name) or (unnamed and times.dtype.kind == "f")):
+        return times
     return None
 
 
@@ -57,7 +57,7 @@ def instants(values: Any) -> npt.NDArray[Any] | None:
     return array if array.dtype.kind in "mMfiu" and array.ndim == 1 else None
 
 
-def step_of(told: npt.NDArray[Any] | None) -> float | None:
+def step_of(times: npt.NDArray[Any] | None) -> float | None:
     """The sample time in s of uniform instants; None where there are too few.
 
     Raises
@@ -65,15 +65,15 @@ def step_of(told: npt.NDArray[Any] | None) -> float | None:
     DataError
         For instants that are not uniform, with the sample.
     """
-    if told is None or len(told) < 2:
+    if times is None or len(times) < 2:
         return None
-    return sample_time(_seconds(told, told[0]))
+    return sample_time(_seconds(times, times[0]))
 
 
 def column_of_time(values: Any, name: str) -> npt.NDArray[Any]:
     """The instants of a column that has the name of time."""
-    told = instants(values)
-    return samples(values, name) if told is None else told
+    times = instants(values)
+    return samples(values, name) if times is None else times
 
 
 def given_step(dt: Any) -> float | None:
@@ -119,8 +119,8 @@ def check_same_step(step: float | None, other: float | None, words: str) -> None
         raise DataError(words.format(step, other))
 
 
-def _seconds(told: npt.NDArray[Any], origin: Any) -> Array:
+def _seconds(times: npt.NDArray[Any], origin: Any) -> Array:
     """Instants as seconds since one of them, numbers as they are."""
-    if told.dtype.kind in "mM":
-        return np.asarray((told - origin) / np.timedelta64(1, "s"), dtype=np.float64)
-    return np.ascontiguousarray(told, dtype=np.float64)
+    if times.dtype.kind in "mM":
+        return np.asarray((times - origin) / np.timedelta64(1, "s"), dtype=np.float64)
+    return np.ascontiguousarray(times, dtype=np.float64)

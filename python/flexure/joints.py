@@ -253,10 +253,10 @@ def identify_joint(
 
 def _named(signals: dict[str, Any], data: Any, dt: float | None) -> tuple[dict[str, Any], float]:
     """The signals, out of the columns of a table where there is one, and their sample time."""
-    told = times.instants_of(signals["torque"])
+    instants = times.instants_of(signals["torque"])
     if data is not None:
-        signals, told = records.named_columns(data, signals)
-    step = times.step_of(told)
+        signals, instants = records.named_columns(data, signals)
+    step = times.step_of(instants)
     times.check_same_step(step, dt, "the log's sample time is {:g} s, but dt is {:g} s; leave dt out, or correct the times")
     dt = step if dt is None else dt
     if dt is None:
@@ -289,12 +289,12 @@ def _joint(result: dict[str, Any], core: _core.Joint | None) -> Joint:
     )
 
 
-def _estimate(told: dict[str, Any]) -> Estimate:
-    return Estimate(told["value"], told["standard_error"])
+def _estimate(found: dict[str, Any]) -> Estimate:
+    return Estimate(found["value"], found["standard_error"])
 
 
-def _form(told: dict[str, Any]) -> Form:
-    return Form(told["form"], told["parameters"], told)
+def _form(found: dict[str, Any]) -> Form:
+    return Form(found["form"], found["parameters"], found)
 
 
 def _best(forms: tuple[Form, ...], name: str | None) -> Form:

@@ -58,9 +58,9 @@ def nonlinearity(
     axes.plot(found.x, found.y, color=BLUE, linewidth=1.4, label="estimate")
     if truth is not None:
         axes.plot(found.x, truth(found.x), "--", color=ORANGE, linewidth=1.2, label="truth")
-    told = [at for at, kind in found.breakpoints if kind != "knot"]
-    if told:
-        axes.plot(told, found(told), "o", color=BLUE, markersize=4, markerfacecolor="white", label="jump or kink")
+    breaks = [at for at, kind in found.breakpoints if kind != "knot"]
+    if breaks:
+        axes.plot(breaks, found(breaks), "o", color=BLUE, markersize=4, markerfacecolor="white", label="jump or kink")
     axes.set(xlabel=input, ylabel=output)
     axes.ticklabel_format(style="sci", scilimits=(-3, 4))
     if len(axes.get_legend_handles_labels()[1]) > 1:

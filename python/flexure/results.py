@@ -75,13 +75,13 @@ class Nonlinearity:
     @classmethod
     def of(cls, curve: dict[str, Any], breakpoints: Any = (), kinks: Any = ()) -> Nonlinearity:
         """From the object that a model file or a result has."""
-        told = [(b["at"], b["kind"]) if isinstance(b, dict) else (b, "knot") for b in breakpoints]
-        told = sorted(told + [(at, "kink") for at in kinks])
+        places = [(b["at"], b["kind"]) if isinstance(b, dict) else (b, "knot") for b in breakpoints]
+        places = sorted(places + [(at, "kink") for at in kinks])
         edge = {k: _array(curve[k]) for k in ("lower", "upper") if len(curve.get(k) or ())}
         return cls(
             _array(curve["x"]),
             _array(curve["y"]),
-            breakpoints=tuple(told),
+            breakpoints=tuple(places),
             outside=curve.get("outside", "nearest"),
             **edge,
         )

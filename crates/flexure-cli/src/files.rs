@@ -58,15 +58,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         std::fs::write(path("a.csv"), "u\n1\n").unwrap();
-        let told = |inputs: &[PathBuf], outputs: &[PathBuf]| keep_apart(inputs, outputs).map_err(|e| e.0);
+        let checked = |inputs: &[PathBuf], outputs: &[PathBuf]| keep_apart(inputs, outputs).map_err(|e| e.0);
         let input = [path("a.csv")];
-        assert!(told(&input, &[path("b.csv"), path("c.html")]).is_ok());
+        assert!(checked(&input, &[path("b.csv"), path("c.html")]).is_ok());
         for name in ["a.csv", "./a.csv", "x/../a.csv"] {
             std::fs::create_dir_all(path("x")).unwrap();
-            let message = told(&input, &[path(name)]).unwrap_err();
+            let message = checked(&input, &[path(name)]).unwrap_err();
             assert!(message.contains("is read and would be overwritten"), "{message}");
         }
-        let message = told(&input, &[path("new.csv"), path("x/../new.csv")]).unwrap_err();
+        let message = checked(&input, &[path("new.csv"), path("x/../new.csv")]).unwrap_err();
         assert!(message.contains("written twice"), "{message}");
     }
 

@@ -56,7 +56,7 @@ pub fn spinning<T: Send>(what: &'static str, work: impl FnOnce() -> T + Send) ->
     spinning_through(what, |_| work())
 }
 
-/// Runs `work` under a spinner that appears after a second, and shows the stage that `work` last told.
+/// Runs `work` under a spinner that appears after a second, and shows the stage that `work` reported last.
 pub fn spinning_through<T: Send>(what: &'static str, work: impl FnOnce(&dyn Fn(&str)) -> T + Send) -> T {
     let done = AtomicBool::new(false);
     let stage: Mutex<Option<String>> = Mutex::new(None);
@@ -64,7 +64,7 @@ pub fn spinning_through<T: Send>(what: &'static str, work: impl FnOnce(&dyn Fn(&
         let ticker = scope.spawn(|| {
             let progress = Progress::new(what, 0.0);
             while !done.load(Ordering::Relaxed) {
-                if let Some(stage) = stage.lock().ok().and_then(|mut told| told.take()) {
+                if let Some(stage) = stage.lock().ok().and_then(|mut current| current.take()) {
                     progress.bar.set_message(format!("{what}: {stage}"));
                 }
                 progress.at(0.0);
@@ -75,8 +75,8 @@ pub fn spinning_through<T: Send>(what: &'static str, work: impl FnOnce(&dyn Fn(&
         // Also when `work` panics, or the scope would wait for the ticker for ever.
         let _stop = Stop(&done, ticker.thread());
         work(&|now| {
-            if let Ok(mut told) = stage.lock() {
-                *told = Some(now.to_owned());
+            if let Ok(mut current) = stage.lock() {
+                *current = Some(now.to_owned());
             }
         })
     })

@@ -8,7 +8,7 @@ use flexure_report::data::ScoreCurve;
 use serde_json::{Value, json};
 
 /// The kernel for reading, where the estimator has one: between `before` and `after`.
-pub fn kernel_words(name: EstimatorName, kernel: Kernel, before: &str, after: &str) -> String {
+pub fn kernel_text(name: EstimatorName, kernel: Kernel, before: &str, after: &str) -> String {
     match name.has_bandwidth() {
         true => format!("{before}{} kernel{after}", kernel.name()),
         false => String::new(),

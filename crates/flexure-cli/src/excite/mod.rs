@@ -1,6 +1,7 @@
-//! `flexure excite`: a record that excites an arm as much as its limits allow, and what it can tell.
+//! `flexure excite`: a record that excites an arm as much as its limits allow, and what it can show.
 
 mod rehearsal;
+mod search;
 mod signals;
 
 use std::path::PathBuf;
@@ -8,16 +9,18 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use clap::{ArgGroup, ValueEnum};
 use flexure::Record;
-use flexure::manipulator::{Arm, Drive, LinkDynamics, Model, SimulationOptions, simulate};
+use flexure::manipulator::{Arm, LinkDynamics, Model, SimulationOptions};
 use flexure_io::arm::{ArmFile, preset_text};
 use flexure_io::{check_record_writable, write_record};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::arguments;
 use crate::files::keep_apart;
 use crate::output::print;
 use crate::progress::spinning;
 use crate::simulate::read_arm;
+use rehearsal::Rehearsal;
+use search::{Gains, Reached, Setup, Trial};
 
 /// Write torques, or references for position servos, that excite an arm within its limits.
 ///
@@ -98,11 +101,6 @@ enum SignalKind {
     Multilevel,
 }
 
-/// Rounds of simulating and reducing.
-const ROUNDS: usize = 20;
-/// Limits are approached to within this share.
-const NEAR: f64 = 0.97;
-
 /// Limits of each joint; infinite where there is none.
 struct Limits {
     torque: [f64; 2],
@@ -126,16 +124,6 @@ impl Limits {
             velocity: each("max-velocity", &arguments.max_velocity)?,
         })
     }
-}
-
-/// A checked experiment.
-struct Experiment {
-    /// The signals as they are written, torques or references.
-    signals: [Vec<f64>; 2],
-    /// The arm's motion, without noise.
-    motion: Record,
-    /// The largest torque, distance from the start and velocity that each joint reaches.
-    reached: [[f64; 3]; 2],
 }
 
 /// Runs the command.
@@ -164,63 +152,32 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         initial: file.initial,
         ..SimulationOptions::new(arguments.duration, arguments.sample_time)?
     };
-    let gains = gains(&arm, &file, arguments);
-    let found = spinning("simulating", || {
-        experiment(&arm, &options, free, &limits, gains, arguments)
-    })?;
-    let names = if arguments.reference {
-        ["t", "r1", "r2"]
-    } else {
-        ["t", "tau1", "tau2"]
+    let setup = Setup {
+        arm: &arm,
+        options: &options,
+        free,
+        limits: &limits,
+        gains: gains(&arm, &file, arguments),
+    };
+    let trial = spinning("simulating", || search::largest(&setup, arguments))?;
+    let names = match arguments.reference {
+        true => ["t", "r1", "r2"],
+        false => ["t", "tau1", "tau2"],
     };
     let record = Record::new([
-        (names[0], found.motion.column("t")?.to_vec()),
-        (names[1], found.signals[0].clone()),
-        (names[2], found.signals[1].clone()),
+        (names[0], trial.motion.column("t")?.to_vec()),
+        (names[1], trial.signals[0].clone()),
+        (names[2], trial.signals[1].clone()),
     ])?;
-    let rehearsed = spinning("rehearsing", || rehearsal::rehearse(&found, free, &limits, arguments))?;
+    let rehearsal = spinning("rehearsing", || {
+        rehearsal::rehearse(&trial.motion, free, &limits, arguments)
+    })?;
     write_record(&arguments.out, &record)?;
-    let crest = [0, 1].map(|i| signals::crest_factor(&found.signals[i]));
     if arguments.json {
-        let reached = |k: usize| [0, 1].map(|i| found.reached[i][k]);
-        let object = json!({
-            "record": arguments.out.display().to_string(),
-            "samples": record.len(),
-            "sample_time": arguments.sample_time,
-            "signal": if arguments.reference { "reference" } else { "torque" },
-            "gains": arguments.reference.then_some(gains),
-            "crest_factor": crest,
-            "largest_torque": reached(0),
-            "largest_position": reached(1),
-            "largest_velocity": reached(2),
-            "can": rehearsed.can,
-            "cannot": rehearsed.cannot,
-        });
-        return print(&object.to_string());
+        return print(&json_of(&trial, &setup, &rehearsal, arguments).to_string());
     }
-    let mut lines = Vec::new();
-    for i in (0..2).filter(|&i| free[i]) {
-        let of = |value: f64, limit: f64, unit: &str| match limit.is_finite() {
-            true => format!("{value:.3} of {limit} {unit}"),
-            false => format!("{value:.3} {unit}"),
-        };
-        let [torque, position, velocity] = found.reached[i];
-        lines.push(format!(
-            "Joint {}: crest factor {:.2}; torque up to {}, link {} from its start, velocity {}",
-            i + 1,
-            crest[i],
-            of(torque, limits.torque[i], "N m"),
-            of(position, limits.position[i], "rad"),
-            of(velocity, limits.velocity[i], "rad/s")
-        ));
-        if arguments.reference {
-            let [kp, kd] = gains[i];
-            lines.push(format!(
-                "  in a servo with torque = kp (reference - motor angle) - kd motor velocity, kp = {kp:.4} N m/rad, kd = {kd:.4} N m s/rad"
-            ));
-        }
-    }
-    for (title, items) in [("It can tell", &rehearsed.can), ("It cannot tell", &rehearsed.cannot)] {
+    let mut lines = summary(&trial, &setup, arguments.reference);
+    for (title, items) in [("It can tell", &rehearsal.can), ("It cannot tell", &rehearsal.cannot)] {
         if !items.is_empty() {
             lines.push(format!("{title}:"));
             lines.extend(items.iter().map(|item| format!("  {item}")));
@@ -235,121 +192,63 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     print(&lines.join("\n"))
 }
 
-/// Gains `[kp, kd]` of servos that follow the reference well and are far from instability by sampling.
-fn gains(arm: &Arm, file: &ArmFile, arguments: &Arguments) -> [[f64; 2]; 2] {
+fn json_of(trial: &Trial, setup: &Setup, rehearsal: &Rehearsal, arguments: &Arguments) -> Value {
+    let reached = |of: fn(&Reached) -> f64| trial.reached.iter().map(of).collect::<Vec<_>>();
+    let gains = setup.gains.map(|g| [g.kp, g.kd]);
+    let crest = [0, 1].map(|i| signals::crest_factor(&trial.signals[i]));
+    json!({
+        "record": arguments.out.display().to_string(),
+        "samples": trial.signals[0].len(),
+        "sample_time": arguments.sample_time,
+        "signal": if arguments.reference { "reference" } else { "torque" },
+        "gains": arguments.reference.then_some(gains),
+        "crest_factor": crest,
+        "largest_torque": reached(|r| r.torque),
+        "largest_position": reached(|r| r.position),
+        "largest_velocity": reached(|r| r.velocity),
+        "can": rehearsal.can,
+        "cannot": rehearsal.cannot,
+    })
+}
+
+/// What each joint reaches, a line each.
+fn summary(trial: &Trial, setup: &Setup, reference: bool) -> Vec<String> {
+    let of = |value: f64, limit: f64, unit: &str| match limit.is_finite() {
+        true => format!("{value:.3} of {limit} {unit}"),
+        false => format!("{value:.3} {unit}"),
+    };
+    let (limits, mut lines) = (setup.limits, Vec::new());
+    for i in (0..2).filter(|&i| setup.free[i]) {
+        let reached = trial.reached[i];
+        lines.push(format!(
+            "Joint {}: crest factor {:.2}; torque up to {}, link {} from its start, velocity {}",
+            i + 1,
+            signals::crest_factor(&trial.signals[i]),
+            of(reached.torque, limits.torque[i], "N m"),
+            of(reached.position, limits.position[i], "rad"),
+            of(reached.velocity, limits.velocity[i], "rad/s")
+        ));
+        if reference {
+            let Gains { kp, kd } = setup.gains[i];
+            lines.push(format!(
+                "  in a servo with torque = kp (reference - motor angle) - kd motor velocity, kp = {kp:.4} N m/rad, kd = {kd:.4} N m s/rad"
+            ));
+        }
+    }
+    lines
+}
+
+/// Gains of servos that follow the reference well and are far from instability by sampling.
+fn gains(arm: &Arm, file: &ArmFile, arguments: &Arguments) -> [Gains; 2] {
     let mass = LinkDynamics::inertia(&arm.link_dynamics(), file.initial.q[1]);
     [0, 1].map(|i| {
         let motor = file.arm.joints[i].motor_inertia;
         let inertia = mass[i][i] + motor;
         let sampled = 0.15 * motor / (arguments.sample_time * inertia);
         let pace = (4.0 * std::f64::consts::PI * arguments.f_max).min(sampled);
-        [inertia * pace * pace, 2.0 * inertia * pace]
-    })
-}
-
-/// Makes the signals as large as the limits allow.
-fn experiment(
-    arm: &Arm,
-    options: &SimulationOptions,
-    free: [bool; 2],
-    limits: &Limits,
-    gains: [[f64; 2]; 2],
-    arguments: &Arguments,
-) -> Result<Experiment> {
-    let rows = options.sampling.rows();
-    let unit = signals::unit(rows, free, arguments)?;
-    let start = [options.initial.qm, options.initial.q];
-    let mut scale = match arguments.reference {
-        false => limits.torque,
-        true => [0, 1].map(|i| limits.position[i].min(1.0)),
-    };
-    let mut least = [0.0, 0.0];
-    // With the sum of both joints' shares of their nearest limits.
-    let mut best: Option<(f64, Experiment)> = None;
-    for _ in 0..ROUNDS {
-        let signals = [0, 1].map(|i| -> Vec<f64> {
-            let about = if arguments.reference { start[0][i] } else { 0.0 };
-            unit[i].iter().map(|v| about + scale[i] * v).collect()
-        });
-        let columns = [signals[0].as_slice(), signals[1].as_slice()];
-        let drive = match arguments.reference {
-            false => Drive::Held(columns),
-            true => Drive::Servo {
-                reference: columns,
-                gains,
-            },
-        };
-        let motion = simulate(arm, &drive, options)?;
-        let largest = |name: &str, about: f64| -> Result<f64> {
-            Ok(motion
-                .column(name)?
-                .iter()
-                .fold(0.0_f64, |m, v| m.max((v - about).abs())))
-        };
-        let mut reached = [[0.0; 3]; 2];
-        for (i, reached) in reached.iter_mut().enumerate() {
-            let joint = i + 1;
-            *reached = [
-                largest(&format!("tau{joint}"), 0.0)?,
-                largest(&format!("q{joint}"), start[1][i])?,
-                largest(&format!("dq{joint}"), 0.0)?,
-            ];
+        Gains {
+            kp: inertia * pace * pace,
+            kd: 2.0 * inertia * pace,
         }
-        let over = [0, 1].map(|i| {
-            let limit = [limits.torque[i], limits.position[i], limits.velocity[i]];
-            let ratio = |k: usize| reached[i][k] / limit[k];
-            if free[i] {
-                ratio(0).max(ratio(1)).max(ratio(2))
-            } else {
-                0.0
-            }
-        });
-        // The torques themselves may reach their limit exactly.
-        let allowed = over.iter().all(|r| *r <= 1.0 + 1e-9);
-        if allowed {
-            least = scale;
-            let use_made = over[0] + over[1];
-            if best.as_ref().is_none_or(|b| use_made > b.0) {
-                let found = Experiment {
-                    signals,
-                    motion,
-                    reached,
-                };
-                best = Some((use_made, found));
-            }
-            if [0, 1].iter().all(|&i| !free[i] || over[i] >= NEAR) {
-                break;
-            }
-        }
-        // Responses are not proportional to their cause: halves of the way once a smaller one is allowed.
-        if best.is_none() {
-            // The links move each other: both signals shrink until the limits are kept.
-            let most = over[0].max(over[1]);
-            let shrink = (0.99 / most).clamp(0.3, 0.9);
-            scale.iter_mut().for_each(|s| *s *= shrink);
-            continue;
-        }
-        for i in 0..2 {
-            if over[i] > 1.0 + 1e-9 {
-                let aimed = scale[i] * (0.99 / over[i]).max(0.3);
-                scale[i] = if least[i] > 0.0 {
-                    aimed.max(0.5 * (least[i] + scale[i]))
-                } else {
-                    aimed
-                };
-            } else if allowed && over[i] > 0.0 {
-                scale[i] *= (0.99 / over[i]).min(2.0);
-            }
-        }
-    }
-    best.map(|b| b.1).ok_or_else(|| {
-        let remedy = match arguments.kind {
-            SignalKind::Multilevel => "shorten --hold, as torques that are held long",
-            SignalKind::Multisine | SignalKind::Chirp => "raise --f-min, as slow torques",
-        };
-        anyhow::anyhow!(
-            "no amplitude was found for which the simulated arm keeps within its limits; raise --max-position or --max-velocity, or \
-             {remedy} let an arm without gravity drift far"
-        )
     })
 }

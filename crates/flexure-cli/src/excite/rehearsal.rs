@@ -1,26 +1,27 @@
-//! What a simulated experiment tells when it is identified.
+//! What a simulated record shows when it is identified.
 
 use anyhow::Result;
+use flexure::Record;
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{Estimated, Finding, FlexibleAxis, FlexibleJoint, JointFound, TwoLinkLog};
 use flexure::manipulator::add_noise;
 
-use super::{Arguments, Experiment, Limits};
+use super::{Arguments, Limits};
 use flexure_workbench::joints::{Units, parameter_text};
 use flexure_workbench::text::number;
 
 /// A standard error, or half a band's width, above this share is a poor estimate.
 const POOR: f64 = 0.1;
 
-/// What can and cannot be told, in words.
+/// What a record can and cannot show, a line each.
 #[derive(Default)]
-pub struct Told {
+pub struct Rehearsal {
     pub can: Vec<String>,
     pub cannot: Vec<String>,
 }
 
-/// Identifies the experiment's motion with noise.
-pub fn rehearse(experiment: &Experiment, free: [bool; 2], limits: &Limits, arguments: &Arguments) -> Result<Told> {
+/// Identifies the motion with noise.
+pub fn rehearse(motion: &Record, free: [bool; 2], limits: &Limits, arguments: &Arguments) -> Result<Rehearsal> {
     let mut noise: Vec<(String, f64)> = Vec::new();
     for i in (0..2).filter(|&i| free[i]) {
         noise.push((format!("q{}", i + 1), arguments.encoder_noise));
@@ -28,12 +29,12 @@ pub fn rehearse(experiment: &Experiment, free: [bool; 2], limits: &Limits, argum
         noise.push((format!("tau{}", i + 1), arguments.torque_noise * limits.torque[i]));
     }
     let noise: Vec<(&str, f64)> = noise.iter().map(|(name, sd)| (name.as_str(), *sd)).collect();
-    let log = add_noise(&experiment.motion, arguments.seed, &noise)?;
+    let log = add_noise(motion, arguments.seed, &noise)?;
     let columns = |name: &str| -> Result<[&[f64]; 2]> {
         Ok([log.column(&format!("{name}1"))?, log.column(&format!("{name}2"))?])
     };
     let (motor, link, torque) = (columns("qm")?, columns("q")?, columns("tau")?);
-    let mut told = Told::default();
+    let mut rehearsal = Rehearsal::default();
     if free == [true; 2] {
         let log = TwoLinkLog {
             motor,
@@ -43,21 +44,23 @@ pub fn rehearse(experiment: &Experiment, free: [bool; 2], limits: &Limits, argum
             level: 0.95,
         };
         match log.identify() {
-            Err(error) => told.cannot.push(format!("anything of the arm as a whole: {error}")),
+            Err(error) => rehearsal
+                .cannot
+                .push(format!("anything of the arm as a whole: {error}")),
             Ok(arm) => {
-                told.number("the shoulder's inertia", arm.shoulder);
-                told.number("the elbow's inertia", arm.elbow);
-                told.number("the inertial coupling m2 l1 lc2", arm.coupling);
-                told.cannot.push(
+                rehearsal.number("the shoulder's inertia", arm.shoulder);
+                rehearsal.number("the elbow's inertia", arm.elbow);
+                rehearsal.number("the inertial coupling m2 l1 lc2", arm.coupling);
+                rehearsal.cannot.push(
                     "masses, lengths and centres of mass of the links one by one: the motion depends on three constants of them"
                         .to_owned(),
                 );
                 for (i, axis) in arm.joints.iter().enumerate() {
-                    told.joint(axis, &format!("joint {}: ", i + 1));
+                    rehearsal.joint(axis, &format!("joint {}: ", i + 1));
                 }
             }
         }
-        return Ok(told);
+        return Ok(rehearsal);
     }
     let joint = usize::from(!free[0]);
     let log = FlexibleJoint {
@@ -69,31 +72,31 @@ pub fn rehearse(experiment: &Experiment, free: [bool; 2], limits: &Limits, argum
         level: 0.95,
     };
     match log.identify() {
-        Err(error) => told.cannot.push(format!("anything of the joint: {error}")),
-        Ok(JointFound::Rigid(axis)) => told.cannot.extend(axis.findings.iter().map(ToString::to_string)),
+        Err(error) => rehearsal.cannot.push(format!("anything of the joint: {error}")),
+        Ok(JointFound::Rigid(axis)) => rehearsal.cannot.extend(axis.findings.iter().map(ToString::to_string)),
         Ok(JointFound::Flexible(axis)) => {
-            told.number("the link's inertia", axis.link_inertia);
-            told.joint(&axis, "");
+            rehearsal.number("the link's inertia", axis.link_inertia);
+            rehearsal.joint(&axis, "");
         }
     }
-    Ok(told)
+    Ok(rehearsal)
 }
 
-impl Told {
+impl Rehearsal {
     fn number(&mut self, what: &str, e: Estimated) {
         let share = e.standard_error / e.value.abs();
-        let words = format!(
+        let text = format!(
             "{what}: {} kg m^2 with a standard error of {:.2} %",
             number(e.value),
             100.0 * share
         );
-        self.sort(share < POOR, words);
+        self.sort(share < POOR, text);
     }
 
-    fn sort(&mut self, can: bool, words: String) {
+    fn sort(&mut self, can: bool, text: String) {
         match can {
-            true => self.can.push(words),
-            false => self.cannot.push(words),
+            true => self.can.push(text),
+            false => self.cannot.push(text),
         }
     }
 
@@ -119,10 +122,10 @@ impl Told {
         for form in [&axis.model.stiffness, &axis.model.friction] {
             for p in &form.parameters {
                 let unit = units.of_curve(p.unit, form.form.is_stiffness());
-                let words = parameter_text(p, &unit);
+                let text = parameter_text(p, &unit);
                 self.sort(
                     p.identifiable,
-                    format!("{of}{}", words.split_whitespace().collect::<Vec<_>>().join(" ")),
+                    format!("{of}{}", text.split_whitespace().collect::<Vec<_>>().join(" ")),
                 );
             }
         }

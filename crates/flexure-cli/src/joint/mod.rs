@@ -228,8 +228,13 @@ impl Arguments {
         let others = self.arm.iter().chain(&self.report);
         let inputs = [&self.record].into_iter().chain(&self.template);
         keep_apart(inputs, curves.clone().chain(others.clone()))?;
-        curves.map(check_record_writable).collect::<Result<(), _>>()?;
-        Ok(others.map(check_writable).collect::<Result<(), _>>()?)
+        for path in curves {
+            check_record_writable(path)?;
+        }
+        for path in others {
+            check_writable(path)?;
+        }
+        Ok(())
     }
 
     /// The files of the curves, those of joint 1 first.

@@ -1,15 +1,12 @@
 //! What was identified as an arm: to be simulated, and as an arm file.
 
 use anyhow::{Result, bail};
-use flexure::identify::robot_joint::{Fitted, FlexibleAxis, FormName};
+use flexure::identify::robot_joint::{Fitted, FlexibleAxis, FormName, RigidAxis, TwoLinkArm};
 use flexure::manipulator::{ArmParameters, Friction, JointParameters, Link, LinkDynamics, Model, Parts, State};
 use flexure_io::arm::{ArmFile, DriveKind, Excitation, Kind, Run};
 
 use super::Log;
-use super::flexible::Flexible;
-use super::rigid::Rigid;
 use super::text::with_error;
-use super::two_link::TwoLink;
 
 /// What the file of an arm without a template says of the links of a flexible joint.
 const FLEXIBLE: &str = "\
@@ -123,9 +120,8 @@ fn arm(axis: &FlexibleAxis, moving: usize, template: Option<ArmParameters>) -> R
 }
 
 /// The joint alone, as joint 1 of an arm whose other joint is locked, and the state in which its log starts.
-pub fn alone(joint: &Flexible) -> (ArmParameters, State) {
-    let (axis, log) = (&joint.axis, &joint.log);
-    let own = self::joint(axis);
+pub fn alone(axis: &FlexibleAxis, log: &Log) -> (ArmParameters, State) {
+    let own = joint(axis);
     let arm = ArmParameters {
         model: Model::Nonlinear,
         links: [
@@ -139,22 +135,22 @@ pub fn alone(joint: &Flexible) -> (ArmParameters, State) {
 }
 
 /// The text of the file of a flexible joint in the run of its log.
-pub fn flexible(joint: &Flexible, place: Place) -> Result<String> {
+pub fn flexible(axis: &FlexibleAxis, log: &Log, place: Place) -> Result<String> {
     let header = if place.template.is_none() { FLEXIBLE } else { "" };
-    let initial = started(place.joint, &joint.log, joint.axis.velocity[0]);
-    let arm = arm(&joint.axis, place.joint, place.template)?;
-    text(arm, initial, &joint.log, place.excitation).map(|text| format!("{header}{text}"))
+    let initial = started(place.joint, log, axis.velocity[0]);
+    let arm = arm(axis, place.joint, place.template)?;
+    text(arm, initial, log, place.excitation).map(|text| format!("{header}{text}"))
 }
 
 /// The text of the file of a rigid axis: one link of its inertia, with the smooth form of its friction.
-pub fn rigid(rigid: &Rigid, place: Place) -> Result<String> {
+pub fn rigid(axis: &RigidAxis, prismatic: bool, log: &Log, place: Place) -> Result<String> {
     let smooth = |f: &&Fitted| {
         let known = [FormName::SmoothDry, FormName::SmoothCoulomb, FormName::SmoothStribeck].contains(&f.form);
         let value = |g: &str| f.parameter(g).map_or(0.0, |p| p.value);
         let [g1, g2, g3, g4, g6] = ["g1", "g2", "g3", "g4", "g6"].map(value);
         known && f.inertia.value > 0.0 && g1 >= 0.0 && g2 >= g3 && g4 >= 0.0 && g6 >= 0.0
     };
-    let possible = rigid.axis.forms.iter().filter(smooth);
+    let possible = axis.forms.iter().filter(smooth);
     let Some(form) = possible.min_by(|a, b| a.bic.total_cmp(&b.bic)) else {
         bail!("an arm file has friction (12) only, of which no form with positive factors fits this axis");
     };
@@ -178,16 +174,16 @@ pub fn rigid(rigid: &Rigid, place: Place) -> Result<String> {
             ..Parts::of(Model::Rigid)
         },
     };
-    let initial = started(moving, &rigid.log, rigid.axis.velocity[0]);
-    let text = text(arm, initial, &rigid.log, place.excitation)?;
+    let initial = started(moving, log, axis.velocity[0]);
+    let text = text(arm, initial, log, place.excitation)?;
     let mut header = RIGID.to_owned();
-    if rigid.prismatic {
+    if prismatic {
         header.push_str("# The axis is prismatic: read m for rad, kg for kg m^2 and N for N m.\n");
     }
     if let Some(offset) = form.parameter("F0") {
         header.push_str(&format!(
             "# Its log has a constant {} of {} beside these, which an arm file cannot hold: take it off the ones that you play.\n",
-            if rigid.prismatic { "force" } else { "torque" },
+            if prismatic { "force" } else { "torque" },
             with_error(offset.value, offset.standard_error)
         ));
     }
@@ -206,16 +202,15 @@ fn started(joint: usize, log: &Log, velocity: f64) -> State {
 }
 
 /// The text of the file of a two-link arm, with the links' geometry of the template if there is one, in the run of its log.
-pub fn two_link(joints: &TwoLink, place: Place) -> Result<String> {
+pub fn two_link(arm: &TwoLinkArm, log: &Log, place: Place) -> Result<String> {
     let header = if place.template.is_none() { TWO_LINK } else { "" };
-    let arm = two_link_parameters(joints, place.template.map(|arm| arm.links).as_ref())?;
-    let text = text(arm, two_link_state(joints), &joints.log, place.excitation)?;
+    let parameters = two_link_parameters(arm, place.template.map(|arm| arm.links).as_ref())?;
+    let text = text(parameters, two_link_state(arm, log), log, place.excitation)?;
     Ok(format!("{header}{text}"))
 }
 
 /// The arm with these links' geometry, if given.
-pub fn two_link_parameters(joints: &TwoLink, template: Option<&[Link; 2]>) -> Result<ArmParameters> {
-    let arm = &joints.arm;
+pub fn two_link_parameters(arm: &TwoLinkArm, template: Option<&[Link; 2]>) -> Result<ArmParameters> {
     let [shoulder, elbow, coupling] = arm.model.map(|e| e.value);
     let mut joints = [joint(&arm.joints[0]), joint(&arm.joints[1])];
     for (joint, inertia) in joints.iter_mut().zip(arm.model_motors) {
@@ -235,9 +230,9 @@ pub fn two_link_parameters(joints: &TwoLink, template: Option<&[Link; 2]>) -> Re
 }
 
 /// The state in which the log of an arm starts.
-pub fn two_link_state(joints: &TwoLink) -> State {
-    let dq = [0, 1].map(|i| joints.arm.joints[i].velocity[0]);
-    let axes = &joints.log.axes;
+pub fn two_link_state(arm: &TwoLinkArm, log: &Log) -> State {
+    let dq = [0, 1].map(|i| arm.joints[i].velocity[0]);
+    let axes = &log.axes;
     State {
         q: [0, 1].map(|i| axes[i].position[0]),
         qm: [0, 1].map(|i| axes[i].motor.as_ref().unwrap_or(&axes[i].position)[0]),

@@ -26,7 +26,7 @@ impl Joint for Flexible {
     }
 
     fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
-        let (arm, initial) = arm_file::alone(self);
+        let (arm, initial) = arm_file::alone(&self.axis, &self.log);
         let simulated = simulation::held(arm, initial, &self.log)?;
         let motion = simulated.map(|record| simulation::motion(&record, 0, &self.log, &self.axis.velocity));
         Ok(motion.transpose()?.into_iter().collect())
@@ -53,11 +53,11 @@ impl Joint for Flexible {
     }
 
     fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage {
-        page::flexible(self, motions, command)
+        page::flexible(&self.axis, &self.log, motions, command)
     }
 
     fn arm_file(&self, place: Place) -> Result<String> {
-        arm_file::flexible(self, place)
+        arm_file::flexible(&self.axis, &self.log, place)
     }
 
     fn curves(&self) -> flexure::Result<Vec<Curves>> {

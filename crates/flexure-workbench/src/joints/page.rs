@@ -1,16 +1,13 @@
 //! A joint as the page that shows it.
 
 use flexure::bands::Band;
-use flexure::identify::robot_joint::{Estimated, Finding, Fitted, FlexibleAxis};
+use flexure::identify::robot_joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis, TwoLinkArm};
 use flexure_report::data::{
     Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
 };
 
-use super::flexible::Flexible;
-use super::rigid::Rigid;
 use super::simulation::Fit;
-use super::text::{Units, lack_text, parameter_text, titled, with_error};
-use super::two_link::{Constant, TwoLink};
+use super::text::{Constant, Units, constants, lack_text, parameter_text, titled, with_error};
 use super::{Log, Motion};
 use crate::text::{capitalised, number};
 
@@ -20,8 +17,7 @@ const WIDEST_BAND: f64 = 0.03;
 const NEXT: f64 = 0.2;
 
 /// The page of a rigid axis.
-pub fn rigid(rigid: &Rigid, motions: &[Motion], command: Option<String>) -> JointPage {
-    let (axis, log, units) = (&rigid.axis, &rigid.log, rigid.units());
+pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion], command: Option<String>) -> JointPage {
     let best = &axis.forms[axis.best];
     let velocity = format!("velocity ({}/s)", units.position);
     JointPage {
@@ -41,15 +37,15 @@ pub fn rigid(rigid: &Rigid, motions: &[Motion], command: Option<String>) -> Join
             curve: curve(&axis.friction, [&velocity, &format!("torque ({})", units.torque)], |v| best.torque(v), best),
             points: cloud(&axis.velocity, &axis.partial),
         }],
-        tables: axis.forms.iter().map(|f| table(f, &units)).collect(),
-        motions: comparisons(log, 0, &axis.reconstructed, motions, &units, ""),
+        tables: axis.forms.iter().map(|f| table(f, units)).collect(),
+        motions: comparisons(log, 0, &axis.reconstructed, motions, units, ""),
         command,
     }
 }
 
 /// The page of a flexible joint.
-pub fn flexible(joint: &Flexible, motions: &[Motion], command: Option<String>) -> JointPage {
-    let (axis, log, units) = (&joint.axis, &joint.log, Units::of(false));
+pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion], command: Option<String>) -> JointPage {
+    let units = Units::of(false);
     JointPage {
         title: "A flexible joint".to_owned(),
         subtitle: subtitle("", log),
@@ -68,16 +64,16 @@ pub fn flexible(joint: &Flexible, motions: &[Motion], command: Option<String>) -
 }
 
 /// The page of a two-link arm.
-pub fn two_link(joints: &TwoLink, motions: &[Motion], command: Option<String>) -> JointPage {
-    let (log, units) = (&joints.log, Units::of(false));
+pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion], command: Option<String>) -> JointPage {
+    let units = Units::of(false);
     let mut page = JointPage {
         title: "A two-link arm".to_owned(),
         subtitle: subtitle(" of both joints", log),
-        facts: joints.constants().into_iter().map(constant).collect(),
+        facts: constants(arm).into_iter().map(constant).collect(),
         command,
         ..JointPage::default()
     };
-    for (i, axis) in joints.arm.joints.iter().enumerate() {
+    for (i, axis) in arm.joints.iter().enumerate() {
         let name = format!("joint {}", i + 1);
         let motor = format!("Motor inertia, {name}");
         page.facts.push(inertia(&motor, axis.motor_inertia, "kg m^2"));

@@ -27,7 +27,7 @@ impl Rigid {
         Rigid { axis, prismatic, log }
     }
 
-    pub fn units(&self) -> Units {
+    fn units(&self) -> Units {
         Units::of(self.prismatic)
     }
 
@@ -108,14 +108,14 @@ impl Joint for Rigid {
     }
 
     fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage {
-        page::rigid(self, motions, command)
+        page::rigid(&self.axis, &self.units(), &self.log, motions, command)
     }
 
     fn arm_file(&self, place: Place) -> Result<String> {
         if !self.axis.extras.is_empty() {
             bail!("an arm file has no gravity or spring, and without them the arm would not move as the axis does");
         }
-        arm_file::rigid(self, place)
+        arm_file::rigid(&self.axis, self.prismatic, &self.log, place)
     }
 
     fn curves(&self) -> flexure::Result<Vec<Curves>> {

@@ -1,7 +1,7 @@
 //! Parts of a joint as text and as JSON.
 
 use flexure::bands::Band;
-use flexure::identify::robot_joint::{Finding, Fitted, Parameter, REFUTED};
+use flexure::identify::robot_joint::{Estimated, Finding, Fitted, Parameter, REFUTED, TwoLinkArm};
 use serde_json::{Value, json};
 
 use super::simulation::Fit;
@@ -178,4 +178,24 @@ pub fn nearness(fit: Fit, unit: &str) -> String {
 /// What to know before trusting a result, a line each.
 pub fn findings(findings: &[Finding]) -> Vec<String> {
     findings.iter().map(|f| format!("  note: {f}")).collect()
+}
+
+/// A constant of the links of an arm.
+pub struct Constant {
+    /// What it is called.
+    pub name: &'static str,
+    /// What it is made of.
+    pub formula: &'static str,
+    /// kg m^2.
+    pub value: Estimated,
+}
+
+/// The constants of the links.
+pub fn constants(arm: &TwoLinkArm) -> [Constant; 3] {
+    let constant = |name, formula, value| Constant { name, formula, value };
+    [
+        constant("shoulder", "m1 lc1^2 + m2 (l1^2 + lc2^2) + I1 + I2", arm.shoulder),
+        constant("elbow", "m2 lc2^2 + I2", arm.elbow),
+        constant("coupling", "m2 l1 lc2", arm.coupling),
+    ]
 }

@@ -7,43 +7,13 @@ use serde_json::{Value, json};
 
 use super::arm_file::{self, Place};
 use super::flexible::{axis_json, axis_lines, curves, motion_line};
-use super::text::{findings, with_error};
+use super::text::{Constant, constants, findings, with_error};
 use super::{Curves, Joint, Log, Motion, page, simulation};
 
 /// An identified two-link arm with its log.
 pub struct TwoLink {
     pub arm: TwoLinkArm,
     pub log: Log,
-}
-
-/// A constant of the links: its name, its formula, its value.
-pub struct Constant {
-    pub name: &'static str,
-    pub formula: &'static str,
-    pub value: Estimated,
-}
-
-impl TwoLink {
-    /// The constants of the links.
-    pub fn constants(&self) -> [Constant; 3] {
-        [
-            Constant {
-                name: "shoulder",
-                formula: "m1 lc1^2 + m2 (l1^2 + lc2^2) + I1 + I2",
-                value: self.arm.shoulder,
-            },
-            Constant {
-                name: "elbow",
-                formula: "m2 lc2^2 + I2",
-                value: self.arm.elbow,
-            },
-            Constant {
-                name: "coupling",
-                formula: "m2 l1 lc2",
-                value: self.arm.coupling,
-            },
-        ]
-    }
 }
 
 impl Joint for TwoLink {
@@ -66,10 +36,10 @@ impl Joint for TwoLink {
     }
 
     fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
-        let Ok(arm) = arm_file::two_link_parameters(self, None) else {
+        let Ok(arm) = arm_file::two_link_parameters(&self.arm, None) else {
             return Ok(Vec::new());
         };
-        let Some(record) = simulation::held(arm, arm_file::two_link_state(self), &self.log)? else {
+        let Some(record) = simulation::held(arm, arm_file::two_link_state(&self.arm, &self.log), &self.log)? else {
             return Ok(Vec::new());
         };
         let joints = self.arm.joints.iter().enumerate();
@@ -92,7 +62,7 @@ impl Joint for TwoLink {
     fn summary(&self, motions: &[Motion]) -> Vec<String> {
         let log = &self.log;
         let mut lines = vec![format!("Two-link arm from {} samples of {}", log.samples(), log.name)];
-        for Constant { name, formula, value } in self.constants() {
+        for Constant { name, formula, value } in constants(&self.arm) {
             let value = with_error(value.value, value.standard_error);
             lines.push(format!("  {name:<14} {value} kg m^2  ({formula})"));
         }
@@ -106,11 +76,11 @@ impl Joint for TwoLink {
     }
 
     fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage {
-        page::two_link(self, motions, command)
+        page::two_link(&self.arm, &self.log, motions, command)
     }
 
     fn arm_file(&self, place: Place) -> Result<String> {
-        arm_file::two_link(self, place)
+        arm_file::two_link(&self.arm, &self.log, place)
     }
 
     fn curves(&self) -> flexure::Result<Vec<Curves>> {

@@ -5,7 +5,7 @@ use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, Regressio
 use super::text::{FELL_BACK, fell_back, local_range, local_rule, percent, places, predicted_by, why};
 use super::{BandDescription, Data, Evaluation, Regression, Report};
 use crate::systems::labelled;
-use crate::text::{capitalised, kernel_words, list, number, score_curve};
+use crate::text::{capitalised, kernel_text, list, number, score_curve};
 
 /// Points of the curve.
 const CURVE: usize = 301;
@@ -269,7 +269,7 @@ impl Running {
 fn choice(regression: &Regression, data: &Data) -> Choice {
     let fit = &regression.fit;
     let name = capitalised(fit.name.parameter());
-    let kernel = kernel_words(fit.name, regression.estimator.kernel, " (", ")");
+    let kernel = kernel_text(fit.name, regression.estimator.kernel, " (", ")");
     let scores = fit.scores.as_ref();
     let curve = scores.map(|s| score_curve(fit.name, s, &fit.parameter, &data.names.x[0]));
     Choice {

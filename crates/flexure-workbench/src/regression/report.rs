@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::text::{FELL_BACK, fell_back, judged, local_range, local_rule, percent, places, why};
 use super::{BandOptions, Data, Diagnosis, Evaluation, Regression, Validation, page, warnings};
 use crate::Spelling;
-use crate::text::{capitalised, kernel_words, list, number, scores_json};
+use crate::text::{capitalised, kernel_text, list, number, scores_json};
 
 /// A regression, and what a reader needs to judge it.
 pub struct Report<'a> {
@@ -144,7 +144,7 @@ impl<'a> Report<'a> {
     pub fn summary(&self) -> String {
         let Regression { estimator, fit } = &self.regression;
         let names = &self.data.names;
-        let kernel = kernel_words(fit.name, estimator.kernel, ", ", "");
+        let kernel = kernel_text(fit.name, estimator.kernel, ", ", "");
         let mut lines = vec![
             format!(
                 "{} of '{}' on '{}'{kernel}",

@@ -1,0 +1,178 @@
+//! The largest signals under which the simulated arm keeps within its limits.
+
+use anyhow::{Result, anyhow};
+use flexure::Record;
+use flexure::manipulator::{Arm, Drive, SimulationOptions, simulate};
+
+use super::{Arguments, Limits, SignalKind, signals};
+
+/// Rounds of simulating and changing the size.
+const ROUNDS: usize = 20;
+/// A signal that comes to this share of a limit is large enough.
+const NEAR: f64 = 0.97;
+/// The torques themselves may reach their limit exactly.
+const ROUNDING: f64 = 1e-9;
+/// The next signal is to reach this share of its limit.
+const AIM: f64 = 0.99;
+
+/// The largest absolute values that a joint reaches.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Reached {
+    /// Of its torque, N m.
+    pub torque: f64,
+    /// Of its distance from the start, rad.
+    pub position: f64,
+    /// Of its velocity, rad/s.
+    pub velocity: f64,
+}
+
+/// The gains of a servo with torque = kp (reference - motor angle) - kd motor velocity.
+#[derive(Debug, Clone, Copy)]
+pub struct Gains {
+    /// N m/rad.
+    pub kp: f64,
+    /// N m s/rad.
+    pub kd: f64,
+}
+
+/// What is simulated in every trial.
+pub struct Setup<'a> {
+    pub arm: &'a Arm,
+    pub options: &'a SimulationOptions,
+    /// Which joints are not locked.
+    pub free: [bool; 2],
+    pub limits: &'a Limits,
+    pub gains: [Gains; 2],
+}
+
+/// Signals of some size, and what the arm does under them.
+pub struct Trial {
+    /// The signals as they are written, torques or references.
+    pub signals: [Vec<f64>; 2],
+    /// The arm's motion, without noise.
+    pub motion: Record,
+    pub reached: [Reached; 2],
+}
+
+impl Trial {
+    /// Simulates the arm under signals of this scale.
+    fn new(setup: &Setup, reference: bool, unit: &[Vec<f64>; 2], scale: [f64; 2]) -> flexure::Result<Self> {
+        let initial = &setup.options.initial;
+        let signals = [0, 1].map(|i| -> Vec<f64> {
+            let about = if reference { initial.qm[i] } else { 0.0 };
+            unit[i].iter().map(|v| about + scale[i] * v).collect()
+        });
+        let columns = [signals[0].as_slice(), signals[1].as_slice()];
+        let drive = match reference {
+            false => Drive::Held(columns),
+            true => Drive::Servo {
+                reference: columns,
+                gains: setup.gains.map(|g| [g.kp, g.kd]),
+            },
+        };
+        let motion = simulate(setup.arm, &drive, setup.options)?;
+        let largest = |name: &str, about: f64| -> flexure::Result<f64> {
+            let column = motion.column(name)?.iter();
+            Ok(column.fold(0.0_f64, |m, v| m.max((v - about).abs())))
+        };
+        let mut reached = [Reached::default(); 2];
+        for (i, reached) in reached.iter_mut().enumerate() {
+            let joint = i + 1;
+            *reached = Reached {
+                torque: largest(&format!("tau{joint}"), 0.0)?,
+                position: largest(&format!("q{joint}"), initial.q[i])?,
+                velocity: largest(&format!("dq{joint}"), 0.0)?,
+            };
+        }
+        Ok(Trial {
+            signals,
+            motion,
+            reached,
+        })
+    }
+
+    /// Each joint's largest share of a limit; 0 for one that is not free.
+    fn shares(&self, setup: &Setup) -> [f64; 2] {
+        let limits = setup.limits;
+        [0, 1].map(|i| {
+            let reached = self.reached[i];
+            let shares = [
+                reached.torque / limits.torque[i],
+                reached.position / limits.position[i],
+                reached.velocity / limits.velocity[i],
+            ];
+            match setup.free[i] {
+                true => shares[0].max(shares[1]).max(shares[2]),
+                false => 0.0,
+            }
+        })
+    }
+}
+
+/// The trial that uses most of the limits without exceeding one.
+pub fn largest(setup: &Setup, arguments: &Arguments) -> Result<Trial> {
+    let (free, limits) = (setup.free, setup.limits);
+    let unit = signals::unit(setup.options.sampling.rows(), free, arguments)?;
+    let mut scale = match arguments.reference {
+        false => limits.torque,
+        true => limits.position.map(|position| position.min(1.0)),
+    };
+    // The largest scale that was allowed.
+    let mut least = [0.0, 0.0];
+    // With the sum of both joints' shares of their nearest limits.
+    let mut best: Option<(f64, Trial)> = None;
+    for _ in 0..ROUNDS {
+        let trial = Trial::new(setup, arguments.reference, &unit, scale)?;
+        let shares = trial.shares(setup);
+        let allowed = shares.iter().all(|share| *share <= 1.0 + ROUNDING);
+        if allowed {
+            least = scale;
+            let sum = shares[0] + shares[1];
+            if best.as_ref().is_none_or(|b| sum > b.0) {
+                best = Some((sum, trial));
+            }
+            if [0, 1].iter().all(|&i| !free[i] || shares[i] >= NEAR) {
+                break;
+            }
+        }
+        if best.is_none() {
+            // The links move each other: both signals shrink until the limits are kept.
+            let shrink = (AIM / shares[0].max(shares[1])).clamp(0.3, 0.9);
+            scale.iter_mut().for_each(|s| *s *= shrink);
+            continue;
+        }
+        for i in 0..2 {
+            scale[i] = next_scale(scale[i], least[i], shares[i], allowed);
+        }
+    }
+    best.map(|b| b.1).ok_or_else(|| none_allowed(arguments.kind))
+}
+
+/// The next scale of a signal after one that came to this share of its limit; `least` was allowed before.
+///
+/// Responses are not proportional to their cause: the way down goes by halves.
+fn next_scale(scale: f64, least: f64, share: f64, allowed: bool) -> f64 {
+    if share > 1.0 + ROUNDING {
+        let aimed = scale * (AIM / share).max(0.3);
+        return if least > 0.0 {
+            aimed.max(0.5 * (least + scale))
+        } else {
+            aimed
+        };
+    }
+    match allowed && share > 0.0 {
+        true => scale * (AIM / share).min(2.0),
+        false => scale,
+    }
+}
+
+fn none_allowed(kind: SignalKind) -> anyhow::Error {
+    let remedy = match kind {
+        SignalKind::Multilevel => "shorten --hold, as torques that are held long",
+        SignalKind::Multisine | SignalKind::Chirp => "raise --f-min, as slow torques",
+    };
+    anyhow!(
+        "no amplitude was found for which the simulated arm keeps within its limits; raise --max-position or --max-velocity, or \
+         {remedy} let an arm without gravity drift far"
+    )
+}
