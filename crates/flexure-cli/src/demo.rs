@@ -2,7 +2,6 @@
 
 mod views;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
@@ -10,11 +9,12 @@ use flexure::Record;
 use flexure::manipulator::{Arm, Drive, Friction, SimulationOptions};
 use flexure::nonlinearity::Curve;
 use flexure_io::arm::{ArmFile, preset_text};
-use flexure_io::{RecordFile, check_writable, read_record, write_atomically, write_record};
+use flexure_io::{RecordFile, check_writable, read_record, write_record};
 use flexure_report::data::ArmMotion;
 use flexure_workbench::systems::{Decoration, Identified, Truth, arm_motion};
 use serde_json::json;
 
+use crate::files::{write_text, wrote};
 use crate::identify::{hammerstein, write_files};
 use crate::output::{command_line, print};
 use crate::simulate::simulate;
@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     for path in &paths {
         check_writable(path)?;
     }
-    write_atomically(&paths[0], |file| file.write_all(text.as_bytes()))?;
+    write_text(&paths[0], text)?;
     write_record(&paths[1], &simulate(&arm, Path::new(""))?)?;
 
     // From here on, what `flexure identify` does with anybody's record.
@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return print(&object.to_string());
     }
     let mut lines = vec![identified.summary()];
-    lines.extend(paths.iter().map(|path| format!("wrote {}", path.display())));
+    lines.extend(wrote(&paths));
     lines.push(format!("open {} in a browser", paths[3].display()));
     print(&lines.join("\n"))
 }

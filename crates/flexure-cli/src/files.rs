@@ -1,13 +1,50 @@
 //! The files of a command: none is written over one that is read, or twice.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use anyhow::Result;
+use flexure_io::{check_record_writable, check_writable, write_atomically};
+use serde_json::{Value, json};
+
 use crate::arguments::Usage;
+
+/// Refuses files that cannot be written, before anything is computed: `records` are to be tables, `others` text.
+pub fn prepare<'a>(
+    inputs: impl IntoIterator<Item = &'a PathBuf>,
+    records: impl IntoIterator<Item = &'a PathBuf>,
+    others: impl IntoIterator<Item = &'a PathBuf>,
+) -> Result<()> {
+    let (records, others): (Vec<_>, Vec<_>) = (records.into_iter().collect(), others.into_iter().collect());
+    keep_apart(inputs, records.iter().chain(&others).copied())?;
+    for path in records {
+        check_record_writable(path)?;
+    }
+    for path in others {
+        check_writable(path)?;
+    }
+    Ok(())
+}
+
+/// Writes a text, whole or not at all.
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
+    Ok(write_atomically(path, |out| out.write_all(text.as_bytes()))?)
+}
+
+/// The lines that say what was written.
+pub fn wrote<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> impl Iterator<Item = String> {
+    paths.into_iter().map(|path| format!("wrote {}", path.display()))
+}
+
+/// The name of a file as JSON; null where none was asked for.
+pub fn name_json(path: &Option<PathBuf>) -> Value {
+    json!(path.as_ref().map(|path| path.display().to_string()))
+}
 
 /// Refuses outputs that are one of the inputs, or one another.
 ///
 /// Links and different spellings of a path are seen through, where the file or its folder exists.
-pub fn keep_apart<'a>(
+fn keep_apart<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     outputs: impl IntoIterator<Item = &'a PathBuf>,
 ) -> Result<(), Usage> {

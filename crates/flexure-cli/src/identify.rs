@@ -1,21 +1,20 @@
 //! `flexure identify`: a model from a record.
 
-use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::identify::{Calibration, Options, Structure, structures};
-use flexure_io::{ModelFile, RecordFile, check_writable, read_record, write_atomically, write_model};
+use flexure_io::{ModelFile, RecordFile, read_record, write_model};
 use flexure_report::data::{ArmMotion, Page};
 use flexure_workbench::systems::{Decoration, Identified, Periodic, Task, arm_motion};
 
 use crate::arguments::{self, Auto, Usage};
 use crate::experiments::{self, Experiments};
-use crate::files::keep_apart;
+use crate::files::{prepare, write_text, wrote};
 use crate::method::{self, MethodName, PlainOptions, RefinedOptions, Shared};
-use crate::output::{command_line, print, print_note};
+use crate::output::{print, print_note, this_command};
 use crate::periods::PeriodOptions;
 use crate::progress::{spinning, spinning_through};
 use crate::simulate::read_arm;
@@ -220,10 +219,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let outputs = [&arguments.model, &arguments.report].into_iter().flatten();
     let others = [arguments.periods.first_given(), arguments.arm.as_ref().map(|_| "--arm")];
     experiments::refuse(arguments.records.len(), &task, others.into_iter().flatten().next())?;
-    keep_apart(arguments.records.iter().chain(&arguments.arm), outputs.clone())?;
-    for path in outputs {
-        check_writable(path)?;
-    }
+    prepare(arguments.records.iter().chain(&arguments.arm), [], outputs.clone())?;
     if let Some(note) = note {
         print_note(&note);
     }
@@ -246,7 +242,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let page = match &arguments.report {
         Some(path) => {
             let decoration = Decoration {
-                command: Some(command_line(std::env::args_os().skip(1))),
+                command: Some(this_command()),
                 arm: arguments.moving_arm(&file, sample_time)?,
                 approximation: periodic.as_ref().map(Periodic::section),
                 ..Decoration::default()
@@ -273,10 +269,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
         return print(&object.to_string());
     }
-    let written = [&arguments.model, &arguments.report].into_iter().flatten();
     let mut lines = vec![identified.summary()];
     lines.extend(periodic.iter().flat_map(Periodic::lines));
-    lines.extend(written.map(|path| format!("wrote {}", path.display())));
+    lines.extend(wrote(outputs));
     print(&lines.join("\n"))
 }
 
@@ -302,7 +297,7 @@ pub fn write_files(model: Option<(&PathBuf, ModelFile)>, page: Option<(&PathBuf,
         write_model(path, &model)?;
     }
     if let Some((path, html)) = rendered {
-        write_atomically(path, |out| out.write_all(html.as_bytes()))?;
+        write_text(path, &html)?;
     }
     Ok(())
 }

@@ -43,6 +43,11 @@ pub fn command_line(arguments: impl IntoIterator<Item = OsString>) -> String {
     line
 }
 
+/// The command line of this process.
+pub fn this_command() -> String {
+    command_line(std::env::args_os().skip(1))
+}
+
 /// A word as a shell takes it: between quotation marks where it has characters of a meaning of their own.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "_-+=.,:/@%".contains(c);

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexure::Record;
 use flexure::validation::FitMeasures;
-use flexure_io::{check_record_writable, read_model, read_record, write_record};
+use flexure_io::{read_model, read_record, write_record};
 use flexure_workbench::Named;
 use flexure_workbench::systems::{Ahead, FreeRun, Outside, Start, columns};
 use flexure_workbench::text::number;
 use serde_json::json;
 
 use crate::arguments::{self, TIME, Usage};
-use crate::files::keep_apart;
+use crate::files::prepare;
 use crate::output::print;
 use crate::progress::spinning;
 
@@ -57,8 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             "--initial-state estimate needs the measured output; name its column by --output, or choose steady";
         return Err(Usage(message.to_owned()).into());
     }
-    keep_apart([&arguments.model, &arguments.record], [&arguments.out])?;
-    check_record_writable(&arguments.out)?;
+    prepare([&arguments.model, &arguments.record], [&arguments.out], [])?;
     let model = read_model(&arguments.model)?;
     let inputs = arguments::model_inputs(&model, &arguments.input)?;
     arguments::distinct_inputs(&inputs, arguments.output.as_deref())?;
@@ -105,8 +104,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return print(&object.to_string());
     }
     let mut lines = vec![format!("wrote {} ({} samples)", arguments.out.display(), y.len())];
-    lines.extend(ahead.map(|ahead| ahead.words().to_owned()));
-    lines.push(format!("free run {}", free.words()));
+    lines.extend(ahead.map(|ahead| ahead.description().to_owned()));
+    lines.push(format!("free run {}", free.description()));
     lines.extend(measures.map(|m| format!("fit {:.2} %, RMS error {}", m.fit_percent, number(m.rms))));
     lines.extend(outside.warning());
     print(&lines.join("\n"))

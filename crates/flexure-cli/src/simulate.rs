@@ -1,6 +1,5 @@
 //! `flexure simulate`: an arm file, or a preset, to a record.
 
-use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -8,11 +7,11 @@ use anyhow::Result;
 use clap::ArgGroup;
 use flexure::Record;
 use flexure_io::arm::{ArmError, ArmFile, preset_text, run_watched};
-use flexure_io::{check_record_writable, check_writable, read_record, read_text, write_atomically, write_record};
+use flexure_io::{read_record, read_text, write_record};
 use serde_json::json;
 
 use crate::arguments::Usage;
-use crate::files::keep_apart;
+use crate::files::{name_json, prepare, write_text, wrote};
 use crate::output::print;
 use crate::progress::Progress;
 
@@ -56,13 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let message = format!("say where the record is to be written: -o {stem}.csv, or -o {stem}.parquet");
         return Err(Usage(message).into());
     }
-    keep_apart(&arguments.arm, arguments.out.iter().chain(&arguments.write_arm))?;
-    if let Some(path) = &arguments.out {
-        check_record_writable(path)?;
-    }
-    if let Some(path) = &arguments.write_arm {
-        check_writable(path)?;
-    }
+    prepare(&arguments.arm, &arguments.out, &arguments.write_arm)?;
     let (text, source, folder) = match (&arguments.arm, &arguments.preset) {
         (Some(path), _) => (
             read_text(path)?,
@@ -76,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let file = ArmFile::from_toml_str(&text, &source)?;
     if let Some(path) = &arguments.write_arm {
-        write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+        write_text(path, &text)?;
     }
     let mut samples = None;
     if let Some(path) = &arguments.out {
@@ -85,20 +78,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         samples = Some((record.len(), record.names().to_vec()));
     }
     if arguments.json {
-        let shown = |p: &Option<PathBuf>| p.as_ref().map(|p| p.display().to_string());
         let object = json!({
             "samples": samples.as_ref().map(|s| s.0),
             "columns": samples.as_ref().map(|s| &s.1),
             "sample_time": file.run.sample_time,
-            "record": shown(&arguments.out),
-            "arm": shown(&arguments.write_arm),
+            "record": name_json(&arguments.out),
+            "arm": name_json(&arguments.write_arm),
         });
         return print(&object.to_string());
     }
-    let mut lines = Vec::new();
-    if let Some(path) = &arguments.write_arm {
-        lines.push(format!("wrote {}", path.display()));
-    }
+    let mut lines: Vec<String> = wrote(&arguments.write_arm).collect();
     if let (Some(path), Some((rows, names))) = (&arguments.out, samples) {
         lines.push(format!(
             "wrote {} ({rows} samples of {})",

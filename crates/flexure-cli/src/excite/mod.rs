@@ -11,11 +11,11 @@ use clap::{ArgGroup, ValueEnum};
 use flexure::Record;
 use flexure::manipulator::{Arm, LinkDynamics, Model, SimulationOptions};
 use flexure_io::arm::{ArmFile, preset_text};
-use flexure_io::{check_record_writable, write_record};
+use flexure_io::write_record;
 use serde_json::{Value, json};
 
 use crate::arguments;
-use crate::files::keep_apart;
+use crate::files::prepare;
 use crate::output::print;
 use crate::progress::spinning;
 use crate::simulate::read_arm;
@@ -128,8 +128,7 @@ impl Limits {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    keep_apart(&arguments.arm, [&arguments.out])?;
-    check_record_writable(&arguments.out)?;
+    prepare(&arguments.arm, [&arguments.out], [])?;
     let limits = Limits::new(arguments)?;
     let file = match (&arguments.arm, &arguments.preset) {
         (Some(path), _) => read_arm(path)?,

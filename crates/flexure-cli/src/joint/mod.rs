@@ -2,19 +2,18 @@
 
 mod log;
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use flexure::identify::robot_joint::{AxisDrive, Extra};
 use flexure_io::arm::Excitation;
-use flexure_io::{RecordFile, check_record_writable, check_writable, read_record, write_atomically, write_record};
+use flexure_io::{RecordFile, check_record_writable, read_record, write_record};
 use flexure_workbench::joints::{Joint, Place, Settings, identify, recorded};
 use serde_json::{Value, json};
 
 use crate::arguments::{self, Usage};
-use crate::files::keep_apart;
-use crate::output::{command_line, print};
+use crate::files::{name_json, prepare, write_text, wrote};
+use crate::output::{print, this_command};
 use crate::progress::spinning;
 use crate::simulate::read_arm;
 use log::{Columns, Number};
@@ -134,8 +133,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let page = match &arguments.report {
         None => None,
         Some(path) => {
-            let command = command_line(std::env::args_os().skip(1));
-            let page = joint.page(&motions, Some(command));
+            let page = joint.page(&motions, Some(this_command()));
             Some((path, flexure_report::render_joint(&page).context("the report")?))
         }
     };
@@ -145,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut written = write_curves(joint.as_ref(), &paths)?;
     for (path, text) in [arm, page].into_iter().flatten() {
-        write_atomically(path, |out| out.write_all(text.as_bytes()))?;
+        write_text(path, &text)?;
         written.push(path.clone());
     }
     if arguments.json {
@@ -166,7 +164,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             .filter(missing)
             .map(|path| format!("  note: {} is not written: no stiffness was seen", path.display())),
     );
-    lines.extend(written.iter().map(|path| format!("wrote {}", path.display())));
+    lines.extend(wrote(&written));
     print(&lines.join("\n"))
 }
 
@@ -227,14 +225,7 @@ impl Arguments {
         let curves = self.friction.iter().chain(&self.stiffness);
         let others = self.arm.iter().chain(&self.report);
         let inputs = [&self.record].into_iter().chain(&self.template);
-        keep_apart(inputs, curves.clone().chain(others.clone()))?;
-        for path in curves {
-            check_record_writable(path)?;
-        }
-        for path in others {
-            check_writable(path)?;
-        }
-        Ok(())
+        prepare(inputs, curves, others)
     }
 
     /// The files of the curves, those of joint 1 first.
@@ -316,7 +307,7 @@ impl Arguments {
             .into_iter()
             .filter(|(name, _)| !(rigid && *name == "stiffness_file"))
         {
-            object[name] = json!(path.as_ref().map(|p| p.display().to_string()));
+            object[name] = name_json(path);
         }
     }
 }

@@ -2,20 +2,18 @@
 
 mod method;
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::error::ParameterError;
 use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Rule, Tuning};
-use flexure_io::{RecordFile, check_record_writable, check_writable, read_record, write_atomically, write_record};
+use flexure_io::{RecordFile, read_record, write_record};
 use flexure_workbench::regression::{BandMethod, BandOptions, Columns, Data, Regression, Report};
-use serde_json::json;
 
 use crate::arguments::{self, Auto, Usage};
-use crate::files::keep_apart;
-use crate::output::{command_line, print};
+use crate::files::{name_json, prepare, write_text, wrote};
+use crate::output::{print, this_command};
 use crate::progress::spinning;
 
 /// Estimate the regression of a column on one or several others, with a confidence band.
@@ -137,16 +135,8 @@ impl Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let estimator = method::estimator(arguments)?;
-    keep_apart(
-        [&arguments.record].into_iter().chain(&arguments.at),
-        arguments.out.iter().chain(&arguments.report),
-    )?;
-    if let Some(path) = &arguments.out {
-        check_record_writable(path)?;
-    }
-    if let Some(path) = &arguments.report {
-        check_writable(path)?;
-    }
+    let inputs = [&arguments.record].into_iter().chain(&arguments.at);
+    prepare(inputs, &arguments.out, &arguments.report)?;
     let file = spinning("reading", || read_record(&arguments.record))?;
     let data = Data::read(&file, arguments.columns())?;
     let at = arguments.points(&data)?;
@@ -160,8 +150,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let page = match &arguments.report {
         None => None,
         Some(path) => {
-            let command = command_line(std::env::args_os().skip(1));
-            let page = spinning("drawing", || report.page(arguments.at.is_none(), Some(command)))?;
+            let page = spinning("drawing", || report.page(arguments.at.is_none(), Some(this_command())))?;
             Some((path, flexure_report::render_regression(&page).context("the report")?))
         }
     };
@@ -169,18 +158,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         write_record(path, &report.record()?)?;
     }
     if let Some((path, html)) = page {
-        write_atomically(path, |out| out.write_all(html.as_bytes()))?;
+        write_text(path, &html)?;
     }
     if arguments.json {
         let mut object = report.json();
-        let shown = |path: &Option<PathBuf>| json!(path.as_ref().map(|p| p.display().to_string()));
-        object["out"] = shown(&arguments.out);
-        object["report"] = shown(&arguments.report);
+        object["out"] = name_json(&arguments.out);
+        object["report"] = name_json(&arguments.report);
         return print(&object.to_string());
     }
     let written = [&arguments.out, &arguments.report].into_iter().flatten();
     let mut lines = vec![report.summary()];
-    lines.extend(written.map(|path| format!("wrote {}", path.display())));
+    lines.extend(wrote(written));
     print(&lines.join("\n"))
 }
 

@@ -3,16 +3,14 @@
 mod page;
 mod parts;
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure_io::{check_writable, write_atomically};
 use serde_json::json;
 
-use crate::files::keep_apart;
-use crate::output::{command_line, print, print_note};
+use crate::files::{prepare, write_text, wrote};
+use crate::output::{print, print_note, this_command};
 use crate::progress::Progress;
 use parts::{Part, Parts, Plan};
 
@@ -71,10 +69,7 @@ enum What {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let What::Rates = arguments.what;
-    keep_apart([], arguments.report.iter().chain(&arguments.resume))?;
-    for path in [&arguments.report, &arguments.resume].into_iter().flatten() {
-        check_writable(path)?;
-    }
+    prepare([], [], arguments.report.iter().chain(&arguments.resume))?;
     let plan = Plan {
         parts: arguments.parts.clone(),
         full: arguments.full,
@@ -102,27 +97,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     drop(progress);
     let outcome = parts.outcome();
     if let Some(path) = &arguments.report {
-        let page = page::page(&outcome, command_line(std::env::args_os().skip(1)));
+        let page = page::page(&outcome, this_command());
         let html = flexure_report::render_study(&page).context("the report")?;
-        write_atomically(path, |out| out.write_all(html.as_bytes()))?;
+        write_text(path, &html)?;
     }
     if arguments.json {
         return print(&json!(outcome).to_string());
     }
-    let mut lines = Vec::new();
-    if let Some(table) = &outcome.plain {
-        lines.push(format!("Plain estimate, Theorems 1 and 2\n\n{table}"));
-    }
-    if let Some(table) = &outcome.refined {
-        lines.push(format!("Refined identification\n\n{table}"));
-    }
-    if let Some(table) = &outcome.estimators {
-        lines.push(format!("Static estimators\n\n{table}"));
-    }
-    if let Some(table) = &outcome.networks {
-        lines.push(format!("Networks\n\n{table}"));
-    }
-    lines.push(outcome.words());
-    lines.extend(arguments.report.iter().map(|path| format!("wrote {}", path.display())));
+    let mut lines = outcome.tables();
+    lines.push(outcome.sentence());
+    lines.extend(wrote(&arguments.report));
     print(&lines.join("\n"))
 }

@@ -33,7 +33,7 @@ pub fn page(outcome: &Outcome, command: String) -> StudyPage {
                 false => "Some slopes differ from theory".to_owned(),
             },
             holds: outcome.agrees,
-            words: outcome.words(),
+            words: outcome.sentence(),
         },
         facts: vec![
             fact(

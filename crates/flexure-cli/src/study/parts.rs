@@ -1,6 +1,5 @@
 //! The parts of the study of convergence rates, and their state in a file.
 
-use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -10,8 +9,10 @@ use flexure::study::{
     Checkpoint, EstimatorSetting, EstimatorStudy, Experiment, RateStudy, RateTable, RefinedSetting, RefinedStudy,
     Setting, Study,
 };
-use flexure_io::{read_text, write_atomically};
+use flexure_io::read_text;
 use serde::{Deserialize, Serialize};
+
+use crate::files::write_text;
 
 /// What `format` says in every state file.
 const FORMAT: &str = "flexure-study";
@@ -79,8 +80,23 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// The tables, each with its heading.
+    pub fn tables(&self) -> Vec<String> {
+        let titled = |title: &str, table: Option<String>| table.map(|table| format!("{title}\n\n{table}"));
+        let tables = [
+            titled(
+                "Plain estimate, Theorems 1 and 2",
+                self.plain.as_ref().map(ToString::to_string),
+            ),
+            titled("Refined identification", self.refined.as_ref().map(ToString::to_string)),
+            titled("Static estimators", self.estimators.as_ref().map(ToString::to_string)),
+            titled("Networks", self.networks.as_ref().map(ToString::to_string)),
+        ];
+        tables.into_iter().flatten().collect()
+    }
+
     /// The verdict in a sentence.
-    pub fn words(&self) -> String {
+    pub fn sentence(&self) -> String {
         match self.agrees {
             true => "All slopes agree with theory (95 % intervals that hold jointly, and 0.01 for finite n).".to_owned(),
             false => {
@@ -219,5 +235,5 @@ pub fn load(path: &Path, asked: &Parts) -> Result<Parts> {
 /// Where the file cannot be written; it is then as it was before.
 pub fn save(path: &Path, parts: &Parts) -> Result<()> {
     let text = serde_json::to_string(parts)?;
-    Ok(write_atomically(path, |out| out.write_all(text.as_bytes()))?)
+    write_text(path, &text)
 }

@@ -80,7 +80,7 @@ impl FreeRun {
     }
 
     /// Where it starts, for reading.
-    pub fn words(&self) -> String {
+    pub fn description(&self) -> String {
         match self.estimated_from {
             Some(samples) => format!("from the state estimated from the first {samples} outputs"),
             None => "from the steady state that belongs to the mean input".to_owned(),
@@ -94,7 +94,7 @@ pub struct Ahead {
     pub output: Vec<f64>,
     /// Whether the model's noise model had a say.
     pub noise: bool,
-    words: String,
+    description: String,
 }
 
 impl Ahead {
@@ -119,13 +119,13 @@ impl Ahead {
         Ok(Ahead {
             output: predict_ahead(&run.output, measured, noise, horizon)?,
             noise: coloured,
-            words: format!("predicted {horizon} {samples} ahead, {why}"),
+            description: format!("predicted {horizon} {samples} ahead, {why}"),
         })
     }
 
     /// How it was made, for reading.
-    pub fn words(&self) -> &str {
-        &self.words
+    pub fn description(&self) -> &str {
+        &self.description
     }
 }
 
@@ -199,11 +199,11 @@ enum Entry<'a> {
     Surface(&'a Surface),
 }
 
-/// Tells the first nonlinearity of every input: of the first branch, where there are several.
-fn entered(block: &Block, inputs: &[&[f64]], tell: &mut impl FnMut(Entry<'_>)) {
-    fn of_one(block: &Block, into: &[f64], input: usize, direct: bool, tell: &mut impl FnMut(Entry<'_>)) {
+/// Visits the first nonlinearity of every input: of the first branch, where there are several.
+fn entered(block: &Block, inputs: &[&[f64]], visit: &mut impl FnMut(Entry<'_>)) {
+    fn of_one(block: &Block, into: &[f64], input: usize, direct: bool, visit: &mut impl FnMut(Entry<'_>)) {
         match block {
-            Block::Static(curve) => tell(Entry::Curve {
+            Block::Static(curve) => visit(Entry::Curve {
                 curve,
                 into,
                 input,
@@ -211,14 +211,14 @@ fn entered(block: &Block, inputs: &[&[f64]], tell: &mut impl FnMut(Entry<'_>)) {
             }),
             Block::Series(blocks) => match blocks.as_slice() {
                 [Block::Linear(front), next @ Block::Static(_), ..] => {
-                    of_one(next, &front.simulate_from_mean(into), input, false, tell);
+                    of_one(next, &front.simulate_from_mean(into), input, false, visit);
                 }
-                [first, ..] => of_one(first, into, input, direct, tell),
+                [first, ..] => of_one(first, into, input, direct, visit),
                 [] => {}
             },
             Block::Parallel(blocks) => {
                 if let Some(first) = blocks.first() {
-                    of_one(first, into, input, direct, tell);
+                    of_one(first, into, input, direct, visit);
                 }
             }
             Block::Linear(_)
@@ -232,15 +232,15 @@ fn entered(block: &Block, inputs: &[&[f64]], tell: &mut impl FnMut(Entry<'_>)) {
     match block {
         Block::Inputs(blocks) => {
             let each = blocks.iter().zip(inputs).enumerate();
-            each.for_each(|(i, (b, u))| of_one(b, u, i, true, tell));
+            each.for_each(|(i, (b, u))| of_one(b, u, i, true, visit));
         }
-        Block::Surface(surface) => tell(Entry::Surface(surface)),
+        Block::Surface(surface) => visit(Entry::Surface(surface)),
         Block::Series(blocks) if block.inputs() > 1 => {
             if let Some(first) = blocks.first() {
-                entered(first, inputs, tell);
+                entered(first, inputs, visit);
             }
         }
-        _ => of_one(block, inputs.first().copied().unwrap_or_default(), 0, true, tell),
+        _ => of_one(block, inputs.first().copied().unwrap_or_default(), 0, true, visit),
     }
 }
 

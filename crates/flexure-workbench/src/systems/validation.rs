@@ -104,7 +104,7 @@ impl Judged {
             number(verdict.measures.rms),
             verdict.measures.samples
         )];
-        lines.push(format!("free run {}", free.words()));
+        lines.push(format!("free run {}", free.description()));
         for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
             lines.push(format!(
                 "  {:<62} {} (statistic {:.1}, limit {:.1}, p = {:.2e})",

@@ -27,7 +27,7 @@ const SLOWER: f64 = 3.0;
 struct View {
     name: &'static str,
     values: Value,
-    words: Vec<String>,
+    lines: Vec<String>,
 }
 
 /// Simulates, identifies and writes all three views into the folder.
@@ -52,7 +52,7 @@ pub fn run(out: &Path, json: bool) -> Result<()> {
     }
     let mut lines = Vec::new();
     for (view, name) in views.into_iter().zip(names) {
-        lines.extend(view.words);
+        lines.extend(view.lines);
         lines.extend(files(name).iter().map(|path| format!("  wrote {}", path.display())));
     }
     print(&lines.join("\n"))
@@ -222,12 +222,12 @@ fn view(
     report: &PathBuf,
     (file, identified): (&RecordFile, &Identified),
     decoration: Decoration,
-    mut words: Vec<String>,
+    mut lines: Vec<String>,
     mut values: Value,
 ) -> Result<View> {
     values["fit_percent"] = json!(identified.result.verdict.measures.fit_percent);
-    words.extend(identified.summary().lines().map(|line| format!("  {line}")));
+    lines.extend(identified.summary().lines().map(|line| format!("  {line}")));
     let page = identified.page(file, decoration)?;
     write_files(None, Some((report, page)))?;
-    Ok(View { name, values, words })
+    Ok(View { name, values, lines })
 }

@@ -1,6 +1,5 @@
 //! Job 1: the stiffness as a static regression, of the joint's torque on its deflection, and on both of its angles.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
@@ -10,11 +9,12 @@ use flexure::manipulator::{Stiffness, add_noise};
 use flexure::nonlinearity::{Degree, Estimator, Kernel, KernelEstimator, KernelRegression, Regression};
 use flexure::selection::{BandwidthRule, choose_bandwidth};
 use flexure_io::arm::{Amplitude, Excitation, Kind};
-use flexure_io::{write_atomically, write_record};
+use flexure_io::write_record;
 use flexure_report::data::{Fact, JointCurve, JointPage, Nonlinearity, Scatter};
 use serde_json::json;
 
 use super::{NOISE, View, arm, distance, rms, true_stiffness};
+use crate::files::write_text;
 use crate::simulate::simulate;
 use flexure_workbench::text::number;
 
@@ -63,10 +63,10 @@ pub fn view([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
     let two = both_angles(log.column("q")?, log.column("qm")?, y, &kappa)?;
     let page = page(&log, &one, &two, &kappa, command)?;
     let html = flexure_report::render_joint(&page).context("the report")?;
-    write_atomically(report, |out| out.write_all(html.as_bytes()))?;
+    write_text(report, &html)?;
     Ok(View {
         name: "stiffness",
-        words: vec![
+        lines: vec![
             "Job 1, static: deflection to joint torque".to_owned(),
             format!(
                 "  distance from the true stiffness curve {:.2} %; the band covers {:.0} % of it",
@@ -78,7 +78,7 @@ pub fn view([record, report]: &[PathBuf; 2], command: &str) -> Result<View> {
                  it is {}",
                 100.0 * two.error,
                 100.0 * two.change,
-                two.words()
+                two.dependence()
             ),
         ],
         values: json!({
@@ -140,7 +140,7 @@ struct BothAngles {
 
 impl BothAngles {
     /// Whose function the torque is.
-    fn words(&self) -> &'static str {
+    fn dependence(&self) -> &'static str {
         match self.change < ALONE {
             true => "the deflection's alone",
             false => "not the deflection's alone",
@@ -250,7 +250,7 @@ fn page(log: &Record, one: &Deflection, two: &BothAngles, kappa: &Stiffness, com
             fact(
                 "Change along the way",
                 format!("{:.2} %", 100.0 * two.change),
-                &format!("of the torque at the same deflection elsewhere: it is {}", two.words()),
+                &format!("of the torque at the same deflection elsewhere: it is {}", two.dependence()),
             ),
             fact("Samples", log.len().to_string(), "0.01 s apart"),
         ],
