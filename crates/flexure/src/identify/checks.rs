@@ -8,10 +8,16 @@ use crate::linear::correlation::{cross_covariance, variance};
 use crate::nonlinearity::Curve;
 use crate::validation::whiteness;
 
-/// An input of no more levels than this is said to have few.
+/// An input of no more levels than this is said to have few. Convention.
 const FEW_LEVELS: usize = 10;
-/// Autocorrelations of the input below this distort the result less than noise does.
+/// Lags at which the input's whiteness is tested. Convention, that of common software.
+const WHITENESS_LAGS: usize = 25;
+/// Autocorrelations of the input below this distort the result less than noise does. Convention.
 const NEGLIGIBLE_COLOUR: f64 = 0.05;
+/// A deviation of no more than this share of the largest value is rounding.
+const CONSTANT: f64 = 1e-12;
+/// The percentage of the fresh input outside the curve's range above which that is reported. Convention.
+const MOST_OUTSIDE: f64 = 1.0;
 
 /// The number of samples that are fitted where this share at the end is kept for the verdict; refuses a share that is out of range.
 pub(super) fn fresh_part(fresh_share: f64, samples: usize) -> Result<usize> {
@@ -33,7 +39,7 @@ pub(super) fn both_vary(columns: &[(&str, &[f64])], fitted: usize) -> Result<()>
 /// Refuses a column that does not vary over `part` by more than rounding.
 fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'static str) -> Result<()> {
     let largest = check_size(column, samples)?;
-    let varies = |v: &[f64]| variance(v).sqrt() > 1e-12 * largest;
+    let varies = |v: &[f64]| variance(v).sqrt() > CONSTANT * largest;
     if varies(&samples[part.clone()]) {
         return Ok(());
     }
@@ -71,7 +77,7 @@ pub(super) fn warn_of_levels(u: &[f64], warnings: &mut Vec<Warning>) {
 
 /// Warns where the input is so far from white that the correlation estimate suffers; whether it is.
 pub(super) fn warn_of_colour(u: &[f64], warnings: &mut Vec<Warning>) -> bool {
-    let lags = 25.min(u.len() / 5);
+    let lags = WHITENESS_LAGS.min(u.len() / 5);
     let r = cross_covariance(u, u, lags);
     let (lag, largest) = (1..=lags)
         .map(|j| (j, r[j] / r[0]))
@@ -91,11 +97,11 @@ pub(super) fn warn_if_useless(verdict: &Verdict, warnings: &mut Vec<Warning>) {
     }
 }
 
-/// Warns where more than 1 % of the fresh input lies outside the curve's range.
+/// Warns where the fresh input often lies outside the curve's range.
 pub(super) fn warn_of_range(curve: &Curve, fresh: &[f64], warnings: &mut Vec<Warning>) {
     let outside = fresh.iter().filter(|&&u| !curve.covers(u)).count();
     let percent = 100.0 * outside as f64 / fresh.len() as f64;
-    if percent > 1.0 {
+    if percent > MOST_OUTSIDE {
         let x = curve.x();
         warnings.push(Warning::OutsideRange {
             percent,

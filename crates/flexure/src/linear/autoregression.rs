@@ -2,14 +2,14 @@
 
 use crate::linear::correlation::cross_covariance;
 
-/// The largest order tried.
+/// The largest order tried. Convention.
 const LARGEST: usize = 30;
 
 /// The whitening polynomial 1 + r_1 z^-1 + ... of Schwarz's order (Levinson 1947), for a zero-mean signal; at least
-/// `samples` samples for each coefficient.
-pub(crate) fn whitening(e: &[f64], samples: usize) -> Vec<f64> {
+/// so many samples for each coefficient.
+pub(crate) fn whitening(e: &[f64], samples_per_coefficient: usize) -> Vec<f64> {
     let n = e.len();
-    let largest = LARGEST.min(n / samples);
+    let largest = LARGEST.min(n / samples_per_coefficient);
     let r = cross_covariance(e, e, largest);
     if !(r[0] > 0.0) {
         return vec![1.0];

@@ -4,8 +4,12 @@
 use crate::interrupt;
 use crate::linalg;
 
-/// Stop when a step lowers the sum of squares by less than this share.
+/// A step that lowers the sum of squares by no more than this share is the last: near what rounding resolves.
 const TOLERANCE: f64 = 1e-12;
+/// The damping of the first step, relative to the diagonal of J'J (Nielsen 1999).
+const FIRST_DAMPING: f64 = 1e-3;
+/// A step with more damping than this is zero to rounding.
+const MOST_DAMPING: f64 = 1e16;
 
 /// Residuals and their derivatives: `jacobian[p]` is the column of parameter p.
 pub(crate) struct Linearisation {
@@ -70,7 +74,7 @@ pub(crate) fn minimise_squares(
 ) -> Option<Minimum> {
     let mut parameters = start;
     let mut point = evaluate(&parameters)?;
-    let (mut damping, mut growth) = (1e-3, 2.0);
+    let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
     for _ in 0..iterations {
         if interrupt::requested() {
             break;
@@ -92,7 +96,7 @@ pub(crate) fn minimise_squares(
         } else {
             damping *= growth;
             growth *= 2.0;
-            if !(damping < 1e16) {
+            if !(damping < MOST_DAMPING) {
                 break;
             }
         }

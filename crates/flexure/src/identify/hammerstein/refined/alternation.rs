@@ -1,11 +1,14 @@
 //! From a start to the minimum: linear part, noise, breakpoints and all coefficients in turn.
 //!
-//! With the other samples' share taken out of the output and the rest matched to the impulse response,
-//! $$ z_n = \varphi(u_n) + \frac{(\tilde G^* \tilde e)_n}{\sum_j \tilde k_j^2} $$
-//! is the nonlinearity's value plus noise that depends on neither: what a regression that knows the linear part
-//! would see (the memory-removed output of Hasiewicz & Mzyk 2009, whitened). The breakpoints are chosen on z,
-//! then both blocks move together.
+//! The breakpoints are chosen on the memory-removed output z (Hasiewicz & Mzyk 2009, whitened), then both blocks move together:
+//! $$ z_n = \varphi(u_n) + \frac{(\tilde G^* \tilde e)_n}{\sum_j \tilde k_j^2}. $$
+//! Here e is the output error of the present model, R(z) the autoregression that whitens it, and $\tilde e = R e$. The linear part seen
+//! through the whitening is $\tilde G = R B / A$ with the impulse response $\tilde k$; $\tilde G^*$ is its adjoint, the same filter in
+//! reversed time. The sample u_n reaches the whitened output at n, n + 1, ... with the weights $\tilde k_0, \tilde k_1, ...$ So the
+//! fraction is the least-squares estimate, from all these samples, of how far phi(u_n) is from the model. z is what a regression that
+//! knows the linear part would see: the value of phi plus noise that does not depend on the input.
 
+use super::RefinedHammerstein;
 use super::basis::select;
 use super::blocks::{Blocks, Observed};
 use super::cells::Cells;
@@ -16,7 +19,6 @@ use super::limits::{
 };
 use super::linear_part::LinearPart;
 use super::loss::Equations;
-use super::order::Given;
 use super::piecewise::Term;
 use super::stepwise::Costs;
 use crate::identify::outcome::ChosenOrder;
@@ -60,9 +62,7 @@ impl Minimum {
 /// Where the alternation stands.
 pub(super) struct Alternation<'a> {
     pub cells: &'a Cells,
-    pub given: Given,
-    /// Whether the errors may be whitened.
-    pub whiten: bool,
+    pub method: &'a RefinedHammerstein,
     /// The nonlinearity at the samples, less its mean.
     pub w: Vec<f64>,
     pub linear: LinearPart,
@@ -96,7 +96,7 @@ impl Alternation<'_> {
             }
         }
         let (blocks, _) = best?;
-        let whitening = self.whitening(&blocks.errors(observed));
+        let whitening = self.whitening(observed, &blocks.errors(observed));
         let (blocks, equations) = descend(blocks, observed, &whitening, LAST_STEPS);
         (self.w, self.linear) = (blocks.signal(observed.u), blocks.linear.clone());
         let (z, variance) = self.memory_removed(observed, &whitening, &blocks.errors(observed))?;
@@ -116,13 +116,13 @@ impl Alternation<'_> {
     fn pass(&mut self, observed: &mut Observed) -> Option<(Blocks, Equations)> {
         let simulated = self.linear.filter(&observed.experiments, &self.w);
         observed.complete(&simulated, self.offset);
-        let whitening = self.whitening(&observed.errors(&simulated, self.offset));
-        let chosen = (self.given).choose(observed, &self.w, &whitening, self.linear.delay, self.memory);
+        let whitening = self.whitening(observed, &observed.errors(&simulated, self.offset));
+        let chosen = (self.method).choose_linear_part(observed, &self.w, &whitening, self.linear.delay, self.memory);
         if let Some((linear, _)) = &chosen {
             self.linear = linear.clone();
         }
         let errors = observed.errors(&self.linear.filter(&observed.experiments, &self.w), self.offset);
-        let whitening = self.whitening(&errors);
+        let whitening = self.whitening(observed, &errors);
         let (z, variance) = self.memory_removed(observed, &whitening, &errors)?;
         let selection = select(self.cells, observed.u, &z, &self.terms, &Costs::new(variance));
         if selection.terms.len() < 2 {
@@ -144,9 +144,9 @@ impl Alternation<'_> {
         Some((blocks, equations))
     }
 
-    /// The polynomial that whitens the errors; 1 if they are not to be whitened.
-    fn whitening(&self, errors: &[f64]) -> Vec<f64> {
-        if self.whiten {
+    /// The polynomial that whitens the errors; 1 if they are not to be whitened. It would whiten across missing samples.
+    fn whitening(&self, observed: &Observed, errors: &[f64]) -> Vec<f64> {
+        if self.method.noise_model && observed.missing.is_empty() {
             whitening(errors, SAMPLES_PER_COEFFICIENT)
         } else {
             vec![1.0]

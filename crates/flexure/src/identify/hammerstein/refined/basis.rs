@@ -16,6 +16,12 @@ pub(super) struct Selection {
 }
 
 /// Chooses a basis for the regression of the values at the samples `u`, beginning with the terms `start`.
+///
+/// Three bases are compared by what they explain less the cost of their functions, the estimated risk:
+/// 1. jumps, kinks and cubic knots at searched places, each at the cost of a search;
+/// 2. cubic knots alone at searched places, tried where 1 has jumps or kinks but evenly placed knots are nearly as good: noise may
+///    have passed for a kink;
+/// 3. cubic knots at evenly spaced ranks, which cost less as their places are given, taken where clearly better.
 pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], costs: &Costs) -> Selection {
     let z = &cells.means(values);
     let net = |g: &OrthogonalFit| g.explained() - costs.searched() * g.breakpoints() as f64;

@@ -30,9 +30,6 @@ pub(super) const LONGEST_RESPONSE: usize = 2000;
 /// Alternation: samples for each coefficient of the autoregression that whitens the errors. Convention.
 pub(super) const SAMPLES_PER_COEFFICIENT: usize = 50;
 
-/// Order: most lags of the impulse response that is estimated, and the samples that each needs. As in the plain method.
-pub(super) const MOST_LAGS: usize = 300;
-pub(super) const SAMPLES_PER_LAG: usize = 10;
 /// Order: lags before the supposed delay that are looked at. Convention.
 pub(super) const LAGS_BEFORE_DELAY: usize = 12;
 /// Order: orders beyond the best that are tried. Convention: a pair of poles may only pay together.

@@ -40,7 +40,7 @@ mod stepwise;
 use super::calibration::Calibration;
 use super::{MOST_ORDER, PlainHammerstein, cascade};
 use crate::error::{Error, Result};
-use crate::identify::checks::{fresh_part, warn_if_useless, warn_of_colour, warn_of_range};
+use crate::identify::checks::{warn_if_useless, warn_of_colour, warn_of_range};
 use crate::identify::outcome::{ChosenOrder, PlainIdentification, Verdict, Warning};
 use crate::interrupt;
 use crate::linear::correlation::mean;
@@ -57,7 +57,6 @@ pub use form_fit::{FormFit, FormParameter};
 pub use forms::PhysicalForm;
 use limits::{OVERFITTED, OVERFITTED_SAMPLES, START_SAMPLES};
 use linear_part::LinearPart;
-use order::Given;
 pub use outcome::{Breakpoint, BreakpointKind, CoefficientErrors, MemoryRemoved, RefinedIdentification};
 
 /// The refined identification of a Hammerstein system.
@@ -156,7 +155,6 @@ impl RefinedHammerstein {
     }
 
     fn check(&self) -> Result<()> {
-        fresh_part(self.fresh_share, 0)?;
         if let Some(order) = self.order.filter(|l| *l > MOST_ORDER) {
             return Err(Error::parameter("the order", order as f64, "at most 50"));
         }
@@ -196,11 +194,7 @@ impl RefinedHammerstein {
         let plain_squares = observed.squares(&linear.filter(&observed.experiments, &w));
         let alternation = Alternation {
             cells,
-            given: Given {
-                order: self.order,
-                delay: self.delay,
-            },
-            whiten: self.noise_model && observed.missing.is_empty(),
+            method: self,
             w,
             linear,
             memory: memory(&start.linear),

@@ -2,27 +2,23 @@
 
 use super::super::LARGEST_ORDER;
 use super::super::colour::deconvolve;
+use super::super::limits::{MOST_DECONVOLVED, SAMPLES_PER_UNKNOWN};
 use super::super::realisation::{OrderSearch, times_upper};
+use super::RefinedHammerstein;
 use super::blocks::Observed;
-use super::limits::{LAGS_BEFORE_DELAY, MOST_LAGS, ORDERS_BEYOND, SAMPLES_PER_LAG};
+use super::limits::{LAGS_BEFORE_DELAY, ORDERS_BEYOND};
 use super::linear_part::LinearPart;
 use crate::identify::outcome::ChosenOrder;
 use crate::linalg;
 use crate::linear::correlation::variance;
 
-/// What the user gives; the rest is chosen from the data.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Given {
-    pub order: Option<usize>,
-    pub delay: Option<usize>,
-}
-
-impl Given {
-    /// Chooses by Schwarz's criterion of the whitened prediction error, from covariances alone.
+impl RefinedHammerstein {
+    /// The linear part with the given order and delay, else with those of least Schwarz criterion of the whitened prediction error. It
+    /// is computed from covariances alone.
     ///
     /// `w` is the signal between the blocks, less its mean. The delay is looked for near `supposed_delay`, and the response is
     /// supposed to settle within `memory` lags.
-    pub fn choose(
+    pub(super) fn choose_linear_part(
         &self,
         observed: &Observed,
         w: &[f64],
@@ -38,7 +34,7 @@ impl Given {
         let for_order = 4 * self.order.unwrap_or(LARGEST_ORDER) + 5;
         let first = self.delay.unwrap_or(supposed_delay.saturating_sub(LAGS_BEFORE_DELAY));
         let before = supposed_delay.saturating_sub(first);
-        let most = MOST_LAGS.min(n / SAMPLES_PER_LAG).max(for_order);
+        let most = MOST_DECONVOLVED.min(n / SAMPLES_PER_UNKNOWN).max(for_order);
         let count = (before + memory + memory / 2 + for_order).min(most);
         let estimate = deconvolve(&y, &w, first..(first + count).min(n / 2))?;
         let delay = self.delay.unwrap_or_else(|| estimate.first_clear());
@@ -53,13 +49,12 @@ impl Given {
             samples: n,
         };
         // The error is that of the deconvolution, plus what the model's response makes different in the output.
-        let (model, order) = search.run(|model| {
+        let (transfer, order) = search.run(|model| {
             let response = model.impulse_response(k.len());
             let difference: Vec<f64> = response.iter().zip(k).map(|(h, k)| h - k).collect();
             let distance: f64 = times_upper(&factor, &difference).iter().map(|v| v * v).sum();
             estimate.unexplained * power + distance
         })?;
-        let transfer = model;
         Some((LinearPart { transfer, delay }, order))
     }
 }
