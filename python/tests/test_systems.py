@@ -259,14 +259,14 @@ def test_other_structures():
     assert wiener.verdict_.fit_percent > 95
     assert [name for name, _ in wiener.blocks_] == ["linear", "nonlinearity"]
     y = lfilter([0.5], [1, -0.5], v) + 0.01 * rng.normal(size=len(u))
-    sandwich = flexure.WienerHammerstein().fit(u, y)
-    assert sandwich.verdict_.fit_percent > 95
-    assert [name for name, _ in sandwich.blocks_] == ["front", "nonlinearity", "back"]
+    wiener_hammerstein = flexure.WienerHammerstein().fit(u, y)
+    assert wiener_hammerstein.verdict_.fit_percent > 95
+    assert [name for name, _ in wiener_hammerstein.blocks_] == ["front", "nonlinearity", "back"]
     chosen = flexure.Auto().fit(u, v + 0.01 * rng.normal(size=len(u)))
     assert chosen.structure_ == "wiener" and chosen.comparison_ is not None
     ends = flexure.HammersteinWiener().fit(u, np.tanh(lfilter([0.4], [1, -0.5], dead_zone(u))) + 0.01 * rng.normal(size=len(u)))
     assert [name for name, _ in ends.blocks_] == ["nonlinearity", "linear", "output_nonlinearity"]
-    for model in (wiener, sandwich, chosen, ends):
+    for model in (wiener, wiener_hammerstein, chosen, ends):
         same_blocks(model, type(model).from_json(model.to_json()))
 
 

@@ -15,7 +15,7 @@ use serde_json::Value;
 const IDENTIFY: &str = "identify r.csv --input u --output y --structure wiener-hammerstein";
 
 /// Two poles, an asymmetric limiter, one pole; both linear parts of unit static gain.
-fn sandwich() -> Block {
+fn wiener_hammerstein() -> Block {
     let linear = |b: &[f64], a: &[f64]| Block::Linear(TransferFunction::new(b.to_vec(), a.to_vec()).unwrap());
     let limiter = Curve::new(vec![-0.6, 0.8], vec![-0.6, 0.8], Outside::Nearest).unwrap();
     Block::Series(vec![
@@ -25,9 +25,9 @@ fn sandwich() -> Block {
     ])
 }
 
-/// A record of the sandwich under a Gaussian input, with white noise of a hundredth of the output's size.
+/// A record of the Wiener-Hammerstein system under a Gaussian input, with white noise of a hundredth of the output's size.
 fn write(folder: &Folder, name: &str, samples: usize, seed: u64) -> Record {
-    write_of(&sandwich(), folder, name, samples, seed)
+    write_of(&wiener_hammerstein(), folder, name, samples, seed)
 }
 
 /// The same of any system with an output of about that size.
@@ -48,7 +48,7 @@ fn near(found: &[f64], truth: &[f64], tolerance: f64) -> bool {
 }
 
 #[test]
-fn a_sandwich_comes_back_and_predicts() {
+fn a_wiener_hammerstein_system_comes_back_and_predicts() {
     let folder = Folder::new();
     write(&folder, "r.csv", 5000, 1);
     let found = folder.json(&format!("{IDENTIFY} -o model.json --report page.html"));

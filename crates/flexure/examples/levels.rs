@@ -239,12 +239,16 @@ fn identified_table(options: &Options) {
                 Ok(result.verdict.residuals)
             })
             .print(true, options);
-            Row::new(&format!("n = {n}, sandwich, {name} e"), runs(60), move |seed| {
-                let (u, w, e) = behind_linear(seed, n, coloured)?;
-                let y = sum(&filtered(&[0.5, 0.2], &[1.0, -1.2, 0.52], &w)?, &e);
-                let result = WienerHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
-                Ok(result.verdict.residuals)
-            })
+            Row::new(
+                &format!("n = {n}, Wiener-Hammerstein, {name} e"),
+                runs(60),
+                move |seed| {
+                    let (u, w, e) = behind_linear(seed, n, coloured)?;
+                    let y = sum(&filtered(&[0.5, 0.2], &[1.0, -1.2, 0.52], &w)?, &e);
+                    let result = WienerHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
+                    Ok(result.verdict.residuals)
+                },
+            )
             .print(true, options);
             Row::new(&format!("n = {n}, nonlinear ends, {name} e"), runs(60), move |seed| {
                 let [u, y0, e] = hammerstein(seed, n, true, coloured)?;

@@ -1,11 +1,11 @@
 //! Sums of two random branches from input and output alone: `cargo run --release -p flexure --example parallel`.
 //!
-//! Ten random sums of two Hammerstein branches, then ten of two sandwiches, 10,000 samples, white Gaussian input, white
+//! Ten random sums of two Hammerstein branches, then ten of two Wiener-Hammerstein branches, 10,000 samples, white Gaussian input, white
 //! output noise of 40 dB. Linear blocks have one or two poles of moduli 0.2 to 0.85; nonlinearities are drawn from six,
 //! a different one for each branch, and neither branch has less than a tenth of the output's variance. Prints the fit on fresh data
 //! against the output without noise, beside what was chosen.
 //!
-//! `parallel sandwich` runs one kind, `parallel sandwich 7` one system.
+//! `parallel wiener-hammerstein` runs one kind, `parallel wiener-hammerstein 7` one system.
 
 use std::time::Instant;
 
@@ -61,13 +61,13 @@ fn standardised(v: &[f64]) -> Vec<f64> {
 }
 
 /// Input and output without noise.
-fn draw(sandwich: bool, seed: u64) -> flexure::Result<(Vec<f64>, Vec<f64>)> {
+fn draw(wiener_hammerstein: bool, seed: u64) -> flexure::Result<(Vec<f64>, Vec<f64>)> {
     let mut rng = Pcg64::seed_from_u64(seed);
     let u: Vec<f64> = (0..SAMPLES + BEFORE).map(|_| normal(&mut rng)).collect();
     let first = rng.random_range(0..NONLINEARITIES.len());
     let second = (first + rng.random_range(1..NONLINEARITIES.len())) % NONLINEARITIES.len();
     let mut branch = |f: fn(f64) -> f64| -> flexure::Result<Vec<f64>> {
-        let w = match sandwich {
+        let w = match wiener_hammerstein {
             true => standardised(&block(&mut rng)?.simulate(&u)),
             false => u.clone(),
         };
@@ -86,7 +86,7 @@ fn draw(sandwich: bool, seed: u64) -> flexure::Result<(Vec<f64>, Vec<f64>)> {
 fn main() -> flexure::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let seeds: Vec<u64> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
-    for (sandwich, name) in [(false, "hammerstein"), (true, "sandwich")] {
+    for (wiener_hammerstein, name) in [(false, "hammerstein"), (true, "wiener-hammerstein")] {
         if arguments.first().is_some_and(|a| a != name) {
             continue;
         }
@@ -96,7 +96,7 @@ fn main() -> flexure::Result<()> {
         } else {
             seeds.clone()
         } {
-            let (u, y0) = draw(sandwich, seed)?;
+            let (u, y0) = draw(wiener_hammerstein, seed)?;
             let mut rng = Pcg64::seed_from_u64(1000 + seed);
             let y: Vec<f64> = y0.iter().map(|y| y + NOISE * normal(&mut rng)).collect();
             let start = Instant::now();

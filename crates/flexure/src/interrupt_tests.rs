@@ -61,12 +61,12 @@ fn record(n: usize) -> Record {
     let noisy = |x: Vec<f64>| -> Vec<f64> { x.iter().zip(&noise).map(|(x, e)| x + 0.01 * e).collect() };
     let bent = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| (2.0 * x).tanh()).collect() };
     let hammerstein = filtered(&bent(&p), 0.6);
-    let sandwich = filtered(&bent(&filtered(&p, 0.5)), 0.6);
+    let wiener_hammerstein = filtered(&bent(&filtered(&p, 0.5)), 0.6);
     let products: Vec<f64> = p.iter().zip(&q).map(|(p, q)| p * q + p.tanh()).collect();
     let both = filtered(&products, 0.6);
     Record::new([
         ("h", noisy(hammerstein)),
-        ("s", noisy(sandwich)),
+        ("s", noisy(wiener_hammerstein)),
         ("b", noisy(both)),
         ("p", p),
         ("q", q),
@@ -142,7 +142,7 @@ fn cascades_stop() {
     let record = record(1200);
     let (u, y) = ("p", "s");
     stops("Wiener", || Wiener::default().identify(&record, u, y).map(drop));
-    stops("sandwich", || {
+    stops("wiener-hammerstein", || {
         WienerHammerstein::default().identify(&record, u, y).map(drop)
     });
     stops("both ends", || {

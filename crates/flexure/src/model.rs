@@ -1,7 +1,7 @@
 //! A model is blocks in series or in parallel; a block is a static nonlinearity or a linear system.
 //!
-//! Hammerstein is `Series[Static, Linear]`, Wiener `Series[Linear, Static]`, a sandwich
-//! `Series[Linear, Static, Linear]`, a sum of sandwiches `Parallel[Series[..], ..]`, a Hammerstein model of several inputs
+//! Hammerstein is `Series[Static, Linear]`, Wiener `Series[Linear, Static]`, Wiener-Hammerstein
+//! `Series[Linear, Static, Linear]`, a sum of them `Parallel[Series[..], ..]`, a Hammerstein model of several inputs
 //! `Inputs[Series[..], ..]`, or `Series[Surface, Linear]` where they act jointly: values of one type, so that simulating, saving
 //! and exporting is one walk over it. The references without blocks are blocks themselves.
 

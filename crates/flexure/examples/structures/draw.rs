@@ -3,7 +3,7 @@
 //! - A linear block has 1 to 4 poles and as many zeros less one, real or in pairs, of moduli 0.2 to 0.9 (zeros 1.3). It is drawn
 //!   again until its memory is visible: at least 20 % of the impulse response's energy outside its largest coefficient.
 //! - A nonlinearity acts on a signal of zero mean and unit variance. It is drawn again until it is visible: at least 2 % of its
-//!   output's variance is not linear in its input. A sandwich has none that is even, which no linear approximation can see.
+//!   output's variance is not linear in its input. A Wiener-Hammerstein system has none that is even, which no linear approximation can see.
 //! - The input is white Gaussian, white uniform, or Gaussian of autocorrelation 0.6^k, in turn.
 
 use flexure::linear::TransferFunction;
@@ -26,7 +26,7 @@ pub enum Kind {
     Linear,
     Hammerstein,
     Wiener,
-    Sandwich,
+    WienerHammerstein,
     /// A mass on a spring of cubic stiffness: nonlinear feedback.
     Duffing,
 }
@@ -145,7 +145,7 @@ pub fn draw(kind: Kind, seed: u64, n: usize, noise: f64) -> flexure::Result<Draw
             let (z, name) = bent(rng, &g.simulate(&u), true);
             (z, format!("{} poles, {name}", poles(&g)))
         }
-        Kind::Sandwich => {
+        Kind::WienerHammerstein => {
             let (g, h) = (block(rng)?, block(rng)?);
             let (z, name) = bent(rng, &g.simulate(&u), false);
             (

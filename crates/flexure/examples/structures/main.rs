@@ -30,7 +30,7 @@ const KINDS: [(Kind, &str, u64); 5] = [
     (Kind::Linear, "linear", 25),
     (Kind::Hammerstein, "hammerstein", 25),
     (Kind::Wiener, "wiener", 25),
-    (Kind::Sandwich, "sandwich", 25),
+    (Kind::WienerHammerstein, "wiener-hammerstein", 25),
     (Kind::Duffing, "duffing", 10),
 ];
 
@@ -85,7 +85,7 @@ fn truth(kind: Kind) -> Option<&'static str> {
         Kind::Linear => Some("linear"),
         Kind::Hammerstein => Some("hammerstein"),
         Kind::Wiener => Some("wiener"),
-        Kind::Sandwich => Some("wiener-hammerstein"),
+        Kind::WienerHammerstein => Some("wiener-hammerstein"),
         Kind::Duffing => None,
     }
 }

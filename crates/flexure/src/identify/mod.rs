@@ -23,7 +23,6 @@
 mod auto;
 mod block;
 mod checks;
-mod criterion;
 #[cfg(test)]
 mod derivative_tests;
 pub mod hammerstein;
@@ -37,9 +36,7 @@ mod structures;
 mod surface;
 
 pub use auto::{Auto, Refutation, StructureCandidate, StructureComparison};
-pub use block::branches::TriedBranches;
-pub use block::sum::{ParallelBranch, TriedSum};
-pub use block::{ApproximationScore, Intersample, Stage, TriedStructure};
+pub use block::{ApproximationScore, Intersample, Stage, TriedBranches, TriedStructure, TriedSum};
 pub use hammerstein::{
     Breakpoint, BreakpointKind, Calibration, CoefficientErrors, FormFit, FormParameter, MemoryRemoved, PhysicalForm,
     PlainHammerstein, RefinedHammerstein, RefinedIdentification, RegressionLag,
@@ -50,7 +47,7 @@ pub use registry::{HammersteinMethod, Options, Progress, Request, Structure, str
 pub use result::{Identification, StructureName};
 pub use structures::{
     HammersteinWiener, HammersteinWienerIdentification, InputBranch, Linear, MultipleInputs,
-    MultipleInputsIdentification, MultipleInputsModel, Parallel, ParallelIdentification, Wiener, WienerHammerstein,
-    WienerHammersteinIdentification, WienerIdentification, WienerStart,
+    MultipleInputsIdentification, MultipleInputsModel, Parallel, ParallelBranch, ParallelIdentification, Wiener,
+    WienerHammerstein, WienerHammersteinIdentification, WienerIdentification, WienerStart,
 };
 pub use surface::JointInputs;

@@ -69,12 +69,12 @@ impl<'a> Samples<'a> {
         Prepared::new(&self.input()[..self.fitted], &self.y[..self.fitted], monitor)
     }
 
-    /// The fitted part, the first input delayed by so many samples, without linear approximations.
+    /// The fitted part, the first input delayed by this many samples, without linear approximations.
     pub fn prepared_with_delay(&self, delay: usize) -> Prepared {
         Prepared::with_delay(&self.input()[..self.fitted], &self.y[..self.fitted], delay)
     }
 
-    /// The verdicts on a free run over all samples, of a model of so many parameters where they are known: one an input and one a
+    /// The verdicts on a free run over all samples, of a model whose number of parameters may be known: one verdict for each input and for each
     /// pair of inputs ([`Verdict::of_inputs`]); and what the user should know.
     pub fn verdicts(&self, predicted: &[f64], parameters: Option<usize>) -> Result<(Vec<Verdict>, Vec<Warning>)> {
         let fitted = self.fitted;
@@ -101,7 +101,7 @@ impl<'a> Samples<'a> {
         Ok((verdicts.swap_remove(0), warnings))
     }
 
-    /// The free run over all samples of a model of so many parameters, the verdict on the fresh ones, and what the user should
+    /// The free run over all samples of a model with this many parameters, the verdict on the fresh ones, and what the user should
     /// know.
     pub fn judged(&self, model: &Block, parameters: usize) -> Result<(Vec<f64>, Verdict, Vec<Warning>)> {
         let predicted = model.simulate(self.input());

@@ -26,8 +26,8 @@ fn two_hammerstein_branches(u: &[f64]) -> Vec<f64> {
     slow.iter().zip(&late).map(|(p, q)| 2.0 + p + q).collect()
 }
 
-/// Of two sandwiches, with a dead zone and a saturation.
-fn two_sandwiches(u: &[f64]) -> Vec<f64> {
+/// of two Wiener-Hammerstein branches, with a dead zone and a saturation.
+fn two_wiener_hammerstein_branches(u: &[f64]) -> Vec<f64> {
     let pole = |gain: f64, a: f64, v: &[f64]| {
         let system = TransferFunction::new(vec![gain], vec![1.0, -a]).unwrap();
         system.simulate_from_mean(v)
@@ -96,13 +96,15 @@ fn two_hammerstein_branches_come_back_as_two() {
 }
 
 #[test]
-fn two_sandwiches_add_up() {
+fn two_wiener_hammerstein_branches_add_up() {
     let method = Parallel {
         branches: Some(2),
         ..Default::default()
     };
-    let result = method.identify(&record(two_sandwiches, SAMPLES, 2), "u", "y").unwrap();
-    checked(&result, two_sandwiches);
+    let result = method
+        .identify(&record(two_wiener_hammerstein_branches, SAMPLES, 2), "u", "y")
+        .unwrap();
+    checked(&result, two_wiener_hammerstein_branches);
     assert!(result.branches.iter().any(|b| b.front.is_some()));
 }
 

@@ -3,14 +3,13 @@
 //! Started by the Steiglitz-McBride iteration, finished by Levenberg-Marquardt on the output error. For a Gaussian
 //! input its poles and zeros are those of both linear blocks together (Bussgang's theorem).
 
+use super::changes::changes;
 use super::descent::{Residuals, descend};
 use super::efficient::efficient;
-use super::loss::{Data, delayed};
 use super::monitor::Monitor;
 use super::products::normal_equations;
 use super::rational::Rational;
-use super::refine::{bic, dependence};
-use super::structure::changes;
+use super::signals::{Signals, delayed};
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
 
@@ -21,8 +20,9 @@ const ITERATIONS: usize = 40;
 const ROUNDS: usize = 16;
 const TOLERANCE: f64 = 1e-7;
 
-/// The longest pure delay that is looked for, the samples and the order of the search, and what is left to the numerators.
-const LONGEST_DELAY: usize = 100;
+/// The longest lag that is looked for.
+const LONGEST_LAG: usize = 100;
+/// Samples and order of the search for the pure delay, and what of it is left to the numerators.
 const DELAY_SAMPLES: usize = 5_000;
 const DELAY_ORDER: usize = 3;
 const DELAY_SLACK: usize = 6;
@@ -35,7 +35,7 @@ pub(in crate::identify) struct Approximation {
 }
 
 struct OutputError<'a> {
-    data: &'a Data,
+    data: &'a Signals,
     structure: Rational,
 }
 
@@ -47,12 +47,12 @@ impl Residuals for OutputError<'_> {
     fn residuals(&self, parameters: &[f64]) -> Option<Vec<f64>> {
         let g = self.structure.with(parameters);
         let error = |p: Vec<f64>| p.iter().zip(&self.data.y).map(|(p, y)| p - y).collect();
-        g.is_stable().then(|| error(g.run(&self.data.u)))
+        g.is_stable().then(|| error(g.run(self.data.input())))
     }
 
     fn linearise(&self, parameters: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let g = self.structure.with(parameters);
-        let all_pole = g.all_pole(&self.data.u);
+        let all_pole = g.all_pole(self.data.input());
         let response = g.numerator(&all_pole);
         let mut jacobian: Vec<Vec<f64>> = (0..g.b.len()).map(|i| delayed(&all_pole, i, 1.0)).collect();
         for section in &g.sections {
@@ -65,20 +65,24 @@ impl Residuals for OutputError<'_> {
 }
 
 /// The approximation of the given order; `None` if none was found.
-pub(in crate::identify) fn approximate(data: &Data, order: usize, monitor: &mut Monitor<'_>) -> Option<Approximation> {
-    refitted(data, steiglitz_mcbride(data, order)?.system, monitor)
+pub(in crate::identify) fn approximate(
+    data: &Signals,
+    order: usize,
+    monitor: &mut Monitor<'_>,
+) -> Option<Approximation> {
+    refitted(data, start(data, order)?.system, monitor)
 }
 
 /// The approximation with poles and numerator coefficients added and taken away while Schwarz's criterion falls.
-pub(in crate::identify) fn restructured(data: &Data, start: &Rational, monitor: &mut Monitor<'_>) -> Approximation {
+pub(in crate::identify) fn restructured(data: &Signals, start: &Rational, monitor: &mut Monitor<'_>) -> Approximation {
     let mut data = data.clone();
     let mut best = Approximation {
-        squares: data.squares(&start.run(&data.u)),
+        squares: data.squares(&start.run(data.input())),
         system: start.clone(),
     };
     best = refitted(&data, best.system.clone(), monitor).unwrap_or(best);
-    data.dependence = dependence(&best.system.run(&data.u), &data);
-    let score = |a: &Approximation| bic(a.squares, a.system.parameters().len(), &data);
+    data.set_dependence(&best.system.run(data.input()));
+    let score = |a: &Approximation| data.bic(a.squares, a.system.count());
     for _ in 0..ROUNDS {
         let near = changes(&best.system).into_iter();
         let fits: Vec<Approximation> = near.filter_map(|g| refitted(&data, g, monitor)).collect();
@@ -92,7 +96,7 @@ pub(in crate::identify) fn restructured(data: &Data, start: &Rational, monitor: 
 }
 
 /// The output error minimised from this system on.
-fn refitted(data: &Data, structure: Rational, monitor: &mut Monitor<'_>) -> Option<Approximation> {
+fn refitted(data: &Signals, structure: Rational, monitor: &mut Monitor<'_>) -> Option<Approximation> {
     let start = structure.parameters();
     let problem = OutputError { data, structure };
     let (p, squares) = descend(&problem, start, ITERATIONS, TOLERANCE, monitor)?;
@@ -104,7 +108,7 @@ fn refitted(data: &Data, structure: Rational, monitor: &mut Monitor<'_>) -> Opti
 
 impl Approximation {
     /// By generalised least squares, if the error is coloured noise.
-    pub fn efficient(self, data: &Data, monitor: &mut Monitor<'_>) -> Approximation {
+    pub fn efficient(self, data: &Signals, monitor: &mut Monitor<'_>) -> Approximation {
         let problem = OutputError {
             data,
             structure: self.system.clone(),
@@ -119,34 +123,71 @@ impl Approximation {
     }
 }
 
-/// Equation error of the signals filtered by the last denominator, over and over; the best output error counts.
-fn steiglitz_mcbride(data: &Data, order: usize) -> Option<Approximation> {
+/// The system of the best output error among the passes of the Steiglitz-McBride iteration.
+fn start(data: &Signals, order: usize) -> Option<Approximation> {
     let mut best: Option<Approximation> = None;
-    let mut filter = Rational {
-        b: vec![1.0],
-        sections: Vec::new(),
+    let problem = EquationError {
+        signals: std::slice::from_ref(&data.u[0]),
+        y: &data.y,
+        constant: false,
+        order,
+        from: data.from,
     };
-    for _ in 0..PASSES {
-        let (u, y) = (filter.all_pole(&data.u), filter.all_pole(&data.y));
-        let mut columns: Vec<Vec<f64>> = (0..=order).map(|i| delayed(&u, i, 1.0)).collect();
-        columns.extend((1..=order).map(|i| delayed(&y, i, -1.0)));
-        let minus: Vec<f64> = y.iter().map(|y| -y).collect();
-        let equations = normal_equations(&minus, &columns, data.from);
-        let Some(p) = solve(&equations) else { break };
-        let a: Vec<f64> = std::iter::once(1.0).chain(p[order + 1..].iter().copied()).collect();
-        let Some(system) = Rational::from_polynomials(p[..=order].to_vec(), &a) else {
-            break;
+    problem.iterate(PASSES, |b, denominator| {
+        let system = Rational {
+            b: b.to_vec(),
+            ..denominator.clone()
         };
-        let squares = data.squares(&system.run(&data.u));
-        filter = Rational {
-            b: vec![1.0],
-            sections: system.sections.clone(),
-        };
+        let squares = data.squares(&system.run(data.input()));
         if squares.is_finite() && best.as_ref().is_none_or(|b| squares < b.squares) {
             best = Some(Approximation { system, squares });
         }
-    }
+        b.iter().all(|b| b.is_finite()).then_some(())
+    });
     best
+}
+
+/// Linear systems of this order with one denominator from several signals to one output.
+pub(in crate::identify) struct EquationError<'a> {
+    pub signals: &'a [Vec<f64>],
+    pub y: &'a [f64],
+    /// Whether a constant is added to the output.
+    pub constant: bool,
+    pub order: usize,
+    /// Samples from here on count.
+    pub from: usize,
+}
+
+impl EquationError<'_> {
+    /// The Steiglitz-McBride iteration: least squares of the equation error of the signals filtered by the last denominator, over
+    /// and over. `judge` takes the numerators, one signal after the other, and 1 over the denominator, and ends the iteration by `None`.
+    pub fn iterate(&self, passes: usize, mut judge: impl FnMut(&[f64], &Rational) -> Option<()>) {
+        let mut filter = Rational::pass();
+        for _ in 0..passes {
+            let y = filter.all_pole(self.y);
+            let minus: Vec<f64> = y.iter().map(|y| -y).collect();
+            let filtered = self.signals.iter().map(|signal| filter.all_pole(signal));
+            let mut columns: Vec<Vec<f64>> = filtered
+                .flat_map(|signal| (0..=self.order).map(move |k| delayed(&signal, k, 1.0)))
+                .collect();
+            columns.extend((1..=self.order).map(|k| delayed(&y, k, -1.0)));
+            if self.constant {
+                columns.push(filter.all_pole(&vec![1.0; y.len()]));
+            }
+            let Some(p) = solve(&normal_equations(&minus, &columns, self.from)) else {
+                return;
+            };
+            let (numerators, rest) = p.split_at(self.signals.len() * (self.order + 1));
+            let a: Vec<f64> = std::iter::once(1.0).chain(rest[..self.order].iter().copied()).collect();
+            let Some(denominator) = Rational::from_polynomials(vec![1.0], &a) else {
+                return;
+            };
+            if judge(numerators, &denominator).is_none() {
+                return;
+            }
+            filter = denominator;
+        }
+    }
 }
 
 /// The least-squares solution, slightly damped where the columns nearly depend on one another.
@@ -174,19 +215,30 @@ pub(in crate::identify) fn solve(equations: &NormalEquations) -> Option<Vec<f64>
 /// A delay too long for numerators to imitate, less some slack; zero if there is none.
 ///
 /// The delay at which a low-order equation error is least (Ljung 1999, section 14.5).
-pub(super) fn pure_delay(data: &Data) -> usize {
+pub(super) fn pure_delay(data: &Signals) -> usize {
     let data = data.head(DELAY_SAMPLES);
-    let longest = LONGEST_DELAY.min(data.counted() / 10);
-    let squares = |delay: usize| {
-        let mut columns: Vec<Vec<f64>> = (0..=DELAY_ORDER).map(|i| delayed(&data.u, delay + i, 1.0)).collect();
-        columns.extend((1..=DELAY_ORDER).map(|i| delayed(&data.y, i, -1.0)));
-        let minus: Vec<f64> = data.y.iter().map(|y| -y).collect();
-        let equations = normal_equations(&minus, &columns, data.from);
+    let past: Vec<Vec<f64>> = (1..=DELAY_ORDER).map(|i| delayed(&data.y, i, -1.0)).collect();
+    let least = least_lag(&data, |delay| {
+        let lags = (0..=DELAY_ORDER).map(|i| delayed(data.input(), delay + i, 1.0));
+        lags.chain(past.iter().cloned()).collect()
+    });
+    least.saturating_sub(DELAY_SLACK)
+}
+
+/// The lag, up to 100 samples and a tenth of the record, at which least squares of the output over these columns leave least.
+pub(in crate::identify) fn least_lag(data: &Signals, columns: impl Fn(usize) -> Vec<Vec<f64>>) -> usize {
+    let minus: Vec<f64> = data.y.iter().map(|y| -y).collect();
+    let squares = |lag: usize| {
+        let equations = normal_equations(&minus, &columns(lag), data.from);
         let explained = |p: Vec<f64>| p.iter().zip(&equations.descent).map(|(p, d)| p * d).sum::<f64>();
         solve(&equations).map_or(f64::INFINITY, |p| equations.cost - explained(p))
     };
-    let least = (0..=longest)
-        .map(|d| (d, squares(d)))
-        .fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
-    least.0.saturating_sub(DELAY_SLACK)
+    let mut least = (0, f64::INFINITY);
+    for lag in 0..=LONGEST_LAG.min(data.counted() / 10) {
+        let squares = squares(lag);
+        if squares < least.1 {
+            least = (lag, squares);
+        }
+    }
+    least.0
 }

@@ -1,23 +1,21 @@
-//! From least squares to generalised least squares, where the error is coloured.
+//! From least squares to generalised least squares, where the error is coloured noise.
 //!
-//! The simulation error is what least squares makes small. Where it is coloured noise, that is consistent but not efficient: the
-//! estimate's own error is larger than need be, by most where the input says little and the noise is weak. Least squares of the
-//! error through the autoregression that whitens it (Ljung 1999, section 15.2; Aitken 1936) is efficient, and only of
-//! efficient estimates is it true that each parameter costs one noise variance on fresh data
-//! ([`Estimated`](crate::validation::Estimated)).
+//! Least squares minimises the simulation error. Under coloured noise that is consistent but not efficient: the estimate's own error
+//! is larger than necessary, most of all where the input is weak. Least squares of the error after the autoregression that whitens
+//! it (Ljung 1999, section 15.2; Aitken 1936) is efficient. Only of efficient estimates is it true that each parameter costs one noise
+//! variance on fresh data ([`Estimated`](crate::validation::Estimated)).
 //!
-//! An error with a colour may as well be what the structure misses. Weighted otherwise, the estimate is then another one, and not
-//! the best for simulation. Hausman (1978): of a true model both estimates are consistent, so that they differ by no more than
-//! their covariances say; where they do, least squares stays.
+//! A coloured error may also come from dynamics that the structure lacks. The whitened estimate then differs from the one that is best
+//! for simulation. The test of Hausman (1978) decides: for a true model both estimates are consistent, and they differ by no more
+//! than their covariances allow. Where they differ by more, least squares stays.
 
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::descent::{Residuals, descend};
+use super::descent::{Residuals, Whitened, descend};
 use super::monitor::Monitor;
 use super::products::normal_equations;
 use super::rational::convolved;
-use super::whitened::Whitened;
 use crate::linalg;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::whitening;
@@ -25,16 +23,16 @@ use crate::linear::levenberg_marquardt::NormalEquations;
 
 /// Samples for each coefficient of the autoregression.
 const SAMPLES_A_COEFFICIENT: usize = 50;
-/// The probability that a true model stays as it is: small, as those that stay are the ones with the largest errors of their own,
-/// and a rise of the simulation error by no more than chance does costs little.
+/// The probability that a true model keeps its least-squares estimate. It is small: the models that keep it are those with the
+/// largest errors, and a rise of the simulation error within chance costs little.
 const LEVEL: f64 = 1e-4;
 const STEPS: usize = 20;
 const TOLERANCE: f64 = 1e-7;
-/// Added to a unit diagonal where parameters nearly do the same.
+/// Added to a unit diagonal where parameters are nearly dependent.
 const RIDGES: [f64; 4] = [1e-13, 1e-11, 1e-9, 1e-7];
 
-/// The parameters that generalised least squares leads to from those of least squares, and their sum of squared simulation errors;
-/// `None` where `at` is to stay: its error is white, or the sum rises by more than two estimates of one true model differ.
+/// The parameters of generalised least squares, started from those of least squares, and their sum of squared simulation errors.
+/// `None` where `at` is kept: its error is white, or the sum rises by more than two estimates of one true model differ.
 pub(in crate::identify) fn efficient(
     problem: &impl Residuals,
     at: &[f64],

@@ -4,9 +4,11 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::super::approximation::{Approximation, approximate};
-use super::super::loss::{Cascade, CascadeLoss, Data, delayed};
+use super::super::loss::Loss;
 use super::super::rational::Rational;
-use super::super::shape::Shape;
+use super::super::signals::{Signals, delayed};
+use super::super::spline::KinkedSpline;
+use super::super::system::{Branch, System};
 use super::*;
 
 fn white(seed: u64, n: usize) -> Vec<f64> {
@@ -162,7 +164,7 @@ fn the_first_response_by_output_error_becomes_several_times_more_exact() {
     for seed in 0..12 {
         let u = slow(2 * seed, 1500);
         let y = sum(&filtered(&b, &a, &u), &noise(2 * seed + 1, 1500));
-        let data = Data::new(u, y, 50);
+        let data = Signals::of_input(u, y, 50);
         let go = &mut |_| ControlFlow::Continue(());
         let mut monitor = Monitor::new(go);
         let least = approximate(&data, 2, &mut monitor).unwrap();
@@ -178,29 +180,30 @@ fn the_first_response_by_output_error_becomes_several_times_more_exact() {
 #[test]
 fn a_cascade_becomes_more_exact() {
     let rational = |b: &[f64], a: &[f64]| Rational::from_polynomials(b.to_vec(), a).unwrap();
-    let mut shape = Shape::new(&[-3.0, 0.0, 3.0]);
-    let coefficients: Vec<f64> = (0..shape.c.len()).map(|j| (f64::from(j as u32) - 2.0).tanh()).collect();
-    shape.c.copy_from_slice(&coefficients);
-    let system = Cascade {
-        front: rational(&[0.6, 0.2], &[1.0, -0.5]),
-        shape,
-        back: rational(&[1.0, 0.3], &[1.0, -0.4]),
-        between: None,
-        offset: 0.0,
-    };
-    let fresh = white(100, 3000);
+    let mut spline = KinkedSpline::new(&[-3.0, 0.0, 3.0]);
+    let coefficients: Vec<f64> = (0..spline.c.len())
+        .map(|j| (f64::from(j as u32) - 2.0).tanh())
+        .collect();
+    spline.c.copy_from_slice(&coefficients);
+    let branch = Branch::new(
+        rational(&[0.6, 0.2], &[1.0, -0.5]),
+        spline,
+        rational(&[1.0, 0.3], &[1.0, -0.4]),
+    );
+    let system = System::sum(vec![branch]);
+    let fresh = vec![white(100, 3000)];
     let truth = system.run(&fresh);
     let [mut before, mut after] = [0.0; 2];
     for seed in 0..8 {
         let u = slow(2 * seed, 1500);
-        let y = sum(&system.run(&u), &noise(2 * seed + 1, 1500));
-        let data = Data::new(u, y, 50);
-        let loss = CascadeLoss::new(system.clone(), &data);
+        let y = sum(&system.run(std::slice::from_ref(&u)), &noise(2 * seed + 1, 1500));
+        let data = Signals::of_input(u, y, 50);
+        let loss = Loss::new(system.clone(), &data);
         let go = &mut |_| ControlFlow::Continue(());
         let (least, _) = descend(&loss, loss.start(), 60, 1e-9, &mut Monitor::new(go)).unwrap();
         let (better, _) = efficient_of(&loss, &least).unwrap_or((least.clone(), 0.0));
-        before += distance(&loss.cascade(&least).run(&fresh), &truth);
-        after += distance(&loss.cascade(&better).run(&fresh), &truth);
+        before += distance(&loss.system(&least).run(&fresh), &truth);
+        after += distance(&loss.system(&better).run(&fresh), &truth);
     }
     assert!(after < 0.75 * before, "{after} {before}");
 }

@@ -3,24 +3,26 @@
 use std::f64::consts::PI;
 
 use super::approximation::solve;
-use super::loss::{Between, Cascade, Data, delayed};
+use super::candidate::Candidate;
 use super::products::normal_equations;
 use super::rational::convolved;
-use super::split::Candidate;
+use super::signals::{Signals, delayed};
+use super::system::{Between, System};
 
 /// Samples on either side from which one half-way between is interpolated.
 const REACH: usize = 32;
 
-/// `s` with a second instant half-way between the samples: the front's numerator for it is the one whose output is nearest
+/// The first branch with a second instant half-way between the samples: the front's numerator for it is the one whose output is nearest
 /// to the interpolated intermediate signal, the back's numerators for both those that fit the output best.
 ///
 /// `None` on a record too short to interpolate, or where the least squares have no solution.
-pub(super) fn with_instant_between(s: &Cascade, data: &Data) -> Option<Candidate> {
-    let n = data.u.len().checked_sub(REACH)?;
+pub(super) fn with_instant_between(system: &System, data: &Signals) -> Option<Candidate> {
+    let s = system.branches.first()?;
+    let n = data.y.len().checked_sub(REACH)?;
     if n <= data.from {
         return None;
     }
-    let all_pole = s.front.all_pole(&data.u);
+    let all_pole = s.front.all_pole(&s.delayed(&data.u));
     let target = half_a_sample_later(&convolved(&s.front.b, &all_pole));
     let minus: Vec<f64> = target[..n].iter().map(|w| -w).collect();
     // Half a sample more reaches one further back.
@@ -32,18 +34,18 @@ pub(super) fn with_instant_between(s: &Cascade, data: &Data) -> Option<Candidate
     let lengths = [s.back.b.len(), s.back.b.len().max(s.back.order() + 1)];
     for (b, length) in [&s.front.b, &front].into_iter().zip(lengths) {
         let w = convolved(b, &all_pole);
-        let z: Vec<f64> = w.iter().map(|w| s.shape.value(*w)).collect();
+        let z: Vec<f64> = w.iter().map(|w| s.spline.value(*w)).collect();
         let back = s.back.all_pole(&z);
         columns.extend((0..length).map(|i| delayed(&back, i, 1.0)));
     }
     let minus: Vec<f64> = data.y.iter().map(|y| s.offset - y).collect();
     let mut numerator = solve(&normal_equations(&minus, &columns, data.from))?;
     let back = numerator.split_off(lengths[0]);
-    let mut cascade = s.clone();
-    cascade.back.b = numerator;
-    cascade.between = Some(Between { front, back });
-    let squares = data.squares(&cascade.run(&data.u));
-    squares.is_finite().then_some(Candidate { cascade, squares })
+    let mut next = system.clone();
+    next.branches[0].back.b = numerator;
+    next.branches[0].between = Some(Between { front, back });
+    let candidate = Candidate::new(next, data);
+    candidate.squares.is_finite().then_some(candidate)
 }
 
 /// A signal half a sample later, by the Hann-windowed cardinal series; zero beyond its ends.

@@ -24,7 +24,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// In words, after "while".
+    /// Its name, as it follows "while".
     pub fn name(self) -> &'static str {
         match self {
             Stage::Approximation => "approximating linearly",

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::linalg::{self, Complex};
 use crate::linear::TransferFunction;
 
-/// Poles are kept within this radius: slower decay cannot be told from none in a finite record.
+/// Poles are kept within this radius: a finite record cannot distinguish slower decay from none.
 pub(super) const LARGEST_RADIUS: f64 = 0.9999;
 /// Added to every input, so that a decaying response never reaches the (slow) denormal numbers.
 const TINY: f64 = 1e-100;
@@ -73,7 +73,7 @@ pub(in crate::identify) struct Rational {
 }
 
 impl Rational {
-    /// What lets everything pass as it is.
+    /// The system whose output is its input.
     pub fn pass() -> Rational {
         Rational {
             b: vec![1.0],
@@ -112,6 +112,11 @@ impl Rational {
             b,
             sections: sections(&poles),
         })
+    }
+
+    /// Lengthens the numerator to at least as many coefficients as the denominator has.
+    pub fn fill_numerator(&mut self) {
+        self.b.resize(self.b.len().max(self.order() + 1), 0.0);
     }
 
     /// The number of poles.
@@ -195,6 +200,11 @@ impl Rational {
         self.b.len() + poles.ceil() as usize
     }
 
+    /// The number of [`parameters`](Self::parameters).
+    pub fn count(&self) -> usize {
+        self.b.len() + self.order()
+    }
+
     /// The free parameters: numerator, then every section's coefficients.
     pub fn parameters(&self) -> Vec<f64> {
         let denominator = self.sections.iter().flat_map(|s| s.a[..s.order].iter().copied());
@@ -246,14 +256,32 @@ fn inside(pole: Complex<f64>) -> Complex<f64> {
     pole * (mirrored.min(LARGEST_RADIUS * (1.0 - 1e-6)) / radius.max(f64::MIN_POSITIVE))
 }
 
-/// Roots as real ones or one of a conjugate pair: `(root, is a pair)`.
-pub(in crate::identify) fn groups(roots: &[Complex<f64>]) -> Vec<(Complex<f64>, bool)> {
+/// A real root, or that of a conjugate pair with positive imaginary part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::identify) struct Root {
+    pub at: Complex<f64>,
+    pub pair: bool,
+}
+
+/// Roots, with conjugates, as real ones and pairs.
+pub(in crate::identify) fn groups(roots: &[Complex<f64>]) -> Vec<Root> {
     let real = |z: &Complex<f64>| z.im.abs() <= REAL * z.norm().max(1e-9);
-    let pairs = roots.iter().filter(|z| !real(z) && z.im > 0.0).map(|z| (*z, true));
+    let pairs = roots.iter().filter(|z| !real(z) && z.im > 0.0);
     let mut single: Vec<f64> = roots.iter().filter(|z| real(z)).map(|z| z.re).collect();
     single.sort_unstable_by(f64::total_cmp);
     pairs
-        .chain(single.into_iter().map(|x| (Complex::new(x, 0.0), false)))
+        .map(|z| Root { at: *z, pair: true })
+        .chain(single.into_iter().map(|x| Root {
+            at: Complex::new(x, 0.0),
+            pair: false,
+        }))
+        .collect()
+}
+
+/// The roots with the conjugates of pairs.
+pub(in crate::identify) fn with_conjugates<'r>(roots: impl Iterator<Item = &'r Root>) -> Vec<Complex<f64>> {
+    roots
+        .flat_map(|root| std::iter::once(root.at).chain(root.pair.then(|| root.at.conj())))
         .collect()
 }
 
@@ -263,10 +291,10 @@ fn sections(poles: &[Complex<f64>]) -> Vec<Section> {
     let pair = |a1: f64, a2: f64| Section { a: [a1, a2], order: 2 };
     let mut sections: Vec<Section> = all
         .iter()
-        .filter(|g| g.1)
-        .map(|(z, _)| pair(-2.0 * z.re, z.norm_sqr()))
+        .filter(|g| g.pair)
+        .map(|g| pair(-2.0 * g.at.re, g.at.norm_sqr()))
         .collect();
-    let single: Vec<f64> = all.iter().filter(|g| !g.1).map(|g| g.0.re).collect();
+    let single: Vec<f64> = all.iter().filter(|g| !g.pair).map(|g| g.at.re).collect();
     for two in single.chunks(2) {
         sections.push(match two {
             [p, q] => pair(-p - q, p * q),

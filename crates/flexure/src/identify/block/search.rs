@@ -1,264 +1,271 @@
-//! From samples to a cascade: linear approximations, the best of several starts, and the last fit on all samples.
+//! The search for a system's structure, the same for all block structures.
+//!
+//! From a start on: pieces of the nonlinearities, poles and numerator coefficients, kinks, each while Schwarz's criterion falls, on a part
+//! of the record; then the same on all samples; at last generalised least squares, where the error is coloured noise. A
+//! structure says by [`FreeParts`] what may change, and screens its starts by [`Round`]s.
 
-use super::approximation::{Approximation, approximate, pure_delay};
-use super::kinks::{Middle, kinked};
-use super::loss::{Cascade, Data};
-use super::monitor::{Monitor, Stage};
-use super::rational::Rational;
-use super::refine::{
-    LAST_STEPS, STRUCTURE_SAMPLES, TRIAL_STEPS, TriedStructure, anchored, bic, dependence, fitted, fitted_efficiently,
-    intersample, parameters, pieces, restructure, restructured_efficiently, with_pieces,
+use super::candidate::{Candidate, Tried};
+use super::changes::neighbours;
+use super::descent::Residuals;
+use super::efficient::whitening_filter;
+use super::intersample::with_instant_between;
+use super::limits::{
+    FAR_FEWER_PIECES, FEWEST_PIECES, LAST_STEPS, LAST_TOLERANCE, MOST_PIECES, PIECES, ROUNDS, STRUCTURE_SAMPLES,
+    TRIAL_STEPS, TRIAL_TOLERANCE, WORSE_PIECES,
 };
-use super::shape::Shape;
-use super::split::{Candidate, fit_shape, split};
-use super::structure::Form;
-use super::units::{ApproximationScore, Scales};
+use super::loss::Loss;
+use super::monitor::{Monitor, Stage};
+use super::pieces::{anchored, with_pieces};
+use super::signals::Signals;
+use super::system::System;
 
-/// At most so many samples, the last ones, are fitted; more would only cost memory.
-const MOST_SAMPLES: usize = 200_000;
-/// Samples that do not count while the settling time is not known.
-const FIRST_LEFT_OUT: usize = 500;
-/// Largest order of the linear approximation.
-pub(in crate::identify) const LARGEST_ORDER: usize = 10;
-/// Orders of the approximation from which starts are made: the best by Schwarz's criterion and its neighbours.
-const START_ORDERS: std::ops::RangeInclusive<isize> = -1..=2;
-/// Samples that the starts are made on, and those of the screening.
-pub(in crate::identify) const START_SAMPLES: usize = 5_000;
-const SCREENING_SAMPLES: usize = 10_000;
-/// Splits of every order that are screened, starts that survive the first round, and the second.
-const SCREENED: usize = 8;
-const SURVIVORS: [usize; 2] = [8, 3];
-/// Pieces of the nonlinearity in the screening's second round.
-const SCREENING_PIECES: usize = 16;
-
-/// The samples of a fit at zero mean and unit variance, without the pure delay, and their linear approximations.
-#[derive(Debug, Clone)]
-pub(in crate::identify) struct Prepared {
-    pub scales: Scales,
-    pub data: Data,
-    /// Taken out of the data: input sample n stands beside output sample n + delay.
-    pub delay: usize,
-    /// In ascending order.
-    pub approximations: Vec<Scored>,
+/// The parts of a branch whose structure may change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::identify) struct FreeParts {
+    pub front: bool,
+    pub back: bool,
+    /// The delay, and a fast pole that imitates a delay.
+    pub delay: bool,
+    /// An instant between the samples at which the nonlinearity acts.
+    pub between: bool,
 }
 
-/// A linear approximation and how good it is.
-#[derive(Debug, Clone)]
-pub(in crate::identify) struct Scored {
-    pub system: Rational,
-    /// The RMS of its simulation error relative to the output's standard deviation.
-    pub relative_error: f64,
-    bic: f64,
-}
-
-impl Prepared {
-    /// The delay is the linear approximation's.
-    pub fn new(u: &[f64], y: &[f64], monitor: &mut Monitor<'_>) -> Prepared {
-        Prepared::with_delay_at_most(u, y, usize::MAX, monitor)
-    }
-
-    /// The delay is the linear approximation's, or the largest.
-    pub fn with_delay_at_most(u: &[f64], y: &[f64], largest: usize, monitor: &mut Monitor<'_>) -> Prepared {
-        let mut prepared = Prepared::with_delay(u, y, 0);
-        let delay = pure_delay(&prepared.data);
-        prepared.shift(delay.min(largest));
-        prepared.approximations = approximations(&prepared.data.head(STRUCTURE_SAMPLES), monitor);
-        let n = prepared.data.y.len();
-        if let Some(best) = prepared.best() {
-            prepared.data.from = prepared.approximations[best]
-                .system
-                .settling(1e-4)
-                .clamp(n / 100, n / 10);
-        }
-        prepared
-    }
-
-    /// The delay is given, and no linear approximations are made.
-    pub fn with_delay(u: &[f64], y: &[f64], delay: usize) -> Prepared {
-        let scales = Scales::new(u, y);
-        let first = u.len().saturating_sub(MOST_SAMPLES);
-        let (u, y) = (
-            scales.input.standardised(&u[first..]),
-            scales.output.standardised(&y[first..]),
-        );
-        let from = (u.len() / 10).min(FIRST_LEFT_OUT);
-        let mut prepared = Prepared {
-            scales,
-            data: Data::new(u, y, from),
-            delay: 0,
-            approximations: Vec::new(),
-        };
-        prepared.shift(delay);
-        prepared
-    }
-
-    fn shift(&mut self, delay: usize) {
-        self.data.u.rotate_right(delay);
-        self.data.u[..delay].fill(0.0);
-        self.delay = delay;
-    }
-
-    /// The best approximation by Schwarz's criterion.
-    pub fn best(&self) -> Option<usize> {
-        (0..self.approximations.len())
-            .min_by(|i, j| self.approximations[*i].bic.total_cmp(&self.approximations[*j].bic))
-    }
-
-    /// The best approximation and those of nearly its order.
-    pub fn starting(&self) -> Vec<&Rational> {
-        let Some(best) = self.best() else {
-            return Vec::new();
-        };
-        let order = self.approximations[best].system.order() as isize;
-        let near = |a: &&Scored| START_ORDERS.contains(&(a.system.order() as isize - order));
-        self.approximations.iter().filter(near).map(|a| &a.system).collect()
-    }
-
-    /// The share of the output's variance that a linear approximation explains.
-    pub fn explained(&self) -> f64 {
-        let errors = self.approximations.iter().map(|a| a.relative_error);
-        1.0 - errors.fold(1.0, f64::min).powi(2)
-    }
-
-    /// The scores of all approximations.
-    pub fn scores(&self) -> Vec<ApproximationScore> {
-        let score = |a: &Scored| ApproximationScore {
-            order: a.system.order(),
-            relative_error: a.relative_error,
-        };
-        self.approximations.iter().map(score).collect()
-    }
-}
-
-/// Linear approximations of all orders that the samples allow.
-fn approximations(data: &Data, monitor: &mut Monitor<'_>) -> Vec<Scored> {
-    let score = |a: Approximation| Scored {
-        bic: bic(a.squares, a.system.parameters().len(), data),
-        relative_error: (a.squares / data.counted() as f64).sqrt(),
-        system: a.system,
+impl FreeParts {
+    const NONE: FreeParts = FreeParts {
+        front: false,
+        back: false,
+        delay: false,
+        between: false,
     };
-    (1..=LARGEST_ORDER.min(data.counted() / 20))
-        .filter_map(|order| approximate(data, order, monitor).map(score))
-        .collect()
+    /// Static, linear.
+    pub const HAMMERSTEIN: FreeParts = FreeParts {
+        back: true,
+        ..FreeParts::NONE
+    };
+    /// Static, linear, after a delay that the search chooses: every input has its own.
+    pub const DELAYED_HAMMERSTEIN: FreeParts = FreeParts {
+        delay: true,
+        ..FreeParts::HAMMERSTEIN
+    };
+    /// Linear, static.
+    pub const WIENER: FreeParts = FreeParts {
+        front: true,
+        ..FreeParts::NONE
+    };
+    /// Linear, static, linear.
+    pub const WIENER_HAMMERSTEIN: FreeParts = FreeParts {
+        front: true,
+        back: true,
+        between: true,
+        ..FreeParts::NONE
+    };
 }
 
-/// What the search found.
+/// One round of short fits of many starts.
+pub(in crate::identify) struct Round {
+    /// Samples.
+    pub samples: usize,
+    /// The best of the last round that take part.
+    pub kept: usize,
+    /// Pieces of every nonlinearity; `None` for those that are there.
+    pub pieces: Option<usize>,
+    pub steps: usize,
+    pub tolerance: f64,
+    /// Whether the fits go on the list of what was tried.
+    pub listed: bool,
+}
+
+/// What the search has found.
 #[derive(Debug, Clone)]
 pub(in crate::identify) struct SearchResult {
-    pub cascade: Cascade,
-    pub tried: Vec<TriedStructure>,
+    pub system: System,
+    pub tried: Vec<Tried>,
 }
 
-impl SearchResult {
-    /// The number of parameters that only one choice fits.
-    pub fn parameters(&self) -> usize {
-        parameters(&self.cascade)
-    }
+/// A search with the list of what it has tried.
+pub(in crate::identify) struct Search<'a, 'm> {
+    pub free: FreeParts,
+    pub monitor: &'a mut Monitor<'m>,
+    pub tried: Vec<Tried>,
+}
 
-    /// What is left where there was no start: a static nonlinearity, or a constant.
-    pub fn nothing(data: &Data) -> SearchResult {
-        let constant = Cascade::of(Shape::new(&[-1.0, 1.0]));
-        SearchResult {
-            cascade: fit_shape(Rational::pass(), Rational::pass(), data).map_or(constant, |c| c.cascade),
+impl<'a, 'm> Search<'a, 'm> {
+    pub fn new(free: FreeParts, monitor: &'a mut Monitor<'m>) -> Self {
+        Search {
+            free,
+            monitor,
             tried: Vec::new(),
         }
     }
-}
 
-/// All splits of the linear approximations' poles and zeros that are worth a fit.
-pub(in crate::identify) fn splits(prepared: &Prepared, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
-    monitor.stage = Stage::Split;
-    let few = prepared.data.head(START_SAMPLES);
-    let mut candidates = Vec::new();
-    for system in prepared.starting() {
-        if monitor.keep_on() {
-            candidates.extend(split(system, &few).into_iter().take(SCREENED));
+    /// From starts to the result; `None` without a start.
+    pub fn run(mut self, starts: Vec<Candidate>, rounds: &[Round], data: &Signals) -> Option<SearchResult> {
+        let start = self.screened(starts, rounds, data)?;
+        let last = self.refined(start, data);
+        Some(SearchResult {
+            system: last.system,
+            tried: self.tried,
+        })
+    }
+
+    /// The best of several starts, after short fits that are the more thorough the fewer are left.
+    pub fn screened(&mut self, starts: Vec<Candidate>, rounds: &[Round], data: &Signals) -> Option<Candidate> {
+        self.monitor.stage = Stage::Screening;
+        let mut all = starts;
+        for round in rounds {
+            let data = data.head(round.samples);
+            all.truncate(round.kept);
+            for c in &mut all {
+                *c = c.on(&data);
+                if let Some(pieces) = round.pieces {
+                    *c = finer(c.clone(), &data, |_| pieces);
+                }
+                *c = self.trial(c.clone(), &data, round.steps, round.tolerance);
+            }
+            all.retain(|c| c.squares.is_finite());
+            all.sort_by(|a, b| a.bic(&data).total_cmp(&b.bic(&data)));
+            if round.listed {
+                self.tried.extend(all.iter().map(|c| c.tried(&data)));
+            }
+        }
+        all.into_iter().next()
+    }
+
+    /// From the best start to the last fit on all samples.
+    pub fn refined(&mut self, start: Candidate, data: &Signals) -> Candidate {
+        self.monitor.stage = Stage::Structure;
+        let mut medium = data.head(STRUCTURE_SAMPLES);
+        let start = self.trial(start.on(&medium), &medium, TRIAL_STEPS, TRIAL_TOLERANCE);
+        medium.set_dependence(&start.system.run(&medium.u));
+        let chosen = self.pieces(start, &medium);
+        let chosen = self.restructured(chosen, &medium);
+        let chosen = self.kinked(chosen, &medium);
+        self.monitor.stage = Stage::Refinement;
+        let mut data = data.clone();
+        let whole = self.trial(chosen.on(&data), &data, TRIAL_STEPS, TRIAL_TOLERANCE);
+        data.set_dependence(&whole.system.run(&data.u));
+        let whole = self.restructured(whole, &data);
+        let mut whole = self.pieces(whole, &data);
+        if self.free.between {
+            whole = self.intersample(whole, &data);
+        }
+        let last = self.trial(anchored(whole, &data), &data, LAST_STEPS, LAST_TOLERANCE);
+        let last = anchored(last, &data);
+        let efficient = self.restructured_efficiently(&last, &data);
+        let efficient = efficient.or_else(|| last.fitted_efficiently(&data, self.monitor));
+        let last = efficient.unwrap_or(last);
+        self.tried.push(last.tried(&data));
+        last
+    }
+
+    fn trial(&mut self, c: Candidate, data: &Signals, steps: usize, tolerance: f64) -> Candidate {
+        c.fitted(data, steps, tolerance, self.monitor)
+    }
+
+    /// A trial that goes on the list.
+    pub(super) fn listed(&mut self, c: Candidate, data: &Signals, steps: usize, tolerance: f64) -> Candidate {
+        let next = self.trial(c, data, steps, tolerance);
+        self.tried.push(next.tried(data));
+        next
+    }
+
+    /// Fewer and more pieces of every nonlinearity, one after the other, while Schwarz's criterion falls.
+    pub fn pieces(&mut self, mut best: Candidate, data: &Signals) -> Candidate {
+        let parts = best.system.parts();
+        // Of several nonlinearities each needs fewer pieces than one does alone.
+        let several = parts.len() > 1;
+        let far_fewer = several.then_some(FAR_FEWER_PIECES);
+        let fewest = FEWEST_PIECES[usize::from(several)];
+        for part in parts {
+            let present = best.system.pieces(part) as f64;
+            let mut worse = 0;
+            for factor in far_fewer.into_iter().chain(PIECES) {
+                if self.monitor.stopped().is_some() || worse == WORSE_PIECES {
+                    break;
+                }
+                let pieces = ((present * factor).round() as usize).clamp(fewest, MOST_PIECES);
+                let Some(next) = with_pieces(&best.system, part, pieces, data) else {
+                    continue;
+                };
+                let next = self.listed(next, data, TRIAL_STEPS, TRIAL_TOLERANCE);
+                if next.better(&best, data) {
+                    (best, worse) = (next, 0);
+                } else if factor >= PIECES[0] {
+                    worse += 1;
+                }
+            }
+        }
+        best
+    }
+
+    /// The change of a linear block that lowers Schwarz's criterion most, over and over.
+    pub fn restructured(&mut self, mut best: Candidate, data: &Signals) -> Candidate {
+        for _ in 0..ROUNDS {
+            let mut next: Option<Candidate> = None;
+            for system in neighbours(&best.system, self.free) {
+                if self.monitor.stopped().is_some() {
+                    return best;
+                }
+                let c = self.listed(Candidate::new(system, data), data, TRIAL_STEPS, TRIAL_TOLERANCE);
+                if next.as_ref().is_none_or(|n| c.better(n, data)) {
+                    next = Some(c);
+                }
+            }
+            match next.filter(|n| n.better(&best, data)) {
+                Some(n) => best = n,
+                None => break,
+            }
+        }
+        best
+    }
+
+    /// With the nonlinearity acting between the samples too, if that lowers Schwarz's criterion.
+    fn intersample(&mut self, best: Candidate, data: &Signals) -> Candidate {
+        if !self.monitor.keep_on() {
+            return best;
+        }
+        let Some(start) = with_instant_between(&best.system, data) else {
+            return best;
+        };
+        let next = self.listed(start, data, 2 * TRIAL_STEPS, TRIAL_TOLERANCE);
+        if next.better(&best, data) {
+            self.pieces(next, data)
+        } else {
+            best
         }
     }
-    candidates
+
+    /// The structure chosen anew by errors made white, then generalised least squares over all parameters.
+    ///
+    /// Of coloured errors the criterion sees the sum of squares, most of which may be slow noise, and not what stands out from the
+    /// noise at other frequencies: it then takes too few pieces. `None` where there is no better structure, or the error is not coloured noise.
+    fn restructured_efficiently(&mut self, c: &Candidate, data: &Signals) -> Option<Candidate> {
+        let loss = Loss::new(c.system.clone(), data);
+        let all = data.through(whitening_filter(&loss, &loss.residuals(&loss.start())?)?);
+        let white = all.head(STRUCTURE_SAMPLES);
+        // The list is of simulation errors, which these are not.
+        let listed = self.tried.len();
+        let mut found = c.on(&white);
+        if c.system.branches.iter().all(|b| b.between.is_none()) {
+            found = self.restructured(found, &white);
+        }
+        found = self.pieces(found, &white);
+        found = self.kinked(found, &white);
+        self.tried.truncate(listed);
+        let found = self.trial(found.on(&all), &all, TRIAL_STEPS, TRIAL_TOLERANCE);
+        if !found.better(&c.on(&all), &all) {
+            return None;
+        }
+        let found = self.trial(found.on(data), data, LAST_STEPS, LAST_TOLERANCE);
+        anchored(found, data).fitted_efficiently(data, self.monitor)
+    }
 }
 
-/// The best cascade of this form that the starts lead to, on data of unit variance and zero mean.
-pub(in crate::identify) fn search(
-    starts: Vec<Candidate>,
-    form: Form,
-    data: &Data,
-    monitor: &mut Monitor<'_>,
-) -> Option<SearchResult> {
-    let mut tried = Vec::new();
-    let screened = screen(starts, data, monitor, &mut tried)?;
-    let mut medium = data.head(STRUCTURE_SAMPLES);
-    monitor.stage = Stage::Structure;
-    let start = Candidate {
-        squares: medium.squares(&screened.run(&medium.u)),
-        cascade: screened,
-    };
-    let start = fitted(start, &medium, TRIAL_STEPS, 1e-4, monitor);
-    medium.dependence = dependence(&start.cascade.run(&medium.u), &medium);
-    let start = pieces(start, &medium, TRIAL_STEPS, monitor, &mut tried);
-    let chosen = restructure(start, form, &medium, monitor, &mut tried);
-    let mut middle = Middle {
-        data: &medium,
-        tried: &mut tried,
-    };
-    let chosen = kinked(chosen, &mut middle, monitor);
-    monitor.stage = Stage::Refinement;
-    let mut data = data.clone();
-    let whole = Candidate {
-        squares: data.squares(&chosen.cascade.run(&data.u)),
-        cascade: chosen.cascade,
-    };
-    let whole = fitted(whole, &data, TRIAL_STEPS, 1e-4, monitor);
-    data.dependence = dependence(&whole.cascade.run(&data.u), &data);
-    let whole = restructure(whole, form, &data, monitor, &mut tried);
-    let mut whole = pieces(whole, &data, TRIAL_STEPS, monitor, &mut tried);
-    if form == Form::WienerHammerstein {
-        whole = intersample(whole, &data, monitor, &mut tried);
+/// Every nonlinearity on another number of pieces, dense where it is rough.
+pub(in crate::identify) fn finer(mut c: Candidate, data: &Signals, pieces: impl Fn(usize) -> usize) -> Candidate {
+    for part in c.system.parts() {
+        let pieces = pieces(c.system.pieces(part)).min(MOST_PIECES);
+        c = with_pieces(&c.system, part, pieces, data).unwrap_or(c);
     }
-    let last = fitted(anchored(whole, &data), &data, LAST_STEPS, 1e-6, monitor);
-    let last = anchored(last, &data);
-    let efficient =
-        restructured_efficiently(&last, form, &data, monitor).or_else(|| fitted_efficiently(&last, &data, monitor));
-    let last = efficient.unwrap_or(last);
-    tried.push(last.tried(&data));
-    Some(SearchResult {
-        cascade: last.cascade,
-        tried,
-    })
-}
-
-/// The best candidate after short fits, more thorough from round to round.
-fn screen(
-    starts: Vec<Candidate>,
-    data: &Data,
-    monitor: &mut Monitor<'_>,
-    tried: &mut Vec<TriedStructure>,
-) -> Option<Cascade> {
-    monitor.stage = Stage::Screening;
-    let small = data.head(SCREENING_SAMPLES);
-    let mut round: Vec<Candidate> = starts
-        .into_iter()
-        .map(|mut c| {
-            let s = &mut c.cascade;
-            s.front.b.resize(s.front.b.len().max(s.front.order() + 1), 0.0);
-            s.back.b.resize(s.back.b.len().max(s.back.order() + 1), 0.0);
-            c.squares = small.squares(&s.run(&small.u));
-            fitted(c, &small, TRIAL_STEPS, 1e-3, monitor)
-        })
-        .collect();
-    for survivors in SURVIVORS {
-        round.sort_by(|a, b| a.bic(&small).total_cmp(&b.bic(&small)));
-        tried.extend(round.iter().map(|c| c.tried(&small)));
-        round.truncate(survivors);
-        round = round
-            .into_iter()
-            .map(|c| {
-                let finer = with_pieces(&c, SCREENING_PIECES, &small).unwrap_or(c);
-                fitted(finer, &small, 2 * TRIAL_STEPS, 1e-4, monitor)
-            })
-            .collect();
-    }
-    round.sort_by(|a, b| a.bic(&small).total_cmp(&b.bic(&small)));
-    tried.extend(round.iter().map(|c| c.tried(&small)));
-    Some(round.into_iter().next()?.cascade)
+    c
 }

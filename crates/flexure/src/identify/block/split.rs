@@ -1,4 +1,4 @@
-//! Which poles and zeros of the best linear approximation belong to the front, and which to the back.
+//! Assigns the poles and zeros of the best linear approximation to the front and to the back.
 //!
 //! Every split of the poles is tried, and the zeros are handed over one by one while that helps (Sjoberg & Schoukens
 //! 2012 try all). A split is cheap to judge: with both blocks known up to scale, the nonlinearity is linear least
@@ -6,33 +6,26 @@
 
 use rayon::prelude::*;
 
-use super::approximation::solve;
-use super::loss::{Cascade, Data};
-use super::products::normal_equations;
-use super::rational::{Rational, convolved, groups};
-use super::shape::{Local, Shape, thinned};
+use super::candidate::Candidate;
+use super::limits::SAMPLES_IN_COARSE_PIECE;
+use super::pieces::{Part, refitted};
+use super::rational::{Rational, Root, groups, with_conjugates};
+use super::signals::Signals;
+use super::spline::{KinkedSpline, thinned};
+use super::system::{Branch, System};
 use crate::interrupt::{self, Interrupt};
 use crate::linear::Complex;
-use crate::linear::correlation::{mean, variance};
+use crate::linear::correlation::variance;
 
 /// Quantiles of the intermediate signal that bound the nonlinearity's first pieces.
 const QUANTILES: [f64; 7] = [0.03, 0.12, 0.3, 0.5, 0.7, 0.88, 0.97];
-/// The fewest samples in a piece.
-pub(super) const FEWEST_IN_PIECE: usize = 12;
 /// More groups of poles than this are not split in every way; the rest stays in the front.
 const MOST_GROUPS: usize = 10;
 /// Splits of the poles for which the zeros are handed over.
 const MOST_SPLITS: usize = 40;
 
-/// A split and how well it does with the best nonlinearity for it.
-#[derive(Debug, Clone)]
-pub(in crate::identify) struct Candidate {
-    pub cascade: Cascade,
-    pub squares: f64,
-}
-
 /// The best candidate of every split of the poles (of the most promising ones, if there are very many), best first.
-pub(super) fn split(approximation: &Rational, data: &Data) -> Vec<Candidate> {
+pub(super) fn split(approximation: &Rational, data: &Signals) -> Vec<Candidate> {
     let roots = Roots {
         poles: groups(&approximation.poles()),
         zeros: groups(&approximation.zeros().unwrap_or_default()),
@@ -58,9 +51,9 @@ pub(super) fn split(approximation: &Rational, data: &Data) -> Vec<Candidate> {
 
 /// The poles and zeros to share out, one or a pair at a time.
 struct Roots<'a> {
-    poles: Vec<(Complex<f64>, bool)>,
-    zeros: Vec<(Complex<f64>, bool)>,
-    data: &'a Data,
+    poles: Vec<Root>,
+    zeros: Vec<Root>,
+    data: &'a Signals,
     interrupt: Interrupt,
 }
 
@@ -81,7 +74,7 @@ impl Roots<'_> {
             let zeros = chosen(&self.zeros, front_zeros, front);
             Rational::from_roots(&zeros, &chosen(&self.poles, front_poles, front))
         };
-        fit_shape(part(true), part(false), self.data)
+        fit_nonlinearity(part(true), part(false), self.data)
     }
 
     /// All zeros in the front, and all in the back.
@@ -112,16 +105,15 @@ impl Roots<'_> {
     }
 }
 
-/// The groups whose bit is (or is not) set, with conjugates.
-fn chosen(groups: &[(Complex<f64>, bool)], mask: usize, set: bool) -> Vec<Complex<f64>> {
-    let mine = groups.iter().enumerate().filter(|(i, _)| (mask >> i & 1 == 1) == set);
-    mine.flat_map(|(_, &(z, pair))| std::iter::once(z).chain(pair.then(|| z.conj())))
-        .collect()
+/// The roots whose bit is (or is not) set, with conjugates.
+fn chosen(roots: &[Root], mask: usize, set: bool) -> Vec<Complex<f64>> {
+    let mine = roots.iter().enumerate().filter(|(i, _)| (mask >> i & 1 == 1) == set);
+    with_conjugates(mine.map(|(_, root)| root))
 }
 
-/// The cascade of these linear blocks and the best coarse nonlinearity between them.
-pub(in crate::identify) fn fit_shape(mut front: Rational, back: Rational, data: &Data) -> Option<Candidate> {
-    let w = front.run(&data.u);
+/// The branch of these linear blocks and the best coarse nonlinearity between them.
+pub(in crate::identify) fn fit_nonlinearity(mut front: Rational, back: Rational, data: &Signals) -> Option<Candidate> {
+    let w = front.run(data.input());
     let spread = variance(&w[data.from..]).sqrt();
     if !(spread > 1e-12 && spread.is_finite()) {
         return None;
@@ -135,56 +127,7 @@ pub(in crate::identify) fn fit_shape(mut front: Rational, back: Rational, data: 
     let mut breakpoints = vec![sorted[0]];
     breakpoints.extend(QUANTILES.map(quantile));
     breakpoints.push(sorted[last]);
-    fit_coefficients(
-        front,
-        &thinned(&breakpoints, &sorted, FEWEST_IN_PIECE, FEWEST_IN_PIECE),
-        back,
-        data,
-    )
-}
-
-/// The cascade of these linear blocks with the best spline on these breakpoints.
-pub(super) fn fit_coefficients(front: Rational, breakpoints: &[f64], back: Rational, data: &Data) -> Option<Candidate> {
-    let shape = Shape::new(breakpoints);
-    let linear = Cascade {
-        front,
-        shape,
-        back,
-        between: None,
-        offset: 0.0,
-    };
-    refit_coefficients(linear, breakpoints, data)
-}
-
-/// The linear blocks of a cascade and its kinks' places, with the best spline on these breakpoints and the best bends.
-pub(super) fn refit_coefficients(mut cascade: Cascade, breakpoints: &[f64], data: &Data) -> Option<Candidate> {
-    let kinks = std::mem::take(&mut cascade.shape.kinks);
-    cascade.shape = Shape::new(breakpoints);
-    cascade.shape.kinks = kinks;
-    let (shape, back) = (&cascade.shape, &cascade.back);
-    let all_pole = cascade.front.all_pole(&data.u);
-    let instants: Vec<_> = (cascade.instants())
-        .map(|(front, numerator)| {
-            let w = convolved(front, &all_pole);
-            let local: Vec<Local> = w.iter().map(|w| shape.local(*w)).collect();
-            (w, local, numerator)
-        })
-        .collect();
-    let column = |j: usize| {
-        let mut sum = vec![0.0; all_pole.len()];
-        for (w, local, numerator) in &instants {
-            let more = convolved(numerator, &shape.by_parameter(j, w, local));
-            sum.iter_mut().zip(more).for_each(|(s, m)| *s += m);
-        }
-        convolved(&data.filter, &back.all_pole(&sum))
-    };
-    let linear: Vec<usize> = shape.linear_parameters().collect();
-    let columns: Vec<Vec<f64>> = linear.into_par_iter().map(column).collect();
-    let level = mean(&data.y[data.from..]);
-    let minus: Vec<f64> = data.y.iter().map(|y| level - y).collect();
-    let coefficients = solve(&normal_equations(&convolved(&data.filter, &minus), &columns, data.from))?;
-    cascade.shape.set_linear(coefficients);
-    cascade.offset = level;
-    let squares = data.squares(&cascade.run(&data.u));
-    squares.is_finite().then_some(Candidate { cascade, squares })
+    let breakpoints = thinned(&breakpoints, &sorted, SAMPLES_IN_COARSE_PIECE, SAMPLES_IN_COARSE_PIECE);
+    let system = System::sum(vec![Branch::new(front, KinkedSpline::new(&breakpoints), back)]);
+    refitted(&system, Part::Branch(0), &breakpoints, data)
 }

@@ -1,9 +1,10 @@
 //! Blocks in the record's units and the conventional scale.
 
-use super::loss::Cascade;
+use super::super::checks::few_levels;
+use super::prepared::Prepared;
 use super::rational::Rational;
-use super::search::Prepared;
-use super::shape::Shape;
+use super::spline::KinkedSpline;
+use super::system::Branch;
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
@@ -91,9 +92,9 @@ fn even(low: f64, high: f64) -> impl Iterator<Item = f64> {
 }
 
 /// Where a nonlinearity is tabulated over a range: at evenly spaced points, and at its breakpoints and kinks.
-pub(in crate::identify) fn abscissas(shape: &Shape, [low, high]: [f64; 2]) -> Vec<f64> {
-    let mut at: Vec<f64> = even(low, high).chain(shape.breakpoints().iter().copied()).collect();
-    at.extend(shape.kinks_within([low, high]));
+fn abscissas(spline: &KinkedSpline, [low, high]: [f64; 2]) -> Vec<f64> {
+    let mut at: Vec<f64> = even(low, high).chain(spline.breakpoints().iter().copied()).collect();
+    at.extend(spline.kinks_within([low, high]));
     at.sort_unstable_by(f64::total_cmp);
     // Points nearer than this have a slope between them that is rounding, and the last one goes on beyond the ends.
     let nearest = 1e-9 * (high - low);
@@ -102,7 +103,7 @@ pub(in crate::identify) fn abscissas(shape: &Shape, [low, high]: [f64; 2]) -> Ve
 }
 
 /// The table of a nonlinearity at these points, straight on beyond its ends; both functions are applied to the points.
-pub(in crate::identify) fn tabulated(
+fn table(
     points: impl Iterator<Item = f64>,
     abscissa: impl Fn(f64) -> f64,
     ordinate: impl Fn(f64) -> f64,
@@ -115,7 +116,7 @@ pub(in crate::identify) fn tabulated(
 }
 
 /// Breakpoints in another unit, increasing.
-pub(in crate::identify) fn mapped(breakpoints: &[f64], abscissa: impl Fn(f64) -> f64) -> Vec<f64> {
+fn mapped(breakpoints: &[f64], abscissa: impl Fn(f64) -> f64) -> Vec<f64> {
     let mut mapped: Vec<f64> = breakpoints.iter().map(|x| abscissa(*x)).collect();
     mapped.sort_unstable_by(f64::total_cmp);
     mapped
@@ -133,7 +134,7 @@ pub(in crate::identify) struct Blocks {
 }
 
 impl Blocks {
-    /// The blocks in cascade.
+    /// The blocks in series.
     pub fn model(&self) -> Block {
         let branch = |front: &TransferFunction, curve: &Curve, back: &TransferFunction| {
             vec![
@@ -154,10 +155,10 @@ impl Blocks {
     }
 }
 
-/// The cascade of prepared signals, in the record's units; the delay goes to the front.
+/// The branch of prepared signals, in the record's units; the delay goes to the front.
 ///
 /// The nonlinearity is tabulated where the fit's samples are and where it has breakpoints.
-pub(in crate::identify) fn blocks(s: &Cascade, prepared: &Prepared) -> Result<Blocks> {
+pub(in crate::identify) fn blocks(s: &Branch, prepared: &Prepared) -> Result<Blocks> {
     let Prepared {
         scales, data, delay, ..
     } = prepared;
@@ -176,13 +177,13 @@ pub(in crate::identify) fn blocks(s: &Cascade, prepared: &Prepared) -> Result<Bl
     if back_static {
         (level, offset) = (offset, 0.0);
     }
-    let ordinate = |x: f64| level + output.spread * back_gain * s.shape.value(x);
-    let breakpoints = s.shape.breakpoints();
+    let ordinate = |x: f64| level + output.spread * back_gain * s.spline.value(x);
+    let breakpoints = s.spline.breakpoints();
     let entering: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
-    let range = s.shape.range_with(&entering);
-    let kinks = s.shape.kinks_within(range);
-    let inner = abscissas(&s.shape, range);
-    let curve = |front: &Rational| tabulated(inner.iter().copied(), |x| abscissa(x, front), ordinate);
+    let range = s.spline.range_with(&entering);
+    let kinks = s.spline.kinks_within(range);
+    let inner = abscissas(&s.spline, range);
+    let curve = |front: &Rational| table(inner.iter().copied(), |x| abscissa(x, front), ordinate);
     let [breakpoints, kinks] = [breakpoints, &kinks].map(|at| mapped(at, |x| abscissa(x, &front)));
     let intersample = (s.between.as_ref())
         .map(|between| {
@@ -222,4 +223,87 @@ pub(in crate::identify) fn conventional_gain(g: &Rational, delay: usize) -> Resu
         .fold(0.0_f64, |m, v| if v.abs() > m.abs() { *v } else { m });
     let usable = peak.is_finite() && peak > 0.0;
     Ok((if usable { peak.copysign(largest) } else { 1.0 }, false))
+}
+
+/// A branch's linear part in the conventional scale, and what it was divided by.
+pub(in crate::identify) fn normalised(branch: &Branch) -> Result<(TransferFunction, f64)> {
+    let (gain, _) = conventional_gain(&branch.back, branch.delay)?;
+    let mut linear = branch.back.clone();
+    linear.b.iter_mut().for_each(|b| *b /= gain);
+    Ok((linear.transfer_function(branch.delay)?, gain))
+}
+
+/// A nonlinearity as a table, straight on beyond its ends, with its breakpoints and its kinks' places, both increasing.
+#[derive(Debug, Clone)]
+pub(in crate::identify) struct Tabulated {
+    pub curve: Curve,
+    pub breakpoints: Vec<f64>,
+    pub kinks: Vec<f64>,
+}
+
+/// A nonlinearity as a table over what enters it; at its levels alone where these are few, as nothing is known of it elsewhere. Both
+/// functions are applied to the spline's own coordinates.
+pub(in crate::identify) fn tabulated(
+    spline: &KinkedSpline,
+    entering: &[f64],
+    abscissa: impl Fn(f64) -> f64,
+    ordinate: impl Fn(f64) -> f64,
+) -> Result<Tabulated> {
+    let range = spline.range_with(entering);
+    let (points, kinks) = match few_levels(entering) {
+        Some(levels) if levels.len() > 1 => (levels, Vec::new()),
+        _ => (abscissas(spline, range), spline.kinks_within(range)),
+    };
+    Ok(Tabulated {
+        curve: table(points.into_iter(), &abscissa, |x| ordinate(spline.value(x)))?,
+        breakpoints: mapped(spline.breakpoints(), &abscissa),
+        kinks: mapped(&kinks, abscissa),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::spline::Kink;
+    use super::*;
+
+    fn straight(breakpoints: &[f64], kinks: &[(f64, f64)]) -> KinkedSpline {
+        let mut spline = KinkedSpline::new(breakpoints);
+        spline.straighten();
+        spline.kinks = kinks.iter().map(|&(at, bend)| Kink { at, bend }).collect();
+        spline
+    }
+
+    fn table_of(spline: &KinkedSpline, entering: &[f64]) -> Tabulated {
+        tabulated(spline, entering, |x| 3e-7 * x, |y| 2e6 * y).unwrap()
+    }
+
+    #[test]
+    fn a_table_goes_on_as_its_curve_does() {
+        let entering: Vec<f64> = (0..=50).map(|i| -1.3 + f64::from(i) * 0.1).collect();
+        let last = entering[50];
+        // An end that is the samples' but for rounding, and kinks beyond the breakpoints, one of them beyond the samples.
+        let spline = straight(
+            &[-1.3, 0.4, last * (1.0 - 3e-14)],
+            &[(3.2, -1.0), (20.0, 5.0), (-9.0, 0.0)],
+        );
+        let found = table_of(&spline, &entering);
+        let x = found.curve.x();
+        assert!(x[x.len() - 1] >= 3e-7 * last * (1.0 - 1e-9) && x[x.len() - 1] < 3e-7 * 3.8);
+        for at in [-2.0, -1.3, 0.0, 3.1999, 3.3, 3.7, 5.0] {
+            let want = 2e6 * (at - (at - 3.2_f64).max(0.0));
+            assert!((found.curve.value(3e-7 * at) - want).abs() < 1e-3, "{at}");
+        }
+        assert_eq!(found.kinks.len(), 1);
+        assert!((found.kinks[0] - 3e-7 * 3.2).abs() < 1e-15);
+    }
+
+    #[test]
+    fn of_few_levels_only_these_are_tabulated() {
+        let mut spline = straight(&[-1.0, 1.0], &[]);
+        // What two levels leave open.
+        (spline.c[1], spline.c[2]) = (1e90, -1e90);
+        let found = table_of(&spline, &[1.0, -1.0, -1.0, 1.0]);
+        assert_eq!(found.curve.x(), [-3e-7, 3e-7]);
+        assert!(found.curve.value(0.0).abs() < 1e-3 && (found.curve.value(3e-7) - 2e6).abs() < 1e-3);
+    }
 }

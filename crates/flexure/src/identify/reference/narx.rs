@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::super::block::branches::{Columns, delays};
+use super::super::block::{Columns, delays};
 use super::ridge::Ridge;
 use crate::error::Result;
 use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};
@@ -30,11 +30,11 @@ const MORE_INPUTS: usize = 2;
 const LARGEST_DEGREE: usize = 3;
 /// Structures with more monomials are not tried.
 const MOST_TERMS: usize = 230;
-/// The last so many samples are fitted at most.
+/// At most this many samples, the last ones, are fitted.
 const MOST_SAMPLES: usize = 20_000;
 /// The largest lag of a model that can be simulated.
 pub(super) const LARGEST_LAG: usize = 1_000_000;
-/// A free run settles within so many samples, or counts as not settling.
+/// A free run settles within this many samples, or counts as not settling.
 const LONGEST_SETTLING: usize = 1000;
 /// The share of the fit's samples that lags, degree and penalty are chosen on.
 const CHOICE_SHARE: f64 = 0.25;
@@ -111,7 +111,7 @@ impl NarxModel {
         self.run(&u).0.iter().map(|y| y_mean + y_spread * y).collect()
     }
 
-    /// What keeps the model from being simulated, in words.
+    /// Why the model cannot be simulated.
     pub fn problem(&self) -> Option<String> {
         let lags = [self.outputs, self.inputs, self.delay];
         if let Some(lag) = lags.iter().find(|l| **l > LARGEST_LAG) {
@@ -368,7 +368,7 @@ fn searched(columns: &Columns<'_>) -> Result<Searched> {
     })
 }
 
-/// All products of up to `degree` of so many variables.
+/// All products of up to `degree` of `variables` variables.
 fn monomials(variables: usize, degree: usize) -> Vec<Vec<usize>> {
     let mut all: Vec<Vec<usize>> = Vec::new();
     let mut last: Vec<Vec<usize>> = vec![Vec::new()];

@@ -3,7 +3,7 @@
 use super::super::block::normal_equations;
 use crate::linalg;
 
-/// Penalties that are tried, relative to the number of samples: from the first, each so many times the one before.
+/// Penalties that are tried, relative to the number of samples: from the first, each this many times the one before.
 const SMALLEST: f64 = 1e-10;
 const FACTOR: f64 = 10.0;
 const PENALTIES: usize = 11;

@@ -13,8 +13,7 @@ use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
-use super::super::block::branches::{Columns, Signals, delays};
-use super::super::block::normal_equations;
+use super::super::block::{Columns, Signals, delays, normal_equations};
 use super::narx::LARGEST_LAG;
 use crate::error::Result;
 use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};
@@ -29,7 +28,7 @@ use crate::text::number;
 /// Memories of both orders that are tried, the second with the best of the first.
 const FIRST_MEMORIES: [usize; 4] = [20, 40, 80, 160];
 const SECOND_MEMORIES: [usize; 3] = [6, 12, 20];
-/// The last so many samples are fitted at most.
+/// At most this many samples, the last ones, are fitted.
 const MOST_SAMPLES: usize = 15_000;
 /// The search for the prior's parameters: first steps of ln c and of ln(lambda/(1 - lambda)), and the last share of them.
 const STEPS: [f64; 2] = [2.0, 1.0];
@@ -100,7 +99,7 @@ pub struct VolterraModel {
 }
 
 impl VolterraModel {
-    /// What keeps the model from being simulated, in words.
+    /// Why the model cannot be simulated.
     pub fn problem(&self) -> Option<String> {
         if self.delay > LARGEST_LAG {
             return Some(format!(
@@ -250,7 +249,7 @@ impl Memory {
 struct Fit {
     memory: Memory,
     priors: [DecayPrior; 2],
-    /// Minus twice the logarithm of the marginal likelihood, but for a constant.
+    /// Minus twice the logarithm of the marginal likelihood, up to a constant.
     deviance: f64,
     variance: f64,
     coefficients: Vec<f64>,

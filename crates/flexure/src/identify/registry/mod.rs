@@ -15,8 +15,7 @@ mod wiener_hammerstein;
 use std::cell::OnceCell;
 use std::ops::{ControlFlow, RangeInclusive};
 
-use super::block::branches::TriedBranches;
-use super::block::{ApproximationScore, Monitor, Prepared, Stage, TriedStructure};
+use super::block::{ApproximationScore, Monitor, Prepared, Stage, TriedBranches, TriedStructure};
 use super::hammerstein::{PhysicalForm, PlainHammerstein, RefinedHammerstein};
 use super::outcome::{Verdict, Warning};
 use super::reference;

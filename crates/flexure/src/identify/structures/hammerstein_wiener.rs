@@ -1,7 +1,7 @@
 //! The Hammerstein-Wiener system: static, linear, static.
 //!
 //! $$ V_n = f(U_n), \qquad X_n = G(z) z^{-s} V_n, \qquad Y_n = g(X_n) + e_n $$
-//! with nothing given but the record:
+//! from the record alone:
 //!
 //! 1. the delay, from an equation error with B-splines of the input;
 //! 2. starts of orders 0 to 8: f and G by least squares over B-splines of the input with a common denominator, of whose
@@ -23,12 +23,11 @@
 
 use std::ops::ControlFlow;
 
-use super::super::block::branches::{
-    Branch, Columns, SearchResult, Signals, System, Tabulated, TriedBranches, find, normalised, tabulated,
+use super::super::block::{
+    Columns, KinkedSpline, Monitor, Signals, Stage, System, Tabulated, TriedBranches, ends, normalised, tabulated,
 };
-use super::super::block::{Monitor, Rational, Shape, Stage};
 use super::super::outcome::{Verdict, Warning};
-use crate::error::{Error, Result, Stopped};
+use crate::error::Result;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
@@ -135,11 +134,9 @@ impl HammersteinWiener {
         let columns = Columns::new(record, &[input], output, self.fresh_share, what)?;
         let data = columns.signals();
         let mut monitor = Monitor::new(progress);
-        let found = find(&data, true, &mut monitor);
-        if let Some(stage) = monitor.stopped() {
-            return Err(Error::Stopped(Stopped::Identifying { stage: stage.name() }));
-        }
-        let found = found.unwrap_or_else(nothing);
+        let found = ends::find(&data, true, &mut monitor);
+        monitor.finished()?;
+        let found = found.unwrap_or_else(|| ends::without_start(true));
         let blocks = Blocks::new(&found.system, &data, &columns)?;
         let model = blocks.model();
         let fitted = columns.fitted;
@@ -155,31 +152,12 @@ impl HammersteinWiener {
             output_breakpoints: blocks.output.breakpoints,
             input_kinks: blocks.input.kinks,
             output_kinks: blocks.output.kinks,
-            tried: found.tried,
+            tried: found.tried.into_iter().map(TriedBranches::from).collect(),
             fitted,
             predicted,
             verdict,
             warnings,
         })
-    }
-}
-
-/// What is left where there is nothing to start from: a constant.
-fn nothing() -> SearchResult {
-    SearchResult {
-        system: System {
-            branches: vec![Branch {
-                delay: 0,
-                shape: Shape::new(&[-1.0, 1.0]),
-                linear: Rational {
-                    b: vec![1.0],
-                    sections: Vec::new(),
-                },
-            }],
-            offset: 0.0,
-            output: None,
-        },
-        tried: Vec::new(),
     }
 }
 
@@ -194,11 +172,12 @@ impl Blocks {
     fn new(system: &System, data: &Signals, columns: &Columns) -> Result<Blocks> {
         let (branch, scale) = (&system.branches[0], columns.inputs[0]);
         let (linear, gain) = normalised(branch)?;
+        let offset = branch.offset;
         // V = slope v + level for the branch's own v.
-        let (slope, level) = conventional_line(&branch.shape, &data.u[0]);
+        let (slope, level) = conventional_line(&branch.spline, &data.u[0]);
         let (slope, level) = (slope * scale.spread, scale.back(level));
         let input = tabulated(
-            &branch.shape,
+            &branch.spline,
             &data.u[0][data.from..],
             |u| scale.back(u),
             |v| slope * v + level,
@@ -206,16 +185,16 @@ impl Blocks {
         let fixed = linear.static_gain();
         let passed = if fixed.is_finite() { fixed * level } else { 0.0 };
         // The linear part's output is (x - o) slope / gain + passed.
-        let abscissa = |x: f64| (x - system.offset) * slope / gain + passed;
+        let abscissa = |x: f64| (x - offset) * slope / gain + passed;
         let ordinate = |y: f64| columns.output.back(y);
         let inner = &system.inner(&data.u)[data.from..];
         let identity = || {
-            let mut identity = Shape::new(&[system.offset - 1.0, system.offset + 1.0]);
+            let mut identity = KinkedSpline::new(&[offset - 1.0, offset + 1.0]);
             identity.straighten();
             identity
         };
-        let shape = system.output.clone().unwrap_or_else(identity);
-        let output = tabulated(&shape, inner, abscissa, ordinate)?;
+        let spline = system.output.clone().unwrap_or_else(identity);
+        let output = tabulated(&spline, inner, abscissa, ordinate)?;
         Ok(Blocks { input, linear, output })
     }
 
@@ -230,8 +209,8 @@ impl Blocks {
 
 /// Slope and level of the line from a nonlinearity's values to those whose own least-squares line over `u`, of zero mean
 /// and unit variance, is the identity.
-fn conventional_line(shape: &Shape, u: &[f64]) -> (f64, f64) {
-    let v: Vec<f64> = u.iter().map(|u| shape.value(*u)).collect();
+fn conventional_line(spline: &KinkedSpline, u: &[f64]) -> (f64, f64) {
+    let v: Vec<f64> = u.iter().map(|u| spline.value(*u)).collect();
     let (centre, spread) = (mean(&v), variance(&v).sqrt());
     let covariance = v.iter().zip(u).map(|(v, u)| (v - centre) * u).sum::<f64>() / u.len() as f64;
     let slope = if !(spread > 0.0 && spread.is_finite()) {

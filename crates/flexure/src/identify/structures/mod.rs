@@ -10,6 +10,6 @@ pub(super) mod wiener_hammerstein;
 pub use hammerstein_wiener::{HammersteinWiener, HammersteinWienerIdentification};
 pub use linear::Linear;
 pub use multiple_inputs::{InputBranch, MultipleInputs, MultipleInputsIdentification, MultipleInputsModel};
-pub use parallel::{Parallel, ParallelIdentification};
+pub use parallel::{Parallel, ParallelBranch, ParallelIdentification};
 pub use wiener::{Wiener, WienerIdentification, WienerStart};
 pub use wiener_hammerstein::{WienerHammerstein, WienerHammersteinIdentification};

@@ -1,7 +1,7 @@
 //! Several inputs, each through a nonlinearity and a linear part of its own.
 //!
 //! $$ Y_n = o + \sum_i G_i(z) z^{-s_i} f_i(U^{(i)}_n) + e_n $$
-//! with nothing given but the record. The search is that of the [Hammerstein-Wiener](crate::identify::HammersteinWiener) system without its
+//! from the record alone. The search is that of the [Hammerstein-Wiener](crate::identify::HammersteinWiener) system without its
 //! last nonlinearity: all inputs at once, from least squares over B-splines of all of them with one common denominator; after
 //! that every branch has poles of its own, which Schwarz's criterion takes away where they are not needed. Neither white nor
 //! independent inputs are needed, only inputs that do not determine one another.
@@ -11,13 +11,10 @@
 
 use std::ops::ControlFlow;
 
-use super::super::block::branches::{
-    Columns, SearchResult, Signals, System, TriedBranches, find, normalised, tabulated,
-};
-use super::super::block::{Monitor, Stage};
+use super::super::block::{Columns, Monitor, Signals, Stage, System, TriedBranches, ends, normalised, tabulated};
 use super::super::outcome::{Verdict, Warning};
 use super::super::samples::refuse_repeated;
-use crate::error::{Error, Result, Stopped};
+use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
 use crate::model::Block;
@@ -171,18 +168,10 @@ impl MultipleInputs {
         let columns = Columns::new(record, inputs, output, self.fresh_share, what)?;
         let data = columns.signals();
         let mut monitor = Monitor::new(progress);
-        let found = find(&data, false, &mut monitor);
-        if let Some(stage) = monitor.stopped() {
-            return Err(Error::Stopped(Stopped::Identifying { stage: stage.name() }));
-        }
-        let SearchResult { system, tried } = found.unwrap_or(SearchResult {
-            system: System {
-                branches: Vec::new(),
-                offset: 0.0,
-                output: None,
-            },
-            tried: Vec::new(),
-        });
+        let found = ends::find(&data, false, &mut monitor);
+        monitor.finished()?;
+        let found = found.unwrap_or_else(|| ends::without_start(false));
+        let (system, tried) = (found.system, found.tried.into_iter().map(TriedBranches::from).collect());
         let (branches, output_offset) = in_units(&system, &data, &columns, inputs)?;
         let model = MultipleInputsModel {
             blocks: (branches.iter())
@@ -216,14 +205,14 @@ impl MultipleInputs {
 
 /// The branches in the record's units and the conventional scale, and the offset.
 fn in_units(system: &System, data: &Signals, columns: &Columns, names: &[&str]) -> Result<(Vec<InputBranch>, f64)> {
-    let mut offset = columns.output.back(system.offset);
+    let mut offset = columns.output.back(system.offset());
     let mut branches = Vec::new();
     for (i, branch) in system.branches.iter().enumerate() {
         let (linear, gain) = normalised(branch)?;
-        let level = mean(&data.u[i].iter().map(|u| branch.shape.value(*u)).collect::<Vec<_>>());
+        let level = mean(&data.u[i].iter().map(|u| branch.spline.value(*u)).collect::<Vec<_>>());
         let scale = columns.output.spread * gain;
         let abscissa = |u: f64| columns.inputs[i].back(u);
-        let nonlinearity = tabulated(&branch.shape, &data.u[i][data.from..], abscissa, |v| {
+        let nonlinearity = tabulated(&branch.spline, &data.u[i][data.from..], abscissa, |v| {
             scale * (v - level)
         })?;
         let fixed = linear.static_gain();

@@ -1,7 +1,7 @@
 //! Sums of Wiener-Hammerstein branches or of Hammerstein branches with one input.
 //!
 //! $$ Y_n = \sum_i H_i(z) f_i(W^{(i)}_n) + e_n, \qquad W^{(i)}_n = G_i(z) U_n $$
-//! (Sandberg 1991; Schoukens, Marconato, Pintelon, Vandersteen, Rolain 2015), with nothing given but the record:
+//! (Sandberg 1991; Schoukens, Marconato, Pintelon, Vandersteen, Rolain 2015), from the record alone:
 //!
 //! 1. Hammerstein branches, whose $G_i$ is 1: least squares over all products of B-splines of the input and numerator
 //!    coefficients with a common denominator, of orders 0 to 8; the matrix of those products has the number of branches as
@@ -10,29 +10,28 @@
 //!    branch with a denominator of its own;
 //! 3. pieces of the nonlinearities, poles and numerator coefficients added and taken away, branch by branch, while Schwarz's
 //!    criterion falls;
-//! 4. Wiener-Hammerstein branches, where Hammerstein branches leave something that the input explains: the poles of the best linear
-//!    approximation are shared out between the fronts and the backs of all branches, from many random ways, as the same
-//!    kind of least squares is best for; then steps 2 and 3;
+//! 4. Wiener-Hammerstein branches, if the input explains a part of the error of Hammerstein branches: the poles of the best linear
+//!    approximation are assigned to the fronts and the backs of all branches. Assignments start at random, and one pole moves at a
+//!    time while the same kind of least squares gets better; then steps 2 and 3;
 //! 5. the number of branches, unless it is given, and their form by Schwarz's criterion; a last refinement on all samples.
 //!
 //! Schoukens et al. take the branches' dynamics from linear approximations at several levels of the input. A single
 //! record has one level: here the products' dominant parts take their place.
 //!
-//! Only the sum is determined. Besides scales and delays within a branch, Hammerstein branches can be mixed: with
-//! $f = M f'$ and $H' = M^T H$ for any invertible matrix M the sum is the same; and Wiener-Hammerstein branches, whose linear parts may
-//! be added to one another through a straight part of a nonlinearity. Branches are comparable with physical ones only where they
-//! differ in what enters their nonlinearities.
+//! The record determines only the sum. Scales and delays can move within a branch. Hammerstein branches can be mixed: the sum is the same
+//! with $f = M f'$ and $H' = M^T H$ for any invertible matrix M. Wiener-Hammerstein branches can exchange linear dynamics through a
+//! straight part of a nonlinearity. Branches are comparable with physical ones only where the signals that enter their
+//! nonlinearities differ.
 
 use std::ops::ControlFlow;
 
-use super::super::block::branches::{Signals, delays};
-use super::super::block::sum::{InUnits, ParallelBranch, Search, SearchResult, TriedSum};
-use super::super::block::{Monitor, Prepared, Stage};
+use super::super::block::{Blocks, Monitor, Prepared, Stage, SumResult, TriedSum, blocks, delays, find_sum};
 use super::super::outcome::{Verdict, Warning};
 use super::super::samples::Samples;
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::model::Block;
+use crate::nonlinearity::Curve;
 use crate::record::Record;
 
 /// Most branches that are tried where their number is not given.
@@ -70,7 +69,7 @@ const DELAY_SAMPLES: usize = 10_000;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parallel {
-    /// The number of branches; `None` for as many as the data ask for.
+    /// The number of branches; `None` lets Schwarz's criterion choose.
     pub branches: Option<usize>,
     /// The share of the record that the verdict is made on.
     pub fresh_share: f64,
@@ -82,6 +81,31 @@ impl Default for Parallel {
             branches: None,
             fresh_share: 0.25,
         }
+    }
+}
+
+/// One branch of a sum: linear, static, linear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParallelBranch {
+    /// The first linear block, of unit static or peak gain; `None` in a Hammerstein branch. Always stable.
+    pub front: Option<TransferFunction>,
+    /// The static nonlinearity, a cubic spline in tabulated form, straight on beyond the range of the fit.
+    pub nonlinearity: Curve,
+    /// Its breakpoints, increasing, in the unit of what enters it.
+    pub breakpoints: Vec<f64>,
+    /// The last linear block, of unit static or peak gain. Always stable.
+    pub back: TransferFunction,
+}
+
+impl ParallelBranch {
+    /// The blocks in series.
+    pub fn model(&self) -> Block {
+        let front = self.front.iter().map(|front| Block::Linear(front.clone()));
+        let rest = [
+            Block::Static(self.nonlinearity.clone()),
+            Block::Linear(self.back.clone()),
+        ];
+        Block::Series(front.chain(rest).collect())
     }
 }
 
@@ -164,27 +188,19 @@ impl Parallel {
         let mut monitor = Monitor::new(progress);
         let (u, y) = (&samples.input()[..samples.fitted], &samples.y[..samples.fitted]);
         let prepared = Prepared::with_delay_at_most(u, y, delay(u, y), &mut monitor);
-        let mut search = Search {
-            prepared: &prepared,
-            counts,
-            monitor: &mut monitor,
-            tried: Vec::new(),
-        };
-        let found = search.run();
-        let tried = search.tried;
+        let found = find_sum(&prepared, counts, &mut monitor);
         monitor.finished()?;
-        let found = found.unwrap_or_else(|| SearchResult::nothing(&prepared.data));
         let InUnits {
             branches,
             offset,
             model,
         } = InUnits::new(&found, &prepared)?;
-        let (predicted, verdict, warnings) = samples.judged(&model, found.sum.degrees())?;
+        let (predicted, verdict, warnings) = samples.judged(&model, found.system.degrees())?;
         Ok(ParallelIdentification {
             model,
             branches,
             output_offset: offset,
-            tried,
+            tried: found.tried.into_iter().map(TriedSum::from).collect(),
             fitted: samples.fitted,
             predicted,
             verdict,
@@ -196,7 +212,70 @@ impl Parallel {
 /// The delay that functions of the input show, less some slack.
 fn delay(u: &[f64], y: &[f64]) -> usize {
     let part = u.len().min(DELAY_SAMPLES);
-    let Prepared { data, .. } = Prepared::with_delay(&u[..part], &y[..part], 0);
-    let signals = Signals::new(vec![data.u], data.y, data.from);
-    delays(&signals).first().copied().unwrap_or(0)
+    let prepared = Prepared::with_delay(&u[..part], &y[..part], 0);
+    delays(&prepared.data).first().copied().unwrap_or(0)
+}
+
+/// A sum in the record's units.
+struct InUnits {
+    branches: Vec<ParallelBranch>,
+    offset: f64,
+    model: Block,
+}
+
+impl InUnits {
+    /// Of a sum that was fitted to prepared signals, whose output's mean the first branch has.
+    fn new(found: &SumResult, prepared: &Prepared) -> Result<InUnits> {
+        let mut scaled = prepared.clone();
+        let (mut branches, mut parallel, mut offset) = (Vec::new(), Vec::new(), 0.0);
+        for branch in &found.system.branches {
+            let own = blocks(branch, &scaled)?;
+            scaled.scales.output.mean = 0.0;
+            offset += own.offset;
+            let branch = in_units(&own, found.hammerstein)?;
+            parallel.push(branch.model());
+            if let Some(between) = &own.intersample {
+                parallel.push(Block::Series(vec![
+                    Block::Linear(between.front.clone()),
+                    Block::Static(between.nonlinearity.clone()),
+                    Block::Linear(between.back.clone()),
+                ]));
+            }
+            branches.push(branch);
+        }
+        let mut series = vec![Block::Parallel(parallel)];
+        if offset != 0.0 {
+            series.push(Block::Offset(offset));
+        }
+        let model = match <[Block; 1]>::try_from(series) {
+            Ok([only]) => only,
+            Err(several) => Block::Series(several),
+        };
+        Ok(InUnits {
+            branches,
+            offset,
+            model,
+        })
+    }
+}
+
+/// A Hammerstein branch's front is only a delay, which is the back's as well; a branch whose front came out so is one too.
+fn in_units(own: &Blocks, hammerstein: bool) -> Result<ParallelBranch> {
+    let mut passing = own.front.b().iter().skip_while(|b| **b == 0.0);
+    let only_delays = own.front.a().len() == 1 && passing.next() == Some(&1.0) && passing.all(|b| *b == 0.0);
+    let hammerstein = hammerstein || (only_delays && own.intersample.is_none());
+    let (front, back) = match hammerstein {
+        true => {
+            let delayed = own.front.b().iter().take_while(|b| **b == 0.0).map(|_| 0.0);
+            let b = delayed.chain(own.back.b().iter().copied()).collect();
+            (None, TransferFunction::new(b, own.back.a().to_vec())?)
+        }
+        false => (Some(own.front.clone()), own.back.clone()),
+    };
+    Ok(ParallelBranch {
+        front,
+        nonlinearity: own.curve.clone(),
+        breakpoints: own.breakpoints.clone(),
+        back,
+    })
 }

@@ -1,7 +1,7 @@
 //! The Wiener-Hammerstein system: linear, static, linear.
 //!
 //! $$ W_n = G_1(z) U_n, \qquad Y_n = G_2(z) f(W_n) + e_n $$
-//! with nothing given but the record:
+//! from the record alone:
 //!
 //! 1. best linear approximations of orders 1 to 10, by the output error;
 //! 2. their poles and zeros shared out between $G_1$ and $G_2$ (Sjoberg & Schoukens 2012), every split judged with the best
@@ -24,8 +24,8 @@
 use std::ops::ControlFlow;
 
 use super::super::block::{
-    ApproximationScore, Form, Intersample, Monitor, Prepared, SearchResult, Stage, TriedStructure, WEAK, blocks,
-    search, splits,
+    ApproximationScore, FreeParts, Intersample, Monitor, Prepared, Stage, TriedStructure, WEAK, blocks, search, splits,
+    without_start,
 };
 use super::super::outcome::{Verdict, Warning};
 use super::super::samples::Samples;
@@ -155,12 +155,13 @@ pub(in crate::identify) fn fit(
     monitor: &mut Monitor<'_>,
 ) -> Result<WienerHammersteinIdentification> {
     let starts = splits(prepared, monitor);
-    let found = search(starts, Form::WienerHammerstein, &prepared.data, monitor);
+    let found = search(starts, FreeParts::WIENER_HAMMERSTEIN, &prepared.data, monitor);
     monitor.finished()?;
-    let found = found.unwrap_or_else(|| SearchResult::nothing(&prepared.data));
-    let blocks = blocks(&found.cascade, prepared)?;
+    let found = found.unwrap_or_else(|| without_start(&prepared.data));
+    let branch = &found.system.branches[0];
+    let blocks = blocks(branch, prepared)?;
     let model = blocks.model();
-    let (predicted, verdict, mut warnings) = samples.judged(&model, found.parameters())?;
+    let (predicted, verdict, mut warnings) = samples.judged(&model, found.system.degrees())?;
     if !(prepared.explained() >= WEAK) {
         warnings.push(Warning::WeakLinearApproximation {
             percent: 100.0 * prepared.explained(),
@@ -173,12 +174,12 @@ pub(in crate::identify) fn fit(
         back: blocks.back,
         intersample: blocks.intersample,
         output_offset: blocks.offset,
-        front_order: found.cascade.front.order(),
-        back_order: found.cascade.back.order(),
+        front_order: branch.front.order(),
+        back_order: branch.back.order(),
         breakpoints: blocks.breakpoints,
         kinks: blocks.kinks,
         approximations: prepared.scores(),
-        tried: found.tried,
+        tried: TriedStructure::of(found.tried),
         fitted: samples.fitted,
         predicted,
         verdict,

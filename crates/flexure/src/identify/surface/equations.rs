@@ -1,7 +1,6 @@
 //! The penalised least-squares problem of one Gauss-Newton step: its equations, and the likeliest penalties.
 
-use super::super::block::branches::Signals;
-use super::super::block::{Rational, delayed, normal_equations};
+use super::super::block::{Rational, Signals, delayed, normal_equations};
 use super::fit::Fit;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
@@ -16,14 +15,14 @@ const FORGOTTEN: f64 = 1e-7;
 const PENALTY_STEPS: usize = 25;
 const OVERSTEP: f64 = 1.5;
 const SETTLED: f64 = 5e-3;
-/// Bounds of the penalties, relative to what the data tell of a coefficient on average.
+/// Bounds of the penalties, relative to the information that the data have of a coefficient on average.
 const PENALTIES: [f64; 2] = [1e-7, 1e5];
 /// Holds directions that neither data nor penalty determine.
 const RIDGE: f64 = 1e-9;
 
 /// The splines' products filtered, the linear part's derivatives and a constant against the output error.
 ///
-/// Columns: the surface's coefficients, the linear part's parameters but for the numerator's largest coefficient, which fixes the
+/// Columns: the surface's coefficients, the linear part's parameters without the numerator's largest coefficient, which fixes the
 /// scale, and the offset.
 pub(super) fn equations(fit: &Fit, data: &Signals, free: bool) -> NormalEquations {
     let samples = data.y.len();
@@ -155,7 +154,7 @@ impl Penalty {
     }
 }
 
-/// D'D for the second differences D of so many values, row-major.
+/// D'D for the second differences D of `m` values, row-major.
 fn squared_second_differences(m: usize) -> Vec<f64> {
     let mut own = vec![0.0; m * m];
     let weights = [1.0, -2.0, 1.0];

@@ -1,7 +1,6 @@
 //! From the starts to the system: the linear part's structure, the surface's pieces, and the last fit on all samples.
 
-use super::super::block::branches::Signals;
-use super::super::block::{Data, Monitor, Prepared, Rational, Stage, delayed, dependence, restructured, schwarz};
+use super::super::block::{Monitor, Prepared, Rational, Signals, Stage, delayed, restructured};
 use super::equations::{Penalty, equations, free_parameters, likeliest, penalised};
 use super::start::starts;
 use super::{TriedSurface, standardised};
@@ -35,7 +34,7 @@ pub(super) struct Fit {
     pub linear: Rational,
     pub delay: usize,
     pub offset: f64,
-    /// The penalties' weights, relative to what the data tell of a coefficient on average.
+    /// The penalties' weights, relative to the information that the data have of a coefficient on average.
     pub weights: Vec<f64>,
     /// The sum of squared errors.
     pub squares: f64,
@@ -44,7 +43,7 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// A flat surface of so many pieces along every axis, over the range of the inputs. `None` where the inputs have none.
+    /// A flat surface of this many pieces along every axis, over the range of the inputs. `None` where the inputs have none.
     pub fn flat(data: &Signals, linear: Rational, delay: usize, pieces: usize) -> Option<Fit> {
         let axis = |u: &Vec<f64>| SurfaceAxis {
             low: u.iter().copied().fold(f64::INFINITY, f64::min),
@@ -145,7 +144,7 @@ pub(super) fn find(data: &Signals, monitor: &mut Monitor<'_>) -> Option<(Fit, Ve
     Some((best, tried))
 }
 
-/// At most so many pieces that every coefficient has its samples, at least one.
+/// The largest number of pieces, up to the wanted one and at least one, at which every coefficient has enough samples.
 fn pieces_for(wanted: usize, data: &Signals) -> usize {
     let most = data.counted() / SAMPLES_A_COEFFICIENT;
     let fits = |pieces: &usize| (pieces + 3).pow(data.u.len() as u32) <= most;
@@ -162,16 +161,16 @@ fn linear_part(inner: &[f64], y: &[f64], monitor: &mut Monitor<'_>) -> Option<(R
 }
 
 /// Leading numerator coefficients taken away, for more delay, while Schwarz's criterion falls; how many.
-fn without_leading(start: Rational, data: &Data, monitor: &mut Monitor<'_>) -> (Rational, usize) {
+fn without_leading(start: Rational, data: &Signals, monitor: &mut Monitor<'_>) -> (Rational, usize) {
     let mut data = data.clone();
-    let score = |squares: f64, g: &Rational, data: &Data| schwarz(squares, g.parameters().len(), data);
-    let output = start.run(&data.u);
-    data.dependence = dependence(&output, &data);
+    let score = |squares: f64, g: &Rational, data: &Signals| data.bic(squares, g.count());
+    let output = start.run(data.input());
+    data.set_dependence(&output);
     let mut best = (score(data.squares(&output), &start, &data), start, 0);
     while best.1.b.len() > 1 {
         let mut shorter = best.1.clone();
         shorter.b.remove(0);
-        data.u = delayed(&data.u, 1, 1.0);
+        data.u = vec![delayed(data.input(), 1, 1.0)];
         let next = restructured(&data, &shorter, monitor);
         let found = score(next.squares, &next.system, &data);
         if !(found < best.0) {

@@ -1,7 +1,7 @@
 //! Several inputs that act jointly: one nonlinearity of all of them, then linear dynamics.
 //!
 //! $$ Y_n = o + G(z) z^{-s} \varphi(U^{(1)}_n, \dots, U^{(d)}_n) + e_n $$
-//! the Hammerstein system of Krzyzak & Sasiadek with X of d columns (eq. (21) and theorem 2). With nothing given but the record:
+//! the Hammerstein system of Krzyzak & Sasiadek with X of d columns (eq. (21) and theorem 2). From the record alone:
 //!
 //! 1. two starts. One is the paper's: the regression of $Y_{n+s}$ on $X_n$ by a kernel in d columns, at the lag where the output
 //!    depends on the inputs most; consistent where the inputs are white. The other needs no white inputs: least squares over
@@ -10,7 +10,7 @@
 //! 2. the linear part from the start's $\varphi$ to the output: order and delay as for one input, by Schwarz's criterion on
 //!    the output error.
 //! 3. $\varphi$ as a tensor product of cubic B-splines with a penalty on second differences along every axis (Eilers & Marx
-//!    2003), estimated through the linear part, so that its memory is no noise; both blocks together by Gauss-Newton steps. The
+//!    2003), estimated through the linear part, whose memory is then not taken for noise; both blocks together by Gauss-Newton steps. The
 //!    penalties maximise the marginal likelihood (Wood & Fasiolo 2017), the number of pieces minimises generalised
 //!    cross-validation.
 //! 4. 2 and 3 again from there, then a last fit on all samples.
@@ -26,8 +26,7 @@ mod tests;
 
 use std::ops::ControlFlow;
 
-use super::block::branches::{Columns, Signals};
-use super::block::{Monitor, Stage, conventional_gain};
+use super::block::{Columns, Monitor, Signals, Stage, conventional_gain};
 use super::samples::refuse_repeated;
 use crate::error::{Error, Result};
 use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};

@@ -1,7 +1,6 @@
 //! What the surface makes of the inputs, roughly: where the search starts.
 
-use super::super::block::branches::{Signals, dominant_products};
-use super::super::block::{Monitor, Rational, delayed, normal_equations, solve};
+use super::super::block::{EquationError, Monitor, Rational, Signals, delayed, dominant_products, least_lag};
 use super::standardised;
 use crate::nonlinearity::{Degree, Estimator, KernelEstimator, Outside, Regression};
 
@@ -14,8 +13,7 @@ const SAMPLES: usize = 5_000;
 /// Orders of the common denominator, and passes of the Steiglitz-McBride iteration.
 const LARGEST_ORDER: usize = 5;
 const PASSES: usize = 6;
-/// The longest lag that is looked for, and how many lags are looked at together.
-const LONGEST_LAG: usize = 100;
+/// Lags that are looked at together, and samples of the search for lags.
 const LAGS_TOGETHER: usize = 3;
 const SEARCH_SAMPLES: usize = 3_000;
 
@@ -73,39 +71,19 @@ fn combined(columns: &[Vec<f64>], c: &[f64]) -> Vec<f64> {
     sum
 }
 
-/// The share of the output's squares that least squares over columns leaves.
-fn left_over(y: &[f64], columns: &[Vec<f64>], from: usize) -> f64 {
-    let minus: Vec<f64> = y.iter().map(|y| -y).collect();
-    let equations = normal_equations(&minus, columns, from);
-    let explained = |p: Vec<f64>| p.iter().zip(&equations.descent).map(|(p, d)| p * d).sum::<f64>();
-    solve(&equations).map_or(f64::INFINITY, |p| (equations.cost - explained(p)) / equations.cost)
-}
-
 /// The lag from which on the features explain the output best together with the next ones and the last outputs, and the single lag
 /// at which they explain it best.
 fn lags(data: &Signals, features: &[Vec<f64>]) -> (usize, usize) {
     let data = data.head(SEARCH_SAMPLES);
     let n = data.y.len();
-    let longest = LONGEST_LAG.min(data.counted() / 10);
     let at = |lag: usize| features.iter().map(move |f| delayed(&f[..n], lag, 1.0));
     let always = [vec![1.0; n], delayed(&data.y, 1, 1.0), delayed(&data.y, 2, 1.0)];
-    let together = |lag: usize| -> f64 {
+    let together = least_lag(&data, |lag| {
         let lagged = (lag..lag + LAGS_TOGETHER).flat_map(at);
-        left_over(
-            &data.y,
-            &lagged.chain(always.iter().cloned()).collect::<Vec<_>>(),
-            data.from,
-        )
-    };
-    let alone = |lag: usize| -> f64 {
-        let columns: Vec<Vec<f64>> = at(lag).chain([always[0].clone()]).collect();
-        left_over(&data.y, &columns, data.from)
-    };
-    let least = |of: &dyn Fn(usize) -> f64| {
-        let each = (0..=longest).map(|lag| (lag, of(lag)));
-        each.fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a }).0
-    };
-    (least(&together), least(&alone))
+        lagged.chain(always.iter().cloned()).collect()
+    });
+    let alone = least_lag(&data, |lag| at(lag).chain([always[0].clone()]).collect());
+    (together, alone)
 }
 
 /// The polynomials' coefficients from the best common denominator of several orders.
@@ -117,33 +95,20 @@ fn by_polynomials(data: &Signals, features: &[Vec<f64>], delay: usize) -> Option
         if 3 * unknowns > data.counted() {
             break;
         }
-        let mut filter = Rational::pass();
-        for _ in 0..PASSES {
-            let y = filter.all_pole(&data.y);
-            let minus: Vec<f64> = y.iter().map(|y| -y).collect();
-            let filtered = late.iter().map(|f| filter.all_pole(f));
-            let mut columns: Vec<Vec<f64>> = filtered
-                .flat_map(|f| (0..=order).map(move |k| delayed(&f, k, 1.0)))
-                .collect();
-            columns.extend((1..=order).map(|k| delayed(&y, k, -1.0)));
-            columns.push(filter.all_pole(&vec![1.0; y.len()]));
-            let Some(p) = solve(&normal_equations(&minus, &columns, data.from)) else {
-                break;
-            };
-            let (numerators, rest) = p.split_at(late.len() * (order + 1));
-            let a: Vec<f64> = std::iter::once(1.0).chain(rest[..order].iter().copied()).collect();
-            let Some(denominator) = Rational::from_polynomials(vec![1.0], &a) else {
-                break;
-            };
-            let Some(mut product) = dominant_products(numerators, order + 1, 1) else {
-                break;
-            };
-            let Some((c, b)) = product.pop() else { break };
+        let problem = EquationError {
+            signals: &late,
+            y: &data.y,
+            constant: true,
+            order,
+            from: data.from,
+        };
+        problem.iterate(PASSES, |numerators, denominator| {
+            let product = dominant_products(numerators, order + 1, 1)?.pop()?;
             let system = Rational {
-                b,
+                b: product.row,
                 ..denominator.clone()
             };
-            filter = denominator;
+            let c = product.column;
             let output = system.run(&combined(&late, &c));
             // The offset is free.
             let errors: Vec<f64> = (data.from..data.y.len()).map(|n| data.y[n] - output[n]).collect();
@@ -153,7 +118,8 @@ fn by_polynomials(data: &Signals, features: &[Vec<f64>], delay: usize) -> Option
             if score.is_finite() && best.as_ref().is_none_or(|b| score < b.0) {
                 best = Some((score, c));
             }
-        }
+            Some(())
+        });
     }
     best.map(|b| b.1)
 }

@@ -1,7 +1,7 @@
 //! The Wiener system: linear, static.
 //!
 //! $$ W_n = G(z) U_n, \qquad Y_n = f(W_n) + e_n $$
-//! with nothing given but the record, f invertible or not, even or not:
+//! from the record alone; f may be invertible or not, even or not:
 //!
 //! 1. best linear approximations of orders 1 to 10; for a Gaussian input they are G up to scale (Bussgang's theorem);
 //! 2. impulse responses from conditional moments of the input: the dominant directions of its covariance weighted by the output
@@ -14,8 +14,8 @@
 //! 5. a last refinement on all samples; step 4 once more by errors made white, and generalised least squares, where the error is
 //!    coloured noise.
 //!
-//! Steps 3 to 5 are those of the [cascade](crate::identify::WienerHammerstein) and need no white, nor a Gaussian, input; steps 1 and 2 are
-//! exact for Gaussian inputs of any colour and good starts for others.
+//! Steps 3 to 5 are those of the [Wiener-Hammerstein system](crate::identify::WienerHammerstein); the input need be neither white nor
+//! Gaussian. Steps 1 and 2 are exact for Gaussian inputs of any colour and good starts for others.
 //!
 //! The linear block is returned with unit static gain (or unit peak gain, where the static gain is less than a tenth of that);
 //! the nonlinearity has the rest. Under an even f even the linear block's sign is a convention.
@@ -28,7 +28,7 @@ mod tests;
 use std::ops::ControlFlow;
 
 use super::super::block::{
-    ApproximationScore, Form, Monitor, Prepared, SearchResult, Stage, TriedStructure, blocks, search,
+    ApproximationScore, FreeParts, Monitor, Prepared, Stage, TriedStructure, blocks, search, without_start,
 };
 use super::super::outcome::{Verdict, Warning};
 use super::super::samples::Samples;
@@ -163,25 +163,26 @@ pub(in crate::identify) fn fit(
     }
     let prepared = again.as_ref().unwrap_or(linear);
     let (candidates, start) = starts(prepared, monitor);
-    let found = search(candidates, Form::Wiener, &prepared.data, monitor);
+    let found = search(candidates, FreeParts::WIENER, &prepared.data, monitor);
     monitor.finished()?;
-    let found = found.unwrap_or_else(|| SearchResult::nothing(&prepared.data));
-    let blocks = blocks(&found.cascade, prepared)?;
+    let found = found.unwrap_or_else(|| without_start(&prepared.data));
+    let branch = &found.system.branches[0];
+    let blocks = blocks(branch, prepared)?;
     let model = Block::Series(vec![
         Block::Linear(blocks.front.clone()),
         Block::Static(blocks.curve.clone()),
     ]);
-    let (predicted, verdict, warnings) = samples.judged(&model, found.parameters())?;
+    let (predicted, verdict, warnings) = samples.judged(&model, found.system.degrees())?;
     Ok(WienerIdentification {
         model,
         linear: blocks.front,
         nonlinearity: blocks.curve,
-        order: found.cascade.front.order(),
+        order: branch.front.order(),
         breakpoints: blocks.breakpoints,
         kinks: blocks.kinks,
         start,
         approximations: linear.scores(),
-        tried: found.tried,
+        tried: TriedStructure::of(found.tried),
         fitted: samples.fitted,
         predicted,
         verdict,

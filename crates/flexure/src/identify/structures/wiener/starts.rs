@@ -2,8 +2,8 @@
 //! from higher moments.
 
 use super::super::super::block::{
-    Candidate, Data, LARGEST_ORDER, Monitor, Prepared, Rational, START_SAMPLES, Scale, Stage, WEAK, approximate,
-    fit_shape, fitted,
+    Candidate, LARGEST_ORDER, Monitor, Prepared, Rational, START_SAMPLES, Scale, Signals, Stage, WEAK, approximate,
+    fit_nonlinearity,
 };
 use super::super::super::hammerstein::delay::Dependence;
 use super::WienerStart;
@@ -19,7 +19,7 @@ const MOMENT_SAMPLES: usize = 20_000;
 const STEPS: usize = 15;
 /// Rational blocks that are kept, the best by Schwarz's criterion.
 const KEPT: usize = 4;
-/// The longest pure delay that is looked for, and what is left to the numerators.
+/// The longest pure delay that is looked for, and what of it is left to the numerators.
 const LONGEST_DELAY: usize = 100;
 const DELAY_SLACK: usize = 2;
 
@@ -35,7 +35,7 @@ pub(super) fn starts(prepared: &Prepared, monitor: &mut Monitor<'_>) -> (Vec<Can
     let few = prepared.data.head(START_SAMPLES);
     let linear = prepared.starting().into_iter();
     let mut candidates: Vec<Candidate> = linear
-        .filter_map(|g| fit_shape(g.clone(), Rational::pass(), &few))
+        .filter_map(|g| fit_nonlinearity(g.clone(), Rational::pass(), &few))
         .collect();
     let least = candidates.iter().map(|c| c.squares).fold(f64::INFINITY, f64::min);
     match from_moments(&prepared.data, &few, monitor) {
@@ -48,37 +48,37 @@ pub(super) fn starts(prepared: &Prepared, monitor: &mut Monitor<'_>) -> (Vec<Can
 }
 
 /// The best finite impulse response from higher moments.
-fn from_moments(data: &Data, few: &Data, monitor: &mut Monitor<'_>) -> Option<Candidate> {
+fn from_moments(data: &Signals, few: &Signals, monitor: &mut Monitor<'_>) -> Option<Candidate> {
     if !monitor.keep_on() {
         return None;
     }
     let data = data.head(MOMENT_SAMPLES);
     let lags = LAGS.min(data.counted() / SAMPLES_PER_LAG).max(1);
-    let judged = directions(&data.u, &data.y, lags).into_iter().filter_map(|b| {
+    let judged = directions(data.input(), &data.y, lags).into_iter().filter_map(|b| {
         let response = Rational {
             b,
             sections: Vec::new(),
         };
-        fit_shape(response, Rational::pass(), few)
+        fit_nonlinearity(response, Rational::pass(), few)
     });
     judged.min_by(|a, b| a.squares.total_cmp(&b.squares))
 }
 
 /// Rational blocks that imitate the finite impulse response, once that is refined.
-fn rational(response: Candidate, few: &Data, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
-    let response = fitted(response, few, STEPS, 1e-3, monitor);
-    let w = response.cascade.front.run(&few.u);
+fn rational(response: Candidate, few: &Signals, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
+    let response = response.fitted(few, STEPS, 1e-3, monitor);
+    let w = response.system.branches[0].front.run(few.input());
     let scale = Scale {
         mean: mean(&w),
         spread: variance(&w).sqrt(),
     };
-    let imitation = Data {
+    let imitation = Signals {
         y: scale.standardised(&w),
         ..few.clone()
     };
     let mut all: Vec<Candidate> = (1..=LARGEST_ORDER)
         .filter_map(|order| approximate(&imitation, order, monitor))
-        .filter_map(|a| fit_shape(a.system, Rational::pass(), few))
+        .filter_map(|a| fit_nonlinearity(a.system, Rational::pass(), few))
         .collect();
     all.sort_by(|a, b| a.bic(few).total_cmp(&b.bic(few)));
     all.truncate(KEPT);

@@ -8,15 +8,19 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
-use super::super::branches::{Signals, branches, coarse, dominant_products, splines};
-use super::super::{Cascade, Data, Rational, Shape, delayed, groups, normal_equations, schwarz, solve};
-use super::sum::Sum;
+use super::approximation::solve;
+use super::candidate::Candidate;
+use super::limits::START_PIECES;
+use super::products::normal_equations;
+use super::rank::dominant_products;
+use super::rational::{Rational, Root, groups, with_conjugates};
+use super::signals::{Signals, delayed};
+use super::spline::KinkedSpline;
+use super::start::{Splines, branches};
+use super::system::{Branch, System};
 use crate::interrupt::{self, Interrupt};
-use crate::linear::Complex;
 use crate::linear::correlation::variance;
 
-/// Pieces of the coarse nonlinearities.
-const PIECES: usize = 5;
 /// More groups of poles than this are not shared out.
 const MOST_GROUPS: usize = 8;
 /// Random ways of sharing out the poles from which better ones are looked for.
@@ -25,43 +29,31 @@ const CLIMBS: u64 = 16;
 const MORE_ZEROS: usize = 1;
 const MOST_COEFFICIENTS: usize = 4;
 
-/// Static, linear: so many branches with one denominator of this order.
-pub(super) fn hammerstein(data: &Data, order: usize, count: usize) -> Option<Sum> {
-    let signals = Signals {
-        dependence: data.dependence,
-        ..Signals::new(vec![data.u.clone()], data.y.clone(), data.from)
-    };
-    let system = branches(&signals, order, &[0], count)?;
-    let mut all: Vec<Cascade> = (system.branches.into_iter())
-        .map(|branch| Cascade {
-            front: Rational::pass(),
-            shape: branch.shape,
-            back: branch.linear,
-            between: None,
-            offset: 0.0,
-        })
-        .collect();
-    take_offset(&mut all, system.offset);
-    Some(Sum::new(all, data))
+/// Static, linear: `count` branches with one denominator of this order.
+pub(super) fn hammerstein(data: &Signals, order: usize, count: usize) -> Option<Candidate> {
+    let mut all = branches(data, order, &[0], count)?.branches;
+    let offset = all.iter_mut().map(|b| std::mem::take(&mut b.offset)).sum();
+    take_offset(&mut all, offset);
+    Some(Candidate::new(System::sum(all), data))
 }
 
 /// An offset of the sum becomes a level of the first nonlinearity whose back passes one.
-fn take_offset(branches: &mut [Cascade], offset: f64) {
-    let gain = |b: &Cascade| b.back.static_gain();
+fn take_offset(branches: &mut [Branch], offset: f64) {
+    let gain = |b: &Branch| b.back.static_gain();
     let largest = branches
         .iter_mut()
         .max_by(|a, b| gain(a).abs().total_cmp(&gain(b).abs()));
     if let Some(branch) = largest {
         let level = offset / branch.back.static_gain();
         if level.is_finite() {
-            branch.shape.c.iter_mut().for_each(|c| *c += level);
+            branch.spline.c.iter_mut().for_each(|c| *c += level);
         }
     }
 }
 
-/// Linear, static, linear: the poles of a linear approximation shared out between the fronts and backs of so many
+/// Linear, static, linear: the poles of a linear approximation shared out between the fronts and backs of `count`
 /// branches, best first.
-pub(super) fn cascades(approximation: &Rational, data: &Data, count: usize) -> Vec<Sum> {
+pub(super) fn shared_poles(approximation: &Rational, data: &Signals, count: usize) -> Vec<Candidate> {
     let mut poles = groups(&approximation.poles());
     poles.truncate(MOST_GROUPS);
     let interrupt = interrupt::current();
@@ -82,8 +74,8 @@ pub(super) fn cascades(approximation: &Rational, data: &Data, count: usize) -> V
 
 /// Poles, one or a pair at a time, and where they may go: front and back of every branch in turn.
 struct Pool<'a> {
-    poles: Vec<(Complex<f64>, bool)>,
-    data: &'a Data,
+    poles: Vec<Root>,
+    data: &'a Signals,
     count: usize,
     interrupt: Interrupt,
 }
@@ -120,10 +112,7 @@ impl Pool<'_> {
     fn shared_out(&self, slots: &[usize]) -> SharedOut {
         let all_pole = |place: usize| {
             let mine = self.poles.iter().zip(slots).filter(|(_, slot)| **slot == place);
-            let poles: Vec<Complex<f64>> = mine
-                .flat_map(|(&(p, pair), _)| std::iter::once(p).chain(pair.then(|| p.conj())))
-                .collect();
-            Rational::from_roots(&[], &poles)
+            Rational::from_roots(&[], &with_conjugates(mine.map(|(root, _)| root)))
         };
         SharedOut {
             blocks: (0..self.count)
@@ -142,7 +131,7 @@ struct SharedOut {
 struct Part {
     front: Rational,
     back: Rational,
-    shape: Shape,
+    spline: KinkedSpline,
     /// The B-spline that the constant stands for.
     middle: usize,
     /// Numerator coefficients of the back.
@@ -158,29 +147,29 @@ struct Solved {
 
 impl SharedOut {
     /// Least squares over all products of B-splines and numerator coefficients of all branches, and a constant.
-    fn solve(&self, data: &Data) -> Option<Solved> {
+    fn solve(&self, data: &Signals) -> Option<Solved> {
         let (mut parts, mut columns) = (Vec::new(), Vec::new());
         for (front, back) in &self.blocks {
             let mut front = front.clone();
-            let w = front.run(&data.u);
+            let w = front.run(data.input());
             let spread = variance(&w[data.from..]).sqrt();
             if !(spread > 1e-12 && spread.is_finite()) {
                 return None;
             }
             front.b.iter_mut().for_each(|b| *b /= spread);
             let w: Vec<f64> = w.iter().map(|w| w / spread).collect();
-            let shape = coarse(&w[data.from..], PIECES)?;
-            let (basis, middle) = splines(&w, &shape);
+            let spline = KinkedSpline::coarse(&w[data.from..], START_PIECES)?;
+            let splines = Splines::new(&w, &spline);
             let coefficients = (back.order() + MORE_ZEROS).min(MOST_COEFFICIENTS);
-            for spline in &basis {
+            for spline in &splines.columns {
                 let filtered = back.all_pole(spline);
                 columns.extend((0..coefficients).map(|k| delayed(&filtered, k, 1.0)));
             }
             parts.push(Part {
                 front,
                 back: back.clone(),
-                shape,
-                middle,
+                spline,
+                middle: splines.middle,
                 coefficients,
             });
         }
@@ -197,43 +186,31 @@ impl SharedOut {
     }
 
     /// Schwarz's criterion, with the parameters of one product a branch.
-    fn score(&self, data: &Data) -> Option<f64> {
+    fn score(&self, data: &Signals) -> Option<f64> {
         let solved = self.solve(data)?;
-        let each = (solved.parts.iter()).map(|p| p.front.order() + p.back.order() + p.shape.c.len() + p.coefficients);
-        Some(schwarz(solved.squares, each.sum(), data))
+        let each = (solved.parts.iter()).map(|p| p.front.order() + p.back.order() + p.spline.c.len() + p.coefficients);
+        Some(data.bic(solved.squares, each.sum()))
     }
 
     /// The branches of the dominant products.
-    fn sum(&self, data: &Data) -> Option<Sum> {
+    fn sum(&self, data: &Signals) -> Option<Candidate> {
         let Solved { parts, entries, .. } = self.solve(data)?;
         let mut rest = &entries[..];
         let mut all = Vec::new();
         for part in parts {
-            let (mine, others) = rest.split_at((part.shape.c.len() - 1) * part.coefficients);
+            let (mine, others) = rest.split_at((part.spline.c.len() - 1) * part.coefficients);
             rest = others;
-            let (mut c, b) = dominant_products(mine, part.coefficients, 1)?.pop()?;
-            c.insert(part.middle, 0.0);
-            let Part {
-                mut front,
-                mut back,
-                mut shape,
-                ..
-            } = part;
-            shape.c = c;
-            back.b = b;
-            for block in [&mut front, &mut back] {
-                block.b.resize(block.b.len().max(block.order() + 1), 0.0);
-            }
-            all.push(Cascade {
-                front,
-                shape,
-                back,
-                between: None,
-                offset: 0.0,
-            });
+            let product = dominant_products(mine, part.coefficients, 1)?.pop()?;
+            let mut branch = Branch::new(part.front, part.spline, part.back);
+            branch.spline.c = product.column;
+            branch.spline.c.insert(part.middle, 0.0);
+            branch.back.b = product.row;
+            branch.front.fill_numerator();
+            branch.back.fill_numerator();
+            all.push(branch);
         }
         take_offset(&mut all, rest.first().copied().unwrap_or(0.0));
-        let sum = Sum::new(all, data);
+        let sum = Candidate::new(System::sum(all), data);
         sum.squares.is_finite().then_some(sum)
     }
 }

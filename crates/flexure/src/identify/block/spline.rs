@@ -1,8 +1,10 @@
 //! The static nonlinearity: a cubic spline, straight on beyond its ends, and kinks.
 
+use super::limits::SAMPLES_IN_COARSE_PIECE;
+
 /// A cubic spline in B-splines, and changes of its slope at points.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::identify) struct Shape {
+pub(in crate::identify) struct KinkedSpline {
     /// The breakpoints with the ends four times.
     knots: Vec<f64>,
     /// One coefficient a B-spline.
@@ -35,9 +37,9 @@ pub(in crate::identify) struct Local {
     pub slopes: [f64; 4],
 }
 
-impl Shape {
+impl KinkedSpline {
     /// The spline with these breakpoints, at least two, strictly increasing; all coefficients zero.
-    pub fn new(breakpoints: &[f64]) -> Shape {
+    pub fn new(breakpoints: &[f64]) -> KinkedSpline {
         let ends = |x| std::iter::repeat_n(x, 3);
         let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
         let knots: Vec<f64> = ends(first)
@@ -45,7 +47,7 @@ impl Shape {
             .chain(ends(last))
             .collect();
         let c = vec![0.0; knots.len() - 4];
-        Shape {
+        KinkedSpline {
             knots,
             c,
             kinks: Vec::new(),
@@ -55,6 +57,30 @@ impl Shape {
     /// The breakpoints.
     pub fn breakpoints(&self) -> &[f64] {
         &self.knots[3..self.knots.len() - 3]
+    }
+
+    /// A spline that is zero, with its breakpoints at quantiles of a signal; `None` if the signal has too few values.
+    pub fn coarse(signal: &[f64], pieces: usize) -> Option<KinkedSpline> {
+        let mut sorted = signal.to_vec();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let last = sorted.len().checked_sub(1)?;
+        let (low, high) = (sorted[0], sorted[last]);
+        if !((high - low).is_finite() && high - low > 1e-9 * low.abs().max(high.abs())) {
+            return None;
+        }
+        let inner = (1..pieces).map(|i| sorted[i * last / pieces]);
+        let mut at: Vec<f64> = std::iter::once(low).chain(inner).chain([high]).collect();
+        at.dedup_by(|b, a| *b - *a <= 1e-6 * (high - low));
+        if let Some(end) = at.last_mut() {
+            *end = high;
+        }
+        let fewest = SAMPLES_IN_COARSE_PIECE;
+        (at.len() > 1).then(|| KinkedSpline::new(&thinned(&at, &sorted, fewest, fewest)))
+    }
+
+    /// The number of cubic pieces.
+    pub fn pieces(&self) -> usize {
+        self.breakpoints().len() - 1
     }
 
     /// The range of the breakpoints and of these points.
@@ -292,52 +318,52 @@ pub(in crate::identify) fn thinned(
 mod tests {
     use super::*;
 
-    fn wavy() -> Shape {
-        let mut shape = Shape::new(&[-1.0, -0.2, 0.1, 2.0]);
-        shape.c.copy_from_slice(&[0.3, -1.0, 2.0, 0.5, 0.1, -0.7]);
-        shape
+    fn wavy() -> KinkedSpline {
+        let mut spline = KinkedSpline::new(&[-1.0, -0.2, 0.1, 2.0]);
+        spline.c.copy_from_slice(&[0.3, -1.0, 2.0, 0.5, 0.1, -0.7]);
+        spline
     }
 
     #[test]
     fn b_splines_sum_to_one_and_slopes_are_derivatives_inside_and_beyond() {
-        let shape = wavy();
+        let spline = wavy();
         let bends = [(-0.3, 0.7), (0.2, -1.1)];
-        let kinked = Shape {
+        let kinked = KinkedSpline {
             kinks: bends.map(|(at, bend)| Kink { at, bend }).to_vec(),
-            ..shape.clone()
+            ..spline.clone()
         };
         for x in [-1.5, -0.999, -0.5, -0.1, 0.05, 1.0, 1.999, 3.0] {
-            let local = shape.local(x);
+            let local = spline.local(x);
             assert!((local.values.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{x}");
-            let (_, slope) = shape.combine(&local);
-            let more = kinked.value(x) - shape.value(x);
+            let (_, slope) = spline.combine(&local);
+            let more = kinked.value(x) - spline.value(x);
             let by_hand: f64 = bends.iter().map(|(at, bend)| bend * (x - at).max(0.0)).sum();
             let steeper: f64 = bends.iter().map(|(at, bend)| if x > *at { *bend } else { 0.0 }).sum();
             assert!((more - by_hand).abs() < 1e-12, "{x}");
             let (_, whole) = kinked.value_and_slope(x, &local);
             assert!((whole - slope - steeper).abs() < 1e-12, "{x}");
-            let difference = (shape.value(x + 1e-6) - shape.value(x - 1e-6)) / 2e-6;
+            let difference = (spline.value(x + 1e-6) - spline.value(x - 1e-6)) / 2e-6;
             assert!((slope - difference).abs() < 1e-6, "{x}: {slope} {difference}");
         }
-        assert!((shape.value(3.0) + shape.value(2.2) - 2.0 * shape.value(2.6)).abs() < 1e-12);
+        assert!((spline.value(3.0) + spline.value(2.2) - 2.0 * spline.value(2.6)).abs() < 1e-12);
     }
 
     #[test]
     fn second_and_third_derivatives() {
-        let shape = wavy();
+        let spline = wavy();
         let (x, h) = (0.1, 1e-4);
-        let d2 = (shape.value(x + h) - 2.0 * shape.value(x) + shape.value(x - h)) / (h * h);
+        let d2 = (spline.value(x + h) - 2.0 * spline.value(x) + spline.value(x - h)) / (h * h);
         assert!(
-            (shape.second(x) - d2).abs() < 1e-2 * d2.abs(),
+            (spline.second(x) - d2).abs() < 1e-2 * d2.abs(),
             "{} {d2}",
-            shape.second(x)
+            spline.second(x)
         );
-        let value = |k: f64| shape.value(0.5 + 0.1 * k);
+        let value = |k: f64| spline.value(0.5 + 0.1 * k);
         let d3 = (value(3.0) - 3.0 * value(2.0) + 3.0 * value(1.0) - value(0.0)) / 1e-3;
         assert!(
-            (shape.third(2) - d3).abs() < 1e-6 * d3.abs().max(1.0),
+            (spline.third(2) - d3).abs() < 1e-6 * d3.abs().max(1.0),
             "{} {d3}",
-            shape.third(2)
+            spline.third(2)
         );
     }
 
@@ -345,22 +371,30 @@ mod tests {
     fn breakpoints_gather_where_it_bends() {
         // max(x, 0) at Greville's abscissas.
         let at: Vec<f64> = (0..=20).map(|i| -1.0 + 0.1 * f64::from(i)).collect();
-        let mut shape = Shape::new(&at);
-        for j in 0..shape.c.len() {
-            shape.c[j] = (shape.knots[j + 1..j + 4].iter().sum::<f64>() / 3.0).max(0.0);
+        let mut spline = KinkedSpline::new(&at);
+        for j in 0..spline.c.len() {
+            spline.c[j] = (spline.knots[j + 1..j + 4].iter().sum::<f64>() / 3.0).max(0.0);
         }
         for order in [Roughness::Second, Roughness::Fourth] {
-            let next = shape.denser(10, order, 0.3);
+            let next = spline.denser(10, order, 0.3);
             assert_eq!(next.len(), 11);
             assert!(next.windows(2).all(|w| w[1] > w[0]), "{next:?}");
             let near = next.iter().filter(|x| x.abs() < 0.35).count();
             assert!(near >= 6, "{order:?} {next:?}");
         }
-        let even = Shape::new(&at).denser(4, Roughness::Second, 0.3);
+        let even = KinkedSpline::new(&at).denser(4, Roughness::Second, 0.3);
         assert!(
             (even[1] + 0.5).abs() < 1e-12 && (even[3] - 0.5).abs() < 1e-12,
             "{even:?}"
         );
+    }
+
+    #[test]
+    fn coarse_breakpoints_are_distinct_even_for_few_levels() {
+        let levels: Vec<f64> = (0..300).map(|i| f64::from(i % 3)).collect();
+        let spline = KinkedSpline::coarse(&levels, 5).unwrap();
+        assert!(spline.breakpoints().windows(2).all(|w| w[1] > w[0]), "{spline:?}");
+        assert!(KinkedSpline::coarse(&[2.0; 50], 5).is_none());
     }
 
     #[test]

@@ -4,10 +4,10 @@ use crate::linear::correlation::{cross_covariance, variance};
 
 /// Lags of the errors' autocorrelation.
 const LAGS: usize = 100;
-/// At least so many independent errors are assumed.
+/// At least this many independent errors are assumed.
 const FEWEST_ERRORS: f64 = 20.0;
 
-/// Schwarz's criterion of the sum of squares of so many errors, `dependence` of which are worth one that is independent.
+/// Schwarz's criterion of the sum of squares of `errors` errors; `dependence` of them carry as much information as one independent error.
 pub(super) fn schwarz(squares: f64, parameters: usize, errors: usize, dependence: f64) -> f64 {
     let samples = errors as f64;
     let n = samples / dependence;
@@ -15,7 +15,7 @@ pub(super) fn schwarz(squares: f64, parameters: usize, errors: usize, dependence
 }
 
 /// $1 + 2 \sum_j \rho_j^2$ of the output's errors from sample `from` on: a comparison of two models with errors of this
-/// autocorrelation varies as much as one with so many times fewer independent errors (Bartlett 1946).
+/// autocorrelation varies as much as one with that many times fewer independent errors (Bartlett 1946).
 pub(super) fn dependence(output: &[f64], y: &[f64], from: usize) -> f64 {
     let errors: Vec<f64> = output.iter().zip(y).skip(from).map(|(p, y)| p - y).collect();
     if !(variance(&errors) > 0.0) {

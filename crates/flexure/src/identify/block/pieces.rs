@@ -1,0 +1,285 @@
+//! A nonlinearity of a system on other breakpoints, its coefficients by least squares about the present system.
+
+use rayon::prelude::*;
+
+use super::approximation::solve;
+use super::candidate::Candidate;
+use super::limits::{DEARER, EVEN, FINEST_PIECES, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
+use super::loss::through_back;
+use super::products::normal_equations;
+use super::rational::convolved;
+use super::signals::{Signals, add};
+use super::spline::{KinkedSpline, Local, Roughness, thinned};
+use super::system::{Level, System};
+use crate::linear::correlation::{mean, variance};
+
+/// One of a system's nonlinearities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::identify) enum Part {
+    /// That of the branch of this index.
+    Branch(usize),
+    /// The last one.
+    Output,
+}
+
+impl System {
+    /// All nonlinearities, the last one first.
+    pub fn parts(&self) -> Vec<Part> {
+        let last = self.output.iter().map(|_| Part::Output);
+        last.chain((0..self.branches.len()).map(Part::Branch)).collect()
+    }
+
+    /// The nonlinearity; `None` where there is none of the kind.
+    pub fn spline(&self, part: Part) -> Option<&KinkedSpline> {
+        match part {
+            Part::Branch(i) => self.branches.get(i).map(|b| &b.spline),
+            Part::Output => self.output.as_ref(),
+        }
+    }
+
+    /// The nonlinearity, to be changed.
+    pub fn spline_mut(&mut self, part: Part) -> Option<&mut KinkedSpline> {
+        match part {
+            Part::Branch(i) => self.branches.get_mut(i).map(|b| &mut b.spline),
+            Part::Output => self.output.as_mut(),
+        }
+    }
+
+    /// The number of pieces.
+    pub fn pieces(&self, part: Part) -> usize {
+        self.spline(part).map_or(0, KinkedSpline::pieces)
+    }
+
+    /// What enters a nonlinearity at the samples that count, without the delay.
+    pub fn entering(&self, part: Part, data: &Signals) -> Vec<f64> {
+        let entering = match part {
+            Part::Branch(i) => self.branches[i].front.run(&data.u[self.branches[i].input]),
+            Part::Output => self.inner(&data.u),
+        };
+        entering[data.from..].to_vec()
+    }
+
+    /// Divides what enters a branch's nonlinearity; of the nonlinearity, only the places of its kinks are adapted.
+    fn divide_front(&mut self, branch: usize, divisor: f64) {
+        let Some(branch) = self.branches.get_mut(branch) else {
+            return;
+        };
+        let between = branch.between.iter_mut().flat_map(|b| &mut b.front);
+        branch.front.b.iter_mut().chain(between).for_each(|b| *b /= divisor);
+        branch.spline.kinks.iter_mut().for_each(|k| k.at /= divisor);
+    }
+}
+
+/// The system with this many pieces in one nonlinearity, dense where it is rough; fewer where samples are few. What enters it from
+/// a front has unit variance.
+///
+/// Where it is rough is read from the present curve, which is good for smooth ones, and from one on many even breakpoints,
+/// which shows kinks; the better of the two is taken.
+pub(in crate::identify) fn with_pieces(
+    system: &System,
+    part: Part,
+    pieces: usize,
+    data: &Signals,
+) -> Option<Candidate> {
+    let spline = system.spline(part)?;
+    let mut sorted = system.entering(part, data);
+    let scaled_front = match part {
+        Part::Branch(i) if !system.branches[i].front_is_gain() => Some(i),
+        _ => None,
+    };
+    let spread = if scaled_front.is_some() {
+        variance(&sorted).sqrt()
+    } else {
+        1.0
+    };
+    sorted.sort_unstable_by(f64::total_cmp);
+    let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
+    if !(high - low > 1e-9 * low.abs().max(high.abs()) && (high - low).is_finite() && spread > 0.0) {
+        return None;
+    }
+    let fewest = fewest_in_piece(data);
+    let on = |mut at: Vec<f64>| {
+        let last = at.len() - 1;
+        (at[0], at[last]) = (low, high);
+        let at = thinned(&at, &sorted, fewest, OUTERMOST * fewest);
+        let mut scaled = system.clone();
+        if let Some(branch) = scaled_front {
+            scaled.divide_front(branch, spread);
+        }
+        let at: Vec<f64> = at.iter().map(|x| x / spread).collect();
+        refitted(&scaled, part, &at, data)
+    };
+    let smooth = on(spline.denser(pieces, Roughness::Fourth, EVEN));
+    let even = (0..=MOST_PIECES).map(|i| low + (high - low) * i as f64 / MOST_PIECES as f64);
+    let rough = on(even.collect()).and_then(|fine| {
+        let at = fine.system.spline(part)?.denser(pieces, Roughness::Second, EVEN);
+        on(at.iter().map(|x| x * spread).collect())
+    });
+    let both = [smooth, rough].into_iter().flatten();
+    both.min_by(|a, b| a.squares.total_cmp(&b.squares))
+}
+
+/// The fewest samples in a piece of a nonlinearity.
+pub(in crate::identify) fn fewest_in_piece(data: &Signals) -> usize {
+    let [fewest, most] = SAMPLES_IN_PIECE;
+    (data.counted() / FINEST_PIECES).clamp(fewest, most)
+}
+
+/// One nonlinearity on other breakpoints, the rest as it is, kinks included.
+///
+/// Without a last nonlinearity, and for the last one itself, that is linear least squares; else one Gauss-Newton step.
+pub(in crate::identify) fn refitted(
+    system: &System,
+    part: Part,
+    breakpoints: &[f64],
+    data: &Signals,
+) -> Option<Candidate> {
+    let mut system = system.clone();
+    let spline = system.spline_mut(part)?;
+    let kinks = std::mem::take(&mut spline.kinks);
+    let mut spline = KinkedSpline::new(breakpoints);
+    spline.kinks = kinks;
+    let (minus, columns) = match part {
+        Part::Output => {
+            let x = system.inner(&data.u);
+            let local: Vec<Local> = x.iter().map(|x| spline.local(*x)).collect();
+            let columns = spline.linear_parameters().map(|j| spline.by_parameter(j, &x, &local));
+            (data.y.iter().map(|y| -y).collect(), columns.collect())
+        }
+        Part::Branch(i) => branch_equation(&mut system, i, &spline, data),
+    };
+    let columns: Vec<Vec<f64>> = columns
+        .into_par_iter()
+        .map(|c: Vec<f64>| convolved(&data.filter, &c))
+        .collect();
+    spline.set_linear(solve(&normal_equations(
+        &convolved(&data.filter, &minus),
+        &columns,
+        data.from,
+    ))?);
+    *system.spline_mut(part)? = spline;
+    let candidate = Candidate::new(system, data);
+    candidate.squares.is_finite().then_some(candidate)
+}
+
+/// The error without the branch's nonlinearity, and what each coefficient of `spline` in its place adds to the output. The branch's
+/// offset becomes the mean of what the others leave, where the nonlinearities have the level.
+fn branch_equation(system: &mut System, i: usize, spline: &KinkedSpline, data: &Signals) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let mut others = vec![0.0; data.y.len()];
+    let rest = system.branches.iter().enumerate().filter(|(j, _)| *j != i);
+    rest.for_each(|(_, b)| add(&mut others, &b.run(&data.u)));
+    if system.level == Level::Nonlinearity {
+        let left: Vec<f64> = data.y.iter().zip(&others).map(|(y, o)| y - o).collect();
+        system.branches[i].offset = mean(&left[data.from..]);
+    }
+    let branch = &system.branches[i];
+    let without: Vec<f64> = others.iter().map(|o| branch.offset + o).collect();
+    // The last nonlinearity's tangents: its value without the branch, and its slope.
+    let (values, slopes): (Vec<f64>, Option<Vec<f64>>) = match &system.output {
+        None => (without, None),
+        Some(g) => {
+            let own = branch.run(&data.u).into_iter().map(|y| y - branch.offset);
+            let tangent = |(x, own): (&f64, f64)| {
+                let (value, slope) = g.value_and_slope(x + own, &g.local(x + own));
+                (value - slope * own, slope)
+            };
+            let (values, slopes) = without.iter().zip(own).map(tangent).unzip();
+            (values, Some(slopes))
+        }
+    };
+    let minus = values.iter().zip(&data.y).map(|(p, y)| p - y).collect();
+    let instants: Vec<_> = (branch.instants().map(|(_, back)| back))
+        .zip(branch.intermediate(&data.u))
+        .map(|(back, w)| {
+            let local: Vec<Local> = w.iter().map(|w| spline.local(*w)).collect();
+            (back, w, local)
+        })
+        .collect();
+    let column = |j: usize| {
+        let each = instants
+            .iter()
+            .map(|(back, w, local)| (*back, spline.by_parameter(j, w, local)));
+        let mut column = through_back(&branch.back, each);
+        let slopes = slopes.iter().flatten();
+        column.iter_mut().zip(slopes).for_each(|(c, d)| *c *= d);
+        column
+    };
+    let linear: Vec<usize> = spline.linear_parameters().collect();
+    (minus, linear.into_par_iter().map(column).collect())
+}
+
+/// The system with a last nonlinearity of a few pieces.
+pub(super) fn with_output(system: &System, pieces: usize, data: &Signals) -> Option<Candidate> {
+    let x = system.inner(&data.u);
+    let spline = KinkedSpline::coarse(&x[data.from..], pieces)?;
+    let breakpoints = spline.breakpoints().to_vec();
+    let system = System {
+        output: Some(spline),
+        ..system.clone()
+    };
+    refitted(&system, Part::Output, &breakpoints, data)
+}
+
+/// The same blocks with every branch's outermost breakpoints brought back to where the samples are, if the descent has left them
+/// outside: pieces without samples have coefficients that nothing determines.
+pub(super) fn anchored(mut c: Candidate, data: &Signals) -> Candidate {
+    for branch in 0..c.system.branches.len() {
+        // A slightly larger error is the price of what the pieces outside did for samples inside.
+        let moved = with_ends_inside(&c.system, branch, data).filter(|m| m.squares <= DEARER * c.squares);
+        c = moved.unwrap_or(c);
+    }
+    c
+}
+
+/// `None` where no breakpoint is outside.
+fn with_ends_inside(system: &System, branch: usize, data: &Signals) -> Option<Candidate> {
+    let of = &system.branches[branch];
+    let mut sorted: Vec<f64> = of.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
+    let present = of.spline.breakpoints();
+    let (first, last) = (present[0].max(low), present[present.len() - 1].min(high));
+    if first == present[0] && last == present[present.len() - 1] || !(first < last) {
+        return None;
+    }
+    let inside = present
+        .iter()
+        .copied()
+        .filter(|x| (first..last).contains(x) && *x > first);
+    let at: Vec<f64> = std::iter::once(first).chain(inside).chain([last]).collect();
+    let fewest = fewest_in_piece(data);
+    let at = thinned(&at, &sorted, fewest, OUTERMOST * fewest);
+    refitted(system, Part::Branch(branch), &at, data)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+
+    use super::super::system::Branch;
+    use super::*;
+
+    #[test]
+    fn pieces_without_samples_are_taken_away_and_others_stay() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        let u: Vec<f64> = (0..2000).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let y: Vec<f64> = u.iter().map(|u| u.max(0.0)).collect();
+        let data = Signals::of_input(u, y, 0);
+        let candidate = |breakpoints: &[f64]| {
+            let mut spline = KinkedSpline::new(breakpoints);
+            let last = spline.c.len() - 1;
+            spline.c.fill(0.5);
+            // Nothing that the samples, all below 1, would notice much.
+            spline.c[last] = 1e3;
+            Candidate::new(System::sum(vec![Branch::of(spline)]), &data)
+        };
+        let outside = anchored(candidate(&[-2.0, -0.5, 0.0, 0.5, 0.999, 3.0]), &data);
+        let at = outside.system.branches[0].spline.breakpoints();
+        assert!(at[0] >= -1.0 && at[at.len() - 1] <= 1.0 && at.contains(&0.5), "{at:?}");
+        let beyond = outside.system.branches[0].spline.value(1.5);
+        assert!((beyond - 1.5).abs() < 0.2, "{beyond}");
+        let inside = candidate(&[-0.9, 0.0, 0.9]);
+        let same = anchored(inside.clone(), &data);
+        assert_eq!(same.system, inside.system);
+    }
+}

@@ -1,0 +1,230 @@
+//! The systems that the search works on: a sum of branches that passes a last nonlinearity or none.
+//!
+//! $$ X_n = \sum_i \left( o_i + H_i(z) f_i(W^{(i)}_n) \right), \qquad W^{(i)}_n = G_i(z) U^{(i)}_{n - s_i},
+//!    \qquad Y_n = g(X_n) + e_n $$
+//!
+//! Every block structure is a special case:
+//!
+//! | structure | branches | G | H | g |
+//! |---|---|---|---|---|
+//! | Wiener | one | free | 1 | none |
+//! | Wiener-Hammerstein | one | free | free | none |
+//! | parallel | several of one input | 1 or free | free | none |
+//! | several inputs | one for each input | 1 | free | none |
+//! | Hammerstein-Wiener | one | 1 | free | free |
+
+use std::borrow::Cow;
+
+use super::rational::{Rational, convolved};
+use super::signals::{add, delayed};
+use super::spline::KinkedSpline;
+
+/// Linear, static, linear, of one input.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::identify) struct Branch {
+    /// The index of the input.
+    pub input: usize,
+    /// Samples by which the input is delayed before anything else; numerators may delay it further.
+    pub delay: usize,
+    pub front: Rational,
+    pub spline: KinkedSpline,
+    pub back: Rational,
+    /// The instant between the samples, if the nonlinearity acts there too.
+    pub between: Option<Between>,
+    /// Added to the output.
+    pub offset: f64,
+}
+
+/// The numerators, over the denominators of front and back, of the signal's way through an instant between the samples.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::identify) struct Between {
+    pub front: Vec<f64>,
+    pub back: Vec<f64>,
+}
+
+impl Branch {
+    /// The branch of the first input with these blocks, without a delay.
+    pub fn new(front: Rational, spline: KinkedSpline, back: Rational) -> Branch {
+        Branch {
+            input: 0,
+            delay: 0,
+            front,
+            spline,
+            back,
+            between: None,
+            offset: 0.0,
+        }
+    }
+
+    /// The nonlinearity alone.
+    pub fn of(spline: KinkedSpline) -> Branch {
+        Branch::new(Rational::pass(), spline, Rational::pass())
+    }
+
+    /// The delayed input, 0 before the record.
+    pub fn delayed<'u>(&self, u: &'u [Vec<f64>]) -> Cow<'u, [f64]> {
+        match self.delay {
+            0 => Cow::Borrowed(&u[self.input]),
+            delay => Cow::Owned(delayed(&u[self.input], delay, 1.0)),
+        }
+    }
+
+    /// The output for these inputs, from rest.
+    pub fn run(&self, u: &[Vec<f64>]) -> Vec<f64> {
+        let all_pole = self.front.all_pole(&self.delayed(u));
+        let mut sum = vec![self.offset; all_pole.len()];
+        for (front, back) in self.instants() {
+            let w = convolved(front, &all_pole);
+            let z: Vec<f64> = w.iter().map(|w| self.spline.value(*w)).collect();
+            add(&mut sum, &convolved(back, &self.back.all_pole(&z)));
+        }
+        sum
+    }
+
+    /// The intermediate signals, one for every instant in a sampling interval.
+    pub fn intermediate(&self, u: &[Vec<f64>]) -> impl Iterator<Item = Vec<f64>> {
+        let all_pole = self.front.all_pole(&self.delayed(u));
+        self.instants().map(move |(front, _)| convolved(front, &all_pole))
+    }
+
+    /// The numerators of front and back for every instant in a sampling interval.
+    pub fn instants(&self) -> impl Iterator<Item = (&[f64], &[f64])> {
+        let between = self.between.iter().map(|b| (&*b.front, &*b.back));
+        std::iter::once((&*self.front.b, &*self.back.b)).chain(between)
+    }
+
+    /// The back for a signal that is the same at all instants.
+    pub fn whole_back(&self) -> Rational {
+        let mut whole = self.back.clone();
+        if let Some(between) = &self.between {
+            whole.b.resize(whole.b.len().max(between.back.len()), 0.0);
+            add(&mut whole.b, &between.back);
+        }
+        whole
+    }
+
+    /// Whether the front is only a gain, which the nonlinearity has as well.
+    pub fn front_is_gain(&self) -> bool {
+        self.front.b.len() == 1 && self.front.order() == 0 && self.between.is_none()
+    }
+
+    /// All parameters but the offset: front, nonlinearity, back, and the numerators for an instant between the samples.
+    pub fn parameters(&self) -> Vec<f64> {
+        let mut p = self.front.parameters();
+        p.extend(self.spline.parameters());
+        p.extend(self.back.parameters());
+        p.extend(self.between.iter().flat_map(|b| b.front.iter().chain(&b.back)));
+        p
+    }
+
+    /// Takes other [`parameters`](Self::parameters) from the start of `p` and returns the rest.
+    fn take<'p>(&mut self, p: &'p [f64]) -> &'p [f64] {
+        let (front, p) = p.split_at(self.front.count());
+        let (spline, p) = p.split_at(self.spline.count());
+        let (back, mut p) = p.split_at(self.back.count());
+        self.front = self.front.with(front);
+        self.spline.set(spline);
+        self.back = self.back.with(back);
+        for numerator in self.between.iter_mut().flat_map(|b| [&mut b.front, &mut b.back]) {
+            let (mine, rest) = p.split_at(numerator.len());
+            numerator.copy_from_slice(mine);
+            p = rest;
+        }
+        p
+    }
+
+    fn is_stable(&self) -> bool {
+        self.front.is_stable() && self.back.is_stable()
+    }
+}
+
+/// Which parameter has the mean of the sum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::identify) enum Level {
+    /// The first branch's nonlinearity; offsets are free only behind a back that hardly passes a constant.
+    Nonlinearity,
+    /// The first branch's offset.
+    Offset,
+}
+
+/// Branches, and what their sum passes.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::identify) struct System {
+    pub branches: Vec<Branch>,
+    /// The last nonlinearity, if there is one.
+    pub output: Option<KinkedSpline>,
+    pub level: Level,
+}
+
+impl System {
+    /// Branches whose sum is the output, the mean in the first nonlinearity.
+    pub fn sum(branches: Vec<Branch>) -> System {
+        System {
+            branches,
+            output: None,
+            level: Level::Nonlinearity,
+        }
+    }
+
+    /// The sum of the branches: what enters the last nonlinearity.
+    pub fn inner(&self, u: &[Vec<f64>]) -> Vec<f64> {
+        let mut sum = vec![0.0; u.first().map_or(0, Vec::len)];
+        self.branches.iter().for_each(|b| add(&mut sum, &b.run(u)));
+        sum
+    }
+
+    /// The output for these inputs, from rest.
+    pub fn run(&self, u: &[Vec<f64>]) -> Vec<f64> {
+        let mut x = self.inner(u);
+        if let Some(output) = &self.output {
+            x.iter_mut().for_each(|x| *x = output.value(*x));
+        }
+        x
+    }
+
+    /// The sum of the branches' offsets.
+    pub fn offset(&self) -> f64 {
+        self.branches.iter().map(|b| b.offset).sum()
+    }
+
+    pub fn is_stable(&self) -> bool {
+        self.branches.iter().all(Branch::is_stable)
+    }
+
+    /// All parameters: those of every branch, the branches' offsets, the last nonlinearity's.
+    pub fn parameters(&self) -> Vec<f64> {
+        let mut p: Vec<f64> = self.branches.iter().flat_map(Branch::parameters).collect();
+        p.extend(self.branches.iter().map(|b| b.offset));
+        p.extend(self.output.iter().flat_map(KinkedSpline::parameters));
+        p
+    }
+
+    /// The same structure with other parameters.
+    pub fn with(&self, mut p: &[f64]) -> System {
+        let mut next = self.clone();
+        for branch in &mut next.branches {
+            p = branch.take(p);
+        }
+        let (offsets, output) = p.split_at(next.branches.len());
+        next.branches.iter_mut().zip(offsets).for_each(|(b, o)| b.offset = *o);
+        if let Some(spline) = &mut next.output {
+            spline.set(output);
+        }
+        next
+    }
+
+    /// The number of parameters that only one choice fits: all of a branch but three, which fix the scales of its blocks and
+    /// the level of its nonlinearity; one offset; all of the last nonlinearity but its scale and its level.
+    ///
+    /// Branches of one input that share their poles can be mixed, so that the number is then too large; the criterion counts all.
+    pub fn degrees(&self) -> usize {
+        let branches: usize = self.branches.iter().map(|b| b.parameters().len() - 3).sum();
+        branches + 1 + self.output.as_ref().map_or(0, |o| o.count() - 2)
+    }
+
+    /// Samples after which the slowest branch has settled.
+    pub fn settling(&self, share: f64) -> usize {
+        let each = self.branches.iter().map(|b| b.delay + b.back.settling(share));
+        each.max().unwrap_or(0)
+    }
+}
