@@ -18,7 +18,7 @@
 //!
 //! Where a simple candidate leaves white noise, more complex ones are not fitted. Nothing here is random.
 //!
-//! What cannot be told: a sandwich one block of which hardly has a memory is nearly a Wiener or a Hammerstein system, and found as
+//! What cannot be told: a Wiener-Hammerstein system one of whose blocks hardly has a memory is nearly a Wiener or a Hammerstein system, and found as
 //! such; a structure outside the four that one of them imitates to within the noise is not refuted.
 
 mod judge;
