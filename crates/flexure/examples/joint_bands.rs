@@ -9,7 +9,7 @@
 //! The nonlinear space arm under two multisines of 0.05 to 3 Hz, other ones for each motion, and each motion's log with several
 //! draws of the noise: 1e-5 rad of every encoder, 1 % of the largest torque. Errors of one log hang together all along a curve (a
 //! mean of the torque's noise is an offset of all of the friction), so that the band of a single log covers nearly all of a
-//! curve or misses much of it: only the mean over logs tells the bands' level.
+//! curve or misses much of it: only the mean over logs shows the bands' level.
 //!
 //! "covers" is the share of points, evenly over the range of deflections or velocities that was visited, at which the band
 //! contains the truth, averaged over the logs; "least" is that of the worst log, "own" counts the band's own points, which are
@@ -82,7 +82,7 @@ fn identified(setting: &Setting, motion: &Record, seed: u64) -> flexure::Result<
     .identify()
 }
 
-/// What one log tells of a curve.
+/// The result of one log for a curve.
 struct Told {
     motion: u64,
     covers: f64,

@@ -234,12 +234,12 @@ pub enum DataError {
         /// The highest frequency at which the motion was seen, Hz.
         band: f64,
     },
-    /// A motion does not tell what is asked of it.
+    /// A motion does not determine what is to be identified.
     #[error(
         "the motion does not tell {what}: it is too slow, too regular or too short; move at several speeds in both directions"
     )]
     TooLittleMotion {
-        /// What it should tell.
+        /// What it should determine.
         what: &'static str,
     },
     /// A joint of an arm with flexible joints shows no deflection.
@@ -290,7 +290,7 @@ pub enum ParameterError {
         name: String,
         /// The value that was given.
         value: f64,
-        /// The valid range in words, for example "positive and finite".
+        /// The valid range, for example "positive and finite".
         requirement: &'static str,
     },
     /// An estimator is given more or fewer columns than it can take.
@@ -300,10 +300,10 @@ pub enum ParameterError {
         what: &'static str,
         /// The number of columns given.
         got: usize,
-        /// The number it takes, in words, for example "1 column".
+        /// The number it takes, for example "1 column".
         expected: String,
     },
-    /// A parameter asks for more than the data can tell.
+    /// A parameter asks for more than the data support.
     #[error(
         "{parameter} is {value}, but these data allow at most {most}: {reason}; choose it smaller or take more samples"
     )]
@@ -351,7 +351,7 @@ pub enum ArmError {
         value: f64,
         /// Its unit.
         unit: &'static str,
-        /// The valid range in words.
+        /// The valid range.
         requirement: &'static str,
     },
     /// An arm's inertia matrix is singular or indefinite in some configuration.
@@ -364,7 +364,7 @@ pub enum ArmError {
         matrix: &'static str,
         /// The elbow's angle, rad.
         q2: f64,
-        /// The determinant of the 2x2 matrix left when the motors are eliminated.
+        /// The determinant of the 2x2 matrix that remains when the motors are eliminated.
         determinant: f64,
         /// A further thing to check, or nothing.
         hint: &'static str,
