@@ -15,6 +15,7 @@ columns than a method takes, the model is additive: y = c + m_1(x_1) + m_2(x_2) 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any, NamedTuple, Self, overload
 
 import numpy as np
@@ -23,7 +24,7 @@ from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils.validation import _check_sample_weight, check_is_fitted, validate_data
 
 from flexure._additive import Additive, Array, Term, columns_of
-from flexure._core import ParameterError
+from flexure._core import FlexureError, ParameterError
 
 __all__ = ["Band", "KNNRegressor", "KernelRegressor", "Scores", "SeriesRegressor", "SplineRegressor"]
 
@@ -153,8 +154,9 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     def __getstate__(self) -> dict[str, Any]:
         state = dict(super().__getstate__())
         if "_warnings" in state:
-            # What is fitted again has no scores, of which some of the warnings are.
-            state["_warnings"] = self.warnings_
+            # What is fitted again has no scores, on which some of the warnings rest. Pickling works for data that allow no diagnosis, too.
+            with suppress(FlexureError):
+                state["_warnings"] = self.warnings_
         return state
 
     def _given(self, columns: int) -> list[float] | None:
