@@ -1,4 +1,4 @@
-//! Kernel regression in one dimension, the estimate of Nadaraya and Watson (paper, (13) and (21)):
+//! Kernel regression in one dimension, the estimate of Nadaraya and Watson (paper, (13) with theorem 1, (21) with theorem 2):
 //! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} , $$
 //! and its local linear form (Fan 1993), with weights.
 //!

@@ -60,7 +60,7 @@ impl Blocks {
     fn add_experiment(&self, observed: &Observed, experiment: Range<usize>, whitening: &[f64], batch: &mut Batch) {
         let (u, y) = (&observed.u[experiment.clone()], &observed.y[experiment.clone()]);
         let counts = &observed.counts[experiment];
-        let white_y = LinearPart::moving_average(whitening).filter(&[0..y.len()], y);
+        let white_y = LinearPart::moving_average(whitening).filter(std::slice::from_ref(&(0..y.len())), y);
         let gain: f64 = whitening.iter().sum();
         let delay = self.linear.delay;
         let mut signals = Sensitivities::new(self, whitening);
