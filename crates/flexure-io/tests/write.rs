@@ -189,7 +189,7 @@ fn bad_models_are_refused_with_the_place() {
     assert!(text(good.replace("\"delay\": 1,", "")).contains("missing field `delay`; models"));
     assert_eq!(
         text(good.replace("\"delay\": 1,", "\"delay\": NaN,")),
-        "m.json, line 10, column 12: the text is not JSON (expected value); models are written by `flexure identify -o`"
+        "m.json, line 12, column 12: the text is not JSON (expected value); models are written by `flexure identify -o`"
     );
     assert!(text(good.replace("-0.7", "1e999")).contains("(number out of range); models"));
     assert!(text(good.replace("-0.7", "null")).contains(": invalid type: null, expected f64; models"));
@@ -248,7 +248,12 @@ fn models_without_a_chain_of_blocks_come_back_exactly_or_are_refused() {
         Block::Inputs(vec![Block::Surface(surface), Block::Narx(narx.clone())]),
         Block::Volterra(volterra.clone()),
     ] {
-        let model = ModelFile { block, ..model() };
+        let inputs = (0..block.inputs()).map(|i| format!("u{i}")).collect();
+        let model = ModelFile {
+            block,
+            inputs,
+            ..model()
+        };
         write_model(&path, &model).unwrap();
         assert_eq!(read_model(&path).unwrap(), model);
     }
