@@ -6,8 +6,11 @@ use std::path::{Path, PathBuf};
 use flexure::Block;
 use flexure_io::{ModelFile, parse_model, read_model, read_record, write_model};
 
+/// The roles of the blocks of one path.
+type Roles = &'static [&'static str];
+
 /// Every file, its inputs, and the roles of the blocks path by path.
-const FILES: [(&str, &[&str], &[&[&str]]); 11] = [
+const FILES: [(&str, Roles, &[Roles]); 11] = [
     ("linear", &["u"], &[&["linear"]]),
     ("hammerstein-refined", &["u"], &[&["nonlinearity", "linear"]]),
     ("hammerstein-plain", &["u"], &[&["nonlinearity", "linear"]]),
