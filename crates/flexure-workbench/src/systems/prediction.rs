@@ -54,7 +54,7 @@ impl FreeRun {
     /// From the steady state, or from the one that fits `measured` best.
     ///
     /// # Errors
-    /// Those of [`predict`], and of the estimation.
+    /// Those of `predict`, and of the estimation.
     pub fn new(block: &Block, file: &RecordFile, inputs: &[&str], measured: Option<&[f64]>) -> Result<Self> {
         let output = predict(block, file, inputs)?;
         let Some(measured) = measured else {

@@ -110,8 +110,8 @@ impl HammersteinWiener {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
-    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
-    /// than 200 samples for the fit), `Unit`, [`Error::Parameter`] for a parameter outside its range.
+    /// [`Error::Data`](crate::Error::Data): `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
+    /// than 200 samples for the fit), `Unit`, [`Error::Parameter`](crate::Error::Parameter) for a parameter outside its range.
     pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<HammersteinWienerIdentification> {
         self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
     }
@@ -122,7 +122,7 @@ impl HammersteinWiener {
     /// The result depends neither on `progress` nor on the number of threads.
     ///
     /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::Stopped`] if `progress` stopped it.
+    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if `progress` stopped it.
     pub fn identify_with(
         &self,
         record: &Record,
