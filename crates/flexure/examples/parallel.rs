@@ -103,13 +103,10 @@ fn main() -> flexure::Result<()> {
             let result = Parallel::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
             let fresh = result.fitted..;
             let fit = FitMeasures::new(&y0[fresh.clone()], &result.predicted[fresh])?.fit_percent;
-            let branches = result.branches.iter().map(|b| {
-                let order = |g: &TransferFunction| g.a().len() - 1;
-                let front = b
-                    .front
-                    .as_ref()
-                    .map_or_else(|| "-".to_owned(), |g| order(g).to_string());
-                format!("({front}, {}, {})", b.breakpoints.len() - 1, order(&b.back))
+            let branches = result.paths.iter().map(|path| {
+                let orders: Vec<String> = path.linear().map(|g| g.order().to_string()).collect();
+                let pieces: Vec<String> = path.curves().map(|c| c.pieces().to_string()).collect();
+                format!("(poles {}, pieces {})", orders.join(" + "), pieces.join(" + "))
             });
             println!(
                 "{name:<12}{seed:>4}  fit {fit:>6.2} %  {:>5.1} s  {:<8}{}",

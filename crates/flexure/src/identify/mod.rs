@@ -45,9 +45,5 @@ pub use outcome::{ChosenOrder, OrderScore, PlainIdentification, Psi, Verdict, Wa
 pub use reference::{DecayPrior, Narx, NarxModel, NarxTerm, Volterra, VolterraModel};
 pub use registry::{HammersteinMethod, Options, Progress, Request, Structure, structures};
 pub use result::{Identification, StructureName};
-pub use structures::{
-    HammersteinWiener, HammersteinWienerIdentification, InputBranch, Linear, MultipleInputs,
-    MultipleInputsIdentification, MultipleInputsModel, Parallel, ParallelBranch, ParallelIdentification, Wiener,
-    WienerHammerstein, WienerHammersteinIdentification, WienerIdentification, WienerStart,
-};
+pub use structures::{HammersteinWiener, Linear, MultipleInputs, Parallel, Wiener, WienerHammerstein};
 pub use surface::JointInputs;

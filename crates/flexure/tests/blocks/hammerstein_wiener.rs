@@ -2,7 +2,7 @@ use flexure::error::{DataError, Stopped};
 use std::ops::ControlFlow;
 
 use flexure::Error;
-use flexure::identify::{HammersteinWiener, HammersteinWienerIdentification};
+use flexure::identify::{HammersteinWiener, Identification};
 use flexure::nonlinearity::Curve;
 use flexure::record::Record;
 
@@ -15,12 +15,12 @@ const DEAD_ZONE_AND_SATURATION: Known = Known {
     g: saturation,
 };
 
-fn identify(record: &Record) -> HammersteinWienerIdentification {
+fn identify(record: &Record) -> Identification {
     HammersteinWiener::default().identify(record, "u", "y").unwrap()
 }
 
 /// The fit to the noiseless output under another input.
-fn truth_fit(known: &Known, result: &HammersteinWienerIdentification) -> f64 {
+fn truth_fit(known: &Known, result: &Identification) -> f64 {
     let u = uniform(4000, 77);
     fit(&known.run(&u), &result.model.simulate(&u))
 }
@@ -51,15 +51,23 @@ fn a_dead_zone_before_and_a_saturation_behind_come_back() {
     let reached = truth_fit(&known, &result);
     println!("{reached} {:?}", result.tried.last());
     assert!(reached >= 99.0, "{reached}");
-    assert_eq!((result.order, result.delay), (2, 1), "{:?}", result.linear);
-    for (got, want) in result.linear.a().iter().zip(known.a) {
-        assert!((got - want).abs() < 0.02, "{:?}", result.linear);
+    assert_eq!(
+        (result.order, result.delay),
+        (2, 1),
+        "{:?}",
+        result.linear("linear").unwrap()
+    );
+    for (got, want) in result.linear("linear").unwrap().a().iter().zip(known.a) {
+        assert!((got - want).abs() < 0.02, "{:?}", result.linear("linear").unwrap());
     }
     // The conventions: unit static gain, and a least-squares line through f that is the identity.
-    assert!((result.linear.static_gain() - 1.0).abs() < 1e-9);
+    assert!((result.linear("linear").unwrap().static_gain() - 1.0).abs() < 1e-9);
     let (n, u) = (result.fitted as f64, uniform(12_000, 1));
     let u = &u[..result.fitted];
-    let v: Vec<f64> = u.iter().map(|u| result.input_nonlinearity.value(*u)).collect();
+    let v: Vec<f64> = u
+        .iter()
+        .map(|u| result.curve("nonlinearity").unwrap().value(*u))
+        .collect();
     let (mu, mv) = (u.iter().sum::<f64>() / n, v.iter().sum::<f64>() / n);
     let slope = u.iter().zip(&v).map(|(u, v)| (u - mu) * (v - mv)).sum::<f64>() / (n * spread(u).powi(2));
     assert!(
@@ -80,7 +88,12 @@ fn smooth_nonlinearities_a_resonance_and_a_delay_come_back() {
     let reached = truth_fit(&known, &result);
     println!("{reached} {:?}", result.tried.last());
     assert!(reached >= 99.0, "{reached}");
-    assert_eq!((result.order, result.delay), (2, 5), "{:?}", result.linear);
+    assert_eq!(
+        (result.order, result.delay),
+        (2, 5),
+        "{:?}",
+        result.linear("linear").unwrap()
+    );
     assert!(result.verdict.holds(), "{}", result.verdict.words());
 }
 
@@ -96,10 +109,10 @@ fn a_hammerstein_system_has_a_nearly_straight_output_nonlinearity() {
         .column("u")
         .unwrap()
         .iter()
-        .map(|u| result.input_nonlinearity.value(*u))
+        .map(|u| result.curve("nonlinearity").unwrap().value(*u))
         .collect();
-    let (low, high) = middle(result.linear.simulate_from_mean(&v));
-    let bend = bend(&result.output_nonlinearity, low, high);
+    let (low, high) = middle(result.linear("linear").unwrap().simulate_from_mean(&v));
+    let bend = bend(&result.curve("output_nonlinearity").unwrap(), low, high);
     println!("{bend} {}", truth_fit(&known, &result));
     assert!(bend < 0.01, "{bend}");
     assert!(truth_fit(&known, &result) > 99.0);
@@ -112,7 +125,7 @@ fn a_wiener_system_has_a_nearly_straight_input_nonlinearity() {
         ..DEAD_ZONE_AND_SATURATION
     };
     let result = identify(&known.record(10_000, 4, 0.01));
-    let bend = bend(&result.input_nonlinearity, -1.9, 1.9);
+    let bend = bend(&result.curve("nonlinearity").unwrap(), -1.9, 1.9);
     println!("{bend} {}", truth_fit(&known, &result));
     assert!(bend < 0.01, "{bend}");
     assert!(truth_fit(&known, &result) > 99.0);
@@ -176,7 +189,7 @@ fn odd_records_give_a_finite_stable_model_or_an_error() {
         let record = Record::new([("u", u.clone()), ("y", y)]).unwrap();
         match HammersteinWiener::default().identify(&record, "u", "y") {
             Ok(result) => {
-                assert!(result.linear.is_stable(), "{i}");
+                assert!(result.linear("linear").unwrap().is_stable(), "{i}");
                 assert!(result.predicted.iter().all(|v| v.is_finite()), "{i}");
                 assert!(result.model.simulate(&u).iter().all(|v| v.is_finite()), "{i}");
             }

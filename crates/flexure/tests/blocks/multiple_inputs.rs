@@ -39,21 +39,17 @@ fn two_branches_with_poles_of_their_own_come_back() {
     let record = Record::new([("p", p), ("q", q), ("y", y)]).unwrap();
     let result = MultipleInputs::default().identify(&record, &["p", "q"], "y").unwrap();
     println!("{:?}", result.tried.last());
-    let orders: Vec<(usize, usize)> = result.branches.iter().map(|b| (b.order, b.delay)).collect();
-    assert_eq!(
-        orders,
-        [(2, 0), (1, 2)],
-        "{:?}",
-        result.branches.iter().map(|b| &b.linear).collect::<Vec<_>>()
-    );
-    for (branch, known) in result.branches.iter().zip(&PAIR) {
-        for (got, want) in branch.linear.a().iter().zip(known.a) {
-            assert!((got - want).abs() < 0.02, "{:?}", branch.linear);
+    let orders: Vec<(usize, usize)> = result.paths.iter().map(|p| (p.order(), p.delay())).collect();
+    assert_eq!(orders, [(2, 0), (1, 2)], "{:?}", result.paths);
+    for (path, known) in result.paths.iter().zip(&PAIR) {
+        let linear = &path.linear().next().unwrap().system;
+        for (got, want) in linear.a().iter().zip(known.a) {
+            assert!((got - want).abs() < 0.02, "{linear:?}");
         }
     }
     let (p, q) = (uniform(4000, 5), uniform(4000, 6));
     let q: Vec<f64> = p.iter().zip(q).map(|(p, q)| 0.4 * p + 0.6 * q).collect();
-    let reached = fit(&sum(&p, &q), &result.model.simulate(&[&p, &q]).unwrap());
+    let reached = fit(&sum(&p, &q), &result.model.simulate_inputs(&[&p, &q]).unwrap());
     println!("{reached}");
     assert!(reached > 99.0, "{reached}");
     assert!(result.holds());
@@ -76,7 +72,7 @@ fn what_cannot_be_identified_is_refused_in_words() {
     let longer = Record::new([("p", uniform(600, 1)), ("q", uniform(600, 2)), ("y", uniform(600, 3))]).unwrap();
     let result = all.identify(&longer, &["p", "q"], "y").unwrap();
     assert!(result.predicted.iter().all(|v| v.is_finite()));
-    let error = result.model.simulate(&[&[1.0]]).unwrap_err();
+    let error = result.model.simulate_inputs(&[&[1.0]]).unwrap_err();
     assert!(
         matches!(
             error,
@@ -88,6 +84,6 @@ fn what_cannot_be_identified_is_refused_in_words() {
         ),
         "{error}"
     );
-    let error = result.model.simulate(&[&[1.0], &[]]).unwrap_err();
+    let error = result.model.simulate_inputs(&[&[1.0], &[]]).unwrap_err();
     assert!(error.to_string().contains("input 1"), "{error}");
 }

@@ -2,7 +2,7 @@
 
 use flexure::Error;
 use flexure::error::ParameterError;
-use flexure::identify::{Parallel, ParallelIdentification};
+use flexure::identify::{Identification, Parallel};
 use flexure::linear::TransferFunction;
 use flexure::model::Block;
 use flexure::record::Record;
@@ -47,15 +47,13 @@ fn record(system: fn(&[f64]) -> Vec<f64>, samples: usize, seed: u64) -> Record {
     Record::new([("u", u), ("y", y)]).unwrap()
 }
 
-fn checked(result: &ParallelIdentification, system: fn(&[f64]) -> Vec<f64>) {
+fn checked(result: &Identification, system: fn(&[f64]) -> Vec<f64>) {
     let fresh = uniform(3000, 77);
     let found = fit(&system(&fresh), &result.model.simulate(&fresh));
     assert!(found >= 99.0, "{found} {}", result.verdict.words());
     assert!(result.verdict.holds(), "{}", result.verdict.words());
     let stable = |g: &TransferFunction| g.poles().is_some_and(|p| p.iter().all(|p| p.norm() < 1.0));
-    for branch in &result.branches {
-        assert!(branch.front.iter().chain([&branch.back]).all(stable));
-    }
+    assert!(result.blocks().filter_map(|b| b.linear()).all(|g| stable(&g.system)));
 }
 
 #[test]
@@ -68,15 +66,15 @@ fn two_hammerstein_branches_come_back_as_two() {
         .identify(&record(two_hammerstein_branches, SAMPLES, 1), "u", "y")
         .unwrap();
     checked(&result, two_hammerstein_branches);
-    assert_eq!(result.branches.len(), 2);
+    assert_eq!(result.paths.len(), 2);
     let Block::Parallel(branches) = &result.model else {
         panic!("{:?}", result.model);
     };
     assert_eq!(branches.len(), 2);
     // Only the sum is determined: its steady state under a constant input.
     for level in [-1.5, -0.4, 0.3, 1.2] {
-        let steady: f64 = (result.branches.iter())
-            .map(|b| b.back.static_gain() * b.nonlinearity.value(level))
+        let steady: f64 = (result.paths.iter())
+            .map(|p| p.linear().next().unwrap().system.static_gain() * p.curves().next().unwrap().curve.value(level))
             .sum::<f64>()
             + result.output_offset;
         let want = 2.0 + level * level + level.clamp(-0.8, 1.0);
@@ -90,7 +88,7 @@ fn two_hammerstein_branches_come_back_as_two() {
     let one = one
         .identify(&record(two_hammerstein_branches, 2000, 1), "u", "y")
         .unwrap();
-    assert_eq!(one.branches.len(), 1);
+    assert_eq!(one.paths.len(), 1);
     let found = one.verdict.measures.fit_percent;
     assert!(found < 97.0, "{found}");
 }
@@ -105,7 +103,7 @@ fn two_wiener_hammerstein_branches_add_up() {
         .identify(&record(two_wiener_hammerstein_branches, SAMPLES, 2), "u", "y")
         .unwrap();
     checked(&result, two_wiener_hammerstein_branches);
-    assert!(result.branches.iter().any(|b| b.front.is_some()));
+    assert!(result.block("front").is_some());
 }
 
 #[test]

@@ -6,22 +6,17 @@
 mod auto;
 mod delayed_static;
 mod hammerstein;
-mod hammerstein_wiener;
-mod multiple_inputs;
-mod parallel;
-mod wiener;
-mod wiener_hammerstein;
 
 use std::cell::OnceCell;
 use std::ops::{ControlFlow, RangeInclusive};
 
-use super::block::{ApproximationScore, Monitor, Prepared, Stage, TriedBranches, TriedStructure};
+use super::block::{ApproximationScore, Monitor, Prepared, TriedBranches, TriedStructure};
 use super::hammerstein::{PhysicalForm, PlainHammerstein, RefinedHammerstein};
 use super::outcome::{Verdict, Warning};
 use super::reference;
 use super::result::{Detail, Identification, NamedBlock, Path, Place, Score, StructureName, Values};
 use super::samples::Samples;
-use super::structures::linear;
+use super::structures::{hammerstein_wiener, linear, multiple_inputs, parallel, wiener, wiener_hammerstein};
 use super::surface;
 use crate::error::{Error, Result, Stopped};
 use crate::model::Block;
@@ -207,20 +202,6 @@ impl Request<'_> {
             self.options.fresh_share,
             what,
         )
-    }
-
-    /// Fits to the only record, from the linear approximations that several structures start from.
-    fn fit_prepared<T>(
-        &self,
-        what: &'static str,
-        progress: &mut Progress<'_>,
-        fit: fn(&Samples<'_>, &Prepared, &mut Monitor<'_>) -> Result<T>,
-    ) -> Result<T> {
-        let samples = self.samples(what)?;
-        let report = &mut |stage: Stage| progress(stage.name());
-        let mut monitor = Monitor::new(report);
-        let prepared = self.prepared(&samples, &mut monitor);
-        fit(&samples, prepared, &mut monitor)
     }
 
     /// The linear approximations that several structures start from, made once for all of them.

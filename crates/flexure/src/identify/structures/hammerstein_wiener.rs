@@ -26,12 +26,12 @@ use std::ops::ControlFlow;
 use super::super::block::{
     Columns, KinkedSpline, Monitor, Signals, Stage, System, Tabulated, TriedBranches, ends, normalised, tabulated,
 };
-use super::super::outcome::{Verdict, Warning};
 use crate::error::Result;
+use crate::identify::registry::{Options, Progress, Request, Run, Structure, path, tried_branches};
+use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
-use crate::nonlinearity::Curve;
 use crate::record::Record;
 
 /// A line through f that explains less than this share of its spread does not fix its scale.
@@ -70,41 +70,17 @@ impl Default for HammersteinWiener {
     }
 }
 
-/// An identified Hammerstein-Wiener system with all that was chosen on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct HammersteinWienerIdentification {
-    /// The model, ready to simulate: `Series([Static, Linear, Static])`.
-    pub model: Block,
-    /// The nonlinearity at the input, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the
-    /// range of the fit.
-    pub input_nonlinearity: Curve,
-    /// The linear part, of unit static or peak gain; the delay is leading zeros of its numerator. Always stable.
-    pub linear: TransferFunction,
-    /// The nonlinearity at the output, as that at the input.
-    pub output_nonlinearity: Curve,
-    /// The delay s in samples.
-    pub delay: usize,
-    /// The number of poles of the linear part.
-    pub order: usize,
-    /// Breakpoints of the nonlinearity at the input, increasing, in the input's unit.
-    pub input_breakpoints: Vec<f64>,
-    /// Breakpoints of the nonlinearity at the output, increasing, in the unit of what enters it.
-    pub output_breakpoints: Vec<f64>,
-    /// Points at which the slope of the nonlinearity at the input changes at once, increasing, in the input's unit.
-    pub input_kinks: Vec<f64>,
-    /// The same of the nonlinearity at the output, in the unit of what enters it.
-    pub output_kinks: Vec<f64>,
-    /// The structures that were tried, in order.
-    pub tried: Vec<TriedBranches>,
-    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
-    pub fitted: usize,
-    /// The free-run output over all samples.
-    pub predicted: Vec<f64>,
-    /// The verdict on the samples from `fitted` on.
-    pub verdict: Verdict,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
+pub(in crate::identify) const ROW: Structure = Structure {
+    name: StructureName {
+        key: "hammerstein-wiener",
+        title: "Hammerstein-Wiener",
+    },
+    description: "a static nonlinearity, linear dynamics, a static nonlinearity",
+    inputs: 1..=1,
+    options: &[],
+    complexity: None,
+    identify,
+};
 
 impl HammersteinWiener {
     /// Identifies the system from `input` to `output`.
@@ -112,7 +88,7 @@ impl HammersteinWiener {
     /// # Errors
     /// [`Error::Data`](crate::Error::Data): `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
     /// than 200 samples for the fit), `Unit`, [`Error::Parameter`](crate::Error::Parameter) for a parameter outside its range.
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<HammersteinWienerIdentification> {
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
         self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
     }
 
@@ -128,37 +104,35 @@ impl HammersteinWiener {
         record: &Record,
         input: &str,
         output: &str,
-        progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
-    ) -> Result<HammersteinWienerIdentification> {
-        let what = "a Hammerstein-Wiener fit (besides the fresh part)";
-        let columns = Columns::new(record, &[input], output, self.fresh_share, what)?;
-        let data = columns.signals();
-        let mut monitor = Monitor::new(progress);
-        let found = ends::find(&data, true, &mut monitor);
-        monitor.finished()?;
-        let found = found.unwrap_or_else(|| ends::without_start(true));
-        let blocks = Blocks::new(&found.system, &data, &columns)?;
-        let model = blocks.model();
-        let fitted = columns.fitted;
-        let (predicted, verdict, warnings) = columns.samples().judged(&model, found.system.degrees())?;
-        Ok(HammersteinWienerIdentification {
-            model,
-            input_nonlinearity: blocks.input.curve,
-            delay: blocks.linear.b().iter().take_while(|b| **b == 0.0).count(),
-            order: blocks.linear.a().len() - 1,
-            linear: blocks.linear,
-            output_nonlinearity: blocks.output.curve,
-            input_breakpoints: blocks.input.breakpoints,
-            output_breakpoints: blocks.output.breakpoints,
-            input_kinks: blocks.input.kinks,
-            output_kinks: blocks.output.kinks,
-            tried: found.tried.into_iter().map(TriedBranches::from).collect(),
-            fitted,
-            predicted,
-            verdict,
-            warnings,
-        })
+        progress: &mut Progress<'_>,
+    ) -> Result<Identification> {
+        let options = Options::with_fresh_share(self.fresh_share);
+        ROW.run((record, &[input], output), options, progress)
     }
+}
+
+fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+    let what = "a Hammerstein-Wiener fit (besides the fresh part)";
+    let share = request.options.fresh_share;
+    let columns = Columns::new(request.record()?, &[request.input()?], request.output, share, what)?;
+    let data = columns.signals();
+    let report = &mut |stage: Stage| progress(stage.name());
+    let mut monitor = Monitor::new(report);
+    let found = ends::find(&data, true, &mut monitor);
+    monitor.finished()?;
+    let found = found.unwrap_or_else(|| ends::without_start(true));
+    let blocks = Blocks::new(&found.system, &data, &columns)?;
+    let model = blocks.model();
+    let paths = vec![path(request, blocks.named())];
+    let run = Run::new(&columns.samples(), model, paths, found.system.degrees())?;
+    let why = "poles, numerator coefficients and delay added and taken away while Schwarz's criterion of the free-run error falls";
+    let tried: Vec<TriedBranches> = found.tried.into_iter().map(TriedBranches::from).collect();
+    let order = run.paths[0].order().to_string();
+    Ok(Identification {
+        tried: tried.iter().map(tried_branches).collect(),
+        details: vec![Detail::sentence(Place::Choice, "Poles", order, why)],
+        ..run.identification(&ROW, request)?
+    })
 }
 
 /// The blocks in the record's units and the conventional scale.
@@ -204,6 +178,16 @@ impl Blocks {
             Block::Linear(self.linear.clone()),
             Block::Static(self.output.curve.clone()),
         ])
+    }
+
+    /// The blocks with their names.
+    fn named(self) -> Vec<NamedBlock> {
+        let [input, output] = [self.input, self.output].map(|t| StaticBlock::spline(t.curve, t.breakpoints, t.kinks));
+        vec![
+            NamedBlock::new("nonlinearity", "Nonlinearity at the input", input),
+            NamedBlock::new("linear", "Linear part", LinearBlock::of(self.linear)),
+            NamedBlock::new("output_nonlinearity", "Nonlinearity at the output", output),
+        ]
     }
 }
 

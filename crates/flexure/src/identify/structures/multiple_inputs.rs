@@ -12,13 +12,14 @@
 use std::ops::ControlFlow;
 
 use super::super::block::{Columns, Monitor, Signals, Stage, System, TriedBranches, ends, normalised, tabulated};
-use super::super::outcome::{Verdict, Warning};
 use super::super::samples::refuse_repeated;
 use crate::error::{Error, Result};
-use crate::linear::TransferFunction;
+use crate::identify::registry::{Options, Progress, Request, Run, Structure, tried_branches};
+use crate::identify::result::{
+    Detail, Identification, LinearBlock, NamedBlock, Path, Place, StaticBlock, StructureName,
+};
 use crate::linear::correlation::mean;
 use crate::model::Block;
-use crate::nonlinearity::Curve;
 use crate::record::Record;
 
 /// The identification of a sum of Hammerstein branches, one an input.
@@ -41,7 +42,7 @@ use crate::record::Record;
 /// }
 /// let record = Record::new([("p", p), ("q", q), ("y", y)])?;
 /// let result = MultipleInputs::default().identify(&record, &["p", "q"], "y")?;
-/// assert_eq!(result.branches[1].delay, 1);
+/// assert_eq!(result.paths[1].delay(), 1);
 /// assert!(result.fit_percent() > 98.0);
 /// # Ok::<(), flexure::Error>(())
 /// ```
@@ -57,83 +58,17 @@ impl Default for MultipleInputs {
     }
 }
 
-/// A model with one block an input, whose outputs add up.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MultipleInputsModel {
-    /// What every input passes.
-    pub blocks: Vec<Block>,
-    /// Added to the sum.
-    pub offset: f64,
-}
-
-impl MultipleInputsModel {
-    /// The model as one block of several inputs.
-    pub fn block(&self) -> Block {
-        Block::Series(vec![Block::Inputs(self.blocks.clone()), Block::Offset(self.offset)])
-    }
-
-    /// The free-run response, one value a sample; every linear part starts in the steady state of its input's mean.
-    ///
-    /// # Errors
-    /// [`Error::Data`]: `LengthMismatch` if there are not as many inputs as blocks, or if they differ in length.
-    pub fn simulate(&self, inputs: &[&[f64]]) -> Result<Vec<f64>> {
-        self.block().simulate_inputs(inputs)
-    }
-}
-
-/// What one input passes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct InputBranch {
-    /// The input's column.
-    pub input: String,
-    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of
-    /// the fit.
-    pub nonlinearity: Curve,
-    /// Its breakpoints, increasing, in the input's unit.
-    pub breakpoints: Vec<f64>,
-    /// Points at which its slope changes at once, increasing, in the input's unit.
-    pub kinks: Vec<f64>,
-    /// The linear part, of unit static or peak gain; the delay is leading zeros of its numerator. Always stable.
-    pub linear: TransferFunction,
-    /// The delay in samples.
-    pub delay: usize,
-    /// The number of poles of the linear part.
-    pub order: usize,
-}
-
-/// An identified system of several inputs with all that was chosen on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MultipleInputsIdentification {
-    /// The model, ready to simulate.
-    pub model: MultipleInputsModel,
-    /// What every input passes, in the order in which they were given.
-    pub branches: Vec<InputBranch>,
-    /// Added to the sum of the branches.
-    pub output_offset: f64,
-    /// The structures that were tried, in order.
-    pub tried: Vec<TriedBranches>,
-    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
-    pub fitted: usize,
-    /// The free-run output over all samples.
-    pub predicted: Vec<f64>,
-    /// The verdicts on the samples from `fitted` on, one an input and then one a pair of inputs: the fit is the same in all, the
-    /// residual tests look for this input, or the product of these inputs' deviations, in the error.
-    pub verdicts: Vec<Verdict>,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
-
-impl MultipleInputsIdentification {
-    /// The free-run fit on fresh data, percent.
-    pub fn fit_percent(&self) -> f64 {
-        self.verdicts.first().map_or(f64::NAN, |v| v.measures.fit_percent)
-    }
-
-    /// Whether the model holds for every input and every pair of them.
-    pub fn holds(&self) -> bool {
-        self.verdicts.iter().all(Verdict::holds)
-    }
-}
+pub(in crate::identify) const ROW: Structure = Structure {
+    name: StructureName {
+        key: "multiple-inputs",
+        title: "multiple-input Hammerstein",
+    },
+    description: "several inputs, each through a static nonlinearity and linear dynamics of its own",
+    inputs: 1..=usize::MAX,
+    options: &[],
+    complexity: None,
+    identify,
+};
 
 impl MultipleInputs {
     /// Identifies the system from `inputs` to `output`.
@@ -142,7 +77,7 @@ impl MultipleInputs {
     /// [`Error::Data`]: `MissingColumn`, `DuplicateColumn` for an input that is given twice, `NonFinite`,
     /// `Constant`, `ConstantPart`, `TooShort` (no input, or fewer than 200 samples an input for the
     /// fit), `Unit`, [`Error::Parameter`] for a parameter outside its range.
-    pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<MultipleInputsIdentification> {
+    pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<Identification> {
         self.identify_with(record, inputs, output, &mut |_| ControlFlow::Continue(()))
     }
 
@@ -158,55 +93,77 @@ impl MultipleInputs {
         record: &Record,
         inputs: &[&str],
         output: &str,
-        progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
-    ) -> Result<MultipleInputsIdentification> {
-        let what = "a fit with several inputs (besides the fresh part)";
-        if inputs.is_empty() {
-            return Err(Error::too_short(what, 1, 0));
-        }
-        refuse_repeated(inputs)?;
-        let columns = Columns::new(record, inputs, output, self.fresh_share, what)?;
-        let data = columns.signals();
-        let mut monitor = Monitor::new(progress);
-        let found = ends::find(&data, false, &mut monitor);
-        monitor.finished()?;
-        let found = found.unwrap_or_else(|| ends::without_start(false));
-        let (system, tried) = (found.system, found.tried.into_iter().map(TriedBranches::from).collect());
-        let (branches, output_offset) = in_units(&system, &data, &columns, inputs)?;
-        let model = MultipleInputsModel {
-            blocks: (branches.iter())
-                .map(|b| {
-                    Block::Series(vec![
-                        Block::Static(b.nonlinearity.clone()),
-                        Block::Linear(b.linear.clone()),
-                    ])
-                })
-                .collect(),
-            offset: output_offset,
-        };
-        let fitted = columns.fitted;
-        let predicted = match model.blocks.is_empty() {
-            true => vec![output_offset; columns.y.len()],
-            false => model.simulate(&columns.u)?,
-        };
-        let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(system.degrees()))?;
-        Ok(MultipleInputsIdentification {
-            model,
-            branches,
-            output_offset,
-            tried,
-            fitted,
-            predicted,
-            verdicts,
-            warnings,
-        })
+        progress: &mut Progress<'_>,
+    ) -> Result<Identification> {
+        let options = Options::with_fresh_share(self.fresh_share);
+        ROW.run((record, inputs, output), options, progress)
     }
 }
 
+fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+    let inputs = request.inputs;
+    let what = "a fit with several inputs (besides the fresh part)";
+    if inputs.is_empty() {
+        return Err(Error::too_short(what, 1, 0));
+    }
+    refuse_repeated(inputs)?;
+    let columns = Columns::new(
+        request.record()?,
+        inputs,
+        request.output,
+        request.options.fresh_share,
+        what,
+    )?;
+    let data = columns.signals();
+    let report = &mut |stage: Stage| progress(stage.name());
+    let mut monitor = Monitor::new(report);
+    let found = ends::find(&data, false, &mut monitor);
+    monitor.finished()?;
+    let found = found.unwrap_or_else(|| ends::without_start(false));
+    let tried: Vec<TriedBranches> = found.tried.into_iter().map(TriedBranches::from).collect();
+    let system = found.system;
+    let Branches { blocks, paths, offset } = in_units(&system, &data, &columns, inputs)?;
+    let is_empty = blocks.is_empty();
+    let model = Block::Series(vec![Block::Inputs(blocks), Block::Offset(offset)]);
+    let predicted = match is_empty {
+        true => vec![offset; columns.y.len()],
+        false => model.simulate_inputs(&columns.u)?,
+    };
+    let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(system.degrees()))?;
+    let count = paths.len().to_string();
+    let run = Run {
+        model,
+        paths,
+        output_offset: offset,
+        fitted: columns.fitted,
+        predicted,
+        verdicts,
+        warnings,
+    };
+    Ok(Identification {
+        is_sum: true,
+        tried: tried.iter().map(tried_branches).collect(),
+        details: vec![Detail::sentence(
+            Place::Fact,
+            "Inputs",
+            count,
+            "each with blocks of its own",
+        )],
+        ..run.identification(&ROW, request)?
+    })
+}
+
+/// What the inputs pass, in the record's units.
+struct Branches {
+    blocks: Vec<Block>,
+    paths: Vec<Path>,
+    offset: f64,
+}
+
 /// The branches in the record's units and the conventional scale, and the offset.
-fn in_units(system: &System, data: &Signals, columns: &Columns, names: &[&str]) -> Result<(Vec<InputBranch>, f64)> {
+fn in_units(system: &System, data: &Signals, columns: &Columns, names: &[&str]) -> Result<Branches> {
     let mut offset = columns.output.back(system.offset());
-    let mut branches = Vec::new();
+    let (mut blocks, mut paths) = (Vec::new(), Vec::new());
     for (i, branch) in system.branches.iter().enumerate() {
         let (linear, gain) = normalised(branch)?;
         let level = mean(&data.u[i].iter().map(|u| branch.spline.value(*u)).collect::<Vec<_>>());
@@ -219,15 +176,18 @@ fn in_units(system: &System, data: &Signals, columns: &Columns, names: &[&str]) 
         if fixed.is_finite() {
             offset += fixed * scale * level;
         }
-        branches.push(InputBranch {
-            input: names[i].to_owned(),
-            nonlinearity: nonlinearity.curve,
-            breakpoints: nonlinearity.breakpoints,
-            kinks: nonlinearity.kinks,
-            delay: linear.b().iter().take_while(|b| **b == 0.0).count(),
-            order: linear.a().len() - 1,
-            linear,
+        blocks.push(Block::Series(vec![
+            Block::Static(nonlinearity.curve.clone()),
+            Block::Linear(linear.clone()),
+        ]));
+        let curve = StaticBlock::spline(nonlinearity.curve, nonlinearity.breakpoints, nonlinearity.kinks);
+        paths.push(Path {
+            inputs: vec![names[i].to_owned()],
+            blocks: vec![
+                NamedBlock::new("nonlinearity", "Nonlinearity", curve),
+                NamedBlock::new("linear", "Linear part", LinearBlock::of(linear)),
+            ],
         });
     }
-    Ok((branches, offset))
+    Ok(Branches { blocks, paths, offset })
 }

@@ -26,12 +26,14 @@
 use std::ops::ControlFlow;
 
 use super::super::block::{Blocks, Monitor, Prepared, Stage, SumResult, TriedSum, blocks, delays, find_sum};
-use super::super::outcome::{Verdict, Warning};
-use super::super::samples::Samples;
+use super::wiener_hammerstein::between_samples;
 use crate::error::{Error, Result};
+use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};
+use crate::identify::result::{
+    Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName, Values,
+};
 use crate::linear::TransferFunction;
 use crate::model::Block;
-use crate::nonlinearity::Curve;
 use crate::record::Record;
 
 /// Most branches that are tried where their number is not given.
@@ -63,7 +65,7 @@ const DELAY_SAMPLES: usize = 10_000;
 /// let y: Vec<f64> = p.iter().zip(&q).map(|(p, q)| p + q).collect();
 /// let method = Parallel { branches: Some(2), ..Default::default() };
 /// let result = method.identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
-/// assert_eq!(result.branches.len(), 2);
+/// assert_eq!(result.paths.len(), 2);
 /// assert!(result.verdict.measures.fit_percent > 98.0);
 /// # Ok::<(), flexure::Error>(())
 /// ```
@@ -84,77 +86,28 @@ impl Default for Parallel {
     }
 }
 
-/// One branch of a sum: linear, static, linear.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ParallelBranch {
-    /// The first linear block, of unit static or peak gain; `None` in a Hammerstein branch. Always stable.
-    pub front: Option<TransferFunction>,
-    /// The static nonlinearity, a cubic spline in tabulated form, straight on beyond the range of the fit.
-    pub nonlinearity: Curve,
-    /// Its breakpoints, increasing, in the unit of what enters it.
-    pub breakpoints: Vec<f64>,
-    /// The last linear block, of unit static or peak gain. Always stable.
-    pub back: TransferFunction,
-}
+pub(in crate::identify) const ROW: Structure = Structure {
+    name: StructureName {
+        key: "parallel",
+        title: "parallel",
+    },
+    description: "a sum of branches from one input: each a static nonlinearity and linear dynamics, with linear dynamics before it if needed",
+    inputs: 1..=1,
+    options: &["branches"],
+    complexity: None,
+    identify,
+};
 
-impl ParallelBranch {
-    /// The blocks in series.
-    pub fn model(&self) -> Block {
-        let front = self.front.iter().map(|front| Block::Linear(front.clone()));
-        let rest = [
-            Block::Static(self.nonlinearity.clone()),
-            Block::Linear(self.back.clone()),
-        ];
-        Block::Series(front.chain(rest).collect())
-    }
-}
-
-/// An identified sum of branches with all that was chosen on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ParallelIdentification {
-    /// The model, ready to simulate: `Parallel` of a `Series` for every branch (for two where a branch's nonlinearity acts
-    /// between the samples too), and in series with that the output offset where there is one.
-    pub model: Block,
-    /// The branches at the samples.
-    pub branches: Vec<ParallelBranch>,
-    /// Added to the sum of the branches.
-    pub output_offset: f64,
-    /// The sums that were tried, in order.
-    pub tried: Vec<TriedSum>,
-    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
-    pub fitted: usize,
-    /// The free-run output over all samples.
-    pub predicted: Vec<f64>,
-    /// The verdict on the samples from `fitted` on.
-    pub verdict: Verdict,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
-
-impl ParallelIdentification {
-    /// The number of poles of all linear blocks.
-    pub fn order(&self) -> usize {
-        let linear = self.branches.iter().flat_map(|b| b.front.iter().chain([&b.back]));
-        linear.map(|g| g.a().len() - 1).sum()
-    }
-
-    /// The smallest of the branches' delays, in samples.
-    pub fn delay(&self) -> usize {
-        let of = |g: &TransferFunction| g.b().iter().take_while(|b| **b == 0.0).count();
-        let each = self
-            .branches
-            .iter()
-            .map(|b| b.front.as_ref().map_or(0, of) + of(&b.back));
-        each.min().unwrap_or(0)
-    }
-}
+/// Why branches are not to be read one by one.
+const ONLY_THE_SUM: &str =
+    "the record determines the branches' sum; parts of it can be moved from one branch to another";
 
 impl Parallel {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
     /// Those of [`Wiener::identify`](crate::identify::Wiener::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<ParallelIdentification> {
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
         self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
     }
 
@@ -170,42 +123,72 @@ impl Parallel {
         record: &Record,
         input: &str,
         output: &str,
-        progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
-    ) -> Result<ParallelIdentification> {
-        let counts = match self.branches {
-            None => 1..=MOST_CHOSEN,
-            Some(count) if (1..=MOST).contains(&count) => count..=count,
-            Some(count) => {
-                return Err(Error::parameter(
-                    "the number of branches",
-                    count as f64,
-                    "between 1 and 5",
-                ));
-            }
+        progress: &mut Progress<'_>,
+    ) -> Result<Identification> {
+        let options = Options {
+            branches: self.branches,
+            ..Options::with_fresh_share(self.fresh_share)
         };
-        let what = "a fit of branches in parallel (besides the fresh part)";
-        let samples = Samples::new(record, input, output, self.fresh_share, what)?;
-        let mut monitor = Monitor::new(progress);
-        let (u, y) = (&samples.input()[..samples.fitted], &samples.y[..samples.fitted]);
-        let prepared = Prepared::with_delay_at_most(u, y, delay(u, y), &mut monitor);
-        let found = find_sum(&prepared, counts, &mut monitor);
-        monitor.finished()?;
-        let InUnits {
-            branches,
-            offset,
-            model,
-        } = InUnits::new(&found, &prepared)?;
-        let (predicted, verdict, warnings) = samples.judged(&model, found.system.degrees())?;
-        Ok(ParallelIdentification {
-            model,
-            branches,
-            output_offset: offset,
-            tried: found.tried.into_iter().map(TriedSum::from).collect(),
-            fitted: samples.fitted,
-            predicted,
-            verdict,
-            warnings,
-        })
+        ROW.run((record, &[input], output), options, progress)
+    }
+}
+
+fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+    let counts = match request.options.branches {
+        None => 1..=MOST_CHOSEN,
+        Some(count) if (1..=MOST).contains(&count) => count..=count,
+        Some(count) => {
+            return Err(Error::parameter(
+                "the number of branches",
+                count as f64,
+                "between 1 and 5",
+            ));
+        }
+    };
+    let samples = request.samples("a fit of branches in parallel (besides the fresh part)")?;
+    let report = &mut |stage: Stage| progress(stage.name());
+    let mut monitor = Monitor::new(report);
+    let (u, y) = (&samples.input()[..samples.fitted], &samples.y[..samples.fitted]);
+    let prepared = Prepared::with_delay_at_most(u, y, delay(u, y), &mut monitor);
+    let found = find_sum(&prepared, counts, &mut monitor);
+    monitor.finished()?;
+    let InUnits {
+        branches,
+        offset,
+        model,
+    } = InUnits::new(&found, &prepared)?;
+    let paths = branches.into_iter().map(|blocks| path(request, blocks)).collect();
+    let run = Run::new(&samples, model, paths, found.system.degrees())?;
+    let branch = match run.paths.iter().any(|p| p.blocks[0].role == "front") {
+        true => "linear dynamics, a static nonlinearity, linear dynamics",
+        false => "a static nonlinearity, then linear dynamics",
+    };
+    let count = match run.paths.len() {
+        1 => "1 branch".to_owned(),
+        n => format!("{n} branches"),
+    };
+    let why = format!("smallest Schwarz criterion, unless given; {ONLY_THE_SUM}");
+    let tried: Vec<TriedSum> = found.tried.into_iter().map(TriedSum::from).collect();
+    Ok(Identification {
+        is_sum: true,
+        description: format!("a sum of {count}: {branch}"),
+        output_offset: offset,
+        details: vec![Detail::sentence(Place::ChoiceAndText, "Branches", count, &why)],
+        tried: tried.iter().map(Values::from).collect(),
+        ..run.identification(&ROW, request)?
+    })
+}
+
+impl From<&TriedSum> for Values {
+    fn from(t: &TriedSum) -> Self {
+        Values::new([
+            ("front_orders", t.front_orders.as_slice().into()),
+            ("back_orders", t.back_orders.as_slice().into()),
+            ("pieces", t.pieces.as_slice().into()),
+            ("samples", t.samples.into()),
+            ("relative_error", t.relative_error.into()),
+            ("bic", t.bic.into()),
+        ])
     }
 }
 
@@ -218,7 +201,8 @@ fn delay(u: &[f64], y: &[f64]) -> usize {
 
 /// A sum in the record's units.
 struct InUnits {
-    branches: Vec<ParallelBranch>,
+    /// The blocks of every branch, those between the samples behind the others, in the order in which they stand in the model.
+    branches: Vec<Vec<NamedBlock>>,
     offset: f64,
     model: Block,
 }
@@ -232,16 +216,17 @@ impl InUnits {
             let own = blocks(branch, &scaled)?;
             scaled.scales.output.mean = 0.0;
             offset += own.offset;
-            let branch = in_units(&own, found.hammerstein)?;
-            parallel.push(branch.model());
-            if let Some(between) = &own.intersample {
+            let (chain, mut named) = in_units(&own, found.hammerstein)?;
+            parallel.push(chain);
+            if let Some(between) = own.intersample {
                 parallel.push(Block::Series(vec![
                     Block::Linear(between.front.clone()),
                     Block::Static(between.nonlinearity.clone()),
                     Block::Linear(between.back.clone()),
                 ]));
+                named.extend(between_samples(between));
             }
-            branches.push(branch);
+            branches.push(named);
         }
         let mut series = vec![Block::Parallel(parallel)];
         if offset != 0.0 {
@@ -259,23 +244,28 @@ impl InUnits {
     }
 }
 
-/// A Hammerstein branch's front is only a delay, which is the back's as well; a branch whose front came out so is one too.
-fn in_units(own: &Blocks, hammerstein: bool) -> Result<ParallelBranch> {
+/// A branch and its blocks with their names. A Hammerstein branch's front is only a delay, which is the back's as well; a branch whose
+/// front came out so is one too.
+fn in_units(own: &Blocks, hammerstein: bool) -> Result<(Block, Vec<NamedBlock>)> {
     let mut passing = own.front.b().iter().skip_while(|b| **b == 0.0);
     let only_delays = own.front.a().len() == 1 && passing.next() == Some(&1.0) && passing.all(|b| *b == 0.0);
-    let hammerstein = hammerstein || (only_delays && own.intersample.is_none());
-    let (front, back) = match hammerstein {
-        true => {
-            let delayed = own.front.b().iter().take_while(|b| **b == 0.0).map(|_| 0.0);
-            let b = delayed.chain(own.back.b().iter().copied()).collect();
-            (None, TransferFunction::new(b, own.back.a().to_vec())?)
-        }
-        false => (Some(own.front.clone()), own.back.clone()),
-    };
-    Ok(ParallelBranch {
-        front,
-        nonlinearity: own.curve.clone(),
-        breakpoints: own.breakpoints.clone(),
-        back,
-    })
+    let curve = Block::Static(own.curve.clone());
+    let found = StaticBlock::spline(own.curve.clone(), own.breakpoints.clone(), Vec::new());
+    let nonlinearity = NamedBlock::new("nonlinearity", "Nonlinearity", found);
+    if hammerstein || (only_delays && own.intersample.is_none()) {
+        let delayed = own.front.b().iter().take_while(|b| **b == 0.0).map(|_| 0.0);
+        let b = delayed.chain(own.back.b().iter().copied()).collect();
+        let linear = TransferFunction::new(b, own.back.a().to_vec())?;
+        let block = Block::Series(vec![curve, Block::Linear(linear.clone())]);
+        let linear = NamedBlock::new("linear", "Linear part", LinearBlock::of(linear));
+        return Ok((block, vec![nonlinearity, linear]));
+    }
+    let block = Block::Series(vec![
+        Block::Linear(own.front.clone()),
+        curve,
+        Block::Linear(own.back.clone()),
+    ]);
+    let front = NamedBlock::new("front", "Front linear part", LinearBlock::of(own.front.clone()));
+    let back = NamedBlock::new("back", "Back linear part", LinearBlock::of(own.back.clone()));
+    Ok((block, vec![front, nonlinearity, back]))
 }

@@ -24,15 +24,12 @@
 use std::ops::ControlFlow;
 
 use super::super::block::{
-    ApproximationScore, FreeParts, Intersample, Monitor, Prepared, Stage, TriedStructure, WEAK, blocks, search, splits,
-    without_start,
+    Blocks, FreeParts, Intersample, Monitor, Stage, TriedStructure, WEAK, blocks, search, splits, without_start,
 };
-use super::super::outcome::{Verdict, Warning};
-use super::super::samples::Samples;
+use super::super::outcome::Warning;
 use crate::error::Result;
-use crate::linear::TransferFunction;
-use crate::model::Block;
-use crate::nonlinearity::Curve;
+use crate::identify::registry::{Options, Progress, Request, Run, Structure, path, start_details, tried_cascade};
+use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName};
 use crate::record::Record;
 /// The identification of a Wiener-Hammerstein system.
 ///
@@ -72,51 +69,24 @@ impl Default for WienerHammerstein {
     }
 }
 
-/// An identified Wiener-Hammerstein system with all that was chosen on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WienerHammersteinIdentification {
-    /// The model, ready to simulate: `Series([Linear, Static, Linear])`, of which `Parallel` takes two for an instant between
-    /// the samples, and the output offset where there is one.
-    pub model: Block,
-    /// The first linear block, of unit static or peak gain. Always stable.
-    pub front: TransferFunction,
-    /// The way through an instant between the samples, where the data show that the nonlinearity acts there too.
-    pub intersample: Option<Intersample>,
-    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of
-    /// the fit.
-    pub nonlinearity: Curve,
-    /// The last linear block, of unit static or peak gain. Always stable.
-    pub back: TransferFunction,
-    /// Added to the output; zero unless the back has (nearly) no static gain.
-    pub output_offset: f64,
-    /// The number of poles of the front.
-    pub front_order: usize,
-    /// The number of poles of the back.
-    pub back_order: usize,
-    /// The nonlinearity's breakpoints, increasing, in the unit of the intermediate signal.
-    pub breakpoints: Vec<f64>,
-    /// Points at which the nonlinearity's slope changes at once, increasing, in the same unit.
-    pub kinks: Vec<f64>,
-    /// The linear approximations that were tried.
-    pub approximations: Vec<ApproximationScore>,
-    /// The structures that were tried, in order.
-    pub tried: Vec<TriedStructure>,
-    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
-    pub fitted: usize,
-    /// The free-run output over all samples.
-    pub predicted: Vec<f64>,
-    /// The verdict on the samples from `fitted` on.
-    pub verdict: Verdict,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
+pub(in crate::identify) const ROW: Structure = Structure {
+    name: StructureName {
+        key: "wiener-hammerstein",
+        title: "Wiener-Hammerstein",
+    },
+    description: "linear dynamics, a static nonlinearity, linear dynamics",
+    inputs: 1..=1,
+    options: &[],
+    complexity: Some(3),
+    identify,
+};
 
 impl WienerHammerstein {
     /// Identifies the system from `input` to `output`.
     ///
     /// # Errors
     /// Those of [`Wiener::identify`](crate::identify::Wiener::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<WienerHammersteinIdentification> {
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
         self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
     }
 
@@ -133,27 +103,18 @@ impl WienerHammerstein {
         record: &Record,
         input: &str,
         output: &str,
-        progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
-    ) -> Result<WienerHammersteinIdentification> {
-        let samples = Samples::new(
-            record,
-            input,
-            output,
-            self.fresh_share,
-            "a Wiener-Hammerstein fit (besides the fresh part)",
-        )?;
-        let mut monitor = Monitor::new(progress);
-        let prepared = samples.prepared(&mut monitor);
-        fit(&samples, &prepared, &mut monitor)
+        progress: &mut Progress<'_>,
+    ) -> Result<Identification> {
+        let options = Options::with_fresh_share(self.fresh_share);
+        ROW.run((record, &[input], output), options, progress)
     }
 }
 
-/// The identification from linear approximations on.
-pub(in crate::identify) fn fit(
-    samples: &Samples<'_>,
-    prepared: &Prepared,
-    monitor: &mut Monitor<'_>,
-) -> Result<WienerHammersteinIdentification> {
+fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+    let samples = request.samples("a Wiener-Hammerstein fit (besides the fresh part)")?;
+    let report = &mut |stage: Stage| progress(stage.name());
+    let monitor = &mut Monitor::new(report);
+    let prepared = request.prepared(&samples, monitor);
     let starts = splits(prepared, monitor);
     let found = search(starts, FreeParts::WIENER_HAMMERSTEIN, &prepared.data, monitor);
     monitor.finished()?;
@@ -161,29 +122,57 @@ pub(in crate::identify) fn fit(
     let branch = &found.system.branches[0];
     let blocks = blocks(branch, prepared)?;
     let model = blocks.model();
-    let (predicted, verdict, mut warnings) = samples.judged(&model, found.system.degrees())?;
+    let second = blocks.intersample.is_some();
+    let output_offset = blocks.offset;
+    let paths = vec![path(request, named(blocks))];
+    let mut run = Run::new(&samples, model, paths, found.system.degrees())?;
     if !(prepared.explained() >= WEAK) {
-        warnings.push(Warning::WeakLinearApproximation {
+        run.warnings.push(Warning::WeakLinearApproximation {
             percent: 100.0 * prepared.explained(),
         });
     }
-    Ok(WienerHammersteinIdentification {
-        model,
-        front: blocks.front,
-        nonlinearity: blocks.curve,
-        back: blocks.back,
-        intersample: blocks.intersample,
-        output_offset: blocks.offset,
-        front_order: branch.front.order(),
-        back_order: branch.back.order(),
-        breakpoints: blocks.breakpoints,
-        kinks: blocks.kinks,
-        approximations: prepared.scores(),
-        tried: TriedStructure::of(found.tried),
-        fitted: samples.fitted,
-        predicted,
-        verdict,
-        warnings,
+    let start = "those of the best linear approximation, shared out in every way";
+    let mut details = start_details(start, &prepared.scores(), &run.paths);
+    details.extend(second.then(|| {
+        let why = "the nonlinearity acts between the samples too: a second branch, with the same nonlinearity and the same poles, adds to \
+                   the output; chosen by Schwarz's criterion";
+        Detail::sentence(Place::ChoiceAndText, "Between the samples", "2 instants", why)
+    }));
+    let tried = TriedStructure::of(found.tried);
+    Ok(Identification {
+        details,
+        output_offset,
+        parameters: tried.last().map_or(1, |t| t.parameters()),
+        tried: tried.iter().map(tried_cascade).collect(),
+        ..run.identification(&ROW, request)?
+    })
+}
+
+/// The blocks with their names, and those of the second way through an instant between the samples.
+pub(super) fn named(blocks: Blocks) -> Vec<NamedBlock> {
+    let curve = StaticBlock::spline(blocks.curve, blocks.breakpoints, blocks.kinks);
+    let mut named = vec![
+        NamedBlock::new("front", "Front linear part", LinearBlock::of(blocks.front)),
+        NamedBlock::new("nonlinearity", "Nonlinearity", curve),
+        NamedBlock::new("back", "Back linear part", LinearBlock::of(blocks.back)),
+    ];
+    named.extend(blocks.intersample.into_iter().flat_map(between_samples));
+    named
+}
+
+/// The blocks of the second way, through an instant between the samples.
+pub(super) fn between_samples(second: Intersample) -> [NamedBlock; 3] {
+    let curve = StaticBlock::spline(second.nonlinearity, Vec::new(), Vec::new());
+    let front = LinearBlock::of(second.front);
+    let back = LinearBlock::of(second.back);
+    [
+        NamedBlock::new("intersample_front", "Front, between the samples", front),
+        NamedBlock::new("intersample_nonlinearity", "Nonlinearity, between the samples", curve),
+        NamedBlock::new("intersample_back", "Back, between the samples", back),
+    ]
+    .map(|block| NamedBlock {
+        between_samples: true,
+        ..block
     })
 }
 

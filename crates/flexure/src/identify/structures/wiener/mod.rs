@@ -27,15 +27,11 @@ mod tests;
 
 use std::ops::ControlFlow;
 
-use super::super::block::{
-    ApproximationScore, FreeParts, Monitor, Prepared, Stage, TriedStructure, blocks, search, without_start,
-};
-use super::super::outcome::{Verdict, Warning};
-use super::super::samples::Samples;
+use super::super::block::{FreeParts, Monitor, Stage, TriedStructure, blocks, search, without_start};
 use crate::error::Result;
-use crate::linear::TransferFunction;
+use crate::identify::registry::{Options, Progress, Request, Run, Structure, path, start_details, tried_cascade};
+use crate::identify::result::{Identification, LinearBlock, NamedBlock, StaticBlock, StructureName};
 use crate::model::Block;
-use crate::nonlinearity::Curve;
 use crate::record::Record;
 use starts::{delay_of_any_dependence, is_weak, starts};
 
@@ -46,7 +42,7 @@ use starts::{delay_of_any_dependence, is_weak, starts};
 /// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
 ///
 /// ```
-/// use flexure::identify::{Wiener, WienerStart};
+/// use flexure::identify::Wiener;
 /// use flexure::linear::TransferFunction;
 /// use flexure::record::Record;
 /// use rand::SeedableRng;
@@ -58,7 +54,6 @@ use starts::{delay_of_any_dependence, is_weak, starts};
 /// let u: Vec<f64> = (0..4000).map(|_| StandardNormal.sample(&mut random)).collect();
 /// let y: Vec<f64> = linear.simulate(&u).iter().map(|w| w.abs()).collect();
 /// let result = Wiener::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
-/// assert_eq!(result.start, WienerStart::HigherMoments);
 /// assert!(result.verdict.measures.fit_percent > 98.0);
 /// # Ok::<(), flexure::Error>(())
 /// ```
@@ -76,44 +71,24 @@ impl Default for Wiener {
 
 /// What the search for a Wiener system started from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WienerStart {
+enum WienerStart {
     /// The best linear approximations.
     LinearApproximation,
     /// Higher moments, which did better than the best linear approximations.
     HigherMoments,
 }
 
-/// An identified Wiener system with all that was chosen on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WienerIdentification {
-    /// The model, ready to simulate: `Series([Linear, Static])`.
-    pub model: Block,
-    /// The linear block, of unit static or peak gain. Always stable.
-    pub linear: TransferFunction,
-    /// The static nonlinearity, a cubic spline with kinks where the data show them, in tabulated form, straight on beyond the range of
-    /// the fit.
-    pub nonlinearity: Curve,
-    /// The number of poles.
-    pub order: usize,
-    /// The nonlinearity's breakpoints, increasing, in the unit of the intermediate signal.
-    pub breakpoints: Vec<f64>,
-    /// Points at which the nonlinearity's slope changes at once, increasing, in the same unit.
-    pub kinks: Vec<f64>,
-    /// What the search started from.
-    pub start: WienerStart,
-    /// The linear approximations that were tried.
-    pub approximations: Vec<ApproximationScore>,
-    /// The structures that were tried, in order; the back of each is nothing.
-    pub tried: Vec<TriedStructure>,
-    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
-    pub fitted: usize,
-    /// The free-run output over all samples.
-    pub predicted: Vec<f64>,
-    /// The verdict on the samples from `fitted` on.
-    pub verdict: Verdict,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-}
+pub(in crate::identify) const ROW: Structure = Structure {
+    name: StructureName {
+        key: "wiener",
+        title: "Wiener",
+    },
+    description: "linear dynamics, then a static nonlinearity",
+    inputs: 1..=1,
+    options: &[],
+    complexity: Some(2),
+    identify,
+};
 
 impl Wiener {
     /// Identifies the system from `input` to `output`.
@@ -123,7 +98,7 @@ impl Wiener {
     /// `Constant`, `ConstantPart`,
     /// `TooShort` (fewer than 200 samples for the fit), `Unit`,
     /// [`Error::Parameter`](crate::Error::Parameter) for a parameter outside its range.
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<WienerIdentification> {
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
         self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
     }
 
@@ -140,22 +115,18 @@ impl Wiener {
         record: &Record,
         input: &str,
         output: &str,
-        progress: &mut dyn FnMut(Stage) -> ControlFlow<()>,
-    ) -> Result<WienerIdentification> {
-        let what = "a Wiener fit (besides the fresh part)";
-        let samples = Samples::new(record, input, output, self.fresh_share, what)?;
-        let mut monitor = Monitor::new(progress);
-        let prepared = samples.prepared(&mut monitor);
-        fit(&samples, &prepared, &mut monitor)
+        progress: &mut Progress<'_>,
+    ) -> Result<Identification> {
+        let options = Options::with_fresh_share(self.fresh_share);
+        ROW.run((record, &[input], output), options, progress)
     }
 }
 
-/// The identification from linear approximations on.
-pub(in crate::identify) fn fit(
-    samples: &Samples<'_>,
-    linear: &Prepared,
-    monitor: &mut Monitor<'_>,
-) -> Result<WienerIdentification> {
+fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+    let samples = request.samples("a Wiener fit (besides the fresh part)")?;
+    let report = &mut |stage: Stage| progress(stage.name());
+    let monitor = &mut Monitor::new(report);
+    let linear = request.prepared(&samples, monitor);
     let mut again = None;
     if is_weak(linear) {
         let (u, y) = (&samples.input()[..samples.fitted], &samples.y[..samples.fitted]);
@@ -172,20 +143,23 @@ pub(in crate::identify) fn fit(
         Block::Linear(blocks.front.clone()),
         Block::Static(blocks.curve.clone()),
     ]);
-    let (predicted, verdict, warnings) = samples.judged(&model, found.system.degrees())?;
-    Ok(WienerIdentification {
-        model,
-        linear: blocks.front,
-        nonlinearity: blocks.curve,
-        order: branch.front.order(),
-        breakpoints: blocks.breakpoints,
-        kinks: blocks.kinks,
-        start,
-        approximations: linear.scores(),
-        tried: TriedStructure::of(found.tried),
-        fitted: samples.fitted,
-        predicted,
-        verdict,
-        warnings,
+    let start = match start {
+        WienerStart::LinearApproximation => "those of the best linear approximation",
+        WienerStart::HigherMoments => {
+            "those of an impulse response from higher moments of input and output, which did better than linear approximations"
+        }
+    };
+    let curve = StaticBlock::spline(blocks.curve, blocks.breakpoints, blocks.kinks);
+    let blocks = vec![
+        NamedBlock::new("linear", "Linear part", LinearBlock::of(blocks.front)),
+        NamedBlock::new("nonlinearity", "Nonlinearity", curve),
+    ];
+    let run = Run::new(&samples, model, vec![path(request, blocks)], found.system.degrees())?;
+    let tried = TriedStructure::of(found.tried);
+    Ok(Identification {
+        details: start_details(start, &linear.scores(), &run.paths),
+        parameters: tried.last().map_or(1, |t| t.parameters()),
+        tried: tried.iter().map(tried_cascade).collect(),
+        ..run.identification(&ROW, request)?
     })
 }
