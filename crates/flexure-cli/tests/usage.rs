@@ -129,7 +129,7 @@ fn values_out_of_range() {
         (
             "--structure fuzzy",
             "'fuzzy' for '--structure <STRUCTURE>'\n  [possible values: auto, linear, hammerstein, wiener, wiener-hammerstein, \
-             hammerstein-wiener, parallel, multiple-inputs, joint-inputs, narx, volterra]",
+             hammerstein-wiener, parallel, multiple-inputs, joint-inputs, static, narx, volterra]",
         ),
         (
             "--method magic",
