@@ -112,7 +112,7 @@ fn a_hammerstein_system_has_a_nearly_straight_output_nonlinearity() {
         .map(|u| result.curve("nonlinearity").unwrap().value(*u))
         .collect();
     let (low, high) = middle(result.linear("linear").unwrap().simulate_from_mean(&v));
-    let bend = bend(&result.curve("output_nonlinearity").unwrap(), low, high);
+    let bend = bend(result.curve("output_nonlinearity").unwrap(), low, high);
     println!("{bend} {}", truth_fit(&known, &result));
     assert!(bend < 0.01, "{bend}");
     assert!(truth_fit(&known, &result) > 99.0);
@@ -125,7 +125,7 @@ fn a_wiener_system_has_a_nearly_straight_input_nonlinearity() {
         ..DEAD_ZONE_AND_SATURATION
     };
     let result = identify(&known.record(10_000, 4, 0.01));
-    let bend = bend(&result.curve("nonlinearity").unwrap(), -1.9, 1.9);
+    let bend = bend(result.curve("nonlinearity").unwrap(), -1.9, 1.9);
     println!("{bend} {}", truth_fit(&known, &result));
     assert!(bend < 0.01, "{bend}");
     assert!(truth_fit(&known, &result) > 99.0);

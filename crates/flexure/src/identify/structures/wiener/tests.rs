@@ -117,14 +117,14 @@ fn known_systems_come_back_with_both_blocks() {
             .fit_percent;
         assert!(fit > 99.0, "{i}: {fit}");
         assert_eq!(result.order, order, "{i}");
-        let apart = distance(&known.linear, &result.linear("linear").unwrap());
+        let apart = distance(&known.linear, result.linear("linear").unwrap());
         assert!(apart < 0.01, "{i}: {apart}");
         assert!(from_higher_moments(&result) || !even, "{i}");
         assert!(result.linear("linear").unwrap().is_stable(), "{i}");
         // The curve, over the middle of the intermediate signal's range.
         let w = Block::Linear(result.linear("linear").unwrap().clone()).simulate(u);
         let (centre, spread) = (mean(&w), variance(&w).sqrt());
-        let sign = if same_sign(&known.linear, &result.linear("linear").unwrap()) {
+        let sign = if same_sign(&known.linear, result.linear("linear").unwrap()) {
             1.0
         } else {
             -1.0
@@ -185,7 +185,7 @@ fn a_long_delay_is_found_under_an_even_nonlinearity() {
         .unwrap()
         .fit_percent;
     assert!(fit > 99.0, "{fit}");
-    assert!(distance(&known.linear, &result.linear("linear").unwrap()) < 0.01);
+    assert!(distance(&known.linear, result.linear("linear").unwrap()) < 0.01);
 }
 
 #[test]
