@@ -90,8 +90,8 @@ fn simulated(seed: u64) -> flexure::Result<()> {
         back.a().len() - 1,
         result.block("front").unwrap().linear().unwrap().order(),
         result.block("back").unwrap().linear().unwrap().order(),
-        distance(&front, &result.linear("front").unwrap()),
-        distance(&back, &result.linear("back").unwrap()),
+        distance(&front, result.linear("front").unwrap()),
+        distance(&back, result.linear("back").unwrap()),
         start.elapsed().as_secs_f64()
     );
     Ok(())
