@@ -20,10 +20,12 @@ __all__ = [
     "ParameterError",
     "Regression",
     "SimulationError",
+    "Structure",
     "TooShortError",
     "__version__",
     "identify_joint",
     "sample_time",
+    "structures",
 ]
 
 __version__: str
