@@ -23,7 +23,7 @@ mod draw;
 
 use draw::{Kind, draw};
 use flexure::Record;
-use flexure::identify::{HammersteinWiener, Linear, MultipleInputs, RefinedHammerstein, Wiener, WienerHammerstein};
+use flexure::identify::{HAMMERSTEIN_WIENER, LINEAR, MULTIPLE_INPUTS, RefinedHammerstein, WIENER, WIENER_HAMMERSTEIN};
 use flexure::linear::TransferFunction;
 use flexure::validation::{Estimated, LEVEL, ResidualTests, TestKind};
 use rand::{RngExt, SeedableRng};
@@ -226,7 +226,7 @@ fn identified_table(options: &Options) {
             Row::new(&format!("n = {n}, linear, {name}"), runs(800), move |seed| {
                 let [u, _, e] = hammerstein(seed, n, coloured[0], coloured[1])?;
                 let y = sum(&filtered(&[0.5, 0.2], &[1.0, -1.2, 0.52], &u)?, &e);
-                let result = Linear::default().identify(&record(&u, &y)?, "u", "y")?;
+                let result = LINEAR.identify(&record(&u, &y)?, &["u"], "y")?;
                 Ok(result.verdict.residuals)
             })
             .print(true, options);
@@ -235,7 +235,7 @@ fn identified_table(options: &Options) {
             let name = if coloured { "ARMA" } else { "white" };
             Row::new(&format!("n = {n}, Wiener, {name} e"), runs(60), move |seed| {
                 let (u, w, e) = behind_linear(seed, n, coloured)?;
-                let result = Wiener::default().identify(&record(&u, &sum(&w, &e))?, "u", "y")?;
+                let result = WIENER.identify(&record(&u, &sum(&w, &e))?, &["u"], "y")?;
                 Ok(result.verdict.residuals)
             })
             .print(true, options);
@@ -245,7 +245,7 @@ fn identified_table(options: &Options) {
                 move |seed| {
                     let (u, w, e) = behind_linear(seed, n, coloured)?;
                     let y = sum(&filtered(&[0.5, 0.2], &[1.0, -1.2, 0.52], &w)?, &e);
-                    let result = WienerHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
+                    let result = WIENER_HAMMERSTEIN.identify(&record(&u, &y)?, &["u"], "y")?;
                     Ok(result.verdict.residuals)
                 },
             )
@@ -253,7 +253,7 @@ fn identified_table(options: &Options) {
             Row::new(&format!("n = {n}, nonlinear ends, {name} e"), runs(60), move |seed| {
                 let [u, y0, e] = hammerstein(seed, n, true, coloured)?;
                 let y: Vec<f64> = y0.iter().map(|x| x + 0.2 * x * x * x).collect();
-                let result = HammersteinWiener::default().identify(&record(&u, &sum(&y, &e))?, "u", "y")?;
+                let result = HAMMERSTEIN_WIENER.identify(&record(&u, &sum(&y, &e))?, &["u"], "y")?;
                 Ok(result.verdict.residuals)
             })
             .print(true, options);
@@ -262,7 +262,7 @@ fn identified_table(options: &Options) {
                 let [v, w, _] = hammerstein(seed + 1_000_000, n, false, false)?;
                 let y = sum(&sum(&y0, &w), &e);
                 let columns = [("u", u), ("v", v), ("y", y)];
-                let result = MultipleInputs::default().identify(&Record::new(columns)?, &["u", "v"], "y")?;
+                let result = MULTIPLE_INPUTS.identify(&Record::new(columns)?, &["u", "v"], "y")?;
                 Ok(result.verdicts.into_iter().next().and_then(|v| v.residuals))
             })
             .print(true, options);
@@ -301,7 +301,7 @@ fn wrong_table(options: &Options) {
         Row::new(&format!("n = {n}, linear to Hammerstein"), runs, move |seed| {
             let [u, y, e] = hammerstein(seed, n, false, false)?;
             let y = sum(&y, &e);
-            let result = Linear::default().identify(&record(&u, &y)?, "u", "y")?;
+            let result = LINEAR.identify(&record(&u, &y)?, &["u"], "y")?;
             Ok(result.verdict.residuals)
         })
         .print(false, options);

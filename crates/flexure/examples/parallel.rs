@@ -10,7 +10,7 @@
 use std::time::Instant;
 
 use flexure::Record;
-use flexure::identify::Parallel;
+use flexure::identify::PARALLEL;
 use flexure::linear::TransferFunction;
 use flexure::validation::FitMeasures;
 use rand::{RngExt, SeedableRng};
@@ -100,7 +100,7 @@ fn main() -> flexure::Result<()> {
             let mut rng = Pcg64::seed_from_u64(1000 + seed);
             let y: Vec<f64> = y0.iter().map(|y| y + NOISE * normal(&mut rng)).collect();
             let start = Instant::now();
-            let result = Parallel::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+            let result = PARALLEL.identify(&Record::new([("u", u), ("y", y)])?, &["u"], "y")?;
             let fresh = result.fitted..;
             let fit = FitMeasures::new(&y0[fresh.clone()], &result.predicted[fresh])?.fit_percent;
             let branches = result.paths.iter().map(|path| {

@@ -8,9 +8,10 @@
 #[path = "structures/polynomial.rs"]
 mod polynomial;
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
-use flexure::identify::WienerHammerstein;
+use flexure::identify::{Identification, Options, Request, WIENER_HAMMERSTEIN};
 use flexure::linear::TransferFunction;
 use flexure::record::Record;
 use flexure::validation::FitMeasures;
@@ -80,8 +81,7 @@ fn simulated(seed: u64) -> flexure::Result<()> {
     let error = 0.01 * spread(&truth);
     let y = truth.iter().zip(&noise).map(|(y, e)| y + error * e).collect();
     let start = Instant::now();
-    let method = WienerHammerstein { fresh_share: 0.2 };
-    let result = method.identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+    let result = identified(&Record::new([("u", u), ("y", y)])?)?;
     let fit = FitMeasures::new(&truth[FITTED..], &result.predicted[FITTED..])?.fit_percent;
     println!(
         "{seed:>4} {name:<12} {:<9} {:>6}+{}  {:>5}+{} {:>8.2} {:>7.2} {fit:>8.3} {:>5.1}",
@@ -97,6 +97,12 @@ fn simulated(seed: u64) -> flexure::Result<()> {
     Ok(())
 }
 
+fn identified(record: &Record) -> flexure::Result<Identification> {
+    let records = [record];
+    let request = &Request::new(&records, &["u"], "y", Options::with_fresh_share(0.2));
+    WIENER_HAMMERSTEIN.identify_with(request, &mut |_| ControlFlow::Continue(()))
+}
+
 fn circuit() -> flexure::Result<()> {
     let folder = std::env::var("FLEXURE_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
     let path = std::path::Path::new(&folder).join("wiener-hammerstein-2009-estimation.csv");
@@ -108,8 +114,7 @@ fn circuit() -> flexure::Result<()> {
     let rows = text.lines().skip(1).filter_map(|l| l.split_once(','));
     let (u, y) = rows.map(|(u, y)| (number(u), number(y))).unzip();
     let start = Instant::now();
-    let method = WienerHammerstein { fresh_share: 0.2 };
-    let result = method.identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+    let result = identified(&Record::new([("u", u), ("y", y)])?)?;
     println!(
         "circuit: {:.4} mV on {} fresh samples, {}+{} poles, {} pieces, {:.1} s (published, on the test part: linear 43.4, \
          block-structured 0.28, best 0.241)",

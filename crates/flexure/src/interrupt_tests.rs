@@ -1,6 +1,7 @@
 //! Every long method ends wherever it is interrupted, without a panic, and says so.
 
 use crate::error::Stopped;
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use rand::{RngExt, SeedableRng};
@@ -9,8 +10,8 @@ use rand_pcg::Pcg64;
 use super::*;
 use crate::identify::robot_joint::{FlexibleJoint, RigidJoint, TwoLinkLog};
 use crate::identify::{
-    Auto, HammersteinWiener, JointInputs, MultipleInputs, Narx, Parallel, PlainHammerstein, RefinedHammerstein,
-    Volterra, Wiener, WienerHammerstein,
+    AUTO, HAMMERSTEIN_WIENER, JOINT_INPUTS, MULTIPLE_INPUTS, NARX, Options, PARALLEL, PlainHammerstein,
+    RefinedHammerstein, Request, VOLTERRA, WIENER, WIENER_HAMMERSTEIN,
 };
 use crate::manipulator::{Arm, Drive, Model, SimulationOptions, add_noise, simulate, space_arm};
 use crate::nonlinearity::{EstimatorName, NamedEstimator, Rule, Tuning};
@@ -141,35 +142,36 @@ fn hammerstein_systems_stop() {
 fn cascades_stop() {
     let record = record(1200);
     let (u, y) = ("p", "s");
-    stops("Wiener", || Wiener::default().identify(&record, u, y).map(drop));
+    stops("Wiener", || WIENER.identify(&record, &[u], y).map(drop));
     stops("wiener-hammerstein", || {
-        WienerHammerstein::default().identify(&record, u, y).map(drop)
+        WIENER_HAMMERSTEIN.identify(&record, &[u], y).map(drop)
     });
-    stops("both ends", || {
-        HammersteinWiener::default().identify(&record, u, y).map(drop)
-    });
-    stops("auto", || Auto::default().identify(&record, u, y).map(drop));
+    stops("both ends", || HAMMERSTEIN_WIENER.identify(&record, &[u], y).map(drop));
+    stops("auto", || AUTO.identify(&record, &[u], y).map(drop));
 }
 
 #[test]
 fn sums_and_references_stop() {
     let record = record(1000);
     let (u, y) = ("p", "h");
-    let branches = Some(1);
-    let parallel = Parallel {
-        branches,
-        ..Parallel::default()
-    };
-    stops("parallel", || parallel.identify(&record, u, y).map(drop));
-    stops("NARX", || Narx::default().identify(&record, u, y).map(drop));
-    stops("Volterra", || Volterra::default().identify(&record, u, y).map(drop));
+    stops("parallel", || {
+        let options = Options {
+            branches: Some(1),
+            ..Options::default()
+        };
+        let (records, inputs) = ([&record], [u]);
+        let request = &Request::new(&records, &inputs, y, options);
+        PARALLEL
+            .identify_with(request, &mut |_| ControlFlow::Continue(()))
+            .map(drop)
+    });
+    stops("NARX", || NARX.identify(&record, &[u], y).map(drop));
+    stops("Volterra", || VOLTERRA.identify(&record, &[u], y).map(drop));
     let (inputs, y) = (["p", "q"], "b");
     stops("several inputs", || {
-        MultipleInputs::default().identify(&record, &inputs, y).map(drop)
+        MULTIPLE_INPUTS.identify(&record, &inputs, y).map(drop)
     });
-    stops("joint inputs", || {
-        JointInputs::default().identify(&record, &inputs, y).map(drop)
-    });
+    stops("joint inputs", || JOINT_INPUTS.identify(&record, &inputs, y).map(drop));
 }
 
 #[test]

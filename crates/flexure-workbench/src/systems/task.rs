@@ -64,7 +64,7 @@ impl Task {
             }
         };
         let request = Request::new(&records, inputs, output, self.options.clone());
-        let result = self.structure.identify(&request, &mut |name| stage(name));
+        let result = self.structure.identify_with(&request, &mut |name| stage(name));
         Ok(Identified {
             result: result.map_err(|error| file.locate(error))?,
             sample_time,

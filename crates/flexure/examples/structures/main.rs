@@ -11,7 +11,7 @@ mod draw;
 use std::time::Instant;
 
 use draw::{Drawn, Kind, draw};
-use flexure::identify::{Auto, StructureComparison};
+use flexure::identify::{AUTO, StructureComparison};
 use flexure::record::Record;
 
 /// The structures that are compared, with a short name for each.
@@ -52,7 +52,7 @@ fn main() -> flexure::Result<()> {
             let drawn = draw(kind, seed, SAMPLES, NOISE)?;
             let record = Record::new([("u", drawn.u.clone()), ("y", drawn.y.clone())])?;
             let start = Instant::now();
-            let result = Auto::default().identify(&record, "u", "y")?;
+            let result = AUTO.identify(&record, &["u"], "y")?;
             let Some(result) = result.comparison else { continue };
             let took = start.elapsed().as_secs_f64();
             line(name, seed, &drawn, &result, took);

@@ -2,7 +2,7 @@ use flexure::error::{DataError, Stopped};
 use std::ops::ControlFlow;
 
 use flexure::Error;
-use flexure::identify::{HammersteinWiener, Identification};
+use flexure::identify::{HAMMERSTEIN_WIENER, Identification, Options, Request};
 use flexure::nonlinearity::Curve;
 use flexure::record::Record;
 
@@ -16,7 +16,7 @@ const DEAD_ZONE_AND_SATURATION: Known = Known {
 };
 
 fn identify(record: &Record) -> Identification {
-    HammersteinWiener::default().identify(record, "u", "y").unwrap()
+    HAMMERSTEIN_WIENER.identify(record, &["u"], "y").unwrap()
 }
 
 /// The fit to the noiseless output under another input.
@@ -187,7 +187,7 @@ fn odd_records_give_a_finite_stable_model_or_an_error() {
     ];
     for (i, (u, y)) in cases.into_iter().enumerate() {
         let record = Record::new([("u", u.clone()), ("y", y)]).unwrap();
-        match HammersteinWiener::default().identify(&record, "u", "y") {
+        match HAMMERSTEIN_WIENER.identify(&record, &["u"], "y") {
             Ok(result) => {
                 assert!(result.linear("linear").unwrap().is_stable(), "{i}");
                 assert!(result.predicted.iter().all(|v| v.is_finite()), "{i}");
@@ -201,27 +201,32 @@ fn odd_records_give_a_finite_stable_model_or_an_error() {
 #[test]
 fn what_cannot_be_identified_is_refused_in_words() {
     let record = DEAD_ZONE_AND_SATURATION.record(250, 6, 0.01);
-    let error = HammersteinWiener::default().identify(&record, "u", "y").unwrap_err();
+    let error = HAMMERSTEIN_WIENER.identify(&record, &["u"], "y").unwrap_err();
     assert_eq!(
         error.to_string(),
         "a Hammerstein-Wiener fit (besides the fresh part) needs at least 200 samples, but there are 187"
     );
-    let error = HammersteinWiener::default().identify(&record, "u", "z").unwrap_err();
+    let error = HAMMERSTEIN_WIENER.identify(&record, &["u"], "z").unwrap_err();
     assert!(matches!(error, Error::Data(DataError::MissingColumn { .. })), "{error}");
-    let error = HammersteinWiener { fresh_share: 0.99 }
-        .identify(&record, "u", "y")
+    let error = HAMMERSTEIN_WIENER
+        .identify_with(
+            &Request::new(&[&record], &["u"], "y", Options::with_fresh_share(0.99)),
+            &mut |_| ControlFlow::Continue(()),
+        )
         .unwrap_err();
     assert!(error.to_string().contains("the fresh share is 0.99"), "{error}");
     let flat = Record::new([("u", vec![1.0; 400]), ("y", uniform(400, 1))]).unwrap();
-    let error = HammersteinWiener::default().identify(&flat, "u", "y").unwrap_err();
+    let error = HAMMERSTEIN_WIENER.identify(&flat, &["u"], "y").unwrap_err();
     assert!(matches!(error, Error::Data(DataError::Constant { .. })), "{error}");
 }
 
 #[test]
 fn it_stops_when_asked() {
     let record = DEAD_ZONE_AND_SATURATION.record(400, 7, 0.01);
-    let error = HammersteinWiener::default()
-        .identify_with(&record, "u", "y", &mut |_| ControlFlow::Break(()))
+    let error = HAMMERSTEIN_WIENER
+        .identify_with(&Request::new(&[&record], &["u"], "y", Options::default()), &mut |_| {
+            ControlFlow::Break(())
+        })
         .unwrap_err();
     assert!(matches!(error, Error::Stopped(Stopped::Identifying { .. })), "{error}");
 }

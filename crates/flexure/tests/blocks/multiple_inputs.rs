@@ -1,6 +1,6 @@
 use flexure::Error;
 use flexure::error::DataError;
-use flexure::identify::MultipleInputs;
+use flexure::identify::MULTIPLE_INPUTS;
 use flexure::record::Record;
 
 use crate::common::{Known, dead_zone, fit, identity, noisy, saturation, uniform};
@@ -37,7 +37,7 @@ fn two_branches_with_poles_of_their_own_come_back() {
     let q: Vec<f64> = p.iter().zip(q).map(|(p, q)| 0.4 * p + 0.6 * q).collect();
     let y = noisy(sum(&p, &q), 0.01, 3);
     let record = Record::new([("p", p), ("q", q), ("y", y)]).unwrap();
-    let result = MultipleInputs::default().identify(&record, &["p", "q"], "y").unwrap();
+    let result = MULTIPLE_INPUTS.identify(&record, &["p", "q"], "y").unwrap();
     println!("{:?}", result.tried.last());
     let orders: Vec<(usize, usize)> = result.paths.iter().map(|p| (p.order(), p.delay())).collect();
     assert_eq!(orders, [(2, 0), (1, 2)], "{:?}", result.paths);
@@ -58,19 +58,18 @@ fn two_branches_with_poles_of_their_own_come_back() {
 #[test]
 fn what_cannot_be_identified_is_refused_in_words() {
     let record = Record::new([("p", uniform(400, 1)), ("q", uniform(400, 2)), ("y", uniform(400, 3))]).unwrap();
-    let all = MultipleInputs::default();
-    let error = all.identify(&record, &["p", "p"], "y").unwrap_err();
+    let error = MULTIPLE_INPUTS.identify(&record, &["p", "p"], "y").unwrap_err();
     assert_eq!(error.to_string(), "two columns are named 'p'; column names must differ");
     assert!(matches!(
-        all.identify(&record, &[], "y").unwrap_err(),
+        MULTIPLE_INPUTS.identify(&record, &[], "y").unwrap_err(),
         Error::Data(DataError::TooShort { .. })
     ));
     assert!(matches!(
-        all.identify(&record, &["p", "q"], "y").unwrap_err(),
+        MULTIPLE_INPUTS.identify(&record, &["p", "q"], "y").unwrap_err(),
         Error::Data(DataError::TooShort { got: 300, .. })
     ));
     let longer = Record::new([("p", uniform(600, 1)), ("q", uniform(600, 2)), ("y", uniform(600, 3))]).unwrap();
-    let result = all.identify(&longer, &["p", "q"], "y").unwrap();
+    let result = MULTIPLE_INPUTS.identify(&longer, &["p", "q"], "y").unwrap();
     assert!(result.predicted.iter().all(|v| v.is_finite()));
     let error = result.model.simulate_inputs(&[&[1.0]]).unwrap_err();
     assert!(

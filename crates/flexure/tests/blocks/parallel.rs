@@ -1,8 +1,11 @@
 //! Sums of branches with one input.
 
+use std::ops::ControlFlow;
+
 use flexure::Error;
+use flexure::Result;
 use flexure::error::ParameterError;
-use flexure::identify::{Identification, Parallel};
+use flexure::identify::{Identification, Options, PARALLEL, Request};
 use flexure::linear::TransferFunction;
 use flexure::model::Block;
 use flexure::record::Record;
@@ -47,6 +50,16 @@ fn record(system: fn(&[f64]) -> Vec<f64>, samples: usize, seed: u64) -> Record {
     Record::new([("u", u), ("y", y)]).unwrap()
 }
 
+fn identify(record: &Record, branches: usize) -> Result<Identification> {
+    let options = Options {
+        branches: Some(branches),
+        ..Options::default()
+    };
+    let records = [record];
+    let request = Request::new(&records, &["u"], "y", options);
+    PARALLEL.identify_with(&request, &mut |_| ControlFlow::Continue(()))
+}
+
 fn checked(result: &Identification, system: fn(&[f64]) -> Vec<f64>) {
     let fresh = uniform(3000, 77);
     let found = fit(&system(&fresh), &result.model.simulate(&fresh));
@@ -58,13 +71,7 @@ fn checked(result: &Identification, system: fn(&[f64]) -> Vec<f64>) {
 
 #[test]
 fn two_hammerstein_branches_come_back_as_two() {
-    let method = Parallel {
-        branches: Some(2),
-        ..Default::default()
-    };
-    let result = method
-        .identify(&record(two_hammerstein_branches, SAMPLES, 1), "u", "y")
-        .unwrap();
+    let result = identify(&record(two_hammerstein_branches, SAMPLES, 1), 2).unwrap();
     checked(&result, two_hammerstein_branches);
     assert_eq!(result.paths.len(), 2);
     let Block::Parallel(branches) = &result.model else {
@@ -81,13 +88,7 @@ fn two_hammerstein_branches_come_back_as_two() {
         assert!((steady - want).abs() < 0.05, "{level}: {steady} {want}");
     }
     // One branch, even with dynamics in front, does not do.
-    let one = Parallel {
-        branches: Some(1),
-        ..Default::default()
-    };
-    let one = one
-        .identify(&record(two_hammerstein_branches, 2000, 1), "u", "y")
-        .unwrap();
+    let one = identify(&record(two_hammerstein_branches, 2000, 1), 1).unwrap();
     assert_eq!(one.paths.len(), 1);
     let found = one.verdict.measures.fit_percent;
     assert!(found < 97.0, "{found}");
@@ -95,13 +96,7 @@ fn two_hammerstein_branches_come_back_as_two() {
 
 #[test]
 fn two_wiener_hammerstein_branches_add_up() {
-    let method = Parallel {
-        branches: Some(2),
-        ..Default::default()
-    };
-    let result = method
-        .identify(&record(two_wiener_hammerstein_branches, SAMPLES, 2), "u", "y")
-        .unwrap();
+    let result = identify(&record(two_wiener_hammerstein_branches, SAMPLES, 2), 2).unwrap();
     checked(&result, two_wiener_hammerstein_branches);
     assert!(result.block("front").is_some());
 }
@@ -115,11 +110,7 @@ fn units_and_offsets_change_nothing_but_units() {
         ("y", y.iter().map(|y| 1e7 * y - 1e9).collect::<Vec<f64>>()),
     ])
     .unwrap();
-    let method = Parallel {
-        branches: Some(2),
-        ..Default::default()
-    };
-    let [a, b] = [&plain, &scaled].map(|r| method.identify(r, "u", "y").unwrap());
+    let [a, b] = [&plain, &scaled].map(|r| identify(r, 2).unwrap());
     let (a, b) = (a.verdict.measures.fit_percent, b.verdict.measures.fit_percent);
     assert!(a > 98.5 && (a - b).abs() < 0.2, "{a} {b}");
 }
@@ -128,11 +119,7 @@ fn units_and_offsets_change_nothing_but_units() {
 fn what_cannot_be_fitted_is_refused_in_words() {
     let record = record(two_hammerstein_branches, 300, 4);
     for count in [0, 6] {
-        let method = Parallel {
-            branches: Some(count),
-            ..Default::default()
-        };
-        let error = method.identify(&record, "u", "y").unwrap_err();
+        let error = identify(&record, count).unwrap_err();
         assert!(matches!(error, Error::Parameter(ParameterError::OutOfRange { .. })));
         let words = error.to_string();
         assert!(
@@ -141,14 +128,14 @@ fn what_cannot_be_fitted_is_refused_in_words() {
         );
     }
     let short = Record::new([("u", uniform(150, 1)), ("y", uniform(150, 2))]).unwrap();
-    let error = Parallel::default().identify(&short, "u", "y").unwrap_err();
+    let error = PARALLEL.identify(&short, &["u"], "y").unwrap_err();
     assert!(error.to_string().contains("branches in parallel"), "{error}");
 }
 
 #[test]
 fn noise_alone_ends_in_a_model_that_explains_nothing() {
     let nothing = Record::new([("u", uniform(600, 8)), ("y", uniform(600, 9))]).unwrap();
-    let result = Parallel::default().identify(&nothing, "u", "y").unwrap();
+    let result = PARALLEL.identify(&nothing, &["u"], "y").unwrap();
     assert!(result.verdict.measures.fit_percent < 15.0);
     assert!(result.predicted.iter().all(|y| y.is_finite()));
 }

@@ -1,6 +1,6 @@
 use flexure::Block;
 use flexure::identify::result::Value;
-use flexure::identify::{Narx, Volterra};
+use flexure::identify::{NARX, VOLTERRA};
 use flexure::record::Record;
 
 use crate::common::{Known, fit, identity, noisy, saturation, spread, uniform};
@@ -18,8 +18,8 @@ fn narx_comes_near_a_system_with_feedback() {
     };
     let u = uniform(6000, 1);
     let y = noisy(run(&u), 0.003, 1);
-    let result = Narx::default()
-        .identify(&Record::new([("u", u), ("y", y)]).unwrap(), "u", "y")
+    let result = NARX
+        .identify(&Record::new([("u", u), ("y", y)]).unwrap(), &["u"], "y")
         .unwrap();
     let fresh = uniform(3000, 2);
     let reached = fit(&run(&fresh), &result.model.simulate(&fresh));
@@ -43,7 +43,7 @@ fn a_free_run_of_narx_is_bounded_far_outside_the_data() {
         g: saturation,
     };
     let record = known.record(2000, 3, 0.05);
-    let result = Narx::default().identify(&record, "u", "y").unwrap();
+    let result = NARX.identify(&record, &["u"], "y").unwrap();
     let wild: Vec<f64> = uniform(2000, 4).iter().map(|u| 1e6 * u).collect();
     let limit = 10.0 * spread(record.column("y").unwrap());
     for y in result.model.simulate(&wild) {
@@ -61,7 +61,7 @@ fn volterra_kernels_of_a_wiener_square_come_back() {
         g: |w| w + 0.5 * w * w,
     };
     let record = known.record(8000, 5, 0.03);
-    let result = Volterra::default().identify(&record, "u", "y").unwrap();
+    let result = VOLTERRA.identify(&record, &["u"], "y").unwrap();
     let fresh = uniform(3000, 6);
     let reached = fit(&known.run(&fresh), &result.model.simulate(&fresh));
     println!("{reached} {:?}", result.detail("priors"));
@@ -105,10 +105,10 @@ fn odd_records_give_finite_references_or_an_error() {
     ];
     for (u, y) in cases {
         let record = Record::new([("u", u), ("y", y)]).unwrap();
-        if let Ok(result) = Narx::default().identify(&record, "u", "y") {
+        if let Ok(result) = NARX.identify(&record, &["u"], "y") {
             assert!(result.predicted.iter().all(|v| v.is_finite()));
         }
-        if let Ok(result) = Volterra::default().identify(&record, "u", "y") {
+        if let Ok(result) = VOLTERRA.identify(&record, &["u"], "y") {
             assert!(result.predicted.iter().all(|v| v.is_finite()));
         }
     }
@@ -124,8 +124,8 @@ fn threads_do_not_matter() {
     };
     let record = known.record(900, 7, 0.05);
     let both = || {
-        let narx = Narx::default().identify(&record, "u", "y").unwrap();
-        (narx, Volterra::default().identify(&record, "u", "y").unwrap())
+        let narx = NARX.identify(&record, &["u"], "y").unwrap();
+        (narx, VOLTERRA.identify(&record, &["u"], "y").unwrap())
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     assert_eq!(pool.install(both), both());
@@ -134,11 +134,11 @@ fn threads_do_not_matter() {
 #[test]
 fn too_few_samples_are_refused_in_words() {
     let record = Record::new([("u", uniform(100, 1)), ("y", uniform(100, 2))]).unwrap();
-    let error = Narx::default().identify(&record, "u", "y").unwrap_err();
+    let error = NARX.identify(&record, &["u"], "y").unwrap_err();
     assert_eq!(
         error.to_string(),
         "a NARX fit (besides the fresh part) needs at least 200 samples, but there are 75"
     );
-    let error = Volterra::default().identify(&record, "u", "y").unwrap_err();
+    let error = VOLTERRA.identify(&record, &["u"], "y").unwrap_err();
     assert!(error.to_string().starts_with("a Volterra fit"), "{error}");
 }

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use flexure::Block;
-use flexure::identify::{Auto, Linear, Verdict, Warning, Wiener, WienerHammerstein};
+use flexure::identify::{AUTO, Options, Request, Structure, Verdict, Warning};
 use proptest::prelude::*;
 
 use super::robustness::{Case, case, simulate};
@@ -78,30 +78,24 @@ fn stopped(start: Instant) -> ControlFlow<()> {
 
 fn identified(case: &Case, structure: &str) -> Result<(), String> {
     let record = simulate(case);
-    let fresh_share = case.method.fresh_share;
+    let options = Options::with_fresh_share(case.method.fresh_share);
     let start = Instant::now();
-    macro_rules! checked {
-        ($method:expr) => {
-            match $method.identify_with(&record, "u", "y", &mut |_| stopped(start)) {
-                Ok(r) => check(case, &r.model, &r.predicted, &r.verdict, &r.warnings),
-                Err(error) => refused(&error),
-            }
-        };
-    }
-    match structure {
-        "linear" => checked!(Linear { fresh_share }),
-        "wiener" => checked!(Wiener { fresh_share }),
-        _ => checked!(WienerHammerstein { fresh_share }),
+    let structure = Structure::by_name(structure).unwrap();
+    let records = [&record];
+    let request = &Request::new(&records, &["u"], "y", options);
+    match structure.identify_with(request, &mut |_| stopped(start)) {
+        Ok(r) => check(case, &r.model, &r.predicted, &r.verdict, &r.warnings),
+        Err(error) => refused(&error),
     }
 }
 
 fn compared(case: &Case) -> Result<(), String> {
-    let method = Auto {
-        fresh_share: case.method.fresh_share,
-        exhaustive: case.seed.is_multiple_of(2),
-    };
+    let options = Options::with_fresh_share(case.method.fresh_share);
     let start = Instant::now();
-    match method.identify_with(&simulate(case), "u", "y", &mut |_, _| stopped(start)) {
+    let record = simulate(case);
+    let records = [&record];
+    let request = &Request::new(&records, &["u"], "y", options);
+    match AUTO.identify_with(request, &mut |_| stopped(start)) {
         Ok(r) => {
             check(case, &r.model, &r.predicted, &r.verdict, &r.warnings)?;
             let structure = r.structure;

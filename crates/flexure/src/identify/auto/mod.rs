@@ -27,13 +27,11 @@ mod remainder;
 mod tests;
 mod words;
 
-use std::ops::ControlFlow;
-
-use super::registry::{Options, Request, Structure, structures};
+use super::registry::structures;
+use super::request::{Options, Progress, Request, Structure};
 use super::result::{Identification, StructureName};
 use super::samples::Samples;
 use crate::error::Result;
-use crate::record::Record;
 use crate::validation::ResidualTest;
 use judge::{Judged, judge};
 
@@ -95,82 +93,51 @@ pub struct StructureComparison {
     pub reasons: Vec<String>,
 }
 
-/// The identification of a system of unknown structure.
-///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `fresh_share` | share at the end kept for the comparison | 0.05 to 0.9 | 0.25 |
-/// | `exhaustive` | fit all structures, even where a simple one leaves white noise | | false |
+/// The identification of a system of unknown structure: that of the chosen structure with its
+/// [`comparison`](Identification::comparison).
 ///
 /// ```
-/// use flexure::identify::Auto;
+/// use flexure::identify::AUTO;
 /// use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
 ///
 /// let [linear, _] = known_linear_parts();
 /// let system = KnownHammerstein { process_noise: 0.0, ..KnownHammerstein::usual(KnownNonlinearity::DeadZone, linear) };
-/// let result = Auto::default().identify(&system.simulate(4000, 1), "u", "y")?;
+/// let result = AUTO.identify(&system.simulate(4000, 1), &["u"], "y")?;
 /// let comparison = result.comparison.unwrap();
 /// assert_eq!(comparison.supported.unwrap().key, "hammerstein");
 /// # Ok::<(), flexure::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Auto {
-    /// The share of the record that the structures are compared on.
-    pub fresh_share: f64,
-    /// Whether to fit all structures in any case.
-    pub exhaustive: bool,
-}
+pub const AUTO: Structure = Structure {
+    name: StructureName {
+        key: "auto",
+        title: "auto",
+    },
+    description: "that of the others which the data support; or none of them",
+    inputs: 1..=1,
+    options: &[],
+    complexity: None,
+    identify,
+};
 
-impl Default for Auto {
-    fn default() -> Self {
-        Auto {
-            fresh_share: 0.25,
-            exhaustive: false,
+fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+    let samples = request.samples("a comparison of structures (besides the fresh part)")?;
+    let fresh = samples.fitted..samples.y.len();
+    let options = Options::with_fresh_share(request.options.fresh_share);
+    let request = Request::new(request.records, request.inputs, request.output, options);
+    let mut fitted: Vec<Identification> = Vec::new();
+    for structure in compared_structures() {
+        let leaves_white_noise = |i: &Identification| {
+            let (y, predicted) = (&samples.y[fresh.clone()], &i.predicted[fresh.clone()]);
+            Judged::new(i.structure, &i.verdict, y, predicted).leaves_white_noise()
+        };
+        let simpler = |i: &&Identification| complexity(i.structure) < structure.complexity;
+        if fitted.iter().filter(simpler).any(leaves_white_noise) {
+            continue;
         }
+        let stage = &mut |stage: &str| progress(&format!("{}, {stage}", structure.name));
+        fitted.push(structure.identify_with(&request, stage)?);
     }
-}
-
-impl Auto {
-    /// Identifies the system from `input` to `output`, and its structure: the identification of the chosen structure with
-    /// its [`comparison`](Identification::comparison).
-    ///
-    /// # Errors
-    /// Those of [`Wiener::identify`](super::Wiener::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
-        self.identify_with(record, input, output, &mut |_, _| ControlFlow::Continue(()))
-    }
-
-    /// [`identify`](Self::identify), with `progress` called before every step with the structure that is being fitted and the
-    /// step's name; it stops the identification by returning [`ControlFlow::Break`].
-    ///
-    /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if `progress` stopped it.
-    pub fn identify_with(
-        &self,
-        record: &Record,
-        input: &str,
-        output: &str,
-        progress: &mut dyn FnMut(StructureName, &str) -> ControlFlow<()>,
-    ) -> Result<Identification> {
-        let what = "a comparison of structures (besides the fresh part)";
-        let samples = Samples::new(record, input, output, self.fresh_share, what)?;
-        let fresh = samples.fitted..samples.y.len();
-        let (records, inputs) = ([record], [input]);
-        let request = Request::new(&records, &inputs, output, Options::with_fresh_share(self.fresh_share));
-        let mut fitted: Vec<Identification> = Vec::new();
-        for structure in compared_structures() {
-            let leaves_white_noise = |i: &Identification| {
-                let (y, predicted) = (&samples.y[fresh.clone()], &i.predicted[fresh.clone()]);
-                Judged::new(i.structure, &i.verdict, y, predicted).leaves_white_noise()
-            };
-            let simpler = |i: &&Identification| complexity(i.structure) < structure.complexity;
-            if !self.exhaustive && fitted.iter().filter(simpler).any(leaves_white_noise) {
-                continue;
-            }
-            fitted.push(structure.identify(&request, &mut |stage| progress(structure.name, stage))?);
-        }
-        Ok(compared(&samples, fitted))
-    }
+    Ok(compared(&samples, fitted))
 }
 
 /// The number of blocks of a structure.

@@ -13,6 +13,7 @@ use crate::Error;
 use crate::identify::Verdict;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::variance;
+use crate::record::Record;
 
 fn gaussian(n: usize, seed: u64) -> Vec<f64> {
     let mut rng = Pcg64::seed_from_u64(seed);
@@ -50,7 +51,7 @@ fn of(structure: StructureName) -> Record {
 }
 
 fn identify(record: &Record) -> Identification {
-    Auto::default().identify(record, "u", "y").unwrap()
+    AUTO.identify(record, &["u"], "y").unwrap()
 }
 
 fn compare(record: &Record) -> StructureComparison {
@@ -142,23 +143,24 @@ fn it_can_be_stopped_in_every_structure_says_what_it_does_and_repeats_itself() {
     };
     for stop in compared_names() {
         let mut seen = Vec::new();
-        let progress = &mut |structure: StructureName, _: &str| {
-            seen.push(structure);
-            if structure == stop {
+        let progress = &mut |stage: &str| {
+            let structure = stage.split(", ").next().unwrap().to_owned();
+            seen.push(structure.clone());
+            if structure == stop.title {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
             }
         };
-        let error = Auto::default().identify_with(&record, "u", "y", progress).unwrap_err();
+        let error = identify_with(&record, Options::default(), progress).unwrap_err();
         assert!(matches!(error, Error::Stopped(Stopped::Identifying { .. })), "{error}");
-        assert_eq!(seen.last(), Some(&stop));
+        assert_eq!(seen.last().map(String::as_str), Some(stop.title));
     }
     assert_eq!(identify(&record), identify(&record));
 }
 
 #[test]
-fn exhaustive_fits_all_and_the_default_says_what_it_left_out() {
+fn structures_that_are_not_fitted_are_named() {
     let u = gaussian(1500, 6);
     let y = filtered(&[0.5, 0.2], &[1.0, -1.0, 0.5], &u);
     let record = record(u, &y);
@@ -170,21 +172,13 @@ fn exhaustive_fits_all_and_the_default_says_what_it_left_out() {
             .iter()
             .any(|r| r.contains("Not fitted") && r.contains("Wiener-Hammerstein"))
     );
-    let all = Auto {
-        exhaustive: true,
-        ..Auto::default()
-    }
-    .identify(&record, "u", "y")
-    .unwrap();
-    let all = all.comparison.unwrap();
-    assert_eq!(all.candidates.len(), 4);
-    assert_eq!(all.supported, Some(name("linear")));
+    assert_eq!(short.supported, Some(name("linear")));
 }
 
 #[test]
 fn what_cannot_be_compared_is_refused() {
     let short = Record::new([("u", gaussian(250, 7)), ("y", gaussian(250, 8))]).unwrap();
-    let error = identify_error(&short, Auto::default());
+    let error = identify_error(&short, Options::default());
     assert!(
         matches!(
             error,
@@ -196,21 +190,19 @@ fn what_cannot_be_compared_is_refused() {
         ),
         "{error}"
     );
-    let error = identify_error(
-        &short,
-        Auto {
-            fresh_share: f64::NAN,
-            exhaustive: false,
-        },
-    );
+    let error = identify_error(&short, Options::with_fresh_share(f64::NAN));
     assert!(
         matches!(error, Error::Parameter(ParameterError::OutOfRange { .. })),
         "{error}"
     );
 }
 
-fn identify_error(record: &Record, method: Auto) -> Error {
-    method.identify(record, "u", "y").unwrap_err()
+fn identify_with(record: &Record, options: Options, progress: &mut Progress<'_>) -> Result<Identification> {
+    AUTO.identify_with(&Request::new(&[record], &["u"], "y", options), progress)
+}
+
+fn identify_error(record: &Record, options: Options) -> Error {
+    identify_with(record, options, &mut |_| ControlFlow::Continue(())).unwrap_err()
 }
 
 /// Candidates that all predict the same of outputs with these errors.

@@ -1,7 +1,7 @@
 //! Hammerstein branches, one for each input, whose sum passes a last nonlinearity or none.
 //!
-//! The [Hammerstein-Wiener](crate::identify::HammersteinWiener) system (one branch) and the
-//! [one with several inputs](crate::identify::MultipleInputs) (no last nonlinearity) start here.
+//! The [Hammerstein-Wiener](crate::identify::HAMMERSTEIN_WIENER) system (one branch) and the
+//! [one with several inputs](crate::identify::MULTIPLE_INPUTS) (no last nonlinearity) start here.
 
 use super::approximation::approximate;
 use super::candidate::Candidate;

@@ -32,6 +32,7 @@ mod limits;
 mod realisation;
 mod refined;
 mod regression;
+mod report;
 
 use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_colour, warn_of_levels, warn_of_range};
 use super::outcome::{PlainIdentification, Verdict, Warning};
@@ -55,6 +56,7 @@ pub use refined::{
     RefinedHammerstein, RefinedIdentification,
 };
 use regression::Regression;
+pub use report::HAMMERSTEIN;
 
 /// The paper's algorithm.
 ///

@@ -10,19 +10,17 @@
 //! A polynomial that is fed back can run away. Values that are fed back are held within an output's span beyond what the fit
 //! saw on either side, so that every free run is bounded.
 
-use std::ops::ControlFlow;
-
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::super::block::{Columns, delays};
 use super::ridge::Ridge;
 use crate::error::Result;
-use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};
+use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{BlockKind, Detail, Identification, NamedBlock, Place, StructureName, Values};
+use crate::identify::run::{Run, path};
 use crate::interrupt;
 use crate::model::Block;
-use crate::record::Record;
 
 /// Largest number of past outputs, extra past inputs, and degrees that are tried.
 const MOST_LAGS: usize = 5;
@@ -40,39 +38,6 @@ const LONGEST_SETTLING: usize = 1000;
 const CHOICE_SHARE: f64 = 0.25;
 /// Penalties above the one of generalised cross-validation that are tried.
 const PENALTIES: usize = 4;
-
-/// The identification of a polynomial NARX model.
-///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
-///
-/// ```
-/// use flexure::identify::Narx;
-/// use flexure::record::Record;
-/// use rand::{RngExt, SeedableRng};
-///
-/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
-/// let u: Vec<f64> = (0..2000).map(|_| random.random_range(-1.0..1.0)).collect();
-/// let mut y = vec![0.0; 2000];
-/// for n in 1..2000 {
-///     y[n] = 0.5 * y[n - 1] - 0.1 * y[n - 1] * y[n - 1] + u[n - 1] + 0.3 * u[n - 1] * y[n - 1];
-/// }
-/// let result = Narx::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
-/// assert!(result.verdict.measures.fit_percent > 99.0);
-/// # Ok::<(), flexure::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Narx {
-    /// The share of the record that the verdict is made on.
-    pub fresh_share: f64,
-}
-
-impl Default for Narx {
-    fn default() -> Self {
-        Narx { fresh_share: 0.25 }
-    }
-}
 
 /// A monomial and its coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -219,7 +184,24 @@ struct TriedNarx {
     bounded: bool,
 }
 
-pub(in crate::identify) const ROW: Structure = Structure {
+/// The identification of a polynomial NARX model.
+///
+/// ```
+/// use flexure::identify::NARX;
+/// use flexure::record::Record;
+/// use rand::{RngExt, SeedableRng};
+///
+/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+/// let u: Vec<f64> = (0..2000).map(|_| random.random_range(-1.0..1.0)).collect();
+/// let mut y = vec![0.0; 2000];
+/// for n in 1..2000 {
+///     y[n] = 0.5 * y[n - 1] - 0.1 * y[n - 1] * y[n - 1] + u[n - 1] + 0.3 * u[n - 1] * y[n - 1];
+/// }
+/// let result = NARX.identify(&Record::new([("u", u), ("y", y)])?, &["u"], "y")?;
+/// assert!(result.verdict.measures.fit_percent > 99.0);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+pub const ROW: Structure = Structure {
     name: StructureName {
         key: "narx",
         title: "polynomial NARX",
@@ -230,17 +212,6 @@ pub(in crate::identify) const ROW: Structure = Structure {
     complexity: None,
     identify,
 };
-
-impl Narx {
-    /// Identifies a model from `input` to `output`.
-    ///
-    /// # Errors
-    /// Those of [`HammersteinWiener::identify`](crate::identify::HammersteinWiener::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
-        let options = Options::with_fresh_share(self.fresh_share);
-        ROW.run((record, &[input], output), options, &mut |_| ControlFlow::Continue(()))
-    }
-}
 
 fn identify(request: &Request<'_>, _: &mut Progress<'_>) -> Result<Identification> {
     let what = "a NARX fit (besides the fresh part)";

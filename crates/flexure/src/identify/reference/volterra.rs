@@ -9,20 +9,18 @@
 //! TC is a sum of independent steps: $h_1(i) = \sum_{k \ge i} w_k$ with variances $c (\lambda^k - \lambda^{k+1})$. In running sums
 //! of the input the prior is diagonal, and the marginal likelihood needs one factorisation of the normal equations.
 
-use std::ops::ControlFlow;
-
 use serde::{Deserialize, Serialize};
 
 use super::super::block::{Columns, Signals, delays, normal_equations};
 use super::narx::LARGEST_LAG;
 use crate::error::Result;
-use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};
+use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{BlockKind, Detail, Identification, NamedBlock, Place, StructureName, Values};
+use crate::identify::run::{Run, path};
 use crate::interrupt;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::model::Block;
-use crate::record::Record;
 use crate::text::number;
 
 /// Memories of both orders that are tried, the second with the best of the first.
@@ -41,36 +39,6 @@ const START: [DecayPrior; 2] = [
 ];
 /// Bounds of the sizes' and decays' logarithm and logit.
 const LOGARITHMS: [f64; 2] = [30.0, 7.0];
-
-/// The identification of a second-order Volterra series.
-///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
-///
-/// ```
-/// use flexure::identify::Volterra;
-/// use flexure::record::Record;
-/// use rand::{RngExt, SeedableRng};
-///
-/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
-/// let u: Vec<f64> = (0..2000).map(|_| random.random_range(-1.0..1.0)).collect();
-/// let y: Vec<f64> = (0..2000).map(|n| if n < 2 { 0.0 } else { u[n] + 0.5 * u[n - 1] * u[n - 2] }).collect();
-/// let result = Volterra::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
-/// assert!(result.verdict.measures.fit_percent > 99.0);
-/// # Ok::<(), flexure::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Volterra {
-    /// The share of the record that the verdict is made on.
-    pub fresh_share: f64,
-}
-
-impl Default for Volterra {
-    fn default() -> Self {
-        Volterra { fresh_share: 0.25 }
-    }
-}
 
 /// Size and decay of a tuned-correlated prior.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,7 +112,21 @@ impl VolterraModel {
     }
 }
 
-pub(in crate::identify) const ROW: Structure = Structure {
+/// The identification of a second-order Volterra series.
+///
+/// ```
+/// use flexure::identify::VOLTERRA;
+/// use flexure::record::Record;
+/// use rand::{RngExt, SeedableRng};
+///
+/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+/// let u: Vec<f64> = (0..2000).map(|_| random.random_range(-1.0..1.0)).collect();
+/// let y: Vec<f64> = (0..2000).map(|n| if n < 2 { 0.0 } else { u[n] + 0.5 * u[n - 1] * u[n - 2] }).collect();
+/// let result = VOLTERRA.identify(&Record::new([("u", u), ("y", y)])?, &["u"], "y")?;
+/// assert!(result.verdict.measures.fit_percent > 99.0);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+pub const ROW: Structure = Structure {
     name: StructureName {
         key: "volterra",
         title: "second-order Volterra",
@@ -155,17 +137,6 @@ pub(in crate::identify) const ROW: Structure = Structure {
     complexity: None,
     identify,
 };
-
-impl Volterra {
-    /// Identifies a model from `input` to `output`.
-    ///
-    /// # Errors
-    /// Those of [`Narx::identify`](super::Narx::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
-        let options = Options::with_fresh_share(self.fresh_share);
-        ROW.run((record, &[input], output), options, &mut |_| ControlFlow::Continue(()))
-    }
-}
 
 fn identify(request: &Request<'_>, _: &mut Progress<'_>) -> Result<Identification> {
     let what = "a Volterra fit (besides the fresh part)";

@@ -21,30 +21,24 @@
 //! the fit's inputs is the identity: V is in the input's unit, and an f that is a straight line is V = U. Where f has (nearly)
 //! no such line, V has the input's mean and standard deviation.
 
-use std::ops::ControlFlow;
-
 use super::super::block::{
     Columns, KinkedSpline, Monitor, Signals, Stage, System, Tabulated, TriedBranches, ends, normalised, tabulated,
 };
 use crate::error::Result;
-use crate::identify::registry::{Options, Progress, Request, Run, Structure, path, tried_branches};
+use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName};
+use crate::identify::run::{Run, path, tried_branches};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
-use crate::record::Record;
 
 /// A line through f that explains less than this share of its spread does not fix its scale.
 const NO_LINE: f64 = 0.1;
 
 /// The identification of a Hammerstein-Wiener system.
 ///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
-///
 /// ```
-/// use flexure::identify::HammersteinWiener;
+/// use flexure::identify::HAMMERSTEIN_WIENER;
 /// use flexure::linear::TransferFunction;
 /// use flexure::record::Record;
 /// use rand::{RngExt, SeedableRng};
@@ -54,23 +48,11 @@ const NO_LINE: f64 = 0.1;
 /// let u: Vec<f64> = (0..4000).map(|_| random.random_range(-2.0..2.0)).collect();
 /// let v: Vec<f64> = u.iter().map(|u| u + 0.2 * u * u).collect();
 /// let y: Vec<f64> = linear.simulate(&v).iter().map(|x| x.tanh()).collect();
-/// let result = HammersteinWiener::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+/// let result = HAMMERSTEIN_WIENER.identify(&Record::new([("u", u), ("y", y)])?, &["u"], "y")?;
 /// assert!(result.verdict.measures.fit_percent > 98.0);
 /// # Ok::<(), flexure::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HammersteinWiener {
-    /// The share of the record that the verdict is made on.
-    pub fresh_share: f64,
-}
-
-impl Default for HammersteinWiener {
-    fn default() -> Self {
-        HammersteinWiener { fresh_share: 0.25 }
-    }
-}
-
-pub(in crate::identify) const ROW: Structure = Structure {
+pub const ROW: Structure = Structure {
     name: StructureName {
         key: "hammerstein-wiener",
         title: "Hammerstein-Wiener",
@@ -81,35 +63,6 @@ pub(in crate::identify) const ROW: Structure = Structure {
     complexity: None,
     identify,
 };
-
-impl HammersteinWiener {
-    /// Identifies the system from `input` to `output`.
-    ///
-    /// # Errors
-    /// [`Error::Data`](crate::Error::Data): `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
-    /// than 200 samples for the fit), `Unit`, [`Error::Parameter`](crate::Error::Parameter) for a parameter outside its range.
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
-        self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
-    }
-
-    /// [`identify`](Self::identify), with `progress` called before every step; it stops the identification by returning
-    /// [`ControlFlow::Break`].
-    ///
-    /// The result depends neither on `progress` nor on the number of threads.
-    ///
-    /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if `progress` stopped it.
-    pub fn identify_with(
-        &self,
-        record: &Record,
-        input: &str,
-        output: &str,
-        progress: &mut Progress<'_>,
-    ) -> Result<Identification> {
-        let options = Options::with_fresh_share(self.fresh_share);
-        ROW.run((record, &[input], output), options, progress)
-    }
-}
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let what = "a Hammerstein-Wiener fit (besides the fresh part)";

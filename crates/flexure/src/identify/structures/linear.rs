@@ -5,23 +5,17 @@
 //! numerator coefficients are then added and taken away while Schwarz's criterion falls, and generalised least squares makes the
 //! estimate efficient where the error is coloured noise. For a nonlinear system this is the best linear approximation under this input.
 
-use std::ops::ControlFlow;
-
 use super::super::block::{Monitor, Rational, Stage, restructured};
 use crate::error::Result;
-use crate::identify::registry::{Options, Progress, Request, Run, Structure, path, start_details};
+use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, StructureName, Value};
+use crate::identify::run::{Run, path, start_details};
 use crate::model::Block;
-use crate::record::Record;
 
 /// The identification of a linear system by its output error.
 ///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
-///
 /// ```
-/// use flexure::identify::Linear;
+/// use flexure::identify::LINEAR;
 /// use flexure::linear::TransferFunction;
 /// use flexure::record::Record;
 /// use rand::{RngExt, SeedableRng};
@@ -30,24 +24,12 @@ use crate::record::Record;
 /// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
 /// let u: Vec<f64> = (0..2000).map(|_| random.random_range(-1.0..1.0)).collect();
 /// let y: Vec<f64> = system.simulate(&u).iter().map(|y| y + 0.1 * random.random_range(-1.0..1.0)).collect();
-/// let result = Linear::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+/// let result = LINEAR.identify(&Record::new([("u", u), ("y", y)])?, &["u"], "y")?;
 /// assert_eq!(result.order, 2);
 /// assert!(result.verdict.holds());
 /// # Ok::<(), flexure::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Linear {
-    /// The share of the record that the verdict is made on.
-    pub fresh_share: f64,
-}
-
-impl Default for Linear {
-    fn default() -> Self {
-        Linear { fresh_share: 0.25 }
-    }
-}
-
-pub(in crate::identify) const ROW: Structure = Structure {
+pub const ROW: Structure = Structure {
     name: StructureName {
         key: "linear",
         title: "linear",
@@ -58,33 +40,6 @@ pub(in crate::identify) const ROW: Structure = Structure {
     complexity: Some(1),
     identify,
 };
-
-impl Linear {
-    /// Identifies the system from `input` to `output`.
-    ///
-    /// # Errors
-    /// Those of [`Wiener::identify`](crate::identify::Wiener::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
-        self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
-    }
-
-    /// [`identify`](Self::identify), with `progress` called before every step; it stops the identification by returning
-    /// [`ControlFlow::Break`].
-    ///
-    /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if
-    /// `progress` stopped it.
-    pub fn identify_with(
-        &self,
-        record: &Record,
-        input: &str,
-        output: &str,
-        progress: &mut Progress<'_>,
-    ) -> Result<Identification> {
-        let options = Options::with_fresh_share(self.fresh_share);
-        ROW.run((record, &[input], output), options, progress)
-    }
-}
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let samples = request.samples("a linear fit (besides the fresh part)")?;

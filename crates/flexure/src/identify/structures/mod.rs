@@ -1,15 +1,17 @@
 //! The block structures, a file each: where its search starts, and which parts it has.
 
-pub(super) mod hammerstein_wiener;
-pub(super) mod linear;
-pub(super) mod multiple_inputs;
-pub(super) mod parallel;
-pub(super) mod wiener;
-pub(super) mod wiener_hammerstein;
+mod delayed_static;
+mod hammerstein_wiener;
+mod linear;
+mod multiple_inputs;
+mod parallel;
+mod wiener;
+mod wiener_hammerstein;
 
-pub use hammerstein_wiener::HammersteinWiener;
-pub use linear::Linear;
-pub use multiple_inputs::MultipleInputs;
-pub use parallel::Parallel;
-pub use wiener::Wiener;
-pub use wiener_hammerstein::WienerHammerstein;
+pub use delayed_static::ROW as DELAYED_STATIC;
+pub use hammerstein_wiener::ROW as HAMMERSTEIN_WIENER;
+pub use linear::ROW as LINEAR;
+pub use multiple_inputs::ROW as MULTIPLE_INPUTS;
+pub use parallel::ROW as PARALLEL;
+pub use wiener::ROW as WIENER;
+pub use wiener_hammerstein::ROW as WIENER_HAMMERSTEIN;

@@ -1,7 +1,7 @@
 //! Several inputs, each through a nonlinearity and a linear part of its own.
 //!
 //! $$ Y_n = o + \sum_i G_i(z) z^{-s_i} f_i(U^{(i)}_n) + e_n $$
-//! from the record alone. The search is that of the [Hammerstein-Wiener](crate::identify::HammersteinWiener) system without its
+//! from the record alone. The search is that of the [Hammerstein-Wiener](crate::identify::HAMMERSTEIN_WIENER) system without its
 //! last nonlinearity: all inputs at once, from least squares over B-splines of all of them with one common denominator; after
 //! that every branch has poles of its own, which Schwarz's criterion takes away where they are not needed. Neither white nor
 //! independent inputs are needed, only inputs that do not determine one another.
@@ -9,27 +9,21 @@
 //! By convention every linear part has unit static gain (unit peak gain, where the static gain is less than a tenth of that)
 //! and every nonlinearity zero mean over the fit's inputs; the offset has the rest.
 
-use std::ops::ControlFlow;
-
 use super::super::block::{Columns, Monitor, Signals, Stage, System, TriedBranches, ends, normalised, tabulated};
 use super::super::samples::refuse_repeated;
 use crate::error::{Error, Result};
-use crate::identify::registry::{Options, Progress, Request, Run, Structure, tried_branches};
+use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{
     Detail, Identification, LinearBlock, NamedBlock, Path, Place, StaticBlock, StructureName,
 };
+use crate::identify::run::{Run, tried_branches};
 use crate::linear::correlation::mean;
 use crate::model::Block;
-use crate::record::Record;
 
 /// The identification of a sum of Hammerstein branches, one an input.
 ///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
-///
 /// ```
-/// use flexure::identify::MultipleInputs;
+/// use flexure::identify::MULTIPLE_INPUTS;
 /// use flexure::record::Record;
 /// use rand::{RngExt, SeedableRng};
 ///
@@ -41,24 +35,12 @@ use crate::record::Record;
 ///     y[n] = 0.6 * y[n - 1] + p[n].powi(2) + q[n - 1].tanh();
 /// }
 /// let record = Record::new([("p", p), ("q", q), ("y", y)])?;
-/// let result = MultipleInputs::default().identify(&record, &["p", "q"], "y")?;
+/// let result = MULTIPLE_INPUTS.identify(&record, &["p", "q"], "y")?;
 /// assert_eq!(result.paths[1].delay(), 1);
 /// assert!(result.fit_percent() > 98.0);
 /// # Ok::<(), flexure::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MultipleInputs {
-    /// The share of the record that the verdict is made on.
-    pub fresh_share: f64,
-}
-
-impl Default for MultipleInputs {
-    fn default() -> Self {
-        MultipleInputs { fresh_share: 0.25 }
-    }
-}
-
-pub(in crate::identify) const ROW: Structure = Structure {
+pub const ROW: Structure = Structure {
     name: StructureName {
         key: "multiple-inputs",
         title: "multiple-input Hammerstein",
@@ -69,36 +51,6 @@ pub(in crate::identify) const ROW: Structure = Structure {
     complexity: None,
     identify,
 };
-
-impl MultipleInputs {
-    /// Identifies the system from `inputs` to `output`.
-    ///
-    /// # Errors
-    /// [`Error::Data`]: `MissingColumn`, `DuplicateColumn` for an input that is given twice, `NonFinite`,
-    /// `Constant`, `ConstantPart`, `TooShort` (no input, or fewer than 200 samples an input for the
-    /// fit), `Unit`, [`Error::Parameter`] for a parameter outside its range.
-    pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<Identification> {
-        self.identify_with(record, inputs, output, &mut |_| ControlFlow::Continue(()))
-    }
-
-    /// [`identify`](Self::identify), with `progress` called before every step; it stops the identification by returning
-    /// [`ControlFlow::Break`].
-    ///
-    /// The result depends neither on `progress` nor on the number of threads.
-    ///
-    /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::Stopped`] if `progress` stopped it.
-    pub fn identify_with(
-        &self,
-        record: &Record,
-        inputs: &[&str],
-        output: &str,
-        progress: &mut Progress<'_>,
-    ) -> Result<Identification> {
-        let options = Options::with_fresh_share(self.fresh_share);
-        ROW.run((record, inputs, output), options, progress)
-    }
-}
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let inputs = request.inputs;

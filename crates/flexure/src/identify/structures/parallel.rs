@@ -23,18 +23,16 @@
 //! straight part of a nonlinearity. Branches are comparable with physical ones only where the signals that enter their
 //! nonlinearities differ.
 
-use std::ops::ControlFlow;
-
 use super::super::block::{Blocks, Monitor, Prepared, Stage, SumResult, TriedSum, blocks, delays, find_sum};
 use super::wiener_hammerstein::between_samples;
 use crate::error::{Error, Result};
-use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};
+use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{
     Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName, Values,
 };
+use crate::identify::run::{Run, path};
 use crate::linear::TransferFunction;
 use crate::model::Block;
-use crate::record::Record;
 
 /// Most branches that are tried where their number is not given.
 const MOST_CHOSEN: usize = 3;
@@ -45,15 +43,11 @@ const DELAY_SAMPLES: usize = 10_000;
 
 /// The identification of a sum of branches.
 ///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `branches` | number of branches | 1 to 5 | Schwarz's criterion, 1 to 3 |
-/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
-///
 /// ```
-/// use flexure::identify::Parallel;
+/// use flexure::identify::{Options, PARALLEL, Request};
 /// use flexure::linear::TransferFunction;
 /// use flexure::record::Record;
+/// use std::ops::ControlFlow;
 /// use rand::{RngExt, SeedableRng};
 ///
 /// let [slow, fast] = [0.8, -0.5].map(|pole| TransferFunction::new(vec![1.0], vec![1.0, -pole]));
@@ -63,30 +57,16 @@ const DELAY_SAMPLES: usize = 10_000;
 /// let limited: Vec<f64> = u.iter().map(|u| (3.0 * u).tanh()).collect();
 /// let (p, q) = (slow?.simulate(&square), fast?.simulate(&limited));
 /// let y: Vec<f64> = p.iter().zip(&q).map(|(p, q)| p + q).collect();
-/// let method = Parallel { branches: Some(2), ..Default::default() };
-/// let result = method.identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+/// let record = Record::new([("u", u), ("y", y)])?;
+/// let options = Options { branches: Some(2), ..Options::default() };
+/// let records = [&record];
+/// let request = Request::new(&records, &["u"], "y", options);
+/// let result = PARALLEL.identify_with(&request, &mut |_| ControlFlow::Continue(()))?;
 /// assert_eq!(result.paths.len(), 2);
 /// assert!(result.verdict.measures.fit_percent > 98.0);
 /// # Ok::<(), flexure::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parallel {
-    /// The number of branches; `None` lets Schwarz's criterion choose.
-    pub branches: Option<usize>,
-    /// The share of the record that the verdict is made on.
-    pub fresh_share: f64,
-}
-
-impl Default for Parallel {
-    fn default() -> Self {
-        Parallel {
-            branches: None,
-            fresh_share: 0.25,
-        }
-    }
-}
-
-pub(in crate::identify) const ROW: Structure = Structure {
+pub const ROW: Structure = Structure {
     name: StructureName {
         key: "parallel",
         title: "parallel",
@@ -101,37 +81,6 @@ pub(in crate::identify) const ROW: Structure = Structure {
 /// Why branches are not to be read one by one.
 const ONLY_THE_SUM: &str =
     "the record determines the branches' sum; parts of it can be moved from one branch to another";
-
-impl Parallel {
-    /// Identifies the system from `input` to `output`.
-    ///
-    /// # Errors
-    /// Those of [`Wiener::identify`](crate::identify::Wiener::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
-        self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
-    }
-
-    /// [`identify`](Self::identify), with `progress` called before every step; it stops the identification by returning
-    /// [`ControlFlow::Break`].
-    ///
-    /// The result depends neither on `progress` nor on the number of threads.
-    ///
-    /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::Stopped`] if `progress` stopped it.
-    pub fn identify_with(
-        &self,
-        record: &Record,
-        input: &str,
-        output: &str,
-        progress: &mut Progress<'_>,
-    ) -> Result<Identification> {
-        let options = Options {
-            branches: self.branches,
-            ..Options::with_fresh_share(self.fresh_share)
-        };
-        ROW.run((record, &[input], output), options, progress)
-    }
-}
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let counts = match request.options.branches {

@@ -21,24 +21,18 @@
 //! Only the product of the blocks' gains and the sum of their delays are determined: both linear blocks are returned with
 //! unit static gain (or unit peak gain, where the static gain is less than a tenth of that).
 
-use std::ops::ControlFlow;
-
 use super::super::block::{
     Blocks, FreeParts, Intersample, Monitor, Stage, TriedStructure, WEAK, blocks, search, splits, without_start,
 };
 use super::super::outcome::Warning;
 use crate::error::Result;
-use crate::identify::registry::{Options, Progress, Request, Run, Structure, path, start_details, tried_cascade};
+use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName};
-use crate::record::Record;
+use crate::identify::run::{Run, path, start_details, tried_cascade};
 /// The identification of a Wiener-Hammerstein system.
 ///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
-///
 /// ```
-/// use flexure::identify::WienerHammerstein;
+/// use flexure::identify::WIENER_HAMMERSTEIN;
 /// use flexure::model::Block;
 /// use flexure::linear::TransferFunction;
 /// use flexure::nonlinearity::{Curve, Outside};
@@ -53,23 +47,11 @@ use crate::record::Record;
 /// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
 /// let u: Vec<f64> = (0..4000).map(|_| random.random_range(-2.0..2.0)).collect();
 /// let y = system.simulate(&u);
-/// let result = WienerHammerstein::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
+/// let result = WIENER_HAMMERSTEIN.identify(&Record::new([("u", u), ("y", y)])?, &["u"], "y")?;
 /// assert!(result.verdict.measures.fit_percent > 98.0);
 /// # Ok::<(), flexure::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WienerHammerstein {
-    /// The share of the record that the verdict is made on.
-    pub fresh_share: f64,
-}
-
-impl Default for WienerHammerstein {
-    fn default() -> Self {
-        WienerHammerstein { fresh_share: 0.25 }
-    }
-}
-
-pub(in crate::identify) const ROW: Structure = Structure {
+pub const ROW: Structure = Structure {
     name: StructureName {
         key: "wiener-hammerstein",
         title: "Wiener-Hammerstein",
@@ -80,35 +62,6 @@ pub(in crate::identify) const ROW: Structure = Structure {
     complexity: Some(3),
     identify,
 };
-
-impl WienerHammerstein {
-    /// Identifies the system from `input` to `output`.
-    ///
-    /// # Errors
-    /// Those of [`Wiener::identify`](crate::identify::Wiener::identify).
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
-        self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
-    }
-
-    /// [`identify`](Self::identify), with `progress` called before every step; it stops the identification by returning
-    /// [`ControlFlow::Break`].
-    ///
-    /// The result depends neither on `progress` nor on the number of threads.
-    ///
-    /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if
-    /// `progress` stopped it.
-    pub fn identify_with(
-        &self,
-        record: &Record,
-        input: &str,
-        output: &str,
-        progress: &mut Progress<'_>,
-    ) -> Result<Identification> {
-        let options = Options::with_fresh_share(self.fresh_share);
-        ROW.run((record, &[input], output), options, progress)
-    }
-}
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let samples = request.samples("a Wiener-Hammerstein fit (besides the fresh part)")?;

@@ -9,10 +9,12 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::Error;
+use crate::identify::{Options, WIENER_HAMMERSTEIN};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::variance;
 use crate::model::Block;
 use crate::nonlinearity::{Curve, Outside};
+use crate::record::Record;
 
 fn linear(b: &[f64], a: &[f64]) -> Block {
     Block::Linear(TransferFunction::new(b.to_vec(), a.to_vec()).unwrap())
@@ -48,7 +50,7 @@ fn record(system: &Block, u: Vec<f64>, noise: f64) -> Record {
 }
 
 fn identify(record: &Record) -> Identification {
-    WienerHammerstein::default().identify(record, "u", "y").unwrap()
+    WIENER_HAMMERSTEIN.identify(record, &["u"], "y").unwrap()
 }
 
 #[test]
@@ -212,8 +214,8 @@ fn it_can_be_stopped_at_every_stage() {
                 ControlFlow::Continue(())
             }
         };
-        let error = WienerHammerstein::default()
-            .identify_with(&record, "u", "y", stop)
+        let error = WIENER_HAMMERSTEIN
+            .identify_with(&Request::new(&[&record], &["u"], "y", Options::default()), stop)
             .unwrap_err();
         assert!(error.to_string().contains(words), "{error}");
     }
@@ -222,10 +224,16 @@ fn it_can_be_stopped_at_every_stage() {
 #[test]
 fn what_cannot_be_identified_is_refused() {
     let of = |n: usize| Record::new([("u", gaussian(n, 9)), ("y", gaussian(n, 10))]).unwrap();
-    let method = WienerHammerstein { fresh_share: 1.0 };
-    let error = method.identify(&of(1000), "u", "y").unwrap_err().to_string();
+    let record = of(1000);
+    let options = Options::with_fresh_share(1.0);
+    let error = WIENER_HAMMERSTEIN
+        .identify_with(&Request::new(&[&record], &["u"], "y", options), &mut |_| {
+            ControlFlow::Continue(())
+        })
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("fresh share"), "{error}");
-    let error = WienerHammerstein::default().identify(&of(250), "u", "y").unwrap_err();
+    let error = WIENER_HAMMERSTEIN.identify(&of(250), &["u"], "y").unwrap_err();
     assert!(
         matches!(
             error,
@@ -239,7 +247,7 @@ fn what_cannot_be_identified_is_refused() {
     );
     let flat = Record::new([("u", gaussian(400, 9)), ("y", vec![1.0; 400])]).unwrap();
     assert!(matches!(
-        WienerHammerstein::default().identify(&flat, "u", "y"),
+        WIENER_HAMMERSTEIN.identify(&flat, &["u"], "y"),
         Err(Error::Data(DataError::Constant { .. }))
     ));
 }

@@ -24,61 +24,23 @@ mod start;
 #[cfg(test)]
 mod tests;
 
-use std::ops::ControlFlow;
-
 use super::block::{Columns, Monitor, Signals, Stage, conventional_gain};
 use super::samples::refuse_repeated;
 use crate::error::{Error, Result};
-use crate::identify::registry::{Options, Progress, Request, Run, Structure, path};
+use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{
     BlockKind, Detail, Identification, LinearBlock, NamedBlock, Place, Score, StructureName, Values,
 };
+use crate::identify::run::{Run, path};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
 use crate::nonlinearity::{Surface, SurfaceAxis};
-use crate::record::Record;
 use crate::text::number;
 use fit::Fit;
 
 /// Most inputs of one nonlinearity.
 const MOST_INPUTS: usize = 4;
-
-/// The identification of a Hammerstein system whose nonlinearity has several inputs.
-///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
-///
-/// ```
-/// use flexure::identify::JointInputs;
-/// use flexure::record::Record;
-/// use rand::{RngExt, SeedableRng};
-///
-/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
-/// let mut input = || -> Vec<f64> { (0..3000).map(|_| random.random_range(-1.0..1.0)).collect() };
-/// let (p, q) = (input(), input());
-/// let mut y = vec![0.0; 3000];
-/// for n in 1..3000 {
-///     y[n] = 0.6 * y[n - 1] + p[n] * q[n];
-/// }
-/// let record = Record::new([("p", p), ("q", q), ("y", y)])?;
-/// let result = JointInputs::default().identify(&record, &["p", "q"], "y")?;
-/// assert_eq!((result.order, result.delay), (1, 0));
-/// assert!(result.fit_percent() > 98.0);
-/// # Ok::<(), flexure::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointInputs {
-    /// The share of the record that the verdict is made on.
-    pub fresh_share: f64,
-}
-
-impl Default for JointInputs {
-    fn default() -> Self {
-        JointInputs { fresh_share: 0.25 }
-    }
-}
 
 /// A number of pieces that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,7 +55,27 @@ pub(super) struct TriedSurface {
     pub score: f64,
 }
 
-pub(in crate::identify) const ROW: Structure = Structure {
+/// The identification of a Hammerstein system whose nonlinearity has several inputs.
+///
+/// ```
+/// use flexure::identify::JOINT_INPUTS;
+/// use flexure::record::Record;
+/// use rand::{RngExt, SeedableRng};
+///
+/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+/// let mut input = || -> Vec<f64> { (0..3000).map(|_| random.random_range(-1.0..1.0)).collect() };
+/// let (p, q) = (input(), input());
+/// let mut y = vec![0.0; 3000];
+/// for n in 1..3000 {
+///     y[n] = 0.6 * y[n - 1] + p[n] * q[n];
+/// }
+/// let record = Record::new([("p", p), ("q", q), ("y", y)])?;
+/// let result = JOINT_INPUTS.identify(&record, &["p", "q"], "y")?;
+/// assert_eq!((result.order, result.delay), (1, 0));
+/// assert!(result.fit_percent() > 98.0);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+pub const JOINT_INPUTS: Structure = Structure {
     name: StructureName {
         key: "joint-inputs",
         title: "joint Hammerstein",
@@ -104,39 +86,6 @@ pub(in crate::identify) const ROW: Structure = Structure {
     complexity: None,
     identify,
 };
-
-impl JointInputs {
-    /// Identifies the system from `inputs`, two to four, to `output`.
-    ///
-    /// # Errors
-    /// [`Error::Data`]: `MissingColumn`, `DuplicateColumn` for an input that is given twice, `NonFinite`,
-    /// `Constant`, `ConstantPart`, `TooShort` (fewer than 200 samples an input for the
-    /// fit), `Unit`, [`Error::Parameter`] for a parameter outside its range and for another number of inputs.
-    pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<Identification> {
-        self.identify_with(record, inputs, output, &mut |_| ControlFlow::Continue(()))
-    }
-
-    /// [`identify`](Self::identify), with `progress` called before every step; it stops the identification by returning
-    /// [`ControlFlow::Break`].
-    ///
-    /// The result depends neither on `progress` nor on the number of threads.
-    ///
-    /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::Stopped`] if `progress` stopped it.
-    pub fn identify_with(
-        &self,
-        record: &Record,
-        inputs: &[&str],
-        output: &str,
-        progress: &mut Progress<'_>,
-    ) -> Result<Identification> {
-        ROW.run(
-            (record, inputs, output),
-            Options::with_fresh_share(self.fresh_share),
-            progress,
-        )
-    }
-}
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let inputs = request.inputs;
@@ -188,7 +137,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     Ok(Identification {
         tried: tried.iter().map(Values::from).collect(),
         details,
-        ..run.identification(&ROW, request)?
+        ..run.identification(&JOINT_INPUTS, request)?
     })
 }
 

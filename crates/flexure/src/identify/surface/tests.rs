@@ -1,10 +1,13 @@
+use std::ops::ControlFlow;
+
 use rand::{RngExt, SeedableRng};
 
 use super::fit::{Fit, refined};
 use super::*;
-use crate::identify::MultipleInputs;
+use crate::identify::MULTIPLE_INPUTS;
 use crate::identify::Verdict;
 use crate::identify::block::Rational;
+use crate::record::Record;
 use crate::validation::FitMeasures;
 
 /// phi of two inputs by name.
@@ -91,7 +94,7 @@ fn nonadditive_surfaces_are_recovered_as_by_one_who_knows_the_linear_part() {
         let mut ratios = Vec::new();
         for seed in 0..2 {
             let record = record(phi, 3000, seed, colour);
-            let result = JointInputs::default().identify(&record, &["p", "q"], "y").unwrap();
+            let result = JOINT_INPUTS.identify(&record, &["p", "q"], "y").unwrap();
             let surface = surface_of(&result);
             let pieces = surface.axes()[0].pieces;
             let best = [4, 6, 9, 13].map(|k| error(&oracle(&record, k), phi, reach));
@@ -114,8 +117,8 @@ fn nonadditive_surfaces_are_recovered_as_by_one_who_knows_the_linear_part() {
 #[test]
 fn an_additive_model_is_refuted_where_inputs_act_jointly() {
     let record = record(friction_times_stiffness, 3000, 7, 0.0);
-    let additive = MultipleInputs::default().identify(&record, &["p", "q"], "y").unwrap();
-    let joint = JointInputs::default().identify(&record, &["p", "q"], "y").unwrap();
+    let additive = MULTIPLE_INPUTS.identify(&record, &["p", "q"], "y").unwrap();
+    let joint = JOINT_INPUTS.identify(&record, &["p", "q"], "y").unwrap();
     println!(
         "additive {:.2}, joint {:.2}",
         additive.fit_percent(),
@@ -141,7 +144,7 @@ fn three_inputs_and_the_scales_of_the_record() {
         let y = y.iter().map(|y| 1e-6 * y + gain).collect();
         let columns = [("p", p), ("q", q.clone()), ("r", r.clone()), ("y", y)];
         let record = Record::new(columns).unwrap();
-        JointInputs::default().identify(&record, &["p", "q", "r"], "y").unwrap()
+        JOINT_INPUTS.identify(&record, &["p", "q", "r"], "y").unwrap()
     };
     let (one, other) = (of(1.0, 0.0), of(1e3, 5e3));
     assert!(one.fit_percent() > 90.0, "{}", one.fit_percent());
@@ -163,15 +166,10 @@ fn noise_is_answered_and_wrong_inputs_are_refused() {
     let mut random = rand_pcg::Pcg64::seed_from_u64(9);
     let mut noise = || -> Vec<f64> { (0..800).map(|_| random.random_range(-1.0..1.0)).collect() };
     let record = Record::new([("p", noise()), ("q", noise()), ("y", noise())]).unwrap();
-    let result = JointInputs::default().identify(&record, &["p", "q"], "y").unwrap();
+    let result = JOINT_INPUTS.identify(&record, &["p", "q"], "y").unwrap();
     assert!(result.fit_percent() < 15.0 && result.linear("linear").unwrap().is_stable());
     assert!(result.predicted.iter().all(|p| p.is_finite()));
-    let text = |inputs: &[&str]| {
-        JointInputs::default()
-            .identify(&record, inputs, "y")
-            .unwrap_err()
-            .to_string()
-    };
+    let text = |inputs: &[&str]| JOINT_INPUTS.identify(&record, inputs, "y").unwrap_err().to_string();
     assert!(text(&["p"]).contains("2 to 4"));
     assert!(text(&["p", "p"]).contains("'p'"));
     assert!(text(&["p", "q", "r", "s", "t"]).contains("2 to 4"));

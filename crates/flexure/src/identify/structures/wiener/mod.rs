@@ -14,7 +14,7 @@
 //! 5. a last refinement on all samples; step 4 once more by errors made white, and generalised least squares, where the error is
 //!    coloured noise.
 //!
-//! Steps 3 to 5 are those of the [Wiener-Hammerstein system](crate::identify::WienerHammerstein); the input need be neither white nor
+//! Steps 3 to 5 are those of the [Wiener-Hammerstein system](crate::identify::WIENER_HAMMERSTEIN); the input need be neither white nor
 //! Gaussian. Steps 1 and 2 are exact for Gaussian inputs of any colour and good starts for others.
 //!
 //! The linear block is returned with unit static gain (or unit peak gain, where the static gain is less than a tenth of that);
@@ -25,49 +25,13 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
-use std::ops::ControlFlow;
-
 use super::super::block::{FreeParts, Monitor, Stage, TriedStructure, blocks, search, without_start};
 use crate::error::Result;
-use crate::identify::registry::{Options, Progress, Request, Run, Structure, path, start_details, tried_cascade};
+use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Identification, LinearBlock, NamedBlock, StaticBlock, StructureName};
+use crate::identify::run::{Run, path, start_details, tried_cascade};
 use crate::model::Block;
-use crate::record::Record;
 use starts::{delay_of_any_dependence, is_weak, starts};
-
-/// The identification of a Wiener system.
-///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
-///
-/// ```
-/// use flexure::identify::Wiener;
-/// use flexure::linear::TransferFunction;
-/// use flexure::record::Record;
-/// use rand::SeedableRng;
-/// use rand_distr::{Distribution, StandardNormal};
-///
-/// // |x| is even about the mean of a zero-mean signal: no linear correlation at all.
-/// let linear = TransferFunction::new(vec![1.0, 0.5], vec![1.0, -0.7])?;
-/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
-/// let u: Vec<f64> = (0..4000).map(|_| StandardNormal.sample(&mut random)).collect();
-/// let y: Vec<f64> = linear.simulate(&u).iter().map(|w| w.abs()).collect();
-/// let result = Wiener::default().identify(&Record::new([("u", u), ("y", y)])?, "u", "y")?;
-/// assert!(result.verdict.measures.fit_percent > 98.0);
-/// # Ok::<(), flexure::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wiener {
-    /// The share of the record that the verdict is made on.
-    pub fresh_share: f64,
-}
-
-impl Default for Wiener {
-    fn default() -> Self {
-        Wiener { fresh_share: 0.25 }
-    }
-}
 
 /// What the search for a Wiener system started from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,7 +42,25 @@ enum WienerStart {
     HigherMoments,
 }
 
-pub(in crate::identify) const ROW: Structure = Structure {
+/// The identification of a Wiener system.
+///
+/// ```
+/// use flexure::identify::WIENER;
+/// use flexure::linear::TransferFunction;
+/// use flexure::record::Record;
+/// use rand::SeedableRng;
+/// use rand_distr::{Distribution, StandardNormal};
+///
+/// // |x| is even about the mean of a zero-mean signal: no linear correlation at all.
+/// let linear = TransferFunction::new(vec![1.0, 0.5], vec![1.0, -0.7])?;
+/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+/// let u: Vec<f64> = (0..4000).map(|_| StandardNormal.sample(&mut random)).collect();
+/// let y: Vec<f64> = linear.simulate(&u).iter().map(|w| w.abs()).collect();
+/// let result = WIENER.identify(&Record::new([("u", u), ("y", y)])?, &["u"], "y")?;
+/// assert!(result.verdict.measures.fit_percent > 98.0);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+pub const ROW: Structure = Structure {
     name: StructureName {
         key: "wiener",
         title: "Wiener",
@@ -89,38 +71,6 @@ pub(in crate::identify) const ROW: Structure = Structure {
     complexity: Some(2),
     identify,
 };
-
-impl Wiener {
-    /// Identifies the system from `input` to `output`.
-    ///
-    /// # Errors
-    /// [`Error::Data`](crate::Error::Data): `MissingColumn`, `NonFinite`,
-    /// `Constant`, `ConstantPart`,
-    /// `TooShort` (fewer than 200 samples for the fit), `Unit`,
-    /// [`Error::Parameter`](crate::Error::Parameter) for a parameter outside its range.
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
-        self.identify_with(record, input, output, &mut |_| ControlFlow::Continue(()))
-    }
-
-    /// [`identify`](Self::identify), with `progress` called before every step; it stops the identification by returning
-    /// [`ControlFlow::Break`].
-    ///
-    /// The result depends neither on `progress` nor on the number of threads.
-    ///
-    /// # Errors
-    /// Those of [`identify`](Self::identify), and [`Error::Stopped`](crate::Error::Stopped) if
-    /// `progress` stopped it.
-    pub fn identify_with(
-        &self,
-        record: &Record,
-        input: &str,
-        output: &str,
-        progress: &mut Progress<'_>,
-    ) -> Result<Identification> {
-        let options = Options::with_fresh_share(self.fresh_share);
-        ROW.run((record, &[input], output), options, progress)
-    }
-}
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let samples = request.samples("a Wiener fit (besides the fresh part)")?;

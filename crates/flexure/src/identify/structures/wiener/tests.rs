@@ -11,7 +11,9 @@ use rand_pcg::Pcg64;
 use super::*;
 use crate::Error;
 use crate::identify::result::Value;
+use crate::identify::{Options, WIENER};
 use crate::linear::correlation::{mean, variance};
+use crate::record::Record;
 use crate::systems::relative_error_after_alignment;
 use crate::validation::FitMeasures;
 
@@ -59,7 +61,7 @@ fn from_higher_moments(result: &Identification) -> bool {
 }
 
 fn identify(record: &Record) -> Identification {
-    Wiener::default().identify(record, "u", "y").unwrap()
+    WIENER.identify(record, &["u"], "y").unwrap()
 }
 
 /// Orders 1 to 4; odd, invertible, even and one-sided; white and coloured, Gaussian and uniform; 40 dB.
@@ -234,7 +236,9 @@ fn it_can_be_stopped_at_every_stage() {
                 ControlFlow::Continue(())
             }
         };
-        let error = Wiener::default().identify_with(&record, "u", "y", stop).unwrap_err();
+        let error = WIENER
+            .identify_with(&Request::new(&[&record], &["u"], "y", Options::default()), stop)
+            .unwrap_err();
         assert!(error.to_string().contains(words), "{error}");
     }
 }
@@ -242,12 +246,16 @@ fn it_can_be_stopped_at_every_stage() {
 #[test]
 fn what_cannot_be_identified_is_refused() {
     let of = |n: usize| Record::new([("u", gaussian(n, 9)), ("y", gaussian(n, 10))]).unwrap();
-    let error = Wiener { fresh_share: 0.01 }
-        .identify(&of(1000), "u", "y")
+    let record = of(1000);
+    let options = Options::with_fresh_share(0.01);
+    let error = WIENER
+        .identify_with(&Request::new(&[&record], &["u"], "y", options), &mut |_| {
+            ControlFlow::Continue(())
+        })
         .unwrap_err()
         .to_string();
     assert!(error.contains("fresh share"), "{error}");
-    let error = Wiener::default().identify(&of(250), "u", "y").unwrap_err();
+    let error = WIENER.identify(&of(250), &["u"], "y").unwrap_err();
     assert!(
         matches!(
             error,
@@ -262,11 +270,11 @@ fn what_cannot_be_identified_is_refused() {
     assert!(error.to_string().contains("Wiener fit"), "{error}");
     let flat = Record::new([("u", gaussian(400, 9)), ("y", vec![1.0; 400])]).unwrap();
     assert!(matches!(
-        Wiener::default().identify(&flat, "u", "y"),
+        WIENER.identify(&flat, &["u"], "y"),
         Err(Error::Data(DataError::Constant { .. }))
     ));
     assert!(matches!(
-        Wiener::default().identify(&of(400), "u", "z"),
+        WIENER.identify(&of(400), &["u"], "z"),
         Err(Error::Data(DataError::MissingColumn { .. }))
     ));
 }

@@ -1,22 +1,24 @@
 //! A static nonlinearity, then linear dynamics.
 
-use super::{HammersteinMethod, Progress, Request, Run, Structure, path};
 use crate::error::Result;
 use crate::identify::hammerstein::{
     Breakpoint, BreakpointKind, FormFit, PlainHammerstein, RefinedHammerstein, RefinedIdentification, RegressionLag,
 };
 use crate::identify::outcome::{ChosenOrder, PlainIdentification, Psi};
+use crate::identify::request::{HammersteinMethod, Progress, Request, Structure};
 use crate::identify::result::{
     BlockKind, Detail, Identification, ImpulseEstimate, LinearBlock, NamedBlock, Place, Score, StaticBlock,
     StructureName, Value, Values,
 };
+use crate::identify::run::{Run, announce, path};
 use crate::nonlinearity::Curve;
 use crate::text::{capitalised, number, short};
 
 /// Breakpoints of one kind up to so many are listed one by one.
 const MOST_LISTED: usize = 6;
 
-pub(super) const ROW: Structure = Structure {
+/// The identification of a Hammerstein system, by either method.
+pub const HAMMERSTEIN: Structure = Structure {
     name: StructureName {
         key: "hammerstein",
         title: "Hammerstein",
@@ -44,7 +46,7 @@ pub(super) const ROW: Structure = Structure {
 };
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
-    super::announce("refining on all samples", progress)?;
+    announce("refining on all samples", progress)?;
     match &request.options.hammerstein {
         HammersteinMethod::Plain(method) => {
             let found = method.identify(request.record()?, request.input()?, request.output)?;
@@ -148,7 +150,7 @@ fn plain(request: &Request<'_>, method: &PlainHammerstein, found: PlainIdentific
         order,
         delay,
         details,
-        ..run.identification(&ROW, request)?
+        ..run.identification(&HAMMERSTEIN, request)?
     })
 }
 
@@ -283,7 +285,7 @@ fn refined(
         parameters,
         details,
         noise_model: found.refined.then_some(found.noise_model),
-        ..run.identification(&ROW, request)?
+        ..run.identification(&HAMMERSTEIN, request)?
     })
 }
 

@@ -3,11 +3,12 @@
 //! with f a cubic smoothing spline (Reinsch 1967) whose penalty minimises the leave-one-out error, and s the delay of 0 to 20
 //! samples with the smallest score of generalised cross-validation (Craven and Wahba 1979).
 
-use super::{Progress, Request, Run, Structure, announce, path};
 use crate::error::{Error, Result};
+use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{
     BlockKind, Detail, Identification, LinearBlock, NamedBlock, Place, Score, StaticBlock, StructureName,
 };
+use crate::identify::run::{Run, announce, path};
 use crate::linear::TransferFunction;
 use crate::model::Block;
 use crate::nonlinearity::{Estimator, Outside, Regression, SplineFit, SplineRegression, tabulate};
@@ -15,7 +16,8 @@ use crate::nonlinearity::{Estimator, Outside, Regression, SplineFit, SplineRegre
 /// The largest delay that is tried, samples.
 const LARGEST_DELAY: usize = 20;
 
-pub(super) const ROW: Structure = Structure {
+/// The identification of a static nonlinearity of the delayed input.
+pub const ROW: Structure = Structure {
     name: StructureName {
         key: "static",
         title: "static",

@@ -1,0 +1,174 @@
+//! What is to be identified, by which structure, from what, and with which choices.
+
+use std::cell::OnceCell;
+use std::ops::{ControlFlow, RangeInclusive};
+
+use super::block::{Monitor, Prepared};
+use super::hammerstein::{PhysicalForm, PlainHammerstein, RefinedHammerstein};
+use super::result::{Identification, StructureName};
+use super::samples::Samples;
+use crate::error::{Error, Result};
+use crate::record::Record;
+
+/// A block structure and its identification.
+#[derive(Debug)]
+pub struct Structure {
+    /// Its name.
+    pub name: StructureName,
+    /// What its blocks are, for lists of structures, without a full stop.
+    pub description: &'static str,
+    /// The numbers of inputs that it takes.
+    pub inputs: RangeInclusive<usize>,
+    /// The options that it knows beside the share of fresh samples, by their names in Python and, with hyphens, on the command line.
+    pub options: &'static [&'static str],
+    /// The number of blocks, where [`AUTO`](super::AUTO) compares the structure with others: simple structures come first.
+    pub complexity: Option<usize>,
+    /// The identification.
+    pub(super) identify: fn(&Request<'_>, &mut Progress<'_>) -> Result<Identification>,
+}
+
+/// Called before every step with its name; stops the identification by returning [`ControlFlow::Break`].
+pub type Progress<'a> = dyn FnMut(&str) -> ControlFlow<()> + 'a;
+
+impl Structure {
+    /// Whether it takes more than one input.
+    pub fn has_several_inputs(&self) -> bool {
+        *self.inputs.end() > 1
+    }
+
+    /// Identifies a system of this structure from `inputs` to `output`, with the default choices.
+    ///
+    /// # Errors
+    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `DuplicateColumn` for an input that is given
+    /// twice, `TooShort` (100 samples for a Hammerstein fit, 200 an input for others), `Unit`; [`Error::Parameter`] for a parameter
+    /// outside its range and for a number of inputs that the structure does not take.
+    pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<Identification> {
+        let records = [record];
+        let request = Request::new(&records, inputs, output, Options::default());
+        self.identify_with(&request, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// Identifies what `request` asks for, with `progress` called before every step; it stops the identification by returning
+    /// [`ControlFlow::Break`].
+    ///
+    /// The result depends neither on `progress` nor on the number of threads.
+    ///
+    /// # Errors
+    /// Those of [`identify`](Self::identify); [`Error::Parameter`] for several experiments where the method takes one;
+    /// [`Error::Stopped`] if `progress` stopped it.
+    pub fn identify_with(&self, request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+        (self.identify)(request, progress)
+    }
+}
+
+/// What is to be identified from what.
+pub struct Request<'a> {
+    /// The record; several are so many experiments of one system.
+    pub records: &'a [&'a Record],
+    /// The inputs' columns.
+    pub inputs: &'a [&'a str],
+    /// The output's column.
+    pub output: &'a str,
+    /// What there is to choose.
+    pub options: Options,
+    prepared: OnceCell<Prepared>,
+}
+
+impl<'a> Request<'a> {
+    /// A request for the identification from these columns.
+    pub fn new(records: &'a [&'a Record], inputs: &'a [&'a str], output: &'a str, options: Options) -> Self {
+        Request {
+            records,
+            inputs,
+            output,
+            options,
+            prepared: OnceCell::new(),
+        }
+    }
+
+    /// The only record.
+    pub(super) fn record(&self) -> Result<&'a Record> {
+        match self.records {
+            [record] => Ok(record),
+            several => Err(Error::parameter(
+                "the number of experiments",
+                several.len() as f64,
+                "one for this structure and method",
+            )),
+        }
+    }
+
+    /// The only input.
+    pub(super) fn input(&self) -> Result<&'a str> {
+        match self.inputs {
+            [input] => Ok(input),
+            several => Err(Error::parameter(
+                "the number of inputs",
+                several.len() as f64,
+                "one for this structure",
+            )),
+        }
+    }
+
+    /// The checked samples of the only record and the only input; `what` names the fit in the error about too few samples.
+    pub(super) fn samples(&self, what: &'static str) -> Result<Samples<'_>> {
+        Samples::new(
+            self.record()?,
+            self.input()?,
+            self.output,
+            self.options.fresh_share,
+            what,
+        )
+    }
+
+    /// The linear approximations that several structures start from, made once for all of them.
+    pub(super) fn prepared(&self, samples: &Samples<'_>, monitor: &mut Monitor<'_>) -> &Prepared {
+        self.prepared.get_or_init(|| samples.prepared(monitor))
+    }
+}
+
+/// What there is to choose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The share of the record, at its end, kept for the verdict; 0.05 to 0.9.
+    pub fresh_share: f64,
+    /// The number of branches of [`PARALLEL`](super::PARALLEL), 1 to 5; `None`: 1 to 3 by Schwarz's criterion.
+    pub branches: Option<usize>,
+    /// The method for a Hammerstein system.
+    pub hammerstein: HammersteinMethod,
+}
+
+impl Options {
+    /// The defaults with this share of fresh samples, for all methods.
+    pub fn with_fresh_share(fresh_share: f64) -> Self {
+        let method = RefinedHammerstein {
+            fresh_share,
+            ..Default::default()
+        };
+        Options {
+            fresh_share,
+            branches: None,
+            hammerstein: HammersteinMethod::Refined { method, form: None },
+        }
+    }
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options::with_fresh_share(0.25)
+    }
+}
+
+/// A method for a Hammerstein system with the choices that were given; the others are made from data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum HammersteinMethod {
+    /// Prediction error over both blocks.
+    Refined {
+        /// The method.
+        method: RefinedHammerstein,
+        /// The form to fit to the nonlinearity and to test, if one was asked for.
+        form: Option<PhysicalForm>,
+    },
+    /// The paper's.
+    Plain(PlainHammerstein),
+}

@@ -1,0 +1,151 @@
+//! From a model and its free run to the result.
+
+use std::ops::ControlFlow;
+
+use super::block::{ApproximationScore, TriedBranches, TriedStructure};
+use super::outcome::{Verdict, Warning};
+use super::request::{Progress, Request, Structure};
+use super::result::{Detail, Identification, NamedBlock, Path, Place, Score, Values};
+use super::samples::Samples;
+use crate::error::{Error, Result, Stopped};
+use crate::model::Block;
+
+/// What all prediction-error methods are called.
+const PREDICTION_ERROR: &str = "prediction-error";
+
+/// Reports a step of a method that has no others, and stops where that is asked for.
+pub(super) fn announce(stage: &'static str, progress: &mut Progress<'_>) -> Result<()> {
+    match progress(stage) {
+        ControlFlow::Break(()) => Err(Error::Stopped(Stopped::Identifying { stage })),
+        ControlFlow::Continue(()) => Ok(()),
+    }
+}
+
+/// A model with its free run.
+pub(super) struct Run {
+    pub model: Block,
+    pub paths: Vec<Path>,
+    pub output_offset: f64,
+    pub fitted: usize,
+    pub predicted: Vec<f64>,
+    pub verdicts: Vec<Verdict>,
+    pub warnings: Vec<Warning>,
+}
+
+impl Run {
+    /// The free run of a model of the first input, of so many parameters.
+    pub(super) fn new(samples: &Samples<'_>, model: Block, paths: Vec<Path>, parameters: usize) -> Result<Self> {
+        let (predicted, verdict, warnings) = samples.judged(&model, parameters)?;
+        Ok(Run {
+            model,
+            paths,
+            output_offset: 0.0,
+            fitted: samples.fitted,
+            predicted,
+            verdicts: vec![verdict],
+            warnings,
+        })
+    }
+
+    /// The result by prediction error, without what was tried and without details.
+    pub(super) fn identification(self, row: &Structure, request: &Request<'_>) -> Result<Identification> {
+        let verdict = Verdict::worst(&self.verdicts).cloned();
+        let verdict = verdict.ok_or_else(|| Error::too_short("a verdict on the inputs", 1, 0))?;
+        Ok(Identification {
+            structure: row.name,
+            description: row.description.to_owned(),
+            method: PREDICTION_ERROR,
+            inputs: request.inputs.iter().map(|i| (*i).to_owned()).collect(),
+            output: request.output.to_owned(),
+            order: self.paths.iter().map(Path::order).sum(),
+            delay: self.paths.iter().map(Path::delay).min().unwrap_or(0),
+            parameters: verdict.estimated.map_or(0, |e| e.parameters),
+            model: self.model,
+            paths: self.paths,
+            is_sum: false,
+            output_offset: self.output_offset,
+            tried: Vec::new(),
+            details: Vec::new(),
+            noise_model: None,
+            comparison: None,
+            fitted: self.fitted,
+            predicted: self.predicted,
+            verdict,
+            verdicts: self.verdicts,
+            warnings: self.warnings,
+        })
+    }
+}
+
+/// One path from all inputs of a request.
+pub(super) fn path(request: &Request<'_>, blocks: Vec<NamedBlock>) -> Path {
+    Path {
+        inputs: request.inputs.iter().map(|i| (*i).to_owned()).collect(),
+        blocks,
+    }
+}
+
+/// What the search for poles and zeros started from, and the approximations by their orders.
+pub(super) fn start_details(start: &str, approximations: &[ApproximationScore], paths: &[Path]) -> Vec<Detail> {
+    let chosen: usize = paths.iter().map(Path::order).sum();
+    let orders: Vec<usize> = approximations.iter().map(|a| a.order).collect();
+    let errors: Vec<f64> = approximations.iter().map(|a| a.relative_error).collect();
+    let list: Vec<Values> = (approximations.iter())
+        .map(|a| Values::new([("order", a.order.into()), ("relative_error", a.relative_error.into())]))
+        .collect();
+    let each: Vec<String> = (paths.iter().flat_map(Path::main))
+        .filter_map(|b| {
+            b.linear()
+                .map(|g| format!("{} in the {}", g.order(), b.title.to_lowercase()))
+        })
+        .collect();
+    let note = format!(
+        "{start}; then poles and numerator coefficients added and taken away while Schwarz's criterion of the free-run error falls"
+    );
+    let scores = orders.contains(&chosen).then(|| Score {
+        x_label: "order of the linear approximation".to_owned(),
+        y_label: "relative error".to_owned(),
+        logarithmic: false,
+        x: orders.iter().map(|o| *o as f64).collect(),
+        y: errors,
+        chosen: chosen as f64,
+    });
+    vec![
+        Detail::new("start", start),
+        Detail::new("approximations", list)
+            .shown(Place::Choice, "Poles", each.join(", "), &note)
+            .scored(scores),
+    ]
+}
+
+/// A structure of three blocks that was tried.
+pub(super) fn tried_cascade(t: &TriedStructure) -> Values {
+    Values::new([
+        ("front_order", t.front_order.into()),
+        ("front_numerator", t.front_numerator.into()),
+        ("back_order", t.back_order.into()),
+        ("back_numerator", t.back_numerator.into()),
+        ("pieces", t.pieces.into()),
+        ("kinks", t.kinks.into()),
+        ("instants", t.instants.into()),
+        ("samples", t.samples.into()),
+        ("relative_error", t.relative_error.into()),
+        ("bic", t.bic.into()),
+    ])
+}
+
+/// A sum of branches that was tried.
+pub(super) fn tried_branches(t: &TriedBranches) -> Values {
+    Values::new([
+        ("orders", t.orders.as_slice().into()),
+        ("numerators", t.numerators.as_slice().into()),
+        ("delays", t.delays.as_slice().into()),
+        ("input_pieces", t.input_pieces.as_slice().into()),
+        ("output_pieces", t.output_pieces.into()),
+        ("input_kinks", t.input_kinks.as_slice().into()),
+        ("output_kinks", t.output_kinks.into()),
+        ("samples", t.samples.into()),
+        ("relative_error", t.relative_error.into()),
+        ("bic", t.bic.into()),
+    ])
+}
