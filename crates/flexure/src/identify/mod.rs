@@ -38,7 +38,7 @@ mod structures;
 mod surface;
 
 pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison};
-pub use block::{ApproximationScore, Intersample, Stage, TriedBranches, TriedStructure, TriedSum};
+pub use block::{ApproximationScore, Intersample, Stage};
 pub use hammerstein::{
     Breakpoint, BreakpointKind, Calibration, CoefficientErrors, FormFit, FormParameter, HAMMERSTEIN, MemoryRemoved,
     PhysicalForm, PlainHammerstein, RefinedHammerstein, RefinedIdentification, RegressionLag,

@@ -515,6 +515,12 @@ impl Values {
         Values(values.into())
     }
 
+    /// The same with further values at the end.
+    pub fn and<const N: usize>(mut self, values: [(&'static str, Value); N]) -> Self {
+        self.0.extend(values);
+        self
+    }
+
     /// Names and values in order.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Value)> {
         self.0.iter().map(|(name, value)| (*name, value))

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::block::{ApproximationScore, TriedBranches, TriedStructure};
+use super::block::ApproximationScore;
 use super::outcome::{Verdict, Warning};
 use super::request::{Progress, Request, Structure};
 use super::result::{Detail, Identification, NamedBlock, Path, Place, Score, Values};
@@ -116,36 +116,4 @@ pub(super) fn start_details(start: &str, approximations: &[ApproximationScore], 
             .shown(Place::Choice, "Poles", each.join(", "), &note)
             .scored(scores),
     ]
-}
-
-/// A structure of three blocks that was tried.
-pub(super) fn tried_cascade(t: &TriedStructure) -> Values {
-    Values::new([
-        ("front_order", t.front_order.into()),
-        ("front_numerator", t.front_numerator.into()),
-        ("back_order", t.back_order.into()),
-        ("back_numerator", t.back_numerator.into()),
-        ("pieces", t.pieces.into()),
-        ("kinks", t.kinks.into()),
-        ("instants", t.instants.into()),
-        ("samples", t.samples.into()),
-        ("relative_error", t.relative_error.into()),
-        ("bic", t.bic.into()),
-    ])
-}
-
-/// A sum of branches that was tried.
-pub(super) fn tried_branches(t: &TriedBranches) -> Values {
-    Values::new([
-        ("orders", t.orders.as_slice().into()),
-        ("numerators", t.numerators.as_slice().into()),
-        ("delays", t.delays.as_slice().into()),
-        ("input_pieces", t.input_pieces.as_slice().into()),
-        ("output_pieces", t.output_pieces.into()),
-        ("input_kinks", t.input_kinks.as_slice().into()),
-        ("output_kinks", t.output_kinks.into()),
-        ("samples", t.samples.into()),
-        ("relative_error", t.relative_error.into()),
-        ("bic", t.bic.into()),
-    ])
 }

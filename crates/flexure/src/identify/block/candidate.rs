@@ -7,6 +7,7 @@ use super::monitor::Monitor;
 use super::signals::Signals;
 use super::spline::KinkedSpline;
 use super::system::{Branch, System};
+use crate::identify::result::{Value, Values};
 
 /// A system and its sum of squared errors.
 #[derive(Debug, Clone)]
@@ -122,134 +123,66 @@ impl TriedBranch {
     }
 }
 
-/// A cascade that was tried.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TriedStructure {
-    /// Poles of the front.
-    pub front_order: usize,
-    /// Numerator coefficients of the front.
-    pub front_numerator: usize,
-    /// Poles of the back.
-    pub back_order: usize,
-    /// Numerator coefficients of the back.
-    pub back_numerator: usize,
-    /// Cubic pieces of the nonlinearity.
-    pub pieces: usize,
-    /// Points at which its slope changes besides.
-    pub kinks: usize,
-    /// Instants in a sampling interval at which the nonlinearity acts: 1, or 2.
-    pub instants: usize,
-    /// Samples that it was tried on.
-    pub samples: usize,
-    /// RMS of the simulation error there, relative to the output's standard deviation.
-    pub relative_error: f64,
-    /// Schwarz's criterion there; smaller is better among those of as many samples.
-    pub bic: f64,
-}
-
-impl TriedStructure {
-    /// The number of parameters that the data determine: all but the blocks' scales.
+impl Tried {
+    /// The number of parameters that the data determine, of a cascade: all but the blocks' scales.
     pub fn parameters(&self) -> usize {
+        let Some(b) = self.branches.first() else { return 1 };
         // A cubic spline has three parameters more than pieces, a kink a place and a bend; both linear blocks' scales are the nonlinearity's.
         let numerators = |instant: usize| match instant {
-            0 => self.front_numerator + self.back_numerator,
-            _ => self.front_numerator.max(self.front_order + 1) + self.back_numerator.max(self.back_order + 1),
+            0 => b.front_numerator + b.back_numerator,
+            _ => b.front_numerator.max(b.front_order + 1) + b.back_numerator.max(b.back_order + 1),
         };
-        let linear = self.front_order + self.back_order + (0..self.instants).map(numerators).sum::<usize>();
-        linear + self.pieces + 1 + 2 * self.kinks
+        let linear = b.front_order + b.back_order + (0..b.instants).map(numerators).sum::<usize>();
+        linear + b.pieces + 1 + 2 * b.kinks
     }
 
-    /// The entries of systems of one branch.
-    pub(in crate::identify) fn of(tried: Vec<Tried>) -> Vec<TriedStructure> {
-        let entry = |tried: &Tried| {
-            let branch = tried.branches.first()?;
-            Some(TriedStructure {
-                front_order: branch.front_order,
-                front_numerator: branch.front_numerator,
-                back_order: branch.back_order,
-                back_numerator: branch.back_numerator,
-                pieces: branch.pieces,
-                kinks: branch.kinks,
-                instants: branch.instants,
-                samples: tried.samples,
-                relative_error: tried.relative_error,
-                bic: tried.bic,
-            })
-        };
-        tried.iter().filter_map(entry).collect()
+    /// The entry of a cascade of three blocks; `None` without a branch.
+    pub fn cascade(&self) -> Option<Values> {
+        let b = self.branches.first()?;
+        let blocks = Values::new([
+            ("front_order", b.front_order.into()),
+            ("front_numerator", b.front_numerator.into()),
+            ("back_order", b.back_order.into()),
+            ("back_numerator", b.back_numerator.into()),
+            ("pieces", b.pieces.into()),
+            ("kinks", b.kinks.into()),
+            ("instants", b.instants.into()),
+        ]);
+        Some(self.scored(blocks))
     }
-}
 
-/// A system with nonlinearities at its ends that was tried.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TriedBranches {
-    /// Poles of every branch.
-    pub orders: Vec<usize>,
-    /// Numerator coefficients of every branch.
-    pub numerators: Vec<usize>,
-    /// Delay before every branch's numerator, in samples.
-    pub delays: Vec<usize>,
-    /// Cubic pieces of every branch's nonlinearity.
-    pub input_pieces: Vec<usize>,
-    /// Cubic pieces of the last nonlinearity; zero where there is none.
-    pub output_pieces: usize,
-    /// Kinks of every branch's nonlinearity.
-    pub input_kinks: Vec<usize>,
-    /// Kinks of the last nonlinearity.
-    pub output_kinks: usize,
-    /// Samples that it was tried on.
-    pub samples: usize,
-    /// RMS of the simulation error there, relative to the output's standard deviation.
-    pub relative_error: f64,
-    /// Schwarz's criterion there; smaller is better among those of as many samples.
-    pub bic: f64,
-}
-
-impl From<Tried> for TriedBranches {
-    fn from(tried: Tried) -> TriedBranches {
-        let each = |what: fn(&TriedBranch) -> usize| tried.branches.iter().map(what).collect();
-        TriedBranches {
-            orders: each(|b| b.back_order),
-            numerators: each(|b| b.back_numerator),
-            delays: each(|b| b.delay),
-            input_pieces: each(|b| b.pieces),
-            output_pieces: tried.output_pieces,
-            input_kinks: each(|b| b.kinks),
-            output_kinks: tried.output_kinks,
-            samples: tried.samples,
-            relative_error: tried.relative_error,
-            bic: tried.bic,
-        }
+    /// The entry of a system with nonlinearities at its ends.
+    pub fn ends(&self) -> Values {
+        self.scored(Values::new([
+            ("orders", self.each(|b| b.back_order)),
+            ("numerators", self.each(|b| b.back_numerator)),
+            ("delays", self.each(|b| b.delay)),
+            ("input_pieces", self.each(|b| b.pieces)),
+            ("output_pieces", self.output_pieces.into()),
+            ("input_kinks", self.each(|b| b.kinks)),
+            ("output_kinks", self.output_kinks.into()),
+        ]))
     }
-}
 
-/// A sum of branches that was tried.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TriedSum {
-    /// Poles before every branch's nonlinearity.
-    pub front_orders: Vec<usize>,
-    /// Poles behind it.
-    pub back_orders: Vec<usize>,
-    /// Cubic pieces of every branch's nonlinearity.
-    pub pieces: Vec<usize>,
-    /// Samples that it was tried on.
-    pub samples: usize,
-    /// RMS of the simulation error there, relative to the output's standard deviation.
-    pub relative_error: f64,
-    /// Schwarz's criterion there; smaller is better among those of as many samples.
-    pub bic: f64,
-}
+    /// The entry of a sum of branches.
+    pub fn sum(&self) -> Values {
+        self.scored(Values::new([
+            ("front_orders", self.each(|b| b.front_order)),
+            ("back_orders", self.each(|b| b.back_order)),
+            ("pieces", self.each(|b| b.pieces)),
+        ]))
+    }
 
-impl From<Tried> for TriedSum {
-    fn from(tried: Tried) -> TriedSum {
-        let each = |what: fn(&TriedBranch) -> usize| tried.branches.iter().map(what).collect();
-        TriedSum {
-            front_orders: each(|b| b.front_order),
-            back_orders: each(|b| b.back_order),
-            pieces: each(|b| b.pieces),
-            samples: tried.samples,
-            relative_error: tried.relative_error,
-            bic: tried.bic,
-        }
+    fn each(&self, what: fn(&TriedBranch) -> usize) -> Value {
+        self.branches.iter().map(what).collect::<Vec<usize>>().into()
+    }
+
+    /// The blocks followed by how well they do.
+    fn scored(&self, blocks: Values) -> Values {
+        blocks.and([
+            ("samples", self.samples.into()),
+            ("relative_error", self.relative_error.into()),
+            ("bic", self.bic.into()),
+        ])
     }
 }

@@ -38,12 +38,11 @@ mod sum;
 mod system;
 mod units;
 
-pub use candidate::{TriedBranches, TriedStructure, TriedSum};
 pub use monitor::Stage;
 pub use units::{ApproximationScore, Intersample};
 pub(super) use {
     approximation::{EquationError, approximate, least_lag, restructured},
-    candidate::Candidate,
+    candidate::{Candidate, Tried},
     cascade::{search, splits, without_start},
     columns::Columns,
     limits::START_SAMPLES,

@@ -22,12 +22,12 @@
 //! no such line, V has the input's mean and standard deviation.
 
 use super::super::block::{
-    Columns, KinkedSpline, Monitor, Signals, Stage, System, Tabulated, TriedBranches, ends, normalised, tabulated,
+    Columns, KinkedSpline, Monitor, Signals, Stage, System, Tabulated, Tried, ends, normalised, tabulated,
 };
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName};
-use crate::identify::run::{Run, path, tried_branches};
+use crate::identify::run::{Run, path};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
@@ -79,10 +79,9 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let paths = vec![path(request, blocks.named())];
     let run = Run::new(&columns.samples(), model, paths, found.system.degrees())?;
     let why = "poles, numerator coefficients and delay added and taken away while Schwarz's criterion of the free-run error falls";
-    let tried: Vec<TriedBranches> = found.tried.into_iter().map(TriedBranches::from).collect();
     let order = run.paths[0].order().to_string();
     Ok(Identification {
-        tried: tried.iter().map(tried_branches).collect(),
+        tried: found.tried.iter().map(Tried::ends).collect(),
         details: vec![Detail::sentence(Place::Choice, "Poles", order, why)],
         ..run.identification(&ROW, request)?
     })

@@ -9,14 +9,14 @@
 //! By convention every linear part has unit static gain (unit peak gain, where the static gain is less than a tenth of that)
 //! and every nonlinearity zero mean over the fit's inputs; the offset has the rest.
 
-use super::super::block::{Columns, Monitor, Signals, Stage, System, TriedBranches, ends, normalised, tabulated};
+use super::super::block::{Columns, Monitor, Signals, Stage, System, Tried, ends, normalised, tabulated};
 use super::super::samples::refuse_repeated;
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{
     Detail, Identification, LinearBlock, NamedBlock, Path, Place, StaticBlock, StructureName,
 };
-use crate::identify::run::{Run, tried_branches};
+use crate::identify::run::Run;
 use crate::linear::correlation::mean;
 use crate::model::Block;
 
@@ -72,16 +72,14 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let found = ends::find(&data, false, &mut monitor);
     monitor.finished()?;
     let found = found.unwrap_or_else(|| ends::without_start(false));
-    let tried: Vec<TriedBranches> = found.tried.into_iter().map(TriedBranches::from).collect();
-    let system = found.system;
-    let Branches { blocks, paths, offset } = in_units(&system, &data, &columns, inputs)?;
+    let Branches { blocks, paths, offset } = in_units(&found.system, &data, &columns, inputs)?;
     let is_empty = blocks.is_empty();
     let model = Block::Series(vec![Block::Inputs(blocks), Block::Offset(offset)]);
     let predicted = match is_empty {
         true => vec![offset; columns.y.len()],
         false => model.simulate_inputs(&columns.u)?,
     };
-    let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(system.degrees()))?;
+    let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(found.system.degrees()))?;
     let count = paths.len().to_string();
     let run = Run {
         model,
@@ -94,7 +92,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     };
     Ok(Identification {
         is_sum: true,
-        tried: tried.iter().map(tried_branches).collect(),
+        tried: found.tried.iter().map(Tried::ends).collect(),
         details: vec![Detail::sentence(
             Place::Fact,
             "Inputs",

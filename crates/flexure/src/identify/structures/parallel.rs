@@ -23,13 +23,11 @@
 //! straight part of a nonlinearity. Branches are comparable with physical ones only where the signals that enter their
 //! nonlinearities differ.
 
-use super::super::block::{Blocks, Monitor, Prepared, Stage, SumResult, TriedSum, blocks, delays, find_sum};
+use super::super::block::{Blocks, Monitor, Prepared, Stage, SumResult, Tried, blocks, delays, find_sum};
 use super::wiener_hammerstein::between_samples;
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
-use crate::identify::result::{
-    Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName, Values,
-};
+use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName};
 use crate::identify::run::{Run, path};
 use crate::linear::TransferFunction;
 use crate::model::Block;
@@ -117,28 +115,14 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         n => format!("{n} branches"),
     };
     let why = format!("smallest Schwarz criterion, unless given; {ONLY_THE_SUM}");
-    let tried: Vec<TriedSum> = found.tried.into_iter().map(TriedSum::from).collect();
     Ok(Identification {
         is_sum: true,
         description: format!("a sum of {count}: {branch}"),
         output_offset: offset,
         details: vec![Detail::sentence(Place::ChoiceAndText, "Branches", count, &why)],
-        tried: tried.iter().map(Values::from).collect(),
+        tried: found.tried.iter().map(Tried::sum).collect(),
         ..run.identification(&ROW, request)?
     })
-}
-
-impl From<&TriedSum> for Values {
-    fn from(t: &TriedSum) -> Self {
-        Values::new([
-            ("front_orders", t.front_orders.as_slice().into()),
-            ("back_orders", t.back_orders.as_slice().into()),
-            ("pieces", t.pieces.as_slice().into()),
-            ("samples", t.samples.into()),
-            ("relative_error", t.relative_error.into()),
-            ("bic", t.bic.into()),
-        ])
-    }
 }
 
 /// The delay that functions of the input show, less some slack.

@@ -22,13 +22,13 @@
 //! unit static gain (or unit peak gain, where the static gain is less than a tenth of that).
 
 use super::super::block::{
-    Blocks, FreeParts, Intersample, Monitor, Stage, TriedStructure, WEAK, blocks, search, splits, without_start,
+    Blocks, FreeParts, Intersample, Monitor, Stage, Tried, WEAK, blocks, search, splits, without_start,
 };
 use super::super::outcome::Warning;
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName};
-use crate::identify::run::{Run, path, start_details, tried_cascade};
+use crate::identify::run::{Run, path, start_details};
 /// The identification of a Wiener-Hammerstein system.
 ///
 /// ```
@@ -91,12 +91,11 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
                    the output; chosen by Schwarz's criterion";
         Detail::sentence(Place::ChoiceAndText, "Between the samples", "2 instants", why)
     }));
-    let tried = TriedStructure::of(found.tried);
     Ok(Identification {
         details,
         output_offset,
-        parameters: tried.last().map_or(1, |t| t.parameters()),
-        tried: tried.iter().map(tried_cascade).collect(),
+        parameters: found.tried.last().map_or(1, Tried::parameters),
+        tried: found.tried.iter().filter_map(Tried::cascade).collect(),
         ..run.identification(&ROW, request)?
     })
 }

@@ -25,11 +25,11 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
-use super::super::block::{FreeParts, Monitor, Stage, TriedStructure, blocks, search, without_start};
+use super::super::block::{FreeParts, Monitor, Stage, Tried, blocks, search, without_start};
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Identification, LinearBlock, NamedBlock, StaticBlock, StructureName};
-use crate::identify::run::{Run, path, start_details, tried_cascade};
+use crate::identify::run::{Run, path, start_details};
 use crate::model::Block;
 use starts::{delay_of_any_dependence, is_weak, starts};
 
@@ -105,11 +105,10 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         NamedBlock::new("nonlinearity", "Nonlinearity", curve),
     ];
     let run = Run::new(&samples, model, vec![path(request, blocks)], found.system.degrees())?;
-    let tried = TriedStructure::of(found.tried);
     Ok(Identification {
         details: start_details(start, &linear.scores(), &run.paths),
-        parameters: tried.last().map_or(1, |t| t.parameters()),
-        tried: tried.iter().map(tried_cascade).collect(),
+        parameters: found.tried.last().map_or(1, Tried::parameters),
+        tried: found.tried.iter().filter_map(Tried::cascade).collect(),
         ..run.identification(&ROW, request)?
     })
 }
