@@ -48,6 +48,7 @@ pub mod linear;
 pub mod manipulator;
 pub mod model;
 pub mod nonlinearity;
+mod parallel;
 pub mod record;
 pub mod selection;
 pub mod signal;

@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use rayon::prelude::*;
 
 use super::bootstrap::{Refit, Scheme};
 use crate::error::{Error, Result, Stopped};
+use crate::parallel;
 
 /// Below this share of the noise in the residuals they say nothing of it.
 const NOTHING_LEFT: f64 = 1e-6;
@@ -192,8 +192,9 @@ impl Rounds<'_> {
         let mut results = Vec::with_capacity(count);
         while results.len() < count {
             let part = results.len()..count.min(results.len() + CHUNK);
-            let round: Result<Vec<T>> = part.clone().into_par_iter().map(&work).collect();
-            results.extend(round?);
+            for result in parallel::map(part.len(), |k| work(part.start + k)) {
+                results.push(result?);
+            }
             self.done += part.len() * resamples;
             if (self.progress)(self.done, self.total).is_break() && self.done < self.total {
                 return Err(Error::Stopped(Stopped::Sampling {

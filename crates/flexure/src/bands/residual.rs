@@ -5,10 +5,9 @@
 //! $$ E\,(Y_i - \hat m(X_i))^2 = \sigma^2 (1 - 2 l_{ii} + \textstyle\sum_j l_{ij}^2) , $$
 //! by which every squared residual is divided (the correction called HC2 where l is a projection).
 
-use rayon::prelude::*;
-
 use super::local::{LocalPolynomial, Window, dot};
 use crate::nonlinearity::Kernel;
+use crate::parallel;
 
 /// Knots in a bandwidth.
 const KNOTS: f64 = 4.0;
@@ -56,7 +55,7 @@ impl Knot {
 pub(super) fn noise_variances(window: Window<'_>) -> Vec<f64> {
     let data = window.data;
     let places = knots(&data.x, window);
-    let knots: Vec<Option<Knot>> = places.par_iter().map(|&q| Knot::new(window, q)).collect();
+    let knots: Vec<Option<Knot>> = parallel::batch(&places, |&q| Knot::new(window, q));
     let mut right = 0;
     let squares: Vec<Option<f64>> = (0..data.len())
         .map(|i| {

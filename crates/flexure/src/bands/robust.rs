@@ -8,7 +8,6 @@
 //! ([`super::residual`]). Quantiles are Student's, with Satterthwaite's degrees of freedom (sum l_i^2)^2 / sum l_i^4,
 //! which matter where few points are in reach.
 
-use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::local::{LocalPolynomial, Window, dot};
@@ -18,6 +17,7 @@ use super::{Band, BandKind, check_level, student};
 use crate::error::{Error, Result};
 use crate::nonlinearity::kernel::Sorted;
 use crate::nonlinearity::{Degree, KernelFit};
+use crate::parallel;
 
 /// The fewest points: three for the local quadratic, and two that tell its noise.
 const FEWEST: usize = 5;
@@ -131,7 +131,7 @@ impl RobustBand {
             BandKind::Pointwise => Cells::default(),
             BandKind::Simultaneous => Cells::new(data, smoother.variances, h.min(wide.h) / CELLS),
         };
-        let corrected: Vec<Option<Corrected>> = at.par_iter().map(|&q| smoother.at(q, &cells)).collect();
+        let corrected: Vec<Option<Corrected>> = parallel::batch(at, |&q| smoother.at(q, &cells));
         let normal_quantile = match self.kind {
             BandKind::Pointwise => Normal::standard().inverse_cdf(0.5 + 0.5 * self.level),
             BandKind::Simultaneous => {

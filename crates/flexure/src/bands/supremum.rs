@@ -8,9 +8,9 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use rayon::prelude::*;
 
 use super::{seed_of, upper_quantile};
+use crate::parallel;
 
 /// The weights of one point of the grid: those of the sources from `first` on.
 #[derive(Debug, Clone)]
@@ -34,18 +34,11 @@ impl Row {
 
 /// The quantile of max_j |sum_c row_jc xi_c| over `sources` independent standard normal xi, from so many draws.
 pub(super) fn quantile(rows: &[Row], sources: usize, level: f64, draws: usize, seed: u64) -> f64 {
-    let mut maxima: Vec<f64> = (0..draws)
-        .into_par_iter()
-        .map_init(
-            || vec![0.0_f64; sources],
-            |xi, draw| {
-                let mut rng = Pcg64::seed_from_u64(seed_of(seed, draw));
-                xi.iter_mut().for_each(|v| *v = StandardNormal.sample(&mut rng));
-                let deviation =
-                    |row: &Row| -> f64 { row.weights.iter().zip(&xi[row.first..]).map(|(w, v)| w * v).sum() };
-                rows.iter().map(|row| deviation(row).abs()).fold(0.0, f64::max)
-            },
-        )
-        .collect();
+    let mut maxima = parallel::map(draws, |draw| {
+        let mut rng = Pcg64::seed_from_u64(seed_of(seed, draw));
+        let xi: Vec<f64> = (0..sources).map(|_| StandardNormal.sample(&mut rng)).collect();
+        let deviation = |row: &Row| -> f64 { row.weights.iter().zip(&xi[row.first..]).map(|(w, v)| w * v).sum() };
+        rows.iter().map(|row| deviation(row).abs()).fold(0.0, f64::max)
+    });
     upper_quantile(&mut maxima, level)
 }

@@ -7,8 +7,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
+use crate::parallel;
 /// Points of a block.
 pub(super) const BLOCK: usize = 64;
 /// Points of one parallel piece, a multiple of [`BLOCK`].
@@ -42,17 +41,14 @@ pub(super) fn sum_over<S>(
     scratch: impl Fn() -> S + Sync,
     add: impl Fn(&mut S, Range<usize>, &mut [f64]) + Sync,
 ) -> Vec<f64> {
-    let pieces: Vec<Vec<f64>> = (0..n.div_ceil(PIECE))
-        .into_par_iter()
-        .map(|piece| {
-            let (mut total, mut scratch) = (vec![0.0; size], scratch());
-            let end = n.min((piece + 1) * PIECE);
-            for first in (piece * PIECE..end).step_by(BLOCK) {
-                add(&mut scratch, first..end.min(first + BLOCK), &mut total);
-            }
-            total
-        })
-        .collect();
+    let pieces: Vec<Vec<f64>> = parallel::map(n.div_ceil(PIECE), |piece| {
+        let (mut total, mut scratch) = (vec![0.0; size], scratch());
+        let end = n.min((piece + 1) * PIECE);
+        for first in (piece * PIECE..end).step_by(BLOCK) {
+            add(&mut scratch, first..end.min(first + BLOCK), &mut total);
+        }
+        total
+    });
     let mut total = vec![0.0; size];
     for piece in pieces {
         for (t, p) in total.iter_mut().zip(piece) {

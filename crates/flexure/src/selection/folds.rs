@@ -1,7 +1,5 @@
 //! A parameter of any estimator by cross-validation over blocks of time.
 
-use rayon::prelude::*;
-
 use super::Search;
 use super::h_block::gap_from_data;
 use crate::error::{Error, ParameterError, Result, Stopped};
@@ -10,6 +8,7 @@ use crate::nonlinearity::{
     Choice, Estimator, HaarRegression, KernelRegression, NearestNeighbours, Points, PolynomialRegression,
     RecursiveRegression, Regression, SeriesRegression, SplineRegression,
 };
+use crate::parallel;
 
 /// Relative difference of two scores that counts as none.
 const FLAT: f64 = 1e-9;
@@ -181,13 +180,10 @@ impl BlockFolds {
             .flat_map(|c| (0..blocks.len()).map(move |b| (c, b)))
             .collect();
         let interrupt = interrupt::current();
-        let errors: Vec<Result<f64>> = jobs
-            .into_par_iter()
-            .map(|(c, b)| match interrupt.is_requested() {
-                true => Err(Error::Stopped(Stopped::Interrupted)),
-                false => blocks[b].error(estimator(candidates[c])),
-            })
-            .collect();
+        let errors = parallel::batch(&jobs, |&(c, b)| match interrupt.is_requested() {
+            true => Err(Error::Stopped(Stopped::Interrupted)),
+            false => blocks[b].error(estimator(candidates[c])),
+        });
         let total: f64 = blocks.iter().map(|b| b.weight).sum();
         let mut curve = Vec::with_capacity(candidates.len());
         let mut refused = None;

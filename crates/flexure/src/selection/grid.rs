@@ -1,10 +1,9 @@
 //! The bandwidth with the lowest score: a logarithmic grid, as the score may have several minima, then smaller steps around
 //! its best and the lowest point of a parabola.
 
-use rayon::prelude::*;
-
 use super::{BandwidthSearch, Score};
 use crate::interrupt;
+use crate::parallel;
 
 /// Bandwidths of the logarithmic grid.
 const COARSE: usize = 20;
@@ -48,11 +47,11 @@ impl Grid {
     /// The whole search, all bandwidths of a round in parallel; of equal scores the smoothest wins.
     pub fn search(&self, score: impl Fn(f64) -> f64 + Sync) -> BandwidthSearch {
         let interrupt = interrupt::current();
-        let score = |&h: &f64| match interrupt.is_requested() {
+        let score = |h: &f64| match interrupt.is_requested() {
             true => f64::INFINITY,
-            false => score(h),
+            false => score(*h),
         };
-        self.search_by(|bandwidths| bandwidths.par_iter().map(score).collect())
+        self.search_by(|bandwidths| parallel::batch(bandwidths, score))
     }
 
     /// [`search`](Self::search), with the scores of many bandwidths at a time.

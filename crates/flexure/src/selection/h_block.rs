@@ -8,8 +8,6 @@
 //! subtracted: O(n gap) a bandwidth, exactly. Where too little is left for the subtraction to be accurate, the rest
 //! is summed afresh.
 
-use rayon::prelude::*;
-
 use super::BandwidthSearch;
 use super::grid::{Grid, bulk};
 use crate::error::{Error, Result};
@@ -56,7 +54,7 @@ impl<'a> InTime<'a> {
         let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
         let w = weights.map_or_else(|| vec![1.0; n], <[f64]>::to_vec);
         let mut time: Vec<usize> = (0..n).filter(|&t| w[t] > 0.0).collect();
-        time.par_sort_unstable_by(|&s, &t| x[s].total_cmp(&x[t]).then(s.cmp(&t)));
+        time.sort_unstable_by(|&s, &t| x[s].total_cmp(&x[t]).then(s.cmp(&t)));
         Ok(InTime {
             at: time.iter().map(|&t| x[t]).collect(),
             time,

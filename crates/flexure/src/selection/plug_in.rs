@@ -6,11 +6,10 @@
 //! settings, the binning and the order of operations are those of `dpill` in the R package KernSmooth
 //! (Wand and Jones 1995), so that its values are reproduced.
 
-use rayon::prelude::*;
-
 use super::grid::Grid;
 use crate::error::{Error, Result};
 use crate::nonlinearity::kernel::{Kernel, Sorted};
+use crate::parallel;
 
 /// The share of the data that is left out at either end.
 const TRIM: f64 = 0.01;
@@ -205,14 +204,11 @@ fn blocked_quartic(points: &Points) -> Quartic {
     let all: Vec<(usize, usize)> = (1..=most)
         .flat_map(|blocks| (0..blocks).map(move |k| (blocks, k)))
         .collect();
-    let fits: Vec<(usize, [f64; 2])> = all
-        .into_par_iter()
-        .map(|(blocks, k)| {
-            let length = n / blocks;
-            let end = if k + 1 == blocks { n } else { (k + 1) * length };
-            (blocks, quartic(points, k * length..end))
-        })
-        .collect();
+    let fits = parallel::batch(&all, |&(blocks, k)| {
+        let length = n / blocks;
+        let end = if k + 1 == blocks { n } else { (k + 1) * length };
+        (blocks, quartic(points, k * length..end))
+    });
     let sums: Vec<[f64; 2]> = (1..=most)
         .map(|blocks| {
             let of = fits.iter().filter(|f| f.0 == blocks);

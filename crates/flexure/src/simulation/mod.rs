@@ -8,11 +8,10 @@
 //! | [`run_continuous`] | a plant whose input is a continuous function of time |
 //! | [`batch`] | independent jobs over all cores, the results in order |
 
-mod batch;
 mod dop853;
 mod hold;
 mod tableau;
 
-pub use batch::batch;
+pub use crate::parallel::batch;
 pub use dop853::{Dop853, Statistics, Tolerances};
 pub use hold::{Sampling, run_continuous, run_held};

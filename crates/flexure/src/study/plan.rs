@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::table::{RatePoint, RateResult, RateTable};
 use crate::error::{Error, Result, Stopped};
+use crate::parallel;
 
 /// The fewest runs that give a standard error worth the name.
 const FEWEST_RUNS: usize = 20;
@@ -190,11 +190,10 @@ impl<S: Experiment + Clone + Sync> Checkpoint<S> {
             }
             let runs = first..study.runs.min(first + batch);
             spent += n * runs.len();
-            let squared: Result<Vec<Option<f64>>> = runs
-                .into_par_iter()
-                .map(|run| one_run(n, seed_of(study.seed, s, n, run)))
-                .collect();
-            errors.extend(squared?);
+            let squared = parallel::map(runs.len(), |k| one_run(n, seed_of(study.seed, s, n, runs.start + k)));
+            for squared in squared {
+                errors.push(squared?);
+            }
         }
         self.done.entry(s).or_default().insert(n, RatePoint::new(n, &errors));
         Ok(true)

@@ -4,13 +4,12 @@
 //! and the back can trade any delay that their poles and zeros imitate. A second-order correction from one more residual,
 //! along the step, follows such a valley several times faster.
 
-use rayon::prelude::*;
-
 use super::monitor::Monitor;
 use super::products::{inner_products, normal_equations};
 use super::rational::convolved;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::parallel;
 
 /// Damping of the first step, relative to the normal equations' diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
@@ -130,7 +129,7 @@ impl<P: Residuals> Residuals for Whitened<'_, P> {
 impl<P> Whitened<'_, P> {
     /// The columns through the polynomial.
     pub fn through(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        columns.par_iter().map(|c| convolved(self.filter, c)).collect()
+        parallel::batch(columns, |c| convolved(self.filter, c))
     }
 }
 

@@ -9,7 +9,6 @@
 //! for simulation. The test of Hausman (1978) decides: for a true model both estimates are consistent, and they differ by no more
 //! than their covariances allow. Where they differ by more, least squares stays.
 
-use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::descent::{Residuals, Whitened, descend};
@@ -20,6 +19,7 @@ use crate::linalg;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::whitening;
 use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::parallel;
 
 /// Samples for each coefficient of the autoregression.
 const SAMPLES_A_COEFFICIENT: usize = 50;
@@ -76,7 +76,7 @@ impl<P: Residuals> Whitened<'_, P> {
         let plain = normal_equations(&residuals, &jacobian, from);
         let white = normal_equations(&convolved(self.filter, &residuals), &self.through(&jacobian), from);
         let colour = TransferFunction::monic(vec![1.0], self.filter[1..].to_vec());
-        let coloured: Vec<Vec<f64>> = jacobian.into_par_iter().map(|c| colour.simulate(&c)).collect();
+        let coloured: Vec<Vec<f64>> = parallel::batch(&jacobian, |c| colour.simulate(c));
         let coloured = normal_equations(&residuals, &coloured, from);
         let counted = (residuals.len() - from).checked_sub(n).filter(|left| *left > 0)?;
         let variance = white.cost / counted as f64;

@@ -8,13 +8,12 @@
 //!
 //! With an instant between the samples, x has two such terms, each through numerators of its own.
 
-use rayon::prelude::*;
-
 use super::descent::Residuals;
 use super::rational::{Rational, convolved};
 use super::signals::{Signals, add, delayed};
 use super::spline::{KinkedSpline, Local};
 use super::system::{Branch, Level, System};
+use crate::parallel;
 
 /// A static gain below this share of the largest possible one passes hardly anything of a constant.
 const HARDLY: f64 = 1e-3;
@@ -107,7 +106,7 @@ impl Residuals for Loss<'_> {
             (Column::Output(j), Some(last)) => last.by_parameter(j),
             (Column::Output(_), None) => vec![0.0; y.len()],
         };
-        let jacobian = self.columns.par_iter().map(column).collect();
+        let jacobian = parallel::batch(&self.columns, column);
         let output = last.as_ref().map_or(&x, |last| &last.values);
         (output.iter().zip(y).map(|(p, y)| p - y).collect(), jacobian)
     }
@@ -234,14 +233,14 @@ impl<'a> Linearised<'a> {
             add(&mut output, &convolved(i.back, &i.back_pole));
         }
         let response: Vec<f64> = output.iter().map(|y| y - branch.offset).collect();
-        let front_sections = (branch.front.sections.par_iter())
-            .map(|a| instants.iter().map(|i| a.run(&i.nonlinearity.input)).collect())
-            .collect();
+        let front_sections = parallel::batch(&branch.front.sections, |a| {
+            instants.iter().map(|i| a.run(&i.nonlinearity.input)).collect()
+        });
         Linearised {
             branch,
             front_pole,
             front_sections,
-            back_sections: branch.back.sections.par_iter().map(|a| a.run(&response)).collect(),
+            back_sections: parallel::batch(&branch.back.sections, |a| a.run(&response)),
             instants,
             output,
         }

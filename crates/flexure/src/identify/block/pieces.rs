@@ -1,7 +1,5 @@
 //! A nonlinearity of a system on other breakpoints, its coefficients by least squares about the present system.
 
-use rayon::prelude::*;
-
 use super::approximation::solve;
 use super::candidate::Candidate;
 use super::limits::{DEARER, EVEN, FINEST_PIECES, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
@@ -12,6 +10,7 @@ use super::signals::{Signals, add};
 use super::spline::{KinkedSpline, Local, Roughness, thinned};
 use super::system::{Level, System};
 use crate::linear::correlation::{mean, variance};
+use crate::parallel;
 
 /// One of a system's nonlinearities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -148,10 +147,7 @@ pub(in crate::identify) fn refitted(
         }
         Part::Branch(i) => branch_equation(&mut system, i, &spline, data),
     };
-    let columns: Vec<Vec<f64>> = columns
-        .into_par_iter()
-        .map(|c: Vec<f64>| convolved(&data.filter, &c))
-        .collect();
+    let columns: Vec<Vec<f64>> = parallel::batch(&columns, |c: &Vec<f64>| convolved(&data.filter, c));
     spline.set_linear(solve(&normal_equations(
         &convolved(&data.filter, &minus),
         &columns,
@@ -205,7 +201,7 @@ fn branch_equation(system: &mut System, i: usize, spline: &KinkedSpline, data: &
         column
     };
     let linear: Vec<usize> = spline.linear_parameters().collect();
-    (minus, linear.into_par_iter().map(column).collect())
+    (minus, parallel::batch(&linear, |&j| column(j)))
 }
 
 /// The system with a last nonlinearity of a few pieces.

@@ -1,8 +1,7 @@
 //! Inner products of long columns, in chunks that threads share without changing the sums.
 
-use rayon::prelude::*;
-
 use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::parallel;
 
 /// Samples a thread takes at a time; fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 4096;
@@ -12,7 +11,7 @@ const BLOCK: usize = 256;
 /// J'r over the samples from `from` on.
 pub(super) fn inner_products(jacobian: &[Vec<f64>], residuals: &[f64], from: usize) -> Vec<f64> {
     let dot = |c: &Vec<f64>| c[from..].iter().zip(&residuals[from..]).map(|(c, r)| c * r).sum();
-    jacobian.par_iter().map(dot).collect()
+    parallel::batch(jacobian, dot)
 }
 
 /// J'J, -J'r and r'r over the samples from `from` on.
@@ -24,10 +23,9 @@ pub(in crate::identify) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f
         .chain([&residuals[from..]])
         .collect();
     let samples = residuals.len() - from;
-    let partial: Vec<Vec<f64>> = (0..samples.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|k| products(&all, k * CHUNK..samples.min((k + 1) * CHUNK)))
-        .collect();
+    let partial: Vec<Vec<f64>> = parallel::map(samples.div_ceil(CHUNK), |k| {
+        products(&all, k * CHUNK..samples.min((k + 1) * CHUNK))
+    });
     let size = n + 1;
     let mut sum = vec![0.0; size * size];
     for part in &partial {

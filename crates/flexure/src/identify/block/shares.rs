@@ -6,7 +6,6 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use rayon::prelude::*;
 
 use super::approximation::solve;
 use super::candidate::Candidate;
@@ -20,11 +19,12 @@ use super::start::{Splines, branches};
 use super::system::{Branch, System};
 use crate::interrupt::{self, Interrupt};
 use crate::linear::correlation::variance;
+use crate::parallel;
 
 /// More groups of poles than this are not shared out.
 const MOST_GROUPS: usize = 8;
 /// Random ways of sharing out the poles from which better ones are looked for.
-const CLIMBS: u64 = 16;
+const CLIMBS: usize = 16;
 /// Numerator coefficients of a back beyond its poles' number, and most of them.
 const MORE_ZEROS: usize = 1;
 const MOST_COEFFICIENTS: usize = 4;
@@ -63,8 +63,8 @@ pub(super) fn shared_poles(approximation: &Rational, data: &Signals, count: usiz
         count,
         interrupt,
     };
-    let climbs = (0..CLIMBS).into_par_iter().filter_map(|seed| pool.climbed(seed));
-    let mut all: Vec<(Vec<usize>, f64)> = climbs.collect();
+    let climbs = parallel::map(CLIMBS, |seed| pool.climbed(seed as u64));
+    let mut all: Vec<(Vec<usize>, f64)> = climbs.into_iter().flatten().collect();
     all.sort_by(|a, b| a.1.total_cmp(&b.1));
     all.dedup_by(|b, a| (a.1 - b.1).abs() <= 1e-9 * a.1.abs());
     all.iter()

@@ -4,8 +4,6 @@
 //! 2012 try all). A split is cheap to judge: with both blocks known up to scale, the nonlinearity is linear least
 //! squares on the intermediate signal's B-splines, filtered by the back.
 
-use rayon::prelude::*;
-
 use super::candidate::Candidate;
 use super::limits::SAMPLES_IN_COARSE_PIECE;
 use super::pieces::{Part, refitted};
@@ -16,6 +14,7 @@ use super::system::{Branch, System};
 use crate::interrupt::{self, Interrupt};
 use crate::linear::Complex;
 use crate::linear::correlation::variance;
+use crate::parallel;
 
 /// Quantiles of the intermediate signal that bound the nonlinearity's first pieces.
 const QUANTILES: [f64; 7] = [0.03, 0.12, 0.3, 0.5, 0.7, 0.88, 0.97];
@@ -33,18 +32,16 @@ pub(super) fn split(approximation: &Rational, data: &Signals) -> Vec<Candidate> 
         interrupt: interrupt::current(),
     };
     let splits = 1_usize << roots.poles.len().min(MOST_GROUPS);
-    let started: Vec<Vec<Start>> = (0..splits).into_par_iter().map(|s| roots.starts(s)).collect();
+    let started: Vec<Vec<Start>> = parallel::map(splits, |s| roots.starts(s));
     let mut promising: Vec<Vec<Start>> = started.into_iter().filter(|s| !s.is_empty()).collect();
     let least = |s: &Vec<Start>| s.iter().map(|s| s.candidate.squares).fold(f64::INFINITY, f64::min);
     promising.sort_by(|a, b| least(a).total_cmp(&least(b)));
     promising.truncate(MOST_SPLITS);
-    let mut all: Vec<Candidate> = promising
-        .into_par_iter()
-        .filter_map(|starts| {
-            let ends = starts.into_iter().map(|s| roots.hand_over_zeros(s));
-            ends.min_by(|a, b| a.squares.total_cmp(&b.squares))
-        })
-        .collect();
+    let handed_over = parallel::batch(&promising, |starts| {
+        let ends = starts.iter().map(|s| roots.hand_over_zeros(s));
+        ends.min_by(|a, b| a.squares.total_cmp(&b.squares))
+    });
+    let mut all: Vec<Candidate> = handed_over.into_iter().flatten().collect();
     all.sort_by(|a, b| a.squares.total_cmp(&b.squares));
     all
 }
@@ -92,8 +89,8 @@ impl Roots<'_> {
     }
 
     /// Moves the zeros that help most to the other side, one after the other.
-    fn hand_over_zeros(&self, start: Start) -> Candidate {
-        let (mut mask, mut current) = (start.front_zeros, start.candidate);
+    fn hand_over_zeros(&self, start: &Start) -> Candidate {
+        let (mut mask, mut current) = (start.front_zeros, start.candidate.clone());
         loop {
             let moved = (0..self.zeros.len()).map(|i| mask ^ (1 << i));
             let judged = moved.filter_map(|m| Some((m, self.judge(start.front_poles, m)?)));

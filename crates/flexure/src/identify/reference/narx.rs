@@ -10,7 +10,6 @@
 //! A polynomial that is fed back can run away. Values that are fed back are held within an output's span beyond what the fit
 //! saw on either side, so that every free run is bounded.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::super::block::{Columns, delays};
@@ -21,6 +20,7 @@ use crate::identify::result::{BlockKind, Detail, Identification, NamedBlock, Pla
 use crate::identify::run::{Run, path};
 use crate::interrupt;
 use crate::model::Block;
+use crate::parallel;
 
 /// Largest number of past outputs, extra past inputs, and degrees that are tried.
 const MOST_LAGS: usize = 5;
@@ -312,11 +312,13 @@ fn searched(columns: &Columns<'_>) -> Result<Searched> {
     }
     let estimated = u.len() - (CHOICE_SHARE * u.len() as f64) as usize;
     let interrupt = interrupt::current();
-    let fits: Vec<(TriedNarx, NarxModel)> = structures
-        .par_iter()
-        .filter(|_| !interrupt.is_requested())
-        .filter_map(|&(outputs, inputs, degree)| fit(blank(outputs, inputs), degree, u, y, estimated))
-        .collect();
+    let fits = parallel::batch(&structures, |&(outputs, inputs, degree)| {
+        if interrupt.is_requested() {
+            return None;
+        }
+        fit(blank(outputs, inputs), degree, u, y, estimated)
+    });
+    let fits: Vec<(TriedNarx, NarxModel)> = fits.into_iter().flatten().collect();
     interrupt::check()?;
     let score = |t: &TriedNarx| (!t.bounded, t.relative_error);
     let best = fits.iter().min_by(|a, b| {

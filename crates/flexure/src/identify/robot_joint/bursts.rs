@@ -5,12 +5,12 @@
 //! residuals are also summed over stretches of time, and these sums' own scatter is the variance (batch means; a covariance for
 //! clusters, Liang & Zeger 1986).
 
-use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
 use super::equations::Equations;
 use super::fourier::smooth_from;
 use crate::linalg::Complex;
+use crate::parallel;
 
 /// Stretches of time, and the fewest points of one.
 pub(super) const STRETCHES: usize = 64;
@@ -40,23 +40,19 @@ pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) 
         .zip(&equations.noise)
         .map(|(r, noise)| in_time(r, noise))
         .collect();
-    let sums: Vec<Vec<f64>> = equations
-        .columns
-        .par_iter()
-        .map(|column| {
-            let mut sums = vec![0.0; stretches];
-            for ((lines, noise), errors) in column.iter().zip(&equations.noise).zip(&errors) {
-                let Some(lines) = lines else { continue };
-                for (t, (a, b)) in in_time(lines, noise).iter().zip(errors).enumerate() {
-                    // Either side of the spectrum has half of it.
-                    sums[t * stretches / length] += 0.5 * a * b / length as f64;
-                }
+    let sums: Vec<Vec<f64>> = parallel::batch(&equations.columns, |column| {
+        let mut sums = vec![0.0; stretches];
+        for ((lines, noise), errors) in column.iter().zip(&equations.noise).zip(&errors) {
+            let Some(lines) = lines else { continue };
+            for (t, (a, b)) in in_time(lines, noise).iter().zip(errors).enumerate() {
+                // Either side of the spectrum has half of it.
+                sums[t * stretches / length] += 0.5 * a * b / length as f64;
             }
-            let mean = sums.iter().sum::<f64>() / stretches as f64;
-            sums.iter_mut().for_each(|s| *s -= mean);
-            sums
-        })
-        .collect();
+        }
+        let mean = sums.iter().sum::<f64>() / stretches as f64;
+        sums.iter_mut().for_each(|s| *s -= mean);
+        sums
+    });
     let mut covariance = vec![0.0; n * n];
     for i in 0..n {
         for j in 0..=i {

@@ -7,8 +7,6 @@
 //! With the inner products of the hats, of the fixed columns and of the right-hand side, a fit costs microseconds. That affords many
 //! starts, and profile likelihoods.
 
-use rayon::prelude::*;
-
 use super::basis::{Spacing, mean_of, range};
 use super::column_noise::Slopes;
 use super::equations::{Column, Equations, RIDGE, Scaled};
@@ -16,6 +14,7 @@ use super::form_fit::{FormEquations, Shape};
 use super::fourier::Modulation;
 use super::layout::{FormLayout, FormParameter};
 use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
+use crate::parallel;
 
 /// Knots on either side of zero.
 const KNOTS: usize = 70;
@@ -124,13 +123,10 @@ impl Condensed {
             let knots = between(curve.x, curve.sign_width());
             let first = columns.len();
             noisy.extend(curve.noisy(|| slopes(forms.modulation, &knots, curve.x), |k| first + k, |i| i));
-            let own: Vec<Column> = (0..knots.len())
-                .into_par_iter()
-                .map(|k| {
-                    let values = mean_of(curve.x, |x| hat(&knots, k, x));
-                    curve.column(&forms.modulation.of(&values), 1.0)
-                })
-                .collect();
+            let own: Vec<Column> = parallel::map(knots.len(), |k| {
+                let values = mean_of(curve.x, |x| hat(&knots, k, x));
+                curve.column(&forms.modulation.of(&values), 1.0)
+            });
             columns.extend(own);
             hats.push(Hats {
                 first: first - fixed,

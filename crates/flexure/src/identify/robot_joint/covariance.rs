@@ -4,11 +4,10 @@
 //! covariance of the moments (the products of columns and residuals). M is estimated twice: from the residuals' spectrum (White
 //! 1980, in frequency) and from the scatter of the moments over time ([`over_time`]). The largest of the three variances counts.
 
-use rayon::prelude::*;
-
 use super::bursts::over_time;
 use super::equations::{Equations, Solution};
 use crate::linalg::Complex;
+use crate::parallel;
 
 /// The smallest share of a line that the unknowns are taken to leave to the residual.
 const LEAST_REMAINDER: f64 = 0.05;
@@ -68,20 +67,17 @@ impl Equations<'_> {
                 let own: Vec<(usize, &[Complex<f64>])> = (0..n)
                     .filter_map(|i| Some((i, self.columns[i][block].as_deref()?)))
                     .collect();
-                let lines = noise.par_iter().zip(residuals).enumerate();
-                lines
-                    .map(|(k, (s, r))| {
-                        let mut taken = 0.0;
-                        for &(i, a) in &own {
-                            let (re, im) = own.iter().fold((0.0, 0.0), |(re, im), &(j, b)| {
-                                (re + c.at(i, j) * b[k].re, im + c.at(i, j) * b[k].im)
-                            });
-                            taken += a[k].re * re + a[k].im * im;
-                        }
-                        // Of the line's two real equations, each with half the noise.
-                        r.norm_sqr() / (1.0 - taken / s).max(LEAST_REMAINDER)
-                    })
-                    .collect()
+                parallel::map(noise.len(), |k| {
+                    let mut taken = 0.0;
+                    for &(i, a) in &own {
+                        let (re, im) = own.iter().fold((0.0, 0.0), |(re, im), &(j, b)| {
+                            (re + c.at(i, j) * b[k].re, im + c.at(i, j) * b[k].im)
+                        });
+                        taken += a[k].re * re + a[k].im * im;
+                    }
+                    // Of the line's two real equations, each with half the noise.
+                    residuals[k].norm_sqr() / (1.0 - taken / noise[k]).max(LEAST_REMAINDER)
+                })
             })
             .collect()
     }

@@ -7,12 +7,11 @@
 //! The solution minimises the sum of $2 |e_b|^2 / s_b$, as the real and the imaginary part each have half of the noise. Where
 //! columns are noisy themselves, the mean of what their noise adds to the normal equations is taken off first.
 
-use rayon::prelude::*;
-
 use super::column_noise::{Excess, Noisy};
 use super::covariance::Covariance;
 use crate::interrupt;
 use crate::linalg::{self, Complex};
+use crate::parallel;
 
 /// Added to the diagonal of the scaled normal equations: directions that the data do not determine stay finite.
 pub(super) const RIDGE: f64 = 1e-10;
@@ -79,18 +78,15 @@ impl Equations<'_> {
     /// The inner products of all columns with these weights, row-major.
     pub fn products(&self, weights: &[Vec<f64>]) -> Vec<f64> {
         let n = self.columns.len();
-        let scaled: Vec<Vec<Option<Vec<f64>>>> = self.columns.par_iter().map(|c| weighted(weights, c)).collect();
-        let rows: Vec<Vec<f64>> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let row = &scaled[i];
-                let with = |column: &Vec<Option<Vec<f64>>>| -> f64 {
-                    let blocks = row.iter().zip(column);
-                    blocks.filter_map(|(a, b)| Some(dot(a.as_ref()?, b.as_ref()?))).sum()
-                };
-                scaled[..=i].iter().map(with).collect()
-            })
-            .collect();
+        let scaled: Vec<Vec<Option<Vec<f64>>>> = parallel::batch(&self.columns, |c| weighted(weights, c));
+        let rows: Vec<Vec<f64>> = parallel::map(n, |i| {
+            let row = &scaled[i];
+            let with = |column: &Vec<Option<Vec<f64>>>| -> f64 {
+                let blocks = row.iter().zip(column);
+                blocks.filter_map(|(a, b)| Some(dot(a.as_ref()?, b.as_ref()?))).sum()
+            };
+            scaled[..=i].iter().map(with).collect()
+        });
         let mut products = vec![0.0; n * n];
         for (i, row) in rows.iter().enumerate() {
             for (j, v) in row.iter().enumerate() {
@@ -130,7 +126,7 @@ impl Equations<'_> {
                 })
                 .sum()
         };
-        self.columns.par_iter().map(product).collect()
+        parallel::batch(&self.columns, product)
     }
 
     /// The weighted least-squares solution; `None` if the equations do not determine it in double precision, or if the work was

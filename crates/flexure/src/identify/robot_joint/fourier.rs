@@ -12,10 +12,10 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use realfft::{RealFftPlanner, RealToComplex};
 
 use crate::linalg::Complex;
+use crate::parallel;
 
 /// The longest rise and fall of the window, as a share of the record.
 const RAMP: f64 = 0.02;
@@ -116,7 +116,7 @@ impl Modulation {
 
     /// The modulated integrals of many signals.
     pub fn of_all(&self, columns: &[Vec<f64>]) -> Vec<Vec<Complex<f64>>> {
-        columns.par_iter().map(|x| self.of(x)).collect()
+        parallel::batch(columns, |x| self.of(x))
     }
 }
 

@@ -8,13 +8,12 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::bin::{Bin, gather};
 use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
 use super::polynomials::{Visit, at_own_points};
 use super::sums::DIRECT_BELOW;
 use super::{Degree, Kernel, Sorted, Sums, direct_without};
+use crate::parallel;
 
 /// Points that are gathered at a time. Bins end with them, whatever the number of threads.
 const CHUNK: usize = 1 << 16;
@@ -78,15 +77,15 @@ impl Pyramid {
     /// The scores of the bandwidths, as [`leave_one_out`](super::leave_one_out) defines them.
     pub fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
         let level_of = |h: f64| self.level(h).min(self.levels.len() - 1);
-        let of_level = |(level, bins): (usize, &Bins)| {
+        let of_level = |level: usize| {
             let own: Vec<usize> = (0..bandwidths.len())
                 .filter(|&i| level_of(bandwidths[i]) == level)
                 .collect();
             let widths: Vec<f64> = own.iter().map(|&i| bandwidths[i]).collect();
-            let scores = bins.scores(kernel, degree, &widths);
+            let scores = self.levels[level].scores(kernel, degree, &widths);
             (own, scores)
         };
-        let by_level: Vec<(Vec<usize>, Vec<f64>)> = self.levels.par_iter().enumerate().map(of_level).collect();
+        let by_level: Vec<(Vec<usize>, Vec<f64>)> = parallel::map(self.levels.len(), of_level);
         let mut scores = vec![f64::NAN; bandwidths.len()];
         for (own, values) in by_level {
             own.into_iter().zip(values).for_each(|(i, value)| scores[i] = value);
@@ -103,7 +102,7 @@ impl Bins {
             let items = (k * CHUNK..count.min((k + 1) * CHUNK)).map(&item);
             gather(items, first, width)
         };
-        let bins: Vec<Vec<Bin>> = (0..count.div_ceil(CHUNK)).into_par_iter().map(of_chunk).collect();
+        let bins: Vec<Vec<Bin>> = parallel::map(count.div_ceil(CHUNK), of_chunk);
         let bins = bins.concat();
         let column = |of: fn(&Bin) -> f64| -> Vec<f64> { bins.iter().map(of).collect() };
         Bins {
@@ -153,11 +152,11 @@ impl Bins {
                     gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, *h, &data.x, visit);
                 })
             };
-            scores = bandwidths.par_iter().map(gaussian).collect();
+            scores = parallel::batch(bandwidths, gaussian);
         } else {
             at_own_points(data, kernel, degree, &mut |pass| {
                 let bounded = |h: &f64| score(h, &|fits| pass(*h, 0..count, fits));
-                scores = bandwidths.par_iter().map(bounded).collect();
+                scores = parallel::batch(bandwidths, bounded);
             });
         }
         scores

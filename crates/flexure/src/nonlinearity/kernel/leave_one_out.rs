@@ -2,12 +2,11 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::polynomials::{Visit, at_own_points};
 use super::sums::{DIRECT_BELOW, residual_times_rest};
 use super::{Degree, Kernel, Sorted, Sums, direct_without, for_each_sum};
 use crate::interrupt;
+use crate::parallel;
 use crate::wide::widest;
 
 /// Fewest points of a part. Parts do not depend on the number of threads, so that the scores do not either.
@@ -31,7 +30,7 @@ pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, bandw
             for_each_sum(data, kernel, degree, h, &data.x, |i, sums| errors.visit(i, sums));
             errors.sum
         };
-        bandwidths.par_iter().map(score).collect_into_vec(&mut scores);
+        scores = parallel::batch(bandwidths, score);
     } else {
         at_own_points(data, kernel, degree, &mut |pass| {
             scores = sums_over_parts(data, bandwidths, |h, points| {
@@ -56,12 +55,10 @@ fn sums_over_parts(data: &Sorted, bandwidths: &[f64], part: impl Fn(f64, Range<u
     // The parts of a region for all bandwidths follow one another, while its points are in the cache.
     tasks.sort_by_key(|(_, points)| points.start);
     let interrupt = interrupt::current();
-    let sums: Vec<f64> = (tasks.par_iter())
-        .map(|(k, points)| match interrupt.is_requested() {
-            true => 0.0,
-            false => part(bandwidths[*k], points.clone()),
-        })
-        .collect();
+    let sums = parallel::batch(&tasks, |(k, points)| match interrupt.is_requested() {
+        true => 0.0,
+        false => part(bandwidths[*k], points.clone()),
+    });
     let mut scores = vec![0.0; bandwidths.len()];
     for ((k, _), sum) in tasks.iter().zip(sums) {
         scores[*k] += sum;

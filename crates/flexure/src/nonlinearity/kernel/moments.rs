@@ -4,9 +4,8 @@
 //! u = (x - c)/h. Moments are only ever added, never subtracted. So no digit is lost to an offset, to clusters, to ties
 //! or to heavy tails: |u| never exceeds 2.
 
-use rayon::prelude::*;
-
 use super::Sorted;
+use crate::parallel;
 
 /// sum w u^k and sum w y u^k for k < N, in pairs.
 #[derive(Clone, Copy)]
@@ -78,6 +77,8 @@ impl Frame {
 
 /// Points of a group.
 pub const GROUP: usize = 32;
+/// Groups that one thread makes at a time: fewer are not worth another thread.
+const PART: usize = 1024;
 
 /// The moments of GROUP neighbouring points about their middle, in units of their half width.
 struct Group<const N: usize> {
@@ -109,7 +110,13 @@ impl<const N: usize> Groups<N> {
             }
         };
         let count = data.len().div_ceil(GROUP);
-        Groups((0..count).into_par_iter().with_min_len(1024).map(group).collect())
+        let part = |k: usize| -> Vec<Group<N>> { (k * PART..count.min((k + 1) * PART)).map(group).collect() };
+        Groups(
+            parallel::map(count.div_ceil(PART), part)
+                .into_iter()
+                .flatten()
+                .collect(),
+        )
     }
 
     /// Adds group `i` to `sum`.

@@ -2,13 +2,11 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::sort::sorted;
 use super::{Degree, Kernel, Sums};
 use crate::wide;
 
-/// Points that are taken at a time.
+/// Points whose ordinates are added up at a time.
 const CHUNK: usize = 1 << 15;
 
 /// Points sorted by abscissa, then ordinate, then weight, so that nothing depends on their order in the
@@ -45,8 +43,7 @@ impl Sorted {
     /// Sorted points with the ordinates' mean taken off.
     pub fn centred(x: Vec<f64>, mut y: Vec<f64>, w: Option<Vec<f64>>) -> Self {
         let mean = mean(&y, w.as_deref());
-        y.par_chunks_mut(CHUNK)
-            .for_each(|y| y.iter_mut().for_each(|y| *y -= mean));
+        y.iter_mut().for_each(|y| *y -= mean);
         Sorted { x, y, w, mean }
     }
 
@@ -155,20 +152,17 @@ impl Sorted {
     }
 }
 
-/// The mean of the ordinates, in parts that do not depend on the number of threads.
+/// The mean of the ordinates.
 fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
-    let sums: Vec<(f64, f64)> = y
-        .par_chunks(CHUNK)
-        .enumerate()
-        .map(|(k, y)| match w {
-            None => (wide::fold(y, 0.0, |sum, y| sum + y, |a, b| a + b), y.len() as f64),
-            Some(w) => {
-                let w = &w[k * CHUNK..][..y.len()];
-                (y.iter().zip(w).map(|(y, w)| w * y).sum(), w.iter().sum())
-            }
-        })
-        .collect();
-    let (moment, weight) = sums.iter().fold((0.0, 0.0), |(a, b), (m, w)| (a + m, b + w));
+    let parts = y.chunks(CHUNK).enumerate();
+    let sums = parts.map(|(k, y)| match w {
+        None => (wide::fold(y, 0.0, |sum, y| sum + y, |a, b| a + b), y.len() as f64),
+        Some(w) => {
+            let w = &w[k * CHUNK..][..y.len()];
+            (y.iter().zip(w).map(|(y, w)| w * y).sum(), w.iter().sum())
+        }
+    });
+    let (moment, weight): (f64, f64) = sums.fold((0.0, 0.0), |(a, b), (m, w)| (a + m, b + w));
     moment / weight
 }
 

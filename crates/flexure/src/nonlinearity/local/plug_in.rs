@@ -8,12 +8,11 @@
 //! Lepski's windows and the data's extent, and nowhere wider than the bandwidth at any other place and the way there: a
 //! window does not reach far into a place that calls for a narrow one.
 
-use rayon::prelude::*;
-
 use super::choice::{LocalWindow, Side};
 use super::windows::{Design, square_share};
 use crate::error::Result;
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, for_each_sum};
+use crate::parallel;
 use crate::selection::{BandwidthSearch, Bend, PlugIn, bulk, canonical};
 
 /// Places on either side of a node at which m''^2 is averaged, over twice the pilot's standard deviation.
@@ -45,7 +44,7 @@ pub fn windows(data: &Sorted, kernel: Kernel) -> Result<(BandwidthSearch, Vec<Lo
             standard_error: design.noise[j] * (factor * line.leverage).sqrt(),
         })
     };
-    let windows: Vec<_> = (0..design.nodes.len()).into_par_iter().map(window).collect();
+    let windows = parallel::map(design.nodes.len(), window);
     Ok((global, windows.into_iter().flatten().collect()))
 }
 

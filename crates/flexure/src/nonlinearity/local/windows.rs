@@ -1,9 +1,8 @@
 //! The local lines over windows of growing width at the nodes of a table.
 
-use rayon::prelude::*;
-
 use super::noise;
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, Sums, for_each_sum};
+use crate::parallel;
 use crate::selection::bulk;
 
 /// Nodes: at most so many, and one for so many points.
@@ -118,10 +117,8 @@ pub struct Windows<'a> {
 impl<'a> Windows<'a> {
     pub fn new(data: &Sorted, design: &'a Design) -> Self {
         let grouped = design.grouped(data);
-        let family = |centre: f64| -> Family {
-            let lines = |h: &f64| lines(&grouped, design, *h, centre);
-            design.bandwidths.par_iter().map(lines).collect()
-        };
+        let family =
+            |centre: f64| -> Family { parallel::batch(&design.bandwidths, |h| lines(&grouped, design, *h, centre)) };
         Windows {
             left: family(-1.0),
             both: family(0.0),

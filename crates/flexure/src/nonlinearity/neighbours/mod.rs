@@ -8,11 +8,10 @@
 mod line;
 mod tree;
 
-use rayon::prelude::*;
-
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
 use crate::error::{Error, ParameterError, Result};
+use crate::parallel;
 use crate::selection::{Candidate, Criterion, Search};
 use line::Line;
 pub(super) use tree::Tree;
@@ -191,7 +190,7 @@ impl Index {
     /// The candidates for these increasing numbers of neighbours.
     fn scores(&self, points: &Points, numbers: &[usize]) -> Vec<Candidate<usize>> {
         let sums = match self {
-            Index::Line(line) => numbers.par_iter().map(|&k| line.scores(k as f64)).collect(),
+            Index::Line(line) => parallel::batch(numbers, |&k| line.scores(k as f64)),
             Index::Tree(tree) => tree.scores(numbers),
         };
         let (weight, n) = (points.total_weight(), points.len());

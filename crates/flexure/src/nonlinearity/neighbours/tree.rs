@@ -1,10 +1,9 @@
 //! Neighbours in several dimensions: a k-d tree (Bentley 1975).
 
-use rayon::prelude::*;
-
 use super::super::estimator::Points;
 use super::{Neighbourhood, Scores};
 use crate::interrupt;
+use crate::parallel;
 
 /// Points of a leaf.
 const LEAF: usize = 12;
@@ -127,13 +126,10 @@ impl Tree {
 
     /// The estimates at the points with the coordinates `columns`, all finite.
     pub fn means(&self, columns: &[Vec<f64>], k: f64) -> Vec<f64> {
-        (0..columns[0].len())
-            .into_par_iter()
-            .map(|i| {
-                let q: Vec<f64> = columns.iter().map(|c| c[i]).collect();
-                self.mean + self.neighbourhood(&self.nearest(&q, k), k).mean(k)
-            })
-            .collect()
+        parallel::map(columns[0].len(), |i| {
+            let q: Vec<f64> = columns.iter().map(|c| c[i]).collect();
+            self.mean + self.neighbourhood(&self.nearest(&q, k), k).mean(k)
+        })
     }
 
     /// The score's sums for all these increasing numbers of neighbours: one search a point.
@@ -143,23 +139,22 @@ impl Tree {
         };
         let n = self.points.len();
         let interrupt = interrupt::current();
-        let pieces: Vec<Vec<Scores>> = (0..n.div_ceil(PIECE))
-            .into_par_iter()
-            .filter(|_| !interrupt.is_requested())
-            .map(|piece| {
-                let mut scores = vec![Scores::default(); numbers.len()];
-                for i in piece * PIECE..n.min((piece + 1) * PIECE) {
-                    let (w, y) = self.points[i];
-                    let found = self.nearest(self.at(i), most as f64 + w);
-                    for (scores, &k) in scores.iter_mut().zip(numbers) {
-                        let k = k as f64;
-                        let (with, more) = (self.neighbourhood(&found, k), self.neighbourhood(&found, k + w));
-                        scores.add(k, w, y, with, more);
-                    }
+        let pieces: Vec<Vec<Scores>> = parallel::map(n.div_ceil(PIECE), |piece| {
+            let mut scores = vec![Scores::default(); numbers.len()];
+            if interrupt.is_requested() {
+                return scores;
+            }
+            for i in piece * PIECE..n.min((piece + 1) * PIECE) {
+                let (w, y) = self.points[i];
+                let found = self.nearest(self.at(i), most as f64 + w);
+                for (scores, &k) in scores.iter_mut().zip(numbers) {
+                    let k = k as f64;
+                    let (with, more) = (self.neighbourhood(&found, k), self.neighbourhood(&found, k + w));
+                    scores.add(k, w, y, with, more);
                 }
-                scores
-            })
-            .collect();
+            }
+            scores
+        });
         let mut total = vec![Scores::default(); numbers.len()];
         for piece in pieces {
             for (t, p) in total.iter_mut().zip(piece) {

@@ -14,11 +14,10 @@ mod layer;
 mod sample;
 mod train;
 
-use rayon::prelude::*;
-
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
 use crate::error::{DataError, Error, Result, check_size};
+use crate::parallel;
 use crate::selection::Search;
 use layer::Layer;
 use sample::{Sample, Scaling};
@@ -137,9 +136,9 @@ impl Estimator for NetworkRegression {
                 .filter(|&k| k == 1 || 2 * layer(k).parameters() <= sample.len())
                 .collect(),
         };
-        let trained: Vec<Trained> = tried
-            .par_iter()
-            .map(|&units| train(&sample, layer(units), self.decay, self.starts, self.seed))
+        let train = |&units: &usize| train(&sample, layer(units), self.decay, self.starts, self.seed);
+        let trained: Vec<Trained> = parallel::batch(&tried, train)
+            .into_iter()
             .collect::<Option<_>>()
             .ok_or_else(|| {
                 Error::Data(DataError::Unit {

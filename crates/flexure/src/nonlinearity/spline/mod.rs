@@ -9,11 +9,10 @@
 pub(crate) mod banded;
 pub(crate) mod basis;
 
-use rayon::prelude::*;
-
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
 use crate::error::{DataError, Error, ParameterError, Result};
+use crate::parallel;
 use crate::selection::{Candidate, Search, UNDETERMINED, lowest};
 use banded::{Banded, Factor};
 use basis::CubicSplines;
@@ -237,15 +236,13 @@ impl<'a> Problem<'a> {
     /// A logarithmic grid of penalties, from interpolation to a straight line, refined around the best.
     fn curve(&self, score: impl Fn(&Candidate<f64>) -> f64 + Copy) -> Vec<Candidate<f64>> {
         let heaviest = LARGEST * self.points.total_weight() * self.unit();
-        let candidate = |t: f64| self.candidate(heaviest * t.exp());
+        let candidate = |t: &f64| Some((*t, self.candidate(heaviest * t.exp())?));
+        let candidates = |at: &[f64]| parallel::batch(at, candidate).into_iter().flatten();
         let shortest = self.bulk / (std::f64::consts::PI * self.splines.len() as f64);
         let start = (SMALLEST * shortest.powi(4) / LARGEST).ln();
         let mut step = -start / (GRID - 1) as f64;
-        let mut tried: Vec<(f64, Candidate<f64>)> = (0..GRID)
-            .into_par_iter()
-            .map(|i| start + step * i as f64)
-            .filter_map(|t| Some((t, candidate(t)?)))
-            .collect();
+        let grid: Vec<f64> = (0..GRID).map(|i| start + step * i as f64).collect();
+        let mut tried: Vec<(f64, Candidate<f64>)> = candidates(&grid).collect();
         for _ in 0..2 {
             if tried.is_empty() {
                 break;
@@ -253,13 +250,9 @@ impl<'a> Problem<'a> {
             let curve: Vec<_> = tried.iter().map(|t| t.1).collect();
             let centre = tried[lowest(&curve, score)].0;
             step /= (FINER + 1) as f64;
-            let finer: Vec<_> = (1..=FINER)
-                .into_par_iter()
-                .flat_map_iter(|i| [centre - step * i as f64, centre + step * i as f64])
-                .filter(|t| (start..=0.0).contains(t))
-                .filter_map(|t| Some((t, candidate(t)?)))
-                .collect();
-            tried.extend(finer);
+            let finer = (1..=FINER).flat_map(|i| [centre - step * i as f64, centre + step * i as f64]);
+            let finer: Vec<f64> = finer.filter(|t| (start..=0.0).contains(t)).collect();
+            tried.extend(candidates(&finer));
             tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
         tried.into_iter().map(|t| t.1).collect()

@@ -2,15 +2,24 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::sums::SumsOver;
 use super::{Degree, Outside, Product};
 use crate::nonlinearity::estimator::Points;
 use crate::nonlinearity::neighbours::Tree;
+use crate::parallel;
 
-/// Fewest queries of one piece. Fewer are not worth another thread.
+/// Queries of one piece. Fewer are not worth another thread.
 const PIECE: usize = 32;
+
+/// `estimate` at 0, 1, ..., `count` - 1, NaN where there is none. The queries of a piece share the memory for their runs.
+fn in_pieces(count: usize, estimate: impl Fn(usize, &mut Vec<Range<usize>>) -> Option<f64> + Sync) -> Vec<f64> {
+    let pieces = parallel::map(count.div_ceil(PIECE), |piece| -> Vec<f64> {
+        let mut runs = Vec::new();
+        let queries = piece * PIECE..count.min((piece + 1) * PIECE);
+        queries.map(|i| estimate(i, &mut runs).unwrap_or(f64::NAN)).collect()
+    });
+    pieces.concat()
+}
 
 /// A way to evaluate the fit and its slopes.
 struct Fits<'a, const D: usize> {
@@ -48,21 +57,17 @@ impl Product {
         };
         let query = |i: usize| -> [f64; D] { std::array::from_fn(|j| x[j][i]) };
         let known = |q: &[f64; D]| q.iter().all(|q| !q.is_nan());
-        let mut estimates: Vec<f64> = (0..x[0].len())
-            .into_par_iter()
-            .with_min_len(PIECE)
-            .map_init(Vec::new, |runs, i| {
-                let q = query(i);
-                if !known(&q) {
-                    return f64::NAN;
-                }
-                let from = match outside {
-                    Outside::Nan => q,
-                    _ => std::array::from_fn(|j| q[j].clamp(self.ranges[j].0, self.ranges[j].1)),
-                };
-                fits.carried(from, &q, outside, runs).unwrap_or(f64::NAN)
-            })
-            .collect();
+        let mut estimates = in_pieces(x[0].len(), |i, runs| {
+            let q = query(i);
+            if !known(&q) {
+                return None;
+            }
+            let from = match outside {
+                Outside::Nan => q,
+                _ => std::array::from_fn(|j| q[j].clamp(self.ranges[j].0, self.ranges[j].1)),
+            };
+            fits.carried(from, &q, outside, runs)
+        });
         if outside == Outside::Nan {
             return estimates;
         }
@@ -73,16 +78,12 @@ impl Product {
             return estimates;
         }
         let tree = Tree::with_scales(&self.as_points(), self.h.clone());
-        let nearest: Vec<f64> = empty
-            .par_iter()
-            .with_min_len(PIECE)
-            .map_init(Vec::new, |runs, &i| {
-                let q = query(i);
-                let place = tree.nearest_place(&q);
-                let from = std::array::from_fn(|j| place[j]);
-                fits.carried(from, &q, outside, runs).unwrap_or(f64::NAN)
-            })
-            .collect();
+        let nearest = in_pieces(empty.len(), |k, runs| {
+            let q = query(empty[k]);
+            let place = tree.nearest_place(&q);
+            let from = std::array::from_fn(|j| place[j]);
+            fits.carried(from, &q, outside, runs)
+        });
         for (i, value) in empty.into_iter().zip(nearest) {
             estimates[i] = value;
         }

@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::sums::{Columns, Local, Outcome, SumsOver};
 use super::{Degree, Product, in_dimension, orthogonal};
 use crate::nonlinearity::kernel::choice::Errors;
+use crate::parallel;
 
 /// Fewest points of one piece. Pieces do not depend on the number of threads, so that the sums do not either.
 const PIECE: usize = 256;
@@ -43,18 +42,15 @@ impl Product {
             }
         }
         let sums = SumsOver::<D>::new(self.kernel, degree);
-        let errors: Vec<Errors> = pieces
-            .par_iter()
-            .map_init(Scratch::default, |scratch, piece| {
-                let mut errors = Errors::default();
-                for cell in piece {
-                    let of = |i: &usize| scored(self.order[*i] as usize);
-                    let of_cell: Vec<usize> = cell.clone().filter(of).collect();
-                    self.score_cell::<D>(degree, sums, &of_cell, alone, scratch, &mut errors);
-                }
-                errors
-            })
-            .collect();
+        let errors = parallel::batch(&pieces, |piece| {
+            let (mut scratch, mut errors) = (Scratch::default(), Errors::default());
+            for cell in piece {
+                let of = |i: &usize| scored(self.order[*i] as usize);
+                let of_cell: Vec<usize> = cell.clone().filter(of).collect();
+                self.score_cell::<D>(degree, sums, &of_cell, alone, &mut scratch, &mut errors);
+            }
+            errors
+        });
         errors.into_iter().fold(Errors::default(), Errors::plus)
     }
 
@@ -157,7 +153,7 @@ impl Product {
     }
 }
 
-/// Memory that is used again for every cell.
+/// Memory that is used again for every cell of a piece.
 struct Scratch {
     near: Columns,
     whole: Range<usize>,

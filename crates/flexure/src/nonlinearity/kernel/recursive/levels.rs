@@ -1,11 +1,10 @@
 //! The observations of a record in levels of one bandwidth each. Those of one level make an ordinary kernel sum.
 
-use rayon::prelude::*;
-
 use super::super::sort::increasing;
 use super::super::{Degree, Sorted, for_each_sum};
 use super::RecursiveKernel;
 use crate::nonlinearity::estimator::Checked;
+use crate::parallel;
 use crate::selection::Candidate;
 
 /// If the others have less than this share of the sums at a point, the sums without the point have lost their digits.
@@ -78,12 +77,12 @@ impl Levels {
             None => Sorted::new(x, y),
             Some(_) => Sorted::weighted(x, y, w),
         };
-        let level = |(doublings, [x, y, w]): (u32, [Vec<f64>; 3])| Level {
-            doublings,
-            data: sorted(&x, &y, &w),
+        let level = |(doublings, [x, y, w]): &(u32, [Vec<f64>; 3])| Level {
+            doublings: *doublings,
+            data: sorted(x, y, w),
         };
         Levels {
-            levels: columns.into_par_iter().map(level).collect(),
+            levels: parallel::batch(&columns, level),
             all: data.w.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w)),
         }
     }
@@ -109,7 +108,7 @@ impl Levels {
     /// The sums at the increasing points `at`.
     fn sums(&self, method: &RecursiveKernel, at: &[f64]) -> Vec<Pair> {
         let levels: Vec<_> = self.each(method).collect();
-        let of_level = |(data, h, factor): (&Sorted, f64, f64)| {
+        let of_level = |&(data, h, factor): &(&Sorted, f64, f64)| {
             let mut pairs = vec![Pair::default(); at.len()];
             let lift = data.mean - self.all.mean;
             for_each_sum(data, method.kernel, Degree::Constant, h, at, |j, sums| {
@@ -121,7 +120,7 @@ impl Levels {
             pairs
         };
         // The sums are added in one order, whatever the number of threads.
-        let all: Vec<Vec<Pair>> = levels.into_par_iter().map(of_level).collect();
+        let all: Vec<Vec<Pair>> = parallel::batch(&levels, of_level);
         let mut total = vec![Pair::default(); at.len()];
         for pairs in all {
             for (sum, pair) in total.iter_mut().zip(pairs) {

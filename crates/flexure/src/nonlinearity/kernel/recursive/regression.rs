@@ -2,14 +2,13 @@
 
 use std::cell::RefCell;
 
-use rayon::prelude::*;
-
 use super::super::line::{PartialEstimate, predict};
 use super::levels::Levels;
 use super::{RecursiveForm, RecursiveKernel};
 use crate::error::{Error, Result};
 use crate::nonlinearity::estimator::{Checked, check_queries};
 use crate::nonlinearity::{Choice, Estimator, Kernel, Outside, Regression};
+use crate::parallel;
 use crate::selection::{Criterion, Grid, Search};
 
 /// What it is, in messages.
@@ -131,7 +130,7 @@ fn search(
     let tried = RefCell::new(Vec::new());
     let found = Grid::new(&levels.all.x).search_by(|bandwidths| {
         let candidate = |h: &f64| levels.candidate(&with(h / typical), &points);
-        let candidates: Vec<_> = bandwidths.par_iter().map(candidate).collect();
+        let candidates = parallel::batch(bandwidths, candidate);
         let scores = candidates.iter().map(|c| c.score(criterion)).collect();
         tried.borrow_mut().extend(candidates);
         scores
