@@ -53,6 +53,7 @@ pub mod record;
 pub mod selection;
 pub mod signal;
 pub mod simulation;
+mod sort;
 pub mod study;
 pub mod systems;
 pub mod text;

@@ -108,7 +108,8 @@ pub fn singular_values(rows: &[f64], columns: usize) -> Option<Vec<f64>> {
         .iter()
         .copied()
         .collect();
-    values.sort_by(|a, b| b.total_cmp(a));
+    values.sort_unstable_by(f64::total_cmp);
+    values.reverse();
     Some(values)
 }
 

@@ -1,6 +1,7 @@
 //! A record: named, sampled signals of equal length, one sample an instant.
 
 use crate::error::{DataError, Error, Result};
+use crate::sort;
 
 /// Relative deviation of a time step from the median step that still counts as uniform.
 ///
@@ -133,9 +134,7 @@ fn uniform_step(t: &[f64]) -> Result<f64> {
     if t.len() < 2 {
         return Err(Error::too_short("a sample time", 2, t.len()));
     }
-    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
-    let middle = steps.len() / 2;
-    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = sort::median(t.windows(2).map(|w| w[1] - w[0]).collect());
     // A step may also be off by the rounding of the instants themselves.
     let rounding = 4.0 * f64::EPSILON * t.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let tolerance = UNIFORM_TOLERANCE * median.abs() + rounding;

@@ -9,6 +9,7 @@ use std::fmt::Debug;
 use super::{KernelFit, KernelRegression, Outside};
 use crate::error::{DataError, Error, ParameterError, Result};
 use crate::selection::Criterion;
+use crate::sort::order;
 use crate::wide;
 
 /// A fitted regression: a function of `dimension()` variables.
@@ -225,15 +226,10 @@ impl<'a> Checked<'a> {
 
     /// The points of positive weight, sorted.
     pub fn sorted(&self) -> Points {
-        let Checked { x, y, .. } = *self;
-        let mut order: Vec<usize> = (0..y.len()).filter(|&i| self.weight(i) > 0.0).collect();
-        order.sort_unstable_by(|&i, &k| {
-            let along = x.iter().map(|column| column[i].total_cmp(&column[k]));
-            along
-                .chain([y[i].total_cmp(&y[k]), self.weight(i).total_cmp(&self.weight(k))])
-                .find(|o| o.is_ne())
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
+        let Checked { x, y, w } = *self;
+        let columns: Vec<&[f64]> = x.iter().copied().chain([y]).chain(w).collect();
+        let mut order = order(&columns);
+        order.retain(|&i| self.weight(i) > 0.0);
         let gather = |values: &[f64]| order.iter().map(|&i| values[i]).collect();
         Points {
             x: x.iter().map(|column| gather(column)).collect(),

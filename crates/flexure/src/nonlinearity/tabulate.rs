@@ -2,6 +2,7 @@
 
 use super::{Curve, Outside, Regression};
 use crate::error::Result;
+use crate::sort::sorted;
 
 /// Evenly spaced points over the data's range, and as many at the data's quantiles.
 const POINTS: usize = 301;
@@ -19,11 +20,7 @@ pub fn tabulate(fit: &dyn Regression, x: &[f64], outside: Outside) -> Result<(Cu
     let kernel = fit.kernel_fit();
     let at = match kernel {
         Some(fit) => abscissas(&fit.data().x),
-        None => {
-            let mut sorted = x.to_vec();
-            sorted.sort_unstable_by(f64::total_cmp);
-            abscissas(&sorted)
-        }
+        None => abscissas(&sorted(x)),
     };
     let errors = kernel.map(|fit| fit.standard_errors(&at));
     let (mut known, mut values, mut known_errors) = (Vec::new(), Vec::new(), Vec::new());

@@ -243,11 +243,10 @@ fn check_bandwidths(bandwidths: &[f64]) -> Result<()> {
 /// The points in order, checked.
 fn sort(x: &[f64], y: &[f64], weights: Option<&[f64]>) -> Result<Sorted> {
     check_points(x, y, 3)?;
-    let Some(weights) = weights else {
-        return Ok(Sorted::new(x, y));
-    };
-    check_weights(weights, x.len(), 3)?;
-    Ok(Sorted::weighted(x, y, weights))
+    if let Some(weights) = weights {
+        check_weights(weights, x.len(), 3)?;
+    }
+    Ok(Sorted::new(x, y, weights))
 }
 
 #[cfg(test)]

@@ -33,7 +33,7 @@ fn hindsight_ratio(seed: u64, m: impl Fn(f64) -> f64) -> f64 {
     let search = BandwidthSearch::leave_one_out(Kernel::Epanechnikov, &x, &y).unwrap();
     assert!(!search.at_edge);
     assert!(search.curve.windows(2).all(|w| w[0].bandwidth < w[1].bandwidth));
-    let data = Sorted::new(&x, &y);
+    let data = Sorted::new(&x, &y, None);
     let true_error = |h: f64| {
         let mut total = 0.0;
         crate::nonlinearity::kernel::for_each_sum(&data, Kernel::Epanechnikov, Degree::Constant, h, &data.x, |i, s| {
@@ -217,7 +217,7 @@ fn given_bandwidths_are_scored_in_their_order_and_checked() {
 fn binned_scores(method: LeaveOneOut, x: &[f64], y: &[f64], bandwidths: &[f64]) -> Vec<Score> {
     let smallest = bandwidths.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = bandwidths.iter().copied().fold(0.0, f64::max);
-    let pyramid = Pyramid::new(&Sorted::new(x, y), smallest, largest, method.bins());
+    let pyramid = Pyramid::new(&Sorted::new(x, y, None), smallest, largest, method.bins());
     scored(bandwidths, pyramid.scores(method.kernel, method.degree, bandwidths))
 }
 

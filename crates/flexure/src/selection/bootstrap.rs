@@ -17,6 +17,7 @@ use super::h_block::{InTime, gap_from_data};
 use super::plug_in::canonical;
 use crate::error::{Error, Result};
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, for_each_sum};
+use crate::sort;
 
 /// The pilot oversmooths by n to this power: from n^(-1/5), the best for m, to n^(-1/9), the best for its second
 /// derivative, which makes the bias.
@@ -43,7 +44,7 @@ impl Pilot {
     fn new(kernel: Kernel, degree: Degree, [x, y]: [&[f64]; 2], weights: Option<&[f64]>, h: f64) -> Self {
         // With the samples' indices for ordinates it is known which is which, ties or not.
         let index: Vec<f64> = (0..x.len()).map(|t| t as f64).collect();
-        let places = weights.map_or_else(|| Sorted::new(x, &index), |w| Sorted::weighted(x, &index, w));
+        let places = Sorted::new(x, &index, weights);
         let order: Vec<usize> = places.y.iter().map(|t| (t + places.mean).round() as usize).collect();
         let total: f64 = (0..order.len()).map(|i| places.weight(i)).sum();
         let weighted = order.iter().enumerate().map(|(i, &t)| places.weight(i) * y[t]);
@@ -151,7 +152,7 @@ pub(super) fn wild(
     let variances: Vec<f64> = (pilot.residuals.iter().enumerate())
         .map(|(i, r)| (pilot.curve.weight(i) * r).powi(2))
         .collect();
-    let noise = Sorted::weighted(&pilot.curve.x, &variances, &variances);
+    let noise = Sorted::new(&pilot.curve.x, &variances, Some(&variances));
     let search = Grid::new(&pilot.curve.x).search(|h| {
         pilot.mean_square(h, |shares| {
             let mut variance = vec![0.0; shares.len()];
@@ -221,7 +222,7 @@ pub(super) fn moving_block(
     let pilot = Pilot::new(kernel, degree, [x, y], weights, h);
     // In the order of time, about zero; the samples of weight zero have no residual, and are left out.
     let mut places: Vec<usize> = (0..pilot.order.len()).collect();
-    places.sort_unstable_by_key(|&i| pilot.order[i]);
+    sort::by_key(&mut places, |&i| pilot.order[i] as f64);
     let mean = pilot.residuals.iter().sum::<f64>() / places.len() as f64;
     let residuals: Vec<f64> = places.iter().map(|&i| pilot.residuals[i] - mean).collect();
     let length = block.min(residuals.len());

@@ -54,7 +54,7 @@ mod tests {
     fn trace_and_score_are_those_of_the_hat_matrix() {
         let (x, y) = noisy(3, 60, |x| (2.0 * x).sin());
         let w: Vec<f64> = (0..60).map(|i| [0.5, 1.0, 3.0][i % 3]).collect();
-        let data = Sorted::weighted(&x, &y, &w);
+        let data = Sorted::new(&x, &y, Some(&w));
         for kernel in Kernel::ALL {
             for degree in [Degree::Constant, Degree::Linear] {
                 for h in [0.3, 1.5] {
@@ -76,7 +76,7 @@ mod tests {
     #[test]
     fn the_choice_is_close_to_that_of_leave_one_out() {
         let (x, y) = noisy(5, 3000, |x| (3.0 * x).sin());
-        let general = generalized(Kernel::Epanechnikov, Degree::Linear, &Sorted::new(&x, &y));
+        let general = generalized(Kernel::Epanechnikov, Degree::Linear, &Sorted::new(&x, &y, None));
         let exact = BandwidthSearch::search(Kernel::Epanechnikov, Degree::Linear, &x, &y, None).unwrap();
         assert!((general.bandwidth / exact.bandwidth).ln().abs() < 0.3);
         let lowest = |s: &BandwidthSearch| s.curve.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);

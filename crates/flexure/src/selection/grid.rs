@@ -4,6 +4,7 @@
 use super::{BandwidthSearch, Score};
 use crate::interrupt;
 use crate::parallel;
+use crate::sort;
 
 /// Bandwidths of the logarithmic grid.
 const COARSE: usize = 20;
@@ -113,7 +114,7 @@ pub(super) fn scored(bandwidths: &[f64], errors: Vec<f64>) -> Vec<Score> {
 
 fn insert(curve: &mut Vec<Score>, scores: Vec<Score>) {
     curve.extend(scores);
-    curve.sort_by(|a, b| a.bandwidth.total_cmp(&b.bandwidth));
+    sort::by_key(curve, |c| c.bandwidth);
 }
 
 /// Twice the length that holds the middle four fifths of the data, but not more than all; 1 for a constant. Never so

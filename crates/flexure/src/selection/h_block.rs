@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::linear::correlation::cross_covariance;
 use crate::nonlinearity::KernelRegression;
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, Sums, for_each_sum};
+use crate::sort;
 
 /// The largest gap that the data choose.
 const LARGEST_GAP: usize = 200;
@@ -51,10 +52,10 @@ impl<'a> InTime<'a> {
                 "at most half the number of samples less 2, so that every sample keeps others",
             ));
         }
-        let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
+        let data = Sorted::new(x, y, weights);
         let w = weights.map_or_else(|| vec![1.0; n], <[f64]>::to_vec);
-        let mut time: Vec<usize> = (0..n).filter(|&t| w[t] > 0.0).collect();
-        time.sort_unstable_by(|&s, &t| x[s].total_cmp(&x[t]).then(s.cmp(&t)));
+        let mut time = sort::order(&[x]);
+        time.retain(|&t| w[t] > 0.0);
         Ok(InTime {
             at: time.iter().map(|&t| x[t]).collect(),
             time,
@@ -151,7 +152,7 @@ impl<'a> InTime<'a> {
             return self.nearest(j);
         }
         let of = |v: &[f64]| kept.iter().map(|&s| v[s]).collect::<Vec<_>>();
-        let rest = Sorted::weighted(&of(self.x), &of(&self.y), &of(&self.w));
+        let rest = Sorted::new(&of(self.x), &of(&self.y), Some(&of(&self.w)));
         let sums = rest.direct_sums(kernel, degree, h, q, None);
         sums.fit(degree)
             .map_or_else(|| self.nearest(j), |fit| rest.mean + fit.value)
@@ -192,11 +193,9 @@ pub(crate) fn gap_from_data(x: &[f64], y: &[f64]) -> usize {
     if most == 0 {
         return 0;
     }
-    let mut sorted = x.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
     let pilot = KernelRegression {
         kernel: Kernel::Epanechnikov,
-        bandwidth: PILOT * bulk(&sorted),
+        bandwidth: PILOT * bulk(&sort::sorted(x)),
     };
     let Ok(trend) = pilot.fit(x, y) else {
         return 0;

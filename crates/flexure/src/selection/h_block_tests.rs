@@ -68,7 +68,7 @@ fn without_a_gap_it_is_leave_one_out() {
     let (x, y) = noisy(4, 2000, |x| x.abs());
     let blocks = InTime::new(&x, &y, None, 0).unwrap();
     for degree in [Degree::Constant, Degree::Linear] {
-        let want = leave_one_out(&Sorted::new(&x, &y), Kernel::Epanechnikov, degree, &[0.1])[0];
+        let want = leave_one_out(&Sorted::new(&x, &y, None), Kernel::Epanechnikov, degree, &[0.1])[0];
         let got = blocks.score(Kernel::Epanechnikov, degree, 0.1);
         assert!((got - want).abs() < 1e-12 * want);
     }

@@ -31,7 +31,7 @@ fn bandwidths_are_those_of_kernsmooth() {
         (5000, "step", 0.01778890754985144),
     ] {
         let (x, y) = sample(n, shape);
-        let found = PlugIn::from_data(&Sorted::new(&x, &y)).unwrap();
+        let found = PlugIn::from_data(&Sorted::new(&x, &y, None)).unwrap();
         let got = found.bandwidth_for(Kernel::Gaussian);
         assert!((got / want - 1.0).abs() < 1e-9, "{n} {shape}: {got} {want}");
         assert!(!found.at_edge);
@@ -62,7 +62,7 @@ fn the_factors_between_kernels_are_the_known_ones() {
 #[test]
 fn the_noise_and_the_curvature_are_found() {
     let (x, y) = noisy(1, 5000, |x| (2.0 * x).sin());
-    let found = PlugIn::from_data(&Sorted::new(&x, &y)).unwrap();
+    let found = PlugIn::from_data(&Sorted::new(&x, &y, None)).unwrap();
     assert!((found.noise / 0.01 - 1.0).abs() < 0.06, "{}", found.noise);
     // The mean of 16 sin^2 2x on [-2, 2] is 8 - sin(8).
     let curvature = 8.0 - 8.0_f64.sin();
@@ -81,8 +81,8 @@ fn the_noise_and_the_curvature_are_found() {
 #[test]
 fn equal_weights_are_no_weights_and_unequal_ones_count() {
     let (x, y) = noisy(2, 400, |x| x.sin());
-    let of = |w: &[f64]| PlugIn::from_data(&Sorted::weighted(&x, &y, w)).unwrap();
-    let plain = PlugIn::from_data(&Sorted::new(&x, &y)).unwrap();
+    let of = |w: &[f64]| PlugIn::from_data(&Sorted::new(&x, &y, Some(w))).unwrap();
+    let plain = PlugIn::from_data(&Sorted::new(&x, &y, None)).unwrap();
     assert!((of(&[7.0; 400]).gaussian / plain.gaussian - 1.0).abs() < 1e-9);
     // A tenth of the points, much noisier but of small weight, hardly matters.
     let worse: Vec<f64> = y
@@ -91,8 +91,8 @@ fn equal_weights_are_no_weights_and_unequal_ones_count() {
         .map(|(i, y)| if i % 10 == 0 { y + 50.0 * (y - x[i].sin()) } else { *y })
         .collect();
     let w: Vec<f64> = (0..400).map(|i| if i % 10 == 0 { 1.0 / 2601.0 } else { 1.0 }).collect();
-    let spoilt = PlugIn::from_data(&Sorted::new(&x, &worse)).unwrap();
-    let weighted = PlugIn::from_data(&Sorted::weighted(&x, &worse, &w)).unwrap();
+    let spoilt = PlugIn::from_data(&Sorted::new(&x, &worse, None)).unwrap();
+    let weighted = PlugIn::from_data(&Sorted::new(&x, &worse, Some(&w))).unwrap();
     assert!(
         (weighted.gaussian / plain.gaussian - 1.0).abs() < 0.15,
         "{weighted:?} {plain:?}"

@@ -140,7 +140,7 @@ pub fn choose_bandwidth(
     if let Some(weights) = weights {
         check_weights(weights, x.len(), 3)?;
     }
-    let sorted = || weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
+    let sorted = || Sorted::new(x, y, weights);
     let made = |rule, search, score, details| BandwidthChoice {
         rule,
         kernel,

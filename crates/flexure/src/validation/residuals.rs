@@ -23,6 +23,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
 
 use crate::error::{Error, Result};
 use crate::linear::correlation::{cross_covariance, mean, variance};
+use crate::sort::order;
 
 use super::regression::Regression;
 use super::whiteness::whiteness_of;
@@ -358,11 +359,9 @@ impl ResidualTests {
 
 /// The rank of every value; equal ones share the mean of theirs.
 fn ranks(values: &[f64]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_unstable_by(|&i, &j| values[i].total_cmp(&values[j]));
     let mut ranks = vec![0.0; values.len()];
     let mut first = 0;
-    for equal in order.chunk_by(|&i, &j| values[i] == values[j]) {
+    for equal in order(&[values]).chunk_by(|&i, &j| values[i] == values[j]) {
         let rank = first as f64 + 0.5 * (equal.len() - 1) as f64;
         equal.iter().for_each(|&i| ranks[i] = rank);
         first += equal.len();

@@ -60,7 +60,7 @@ fn the_noise_is_recovered_whatever_the_fit_takes_of_it() {
         let mut sums = [[0.0; 2]; 2];
         for seed in 0..300 {
             let (x, y) = noisy(seed, 80, |x| 3.0 - x, sigma);
-            let data = Sorted::new(&x, &y);
+            let data = Sorted::new(&x, &y, None);
             let variances = noise_variances(Window { data: &data, kernel, h });
             // Away from the step, where the fit leaves its own share of both sides.
             for (x, v) in data.x.iter().zip(variances).filter(|(x, _)| x.abs() > 0.6) {
@@ -171,7 +171,7 @@ fn the_supremum_has_the_quantile_of_as_many_independent_variables() {
 #[test]
 fn cells_hardly_change_the_correlations() {
     let (x, y) = noisy(9, 3000, f64::cos, |x| 0.1 + x.abs());
-    let data = Sorted::new(&x, &y);
+    let data = Sorted::new(&x, &y, None);
     let window = Window {
         data: &data,
         kernel: Kernel::Epanechnikov,

@@ -124,7 +124,7 @@ fn the_corrected_estimate_and_its_variance_are_the_reference_s() {
     let y: Vec<f64> = (0..60)
         .map(|i| x[i].powi(2) + ((53 * i * i + 7 * i) % 97) as f64 / 97.0)
         .collect();
-    let data = Sorted::new(&x, &y);
+    let data = Sorted::new(&x, &y, None);
     let variances: Vec<f64> = data.x.iter().map(|x| 0.1 + 0.5 * x * x).collect();
     for (kernel, h, degree, rho, values) in REFERENCE {
         let narrow = Window { data: &data, kernel, h };

@@ -14,6 +14,7 @@ use super::signals::Signals;
 use super::spline::KinkedSpline;
 use super::start::{branches, delays};
 use super::system::{Branch, Level, System};
+use crate::sort;
 
 /// Short fits of the best starts, then of finer nonlinearities.
 const ROUNDS: [Round; 2] = [
@@ -73,7 +74,7 @@ fn starts(data: &Signals, last: bool, search: &mut Search<'_, '_>) -> Vec<Candid
         (least, worse) = if best < least { (best, 0) } else { (least, worse + 1) };
         all.extend(of_order);
     }
-    all.sort_by(|a, b| a.bic(data).total_cmp(&b.bic(data)));
+    sort::by_key(&mut all, |c| c.bic(data));
     all
 }
 

@@ -18,6 +18,7 @@ use super::monitor::{Monitor, Stage};
 use super::pieces::{anchored, with_pieces};
 use super::signals::Signals;
 use super::system::System;
+use crate::sort;
 
 /// The parts of a branch whose structure may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,7 +124,7 @@ impl<'a, 'm> Search<'a, 'm> {
                 *c = self.trial(c.clone(), &data, round.steps, round.tolerance);
             }
             all.retain(|c| c.squares.is_finite());
-            all.sort_by(|a, b| a.bic(&data).total_cmp(&b.bic(&data)));
+            sort::by_key(&mut all, |c| c.bic(&data));
             if round.listed {
                 self.tried.extend(all.iter().map(|c| c.tried(&data)));
             }

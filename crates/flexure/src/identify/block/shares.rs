@@ -20,6 +20,7 @@ use super::system::{Branch, System};
 use crate::interrupt::{self, Interrupt};
 use crate::linear::correlation::variance;
 use crate::parallel;
+use crate::sort;
 
 /// More groups of poles than this are not shared out.
 const MOST_GROUPS: usize = 8;
@@ -65,7 +66,7 @@ pub(super) fn shared_poles(approximation: &Rational, data: &Signals, count: usiz
     };
     let climbs = parallel::map(CLIMBS, |seed| pool.climbed(seed as u64));
     let mut all: Vec<(Vec<usize>, f64)> = climbs.into_iter().flatten().collect();
-    all.sort_by(|a, b| a.1.total_cmp(&b.1));
+    sort::by_key(&mut all, |a| a.1);
     all.dedup_by(|b, a| (a.1 - b.1).abs() <= 1e-9 * a.1.abs());
     all.iter()
         .filter_map(|(slots, _)| pool.shared_out(slots).sum(data))

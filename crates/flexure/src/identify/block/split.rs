@@ -15,6 +15,7 @@ use crate::interrupt::{self, Interrupt};
 use crate::linear::Complex;
 use crate::linear::correlation::variance;
 use crate::parallel;
+use crate::sort;
 
 /// Quantiles of the intermediate signal that bound the nonlinearity's first pieces.
 const QUANTILES: [f64; 7] = [0.03, 0.12, 0.3, 0.5, 0.7, 0.88, 0.97];
@@ -35,14 +36,14 @@ pub(super) fn split(approximation: &Rational, data: &Signals) -> Vec<Candidate> 
     let started: Vec<Vec<Start>> = parallel::map(splits, |s| roots.starts(s));
     let mut promising: Vec<Vec<Start>> = started.into_iter().filter(|s| !s.is_empty()).collect();
     let least = |s: &Vec<Start>| s.iter().map(|s| s.candidate.squares).fold(f64::INFINITY, f64::min);
-    promising.sort_by(|a, b| least(a).total_cmp(&least(b)));
+    sort::by_key(&mut promising, least);
     promising.truncate(MOST_SPLITS);
     let handed_over = parallel::batch(&promising, |starts| {
         let ends = starts.iter().map(|s| roots.hand_over_zeros(s));
         ends.min_by(|a, b| a.squares.total_cmp(&b.squares))
     });
     let mut all: Vec<Candidate> = handed_over.into_iter().flatten().collect();
-    all.sort_by(|a, b| a.squares.total_cmp(&b.squares));
+    sort::by_key(&mut all, |c| c.squares);
     all
 }
 

@@ -10,6 +10,7 @@ use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
 use crate::nonlinearity::{Curve, Outside};
+use crate::sort;
 
 /// Evenly spaced points of the tabulated nonlinearity.
 const POINTS: usize = 2001;
@@ -109,7 +110,7 @@ fn table(
     ordinate: impl Fn(f64) -> f64,
 ) -> Result<Curve> {
     let mut points: Vec<(f64, f64)> = points.map(|x| (abscissa(x), ordinate(x))).collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort::by_key(&mut points, |p| p.0);
     points.dedup_by(|b, a| b.0 <= a.0);
     let (x, y) = points.into_iter().unzip();
     Curve::new(x, y, Outside::Linear)

@@ -4,6 +4,7 @@ use super::basis::range;
 use super::finding::Finding;
 use super::smooth::Noise;
 use crate::error::{DataError, Error, Result, check_size};
+use crate::sort;
 
 /// The fewest samples that are looked at.
 pub(super) const FEWEST: usize = 200;
@@ -58,14 +59,13 @@ pub(super) fn settings(sample_time: f64, level: f64) -> Result<()> {
 
 /// Refuses an angle that jumps by a turn, in rad or degrees.
 pub(super) fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
-    let mut steps: Vec<f64> = q.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let steps: Vec<f64> = q.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     let jump = |turn: f64| Some((turn, steps.iter().position(|s| (s - turn).abs() < TURN * turn)?));
     let jumps: Vec<(f64, usize)> = [2.0 * std::f64::consts::PI, 360.0]
         .into_iter()
         .filter_map(jump)
         .collect();
-    let middle = steps.len() / 2;
-    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = sort::median(steps);
     // A motion that fast everywhere is no jump.
     match jumps.into_iter().find(|(turn, _)| median < 0.1 * turn) {
         None => Ok(()),
@@ -139,10 +139,9 @@ const STANDS: f64 = 0.85;
 /// How long, and about what extreme, a torque with noise stands still: clipped before it was measured.
 fn plateau(tau: &[f64]) -> Option<Clipped> {
     let n = tau.len();
-    let mut bends: Vec<f64> = tau.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
-    let middle = bends.len() / 2;
+    let bends: Vec<f64> = tau.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
     // The median of the absolute second differences of white noise is 0.6745 sqrt(6) of its standard deviation.
-    let noise = *bends.select_nth_unstable_by(middle, f64::total_cmp).1 / (0.6745 * 6.0_f64.sqrt());
+    let noise = sort::median(bends) / (0.6745 * 6.0_f64.sqrt());
     let unit = noise / (WINDOW as f64).sqrt();
     let means: Vec<f64> = tau
         .windows(WINDOW)

@@ -47,7 +47,7 @@ impl Noise {
                 .filter(|&k| (from..=to).contains(&share(k)))
                 .map(|k| power[k])
                 .collect();
-            part.sort_by(f64::total_cmp);
+            part.sort_unstable_by(f64::total_cmp);
             part.get(part.len() / 2).copied().unwrap_or(0.0)
         };
         let floor = median(NOISE_FROM, 0.5);

@@ -36,6 +36,7 @@ use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
 use crate::nonlinearity::{Surface, SurfaceAxis};
+use crate::sort;
 use crate::text::number;
 use fit::Fit;
 
@@ -172,7 +173,7 @@ impl From<&TriedSurface> for Values {
 /// The scores by the number of pieces, each once.
 fn scores(tried: &[TriedSurface], chosen: usize) -> Score {
     let mut tried = tried.to_vec();
-    tried.sort_by_key(|t| t.pieces);
+    sort::by_key(&mut tried, |t| t.pieces as f64);
     tried.dedup_by_key(|t| t.pieces);
     Score {
         x_label: "pieces along every input".to_owned(),

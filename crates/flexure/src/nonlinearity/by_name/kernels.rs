@@ -9,6 +9,7 @@ use crate::nonlinearity::{
     Bandwidth, KernelEstimator, KernelFit, KernelRegression, KernelSearch, LocalKernel, LocalRule, Outside,
 };
 use crate::selection::{BandwidthSearch, BlockFolds, Criterion, choose_bandwidth};
+use crate::sort;
 
 /// Factors between the bandwidths of leave-one-out and those that blocks are asked about: from a quarter to eight times.
 const FACTORS: std::ops::RangeInclusive<i32> = -4..=6;
@@ -33,7 +34,7 @@ fn line(
     if let Some(weights) = weights {
         check_weights(weights, x.len(), need)?;
     }
-    let data = weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w));
+    let data = Sorted::new(x, y, weights);
     let (bandwidth, scores) = match &method.tuning {
         Tuning::Fixed(values) => (single(method, values)?, None),
         // Over the data that are sorted already.
@@ -213,7 +214,8 @@ fn profile(search: &KernelSearch) -> Scores {
         .map(|c| (geometric_mean(&c.bandwidths), c.score))
         .filter(|(h, score)| h.is_finite() && score.is_finite())
         .collect();
-    tried.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    sort::by_key(&mut tried, |t| t.1);
+    sort::by_key(&mut tried, |t| t.0);
     let chosen = (geometric_mean(&search.bandwidths), best_score(search));
     let mut kept: Vec<(f64, f64)> = Vec::new();
     if let (Some(first), Some(last)) = (tried.first().copied(), tried.last().copied()) {
@@ -226,7 +228,7 @@ fn profile(search: &KernelSearch) -> Scores {
     if let (h, Some(score)) = chosen {
         kept.retain(|k| k.1 >= score && k.0 != h);
         kept.push((h, score));
-        kept.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort::by_key(&mut kept, |k| k.0);
     }
     Scores {
         criterion: "",

@@ -19,7 +19,7 @@ fn noisy(x: Vec<f64>) -> [Vec<f64>; 2] {
 fn bins_are_those_of_their_points() {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(11);
     let [x, y] = noisy((0..3000).map(|_| 1e3 + rng.random_range(-2.0..2.0)).collect());
-    let data = Sorted::new(&x, &y);
+    let data = Sorted::new(&x, &y, None);
     let width = 2e-3;
     let pyramid = Pyramid::new(&data, width, 4.0, 1.0);
     assert!(pyramid.levels.len() > 8);
@@ -63,7 +63,7 @@ fn rounded_abscissas_have_one_bin_each_at_most() {
     ] {
         let distinct: Vec<f64> = (0..values).map(|k| f64::from(k) * step).collect();
         let x: Vec<f64> = distinct.iter().flat_map(|&x| [x; 20]).collect();
-        let data = Sorted::new(&x, &x);
+        let data = Sorted::new(&x, &x, None);
         let extent = f64::from(values - 1) * step;
         let pyramid = Pyramid::new(&data, 1e-4 * extent, extent, per_bandwidth);
         for bins in &pyramid.levels {
@@ -90,7 +90,7 @@ fn scores_are_near_the_exact_ones() {
     let others = [(even.clone(), "even"), (tails, "tails"), (gap, "gap")];
     for (x, name) in steps.into_iter().chain(others) {
         let [x, y] = noisy(x);
-        let data = Sorted::new(&x, &y);
+        let data = Sorted::new(&x, &y, None);
         let bandwidths = [0.02, 0.05, 0.08, 0.2, 0.45, 1.1];
         // With few values to a bin it matters for the uniform kernel in which a window ends.
         for kernel in KERNELS
@@ -119,7 +119,7 @@ fn points_alone_are_predicted_by_their_nearest() {
     x.extend([2.0, 2.2, 3.0, 3.3, 2.6, 2.604]);
     let [x, mut y] = noisy(x);
     y[5000..].copy_from_slice(&[9.0, -7.0, 4.0, 8.0, -6.0, 5.0]);
-    let data = Sorted::new(&x, &y);
+    let data = Sorted::new(&x, &y, None);
     for kernel in KERNELS {
         for h in [0.03, 0.05] {
             let exact = leave_one_out(&data, kernel, Degree::Constant, &[h])[0];
@@ -135,7 +135,7 @@ fn points_alone_are_predicted_by_their_nearest() {
 fn errors_fall_with_the_square_of_the_width() {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(15);
     let [x, y] = noisy((0..100_000).map(|_| rng.random_range(-2.0..2.0)).collect());
-    let data = Sorted::new(&x, &y);
+    let data = Sorted::new(&x, &y, None);
     let bandwidths: Vec<f64> = (0..12).map(|k| 0.3 * 1.1_f64.powi(k)).collect();
     let exact = leave_one_out(&data, Kernel::Biweight, Degree::Constant, &bandwidths);
     let error = |per_bandwidth: f64| {

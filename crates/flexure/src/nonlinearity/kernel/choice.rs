@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::nonlinearity::estimator::{Checked, Points};
 use crate::nonlinearity::neighbours::Tree;
 use crate::selection::{BandwidthSearch, Candidate, Criterion};
+use crate::sort;
 use std::sync::OnceLock;
 
 use super::descent::{self, Column, Objective};
@@ -94,7 +95,7 @@ impl KernelSearch {
             descent::search(objective, &columns)
         });
         if search.bandwidths.len() == 1 {
-            search.curve.sort_by(|a, b| a.bandwidths[0].total_cmp(&b.bandwidths[0]));
+            sort::by_key(&mut search.curve, |c| c.bandwidths[0]);
         }
         search.criterion = criterion;
         Ok(search)
@@ -119,7 +120,7 @@ fn with_objective<R>(
     run: impl FnOnce(&dyn Objective) -> R,
 ) -> R {
     if points.x.len() == 1 {
-        let sorted = Sorted::weighted(&points.x[0], &points.y, &points.w);
+        let sorted = Sorted::new(&points.x[0], &points.y, Some(&points.w));
         return run(&OnLine {
             data: &sorted,
             kernel,

@@ -3,6 +3,7 @@
 use super::choice::{KernelScore, KernelSearch};
 use crate::interrupt;
 use crate::selection::Criterion;
+use crate::sort;
 
 /// Common factors of the logarithmic grid.
 const GRID: usize = 12;
@@ -37,8 +38,7 @@ pub struct Column {
 impl Column {
     /// A column of finite values.
     pub fn new(x: &[f64]) -> Column {
-        let mut sorted = x.to_vec();
-        sorted.sort_unstable_by(f64::total_cmp);
+        let sorted = sort::sorted(x);
         let n = sorted.len();
         let between = |low: usize, high: usize| (sorted[high] - sorted[low]).min(f64::MAX);
         let range = between(0, n - 1);

@@ -7,6 +7,7 @@ use super::sums::{DIRECT_BELOW, residual_times_rest};
 use super::{Degree, Kernel, Sorted, Sums, direct_without, for_each_sum};
 use crate::interrupt;
 use crate::parallel;
+use crate::sort;
 use crate::wide::widest;
 
 /// Fewest points of a part. Parts do not depend on the number of threads, so that the scores do not either.
@@ -53,7 +54,7 @@ fn sums_over_parts(data: &Sorted, bandwidths: &[f64], part: impl Fn(f64, Range<u
     };
     let mut tasks: Vec<(usize, Range<usize>)> = bandwidths.iter().enumerate().flat_map(parts).collect();
     // The parts of a region for all bandwidths follow one another, while its points are in the cache.
-    tasks.sort_by_key(|(_, points)| points.start);
+    sort::by_key(&mut tasks, |(_, points)| points.start as f64);
     let interrupt = interrupt::current();
     let sums = parallel::batch(&tasks, |(k, points)| match interrupt.is_requested() {
         true => 0.0,

@@ -2,7 +2,7 @@
 //! $$ m_n(x) = \frac{\sum_i Y_i K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} , $$
 //! and its local linear form (Fan 1993), with weights.
 //!
-//! One column. The data are sorted once ([`sort`], [`sorted`]). Then every point costs O(1), whatever the bandwidth:
+//! One column. The data are sorted once ([`sorted`]). Then every point costs O(1), whatever the bandwidth:
 //!
 //! | file | what |
 //! |---|---|
@@ -34,7 +34,6 @@ mod polynomials;
 mod product;
 mod recursive;
 mod regression;
-mod sort;
 mod sorted;
 mod sums;
 mod window_bounds;

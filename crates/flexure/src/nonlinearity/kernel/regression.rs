@@ -1,6 +1,6 @@
 //! The kernel estimate (13) with a given bandwidth: fit, evaluation and standard errors.
 
-use super::sort::increasing;
+use super::sorted::increasing;
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::error::{Error, Result};
 use crate::nonlinearity::estimator::check_values;
@@ -37,7 +37,7 @@ impl KernelRegression {
     /// [`Error::Data`]: `LengthMismatch`, `NonFinite`, and `TooShort` without any point.
     pub fn fit(self, x: &[f64], y: &[f64]) -> Result<KernelFit> {
         check_points(x, y, 1)?;
-        self.fit_sorted(Sorted::new(x, y))
+        self.fit_sorted(Sorted::new(x, y, None))
     }
 
     /// [`fit`](Self::fit) with weights of the observations, as of least squares: an observation of weight 2
@@ -49,7 +49,7 @@ impl KernelRegression {
     pub fn fit_weighted(self, x: &[f64], y: &[f64], weights: &[f64]) -> Result<KernelFit> {
         check_points(x, y, 1)?;
         check_weights(weights, x.len(), 1)?;
-        self.fit_sorted(Sorted::weighted(x, y, weights))
+        self.fit_sorted(Sorted::new(x, y, Some(weights)))
     }
 
     pub(crate) fn fit_sorted(self, data: Sorted) -> Result<KernelFit> {

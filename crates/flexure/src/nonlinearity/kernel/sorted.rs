@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use super::sort::sorted;
 use super::{Degree, Kernel, Sums};
+use crate::sort::order;
 use crate::wide;
 
 /// Points whose ordinates are added up at a time.
@@ -22,22 +22,14 @@ pub(crate) struct Sorted {
 }
 
 impl Sorted {
-    /// Sorts finite points.
-    pub fn new(x: &[f64], y: &[f64]) -> Self {
-        let [x, y] = sorted([x, y]);
-        Self::centred(x, y, None)
-    }
-
     /// Sorts finite points with weights that are not negative; those of weight zero are left out.
-    pub fn weighted(x: &[f64], y: &[f64], w: &[f64]) -> Self {
-        let [x, y, w] = if w.iter().all(|w| *w > 0.0) {
-            sorted([x, y, w])
-        } else {
-            let kept =
-                |v: &[f64]| -> Vec<f64> { v.iter().zip(w).filter(|(_, w)| **w > 0.0).map(|(v, _)| *v).collect() };
-            sorted([&kept(x), &kept(y), &kept(w)])
+    pub fn new(x: &[f64], y: &[f64], weights: Option<&[f64]>) -> Self {
+        let order = match weights {
+            None => order(&[x, y]),
+            Some(w) => order(&[x, y, w]).into_iter().filter(|&i| w[i] > 0.0).collect(),
         };
-        Self::centred(x, y, Some(w))
+        let gather = |values: &[f64]| -> Vec<f64> { order.iter().map(|&i| values[i]).collect() };
+        Self::centred(gather(x), gather(y), weights.map(gather))
     }
 
     /// Sorted points with the ordinates' mean taken off.
@@ -166,21 +158,36 @@ fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
     moment / weight
 }
 
+/// The finite values of `at` in increasing order, and their indices in `at`.
+pub fn increasing(at: &[f64]) -> (Vec<usize>, Vec<f64>) {
+    let mut order = order(&[at]);
+    order.retain(|&i| at[i].is_finite());
+    let values = order.iter().map(|&i| at[i]).collect();
+    (order, values)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn sorting_keeps_pairs_and_centres() {
-        let s = Sorted::new(&[2.0, -1.0, 0.0, -3.5], &[1.0, 2.0, 3.0, 6.0]);
+        let s = Sorted::new(&[2.0, -1.0, 0.0, -3.5], &[1.0, 2.0, 3.0, 6.0], None);
         assert_eq!(s.x, [-3.5, -1.0, 0.0, 2.0]);
         assert_eq!(s.mean, 3.0);
         assert_eq!(s.y, [3.0, -1.0, 0.0, -2.0]);
     }
 
     #[test]
+    fn finite_values_are_put_in_order_with_their_indices() {
+        let at = [3.0, f64::NAN, -1.0, f64::INFINITY, 2.0];
+        assert_eq!(increasing(&at), (vec![2, 4, 0], vec![-1.0, 2.0, 3.0]));
+        assert_eq!(increasing(&[f64::NAN]), (vec![], vec![]));
+    }
+
+    #[test]
     fn nearest_averages_ties_and_skips() {
-        let s = Sorted::new(&[0.0, 1.0, 2.0, 2.0], &[0.0, 4.0, 6.0, 10.0]); // mean 5
+        let s = Sorted::new(&[0.0, 1.0, 2.0, 2.0], &[0.0, 4.0, 6.0, 10.0], None); // mean 5
         assert_eq!(s.nearest(0.1, None), -5.0);
         assert_eq!(s.nearest(0.5, None), (-5.0 - 1.0) / 2.0);
         assert_eq!(s.nearest(5.0, None), (1.0 + 5.0) / 2.0);

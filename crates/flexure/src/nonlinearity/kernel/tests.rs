@@ -150,7 +150,7 @@ fn leave_one_out_agrees_with_leaving_each_point_out() {
             .into_iter()
             .flat_map(|d| [(d, vec![1.0; x.len()]), (d, weights(x.len()))])
         {
-            let data = Sorted::weighted(&x, &y, &w);
+            let data = Sorted::new(&x, &y, Some(&w));
             for kernel in Kernel::ALL {
                 for h in [0.05, 0.5, 4.0] {
                     let squares = (0..x.len()).filter(|&i| w[i] > 0.0).map(|i| {
@@ -182,7 +182,7 @@ fn scores_over_many_parts_are_exact_and_the_same_on_any_number_of_threads() {
             continue; // Thousands of points in every window: too long to sum one by one.
         }
         let y = response(&x, 0.0);
-        let data = Sorted::new(&x, &y);
+        let data = Sorted::new(&x, &y, None);
         for kernel in [Kernel::Epanechnikov, Kernel::Triangular, Kernel::Triweight] {
             let scores = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -349,7 +349,7 @@ fn scores_do_not_depend_on_the_size_of_the_weights() {
         let w: Vec<f64> = (0..n).map(|i| size * f64::from(1 + i % 3)).collect();
         let y: Vec<f64> = y.iter().map(|y| unit * y).collect();
         let scores = leave_one_out(
-            &Sorted::weighted(&x, &y, &w),
+            &Sorted::new(&x, &y, Some(&w)),
             Kernel::Epanechnikov,
             Degree::Constant,
             &[0.02, 0.3],

@@ -358,7 +358,7 @@ mod tests {
         let x: Vec<f64> = (0..n).map(|i| f64::from(i) + 0.3 * f64::from(i).sin()).collect();
         let y: Vec<f64> = x.iter().map(|x| (0.1 * x).cos()).collect();
         let w: Vec<f64> = x.iter().map(|x| 1.5 + x.sin()).collect();
-        let data = Sorted::weighted(&x, &y, &w);
+        let data = Sorted::new(&x, &y, Some(&w));
         let groups = Groups::<5>::new(&data);
         let weighted = |i: usize, y: f64| (w[i], w[i] * y);
         for level in [Level::new(), Level::baseline()] {

@@ -145,10 +145,7 @@ impl LocalKernel {
         if let Some(weights) = weights {
             check_weights(weights, x.len(), 3)?;
         }
-        Ok((
-            x,
-            weights.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w)),
-        ))
+        Ok((x, Sorted::new(x, y, weights)))
     }
 
     pub(super) fn fit_sorted(self, data: &Sorted) -> Result<LocalKernelFit> {

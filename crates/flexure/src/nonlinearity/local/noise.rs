@@ -11,7 +11,7 @@ const WINDOW: f64 = 0.15;
 pub fn deviation(data: &Sorted, extent: f64, at: &[f64]) -> Vec<f64> {
     let last = data.len() - 1;
     let squares: Vec<f64> = (1..last).map(|i| square(data, i)).collect();
-    let differences = Sorted::new(&data.x[1..last], &squares);
+    let differences = Sorted::new(&data.x[1..last], &squares, None);
     // Where no difference is in reach the overall mean stands.
     let mut variance = vec![differences.mean; at.len()];
     for_each_sum(

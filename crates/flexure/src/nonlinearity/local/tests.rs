@@ -169,7 +169,7 @@ fn weights_count_as_points() {
 fn lines_and_their_errors_are_those_of_least_squares_in_the_window() {
     let (x, y) = noisy(8, 300, |x| 5.0 + x.sin());
     let w: Vec<f64> = (0..300).map(|i| [1.0, 4.0, 0.5][i % 3]).collect();
-    let data = Sorted::weighted(&x, &y, &w);
+    let data = Sorted::new(&x, &y, Some(&w));
     let design = Design::new(&data, Kernel::Uniform, 0.3);
     let windows = Windows::new(&data, &design);
     for (family, reach) in [
@@ -218,7 +218,7 @@ fn the_noise_is_told_from_the_curve_and_may_depend_on_x() {
         .zip(&y)
         .map(|(x, e)| 100.0 + 30.0 * x + (4.0 * x).sin() + e * (1.5 + x.signum()))
         .collect();
-    let deviation = noise::deviation(&Sorted::new(&x, &y), 4.0, &[-1.2, 1.2]);
+    let deviation = noise::deviation(&Sorted::new(&x, &y, None), 4.0, &[-1.2, 1.2]);
     assert!(
         (deviation[0] / 0.05 - 1.0).abs() < 0.1 && (deviation[1] / 0.25 - 1.0).abs() < 0.1,
         "{deviation:?}"

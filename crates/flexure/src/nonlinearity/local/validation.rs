@@ -3,6 +3,7 @@
 use super::choice::Broken;
 use super::windows::{Design, Windows};
 use crate::nonlinearity::kernel::Sorted;
+use crate::sort;
 
 /// Half widths of the confidence intervals to try, in standard errors.
 const THRESHOLDS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
@@ -88,13 +89,10 @@ struct Gain {
 impl Gain {
     /// The weighted squared errors of one bandwidth and of local ones.
     fn add(&mut self, global: &[f64], local: &[f64]) {
-        let mut sizes = local.to_vec();
-        let middle = sizes.len() / 2;
-        if sizes.is_empty() {
+        if local.is_empty() {
             return;
         }
-        let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let most = CUT * CUT * median / MEDIAN_SQUARE;
+        let most = CUT * CUT * sort::median(local.to_vec()) / MEDIAN_SQUARE;
         for (&g, &l) in global.iter().zip(local) {
             let (gain, cut) = (g - l, g.min(most) - l.min(most));
             self.sum += gain;
@@ -113,7 +111,7 @@ impl Gain {
 /// Every other point, from `first` on.
 fn half(data: &Sorted, first: usize) -> Sorted {
     let of = |value: &dyn Fn(usize) -> f64| (first..data.len()).step_by(2).map(value).collect::<Vec<_>>();
-    Sorted::weighted(&of(&|i| data.x[i]), &of(&|i| data.y[i]), &of(&|i| data.weight(i)))
+    Sorted::new(&of(&|i| data.x[i]), &of(&|i| data.y[i]), Some(&of(&|i| data.weight(i))))
 }
 
 #[cfg(test)]
@@ -130,7 +128,7 @@ mod tests {
         let y: Vec<f64> = (0..x.len()).map(|i| f64::from(x[i] > 700.0) + noise(i)).collect();
         let better = |unit: f64| {
             let y: Vec<f64> = y.iter().map(|y| unit * y).collect();
-            let data = Sorted::new(&x, &y);
+            let data = Sorted::new(&x, &y, None);
             threshold(&data, &Design::new(&data, Kernel::default(), 50.0)).unwrap()
         };
         let one = better(1.0);

@@ -85,7 +85,7 @@ impl Design {
             w.push(sums[0]);
             start = end;
         }
-        let mut grouped = Sorted::weighted(&x, &y, &w);
+        let mut grouped = Sorted::new(&x, &y, Some(&w));
         // About the same mean as before.
         grouped.y.iter_mut().for_each(|y| *y += grouped.mean);
         grouped.mean = 0.0;

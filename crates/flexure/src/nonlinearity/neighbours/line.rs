@@ -2,6 +2,7 @@
 
 use super::super::estimator::Points;
 use super::{Neighbourhood, Scores};
+use crate::sort::order;
 
 /// Sorted points, those of one abscissa together.
 #[derive(Debug, Clone, PartialEq)]
@@ -143,11 +144,9 @@ impl Line {
 
     /// The estimates at `x`, all finite, in any order.
     pub fn means(&self, x: &[f64], k: f64) -> Vec<f64> {
-        let mut order: Vec<usize> = (0..x.len()).collect();
-        order.sort_unstable_by(|&i, &j| x[i].total_cmp(&x[j]));
         let mut window = Window { left: 0, right: 0 };
         let mut means = vec![0.0; x.len()];
-        for i in order {
+        for i in order(&[x]) {
             means[i] = self.mean + self.slide(&mut window, x[i], k).mean(k);
         }
         means

@@ -13,6 +13,7 @@ use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
 use crate::error::{Error, ParameterError, Result};
 use crate::parallel;
 use crate::selection::{Candidate, Criterion, Search};
+use crate::sort;
 use line::Line;
 pub(super) use tree::Tree;
 
@@ -183,7 +184,7 @@ impl Index {
         finer.retain(|k| curve.iter().all(|c| c.parameter != *k));
         finer.dedup();
         curve.extend(self.scores(points, &finer));
-        curve.sort_by_key(|c| c.parameter);
+        sort::by_key(&mut curve, |c| c.parameter as f64);
         Ok(Search::best(criterion, curve, (false, most < possible), points.size()))
     }
 

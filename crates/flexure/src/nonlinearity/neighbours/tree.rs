@@ -4,6 +4,7 @@ use super::super::estimator::Points;
 use super::{Neighbourhood, Scores};
 use crate::interrupt;
 use crate::parallel;
+use crate::sort::order;
 
 /// Points of a leaf.
 const LEAF: usize = 12;
@@ -173,8 +174,8 @@ fn deviation(column: &[f64], w: &[f64]) -> f64 {
         return 1.0;
     }
     // By size, so that columns of the same values have the same deviation to the last digit.
-    let mut sorted: Vec<(f64, f64)> = column.iter().copied().zip(w.iter().copied()).collect();
-    sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let order = order(&[column, w]);
+    let sorted: Vec<(f64, f64)> = order.into_iter().map(|i| (column[i], w[i])).collect();
     let total: f64 = sorted.iter().map(|p| p.1).sum();
     let mean: f64 = sorted.iter().map(|(x, w)| w / total * x).sum();
     let square: f64 = sorted.iter().map(|(x, w)| w / total * (x - mean).powi(2)).sum();

@@ -4,6 +4,7 @@ use super::super::blocks::{Row, load};
 use super::super::estimator::Points;
 use super::super::series::location;
 use crate::interrupt::{self, Interrupt};
+use crate::sort::order;
 use std::ops::Range;
 
 /// A scale is at least this share of the range, so that no standardised coordinate is farther out than its inverse.
@@ -18,9 +19,8 @@ pub(super) struct Scaling {
 
 impl Scaling {
     fn robust(x: &[f64], w: &[f64]) -> Scaling {
-        let mut pairs: Vec<(f64, f64)> = x.iter().copied().zip(w.iter().copied()).collect();
-        pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        let (x, w): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
+        let order = order(&[x, w]).into_iter();
+        let (x, w): (Vec<f64>, Vec<f64>) = order.map(|i| (x[i], w[i])).unzip();
         let (centre, scale) = location(&x, &w);
         let range = x[x.len() - 1] - x[0];
         Scaling {

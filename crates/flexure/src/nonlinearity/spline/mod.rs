@@ -14,6 +14,7 @@ use super::estimator::{Choice, Estimator, Points, Regression, check_queries, eva
 use crate::error::{DataError, Error, ParameterError, Result};
 use crate::parallel;
 use crate::selection::{Candidate, Search, UNDETERMINED, lowest};
+use crate::sort;
 use banded::{Banded, Factor};
 use basis::CubicSplines;
 
@@ -253,7 +254,7 @@ impl<'a> Problem<'a> {
             let finer = (1..=FINER).flat_map(|i| [centre - step * i as f64, centre + step * i as f64]);
             let finer: Vec<f64> = finer.filter(|t| (start..=0.0).contains(t)).collect();
             tried.extend(candidates(&finer));
-            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+            sort::by_key(&mut tried, |t| t.0);
         }
         tried.into_iter().map(|t| t.1).collect()
     }

@@ -25,6 +25,7 @@ use crate::identify::outcome::ChosenOrder;
 use crate::interrupt;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::whitening;
+use crate::sort;
 
 /// The lags after which the response has settled.
 pub(super) fn memory(linear: &TransferFunction) -> usize {
@@ -186,7 +187,8 @@ fn same_places(a: &[Term], b: &[Term]) -> bool {
             Term::TruncatedPower { at, degree } => (at, degree),
         };
         let mut keys: Vec<(f64, u8)> = terms.iter().map(key).collect();
-        keys.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+        sort::by_key(&mut keys, |k| f64::from(k.1));
+        sort::by_key(&mut keys, |k| k.0);
         keys
     };
     let near = |(p, q): (&(f64, u8), &(f64, u8))| p.1 == q.1 && (p.0 - q.0).abs() < UNCHANGED_PLACE;

@@ -6,6 +6,7 @@ use super::limits::{CELLS_PER_KNOT, EVEN_KNOTS, JUMP_REACH, NEARLY_SMOOTH};
 use super::piecewise::{PiecewiseCubics, Term};
 use super::stepwise::{Costs, OrthogonalFit, stepwise};
 use crate::nonlinearity::spline::{banded::Banded, basis::CubicSplines};
+use crate::sort;
 
 /// A basis and the values' regression on it.
 pub(super) struct Selection {
@@ -74,7 +75,7 @@ fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &OrthogonalFit) -
     }
     for ((term, mut points), size) in terms.iter_mut().zip(around).zip(c) {
         if let Term::TruncatedPower { at, degree: 0 } = term {
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            sort::by_key(&mut points, |p| p.0);
             *at = best_jump(&points, *at, size);
         }
     }

@@ -16,6 +16,7 @@ use super::outcome::{MemoryRemoved, RefinedIdentification};
 use crate::error::{Error, Result};
 use crate::linalg;
 use crate::linear::levenberg_marquardt::{Linearisation, minimise};
+use crate::sort;
 
 /// A parameter of a form.
 #[derive(Debug, Clone, PartialEq)]
@@ -146,7 +147,7 @@ impl Problem<'_> {
     fn minimum(&self) -> Option<Vec<f64>> {
         let grid = self.form.grid(&self.points.x);
         let mut starts: Vec<(Vec<f64>, f64)> = grid.iter().filter_map(|s| self.solved(s)).collect();
-        starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+        sort::by_key(&mut starts, |s| s.1);
         if self.form == PhysicalForm::Quantizer {
             // The sum of squares is piecewise constant in the step: a finer grid in place of derivatives.
             let step = starts.first()?.0[0];

@@ -6,6 +6,7 @@ use crate::identify::outcome::{ChosenOrder, Verdict, Warning};
 use crate::linear::TransferFunction;
 use crate::model::Block;
 use crate::nonlinearity::Curve;
+use crate::sort;
 
 /// What changes at a breakpoint of the nonlinearity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -106,7 +107,7 @@ impl Breakpoint {
             }),
         };
         let mut all: Vec<Breakpoint> = terms.iter().filter_map(breakpoint).collect();
-        all.sort_by(|a, b| a.at.total_cmp(&b.at));
+        sort::by_key(&mut all, |b| b.at);
         all
     }
 }

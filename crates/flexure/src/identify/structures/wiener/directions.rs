@@ -10,6 +10,7 @@
 
 use crate::linalg;
 use crate::linear::correlation::{cross_covariance, mean};
+use crate::sort;
 
 /// Slices of the output, of as many samples each.
 const SLICES: usize = 20;
@@ -57,7 +58,7 @@ fn second_moment(u: &[f64], weights: &[f64], covariance: &[f64]) -> Vec<f64> {
 /// The covariance of the slices' means of $x_n$, row-major.
 fn inverse_regression(u: &[f64], y: &[f64], lags: usize) -> Vec<f64> {
     let mut times: Vec<usize> = (lags - 1..u.len()).collect();
-    times.sort_by(|s, t| y[*s].total_cmp(&y[*t]));
+    sort::by_key(&mut times, |t| y[*t]);
     let total = times.len() as f64;
     let mut sum = vec![0.0; lags * lags];
     for slice in times.chunks(times.len().div_ceil(SLICES)) {

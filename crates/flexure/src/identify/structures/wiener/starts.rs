@@ -9,6 +9,7 @@ use super::super::super::hammerstein::delay::Dependence;
 use super::WienerStart;
 use super::directions::directions;
 use crate::linear::correlation::{mean, variance};
+use crate::sort;
 
 /// Lags of the impulse responses from higher moments, and the samples that a lag needs.
 const LAGS: usize = 80;
@@ -80,7 +81,7 @@ fn rational(response: Candidate, few: &Signals, monitor: &mut Monitor<'_>) -> Ve
         .filter_map(|order| approximate(&imitation, order, monitor))
         .filter_map(|a| fit_nonlinearity(a.system, Rational::pass(), few))
         .collect();
-    all.sort_by(|a, b| a.bic(few).total_cmp(&b.bic(few)));
+    sort::by_key(&mut all, |c| c.bic(few));
     all.truncate(KEPT);
     all
 }

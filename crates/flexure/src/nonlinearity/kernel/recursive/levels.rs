@@ -1,11 +1,12 @@
 //! The observations of a record in levels of one bandwidth each. Those of one level make an ordinary kernel sum.
 
-use super::super::sort::increasing;
+use super::super::sorted::increasing;
 use super::super::{Degree, Sorted, for_each_sum};
 use super::RecursiveKernel;
 use crate::nonlinearity::estimator::Checked;
 use crate::parallel;
 use crate::selection::Candidate;
+use crate::sort::order;
 
 /// If the others have less than this share of the sums at a point, the sums without the point have lost their digits.
 const FEW: f64 = 1e-3;
@@ -73,17 +74,13 @@ impl Levels {
             }
             before += data.weight(i);
         }
-        let sorted = |x: &[f64], y: &[f64], w: &[f64]| match data.w {
-            None => Sorted::new(x, y),
-            Some(_) => Sorted::weighted(x, y, w),
-        };
         let level = |(doublings, [x, y, w]): &(u32, [Vec<f64>; 3])| Level {
             doublings: *doublings,
-            data: sorted(x, y, w),
+            data: Sorted::new(x, y, data.w.map(|_| w.as_slice())),
         };
         Levels {
             levels: parallel::batch(&columns, level),
-            all: data.w.map_or_else(|| Sorted::new(x, y), |w| Sorted::weighted(x, y, w)),
+            all: Sorted::new(x, y, data.w),
         }
     }
 
@@ -144,23 +141,20 @@ impl Levels {
     /// Every `stride`-th point in order of x.
     pub fn own(&self, data: &Checked<'_>, stride: usize) -> Vec<Own> {
         let mut before = 0.0;
-        let mut points = Vec::with_capacity(data.y.len());
+        let mut starts = Vec::with_capacity(data.y.len());
         for i in 0..data.y.len() {
-            let weight = data.weight(i);
-            if weight > 0.0 {
-                points.push((i, before));
-            }
-            before += weight;
+            starts.push(before);
+            before += data.weight(i);
         }
         let (x, y) = (data.x[0], data.y);
-        points.sort_by(|a, b| x[a.0].total_cmp(&x[b.0]).then(y[a.0].total_cmp(&y[b.0])));
-        let kept = points.into_iter().skip(stride / 2).step_by(stride);
+        let order = order(&[x, y]).into_iter().filter(|&i| data.weight(i) > 0.0);
+        let kept = order.skip(stride / 2).step_by(stride);
         let place = |doublings| self.levels.partition_point(|level| level.doublings < doublings);
-        kept.map(|(i, before)| Own {
+        kept.map(|i| Own {
             x: x[i],
             y: y[i],
             weight: data.weight(i),
-            parts: shares(before, data.weight(i)).map(|(d, w)| (place(d), w)).collect(),
+            parts: shares(starts[i], data.weight(i)).map(|(d, w)| (place(d), w)).collect(),
         })
         .collect()
     }

@@ -19,6 +19,7 @@ pub use regression::{RecursiveFit, RecursiveRegression};
 use super::Kernel;
 use crate::error::{DataError, Error, ParameterError, Result};
 use crate::nonlinearity::estimator::columns;
+use crate::sort::order;
 
 /// The most columns.
 const MOST_COLUMNS: usize = 6;
@@ -155,8 +156,7 @@ impl RecursiveKernel {
                 return Err(Error::length("at", column.len(), at[0].len()));
             }
         }
-        let mut order: Vec<usize> = (0..at[0].len()).collect();
-        order.sort_by(|&i, &j| at[0][i].total_cmp(&at[0][j]));
+        let order = order(&at[..1]);
         let sorted = |column: &&[f64]| order.iter().map(|&i| column[i]).collect();
         Ok(RecursiveSums {
             method: self,

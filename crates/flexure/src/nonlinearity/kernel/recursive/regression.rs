@@ -10,6 +10,7 @@ use crate::nonlinearity::estimator::{Checked, check_queries};
 use crate::nonlinearity::{Choice, Estimator, Kernel, Outside, Regression};
 use crate::parallel;
 use crate::selection::{Criterion, Grid, Search};
+use crate::sort;
 
 /// What it is, in messages.
 const WHAT: &str = "a recursive kernel regression";
@@ -136,7 +137,7 @@ fn search(
         scores
     });
     let mut curve = tried.into_inner();
-    curve.sort_by(|a, b| a.parameter.total_cmp(&b.parameter));
+    sort::by_key(&mut curve, |c| c.parameter);
     Ok(Search {
         parameter: found.bandwidth / typical,
         criterion,
