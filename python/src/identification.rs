@@ -69,6 +69,7 @@ impl Options {
             start: estimator(&self.nonlinearity)?,
             noise_model: self.noise_model,
             missing: self.missing,
+            form: self.form()?,
             fresh_share: self.fresh,
         })
     }
@@ -95,10 +96,7 @@ impl Options {
     fn hammerstein(&self) -> PyResult<HammersteinMethod> {
         Ok(match self.method.as_str() {
             "plain" => HammersteinMethod::Plain(self.plain()?),
-            "refined" => HammersteinMethod::Refined {
-                method: self.refined()?,
-                form: self.form()?,
-            },
+            "refined" => HammersteinMethod::Refined(self.refined()?),
             other => {
                 let text = format!("the method is '{other}', but must be one of refined, plain");
                 return Err(ParameterError::new_err(text));

@@ -130,10 +130,10 @@ impl RefinedOptions {
             fresh_share,
             missing: self.missing,
             start: self.start.unwrap_or(EstimatorName::Kernel),
+            form: self.form,
             ..Default::default()
         };
-        let form = self.form;
-        HammersteinMethod::Refined { method, form }
+        HammersteinMethod::Refined(method)
     }
 }
 

@@ -319,7 +319,7 @@ fn several_records_are_several_experiments() {
         .identify_experiments(&records, "u", "y")
         .unwrap();
     let y = numbers(&found["nonlinearity"]["y"]);
-    assert_eq!(y, twin.nonlinearity.y());
+    assert_eq!(y, twin.curve("nonlinearity").unwrap().y());
     assert!(folder.read("r.html").contains("0.csv, 1.csv, 2.csv"));
     folder.done("validate model.json 2.csv --input u --output y");
 

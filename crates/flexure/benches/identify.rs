@@ -30,7 +30,9 @@ fn main() -> flexure::Result<()> {
             least = least.min(start.elapsed().as_secs_f64());
         }
         let Some(result) = result else { continue };
-        let error = system.nonlinearity_error(&grid, |x| result.nonlinearity.value(x));
+        let error = system.nonlinearity_error(&grid, |x| {
+            result.curve("nonlinearity").map_or(f64::NAN, |phi| phi.value(x))
+        });
         let predicted = result.model.simulate(fresh.column("u")?);
         let fit = FitMeasures::new(&fresh.column("y0")?[SKIP..], &predicted[SKIP..])?.fit_percent;
         println!("{n:>9} {:>10.1} {error:>8.4} {fit:>8.2}", least * 1e3);

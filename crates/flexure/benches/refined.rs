@@ -205,7 +205,9 @@ fn common_job(n: usize, seeds: u64) -> Result<(), Failure> {
         let start = cpu_seconds();
         let result = RefinedHammerstein::default().identify(&record, "u", "y")?;
         least = least.min(cpu_seconds() - start);
-        errors.push(system.nonlinearity_error(&grid, |x| result.nonlinearity.value(x)));
+        errors.push(system.nonlinearity_error(&grid, |x| {
+            result.curve("nonlinearity").map_or(f64::NAN, |phi| phi.value(x))
+        }));
         let predicted = result.model.simulate(fresh.column("u")?);
         let fit = FitMeasures::new(&fresh.column("y0")?[SKIP..], &predicted[SKIP..])?.fit_percent;
         missing.push(100.0 - fit);
@@ -296,8 +298,10 @@ fn main() -> Result<(), Failure> {
             let (u, y) = (record.column("u")?, record.column("y")?);
             let grid = row.grid(u);
             let result = RefinedHammerstein::default().identify(&record, "u", "y")?;
-            orders.push((result.delay, result.order.order));
-            refined.push(row.error(&grid, |x| result.nonlinearity.value(x)));
+            orders.push((result.delay, result.order));
+            refined.push(row.error(&grid, |x| {
+                result.curve("nonlinearity").map_or(f64::NAN, |phi| phi.value(x))
+            }));
             knows.push(known(&row, u, y, &grid));
         }
         let (a, b) = (median(&refined), median(&knows));

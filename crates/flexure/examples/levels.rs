@@ -281,9 +281,10 @@ fn noise_table(options: &Options) {
                 let result = RefinedHammerstein::default().identify(&record(&u, &y)?, "u", "y")?;
                 let from = result.fitted;
                 let e = sum(&y, &result.predicted.iter().map(|p| -p).collect::<Vec<_>>());
-                let e = filtered(&result.noise_model, &[1.0], &e)?;
+                let noise_model = result.noise_model.unwrap_or_else(|| vec![1.0]);
+                let e = filtered(&noise_model, &[1.0], &e)?;
                 let noise = Estimated {
-                    parameters: result.noise_model.len() - 1,
+                    parameters: noise_model.len() - 1,
                     samples: from,
                 };
                 let model = result.verdict.estimated.unwrap_or(noise);

@@ -14,7 +14,7 @@
 //! let record = system.simulate(20_000, 1); // columns u, y
 //!
 //! let result = PlainHammerstein::default().identify(&record, "u", "y")?;
-//! assert_eq!((result.delay, result.order.order), (0, 2));
+//! assert_eq!((result.delay, result.order), (0, 2));
 //! assert!(result.verdict.measures.fit_percent > 75.0); // on the last quarter, not used for the fit
 //! # Ok::<(), flexure::Error>(())
 //! ```

@@ -28,12 +28,12 @@ impl Task {
     /// Whether NaN in the output are missing samples.
     pub fn skips_missing(&self) -> bool {
         self.is_hammerstein()
-            && matches!(self.options.hammerstein, HammersteinMethod::Refined { method, .. } if method.missing)
+            && matches!(self.options.hammerstein, HammersteinMethod::Refined(method) if method.missing)
     }
 
     /// Whether several experiments of one system can be identified together.
     pub fn takes_experiments(&self) -> bool {
-        self.is_hammerstein() && matches!(self.options.hammerstein, HammersteinMethod::Refined { .. })
+        self.is_hammerstein() && matches!(self.options.hammerstein, HammersteinMethod::Refined(_))
     }
 
     fn is_hammerstein(&self) -> bool {

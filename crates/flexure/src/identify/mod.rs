@@ -39,11 +39,8 @@ mod surface;
 
 pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison};
 pub use block::{ApproximationScore, Intersample, Stage};
-pub use hammerstein::{
-    Breakpoint, BreakpointKind, Calibration, CoefficientErrors, FormFit, FormParameter, HAMMERSTEIN, MemoryRemoved,
-    PhysicalForm, PlainHammerstein, RefinedHammerstein, RefinedIdentification, RegressionLag,
-};
-pub use outcome::{ChosenOrder, OrderScore, PlainIdentification, Psi, Verdict, Warning};
+pub use hammerstein::{Calibration, HAMMERSTEIN, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag};
+pub use outcome::{Verdict, Warning};
 pub use reference::{DecayPrior, NARX, NarxModel, NarxTerm, VOLTERRA, VolterraModel};
 pub use registry::structures;
 pub use request::{HammersteinMethod, Options, Progress, Request, Structure};

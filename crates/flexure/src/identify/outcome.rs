@@ -1,41 +1,7 @@
-//! What an identification returns: the model, what was chosen and why, and whether it holds.
+//! Whether a model holds on fresh data, and what the user should know besides.
 
-use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
-use crate::model::Block;
-use crate::nonlinearity::{Curve, EstimatorName, Kernel, Scores};
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
-
-/// The function of the input that the output was correlated with for the linear part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Psi {
-    /// The input itself.
-    Input,
-    /// The estimated nonlinearity, where the correlation of the input with it (nearly) vanishes.
-    Nonlinearity,
-    /// The estimated nonlinearity, its own autocovariance deconvolved, where the input is not white.
-    DeconvolvedNonlinearity,
-}
-
-/// An order that was tried.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OrderScore {
-    /// The order l.
-    pub order: usize,
-    /// Schwarz's criterion of the free-run error on the fit's samples; smaller is better.
-    pub bic: f64,
-}
-
-/// The order and how it was chosen.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ChosenOrder {
-    /// The order l of the linear part.
-    pub order: usize,
-    /// Singular values of the Hankel matrix of the estimated impulse response, largest first.
-    pub hankel_singular_values: Vec<f64>,
-    /// The orders that were tried; one only if it was given.
-    pub scores: Vec<OrderScore>,
-}
 
 /// Something that the user should know before trusting the model.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -315,48 +281,4 @@ impl Verdict {
             ),
         }
     }
-}
-
-/// An identified model with all that was chosen on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlainIdentification {
-    /// The model, ready to simulate.
-    pub model: Block,
-    /// The static nonlinearity, normalised.
-    pub nonlinearity: Curve,
-    /// Half width of the pointwise 95 % band at the curve's points: 1.96 standard errors, without the
-    /// smoothing bias. Empty for an estimator that has no standard errors: all but those with a kernel.
-    pub band: Vec<f64>,
-    /// The linear part, normalised; the delay is leading zeros of its numerator.
-    pub linear: TransferFunction,
-    /// Added to the linear part's output.
-    pub output_offset: f64,
-    /// The delay s in samples.
-    pub delay: usize,
-    /// The lag j of the regression of Y_{n+j} on X_n.
-    pub regression_lag: usize,
-    /// The estimator of the regression.
-    pub estimator: EstimatorName,
-    /// Its kernel, if it has one.
-    pub kernel: Kernel,
-    /// Its tuning parameter, see [`EstimatorName::parameter`]; a bandwidth is in the input's unit.
-    pub parameter: f64,
-    /// The cross-validation curve; `None` if the parameter was given, and for the recursive estimate.
-    pub scores: Option<Scores>,
-    /// The order of the linear part.
-    pub order: ChosenOrder,
-    /// The estimated impulse response from lag 0, in the scale of [`PlainIdentification::linear`].
-    pub impulse_estimate: Vec<f64>,
-    /// Within this of zero an estimated impulse response coefficient is noise with 99 %.
-    pub impulse_limit: f64,
-    /// What the output was correlated with.
-    pub psi: Psi,
-    /// Samples `0..fitted` were used for the fit, the rest for the verdict.
-    pub fitted: usize,
-    /// The free-run output over the whole record.
-    pub predicted: Vec<f64>,
-    /// The verdict on the samples from `fitted` on.
-    pub verdict: Verdict,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
 }

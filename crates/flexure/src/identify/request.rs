@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::ops::{ControlFlow, RangeInclusive};
 
 use super::block::{Monitor, Prepared};
-use super::hammerstein::{PhysicalForm, PlainHammerstein, RefinedHammerstein};
+use super::hammerstein::{PlainHammerstein, RefinedHammerstein};
 use super::result::{Identification, StructureName};
 use super::samples::Samples;
 use crate::error::{Error, Result};
@@ -148,7 +148,15 @@ impl Options {
         Options {
             fresh_share,
             branches: None,
-            hammerstein: HammersteinMethod::Refined { method, form: None },
+            hammerstein: HammersteinMethod::Refined(method),
+        }
+    }
+
+    /// A method for a Hammerstein system.
+    pub fn with_method(method: HammersteinMethod) -> Self {
+        Options {
+            hammerstein: method,
+            ..Options::default()
         }
     }
 }
@@ -163,12 +171,7 @@ impl Default for Options {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HammersteinMethod {
     /// Prediction error over both blocks.
-    Refined {
-        /// The method.
-        method: RefinedHammerstein,
-        /// The form to fit to the nonlinearity and to test, if one was asked for.
-        form: Option<PhysicalForm>,
-    },
+    Refined(RefinedHammerstein),
     /// The paper's.
     Plain(PlainHammerstein),
 }

@@ -6,7 +6,6 @@
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::auto::StructureComparison;
-use super::hammerstein::CoefficientErrors;
 use super::outcome::{Verdict, Warning};
 use super::reference::{NarxModel, VolterraModel};
 use crate::linear::TransferFunction;
@@ -306,6 +305,15 @@ pub struct ImpulseEstimate {
     pub values: Vec<f64>,
     /// A value within this of zero is noise with 99 %.
     pub limit: f64,
+}
+
+/// Standard errors of a transfer function's coefficients.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoefficientErrors {
+    /// Of [`TransferFunction::b`], zero for the delay's zeros and for what the calibration fixes.
+    pub b: Vec<f64>,
+    /// Of [`TransferFunction::a`], zero for the leading 1.
+    pub a: Vec<f64>,
 }
 
 impl LinearBlock {

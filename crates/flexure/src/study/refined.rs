@@ -112,7 +112,9 @@ impl Experiment for RefinedSetting {
         Box::new(move |n, seed| {
             let record = system.simulate(n, seed);
             let result = RefinedHammerstein::default().identify(&record, "u", "y")?;
-            let estimate: Vec<f64> = grid.iter().map(|&x| result.nonlinearity.value(x)).collect();
+            let estimate: Vec<f64> = result
+                .curve("nonlinearity")
+                .map_or_else(Vec::new, |phi| grid.iter().map(|&x| phi.value(x)).collect());
             let error = relative_error_after_alignment(&truth, &estimate);
             Ok(error.is_finite().then_some(error * error))
         })

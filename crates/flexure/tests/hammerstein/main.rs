@@ -13,8 +13,10 @@ mod starts;
 mod verdict;
 
 use flexure::Record;
-use flexure::identify::{PlainHammerstein, PlainIdentification};
+use flexure::identify::result::{CoefficientErrors, ImpulseEstimate, StaticBlock, Value};
+use flexure::identify::{Identification, PlainHammerstein};
 use flexure::linear::TransferFunction;
+use flexure::nonlinearity::Curve;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -53,8 +55,46 @@ fn hammerstein(phi: impl Fn(f64) -> f64, linear: &TransferFunction, n: usize, no
     record(u, y)
 }
 
-fn identify(record: &Record) -> PlainIdentification {
+fn identify(record: &Record) -> Identification {
     PlainHammerstein::default().identify(record, "u", "y").unwrap()
+}
+
+fn curve(result: &Identification) -> &Curve {
+    &static_block(result).curve
+}
+
+fn static_block(result: &Identification) -> &StaticBlock {
+    result.block("nonlinearity").unwrap().curve().unwrap()
+}
+
+fn linear_part(result: &Identification) -> &TransferFunction {
+    result.linear("linear").unwrap()
+}
+
+fn impulse(result: &Identification) -> &ImpulseEstimate {
+    let linear = result.block("linear").unwrap().linear().unwrap();
+    linear.impulse.as_ref().unwrap()
+}
+
+fn errors(result: &Identification) -> Option<&CoefficientErrors> {
+    result.block("linear").unwrap().linear().unwrap().errors.as_ref()
+}
+
+fn number(result: &Identification, detail: &str) -> f64 {
+    result.detail(detail).and_then(Value::number).unwrap()
+}
+
+fn numbers(result: &Identification, detail: &str) -> Vec<f64> {
+    let values = result.detail(detail).unwrap().list().iter();
+    values.map(|v| v.number().unwrap()).collect()
+}
+
+fn lag_of_regression(result: &Identification) -> usize {
+    number(result, "regression_lag") as usize
+}
+
+fn is_correlated_with(result: &Identification, signal: &str) -> bool {
+    result.detail("correlated_with") == Some(&Value::from(signal))
 }
 
 /// Asserts |a - b| <= tolerance, elementwise.

@@ -3,6 +3,7 @@
 use flexure::identify::{Calibration, PhysicalForm, RefinedHammerstein, RegressionLag};
 use proptest::prelude::*;
 
+use super::refined::{breakpoints, named, noise};
 use super::*;
 
 #[derive(Debug, Clone)]
@@ -106,14 +107,14 @@ proptest! {
                 return Ok(());
             }
         };
-        prop_assert!(result.linear.is_stable(), "{:?}", result.linear);
+        prop_assert!(linear_part(&result).is_stable(), "{:?}", linear_part(&result));
         let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
-        prop_assert!(finite(result.linear.b()) && finite(result.linear.a()));
-        prop_assert!(finite(result.nonlinearity.y()) && finite(&result.band) && result.output_offset.is_finite());
+        prop_assert!(finite(linear_part(&result).b()) && finite(linear_part(&result).a()));
+        prop_assert!(finite(curve(&result).y()) && finite(&static_block(&result).band) && result.output_offset.is_finite());
         prop_assert!(finite(&result.predicted) && result.predicted.len() == case.n);
-        prop_assert!(finite(&result.impulse_estimate) && result.impulse_limit.is_finite());
-        prop_assert!(finite(&result.order.hankel_singular_values));
-        prop_assert!(result.parameter > 0.0 && result.parameter.is_finite());
+        prop_assert!(finite(&impulse(&result).values) && impulse(&result).limit.is_finite());
+        prop_assert!(finite(&numbers(&result, "hankel_singular_values")));
+        prop_assert!(number(&result, "value") > 0.0 && number(&result, "value").is_finite());
         prop_assert!(result.verdict.measures.fit_percent.is_finite());
         prop_assert!(result.verdict.words().starts_with("On fresh data") || result.verdict.words().starts_with("The model"));
         prop_assert!(result.warnings.iter().all(|w| !w.to_string().contains("NaN")));
@@ -136,15 +137,15 @@ proptest! {
                 return Ok(());
             }
         };
-        prop_assert!(result.linear.is_stable(), "{:?}", result.linear);
+        prop_assert!(linear_part(&result).is_stable(), "{:?}", linear_part(&result));
         let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
-        prop_assert!(finite(result.linear.b()) && finite(result.linear.a()));
-        prop_assert!(finite(&result.linear_errors.b) && finite(&result.linear_errors.a));
-        prop_assert!(finite(result.nonlinearity.y()) && finite(&result.band) && result.output_offset.is_finite());
-        prop_assert!(result.band.len() == result.nonlinearity.y().len());
+        prop_assert!(finite(linear_part(&result).b()) && finite(linear_part(&result).a()));
+        prop_assert!(errors(&result).is_none_or(|e| finite(&e.b) && finite(&e.a)));
+        prop_assert!(finite(curve(&result).y()) && finite(&static_block(&result).band) && result.output_offset.is_finite());
+        prop_assert!(static_block(&result).band.len() == curve(&result).y().len());
         prop_assert!(finite(&result.predicted) && result.predicted.len() == case.n);
-        prop_assert!(finite(&result.noise_model) && result.noise.is_finite());
-        prop_assert!(result.breakpoints.windows(2).all(|w| w[0].at <= w[1].at));
+        prop_assert!(result.noise_model.as_deref().is_none_or(finite) && noise(&result).is_finite());
+        prop_assert!(breakpoints(&result).windows(2).all(|w| w[0].at <= w[1].at));
         prop_assert!(result.verdict.measures.fit_percent.is_finite());
         prop_assert!(result.warnings.iter().all(|w| !w.to_string().contains("NaN")));
     }
@@ -159,23 +160,24 @@ proptest! {
         let y = whole.column("y").unwrap();
         let y = y.iter().zip(draws).map(|(y, d)| if d.abs() < holes { f64::NAN } else { *y }).collect();
         let whole = record(whole.column("u").unwrap().to_vec(), y);
+        let forms = [PhysicalForm::DeadZone, PhysicalForm::Saturation, PhysicalForm::Quantizer, PhysicalForm::Polynomial(5), PhysicalForm::Friction];
         let parts: Vec<Record> = (0..cuts).map(|k| whole.slice(k * case.n / cuts..(k + 1) * case.n / cuts)).collect();
         let method = RefinedHammerstein {
             calibration: case.method.calibration,
             missing: true,
+            form: forms.get(case.seed as usize % (forms.len() + 1)).copied(),
             fresh_share: case.method.fresh_share,
             ..Default::default()
         };
         match method.identify_experiments(&parts.iter().collect::<Vec<_>>(), "u", "y") {
             Ok(result) => {
-                prop_assert!(result.linear.is_stable(), "{:?}", result.linear);
+                prop_assert!(linear_part(&result).is_stable(), "{:?}", linear_part(&result));
                 let finite = |v: &[f64]| v.iter().all(|v| v.is_finite());
-                prop_assert!(finite(result.nonlinearity.y()) && finite(&result.band) && finite(&result.predicted));
-                for form in [PhysicalForm::DeadZone, PhysicalForm::Saturation, PhysicalForm::Quantizer, PhysicalForm::Polynomial(5), PhysicalForm::Friction] {
-                    if let Ok(fit) = result.fit_form(form) {
-                        prop_assert!(fit.parameters.iter().all(|p| p.value.is_finite() && !p.error.is_nan()), "{fit:?}");
-                        prop_assert!(fit.statistic >= 0.0 && (0.0..=1.0).contains(&fit.p_value), "{fit:?}");
-                    }
+                prop_assert!(finite(curve(&result).y()) && finite(&static_block(&result).band) && finite(&result.predicted));
+                if let Some(Value::Named(fit)) = result.detail("form") {
+                    let mut parameters = fit.get("parameters").unwrap().list().iter().map(named);
+                    prop_assert!(parameters.all(|p| p.number("value").is_finite()), "{fit:?}");
+                    prop_assert!(fit.number("statistic") >= 0.0 && (0.0..=1.0).contains(&fit.number("p_value")), "{fit:?}");
                 }
             }
             Err(error) => prop_assert!(error.to_string().len() > 20),

@@ -144,5 +144,5 @@ fn an_input_of_few_levels_is_named() {
         "{:?}",
         result.warnings
     );
-    assert_eq!(result.nonlinearity.x(), [-1.0, 1.0]);
+    assert_eq!(curve(&result).x(), [-1.0, 1.0]);
 }

@@ -11,13 +11,12 @@
 
 use std::ops::Range;
 
-use super::correlation::ImpulseEstimate;
+use super::correlation::{ImpulseEstimate, Psi};
 use super::delay::Lags;
 use super::limits::{COLOUR_PASSES, LARGEST_ORDER, LIMIT_QUANTILE, MOST_DECONVOLVED, RIDGE, SAMPLES_PER_UNKNOWN};
 use super::regression::Regression;
 use super::{Estimate, PlainHammerstein};
 use crate::error::Result;
-use crate::identify::outcome::Psi;
 use crate::linalg;
 use crate::linear::correlation::{cross_covariance, variance};
 

@@ -6,8 +6,18 @@
 //! estimate m_n of step 2 where phi(X) hardly correlates with X (an even phi, for example).
 
 use super::limits::{CLEAR, CONSTANT, LIMIT_QUANTILE, WEAK_CORRELATION};
-use crate::identify::outcome::Psi;
 use crate::linear::correlation::{cross_covariance, mean, variance};
+
+/// The function of the input that the output was correlated with for the linear part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Psi {
+    /// The input itself.
+    Input,
+    /// The estimated nonlinearity, where the correlation of the input with it (nearly) vanishes.
+    Nonlinearity,
+    /// The estimated nonlinearity, its own autocovariance deconvolved, where the input is not white.
+    DeconvolvedNonlinearity,
+}
 
 /// The estimated impulse response, from lag 0.
 pub(super) struct ImpulseEstimate {

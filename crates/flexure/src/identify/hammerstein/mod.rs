@@ -15,11 +15,24 @@
 //! | `realisation.rs` | the order l and the coefficients a and b | (15) and the ARMA model of section VI |
 //! | `calibration.rs` | the scale d1 and the offset alpha | section VII, before (21) |
 //! | `colour.rs` | both blocks where the input is not white | |
+//! | `details.rs` | what a reader is shown of these steps | |
 //! | `limits.rs` | all thresholds | |
 //! | `refined/` | both blocks at once by prediction error, with these estimates as the start | |
 //!
-//! The static case, (13) with theorem 1, is [`KernelRegression`](crate::nonlinearity::KernelRegression) in `nonlinearity/kernel/`.
-//! The manipulator, (1) to (12), is in `manipulator/`.
+//! Every equation and theorem of the paper, and the file that has it:
+//!
+//! | in the paper | what | file |
+//! |---|---|---|
+//! | (1) to (3) | Lagrange's equations, from which (4) to (9) follow | |
+//! | (4) to (6) | the rigid arm | `manipulator/links.rs`, `manipulator/dynamics.rs` |
+//! | (7) to (9) | the arm with flexible joints | `manipulator/dynamics.rs` |
+//! | (10) to (12) | a joint's stiffness and friction | `manipulator/joint.rs` |
+//! | (13), theorem 1 | the kernel estimate of independent pairs | `nonlinearity/kernel/mod.rs`, `nonlinearity/kernel/regression.rs` |
+//! | (14), (17) | the Hammerstein system | above |
+//! | (15) | its linear part | `realisation.rs` |
+//! | (16), (21), (22), theorem 2 | the kernel estimate of the system's nonlinearity | `regression.rs` |
+//! | (18) to (20) | its conditions: a stable linear part, phi(X) of finite variance | `regression.rs` |
+//! | both theorems | their rates, measured | `study/rates.rs` |
 //!
 //! **Accuracy.** The estimate of phi is consistent by theorem 2 (Krzyzak 1990). It treats the linear part's memory as noise, so its
 //! error is several times that of [`RefinedHammerstein`].
@@ -28,14 +41,17 @@ mod calibration;
 mod colour;
 mod correlation;
 pub(super) mod delay;
+mod details;
 mod limits;
 mod realisation;
 mod refined;
 mod regression;
-mod report;
 
 use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_colour, warn_of_levels, warn_of_range};
-use super::outcome::{PlainIdentification, Verdict, Warning};
+use super::outcome::{Verdict, Warning};
+use super::request::{HammersteinMethod, Options, Progress, Request, Structure};
+use super::result::{Identification, ImpulseEstimate, LinearBlock, StaticBlock, StructureName};
+use super::run::{Run, announce, path};
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linear::TransferFunction;
@@ -45,18 +61,52 @@ use crate::nonlinearity::{Curve, EstimatorName, Kernel};
 use crate::record::Record;
 pub use calibration::Calibration;
 use calibration::{Calibrated, Estimated};
-use correlation::ImpulseEstimate;
 use delay::Lags;
 pub use delay::RegressionLag;
 use limits::BAND_QUANTILE;
 pub use limits::{FEWEST_SAMPLES, LARGEST_ORDER, MOST_ORDER};
 use realisation::Realisation;
-pub use refined::{
-    Breakpoint, BreakpointKind, CoefficientErrors, FormFit, FormParameter, MemoryRemoved, PhysicalForm,
-    RefinedHammerstein, RefinedIdentification,
-};
+pub use refined::{PhysicalForm, RefinedHammerstein};
 use regression::Regression;
-pub use report::HAMMERSTEIN;
+
+/// What the band of a kernel estimate allows for.
+const VARIANCE_ONLY: &str = "95 % pointwise, variance only";
+
+/// The identification of a Hammerstein system, by either method.
+pub const HAMMERSTEIN: Structure = Structure {
+    name: StructureName {
+        key: "hammerstein",
+        title: "Hammerstein",
+    },
+    description: "a static nonlinearity, then linear dynamics",
+    inputs: 1..=1,
+    options: &[
+        "method",
+        "order",
+        "delay",
+        "unit",
+        "known",
+        "form",
+        "missing",
+        "start",
+        "lag",
+        "nonlinearity",
+        "bandwidth",
+        "parameter",
+        "kernel",
+        "ignore_colour",
+    ],
+    complexity: Some(2),
+    identify,
+};
+
+fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+    announce("refining on all samples", progress)?;
+    match &request.options.hammerstein {
+        HammersteinMethod::Plain(method) => method.identified(request),
+        HammersteinMethod::Refined(method) => method.identified(request),
+    }
+}
 
 /// The paper's algorithm.
 ///
@@ -125,7 +175,7 @@ struct Estimate {
     /// m_n, the nonlinearity.
     regression: Regression,
     /// k_j, the linear part.
-    response: ImpulseEstimate,
+    response: correlation::ImpulseEstimate,
 }
 
 impl PlainHammerstein {
@@ -135,10 +185,17 @@ impl PlainHammerstein {
     /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart` (the input
     /// over the samples of the fit, the output over those or over the fresh ones), `TooShort` (fewer than
     /// 100 samples for the fit), [`Error::Parameter`] for a parameter outside its range.
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<PlainIdentification> {
-        let (u, y) = (record.finite(input)?, record.finite(output)?);
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
+        let (records, inputs) = ([record], [input]);
+        let options = Options::with_method(HammersteinMethod::Plain(*self));
+        self.identified(&Request::new(&records, &inputs, output, options))
+    }
+
+    fn identified(&self, request: &Request<'_>) -> Result<Identification> {
+        let (record, input) = (request.record()?, request.input()?);
+        let (u, y) = (record.finite(input)?, record.finite(request.output)?);
         let fitted = self.check(u.len())?;
-        both_vary(&[(input, u), (output, y)], fitted)?;
+        both_vary(&[(input, u), (request.output, y)], fitted)?;
         let (x, y_fit) = (&u[..fitted], &y[..fitted]);
         let mut warnings = Vec::new();
         warn_of_levels(x, &mut warnings);
@@ -153,7 +210,14 @@ impl PlainHammerstein {
         let realised = realisation::realise(&estimate, self.order, y_fit, &mut warnings)?;
         let calibrated = self.calibrate(&estimate, &realised, y_fit)?;
         warnings.extend(calibrated.warning.clone());
-        self.outcome(&Signals { u, y, fitted }, estimate, realised, &calibrated, warnings)
+        self.outcome(
+            request,
+            &Signals { u, y, fitted },
+            &estimate,
+            &realised,
+            &calibrated,
+            warnings,
+        )
     }
 
     /// Checks the parameters and the record's length; the number of samples to fit.
@@ -212,42 +276,52 @@ impl PlainHammerstein {
     /// The calibrated blocks, the free run over the whole record, and the verdict on its fresh part.
     fn outcome(
         &self,
+        request: &Request<'_>,
         &Signals { u, y, fitted }: &Signals,
-        estimate: Estimate,
-        realised: Realisation,
+        estimate: &Estimate,
+        realised: &Realisation,
         calibrated: &Calibrated,
         mut warnings: Vec<Warning>,
-    ) -> Result<PlainIdentification> {
-        let gain = calibrated.gain;
+    ) -> Result<Identification> {
+        let (gain, output_offset) = (calibrated.gain, calibrated.output_offset);
         let (curve, errors) = estimate.regression.tabulated(&u[..fitted - estimate.regression_lag])?;
         let curve = curve.affine(gain, calibrated.mean - gain * estimate.regression.mean);
         let linear = delayed(realised.linear.b(), realised.linear.a(), gain, estimate.delay)?;
-        let model = cascade(&curve, &linear, calibrated.output_offset);
+        let model = cascade(&curve, &linear, output_offset);
         let predicted = model.simulate(u);
         let verdict = Verdict::new(&u[fitted..], &y[fitted..], &predicted[fitted..])?;
         warn_of_range(&curve, &u[fitted..], &mut warnings);
         warn_if_useless(&verdict, &mut warnings);
         let response = &estimate.response;
-        Ok(PlainIdentification {
-            model,
-            nonlinearity: curve,
+        let mut curve = StaticBlock {
             band: errors.iter().map(|e| BAND_QUANTILE * gain.abs() * e).collect(),
-            linear,
-            output_offset: calibrated.output_offset,
-            delay: estimate.delay,
-            regression_lag: estimate.regression_lag,
-            estimator: self.estimator,
-            kernel: self.kernel,
-            parameter: estimate.regression.parameter,
-            scores: estimate.regression.scores,
-            order: realised.order,
-            impulse_estimate: response.k[..=realised.memory].iter().map(|k| k / gain).collect(),
-            impulse_limit: response.limit / gain.abs(),
-            psi: response.psi,
+            band_label: VARIANCE_ONLY,
+            ..StaticBlock::new(curve, self.estimator.title())
+        };
+        curve.description += &format!(", {}", self.tuning_text(estimate.regression.parameter));
+        let linear = LinearBlock {
+            system: linear,
+            errors: None,
+            impulse: Some(ImpulseEstimate {
+                values: response.k[..=realised.memory].iter().map(|k| k / gain).collect(),
+                limit: response.limit / gain.abs(),
+            }),
+        };
+        let run = Run {
+            model,
+            paths: vec![path(request, details::named(curve, linear))],
+            output_offset,
             fitted,
             predicted,
-            verdict,
+            verdicts: vec![verdict],
             warnings,
+        };
+        Ok(Identification {
+            method: "plain",
+            order: realised.order.order,
+            delay: estimate.delay,
+            details: self.details(estimate, &realised.order, request.input()?),
+            ..run.identification(&HAMMERSTEIN, request)?
         })
     }
 }

@@ -7,12 +7,32 @@
 use super::Estimate;
 use super::limits::{HANKEL_ROWS, LARGEST_ORDER, LARGEST_RADIUS, REALISATION_STEPS, UNSETTLED};
 use crate::error::{DataError, Error, Result};
-use crate::identify::outcome::{ChosenOrder, OrderScore, Warning};
+use crate::identify::outcome::Warning;
 use crate::interrupt;
 use crate::linalg::{self, Complex};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
 use crate::linear::levenberg_marquardt::{Linearisation, minimise};
+
+/// An order that was tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct OrderScore {
+    /// The order l.
+    pub order: usize,
+    /// Schwarz's criterion of the free-run error on the fit's samples; smaller is better.
+    pub bic: f64,
+}
+
+/// The order and how it was chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ChosenOrder {
+    /// The order l of the linear part.
+    pub order: usize,
+    /// Singular values of the Hankel matrix of the estimated impulse response, largest first.
+    pub hankel_singular_values: Vec<f64>,
+    /// The orders that were tried; one only if it was given.
+    pub scores: Vec<OrderScore>,
+}
 
 /// The linear part, without the delay.
 pub(super) struct Realisation {

@@ -5,7 +5,8 @@
 //! because the other terms of (17) do not depend on $X_n$. The linear part need not be known. The regression is estimated by
 //! $$ m_n(x) = \frac{\sum_i Y_{i+j} K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} \quad (21) $$
 //! or by any other estimator of one variable. Theorem 2: m_n(x) converges to m(x) in probability for almost all x if h -> 0 and
-//! n h -> infinity; the error is $O(n^{-p/(2p+1)})$ for phi and density Lipschitz of order p.
+//! n h -> infinity (22); the error is $O(n^{-p/(2p+1)})$ for phi and density Lipschitz of order p. It needs a stable linear part and
+//! an output of finite variance, (18) to (20).
 
 use super::PlainHammerstein;
 use crate::error::Result;

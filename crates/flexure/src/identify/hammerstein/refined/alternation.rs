@@ -8,6 +8,7 @@
 //! fraction is the least-squares estimate, from all these samples, of how far phi(u_n) is from the model. z is what a regression that
 //! knows the linear part would see: the value of phi plus noise that does not depend on the input.
 
+use super::super::realisation::ChosenOrder;
 use super::RefinedHammerstein;
 use super::basis::select;
 use super::blocks::{Blocks, Observed};
@@ -21,7 +22,6 @@ use super::linear_part::LinearPart;
 use super::loss::Equations;
 use super::piecewise::Term;
 use super::stepwise::Costs;
-use crate::identify::outcome::ChosenOrder;
 use crate::interrupt;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::whitening;

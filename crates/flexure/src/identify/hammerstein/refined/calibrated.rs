@@ -10,11 +10,13 @@ use super::alternation::Minimum;
 use super::blocks::Blocks;
 use super::cells::Cells;
 use super::descent::Scaled;
+use super::details::{Breakpoint, breakpoints};
+use super::form_fit::MemoryRemoved;
 use super::limits::{DERIVATIVE_STEP, JUMP_WIDTH, POINTS, SINGULAR_RIDGE};
-use super::outcome::{CoefficientErrors, MemoryRemoved};
 use super::piecewise::Term;
 use crate::error::Result;
 use crate::identify::outcome::Warning;
+use crate::identify::result::CoefficientErrors;
 use crate::linalg;
 use crate::linear::TransferFunction;
 use crate::nonlinearity::{Curve, Outside};
@@ -23,6 +25,7 @@ use crate::nonlinearity::{Curve, Outside};
 pub(super) struct CalibratedBlocks {
     pub curve: Curve,
     pub memory_removed: MemoryRemoved,
+    pub breakpoints: Vec<Breakpoint>,
     pub band: Vec<f64>,
     pub linear: TransferFunction,
     pub errors: CoefficientErrors,
@@ -61,6 +64,7 @@ impl CalibratedBlocks {
                 b: [&vec![0.0; linear.delay], b].concat(),
                 a: [&[0.0], a].concat(),
             },
+            breakpoints: breakpoints(&minimum.terms, cells),
             memory_removed: MemoryRemoved {
                 x: cells.s.iter().map(|s| cells.unit.back(*s)).collect(),
                 value: minimum.values.iter().map(|z| gain * z + mean).collect(),

@@ -12,15 +12,26 @@ use super::limits::{
     DIFFERENCE_STEP, FINER_STEP, FINER_STEPS, FORM_GROUPS, FORM_LEVEL, FORM_RIDGE, FORM_STARTS, FORM_STEPS,
     MOST_DEGREE, SMALLEST_PARAMETER,
 };
-use super::outcome::{MemoryRemoved, RefinedIdentification};
 use crate::error::{Error, Result};
 use crate::linalg;
 use crate::linear::levenberg_marquardt::{Linearisation, minimise};
 use crate::sort;
 
+/// The memory-removed output: noisy values of the nonlinearity itself, as means over cells of the input.
+#[derive(Default)]
+pub(super) struct MemoryRemoved {
+    /// The mean input of every cell, increasing.
+    pub x: Vec<f64>,
+    /// The mean value there, in the scale of the nonlinearity.
+    pub value: Vec<f64>,
+    /// The number of samples in every cell.
+    pub samples: Vec<f64>,
+    /// The standard deviation of a single sample's value.
+    pub deviation: f64,
+}
+
 /// A parameter of a form.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FormParameter {
+pub(super) struct FormParameter {
     /// Its name as in [`PhysicalForm`]'s formulas.
     pub name: String,
     /// Its value in the units of the calibrated nonlinearity and the input.
@@ -30,8 +41,7 @@ pub struct FormParameter {
 }
 
 /// A fitted form.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FormFit {
+pub(super) struct FormFit {
     /// The form.
     pub form: PhysicalForm,
     /// Its parameters, the offset last.
@@ -50,12 +60,6 @@ impl FormFit {
     /// Whether the data do not refute the form.
     pub fn holds(&self) -> bool {
         self.statistic <= self.limit
-    }
-
-    /// The form's value at x.
-    pub fn value(&self, x: f64) -> f64 {
-        let p: Vec<f64> = self.parameters.iter().map(|p| p.value).collect();
-        self.form.value(&p, x)
     }
 }
 
@@ -183,12 +187,12 @@ impl Problem<'_> {
     }
 }
 
-impl RefinedIdentification {
-    /// Fits a physical form to the nonlinearity, in the calibration's scale, and tests it.
+impl MemoryRemoved {
+    /// Fits a physical form and tests it.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a degree above 15; [`Error::Data`]: `TooShort` where the input has too few distinct
-    /// values for the form and a test, or the estimate is not refined.
+    /// values for the form and a test, or there are none.
     pub fn fit_form(&self, form: PhysicalForm) -> Result<FormFit> {
         if let PhysicalForm::Polynomial(degree) = form
             && degree > MOST_DEGREE
@@ -196,7 +200,6 @@ impl RefinedIdentification {
             return Err(Error::parameter("the degree", degree as f64, "at most 15"));
         }
         let names = form.names();
-        let points = &self.memory_removed;
         let too_short = |got| {
             Error::too_short(
                 "a form of the nonlinearity with a test (distinct inputs of a refined estimate)",
@@ -204,11 +207,15 @@ impl RefinedIdentification {
                 got,
             )
         };
-        if points.x.len() < names.len() + 2 || !(points.deviation > 0.0) {
-            return Err(too_short(points.x.len()));
+        if self.x.len() < names.len() + 2 || !(self.deviation > 0.0) {
+            return Err(too_short(self.x.len()));
         }
-        let weights = points.samples.iter().map(|n| n.sqrt() / points.deviation).collect();
-        let problem = Problem { form, points, weights };
+        let weights = self.samples.iter().map(|n| n.sqrt() / self.deviation).collect();
+        let problem = Problem {
+            form,
+            points: self,
+            weights,
+        };
         let p = problem.minimum().ok_or_else(|| too_short(0))?;
         let weights = problem.counted(&p[..form.searched()]);
         let (statistic, groups) = lack_of_fit(&problem.residuals(&p), &weights);

@@ -75,8 +75,8 @@ impl PhysicalForm {
         }
     }
 
-    /// The form's value at x.
-    pub(super) fn value(self, p: &[f64], x: f64) -> f64 {
+    /// The form's value at x for these parameters, in the order of the result.
+    pub fn value(self, p: &[f64], x: f64) -> f64 {
         let (searched, coefficients) = p.split_at(self.searched());
         let functions = self.functions(searched, x);
         functions.iter().zip(coefficients).map(|(f, c)| f * c).sum()

@@ -14,6 +14,7 @@
 //! | 5. Levenberg-Marquardt steps on all coefficients of both blocks (Ljung 1999, chapter 10) | `blocks.rs`, `linear_part.rs`, `loss.rs`, `descent.rs` |
 //! | 6. calibration and standard errors | `calibrated.rs` |
 //! | on request, a physical form of phi with a test | `forms.rs`, `form_fit.rs` |
+//! | what a reader is shown of all that | `details.rs` |
 //!
 //! Steps 2 to 5 are repeated until nothing changes. Every pass is O(n). The input need not be white.
 //!
@@ -26,6 +27,7 @@ mod blocks;
 mod calibrated;
 mod cells;
 mod descent;
+mod details;
 mod experiments;
 mod form_fit;
 mod forms;
@@ -33,15 +35,19 @@ mod limits;
 mod linear_part;
 mod loss;
 mod order;
-mod outcome;
 mod piecewise;
 mod stepwise;
 
 use super::calibration::Calibration;
-use super::{MOST_ORDER, PlainHammerstein, cascade};
+use super::details::named;
+use super::realisation::ChosenOrder;
+use super::{HAMMERSTEIN, MOST_ORDER, PlainHammerstein, cascade};
 use crate::error::{Error, Result};
 use crate::identify::checks::{warn_if_useless, warn_of_colour, warn_of_range};
-use crate::identify::outcome::{ChosenOrder, PlainIdentification, Verdict, Warning};
+use crate::identify::outcome::{Verdict, Warning};
+use crate::identify::request::{HammersteinMethod, Options, Request};
+use crate::identify::result::{BlockKind, Identification, LinearBlock, StaticBlock};
+use crate::identify::run::{Run, path};
 use crate::interrupt;
 use crate::linear::correlation::mean;
 use crate::model::Block;
@@ -53,11 +59,9 @@ use blocks::Observed;
 use calibrated::CalibratedBlocks;
 use cells::Cells;
 use experiments::Experiments;
-pub use form_fit::{FormFit, FormParameter};
 pub use forms::PhysicalForm;
 use limits::{OVERFITTED, OVERFITTED_SAMPLES, START_SAMPLES};
 use linear_part::LinearPart;
-pub use outcome::{Breakpoint, BreakpointKind, CoefficientErrors, MemoryRemoved, RefinedIdentification};
 
 /// The refined identification of a Hammerstein system.
 ///
@@ -69,6 +73,7 @@ pub use outcome::{Breakpoint, BreakpointKind, CoefficientErrors, MemoryRemoved, 
 /// | `start` | estimator of the nonlinearity that the refinement starts from | | the kernel's, as in (21) |
 /// | `noise_model` | whiten the output error by an autoregression | | true |
 /// | `missing` | NaN in the output are missing samples; the error is then not whitened | | false: refused |
+/// | `form` | form to fit to the nonlinearity and to test | | none |
 /// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
 ///
 /// ```
@@ -78,7 +83,8 @@ pub use outcome::{Breakpoint, BreakpointKind, CoefficientErrors, MemoryRemoved, 
 /// let [linear, _] = known_linear_parts();
 /// let system = KnownHammerstein::usual(KnownNonlinearity::DeadZone, linear);
 /// let result = RefinedHammerstein::default().identify(&system.simulate(20_000, 2), "u", "y")?;
-/// assert_eq!((result.delay, result.order.order, result.breakpoints.len()), (0, 2, 2)); // the dead zone's two kinks
+/// assert_eq!((result.delay, result.order), (0, 2));
+/// assert_eq!(result.detail("breakpoints").unwrap().list().len(), 2); // the dead zone's two kinks
 /// # Ok::<(), flexure::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,6 +101,8 @@ pub struct RefinedHammerstein {
     pub noise_model: bool,
     /// Whether NaN in the output are missing samples.
     pub missing: bool,
+    /// The form to fit to the nonlinearity and to test.
+    pub form: Option<PhysicalForm>,
     /// The share of the samples that the verdict is made on.
     pub fresh_share: f64,
 }
@@ -108,6 +116,7 @@ impl Default for RefinedHammerstein {
             start: EstimatorName::Kernel,
             noise_model: true,
             missing: false,
+            form: None,
             fresh_share: 0.25,
         }
     }
@@ -118,8 +127,9 @@ impl RefinedHammerstein {
     ///
     /// # Errors
     /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
-    /// than 100 samples for the fit), `Unit`, [`Error::Parameter`] for a parameter outside its range.
-    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<RefinedIdentification> {
+    /// than 100 samples for the fit; too few distinct inputs for the form and its test), `Unit`, [`Error::Parameter`] for a parameter
+    /// outside its range.
+    pub fn identify(&self, record: &Record, input: &str, output: &str) -> Result<Identification> {
         self.identify_experiments(&[record], input, output)
     }
 
@@ -129,28 +139,19 @@ impl RefinedHammerstein {
     ///
     /// # Errors
     /// Those of [`identify`](Self::identify).
-    pub fn identify_experiments(
-        &self,
-        records: &[&Record],
-        input: &str,
-        output: &str,
-    ) -> Result<RefinedIdentification> {
+    pub fn identify_experiments(&self, records: &[&Record], input: &str, output: &str) -> Result<Identification> {
+        let (inputs, options) = ([input], Options::with_method(HammersteinMethod::Refined(*self)));
+        self.identified(&Request::new(records, &inputs, output, options))
+    }
+
+    pub(super) fn identified(&self, request: &Request<'_>) -> Result<Identification> {
         self.check()?;
-        let all = Experiments::new(records, input, output, self.missing, self.fresh_share)?;
-        let start = self.plain_estimate(&all, input, output)?;
-        let kept = |w: &&Warning| matches!(w, Warning::FewLevels { .. } | Warning::NoDependence { .. });
-        let mut warnings: Vec<Warning> = start.warnings.iter().filter(kept).cloned().collect();
-        let mut colour = Vec::new();
-        warn_of_colour(&all.u[..all.fitted], &mut colour);
-        warnings.extend(colour.into_iter().filter_map(|w| match w {
-            Warning::InputNotWhite { largest, lag } => Some(Warning::ColouredInput { largest, lag }),
-            _ => None,
-        }));
-        let mut observed = Observed::new(&all, memory(&start.linear));
-        let cells = Cells::new(observed.u);
-        match self.refine(&mut observed, &cells, &start)? {
-            Some(minimum) => self.outcome(&all, &observed, &minimum, &cells, warnings),
-            None => self.plain(&all, start, input, output),
+        let (input, output) = (request.input()?, request.output);
+        let all = Experiments::new(request.records, input, output, self.missing, self.fresh_share)?;
+        let plain = self.plain_estimate(&all, input, output)?;
+        match self.refine(request, &all, &plain)? {
+            Some(refined) => Ok(refined),
+            None => self.not_refined(request, &all, plain),
         }
     }
 
@@ -173,7 +174,7 @@ impl RefinedHammerstein {
     }
 
     /// The plain estimate from the longest experiment, or its first part where that is enough.
-    fn plain_estimate(&self, all: &Experiments, input: &str, output: &str) -> Result<PlainIdentification> {
+    fn plain_estimate(&self, all: &Experiments, input: &str, output: &str) -> Result<Identification> {
         let longest = all.longest().len();
         let over = |length| {
             self.plain_method()
@@ -185,122 +186,154 @@ impl RefinedHammerstein {
         }
     }
 
-    /// The minimum of the prediction error; `None` if it is no better than the plain estimate.
-    fn refine(&self, observed: &mut Observed, cells: &Cells, start: &PlainIdentification) -> Result<Option<Minimum>> {
-        let mut w: Vec<f64> = observed.u.iter().map(|u| start.nonlinearity.value(*u)).collect();
+    /// The refined estimate; `None` if it is no better than the plain one.
+    fn refine(
+        &self,
+        request: &Request<'_>,
+        all: &Experiments,
+        plain: &Identification,
+    ) -> Result<Option<Identification>> {
+        let (Some(curve), Some(linear)) = (plain.curve("nonlinearity"), plain.linear("linear")) else {
+            return Ok(None);
+        };
+        let mut observed = Observed::new(all, memory(linear));
+        let cells = Cells::new(observed.u);
+        let mut w: Vec<f64> = observed.u.iter().map(|u| curve.value(*u)).collect();
         let level = mean(&w);
         w.iter_mut().for_each(|w| *w -= level);
-        let linear = LinearPart::new(&start.linear.b()[start.delay..], &start.linear.a()[1..], start.delay);
-        let plain_squares = observed.squares(&linear.filter(&observed.experiments, &w));
+        let start = LinearPart::new(&linear.b()[plain.delay..], &linear.a()[1..], plain.delay);
+        let plain_squares = observed.squares(&start.filter(&observed.experiments, &w));
         let alternation = Alternation {
-            cells,
+            cells: &cells,
             method: self,
             w,
-            linear,
-            memory: memory(&start.linear),
+            linear: start,
+            memory: memory(linear),
             offset: 0.0,
             terms: Vec::new(),
             order: None,
         };
-        let minimum = alternation.minimum(observed);
+        let minimum = alternation.minimum(&mut observed);
         interrupt::check()?;
         // The plain estimate follows the fitted samples' own noise with more parameters.
         let allowed = 1.0 + OVERFITTED + OVERFITTED_SAMPLES / observed.u.len() as f64;
-        Ok(minimum.filter(|m| {
-            let squares: f64 = m.blocks.errors(observed).iter().map(|e| e * e).sum();
+        let minimum = minimum.filter(|m| {
+            let squares: f64 = m.blocks.errors(&observed).iter().map(|e| e * e).sum();
             squares <= allowed * plain_squares
-        }))
+        });
+        let Some(minimum) = minimum else { return Ok(None) };
+        let blocks = CalibratedBlocks::new(&minimum, &cells, &self.calibration, observed.output_mean)?;
+        self.outcome(request, all, &minimum, blocks, warnings(all, plain))
+            .map(Some)
     }
 
+    /// The calibrated blocks, the free run over all experiments, and the verdict on the fresh samples.
     fn outcome(
         &self,
+        request: &Request<'_>,
         all: &Experiments,
-        observed: &Observed,
         minimum: &Minimum,
-        cells: &Cells,
+        blocks: CalibratedBlocks,
         mut warnings: Vec<Warning>,
-    ) -> Result<RefinedIdentification> {
-        let blocks = CalibratedBlocks::new(minimum, cells, &self.calibration, observed.output_mean)?;
-        warnings.extend(blocks.warning);
+    ) -> Result<Identification> {
+        warnings.extend(blocks.warning.clone());
         let model = cascade(&blocks.curve, &blocks.linear, blocks.offset);
         let (predicted, verdict) = judged(&model, all, minimum.parameters())?;
         warn_of_range(&blocks.curve, &all.u[all.fitted..], &mut warnings);
         warn_if_useless(&verdict, &mut warnings);
-        let linear = &minimum.blocks.linear;
-        Ok(RefinedIdentification {
-            model,
-            nonlinearity: blocks.curve,
+        let order = minimum.order.clone().unwrap_or_else(|| ChosenOrder {
+            order: minimum.blocks.linear.a().len(),
+            hankel_singular_values: Vec::new(),
+            scores: Vec::new(),
+        });
+        let details = self.details(minimum, &order, &blocks)?;
+        let mut curve = StaticBlock {
             band: blocks.band,
-            linear: blocks.linear,
-            linear_errors: blocks.errors,
+            band_label: "95 % pointwise, for these breakpoints",
+            ..StaticBlock::new(blocks.curve, "piecewise cubic")
+        };
+        curve.description += &format!(", {}", details::listed(&blocks.breakpoints));
+        let linear = LinearBlock {
+            system: blocks.linear,
+            errors: Some(blocks.errors),
+            impulse: None,
+        };
+        let parameters = parameters(&linear, blocks.breakpoints.len());
+        let run = Run {
+            model,
+            paths: vec![path(request, named(curve, linear))],
             output_offset: blocks.offset,
-            delay: linear.delay,
-            order: minimum.order.clone().unwrap_or_else(|| ChosenOrder {
-                order: linear.a().len(),
-                hankel_singular_values: Vec::new(),
-                scores: Vec::new(),
-            }),
-            memory_removed: blocks.memory_removed,
-            breakpoints: Breakpoint::of(&minimum.terms, cells),
-            noise_model: minimum.whitening.clone(),
-            noise: minimum.noise(),
-            refined: true,
             fitted: all.fitted,
             predicted,
-            verdict,
+            verdicts: vec![verdict],
             warnings,
+        };
+        Ok(Identification {
+            method: "refined",
+            order: order.order,
+            delay: minimum.blocks.linear.delay,
+            parameters,
+            details,
+            noise_model: Some(minimum.whitening.clone()),
+            ..run.identification(&HAMMERSTEIN, request)?
         })
     }
 
     /// The plain estimate as it is, where the refinement failed.
-    fn plain(
-        &self,
-        all: &Experiments,
-        start: PlainIdentification,
-        input: &str,
-        output: &str,
-    ) -> Result<RefinedIdentification> {
+    fn not_refined(&self, request: &Request<'_>, all: &Experiments, start: Identification) -> Result<Identification> {
         let method = PlainHammerstein {
             calibration: self.calibration,
             ..self.plain_method()
         };
+        let (input, output) = (request.input()?, request.output);
         let longest = all.head_of_longest(all.longest().len(), input, output);
-        let plain = match method.identify(&longest, input, output) {
+        let mut plain = match method.identify(&longest, input, output) {
             Err(_) if self.calibration == Calibration::default() => start,
             result => result?,
         };
-        let mut warnings = plain.warnings;
-        warnings.push(Warning::NotRefined);
-        let model = cascade(&plain.nonlinearity, &plain.linear, plain.output_offset);
-        let (predicted, verdict) = judged(&model, all, 0)?;
-        Ok(RefinedIdentification {
-            band: plain.band,
-            linear_errors: CoefficientErrors {
-                b: vec![0.0; plain.linear.b().len()],
-                a: vec![0.0; plain.linear.a().len()],
-            },
-            noise: verdict.measures.rms,
-            model,
-            nonlinearity: plain.nonlinearity,
-            linear: plain.linear,
-            output_offset: plain.output_offset,
-            delay: plain.delay,
-            order: plain.order,
-            memory_removed: MemoryRemoved {
-                x: Vec::new(),
-                value: Vec::new(),
-                samples: Vec::new(),
-                deviation: 0.0,
-            },
-            breakpoints: Vec::new(),
-            noise_model: vec![1.0],
-            refined: false,
+        plain.warnings.push(Warning::NotRefined);
+        let (predicted, verdict) = judged(&plain.model, all, 0)?;
+        for block in plain.paths.iter_mut().flat_map(|p| &mut p.blocks) {
+            match &mut block.found {
+                BlockKind::Static(block) => {
+                    block.description = StaticBlock::new(block.curve.clone(), "the plain estimate").description;
+                }
+                BlockKind::Linear(linear) => {
+                    linear.impulse = None;
+                    plain.parameters = parameters(linear, 0);
+                }
+                _ => {}
+            }
+        }
+        Ok(Identification {
+            method: "refined",
+            details: self.details_of_plain(plain.details, plain.delay)?,
             fitted: all.fitted,
             predicted,
+            verdicts: vec![verdict.clone()],
             verdict,
-            warnings,
+            ..plain
         })
     }
+}
+
+/// The parameters of both blocks: four of the first cubic piece and one more at every breakpoint, less the linear part's scale.
+fn parameters(linear: &LinearBlock, breakpoints: usize) -> usize {
+    let numerator = linear.system.b().len() - linear.delay();
+    linear.order() + numerator + breakpoints + 3
+}
+
+/// What the plain estimate warns of that holds for the refined one, and an input that is not white.
+fn warnings(all: &Experiments, plain: &Identification) -> Vec<Warning> {
+    let kept = |w: &&Warning| matches!(w, Warning::FewLevels { .. } | Warning::NoDependence { .. });
+    let mut warnings: Vec<Warning> = plain.warnings.iter().filter(kept).cloned().collect();
+    let mut colour = Vec::new();
+    warn_of_colour(&all.u[..all.fitted], &mut colour);
+    warnings.extend(colour.into_iter().filter_map(|w| match w {
+        Warning::InputNotWhite { largest, lag } => Some(Warning::ColouredInput { largest, lag }),
+        _ => None,
+    }));
+    warnings
 }
 
 /// The free run of a model of so many parameters over every experiment, and the verdict on the fresh samples that are not

@@ -1,0 +1,203 @@
+//! What a reader is shown of the refined estimate: delay, breakpoints, noise and form, each with the reason for its choice.
+
+use super::super::details::{given_or, of_order};
+use super::super::realisation::ChosenOrder;
+use super::RefinedHammerstein;
+use super::alternation::Minimum;
+use super::calibrated::CalibratedBlocks;
+use super::cells::Cells;
+use super::form_fit::{FormFit, MemoryRemoved};
+use super::piecewise::Term;
+use crate::error::Result;
+use crate::identify::result::{Detail, Place, Value, Values};
+use crate::sort;
+use crate::text::number;
+
+/// Breakpoints of one kind up to so many are listed one by one.
+const MOST_LISTED: usize = 6;
+
+/// A breakpoint that the data asked for.
+pub(super) struct Breakpoint {
+    /// Where, in the input's unit.
+    pub at: f64,
+    /// "jump" where the value changes, "kink" where the slope does, "knot" where the third derivative does.
+    pub kind: &'static str,
+}
+
+/// The breakpoints of a basis, in order.
+pub(super) fn breakpoints(terms: &[Term], cells: &Cells) -> Vec<Breakpoint> {
+    let breakpoint = |t: &Term| match t {
+        Term::Power(_) => None,
+        Term::TruncatedPower { at, degree } => Some(Breakpoint {
+            at: cells.unit.back(*at),
+            kind: match degree {
+                0 => "jump",
+                1 => "kink",
+                _ => "knot",
+            },
+        }),
+    };
+    let mut all: Vec<Breakpoint> = terms.iter().filter_map(breakpoint).collect();
+    sort::by_key(&mut all, |b| b.at);
+    all
+}
+
+/// Where the nonlinearity breaks, for reading: "kinks at -1.000, 1.000".
+pub(super) fn listed(breakpoints: &[Breakpoint]) -> String {
+    let of_kind = |kind: &'static str| {
+        let at = breakpoints.iter().filter(|b| b.kind == kind).map(|b| number(b.at));
+        let at: Vec<String> = at.collect();
+        match at.len() {
+            0 => None,
+            1 => Some(format!("{kind} at {}", at[0])),
+            n if n <= MOST_LISTED && kind != "knot" => Some(format!("{kind}s at {}", at.join(", "))),
+            n => Some(format!("{n} {kind}s")),
+        }
+    };
+    let kinds: Vec<String> = ["jump", "kink", "knot"].into_iter().filter_map(of_kind).collect();
+    match kinds.is_empty() {
+        true => "no breakpoint".to_owned(),
+        false => kinds.join("; "),
+    }
+}
+
+impl RefinedHammerstein {
+    /// What was chosen on the way to the refined estimate, and the form where one was asked for.
+    pub(super) fn details(
+        &self,
+        minimum: &Minimum,
+        order: &ChosenOrder,
+        blocks: &CalibratedBlocks,
+    ) -> Result<Vec<Detail>> {
+        let (breakpoints, points) = (&blocks.breakpoints, &blocks.memory_removed);
+        let form = self.form.map(|form| points.fit_form(form)).transpose()?;
+        let text = listed(breakpoints);
+        let values: Vec<Values> = (breakpoints.iter())
+            .map(|b| Values::new([("at", b.at.into()), ("kind", b.kind.into())]))
+            .collect();
+        let why =
+            "jumps, kinks and cubic knots where each lowers the error by more than chance would; a cubic between them";
+        let memory_removed = Values::new([
+            ("x", points.x.as_slice().into()),
+            ("value", points.value.as_slice().into()),
+            ("samples", points.samples.as_slice().into()),
+            ("deviation", points.deviation.into()),
+        ]);
+        let mut details = of_order(order, self.order.is_some(), "whitened error");
+        details.extend([
+            self.delay_detail(minimum.blocks.linear.delay),
+            Detail::new("refined", true),
+            Detail::new("breakpoints", values).shown(
+                Place::Choice,
+                "Breakpoints of the nonlinearity",
+                text.clone(),
+                why,
+            ),
+            Detail::sentence(
+                Place::Fact,
+                "Breakpoints",
+                breakpoints.len().to_string(),
+                &format!("of the nonlinearity: {text}"),
+            ),
+            Detail::new("memory_removed", memory_removed).unsaved(),
+            noise_detail(minimum),
+            form.map_or_else(|| Detail::new("form", Value::None), |form| form_detail(&form)),
+        ]);
+        Ok(details)
+    }
+
+    /// The details of the plain estimate, where it was not refined: those of the order alone, as they are.
+    pub(super) fn details_of_plain(&self, plain: Vec<Detail>, delay: usize) -> Result<Vec<Detail>> {
+        // Without a refined estimate there is nothing to fit a form to, which is an error.
+        self.form
+            .map(|form| MemoryRemoved::default().fit_form(form))
+            .transpose()?;
+        let of_order = |d: &Detail| matches!(d.key, "order_scores" | "hankel_singular_values");
+        let mut details: Vec<Detail> = plain.into_iter().filter(of_order).collect();
+        let none = |key| Detail::new(key, Value::None);
+        details.extend([
+            self.delay_detail(delay),
+            Detail::new("refined", false),
+            Detail::new("breakpoints", Value::List(Vec::new())),
+            none("memory_removed"),
+            none("noise"),
+            none("form"),
+        ]);
+        Ok(details)
+    }
+
+    fn delay_detail(&self, delay: usize) -> Detail {
+        let why = "the first lag at which the impulse response is clearly not zero";
+        let why = given_or(self.delay.is_some(), why);
+        Detail::sentence(Place::Choice, "Delay", delay.to_string(), why)
+    }
+}
+
+fn noise_detail(minimum: &Minimum) -> Detail {
+    let (model, deviation) = (&minimum.whitening, minimum.noise());
+    let value = Values::new([("model", model.as_slice().into()), ("deviation", deviation.into())]);
+    let white = match model.len() {
+        0 | 1 => "taken as white".to_owned(),
+        n => format!("whitened by an autoregression of order {}", n - 1),
+    };
+    let text = format!("standard deviation {}, {white}", number(deviation));
+    let why = "in the output's unit; a coloured error is whitened by the autoregression of smallest Schwarz criterion, unless samples \
+               are missing";
+    Detail::new("noise", value).shown(Place::ChoiceAndText, "Noise", text, why)
+}
+
+/// A standard error, if it is one: neither the 0 of what has none nor the infinity of what the data do not determine.
+fn standard_error(error: f64) -> Option<f64> {
+    (error > 0.0 && error.is_finite()).then_some(error)
+}
+
+/// The form that was fitted to the nonlinearity, and its test.
+fn form_detail(fit: &FormFit) -> Detail {
+    let parameters: Vec<Values> = (fit.parameters.iter())
+        .map(|p| {
+            Values::new([
+                ("name", p.name.clone().into()),
+                ("value", p.value.into()),
+                ("error", standard_error(p.error).into()),
+            ])
+        })
+        .collect();
+    let value = Values::new([
+        ("name", fit.form.to_string().into()),
+        ("parameters", parameters.into()),
+        ("statistic", fit.statistic.into()),
+        ("degrees_of_freedom", fit.degrees.into()),
+        ("limit", fit.limit.into()),
+        ("p_value", fit.p_value.into()),
+        ("holds", fit.holds().into()),
+    ]);
+    let text: Vec<String> = (fit.parameters.iter())
+        .map(|p| match standard_error(p.error) {
+            Some(error) => format!("{} = {} ± {}", p.name, number(p.value), number(error)),
+            None if p.error == 0.0 => format!("{} = {}", p.name, number(p.value)),
+            None => format!("{} not determined", p.name),
+        })
+        .collect();
+    let why = format!(
+        "{}; ± one standard error, for the estimated linear part",
+        form_verdict(fit)
+    );
+    let title = format!("Form {}", fit.form);
+    Detail::new("form", value).shown(Place::ChoiceAndText, &title, text.join(", "), &why)
+}
+
+/// The test of a form for reading.
+fn form_verdict(fit: &FormFit) -> String {
+    let verdict = match fit.holds() {
+        true => "the data do not refute this form",
+        false => "the data refute this form at 1 %",
+    };
+    let p = match fit.p_value {
+        p if p < 0.001 => "p < 0.001".to_owned(),
+        p => format!("p = {p:.3}"),
+    };
+    format!(
+        "{verdict} (lack of fit {:.1}, limit {:.1}, {} degrees of freedom, {p})",
+        fit.statistic, fit.limit, fit.degrees
+    )
+}
