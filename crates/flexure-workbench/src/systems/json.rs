@@ -68,7 +68,7 @@ fn branch(path: &Path) -> Value {
 
 /// A block under its role; a model without blocks by its own names.
 fn block(block: &NamedBlock) -> Vec<(&'static str, Value)> {
-    match &block.found {
+    match &block.kind {
         BlockKind::Static(found) => vec![(block.role, curve(found))],
         BlockKind::Linear(found) => vec![(block.role, linear(found))],
         BlockKind::Surface(found) => vec![(block.role, json!(found))],

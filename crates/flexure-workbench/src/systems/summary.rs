@@ -74,7 +74,7 @@ fn fit_line(verdict: &Verdict) -> String {
 
 fn block_lines(block: &NamedBlock, path: &Path) -> Vec<String> {
     let title = uncapitalised(block.title);
-    match &block.found {
+    match &block.kind {
         BlockKind::Static(found) => vec![line(&title, &found.description)],
         BlockKind::Linear(found) => linear_lines(&title, found),
         BlockKind::Surface(surface) => surface_lines(&title, surface, &path.inputs),

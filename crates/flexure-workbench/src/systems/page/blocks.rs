@@ -60,7 +60,7 @@ pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
                 true => prefix.clone() + &block.title.to_lowercase(),
                 false => block.title.to_owned(),
             };
-            match &block.found {
+            match &block.kind {
                 BlockKind::Static(_) if block.between_samples => {}
                 BlockKind::Static(found) => {
                     let labels = [behind(path, k), leaving(result, path, k)];

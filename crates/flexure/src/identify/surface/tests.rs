@@ -73,7 +73,7 @@ fn oracle(record: &Record, pieces: usize) -> Surface {
 
 /// The joint nonlinearity.
 fn surface_of(result: &Identification) -> &Surface {
-    match &result.block("nonlinearity").unwrap().found {
+    match &result.block("nonlinearity").unwrap().kind {
         BlockKind::Surface(surface) => surface,
         other => panic!("{other:?} is no surface"),
     }

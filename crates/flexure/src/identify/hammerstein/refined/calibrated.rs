@@ -10,10 +10,9 @@ use super::alternation::Minimum;
 use super::blocks::Blocks;
 use super::cells::Cells;
 use super::descent::Scaled;
-use super::details::{Breakpoint, breakpoints};
 use super::form_fit::MemoryRemoved;
 use super::limits::{DERIVATIVE_STEP, JUMP_WIDTH, POINTS, SINGULAR_RIDGE};
-use super::piecewise::Term;
+use super::piecewise::{Breakpoint, Term, breakpoints};
 use crate::error::Result;
 use crate::identify::outcome::Warning;
 use crate::identify::result::CoefficientErrors;
@@ -64,7 +63,7 @@ impl CalibratedBlocks {
                 b: [&vec![0.0; linear.delay], b].concat(),
                 a: [&[0.0], a].concat(),
             },
-            breakpoints: breakpoints(&minimum.terms, cells),
+            breakpoints: breakpoints(&minimum.terms, cells.unit),
             memory_removed: MemoryRemoved {
                 x: cells.s.iter().map(|s| cells.unit.back(*s)).collect(),
                 value: minimum.values.iter().map(|z| gain * z + mean).collect(),

@@ -5,42 +5,14 @@ use super::super::realisation::ChosenOrder;
 use super::RefinedHammerstein;
 use super::alternation::Minimum;
 use super::calibrated::CalibratedBlocks;
-use super::cells::Cells;
 use super::form_fit::{FormFit, MemoryRemoved};
-use super::piecewise::Term;
+use super::piecewise::Breakpoint;
 use crate::error::Result;
 use crate::identify::result::{Detail, Place, Value, Values};
-use crate::sort;
 use crate::text::number;
 
 /// Breakpoints of one kind up to so many are listed one by one.
 const MOST_LISTED: usize = 6;
-
-/// A breakpoint that the data asked for.
-pub(super) struct Breakpoint {
-    /// Where, in the input's unit.
-    pub at: f64,
-    /// "jump" where the value changes, "kink" where the slope does, "knot" where the third derivative does.
-    pub kind: &'static str,
-}
-
-/// The breakpoints of a basis, in order.
-pub(super) fn breakpoints(terms: &[Term], cells: &Cells) -> Vec<Breakpoint> {
-    let breakpoint = |t: &Term| match t {
-        Term::Power(_) => None,
-        Term::TruncatedPower { at, degree } => Some(Breakpoint {
-            at: cells.unit.back(*at),
-            kind: match degree {
-                0 => "jump",
-                1 => "kink",
-                _ => "knot",
-            },
-        }),
-    };
-    let mut all: Vec<Breakpoint> = terms.iter().filter_map(breakpoint).collect();
-    sort::by_key(&mut all, |b| b.at);
-    all
-}
 
 /// Where the nonlinearity breaks, for reading: "kinks at -1.000, 1.000".
 pub(super) fn listed(breakpoints: &[Breakpoint]) -> String {

@@ -294,7 +294,7 @@ impl RefinedHammerstein {
         plain.warnings.push(Warning::NotRefined);
         let (predicted, verdict) = judged(&plain.model, all, 0)?;
         for block in plain.paths.iter_mut().flat_map(|p| &mut p.blocks) {
-            match &mut block.found {
+            match &mut block.kind {
                 BlockKind::Static(block) => {
                     block.description = StaticBlock::new(block.curve.clone(), "the plain estimate").description;
                 }

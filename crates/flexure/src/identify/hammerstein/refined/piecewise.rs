@@ -1,5 +1,7 @@
 //! Piecewise cubic polynomials whose breakpoints may be jumps, kinks or jumps of the third derivative.
 
+use crate::sort;
+
 /// A basis function, in the unit coordinate s in [-1, 1].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Term {
@@ -66,6 +68,32 @@ impl UnitCoordinate {
     pub fn back(&self, s: f64) -> f64 {
         self.centre + self.half * s
     }
+}
+
+/// A breakpoint that the data asked for.
+pub(super) struct Breakpoint {
+    /// Where, in the input's unit.
+    pub at: f64,
+    /// "jump" where the value changes, "kink" where the slope does, "knot" where the third derivative does.
+    pub kind: &'static str,
+}
+
+/// The breakpoints of a basis, in order.
+pub(super) fn breakpoints(terms: &[Term], unit: UnitCoordinate) -> Vec<Breakpoint> {
+    let breakpoint = |t: &Term| match t {
+        Term::Power(_) => None,
+        Term::TruncatedPower { at, degree } => Some(Breakpoint {
+            at: unit.back(*at),
+            kind: match degree {
+                0 => "jump",
+                1 => "kink",
+                _ => "knot",
+            },
+        }),
+    };
+    let mut all: Vec<Breakpoint> = terms.iter().filter_map(breakpoint).collect();
+    sort::by_key(&mut all, |b| b.at);
+    all
 }
 
 /// Several linear combinations of terms, as a table of cubic polynomials between the breakpoints.

@@ -1,0 +1,222 @@
+//! What the inputs pass, block by block.
+
+use super::super::reference::{NarxModel, VolterraModel};
+use crate::linear::TransferFunction;
+use crate::nonlinearity::{Curve, Surface};
+use crate::text::{counted, number};
+
+/// Blocks in series.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Path {
+    /// The columns that enter the first block.
+    pub inputs: Vec<String>,
+    /// The blocks in the signal's order.
+    pub blocks: Vec<NamedBlock>,
+}
+
+impl Path {
+    /// The number of poles of all linear blocks.
+    pub fn order(&self) -> usize {
+        self.linear().map(LinearBlock::order).sum()
+    }
+
+    /// The samples by which all linear blocks together delay.
+    pub fn delay(&self) -> usize {
+        self.linear().map(LinearBlock::delay).sum()
+    }
+
+    /// The linear blocks that act at the samples.
+    pub fn linear(&self) -> impl Iterator<Item = &LinearBlock> {
+        self.main().filter_map(NamedBlock::linear)
+    }
+
+    /// The static nonlinearities that act at the samples.
+    pub fn curves(&self) -> impl Iterator<Item = &StaticBlock> {
+        self.main().filter_map(NamedBlock::curve)
+    }
+
+    /// The blocks that act at the samples.
+    pub fn main(&self) -> impl Iterator<Item = &NamedBlock> {
+        self.blocks.iter().filter(|b| !b.between_samples)
+    }
+}
+
+/// A block and its role in the structure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedBlock {
+    /// Its name in JSON and in files, for example "front"; unique within a path.
+    pub role: &'static str,
+    /// Its heading, for example "Front linear part".
+    pub title: &'static str,
+    /// Whether it belongs to the second way through the blocks, which acts at an instant between the samples.
+    pub between_samples: bool,
+    /// The block itself.
+    pub kind: BlockKind,
+}
+
+/// A block of one kind with what is known of it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum BlockKind {
+    /// A static nonlinearity of one input.
+    Static(StaticBlock),
+    /// Linear dynamics.
+    Linear(LinearBlock),
+    /// A static nonlinearity of several inputs.
+    Surface(Surface),
+    /// A polynomial of past outputs and inputs.
+    Narx(NarxModel),
+    /// A Volterra series.
+    Volterra(VolterraModel),
+}
+
+impl NamedBlock {
+    /// A block that acts at the samples.
+    pub fn new(role: &'static str, title: &'static str, kind: BlockKind) -> Self {
+        NamedBlock {
+            role,
+            title,
+            between_samples: false,
+            kind,
+        }
+    }
+
+    /// The static nonlinearity of one input, if it is one.
+    pub fn curve(&self) -> Option<&StaticBlock> {
+        match &self.kind {
+            BlockKind::Static(block) => Some(block),
+            _ => None,
+        }
+    }
+
+    /// The linear dynamics, if it is one.
+    pub fn linear(&self) -> Option<&LinearBlock> {
+        match &self.kind {
+            BlockKind::Linear(block) => Some(block),
+            _ => None,
+        }
+    }
+}
+
+/// A static nonlinearity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StaticBlock {
+    /// Its table.
+    pub curve: Curve,
+    /// Half width of the pointwise 95 % band at the curve's points; empty where there is none.
+    pub band: Vec<f64>,
+    /// What the band is, for example "95 % pointwise, variance only"; empty where there is none.
+    pub band_label: &'static str,
+    /// The ends of the cubic pieces of a spline, increasing, in the unit of what enters it; else empty.
+    pub breakpoints: Vec<f64>,
+    /// Points at which the slope of a spline changes at once, increasing, in the same unit.
+    pub kinks: Vec<f64>,
+    /// How it was estimated, for reading.
+    pub description: String,
+}
+
+impl StaticBlock {
+    /// A cubic spline with kinks.
+    pub fn spline(curve: Curve, breakpoints: Vec<f64>, kinks: Vec<f64>) -> BlockKind {
+        let end = |x: Option<&f64>| x.map_or_else(String::new, |x| number(*x));
+        let description = format!(
+            "cubic spline of {} on [{}, {}]{}",
+            counted(breakpoints.len().saturating_sub(1), "piece"),
+            end(breakpoints.first()),
+            end(breakpoints.last()),
+            places(&kinks)
+        );
+        BlockKind::Static(StaticBlock {
+            curve,
+            band: Vec::new(),
+            band_label: "",
+            breakpoints,
+            kinks,
+            description,
+        })
+    }
+
+    /// A curve by an estimator of this name.
+    pub fn new(curve: Curve, estimator: &str) -> Self {
+        let x = curve.x();
+        let description = format!("{estimator} on [{}, {}]", number(x[0]), number(x[x.len() - 1]));
+        StaticBlock {
+            curve,
+            band: Vec::new(),
+            band_label: "",
+            breakpoints: Vec::new(),
+            kinks: Vec::new(),
+            description,
+        }
+    }
+
+    /// The number of cubic pieces of a spline.
+    pub fn pieces(&self) -> usize {
+        self.breakpoints.len().saturating_sub(1)
+    }
+
+    /// The lower (`sign` -1) or upper (1) edge of the band; empty where there is none.
+    pub fn band_edge(&self, sign: f64) -> Vec<f64> {
+        let points = self.curve.y().iter().zip(&self.band);
+        points.map(|(y, b)| y + sign * b).collect()
+    }
+}
+
+/// Where the kinks are, to follow the description of a spline.
+fn places(kinks: &[f64]) -> String {
+    let places: Vec<String> = kinks.iter().map(|at| number(*at)).collect();
+    match places.as_slice() {
+        [] => String::new(),
+        [one] => format!(", kink at {one}"),
+        [first @ .., last] => format!(", kinks at {} and {last}", first.join(", ")),
+    }
+}
+
+/// Linear dynamics.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearBlock {
+    /// The transfer function; the delay is leading zeros of its numerator. Always stable.
+    pub system: TransferFunction,
+    /// Standard errors of its coefficients, where there are some.
+    pub errors: Option<CoefficientErrors>,
+    /// The estimate of the impulse response from lag 0 that it was fitted to, where there is one.
+    pub impulse: Option<ImpulseEstimate>,
+}
+
+/// An estimated impulse response.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImpulseEstimate {
+    /// From lag 0.
+    pub values: Vec<f64>,
+    /// A value within this of zero is noise with 99 %.
+    pub limit: f64,
+}
+
+/// Standard errors of a transfer function's coefficients.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoefficientErrors {
+    /// Of [`TransferFunction::b`], zero for the delay's zeros and for what the calibration fixes.
+    pub b: Vec<f64>,
+    /// Of [`TransferFunction::a`], zero for the leading 1.
+    pub a: Vec<f64>,
+}
+
+impl LinearBlock {
+    /// A transfer function without standard errors.
+    pub fn of(system: TransferFunction) -> BlockKind {
+        BlockKind::Linear(LinearBlock {
+            system,
+            errors: None,
+            impulse: None,
+        })
+    }
+
+    /// The samples by which it delays.
+    pub fn delay(&self) -> usize {
+        self.system.delay()
+    }
+
+    /// Its number of poles.
+    pub fn order(&self) -> usize {
+        self.system.a().len() - 1
+    }
+}
