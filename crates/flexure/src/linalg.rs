@@ -2,7 +2,23 @@
 
 /// A complex number.
 pub use nalgebra::Complex;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn};
+
+/// A real matrix.
+pub type Matrix = DMatrix<f64>;
+/// A real vector.
+pub type Vector = DVector<f64>;
+/// The factors of a symmetric positive definite matrix.
+pub type Cholesky = nalgebra::Cholesky<f64, Dyn>;
+
+/// The product of two matrices, with sums in the order of their terms, so that it depends on no processor.
+pub fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let mut product = Matrix::zeros(a.nrows(), b.ncols());
+    for (mut column, b) in product.column_iter_mut().zip(b.column_iter()) {
+        column.gemv(1.0, a, &b, 0.0);
+    }
+    product
+}
 
 /// The minimum-norm solution of `min |rows x - rhs|` for a row-major matrix of `columns` columns.
 ///

@@ -114,7 +114,7 @@ fn skew(axis: &FlexibleAxis) -> Fact {
     Fact {
         name: "Encoder skew".to_owned(),
         value: format!("{:.3} ms", 1e3 * axis.skew.value),
-        note: match axis.findings.iter().any(|f| matches!(f, Finding::EncoderSkew { .. })) {
+        note: match axis.findings.iter().any(|f| matches!(f, Finding::EncoderClocks { .. })) {
             true => "by which the link's samples are late; corrected".to_owned(),
             false => format!(
                 "not told from none (standard error {:.3} ms)",

@@ -9,16 +9,15 @@ use realfft::RealFftPlanner;
 
 use super::equations::Equations;
 use super::fourier::smooth_from;
-use crate::linalg::Complex;
+use crate::linalg::{Complex, Matrix};
 use crate::parallel;
 
 /// Stretches of time, and the fewest points of one.
 pub(super) const STRETCHES: usize = 64;
 const FEWEST: usize = 8;
 
-/// The covariance of the equations' moments by their scatter over time, row-major.
-pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) -> Vec<f64> {
-    let n = equations.columns.len();
+/// The covariance of the equations' moments by their scatter over time.
+pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) -> Matrix {
     let lines = residuals.iter().map(Vec::len).max().unwrap_or(0);
     // Products reach twice as far in frequency.
     let length = smooth_from(4 * lines.max(1));
@@ -53,15 +52,8 @@ pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) 
         sums.iter_mut().for_each(|s| *s -= mean);
         sums
     });
-    let mut covariance = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..=i {
-            let product = sums[i].iter().zip(&sums[j]).map(|(a, b)| a * b).sum();
-            covariance[i * n + j] = product;
-            covariance[j * n + i] = product;
-        }
-    }
-    covariance
+    let product = |i: usize, j: usize| sums[i].iter().zip(&sums[j]).map(|(a, b)| a * b).sum();
+    Matrix::from_fn(sums.len(), sums.len(), product)
 }
 
 #[cfg(test)]

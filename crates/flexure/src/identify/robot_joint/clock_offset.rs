@@ -1,79 +1,112 @@
-//! The offset of the encoders' clocks from both equations of a flexible joint.
-//!
-//! The motor's equation determines the offset only as well as its torque is known (see [`clocks`](super::clocks)). The link's has no
-//! torque in it and so none of its noise. With link samples that are late by sigma, and as the link's equation holds at every time,
-//!
-//! $$ \tau - J_m \ddot q_m - \kappa(d) = -\sigma\, \kappa'(d)\, \dot q, \qquad
-//!    \kappa(d) - M \ddot q - f(\dot q) = -\sigma\, \kappa'(d)\, \dot q_m $$
-//!
-//! to first order. That is not a friction of the link's own velocity: beside the free curves the deflection's rate determines the
-//! offset. A damping of the joint, which the model does not have, would be another torque of that rate: an offset that the
-//! motor's equation excludes is not taken.
+//! The clocks of a joint's log: by how much the samples of its signals are late.
 
-use super::clocks::{Clocks, Offset, SIGNIFICANT, SLOPE_STEP, tangent};
+use super::equations::Lines;
+use super::finding::Finding;
 use super::fourier::Modulation;
-use super::joint_signals::JointSignals;
 use super::motion::Motion;
 use super::smooth::Reflected;
-use super::system::Splines;
+use crate::linalg::Complex;
 
-/// Passes at most, and the last change in standard errors.
-const PASSES: usize = 6;
-const SETTLED: f64 = 0.05;
+/// An offset of less than so many standard errors is taken as zero.
+pub(super) const SIGNIFICANT: f64 = 4.0;
+/// So is one below this share of a sample.
+const NEGLIGIBLE: f64 = 0.03;
+/// A torque held from sample to sample is late by half a sample, within this share of one.
+const HELD_WITHIN: f64 = 0.15;
 
-/// The same clocks with the link's offset from both equations; as they were where these do not determine it, or contradict each other.
-pub(super) fn refined(motion: &Motion, modulation: &Modulation, clocks: Clocks) -> Clocks {
-    let before = clocks.link_offset;
-    // A motor's equation that excludes nothing has not distinguished stiffness from an offset either.
-    if !(clocks.determined && before.standard_error.is_finite()) {
-        return clocks;
+/// The time by which a signal's samples are late.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ClockOffset {
+    /// In s.
+    pub value: f64,
+    pub standard_error: f64,
+    /// Whether it is more than chance and no tiny part of a sample.
+    pub significant: bool,
+}
+
+impl ClockOffset {
+    /// With this sample time.
+    pub fn new(value: f64, standard_error: f64, step: f64) -> Self {
+        ClockOffset {
+            value,
+            standard_error,
+            significant: value.abs() > SIGNIFICANT * standard_error && value.abs() > NEGLIGIBLE * step,
+        }
     }
-    let by_both = by_both(motion, modulation, &clocks).filter(|offset| {
-        (offset.value - before.value).abs() < SIGNIFICANT * before.standard_error
-            && offset.standard_error < before.standard_error
-    });
-    Clocks {
-        link_offset: by_both.unwrap_or(before),
-        ..clocks
+
+    /// Whether it is the delay of a torque that is held from sample to sample.
+    pub fn is_hold(&self, step: f64) -> bool {
+        self.value.abs() > SIGNIFICANT * self.standard_error
+            && (self.value - 0.5 * step).abs() < HELD_WITHIN * step
+            && self.standard_error < HELD_WITHIN * step
+    }
+
+    /// What to know of an offset between the encoders.
+    pub fn finding(&self) -> Option<Finding> {
+        self.significant.then_some(Finding::EncoderClocks {
+            offset: self.value,
+            standard_error: self.standard_error,
+        })
     }
 }
 
-/// The offset by Gauss-Newton steps from the motor's.
-fn by_both(motion: &Motion, modulation: &Modulation, clocks: &Clocks) -> Option<Offset> {
-    let link = Reflected::new(motion.link, motion.step);
-    let motor_velocity = Reflected::new(motion.motor, motion.step).velocity(motion.motor_noise.cut_off());
-    let mut offset = clocks.link_offset.value;
-    let mut noise = None;
-    for pass in 0..PASSES {
-        let joint = JointSignals::new(motion, modulation, clocks, &link.shifted(offset));
-        let system = joint.system();
-        let weights = match noise.take() {
-            Some(noise) => noise,
-            None => joint.free(motion)?.noise,
-        };
-        let tested = system.tested();
-        let splines: Vec<&Splines> = tested.iter().collect();
-        let solved = system.solve(&splines, &weights)?;
-        let (d, basis) = (&joint.deflection.d, &tested[0].basis);
-        let h = SLOPE_STEP * system.curves[0].largest();
-        let slopes: Vec<f64> = d
-            .iter()
-            .map(|d| -tangent(basis, solved.coefficients(0), *d, h))
-            .collect();
-        let times = |v: &[f64]| -> Vec<f64> { slopes.iter().zip(v).map(|(slope, v)| slope * v).collect() };
-        let late = [&joint.v, &motor_velocity].map(|v| Some(modulation.of(&times(v))));
-        let at = solved.layout.len();
-        let solved = solved.with_column(late.into())?;
-        let covariance = solved.equations.robust(&solved.solution).covariance;
-        let (change, error) = (solved.solution.x[at], covariance.error(at));
-        if !(change.is_finite() && error > 0.0) {
-            return None;
+/// The clocks of a flexible joint's log, relative to the motor's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Clocks {
+    /// The offset of the link's samples.
+    pub link_offset: ClockOffset,
+    /// The time from a torque's sample to its effect.
+    pub torque_delay: ClockOffset,
+    /// Whether that is the half sample of a held torque.
+    pub torque_held: bool,
+    /// Whether the motion reverses often enough to determine the clocks at all.
+    pub determined: bool,
+}
+
+impl Clocks {
+    /// The link's angle on the motor's clock.
+    pub fn link(&self, motion: &Motion) -> Vec<f64> {
+        match self.link_offset.significant {
+            true => Reflected::new(motion.link, motion.step).shifted(self.link_offset.value),
+            false => motion.link.to_vec(),
         }
-        offset += change;
-        if pass > 0 && change.abs() < SETTLED * error {
-            return Some(Offset::new(offset, error, motion.step));
-        }
-        noise = Some(system.unbiased_noise_of(&solved));
     }
-    None
+
+    /// The transformed torque at the time of its effect.
+    pub fn torque(&self, modulation: &Modulation, motion: &Motion) -> Lines {
+        if self.torque_held {
+            held(modulation, motion.torque, motion.step)
+        } else if self.torque_delay.significant {
+            shifted(modulation, motion.torque, self.torque_delay.value)
+        } else {
+            modulation.of(motion.torque)
+        }
+    }
+
+    /// What to know of the clocks before trusting the result.
+    pub fn findings(&self) -> impl Iterator<Item = Finding> {
+        let torque = self.torque_delay.significant.then_some(Finding::TorqueDelay {
+            delay: self.torque_delay.value,
+            held: self.torque_held,
+        });
+        self.link_offset.finding().into_iter().chain(torque)
+    }
+}
+
+/// A transformed torque that acts `delay` after its sample.
+fn shifted(modulation: &Modulation, torque: &[f64], delay: f64) -> Lines {
+    let lines = modulation.of(torque).into_iter().zip(&modulation.omega);
+    lines.map(|(v, w)| v * Complex::new(0.0, -w * delay).exp()).collect()
+}
+
+/// A transformed torque that is held from sample to sample: late by half a sample, with a hold's gain.
+pub(super) fn held(modulation: &Modulation, torque: &[f64], step: f64) -> Lines {
+    let mut lines = shifted(modulation, torque, 0.5 * step);
+    for (v, w) in lines.iter_mut().zip(&modulation.omega) {
+        let half = 0.5 * w * step;
+        if half > 0.0 {
+            *v *= half.sin() / half;
+        }
+    }
+    lines
 }

@@ -1,16 +1,23 @@
-//! The clocks of torque, motor and link, from the motor's equation.
+//! The clocks of torque, motor and link, from the equations of motion.
 //!
-//! With the torque late by delta and the link's angle by sigma, to first order
+//! With the torque late by delta and the link's angle by sigma, the motor's equation is to first order
 //!
-//! $$ \tau - J_m \ddot q_m - \kappa(d) = \delta \dot\tau - \Delta\sigma\, \kappa'(d) \dot q, $$
+//! $$ \tau - J_m \ddot q_m - \kappa(d) = \delta \dot\tau - \sigma\, \kappa'(d)\, \dot q, $$
 //!
-//! so both follow by least squares beside the free stiffness curve. An offset between the encoders' clocks is a deflection
-//! proportional to the velocity, which here only the torque distinguishes from stiffness and friction. Both equations of a joint
-//! determine it far better ([`clock_offset`](super::clock_offset)).
+//! so both follow by least squares beside the free stiffness curve ([`of_motor`]). That determines sigma only as well as the torque is
+//! known: an offset between the encoders' clocks is a deflection proportional to the velocity, which here only the torque
+//! distinguishes from stiffness and friction. The link's equation has no torque in it and so none of its noise. As it holds at
+//! every time, it becomes
+//!
+//! $$ \kappa(d) - M \ddot q - f(\dot q) = -\sigma\, \kappa'(d)\, \dot q_m. $$
+//!
+//! That is not a friction of the link's own velocity: beside the free curves the deflection's rate determines the offset
+//! ([`of_both`]). A damping of the joint, which the model does not have, would be another torque of that rate: an offset that
+//! the motor's equation excludes is not taken.
 
 use super::basis::Basis;
 use super::checks;
-use super::column_noise::AbscissaNoise;
+use super::clock_offset::{ClockOffset, Clocks, SIGNIFICANT};
 use super::compliance::Compliance;
 use super::equations::Lines;
 use super::fourier::Modulation;
@@ -18,71 +25,18 @@ use super::joint_signals::{JointSignals, of_inertia};
 use super::motion::Motion;
 use super::smooth::Reflected;
 use super::system::System;
-use crate::linalg::Complex;
 
-/// Passes at most.
-const PASSES: usize = 8;
+/// Passes at most by the motor's equation, and by both.
+const MOTOR_PASSES: usize = 8;
+const PASSES: usize = 6;
 /// The last change in standard errors.
 const SETTLED: f64 = 0.05;
 /// Intervals on either side of zero of the stiffness curve meanwhile.
 const PIECES: usize = 8;
 /// The longest step of the link's offset in samples: a longer one leaves the linear range.
 const LONGEST_STEP: f64 = 20.0;
-/// An offset of less than so many standard errors is taken as zero.
-pub(super) const SIGNIFICANT: f64 = 4.0;
-/// So is one below this share of a sample.
-const NEGLIGIBLE: f64 = 0.03;
-/// A torque held from sample to sample is late by half a sample, within this share of one.
-const HELD_WITHIN: f64 = 0.15;
 /// Half the distance of the points between which a slope of the stiffness curve is taken, as a share of the largest deflection.
-pub(super) const SLOPE_STEP: f64 = 1e-4;
-
-/// The time by which a signal's samples are late.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Offset {
-    /// In s.
-    pub value: f64,
-    pub standard_error: f64,
-    /// Whether it is more than chance and no tiny part of a sample.
-    pub significant: bool,
-}
-
-impl Offset {
-    const NONE: Offset = Offset {
-        value: 0.0,
-        standard_error: 0.0,
-        significant: false,
-    };
-
-    /// With this sample time.
-    pub fn new(value: f64, standard_error: f64, step: f64) -> Self {
-        Offset {
-            value,
-            standard_error,
-            significant: value.abs() > SIGNIFICANT * standard_error && value.abs() > NEGLIGIBLE * step,
-        }
-    }
-
-    /// Whether it is the delay of a torque that is held from sample to sample.
-    pub fn is_hold(&self, step: f64) -> bool {
-        self.value.abs() > SIGNIFICANT * self.standard_error
-            && (self.value - 0.5 * step).abs() < HELD_WITHIN * step
-            && self.standard_error < HELD_WITHIN * step
-    }
-}
-
-/// The clocks of a flexible joint's log, relative to the motor's.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Clocks {
-    /// The offset of the link's samples.
-    pub link_offset: Offset,
-    /// The time from a torque's sample to its effect.
-    pub torque_delay: Offset,
-    /// Whether that is the half sample of a held torque.
-    pub torque_held: bool,
-    /// Whether the motion reverses often enough to determine the clocks at all.
-    pub determined: bool,
-}
+const SLOPE_STEP: f64 = 1e-4;
 
 /// A stiffness curve.
 struct Stiffness {
@@ -91,14 +45,17 @@ struct Stiffness {
 }
 
 impl Stiffness {
-    /// The transformed torque $\kappa'(d)\, \dot q$.
-    fn slopes(&self, joint: &JointSignals) -> Lines {
-        let d = &joint.deflection.d;
+    /// The slopes $\kappa'(d)$ at every sample, by central differences within the range of the basis.
+    fn slopes(&self, d: &[f64]) -> Vec<f64> {
         let h = SLOPE_STEP * d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
-        let slope = |d: f64| tangent(&self.basis, &self.coefficients, d, h);
-        let slopes: Vec<f64> = d.iter().zip(&joint.v).map(|(&d, v)| slope(d) * v).collect();
-        joint.modulation.of(&slopes)
+        let kappa = |d: f64| self.basis.value(&self.coefficients, d) * d;
+        d.iter().map(|d| (kappa(d + h) - kappa(d - h)) / (2.0 * h)).collect()
     }
+}
+
+/// The transformed product of two signals.
+fn product(modulation: &Modulation, a: &[f64], b: &[f64]) -> Lines {
+    modulation.of(&a.iter().zip(b).map(|(a, b)| a * b).collect::<Vec<f64>>())
 }
 
 /// The motor's equation with the torque's delay as a factor after its inertia, and then the link's offset where a curve is known.
@@ -109,27 +66,20 @@ fn delayed_system<'a>(
     curve: Option<&Stiffness>,
 ) -> System<'a> {
     let mut system = joint.motor_system();
-    system.factors.push(vec![Some(rate.clone())]);
-    system
-        .factors
-        .extend(curve.map(|curve| vec![Some(curve.slopes(joint))]));
+    let offset = curve.map(|curve| product(joint.modulation, &curve.slopes(&joint.deflection.d), &joint.v));
+    let unknown = [rate.clone()].into_iter().chain(offset);
+    system.factors.extend(unknown.map(|lines| vec![Some(lines)]));
     system.encoder_noise = Box::new(move |x| {
         let inertia = motion.motor_inertia.unwrap_or(x[0]);
         vec![of_inertia(&joint.encoder[0], inertia)]
     });
-    system.curves[0].noise = AbscissaNoise::default();
+    system.curves[0].noise = Vec::new();
     system.curves[0].after = system.factors.len();
     system
 }
 
-/// kappa'(d) by central differences within the range of the basis.
-pub(super) fn tangent(basis: &Basis, coefficients: &[f64], d: f64, h: f64) -> f64 {
-    let kappa = |d: f64| basis.value(coefficients, d) * d;
-    (kappa(d + h) - kappa(d - h)) / (2.0 * h)
-}
-
-/// Finds the clocks; `None` if the motor's equation does not determine them.
-pub(super) fn clocks(motion: &Motion, modulation: &Modulation) -> Option<Clocks> {
+/// The clocks by the motor's equation; `None` if it does not determine them.
+pub(super) fn of_motor(motion: &Motion, modulation: &Modulation) -> Option<Clocks> {
     let step = motion.step;
     let link = Reflected::new(motion.link, step);
     let rate = modulation.of_rate(motion.torque);
@@ -143,12 +93,12 @@ pub(super) fn clocks(motion: &Motion, modulation: &Modulation) -> Option<Clocks>
     let mut offset = stiff.map_or(0.0, |found| found.link_offset.value);
     let (mut offset_error, mut delay, mut delay_error) = (f64::INFINITY, 0.0, f64::INFINITY);
     let mut curve: Option<Stiffness> = None;
-    for pass in 0..PASSES {
+    for pass in 0..MOTOR_PASSES {
         let q = match offset == 0.0 {
             true => motion.link.to_vec(),
             false => link.shifted(offset),
         };
-        let joint = JointSignals::new(motion, modulation, &Clocks::ALIKE, &q);
+        let joint = JointSignals::new(motion, modulation, modulation.of(motion.torque), &q);
         determined &= checks::motion(&joint.v, 0.0).is_none();
         let system = delayed_system(motion, &joint, &rate, curve.as_ref());
         let splines = system.curves[0].splines(modulation, PIECES);
@@ -162,19 +112,20 @@ pub(super) fn clocks(motion: &Motion, modulation: &Modulation) -> Option<Clocks>
             offset_error = covariance.error(delay_at + 1);
             pass > 1 && change.abs() < SETTLED * offset_error
         };
-        curve = Some(Stiffness {
-            coefficients: solved.coefficients(0).to_vec(),
-            basis: splines.basis.clone(),
-        });
+        let coefficients = solved.coefficients(0).to_vec();
         noise = system.noise_of(&solved);
+        curve = Some(Stiffness {
+            basis: splines.basis,
+            coefficients,
+        });
         if settled {
             break;
         }
     }
     let offset_of = |value: f64, error: f64| {
-        let offset = Offset::new(value, error, step);
+        let offset = ClockOffset::new(value, error, step);
         let significant = determined && offset.significant;
-        Offset { significant, ..offset }
+        ClockOffset { significant, ..offset }
     };
     let torque_delay = offset_of(delay, delay_error);
     Some(Clocks {
@@ -185,50 +136,57 @@ pub(super) fn clocks(motion: &Motion, modulation: &Modulation) -> Option<Clocks>
     })
 }
 
-impl Clocks {
-    /// All samples of the same instants.
-    const ALIKE: Clocks = Clocks {
-        link_offset: Offset::NONE,
-        torque_delay: Offset::NONE,
-        torque_held: false,
-        determined: false,
-    };
-
-    /// The link's angle on the motor's clock.
-    pub fn link(&self, motion: &Motion) -> Vec<f64> {
-        match self.link_offset.significant {
-            true => Reflected::new(motion.link, motion.step).shifted(self.link_offset.value),
-            false => motion.link.to_vec(),
-        }
+/// The same clocks with the link's offset from both equations; as they were where these do not determine it, or contradict each other.
+pub(super) fn of_both(motion: &Motion, modulation: &Modulation, clocks: Clocks) -> Clocks {
+    let before = clocks.link_offset;
+    // A motor's equation that excludes nothing has not distinguished stiffness from an offset either.
+    if !(clocks.determined && before.standard_error.is_finite()) {
+        return clocks;
     }
-
-    /// The transformed torque at the time of its effect.
-    pub fn torque(&self, modulation: &Modulation, torque: &[f64], step: f64) -> Lines {
-        if self.torque_held {
-            held(modulation, torque, step)
-        } else if self.torque_delay.significant {
-            shifted(modulation, torque, self.torque_delay.value)
-        } else {
-            modulation.of(torque)
-        }
+    let refined = refined(motion, modulation, &clocks).filter(|offset| {
+        (offset.value - before.value).abs() < SIGNIFICANT * before.standard_error
+            && offset.standard_error < before.standard_error
+    });
+    Clocks {
+        link_offset: refined.unwrap_or(before),
+        ..clocks
     }
 }
 
-/// A transformed torque that acts `delay` after its sample.
-fn shifted(modulation: &Modulation, torque: &[f64], delay: f64) -> Lines {
-    let lines = modulation.of(torque).into_iter().zip(&modulation.omega);
-    lines.map(|(v, w)| v * Complex::new(0.0, -w * delay).exp()).collect()
-}
-
-/// A transformed torque that is held from sample to sample: late by half a sample, with a hold's gain.
-pub(super) fn held(modulation: &Modulation, torque: &[f64], step: f64) -> Lines {
-    let lines = shifted(modulation, torque, 0.5 * step)
-        .into_iter()
-        .zip(&modulation.omega);
-    lines
-        .map(|(v, w)| {
-            let half = 0.5 * w * step;
-            if half > 0.0 { v * (half.sin() / half) } else { v }
-        })
-        .collect()
+/// The offset by Gauss-Newton steps from the motor's.
+fn refined(motion: &Motion, modulation: &Modulation, clocks: &Clocks) -> Option<ClockOffset> {
+    let link = Reflected::new(motion.link, motion.step);
+    let motor_velocity = Reflected::new(motion.motor, motion.step).velocity(motion.motor_noise.cut_off());
+    let mut offset = clocks.link_offset.value;
+    let mut noise = None;
+    for pass in 0..PASSES {
+        let torque = clocks.torque(modulation, motion);
+        let joint = JointSignals::new(motion, modulation, torque, &link.shifted(offset));
+        let system = joint.system();
+        let weights = match noise.take() {
+            Some(noise) => noise,
+            None => joint.free(motion)?.noise,
+        };
+        let tested = system.tested();
+        let solved = system.solve(&tested, &weights)?;
+        let curve = Stiffness {
+            coefficients: solved.coefficients(0).iter().map(|c| -c).collect(),
+            basis: tested[0].basis.clone(),
+        };
+        let slopes = curve.slopes(&joint.deflection.d);
+        let late = [&joint.v, &motor_velocity].map(|v| Some(product(modulation, &slopes, v)));
+        let at = solved.solution.x.len();
+        let solved = solved.with_column(late.into())?;
+        let covariance = solved.equations.robust(&solved.solution).covariance;
+        let (change, error) = (solved.solution.x[at], covariance.error(at));
+        if !(change.is_finite() && error > 0.0) {
+            return None;
+        }
+        offset += change;
+        if pass > 0 && change.abs() < SETTLED * error {
+            return Some(ClockOffset::new(offset, error, motion.step));
+        }
+        noise = Some(system.unbiased_noise_of(&solved));
+    }
+    None
 }

@@ -5,9 +5,9 @@
 //! encoder, one comes out at the other's cost. The mean of it is known, and is taken off the products again (errors in variables;
 //! Fuller 1987).
 
-use super::equations::{RIDGE, scales};
 use super::fourier::Modulation;
-use crate::linalg;
+use super::normal::{ridged, scaled, scales};
+use crate::linalg::Matrix;
 
 /// The largest share of the square of any sum of columns that may be noise.
 const MOSTLY_NOISE: f64 = 0.5;
@@ -39,30 +39,16 @@ impl<'a> Noisy<'a> {
     }
 }
 
-/// The noise of a curve's abscissa in one block of equations, in which the curve has the sign +1.
+/// The product of the noise of a curve's abscissa with itself, or with that of a column with an unknown factor, in one block of
+/// equations, in which the curve has the sign +1.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct OwnNoise<'a> {
-    pub block: usize,
-    pub spectrum: &'a [f64],
-    pub variance: f64,
-}
-
-/// The product of an abscissa's noise with that of a column with an unknown factor.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SharedNoise<'a> {
-    /// The number of the factor among all factors.
-    pub factor: usize,
+pub(super) struct AbscissaNoise<'a> {
+    /// The number of the factor; `None` for the square of the abscissa's own noise.
+    pub factor: Option<usize>,
     pub block: usize,
     pub spectrum: &'a [f64],
     /// The covariance of both noises, but for the spectrum.
     pub covariance: f64,
-}
-
-/// How the noise of a curve's abscissa meets itself and that of other columns; empty where it does not count.
-#[derive(Debug, Clone, Default)]
-pub(super) struct AbscissaNoise<'a> {
-    pub own: Vec<OwnNoise<'a>>,
-    pub shared: Vec<SharedNoise<'a>>,
 }
 
 /// The mean product of the slopes of two functions.
@@ -129,129 +115,86 @@ impl Slopes {
 }
 
 impl<'a> AbscissaNoise<'a> {
-    /// Whether the abscissa has no noise that counts.
-    pub fn is_none(&self) -> bool {
-        self.own.is_empty() && self.shared.is_empty()
-    }
-
-    /// What the noise adds to the products of functions of the abscissa. `column` is the column of a function, `factor` that of an
-    /// unknown factor.
-    pub fn noisy(
-        &self,
-        slopes: &Slopes,
-        column: impl Fn(usize) -> usize + Copy,
-        factor: impl Fn(usize) -> usize + Copy,
-    ) -> Vec<Noisy<'a>> {
-        let own = self.own.iter().flat_map(|own| {
-            slopes.products.iter().map(move |product| Noisy {
-                columns: product.functions.map(column),
-                block: own.block,
-                spectrum: own.spectrum,
-                factor: own.variance * product.mean,
-            })
-        });
-        let shared = self.shared.iter().flat_map(|shared| {
-            slopes.mean.iter().enumerate().map(move |(k, mean)| Noisy {
-                columns: [factor(shared.factor), column(k)],
-                block: shared.block,
-                spectrum: shared.spectrum,
-                factor: shared.covariance * mean,
-            })
-        });
-        own.chain(shared).collect()
-    }
-}
-
-/// What noise adds to the product of two columns, summed over all blocks and lines.
-#[derive(Debug, Clone, Copy)]
-struct Entry {
-    columns: [usize; 2],
-    sum: f64,
-}
-
-/// What noise adds to the inner products of columns.
-pub(super) struct Excess(Vec<Entry>);
-
-impl Excess {
-    /// With these weights of each line of each block.
-    pub fn new(noisy: &[Noisy], weights: &[Vec<f64>]) -> Excess {
-        // Many entries share few spectra: the weighted sum of each is kept.
-        let mut known: Vec<(usize, *const f64, f64)> = Vec::new();
-        let entries = noisy.iter().map(|entry| {
-            let (block, spectrum) = (entry.block, entry.spectrum.as_ptr());
-            let found = known.iter().find(|known| (known.0, known.1) == (block, spectrum));
-            let sum = match found {
-                Some((.., sum)) => *sum,
-                None => {
-                    let sum = weights[block].iter().zip(entry.spectrum).map(|(w, e)| w * e).sum();
-                    known.push((block, spectrum, sum));
-                    sum
-                }
-            };
-            Entry {
-                columns: entry.columns,
-                sum: entry.factor * sum,
-            }
-        });
-        Excess(entries.collect())
-    }
-
-    /// The products of n columns less a share of this.
-    fn taken_off(&self, products: &[f64], n: usize, share: f64) -> Vec<f64> {
-        let mut less = products.to_vec();
-        for &Entry { columns: [i, j], sum } in &self.0 {
-            less[i * n + j] -= share * sum;
-            if i != j {
-                less[j * n + i] -= share * sum;
-            }
-        }
-        less
-    }
-
-    /// The products of n columns less this, row-major. Where a sum of the first `unknown` columns would be mostly noise, only a
-    /// part is taken off, and this keeps that part alone.
-    pub fn off(&mut self, products: &[f64], n: usize, unknown: usize) -> Vec<f64> {
-        if self.0.is_empty() {
-            return products.to_vec();
-        }
-        let scale = scales(products, n, unknown);
-        let scaled: Vec<f64> = (0..unknown)
-            .flat_map(|i| (0..unknown).map(move |j| (i, j)))
-            .map(|(i, j)| products[i * n + j] / (scale[i] * scale[j]))
-            .collect();
-        let inside = self.0.iter().filter(|entry| entry.columns.iter().all(|c| *c < unknown));
-        let of_scaled = Excess(
-            inside
-                .map(|&Entry { columns: [i, j], sum }| Entry {
-                    columns: [i, j],
-                    sum: sum / (scale[i] * scale[j]),
-                })
-                .collect(),
-        );
-        let mut share = 1.0;
-        for _ in 0..HALVINGS {
-            let mut rest = of_scaled.taken_off(&scaled, unknown, share / MOSTLY_NOISE);
-            (0..unknown).for_each(|i| rest[i * unknown + i] += RIDGE);
-            if linalg::solve_positive_definite(&rest, &vec![0.0; unknown]).is_some() {
-                break;
-            }
-            share *= 0.5;
-        }
-        self.0.iter_mut().for_each(|entry| entry.sum *= share);
-        self.taken_off(products, n, 1.0)
-    }
-
-    /// What this adds to the square of the columns' sum with these factors.
-    pub fn square(&self, x: &[f64]) -> f64 {
-        let part = |entry: &Entry| {
-            let [i, j] = entry.columns;
-            match i == j {
-                true => entry.sum * x[i] * x[i],
-                false => 2.0 * entry.sum * x[i] * x[j],
-            }
+    /// What the noise adds to the products of functions of the abscissa with these slopes. `column` is the column of a function; the
+    /// columns of the factors come first.
+    pub fn noisy(&self, slopes: &Slopes, column: impl Fn(usize) -> usize) -> Vec<Noisy<'a>> {
+        let noisy = |columns, slope| Noisy {
+            columns,
+            block: self.block,
+            spectrum: self.spectrum,
+            factor: self.covariance * slope,
         };
-        self.0.iter().map(part).sum()
+        match self.factor {
+            None => {
+                let products = slopes.products.iter();
+                products.map(|p| noisy(p.functions.map(&column), p.mean)).collect()
+            }
+            Some(factor) => {
+                let means = slopes.mean.iter().enumerate();
+                means.map(|(k, mean)| noisy([factor, column(k)], *mean)).collect()
+            }
+        }
     }
+}
+
+/// What noise adds to the product of two columns, summed over the lines of a block.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Excess {
+    pub columns: [usize; 2],
+    pub sum: f64,
+}
+
+/// What noise adds to the inner products of columns, with these weights of each line of each block.
+pub(super) fn excess(noisy: &[Noisy], weights: &[Vec<f64>]) -> Vec<Excess> {
+    let sum = |entry: &Noisy| {
+        let lines = weights[entry.block].iter().zip(entry.spectrum);
+        Excess {
+            columns: entry.columns,
+            sum: entry.factor * lines.map(|(w, e)| w * e).sum::<f64>(),
+        }
+    };
+    noisy.iter().map(sum).collect()
+}
+
+/// The products of columns less this.
+pub(super) fn less(mut products: Matrix, excess: &[Excess]) -> Matrix {
+    for &Excess { columns: [i, j], sum } in excess {
+        products[(i, j)] -= sum;
+        if i != j {
+            products[(j, i)] -= sum;
+        }
+    }
+    products
+}
+
+/// What this adds to the square of the columns' sum with these factors.
+pub(super) fn square(excess: &[Excess], x: &[f64]) -> f64 {
+    let part = |Excess { columns: [i, j], sum }: &Excess| {
+        let both = if i == j { 1.0 } else { 2.0 };
+        both * sum * x[*i] * x[*j]
+    };
+    excess.iter().map(part).sum()
+}
+
+/// The share of the excess that can be taken off the products of columns: all of it, unless a sum of the columns would then be mostly
+/// noise.
+pub(super) fn share_of(products: &Matrix, excess: &[Excess]) -> f64 {
+    let scale = scales(products);
+    let inside = excess.iter().filter(|e| e.columns.iter().all(|c| *c < scale.len()));
+    let excess: Vec<Excess> = inside.copied().collect();
+    let mut share = 1.0;
+    for _ in 0..HALVINGS {
+        let of_scaled = excess.iter().map(|&Excess { columns: [i, j], sum }| Excess {
+            columns: [i, j],
+            sum: share / MOSTLY_NOISE * (sum / (scale[i] * scale[j])),
+        });
+        let remainder = less(scaled(products, &scale), &of_scaled.collect::<Vec<_>>());
+        if ridged(remainder).cholesky().is_some() {
+            break;
+        }
+        share *= 0.5;
+    }
+    share
 }
 
 #[cfg(test)]

@@ -50,30 +50,26 @@ fn noise_that_two_columns_share_is_taken_off() {
         let (motor, link) = (noisy(&motor), noisy(&link));
         let d: Vec<f64> = motor.iter().zip(&link).map(|(m, q)| m - q).collect();
         let slopes = Slopes::of_all(&modulation, &[vec![1.0; SAMPLES]]);
-        let abscissa = AbscissaNoise {
-            own: vec![OwnNoise {
-                block: 0,
-                spectrum: &flat,
-                variance: 2.0 * variance,
-            }],
-            shared: vec![SharedNoise {
-                factor: 0,
-                block: 0,
-                spectrum: &shared,
-                covariance: -variance,
-            }],
+        let abscissa = |factor, spectrum, covariance| AbscissaNoise {
+            factor,
+            block: 0,
+            spectrum,
+            covariance,
         };
+        let (of_own, with_motor) = (
+            abscissa(None, &flat[..], 2.0 * variance),
+            abscissa(Some(0), &shared[..], -variance),
+        );
         let square = Noisy {
             columns: [0, 0],
             block: 0,
             spectrum: &own,
             factor: variance,
         };
-        let all: Vec<Noisy> = abscissa
-            .noisy(&slopes, |k| 1 + k, |i| i)
+        let of_abscissa = [of_own, with_motor]
             .into_iter()
-            .chain([square])
-            .collect();
+            .flat_map(|noise| noise.noisy(&slopes, |k| 1 + k));
+        let all: Vec<Noisy> = of_abscissa.chain([square]).collect();
         for (found, noisy) in found.iter_mut().zip([Vec::new(), vec![square], all]) {
             let equations = Equations {
                 columns: vec![
@@ -142,13 +138,22 @@ fn no_more_than_half_is_taken_off() {
         spectrum: &lines,
         factor,
     };
-    let normal = [4.0, 1.0, 1.0, 1.0];
-    let mut excess = Excess::new(&[entry([0, 0], 8.0), entry([0, 1], 0.5)], &[vec![1.0]]);
-    let less = excess.off(&normal, 2, 2);
+    let normal = Matrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 1.0]);
+    let mut noise = excess(&[entry([0, 0], 8.0), entry([0, 1], 0.5)], &[vec![1.0]]);
     // 2 ([4, 1; 1, 1] - share [8, 0.5; 0.5, 0]) is positive definite with a share of an eighth.
-    assert_eq!(less, [3.0, 0.9375, 0.9375, 1.0]);
-    assert_eq!(excess.square(&[1.0, 2.0]), 1.0 + 2.0 * 0.0625 * 2.0);
+    let share = share_of(&normal, &noise);
+    assert_eq!(share, 0.125);
+    noise.iter_mut().for_each(|entry| entry.sum *= share);
+    assert_eq!(
+        less(normal.clone(), &noise),
+        Matrix::from_row_slice(2, 2, &[3.0, 0.9375, 0.9375, 1.0])
+    );
+    assert_eq!(square(&noise, &[1.0, 2.0]), 1.0 + 2.0 * 0.0625 * 2.0);
     // What has noise within bounds loses all of it.
-    let mut excess = Excess::new(&[entry([0, 0], 0.5), entry([0, 1], 0.5)], &[vec![2.0]]);
-    assert_eq!(excess.off(&normal, 2, 2), [3.0, 0.0, 0.0, 1.0]);
+    let noise = excess(&[entry([0, 0], 0.5), entry([0, 1], 0.5)], &[vec![2.0]]);
+    assert_eq!(share_of(&normal, &noise), 1.0);
+    assert_eq!(
+        less(normal, &noise),
+        Matrix::from_row_slice(2, 2, &[3.0, 0.0, 0.0, 1.0])
+    );
 }

@@ -10,8 +10,8 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::clocks::Offset;
-use super::equations::{Equations, Lines};
+use super::clock_offset::ClockOffset;
+use super::equations::{Equations, Lines, Solution};
 use super::finding::Finding;
 use super::fourier::Modulation;
 use super::motion::Motion;
@@ -30,7 +30,7 @@ const SETTLED: f64 = 1e-3;
 /// The deflection as that of a spring, beside an offset of the link's clock.
 pub(super) struct Compliance {
     /// The offset of the link's clock.
-    pub link_offset: Offset,
+    pub link_offset: ClockOffset,
     /// The root mean square of the deflection that the torque explains, rad; 0 where that may be chance.
     pub elastic: f64,
     /// That of the encoders' noise in a sample, rad.
@@ -94,16 +94,19 @@ impl Motion<'_> {
     pub fn compliance(&self, modulation: &Modulation) -> Option<Compliance> {
         let edge = 2.0 * std::f64::consts::PI * self.link_noise.band.max(self.motor_noise.band);
         let inside = modulation.omega.partition_point(|w| *w <= edge).max(1);
-        let lines = |mut lines: Lines| {
+        let freedom = 2.0 * inside as f64 - 3.0;
+        if !(freedom > 0.0) {
+            return None;
+        }
+        let first = |mut lines: Lines| {
             lines.truncate(inside);
             lines
         };
-        let reflected = Reflected::new(self.link, self.step);
         let springs = [
-            lines(modulation.of(&centred(self.torque))),
-            lines(self.rotor_acceleration(modulation)),
+            first(modulation.of(&centred(self.torque))),
+            first(self.rotor_acceleration(modulation)),
         ];
-        let ones = vec![1.0; inside];
+        let reflected = Reflected::new(self.link, self.step);
         let mut offset = 0.0;
         let mut last = None;
         for _ in 0..PASSES {
@@ -112,31 +115,16 @@ impl Motion<'_> {
                 false => reflected.shifted(offset),
             };
             let d: Vec<f64> = self.motor.iter().zip(&link).map(|(m, q)| m - q).collect();
-            let velocity = lines(modulation.of_rate(&link));
-            let right = vec![lines(modulation.of(&centred(&d)))];
-            let solve = |columns: Vec<&Lines>| {
-                Equations {
-                    columns: columns.into_iter().map(|c| vec![Some(c.clone())]).collect(),
-                    right: right.clone(),
-                    noise: vec![&ones],
-                    noisy: Vec::new(),
-                }
-                .solve()
-            };
-            let with = solve(vec![&velocity, &springs[0], &springs[1]])?;
-            let without = solve(vec![&velocity])?;
-            let change = with.x[0];
+            let velocity = first(modulation.of_rate(&link));
+            let fit = SpringFit::new(&first(modulation.of(&centred(&d))), &velocity, &springs)?;
+            let change = fit.with.x[0];
             offset += change;
-            let freedom = 2.0 * inside as f64 - 3.0;
-            last = Some((with, without, freedom));
+            last = Some(fit);
             if change.abs() < SETTLED * self.step {
                 break;
             }
         }
-        let (with, without, freedom) = last?;
-        if !(freedom > 0.0) {
-            return None;
-        }
+        let SpringFit { with, without } = last?;
         // The weights are those of noise of a mean square of 1 a line.
         let spread = with.squares / freedom;
         let gain = (without.squares - with.squares).max(0.0);
@@ -147,7 +135,7 @@ impl Motion<'_> {
         // The lines of one side of the spectrum; white noise of variance s has the mean square s in each.
         let all = 0.5 * modulation.samples() as f64;
         Some(Compliance {
-            link_offset: Offset::new(offset, with.covariance.error(0) * spread.sqrt(), self.step),
+            link_offset: ClockOffset::new(offset, with.covariance.error(0) * spread.sqrt(), self.step),
             elastic: if chance < CHANCE { (own / all).sqrt() } else { 0.0 },
             noise: self.encoders(),
             stiffness: 1.0 / with.x[1],
@@ -168,14 +156,33 @@ impl Motion<'_> {
                 false => f64::NAN,
             },
         }];
-        let offset = found.link_offset;
-        if offset.significant {
-            findings.push(Finding::EncoderSkew {
-                skew: offset.value,
-                standard_error: offset.standard_error,
-            });
-        }
+        findings.extend(found.link_offset.finding());
         Some(findings)
+    }
+}
+
+/// The least-squares fits of a deflection with and without a spring.
+struct SpringFit {
+    with: Solution,
+    without: Solution,
+}
+
+impl SpringFit {
+    fn new(deflection: &Lines, velocity: &Lines, springs: &[Lines; 2]) -> Option<Self> {
+        let ones = vec![1.0; deflection.len()];
+        let solve = |columns: &[&Lines]| {
+            let equations = Equations {
+                columns: columns.iter().map(|&c| vec![Some(c.clone())]).collect(),
+                right: vec![deflection.clone()],
+                noise: vec![&ones],
+                noisy: Vec::new(),
+            };
+            equations.solve()
+        };
+        Some(SpringFit {
+            with: solve(&[velocity, &springs[0], &springs[1]])?,
+            without: solve(&[velocity])?,
+        })
     }
 }
 

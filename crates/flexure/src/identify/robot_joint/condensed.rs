@@ -7,12 +7,17 @@
 //! With the inner products of the hats, of the fixed columns and of the right-hand side, a fit costs microseconds. That affords many
 //! starts, and profile likelihoods.
 
+use std::ops::Range;
+
 use super::basis::{Spacing, mean_of, range};
 use super::column_noise::Slopes;
-use super::equations::{Column, Equations, RIDGE, Scaled};
-use super::form_fit::{FormEquations, Shape};
+use super::equations::{Column, Equations};
+use super::forms::{ParametricCurve, Term};
 use super::fourier::Modulation;
 use super::layout::{FormLayout, FormParameter};
+use super::normal::{Normal, RIDGE};
+use super::system::{Curve, Splines};
+use crate::linalg::{Matrix, Vector};
 use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
 use crate::parallel;
 
@@ -24,6 +29,21 @@ const DENSER: f64 = 100.0;
 const ITERATIONS: usize = 60;
 /// The largest logarithm of a shape parameter.
 const LARGEST_LOG: f64 = 40.0;
+
+/// A curve of the equations of motion that is to have a physical form.
+pub(super) struct FormedCurve<'a> {
+    pub terms: Vec<Term>,
+    pub curve: &'a Curve<'a>,
+    /// The splines beside which the form is tested.
+    pub beside: &'a Splines,
+}
+
+impl FormedCurve<'_> {
+    /// Each term with the logarithms of its shape parameters.
+    pub fn split<'b>(&'b self, logs: &'b [f64]) -> impl Iterator<Item = (Term, &'b [f64])> {
+        ParametricCurve::split(&self.terms, logs)
+    }
+}
 
 /// A parameter that is held at a value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,54 +76,40 @@ impl Minimum {
 /// The hat functions of a curve.
 struct Hats {
     knots: Vec<f64>,
-    /// The number of the first one's column.
-    first: usize,
+    /// The numbers of their columns.
+    columns: Range<usize>,
 }
 
 /// The inner products.
 pub(super) struct Condensed {
-    /// Of the hats of each curve and the right-hand side, without what the fixed columns take of them, row-major.
-    gram: Vec<f64>,
-    size: usize,
+    /// Of the hats of each curve and the right-hand side, without what the fixed columns take of them.
+    gram: Matrix,
     /// Of each curve.
     hats: Vec<Hats>,
 }
 
-/// A column as a sum of neighbouring ones.
-#[derive(Clone)]
-struct ColumnSum {
-    /// The first one's number.
-    first: usize,
-    factors: Vec<f64>,
+/// A parameter's derivative of a curve.
+struct Slope {
+    /// The number of the term whose shape parameter it is.
+    term: usize,
+    /// The derivative as a sum of hats.
+    hats: Vector,
 }
 
-/// The columns that stand in a fit for given logarithms, as sums of hats.
+/// The columns of a fit for given logarithms, as sums of hats.
+#[derive(Default)]
 struct Sums {
-    /// Of the terms whose factors are free.
-    free: Vec<ColumnSum>,
-    /// Of the term whose factor is held.
-    held: Option<ColumnSum>,
-    /// Of the derivatives of each term by each of its logarithms, with the term's number.
-    slopes: Vec<(usize, ColumnSum)>,
+    /// The terms.
+    terms: Vec<Vector>,
+    /// Their derivatives by each of their logarithms.
+    slopes: Vec<Slope>,
 }
 
-/// The inner products of the free terms, their derivatives and the right-hand side, in this order.
-struct Products {
-    entries: Vec<f64>,
-    size: usize,
-    free: usize,
-    slopes: usize,
-}
-
-impl Products {
-    fn at(&self, i: usize, j: usize) -> f64 {
-        self.entries[i * self.size + j]
-    }
-
-    /// The number of the right-hand side.
-    fn right(&self) -> usize {
-        self.free + self.slopes
-    }
+/// A factor that is held at a value.
+#[derive(Clone, Copy)]
+struct HeldFactor {
+    term: usize,
+    value: f64,
 }
 
 /// The best factors for given logarithms.
@@ -113,205 +119,158 @@ struct Projected {
 }
 
 impl Condensed {
-    /// The inner products of these equations, whatever the terms of their curves; `None` if the work was asked to stop.
-    pub fn new(forms: &FormEquations) -> Option<Condensed> {
-        let fixed = forms.fixed.len();
-        let mut columns: Vec<Column> = forms.fixed.clone();
-        let mut hats = Vec::new();
-        let mut noisy = forms.noisy.clone();
-        for Shape { curve, .. } in &forms.shapes {
+    /// The inner products of these equations, whatever the forms of these curves; `None` if the work was asked to stop.
+    pub fn new(fixed: &Equations, curves: &[FormedCurve], modulation: &Modulation) -> Option<Condensed> {
+        let mut equations = fixed.clone();
+        let (fixed, mut hats) = (fixed.columns.len(), Vec::new());
+        for FormedCurve { curve, .. } in curves {
             let knots = between(curve.x, curve.sign_width());
-            let first = columns.len();
-            noisy.extend(curve.noisy(|| slopes(forms.modulation, &knots, curve.x), |k| first + k, |i| i));
-            let own: Vec<Column> = parallel::map(knots.len(), |k| {
+            let first = equations.columns.len();
+            let noisy = curve.noisy(|| slopes(modulation, &knots, curve.x), |k| first + k, None);
+            equations.noisy.extend(noisy);
+            let own = parallel::map(knots.len(), |k| {
                 let values = mean_of(curve.x, |x| hat(&knots, k, x));
-                curve.column(&forms.modulation.of(&values), 1.0)
+                curve.column(&modulation.of(&values), 1.0)
             });
-            columns.extend(own);
+            equations.columns.extend(own);
             hats.push(Hats {
-                first: first - fixed,
+                columns: first - fixed..equations.columns.len() - fixed,
                 knots,
             });
         }
-        columns.push(forms.right.iter().cloned().map(Some).collect());
-        let size = columns.len();
-        let equations = Equations {
-            columns,
-            right: Vec::new(),
-            noise: forms.noise.clone(),
-            noisy,
-        };
+        let right: Column = std::mem::take(&mut equations.right).into_iter().map(Some).collect();
+        equations.columns.push(right);
         let mut gram = equations.gram(fixed)?.products;
-        (0..fixed).for_each(|i| gram[i * size + i] *= 1.0 + RIDGE);
+        (0..fixed).for_each(|i| gram[(i, i)] *= 1.0 + RIDGE);
         Some(Condensed {
-            gram: beside(gram, size, fixed),
-            size: size - fixed,
+            gram: beside(gram, fixed).transpose(),
             hats,
         })
     }
 
-    /// The inner products of sums of columns.
-    fn products(&self, sums: &[ColumnSum]) -> Vec<f64> {
-        let n = sums.len();
-        let mut products = vec![0.0; n * n];
-        let mut column = vec![0.0; self.size];
-        for (j, sum) in sums.iter().enumerate() {
-            column.fill(0.0);
-            for (k, factor) in sum.factors.iter().enumerate() {
-                let row = &self.gram[(sum.first + k) * self.size..(sum.first + k + 1) * self.size];
-                column.iter_mut().zip(row).for_each(|(c, g)| *c += factor * g);
-            }
-            for (i, other) in sums[..=j].iter().enumerate() {
-                let product = other
-                    .factors
-                    .iter()
-                    .zip(&column[other.first..])
-                    .map(|(w, c)| w * c)
-                    .sum();
-                products[i * n + j] = product;
-                products[j * n + i] = product;
-            }
-        }
-        products
-    }
-
-    /// The terms and their derivatives for these logarithms; `held` is the number of a factor.
-    fn sums(&self, shapes: &[Shape], logs: &[f64], held: Option<usize>) -> Sums {
-        let layout = FormLayout::new(0, shapes.iter().map(|s| &s.terms[..]));
-        let mut sums = Sums {
-            free: Vec::new(),
-            held: None,
-            slopes: Vec::new(),
-        };
-        let mut number = 0;
-        for ((shape, hats), own) in shapes.iter().zip(&self.hats).zip(layout.logs) {
-            let width = shape.curve.sign_width();
-            for (term, t) in shape.split(&logs[own]) {
-                let over = |f: &dyn Fn(f64) -> f64| ColumnSum {
-                    first: hats.first,
-                    factors: hats.knots.iter().map(|&x| f(x)).collect(),
-                };
-                let values = over(&|x| term.value(x, t, width));
-                match held == Some(number) {
-                    true => sums.held = Some(values),
-                    false => sums.free.push(values),
+    /// The terms and their derivatives for these logarithms.
+    fn sums(&self, curves: &[FormedCurve], logs: &[f64]) -> Sums {
+        let layout = FormLayout::new(0, curves.iter().map(|c| &c.terms[..]));
+        let mut sums = Sums::default();
+        for ((formed, hats), own) in curves.iter().zip(&self.hats).zip(layout.curves) {
+            let over = |f: &dyn Fn(f64) -> f64| {
+                let mut sum = Vector::zeros(self.gram.nrows());
+                for (column, knot) in hats.columns.clone().zip(&hats.knots) {
+                    sum[column] = f(*knot);
                 }
-                let slopes = (0..t.len()).map(|k| (number, over(&|x| term.by_shape(x, t, k, width))));
+                sum
+            };
+            let width = formed.curve.sign_width();
+            for (term, t) in formed.split(&logs[own.logs]) {
+                let slopes = (0..t.len()).map(|k| Slope {
+                    term: sums.terms.len(),
+                    hats: over(&|x| term.by_shape(x, t, k, width)),
+                });
                 sums.slopes.extend(slopes);
-                number += 1;
+                sums.terms.push(over(&|x| term.value(x, t, width)));
             }
         }
         sums
     }
 
-    /// The inner products of a fit, with the term whose factor is held at a value taken to the right-hand side.
-    fn products_of_fit(&self, sums: &Sums, held: Option<f64>) -> Products {
-        let slopes = sums.slopes.iter().map(|(_, sum)| sum);
-        let mut all: Vec<ColumnSum> = sums.free.iter().chain(slopes).cloned().collect();
-        all.push(ColumnSum {
-            first: self.size - 1,
-            factors: vec![1.0],
-        });
-        let right = all.len() - 1;
-        all.extend(sums.held.clone());
-        let n = all.len();
-        let mut entries = self.products(&all);
-        if let Some(value) = held.filter(|_| n == right + 2) {
-            for i in 0..n {
-                entries[i * n + right] -= value * entries[i * n + n - 1];
-            }
-            for j in 0..n {
-                entries[right * n + j] -= value * entries[(n - 1) * n + j];
+    /// The inner products of sums of hats.
+    fn products(&self, columns: &[Vector]) -> Matrix {
+        let mut products = Matrix::zeros(columns.len(), columns.len());
+        for (j, column) in columns.iter().enumerate() {
+            let image = &self.gram * column;
+            for (i, other) in columns[..=j].iter().enumerate() {
+                let product = other.iter().zip(image.iter()).map(|(a, b)| a * b).sum();
+                products[(i, j)] = product;
+                products[(j, i)] = product;
             }
         }
-        Products {
-            entries,
-            size: n,
-            free: sums.free.len(),
-            slopes: sums.slopes.len(),
-        }
+        products
     }
 
     /// The best factors for these logarithms, and the objective as a function of the logarithms alone (variable projection).
-    fn projected(&self, shapes: &[Shape], logs: &[f64], held: Option<(usize, f64)>) -> Option<Projected> {
+    fn projected(&self, curves: &[FormedCurve], logs: &[f64], held: Option<HeldFactor>) -> Option<Projected> {
         if logs.iter().any(|t| !(t.abs() < LARGEST_LOG)) {
             return None;
         }
-        let sums = self.sums(shapes, logs, held.map(|(number, _)| number));
-        let g = self.products_of_fit(&sums, held.map(|(_, value)| value));
-        let (free, slopes, right) = (g.free, g.slopes, g.right());
-        let normal = Scaled::new(&g.entries, g.size, free);
-        // The factors of the free terms whose sum is nearest to a column.
-        let nearest = |column: usize| {
-            let moments: Vec<f64> = (0..free).map(|i| g.at(i, column)).collect();
-            normal.solve(&moments)
-        };
-        let x = nearest(right)?;
-        let mut objective = g.at(right, right);
-        for i in 0..free {
-            let with: f64 = (0..free).map(|j| g.at(i, j) * x[j]).sum();
-            objective += x[i] * (with - 2.0 * g.at(i, right));
-        }
-        let mut factors = x.clone();
-        if let Some((number, value)) = held {
-            factors.insert(number, value);
-        }
-        // Kaufman's Jacobian: each derivative without what the free terms take of it, times its term's factor.
-        let taken: Vec<Vec<f64>> = (0..slopes).map(|k| nearest(free + k)).collect::<Option<_>>()?;
-        let factor = |k: usize| factors[sums.slopes[k].0];
-        let mut normal = vec![0.0; slopes * slopes];
-        for i in 0..slopes {
-            for j in 0..slopes {
-                let along: f64 = (0..free).map(|t| taken[i][t] * g.at(t, free + j)).sum();
-                normal[i * slopes + j] = factor(i) * factor(j) * (g.at(free + i, free + j) - along);
+        let Sums { mut terms, slopes } = self.sums(curves, logs);
+        let of_held = held.map(|held| terms.remove(held.term));
+        // The free terms, the derivatives and the right-hand side, in this order.
+        let (free, right) = (terms.len(), terms.len() + slopes.len());
+        let mut columns = terms;
+        columns.extend(slopes.iter().map(|slope| slope.hats.clone()));
+        columns.push(Vector::from_fn(self.gram.nrows(), |i, _| {
+            f64::from(i + 1 == self.gram.nrows())
+        }));
+        columns.extend(of_held);
+        let mut g = self.products(&columns);
+        // A term whose factor is held belongs to the right-hand side.
+        if let Some(HeldFactor { value, .. }) = held {
+            for i in 0..columns.len() {
+                g[(i, right)] -= value * g[(i, right + 1)];
+            }
+            for i in 0..columns.len() {
+                g[(right, i)] -= value * g[(right + 1, i)];
             }
         }
-        let descent = (0..slopes).map(|i| {
-            let along: f64 = (0..free).map(|t| x[t] * g.at(t, free + i)).sum();
-            factor(i) * (g.at(free + i, right) - along)
+        let part = |first, columns| g.view((0, first), (free, columns)).into_owned();
+        // The factors of the free terms whose sum is nearest to each derivative and to the right-hand side.
+        let nearest = match free {
+            0 => part(free, 0),
+            _ => Normal::new(&part(0, free))?.solve(&part(free, right + 1 - free))?,
+        };
+        // What they take of the product of two columns.
+        let taken = |i: usize, j: usize| -> f64 { (0..free).map(|t| nearest[(t, i - free)] * g[(t, j)]).sum() };
+        let x: Vec<f64> = (0..free).map(|t| nearest[(t, right - free)]).collect();
+        let along = (0..free).map(|i| {
+            let with: f64 = (0..free).map(|j| g[(i, j)] * x[j]).sum();
+            x[i] * (with - 2.0 * g[(i, right)])
         });
+        let cost = along.fold(g[(right, right)], |cost, along| cost + along);
+        let mut factors = x;
+        if let Some(HeldFactor { term, value }) = held {
+            factors.insert(term, value);
+        }
+        // Kaufman's Jacobian: each derivative without what the free terms take of it, times its term's factor.
+        let factor = |i: usize| factors[slopes[i - free].term];
+        let derivatives = || free..right;
+        let pairs = derivatives().flat_map(|i| derivatives().map(move |j| (i, j)));
         Some(Projected {
             normal: NormalEquations {
-                cost: objective,
-                descent: descent.collect(),
-                normal,
+                cost,
+                descent: derivatives()
+                    .map(|i| factor(i) * (g[(i, right)] - taken(right, i)))
+                    .collect(),
+                normal: pairs
+                    .map(|(i, j)| factor(i) * factor(j) * (g[(i, j)] - taken(i, j)))
+                    .collect(),
             },
             factors,
         })
     }
 
     /// The minimum next to these logarithms; `None` if there is none in double precision.
-    pub fn minimum(&self, shapes: &[Shape], start: &[f64], held: Option<Held>) -> Option<Minimum> {
+    pub fn minimum(&self, curves: &[FormedCurve], start: &[f64], held: Option<Held>) -> Option<Minimum> {
         let (mut factor, mut log) = (None, None);
-        if let Some(Held { parameter, value }) = held {
-            match parameter {
-                FormParameter::Factor(number) => factor = Some((number, value)),
-                FormParameter::Log(number) => log = Some((number, value)),
-            }
+        let mut logs = start.to_vec();
+        match held {
+            Some(Held { parameter, value }) => match parameter {
+                FormParameter::Factor(term) => factor = Some(HeldFactor { term, value }),
+                FormParameter::Log(number) => {
+                    logs[number] = value;
+                    log = Some(number);
+                }
+            },
+            None => {}
         }
-        let all = |free: &[f64]| -> Vec<f64> {
-            let mut logs = free.to_vec();
-            if let Some((number, value)) = log {
-                logs.insert(number, value);
-            }
-            logs
-        };
-        let mut free = start.to_vec();
-        if let Some((number, _)) = log {
-            free.remove(number);
-        }
-        if !free.is_empty() {
-            let minimum = minimise_squares(free, ITERATIONS, |free| {
-                let equations = self.projected(shapes, &all(free), factor)?.normal;
-                Some(match log {
-                    None => equations,
-                    Some((number, _)) => without(&equations, number),
-                })
+        if logs.len() > usize::from(log.is_some()) {
+            let minimum = minimise_squares(logs, ITERATIONS, |logs| {
+                let mut equations = self.projected(curves, logs, factor)?.normal;
+                log.into_iter().for_each(|number| hold(&mut equations, number));
+                Some(equations)
             })?;
-            free = minimum.parameters;
+            logs = minimum.parameters;
         }
-        let logs = all(&free);
-        let end = self.projected(shapes, &logs, factor)?;
+        let end = self.projected(curves, &logs, factor)?;
         Some(Minimum {
             objective: end.normal.cost,
             factors: end.factors,
@@ -321,37 +280,30 @@ impl Condensed {
 }
 
 /// The inner products of the other columns without what the first `fixed` columns take of them (a Schur complement).
-fn beside(mut gram: Vec<f64>, size: usize, fixed: usize) -> Vec<f64> {
+fn beside(mut gram: Matrix, fixed: usize) -> Matrix {
+    let size = gram.nrows();
     for k in 0..fixed {
-        let row: Vec<f64> = gram[k * size..(k + 1) * size].to_vec();
+        let after = size - k - 1;
+        let row = gram.row(k).columns(k + 1, after).transpose();
         // The diagonal entry has shrunk; a column that is a sum of the ones before takes nothing.
-        let pivot = row[k];
-        if !(pivot > 0.0) {
-            continue;
-        }
-        for i in k + 1..size {
-            let share = row[i] / pivot;
-            let other = &mut gram[i * size + k + 1..(i + 1) * size];
-            other.iter_mut().zip(&row[k + 1..]).for_each(|(g, r)| *g -= share * r);
+        let pivot = gram[(k, k)];
+        if pivot > 0.0 {
+            let mut others = gram.view_mut((k + 1, k + 1), (after, after));
+            others.ger(-1.0, &(&row / pivot), &row, 1.0);
         }
     }
-    let kept = |i: usize| &gram[i * size + fixed..(i + 1) * size];
-    (fixed..size).flat_map(kept).copied().collect()
+    gram.view((fixed, fixed), (size - fixed, size - fixed)).into_owned()
 }
 
-/// The equations without one unknown.
-fn without(equations: &NormalEquations, number: usize) -> NormalEquations {
+/// Makes the step of one unknown zero and leaves those of the others as they are without it.
+fn hold(equations: &mut NormalEquations, number: usize) {
     let n = equations.descent.len();
-    let kept: Vec<usize> = (0..n).filter(|&i| i != number).collect();
-    NormalEquations {
-        cost: equations.cost,
-        descent: kept.iter().map(|&i| equations.descent[i]).collect(),
-        normal: kept
-            .iter()
-            .flat_map(|&i| kept.iter().map(move |&j| (i, j)))
-            .map(|(i, j)| equations.normal[i * n + j])
-            .collect(),
+    equations.descent[number] = 0.0;
+    for i in 0..n {
+        equations.normal[number * n + i] = 0.0;
+        equations.normal[i * n + number] = 0.0;
     }
+    equations.normal[number * n + number] = 1.0;
 }
 
 /// Knots over the range of x, closer to each other near zero, with those at which a sign that is softened within `width` bends.

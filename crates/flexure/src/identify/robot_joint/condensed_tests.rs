@@ -1,10 +1,10 @@
 //! The condensed minimum is that of the equations.
 
 use super::*;
-use crate::identify::robot_joint::column_noise::AbscissaNoise;
 use crate::identify::robot_joint::division::FRICTION;
-use crate::identify::robot_joint::forms::{FormName, Term};
-use crate::identify::robot_joint::system::{Curve, CurveKind, Splines};
+use crate::identify::robot_joint::form_fit::FormEquations;
+use crate::identify::robot_joint::forms::FormName;
+use crate::identify::robot_joint::system::CurveKind;
 use crate::linalg::Complex;
 
 /// A curve of velocity beside an inertia, with a known answer: the condensed minimum is that of the equations themselves.
@@ -31,29 +31,31 @@ fn the_minimum_is_that_of_the_equations() {
         kind: CurveKind::Friction,
         x: &v,
         signs: vec![1.0],
-        noise: AbscissaNoise::default(),
+        noise: Vec::new(),
         resolution: 0.0,
         division: &FRICTION,
         after: 0,
     };
     let beside: Splines = curve.splines(&modulation, 5);
     let forms = FormEquations {
-        fixed: vec![vec![Some(lines(&a))]],
-        right: vec![lines(&tau)],
-        noise: vec![&noise],
-        noisy: Vec::new(),
-        shapes: vec![Shape {
+        fixed: Equations {
+            columns: vec![vec![Some(lines(&a))]],
+            right: vec![lines(&tau)],
+            noise: vec![&noise],
+            noisy: Vec::new(),
+        },
+        curves: vec![FormedCurve {
             terms: FormName::SmoothCoulomb.terms(false),
             curve: &curve,
             beside: &beside,
         }],
         modulation: &modulation,
     };
-    assert_eq!(forms.shapes[0].terms, vec![Term::Tanh, Term::Linear]);
-    let condensed = Condensed::new(&forms).unwrap();
+    assert_eq!(forms.curves[0].terms, vec![Term::Tanh, Term::Linear]);
+    let condensed = forms.condensed().unwrap();
     let near = |got: f64, want: f64, share: f64| assert!((got - want).abs() < share * want, "{got}, not {want}");
     for start in [1.0_f64, 40.0] {
-        let lowest = condensed.minimum(&forms.shapes, &[start.ln()], None).unwrap();
+        let lowest = condensed.minimum(&forms.curves, &[start.ln()], None).unwrap();
         near(lowest.logs[0].exp(), 8.0, 0.01);
         near(lowest.factors[0], 2.0, 0.01);
         near(lowest.factors[1], 0.5, 0.05);
@@ -66,11 +68,11 @@ fn the_minimum_is_that_of_the_equations() {
         assert!(interval[0] < interval[1], "{interval:?}");
     }
     // What is held stays, and everything else makes up for it: no lower than the minimum.
-    let free = condensed.minimum(&forms.shapes, &[2.0], None).unwrap();
+    let free = condensed.minimum(&forms.curves, &[2.0], None).unwrap();
     let (factor, log) = (FormParameter::Factor, FormParameter::Log);
     for (parameter, value) in [(factor(0), 1.5), (factor(1), 0.0), (log(0), 2.5)] {
         let held = Held { parameter, value };
-        let found = condensed.minimum(&forms.shapes, &[2.0], Some(held)).unwrap();
+        let found = condensed.minimum(&forms.curves, &[2.0], Some(held)).unwrap();
         assert_eq!(found.value(parameter), value);
         assert!(found.objective > free.objective);
     }

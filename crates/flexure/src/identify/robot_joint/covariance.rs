@@ -6,7 +6,8 @@
 
 use super::bursts::over_time;
 use super::equations::{Equations, Solution};
-use crate::linalg::Complex;
+use super::normal::Covariance;
+use crate::linalg::{Complex, Matrix, product};
 use crate::parallel;
 
 /// The smallest share of a line that the unknowns are taken to leave to the residual.
@@ -14,37 +15,6 @@ const LEAST_REMAINDER: f64 = 0.05;
 /// Residual powers are averaged over one in so many lines on either side, and over no fewer than the second number.
 const SMOOTHED_SHARE: usize = 100;
 const FEWEST_SMOOTHED: usize = 6;
-
-/// The covariance matrix of unknowns.
-#[derive(Debug, Clone)]
-pub(super) struct Covariance {
-    entries: Vec<f64>,
-    size: usize,
-}
-
-impl Covariance {
-    /// Of `size` unknowns, row-major.
-    pub fn new(entries: Vec<f64>, size: usize) -> Self {
-        Covariance { entries, size }
-    }
-
-    /// The covariance of two unknowns.
-    pub fn at(&self, i: usize, j: usize) -> f64 {
-        self.entries[i * self.size + j]
-    }
-
-    /// The standard error of an unknown.
-    pub fn error(&self, i: usize) -> f64 {
-        self.at(i, i).max(0.0).sqrt()
-    }
-
-    /// The standard error of a sum of unknowns with these factors.
-    pub fn error_of_sum(&self, parts: &[(usize, f64)]) -> f64 {
-        let pairs = parts.iter().flat_map(|a| parts.iter().map(move |b| (a, b)));
-        let variance: f64 = pairs.map(|((i, a), (j, b))| a * b * self.at(*i, *j)).sum();
-        variance.max(0.0).sqrt()
-    }
-}
 
 /// The errors of a solution, whatever the noise's spectrum.
 pub(super) struct Robust {
@@ -82,8 +52,8 @@ impl Equations<'_> {
             .collect()
     }
 
-    /// The covariance of the moments for errors of these mean squares of each line, row-major.
-    pub fn moment_covariance(&self, powers: &[Vec<f64>]) -> Vec<f64> {
+    /// The covariance of the moments for errors of these mean squares of each line.
+    pub fn moment_covariance(&self, powers: &[Vec<f64>]) -> Matrix {
         let blocks = self.noise.iter().zip(powers);
         let weights: Vec<Vec<f64>> = blocks
             .map(|(s, power)| {
@@ -96,41 +66,21 @@ impl Equations<'_> {
 
     /// The errors of a solution whatever the noise's spectrum is.
     pub fn robust(&self, solution: &Solution) -> Robust {
-        let n = self.columns.len();
-        let c = &solution.covariance.entries;
-        let trace = |a: &[f64]| -> f64 { (0..n).map(|i| a[i * n + i]).sum() };
-        let by_frequency = times(c, &self.moment_covariance(&self.powers(solution)), n);
-        let by_time = times(c, &over_time(self, &solution.residuals), n);
-        let taken = trace(&by_time).max(trace(&by_frequency));
-        let mut robust = times(&by_frequency, c, n);
-        let scatter = times(&by_time, c, n);
-        let own: Vec<f64> = (0..n).map(|i| robust[i * n + i].max(f64::MIN_POSITIVE)).collect();
-        for i in 0..n {
-            let grow = (c[i * n + i].max(scatter[i * n + i]) / own[i]).sqrt().max(1.0);
-            for j in 0..n {
-                robust[i * n + j] *= grow;
-                robust[j * n + i] *= grow;
-            }
-        }
+        let c = &solution.covariance.0;
+        let by_frequency = product(c, &self.moment_covariance(&self.powers(solution)));
+        let by_time = product(c, &over_time(self, &solution.residuals));
+        let [robust, scatter] = [&by_frequency, &by_time].map(|moments| product(moments, c));
+        let grow: Vec<f64> = (0..c.nrows())
+            .map(|i| {
+                let largest = c[(i, i)].max(scatter[(i, i)]);
+                (largest / robust[(i, i)].max(f64::MIN_POSITIVE)).sqrt().max(1.0)
+            })
+            .collect();
         Robust {
-            covariance: Covariance::new(robust, n),
-            taken,
+            covariance: Covariance(robust.map_with_location(|i, j, v| v * grow[i] * grow[j])),
+            taken: by_time.trace().max(by_frequency.trace()),
         }
     }
-}
-
-/// The product of two square matrices, row-major.
-fn times(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
-    let mut product = vec![0.0; n * n];
-    for i in 0..n {
-        for k in 0..n {
-            let v = a[i * n + k];
-            for j in 0..n {
-                product[i * n + j] += v * b[k * n + j];
-            }
-        }
-    }
-    product
 }
 
 /// The running mean over a fiftieth of the lines.

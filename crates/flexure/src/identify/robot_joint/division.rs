@@ -1,6 +1,8 @@
 //! How finely the free curves are divided.
 
-use super::system::{Splines, System};
+use std::cell::OnceCell;
+
+use super::system::{Curve, Splines, System};
 
 /// Changes of division at most in a round, for each curve.
 const MOVES: usize = 12;
@@ -55,52 +57,37 @@ impl Division {
     }
 }
 
-/// The candidate divisions of all curves of a system, of which each has one in use.
+/// The candidate divisions of all curves of a system.
 ///
 /// All curves stand in the same equations: how fine one of them has to be depends on the others.
 pub(super) struct Divisions<'a> {
     system: &'a System<'a>,
     /// The splines of each candidate of each curve, once they were needed.
-    made: Vec<Vec<Option<Splines>>>,
-    /// Which candidate of each curve is in use.
-    at: Vec<usize>,
+    made: Vec<Vec<OnceCell<Splines>>>,
 }
 
 impl<'a> Divisions<'a> {
-    /// The middle candidates.
     pub fn new(system: &'a System<'a>) -> Self {
-        let counts = || system.curves.iter().map(|c| c.division.candidates.len());
+        let candidates = |curve: &Curve| vec![OnceCell::new(); curve.division.candidates.len()];
         Divisions {
-            made: counts().map(|n| vec![None; n]).collect(),
-            at: counts().map(|n| n / 2).collect(),
+            made: system.curves.iter().map(candidates).collect(),
             system,
         }
     }
 
-    fn prepare(&mut self, at: &[usize]) {
-        for ((curve, made), &k) in self.system.curves.iter().zip(&mut self.made).zip(at) {
-            if made[k].is_none() {
-                made[k] = Some(curve.splines(self.system.modulation, curve.division.candidates[k]));
-            }
-        }
+    /// The splines of every curve with these candidates.
+    fn splines(&self, at: &[usize]) -> Vec<&Splines> {
+        let curves = self.system.curves.iter().zip(&self.made).zip(at);
+        let splines = curves.map(|((curve, made), &k)| {
+            made[k].get_or_init(|| curve.splines(self.system.modulation, curve.division.candidates[k]))
+        });
+        splines.collect()
     }
 
-    /// The score of a division, by the splines of every curve.
-    fn score(&mut self, at: &[usize], score: &dyn Fn(&[&Splines]) -> Option<f64>) -> Option<f64> {
-        self.prepare(at);
-        let splines: Vec<&Splines> = self
-            .made
-            .iter()
-            .zip(at)
-            .filter_map(|(made, &k)| made[k].as_ref())
-            .collect();
-        score(&splines)
-    }
-
-    /// Moves to the next finer or coarser division of a curve for as long as that makes the score smaller.
-    pub fn improve(&mut self, score: &dyn Fn(&[&Splines]) -> Option<f64>) -> Option<()> {
-        let mut at = self.at.clone();
-        let mut best = self.score(&at, score)?;
+    /// The candidate of every curve: from the middle ones on, the next finer or coarser one for as long as that makes the score smaller.
+    pub fn best(&self, score: &dyn Fn(&[&Splines]) -> Option<f64>) -> Option<Vec<usize>> {
+        let mut at: Vec<usize> = self.made.iter().map(|made| made.len() / 2).collect();
+        let mut best = score(&self.splines(&at))?;
         // Curves in turn, until none has changed since its last turn.
         let (mut curve, mut unchanged, mut moves) = (0, 0, 0);
         while unchanged < at.len() && moves < MOVES * at.len() {
@@ -112,7 +99,7 @@ impl<'a> Divisions<'a> {
                     moves += 1;
                     let mut next = at.clone();
                     next[curve] = k;
-                    match self.score(&next, score) {
+                    match score(&self.splines(&next)) {
                         Some(found) if found < best => (at, best) = (next, found),
                         _ => break,
                     }
@@ -124,19 +111,13 @@ impl<'a> Divisions<'a> {
             unchanged = if at[curve] == before { unchanged + 1 } else { 1 };
             curve = (curve + 1) % at.len();
         }
-        self.at = at;
-        Some(())
+        Some(at)
     }
 
-    /// The splines of a division of each curve that is `by` candidates finer.
-    pub fn finer(&mut self, by: usize) -> Vec<Splines> {
+    /// The splines of each curve that are `by` candidates finer than these.
+    pub fn finer(&self, at: &[usize], by: usize) -> Vec<Splines> {
         let last = self.made.iter().map(|made| made.len() - 1);
-        let at: Vec<usize> = self.at.iter().zip(last).map(|(k, last)| (k + by).min(last)).collect();
-        self.prepare(&at);
-        self.made
-            .iter()
-            .zip(&at)
-            .filter_map(|(made, &k)| made[k].clone())
-            .collect()
+        let at: Vec<usize> = at.iter().zip(last).map(|(k, last)| (k + by).min(last)).collect();
+        self.splines(&at).into_iter().cloned().collect()
     }
 }

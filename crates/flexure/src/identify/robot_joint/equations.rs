@@ -7,14 +7,11 @@
 //! The solution minimises the sum of $2 |e_b|^2 / s_b$, as the real and the imaginary part each have half of the noise. Where
 //! columns are noisy themselves, the mean of what their noise adds to the normal equations is taken off first.
 
-use super::column_noise::{Excess, Noisy};
-use super::covariance::Covariance;
+use super::column_noise::{Excess, Noisy, excess, less, share_of, square};
+use super::normal::{Covariance, Normal};
 use crate::interrupt;
-use crate::linalg::{self, Complex};
+use crate::linalg::{Complex, Matrix};
 use crate::parallel;
-
-/// Added to the diagonal of the scaled normal equations: directions that the data do not determine stay finite.
-pub(super) const RIDGE: f64 = 1e-10;
 
 /// The lines of one signal.
 pub(super) type Lines = Vec<Complex<f64>>;
@@ -23,6 +20,7 @@ pub(super) type Lines = Vec<Complex<f64>>;
 pub(super) type Column = Vec<Option<Lines>>;
 
 /// Stacked blocks of complex equations `sum_j columns[j] x_j = right`.
+#[derive(Clone)]
 pub(super) struct Equations<'a> {
     pub columns: Vec<Column>,
     /// The right-hand side of each block.
@@ -35,10 +33,9 @@ pub(super) struct Equations<'a> {
 
 /// The weighted inner products of columns without the part that the columns' noise adds.
 pub(super) struct Gram {
-    /// Row-major.
-    pub products: Vec<f64>,
+    pub products: Matrix,
     /// The part that was taken off.
-    pub excess: Excess,
+    pub excess: Vec<Excess>,
 }
 
 /// A least-squares solution.
@@ -75,8 +72,8 @@ impl Equations<'_> {
         self.noise.iter().map(|s| s.iter().map(|s| 2.0 / s).collect()).collect()
     }
 
-    /// The inner products of all columns with these weights, row-major.
-    pub fn products(&self, weights: &[Vec<f64>]) -> Vec<f64> {
+    /// The inner products of all columns with these weights.
+    pub fn products(&self, weights: &[Vec<f64>]) -> Matrix {
         let n = self.columns.len();
         let scaled: Vec<Vec<Option<Vec<f64>>>> = parallel::batch(&self.columns, |c| weighted(weights, c));
         let rows: Vec<Vec<f64>> = parallel::map(n, |i| {
@@ -87,14 +84,7 @@ impl Equations<'_> {
             };
             scaled[..=i].iter().map(with).collect()
         });
-        let mut products = vec![0.0; n * n];
-        for (i, row) in rows.iter().enumerate() {
-            for (j, v) in row.iter().enumerate() {
-                products[i * n + j] = *v;
-                products[j * n + i] = *v;
-            }
-        }
-        products
+        Matrix::from_fn(n, n, |i, j| rows[i.max(j)][i.min(j)])
     }
 
     /// The inner products without the columns' noise. No sum of the first `unknown` columns loses more than half of its square.
@@ -106,9 +96,13 @@ impl Equations<'_> {
         }
         let weights = self.weights();
         let products = self.products(&weights);
-        let mut excess = Excess::new(&self.noisy, &weights);
+        let mut excess = excess(&self.noisy, &weights);
+        if !excess.is_empty() {
+            let share = share_of(&products.view((0, 0), (unknown, unknown)).into_owned(), &excess);
+            excess.iter_mut().for_each(|entry| entry.sum *= share);
+        }
         Some(Gram {
-            products: excess.off(&products, self.columns.len(), unknown),
+            products: less(products, &excess),
             excess,
         })
     }
@@ -132,13 +126,11 @@ impl Equations<'_> {
     /// The weighted least-squares solution; `None` if the equations do not determine it in double precision, or if the work was
     /// asked to stop.
     pub fn solve(&self) -> Option<Solution> {
-        let n = self.columns.len();
-        let gram = self.gram(n)?;
-        let moment = self.moments();
-        let scaled = Scaled::new(&gram.products, n, n);
-        let x = scaled.solve(&moment)?;
-        let covariance = scaled.inverse()?;
-        let residuals = self.residuals(&x);
+        let gram = self.gram(self.columns.len())?;
+        let normal = Normal::new(&gram.products)?;
+        let x = normal.solve(&Matrix::from_vec(self.columns.len(), 1, self.moments()))?;
+        let covariance = normal.covariance()?;
+        let residuals = self.residuals(x.as_slice());
         let weights = self.weights();
         let squares: f64 = weights
             .iter()
@@ -146,9 +138,9 @@ impl Equations<'_> {
             .map(|(w, r)| w.iter().zip(r).map(|(w, r)| w * r.norm_sqr()).sum::<f64>())
             .sum();
         Some(Solution {
-            objective: squares - gram.excess.square(&x),
-            covariance: Covariance::new(covariance, n),
-            x,
+            objective: squares - square(&gram.excess, x.as_slice()),
+            covariance,
+            x: x.as_slice().to_vec(),
             residuals,
             squares,
         })
@@ -166,57 +158,6 @@ impl Equations<'_> {
         }
         residuals
     }
-}
-
-/// The normal matrix of the first columns, scaled to a diagonal of ones plus [`RIDGE`].
-pub(super) struct Scaled {
-    entries: Vec<f64>,
-    scale: Vec<f64>,
-}
-
-impl Scaled {
-    /// Of the first `count` of n columns with these inner products.
-    pub fn new(products: &[f64], n: usize, count: usize) -> Self {
-        let scale = scales(products, n, count);
-        let mut entries = vec![0.0; count * count];
-        for i in 0..count {
-            for j in 0..count {
-                entries[i * count + j] = products[i * n + j] / (scale[i] * scale[j]);
-            }
-            entries[i * count + i] += RIDGE;
-        }
-        Scaled { entries, scale }
-    }
-
-    /// The factors of the columns for these moments; `None` if they are not determined in double precision.
-    pub fn solve(&self, moments: &[f64]) -> Option<Vec<f64>> {
-        if moments.is_empty() {
-            return Some(Vec::new());
-        }
-        let moments: Vec<f64> = moments.iter().zip(&self.scale).map(|(m, s)| m / s).collect();
-        let x = linalg::solve_positive_definite(&self.entries, &moments)?;
-        Some(x.iter().zip(&self.scale).map(|(x, s)| x / s).collect())
-    }
-
-    /// The inverse of the normal matrix.
-    fn inverse(&self) -> Option<Vec<f64>> {
-        let n = self.scale.len();
-        let mut inverse = linalg::inverse_positive_definite(&self.entries, n)?;
-        for i in 0..n {
-            for j in 0..n {
-                inverse[i * n + j] /= self.scale[i] * self.scale[j];
-            }
-        }
-        Some(inverse)
-    }
-}
-
-/// The square roots of the first `count` diagonal entries of a matrix of size n, 1 where there is none.
-pub(super) fn scales(matrix: &[f64], n: usize, count: usize) -> Vec<f64> {
-    (0..count)
-        .map(|i| matrix[i * n + i].sqrt())
-        .map(|s| if s > 0.0 && s.is_finite() { s } else { 1.0 })
-        .collect()
 }
 
 /// The real and imaginary parts of a column's lines, each times the square root of its weight.

@@ -48,9 +48,9 @@ pub enum Finding {
         stiffness: f64,
     },
     /// The encoders' samples are not of the same instants.
-    EncoderSkew {
+    EncoderClocks {
         /// The time by which the link's samples are late, s.
-        skew: f64,
+        offset: f64,
         /// Its standard error, s.
         standard_error: f64,
     },
@@ -118,13 +118,13 @@ impl std::fmt::Display for Finding {
                 }
                 write!(f, "; the joint is taken as rigid. Load it more, or measure finer")
             }
-            Finding::EncoderSkew { skew, standard_error } => write!(
+            Finding::EncoderClocks { offset, standard_error } => write!(
                 f,
                 "the link's samples are {:.3} ms (standard error {:.3} ms) {} than the motor's; they have been shifted \
                  accordingly",
-                1e3 * skew.abs(),
+                1e3 * offset.abs(),
                 1e3 * standard_error,
-                if *skew > 0.0 { "later" } else { "earlier" }
+                if *offset > 0.0 { "later" } else { "earlier" }
             ),
             Finding::DifferentAngles { ratio } => write!(
                 f,

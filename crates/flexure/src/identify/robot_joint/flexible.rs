@@ -6,8 +6,8 @@
 //! noise, determine all of them best: the second equation has no torque in it, and so none of its noise.
 
 use super::checks;
-use super::clock_offset;
-use super::clocks::{Clocks, clocks};
+use super::clock_offset::Clocks;
+use super::clocks;
 use super::finding::Finding;
 use super::free_outcome::{FreeOutcome, torque_band};
 use super::joint_forms::{JointForms, JointPlace, best};
@@ -76,10 +76,10 @@ impl FlexibleJoint<'_> {
         if let Some(findings) = motion.no_flexibility(&modulation) {
             return Ok(JointFound::Rigid(Box::new(self.rigid(findings)?)));
         }
-        let found = clocks(&motion, &modulation).and_then(|clocks| {
-            let clocks = clock_offset::refined(&motion, &modulation, clocks);
+        let found = clocks::of_motor(&motion, &modulation).and_then(|clocks| {
+            let clocks = clocks::of_both(&motion, &modulation, clocks);
             let link = clocks.link(&motion);
-            let joint = JointSignals::new(&motion, &modulation, &clocks, &link);
+            let joint = JointSignals::new(&motion, &modulation, clocks.torque(&modulation, &motion), &link);
             self.outcome(&motion, &joint, &clocks, &link)
         });
         let axis = found.ok_or(DataError::TooLittleMotion {
@@ -92,7 +92,7 @@ impl FlexibleJoint<'_> {
     fn rigid(&self, findings: Vec<Finding>) -> Result<RigidAxis> {
         // The link's angle on the motor's clock, which is the torque's: the motor's own shakes against a stiff joint.
         let offset = findings.iter().find_map(|f| match f {
-            Finding::EncoderSkew { skew, .. } => Some(*skew),
+            Finding::EncoderClocks { offset, .. } => Some(*offset),
             _ => None,
         });
         let link = offset.map(|offset| Reflected::new(self.link, self.sample_time).shifted(offset));
@@ -170,7 +170,7 @@ impl AxisParts<'_> {
     /// The result, for these elastic torques at every sample.
     pub fn axis(self, outcome: &FreeOutcome, kappa: &[f64]) -> Option<FlexibleAxis> {
         let (motion, joint) = (self.motion, self.joint);
-        let secant = outcome.band(self.place.stiffness);
+        let (secant, findings) = (outcome.band(self.place.stiffness), self.findings());
         let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
         let omega = &joint.modulation.omega;
         Some(FlexibleAxis {
@@ -196,7 +196,26 @@ impl AxisParts<'_> {
             reconstructed: kappa.iter().zip(&self.rotor_torque).map(|(k, r)| k + r).collect(),
             deflection: joint.deflection.d.clone(),
             velocity: joint.v.clone(),
-            findings: motion.findings(self.clocks, &joint.v),
+            findings,
         })
+    }
+
+    /// What to know of the log before trusting the result.
+    fn findings(&self) -> Vec<Finding> {
+        let motion = self.motion;
+        let mut findings = Vec::new();
+        findings.extend(checks::different_angles(motion.motor, motion.link));
+        findings.extend(checks::clipped(motion.torque));
+        findings.extend(checks::motion(&self.joint.v, motion.velocity_resolution()));
+        let unresolved = [motion.motor_noise, motion.link_noise]
+            .into_iter()
+            .find(|noise| noise.unresolved);
+        findings.extend(unresolved.map(|noise| Finding::SampledTooSlowly {
+            step: motion.step,
+            band: noise.band,
+        }));
+        findings.extend(self.clocks.findings());
+        findings.extend(checks::in_degrees(&[motion.motor, motion.link]));
+        findings
     }
 }

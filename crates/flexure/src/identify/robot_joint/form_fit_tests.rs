@@ -1,10 +1,9 @@
 //! Frictions (12) that no arm has, and what takes their place.
 
 use super::*;
-use crate::identify::robot_joint::column_noise::AbscissaNoise;
 use crate::identify::robot_joint::division::FRICTION;
 use crate::identify::robot_joint::forms::FormName;
-use crate::identify::robot_joint::system::CurveKind;
+use crate::identify::robot_joint::system::{Curve, CurveKind};
 
 /// A friction over the velocities v.
 fn friction_over(v: &[f64]) -> Curve<'_> {
@@ -12,7 +11,7 @@ fn friction_over(v: &[f64]) -> Curve<'_> {
         kind: CurveKind::Friction,
         x: v,
         signs: vec![1.0],
-        noise: AbscissaNoise::default(),
+        noise: Vec::new(),
         resolution: 0.0,
         division: &FRICTION,
         after: 0,
@@ -30,11 +29,13 @@ fn untransformed(v: &[f64]) -> Splines {
 /// Equations of nothing but a friction (12), without their right-hand side.
 fn friction_alone<'a>(curve: &'a Curve<'a>, beside: &'a Splines, modulation: &'a Modulation) -> FormEquations<'a> {
     FormEquations {
-        fixed: Vec::new(),
-        right: Vec::new(),
-        noise: Vec::new(),
-        noisy: Vec::new(),
-        shapes: vec![Shape {
+        fixed: Equations {
+            columns: Vec::new(),
+            right: Vec::new(),
+            noise: Vec::new(),
+            noisy: Vec::new(),
+        },
+        curves: vec![FormedCurve {
             terms: FormName::SmoothStribeck.terms(false),
             curve,
             beside,
@@ -56,13 +57,13 @@ fn a_difference_of_two_alike_has_a_positive_factor() {
         logs: logs.to_vec(),
     };
     let value = |lowest: &Minimum, v: f64| {
-        let shaped = Shaped {
-            terms: forms.shapes[0].terms.clone(),
+        let fitted = ParametricCurve {
+            terms: forms.curves[0].terms.clone(),
             factors: lowest.factors.clone(),
             logs: lowest.logs.clone(),
             width: 0.0,
         };
-        shaped.value(v)
+        fitted.value(v)
     };
     for (g1, logs) in [(-0.7, [1.0, 3.0, 2.0]), (0.7, [3.0, 1.0, 2.0])] {
         let given = lowest(g1, logs);
@@ -97,14 +98,12 @@ fn a_friction_that_no_arm_has_gives_way_to_one_that_fits_as_well() {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let tau: Vec<f64> = mean_of(&v, friction).iter().map(|f| f + sd * normal()).collect();
-        let forms = FormEquations {
-            right: vec![modulation.of(&tau)],
-            noise: vec![&noise],
-            ..friction_alone(&curve, &beside, &modulation)
-        };
-        let condensed = Condensed::new(&forms).unwrap();
+        let mut forms = friction_alone(&curve, &beside, &modulation);
+        forms.fixed.right = vec![modulation.of(&tau)];
+        forms.fixed.noise = vec![&noise];
+        let condensed = forms.condensed().unwrap();
         let minima: Vec<Minimum> = (starts.iter())
-            .map(|start| forms.in_order(condensed.minimum(&forms.shapes, start, None).unwrap()))
+            .map(|start| forms.in_order(condensed.minimum(&forms.curves, start, None).unwrap()))
             .collect();
         let lowest = minima
             .iter()
@@ -119,14 +118,14 @@ fn a_friction_that_no_arm_has_gives_way_to_one_that_fits_as_well() {
         };
         possible += 1;
         assert!(forms.possible(&instead.factors, &instead.logs) && instead.objective >= lowest.objective);
-        let shaped = Shaped {
-            terms: forms.shapes[0].terms.clone(),
+        let fitted = ParametricCurve {
+            terms: forms.curves[0].terms.clone(),
             factors: instead.factors,
             logs: instead.logs,
             width: 0.0,
         };
         for v in [-0.1, -0.01, 0.004, 0.02, 0.12] {
-            assert!((shaped.value(v) - friction(v)).abs() < 0.2, "seed {seed}, {v}");
+            assert!((fitted.value(v) - friction(v)).abs() < 0.2, "seed {seed}, {v}");
         }
     }
     assert!(

@@ -189,7 +189,7 @@ pub(super) struct Symbols {
 
 /// A form with its terms' factors and the logarithms of its shape parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Shaped {
+pub(super) struct ParametricCurve {
     pub terms: Vec<Term>,
     pub factors: Vec<f64>,
     pub logs: Vec<f64>,
@@ -197,7 +197,7 @@ pub(super) struct Shaped {
     pub width: f64,
 }
 
-impl Shaped {
+impl ParametricCurve {
     /// Each term with the logarithms of its shape parameters.
     pub fn split<'a>(terms: &'a [Term], logs: &'a [f64]) -> impl Iterator<Item = (Term, &'a [f64])> {
         let mut rest = logs;

@@ -3,8 +3,8 @@
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::basis::Basis;
-use super::covariance::Covariance;
 use super::joint_forms::Comparison;
+use super::normal::{Covariance, Part};
 use super::outcome::Estimated;
 use super::parameters::FreeFit;
 use super::system::{FreeCurves, Solved, System};
@@ -30,11 +30,10 @@ pub(super) struct FreeOutcome<'a> {
 impl<'a> FreeOutcome<'a> {
     /// `None` if the equations do not determine their unknowns.
     pub fn new(system: &'a System<'a>, curves: &'a FreeCurves, level: f64) -> Option<Self> {
-        let solved = system.solve(&curves.in_use(), &curves.noise)?;
+        let solved = system.solve(&curves.splines, &curves.noise)?;
         let robust = solved.equations.robust(&solved.solution);
-        let finer: Vec<_> = curves.finer.iter().collect();
         Some(FreeOutcome {
-            finer: system.solve(&finer, &curves.noise)?,
+            finer: system.solve(&curves.finer, &curves.noise)?,
             covariance: robust.covariance,
             taken: robust.taken,
             solved,
@@ -44,18 +43,25 @@ impl<'a> FreeOutcome<'a> {
         })
     }
 
-    /// A sum of factors, each times its weight.
-    pub fn sum(&self, parts: &[(usize, f64)]) -> Estimated {
-        let unknowns: Vec<(usize, f64)> = parts.iter().map(|&(i, w)| (self.solved.layout.factors[i], w)).collect();
+    /// A sum of factors of the equations, each times its own factor.
+    pub fn sum(&self, parts: &[Part]) -> Estimated {
+        let unknown = |part: &Part| Part {
+            unknown: self.solved.layout.factors[part.unknown],
+            ..*part
+        };
+        let parts: Vec<Part> = parts.iter().map(unknown).collect();
         Estimated {
-            value: unknowns.iter().map(|&(i, w)| w * self.solved.solution.x[i]).sum(),
-            standard_error: self.covariance.error_of_sum(&unknowns),
+            value: parts.iter().map(|p| p.factor * self.solved.solution.x[p.unknown]).sum(),
+            standard_error: self.covariance.error_of_sum(&parts),
         }
     }
 
     /// A factor.
     pub fn factor(&self, factor: usize) -> Estimated {
-        self.sum(&[(factor, 1.0)])
+        self.sum(&[Part {
+            unknown: factor,
+            factor: 1.0,
+        }])
     }
 
     /// The splines' sum with its band: of a stiffness curve the stiffness, of a friction curve the torque.

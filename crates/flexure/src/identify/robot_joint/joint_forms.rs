@@ -1,8 +1,9 @@
 //! Curves of equations of motion in physical forms: each one beside the other curves as they are free, then all together.
 
 use super::candidates::{candidates, friction_of_an_arm, no_more_certain, possible_friction, stiffness_of_an_arm};
-use super::condensed::Condensed;
-use super::form_fit::{FormEquations, FormFit, Shape};
+use super::condensed::FormedCurve;
+use super::equations::Equations;
+use super::form_fit::{FormEquations, FormFit};
 use super::forms::Term;
 use super::outcome::{Estimated, Fitted, JointModel};
 use super::parameters::{FreeFit, Place, Reference, estimated, fitted, retest};
@@ -49,33 +50,31 @@ pub(super) struct Comparison<'a> {
 impl<'a> Comparison<'a> {
     /// The equations with some curves in forms, the others free.
     fn equations(&self, formed: Vec<Formed>) -> FormEquations<'a> {
-        let System {
-            modulation,
-            factors,
-            right,
-            noisy,
-            curves,
-            ..
-        } = self.system;
-        let (mut fixed, mut noisy) = (factors.clone(), noisy.clone());
+        let System { modulation, curves, .. } = self.system;
+        let mut fixed = Equations {
+            columns: self.system.factors.clone(),
+            right: self.system.right.clone(),
+            noise: self.curves.noise.iter().map(Vec::as_slice).collect(),
+            noisy: self.system.noisy.clone(),
+        };
         for (number, (curve, splines)) in curves.iter().zip(&self.curves.splines).enumerate() {
             if formed.iter().all(|f| f.curve != number) {
-                let first = fixed.len();
-                noisy.extend(curve.noisy(|| splines.basis.slopes(modulation, curve.x), |k| first + k, |i| i));
-                fixed.extend(splines.lines.iter().map(|lines| curve.column(lines, 1.0)));
+                let first = fixed.columns.len();
+                let noisy = curve.noisy(|| splines.basis.slopes(modulation, curve.x), |k| first + k, None);
+                fixed.noisy.extend(noisy);
+                fixed
+                    .columns
+                    .extend(splines.lines.iter().map(|lines| curve.column(lines, 1.0)));
             }
         }
-        let shapes = formed.into_iter().map(|Formed { curve, terms }| Shape {
+        let formed = formed.into_iter().map(|Formed { curve, terms }| FormedCurve {
             terms,
             curve: &curves[curve],
             beside: &self.curves.tested[curve],
         });
         FormEquations {
             fixed,
-            right: right.clone(),
-            noise: self.curves.noise.iter().map(Vec::as_slice).collect(),
-            noisy,
-            shapes: shapes.collect(),
+            curves: formed.collect(),
             modulation,
         }
     }
@@ -92,7 +91,7 @@ impl<'a> Comparison<'a> {
     pub fn forms(&self, curve: usize, offset: bool, inertia: Option<usize>) -> Vec<Fitted> {
         let terms = Vec::new();
         let mut equations = self.equations(vec![Formed { curve, terms }]);
-        let Some(condensed) = Condensed::new(&equations) else {
+        let Some(condensed) = equations.condensed() else {
             return Vec::new();
         };
         let place = Place {
@@ -103,7 +102,7 @@ impl<'a> Comparison<'a> {
         let forms = candidates(&self.system.curves[curve])
             .into_iter()
             .filter_map(|candidate| {
-                equations.shapes[0].terms = candidate.form.terms(offset);
+                equations.curves[0].terms = candidate.form.terms(offset);
                 let fit = equations.fit(&condensed, &candidate.starts)?;
                 Some(fitted(candidate.form, &fit, place, &self.reference(curve)))
             });
@@ -151,12 +150,12 @@ impl<'a> Comparison<'a> {
             curves.iter().map(of).collect()
         };
         let logs = |curves: &[usize]| -> Vec<f64> {
-            let of = |&curve: &usize| chosen[curve].shaped.logs.iter().copied();
+            let of = |&curve: &usize| chosen[curve].curve.logs.iter().copied();
             curves.iter().flat_map(of).collect()
         };
         let all: Vec<usize> = (0..chosen.len()).collect();
         let equations = self.equations(formed(&all));
-        let fit = equations.fit(&Condensed::new(&equations)?, &[logs(&all)])?;
+        let fit = equations.fit(&equations.condensed()?, &[logs(&all)])?;
         let read = |curve: usize, inertia| {
             let offset = false;
             let place = Place { curve, inertia, offset };

@@ -4,12 +4,11 @@
 //!
 //! The motor's equation alone determines kappa, the sum of both M and f. From there both together are refined.
 
-use super::clocks::Clocks;
-use super::column_noise::{AbscissaNoise, Noisy, OwnNoise, SharedNoise};
+use super::column_noise::{AbscissaNoise, Noisy};
 use super::compliance::Deflection;
 use super::covariance::fitted_noise;
 use super::division::{FRICTION, STIFFNESS};
-use super::equations::{Column, Lines};
+use super::equations::Lines;
 use super::fourier::Modulation;
 use super::motion::Motion;
 use super::outcome::Estimated;
@@ -64,8 +63,8 @@ struct LinkStart {
 }
 
 impl<'a> JointSignals<'a> {
-    pub fn new(motion: &Motion, modulation: &'a Modulation, clocks: &Clocks, link: &[f64]) -> Self {
-        let mut torque = clocks.torque(modulation, motion.torque, motion.step);
+    /// With the transformed torque at the time of its effect, and the link's angle on the motor's clock.
+    pub fn new(motion: &Motion, modulation: &'a Modulation, mut torque: Lines, link: &[f64]) -> Self {
         let motor = motion.rotor_acceleration(modulation);
         if let Some(known) = motion.motor_inertia {
             torque.iter_mut().zip(&motor).for_each(|(t, m)| *t -= m * known);
@@ -97,7 +96,7 @@ impl<'a> JointSignals<'a> {
     }
 
     /// The stiffness curve with these signs, which stands after so many factors.
-    pub fn stiffness<'b>(&'b self, signs: Vec<f64>, noise: AbscissaNoise<'b>, after: usize) -> Curve<'b> {
+    pub fn stiffness<'b>(&'b self, signs: Vec<f64>, noise: Vec<AbscissaNoise<'b>>, after: usize) -> Curve<'b> {
         let d = &self.deflection.d;
         Curve {
             kind: CurveKind::Stiffness,
@@ -116,28 +115,30 @@ impl<'a> JointSignals<'a> {
             kind: CurveKind::Friction,
             x: &self.v,
             signs,
-            noise: AbscissaNoise::default(),
+            noise: Vec::new(),
             resolution: self.resolution,
             division: &FRICTION,
             after,
         }
     }
 
-    /// The noise of the deflection in these blocks of equations, where it counts: taken off a smoothed deflection, it made the
-    /// inertias of stiff joints worse.
-    pub fn deflection_noise<'b>(&'b self, blocks: &[usize], shared: Vec<SharedNoise<'b>>) -> AbscissaNoise<'b> {
+    /// The noise of the deflection in these blocks of equations, beside that which it shares with accelerations, where it counts:
+    /// taken off a smoothed deflection, it made the inertias of stiff joints worse.
+    pub fn deflection_noise<'b>(
+        &'b self,
+        blocks: &[usize],
+        shared: impl IntoIterator<Item = AbscissaNoise<'b>>,
+    ) -> Vec<AbscissaNoise<'b>> {
         if self.deflection.smoothed {
-            return AbscissaNoise::default();
+            return Vec::new();
         }
-        let own = |&block: &usize| OwnNoise {
+        let own = blocks.iter().map(|&block| AbscissaNoise {
+            factor: None,
             block,
-            spectrum: &self.squared[..],
-            variance: self.variances[0] + self.variances[1],
-        };
-        AbscissaNoise {
-            own: blocks.iter().map(own).collect(),
-            shared,
-        }
+            spectrum: &self.squared,
+            covariance: self.variances[0] + self.variances[1],
+        });
+        own.chain(shared).collect()
     }
 
     /// The motor's inertia with an allowance for the noise of the deflection, beside a link of this inertia: what is missing of the
@@ -149,36 +150,46 @@ impl<'a> JointSignals<'a> {
     }
 
     /// The product of this joint's deflection noise with that of the motor's or the link's acceleration, a factor's column.
-    pub fn shared_noise(&self, factor: usize, block: usize, covariance: f64) -> SharedNoise<'_> {
-        SharedNoise {
-            factor,
+    pub fn shared_noise(&self, factor: usize, block: usize, covariance: f64) -> AbscissaNoise<'_> {
+        AbscissaNoise {
+            factor: Some(factor),
             block,
             spectrum: &self.shared,
             covariance,
         }
     }
 
-    /// The noise of the motor's acceleration, in a system whose first factor is its inertia.
-    fn noisy_motor(&self) -> Option<Noisy<'_>> {
-        self.motor.is_some().then(|| Noisy::square(0, 0, &self.encoder[0]))
+    /// The noise of the accelerations of motor and link in these equations, in a system whose factors are the inertias.
+    fn noisy(&self, blocks: [usize; 2]) -> Vec<Noisy<'_>> {
+        let motor = self
+            .motor
+            .is_some()
+            .then(|| Noisy::square(0, blocks[0], &self.encoder[0]));
+        let link = Noisy::square(self.link_factor(), blocks[1], &self.encoder[1]);
+        motor.into_iter().chain([link]).collect()
+    }
+
+    /// The noise that the deflection shares with the motor's acceleration: the deflection has plus the motor's noise; so has, but for a
+    /// positive factor, minus the motor's acceleration.
+    fn shared_with_motor(&self) -> Option<AbscissaNoise<'_>> {
+        let shared = self.shared_noise(0, 0, -self.variances[0]);
+        self.motor.is_some().then_some(shared)
     }
 
     /// The motor's equation alone.
     pub fn motor_system(&self) -> System<'_> {
-        let after = self.link_factor();
-        // The deflection has plus the motor's noise; so has, but for a positive factor, minus the motor's acceleration.
-        let motor = self
-            .motor
-            .is_some()
-            .then(|| self.shared_noise(0, 0, -self.variances[0]));
-        let noise = self.deflection_noise(&[0], motor.into_iter().collect());
+        let noise = self.deflection_noise(&[0], self.shared_with_motor());
+        let motor = self.motor.as_ref();
         System {
             modulation: self.modulation,
-            factors: self.motor.iter().map(|m| vec![Some(m.clone())]).collect(),
+            factors: motor.map(|m| vec![Some(m.clone())]).into_iter().collect(),
             right: vec![self.torque.clone()],
-            noisy: self.noisy_motor().into_iter().collect(),
+            noisy: motor
+                .map(|_| Noisy::square(0, 0, &self.encoder[0]))
+                .into_iter()
+                .collect(),
             encoder_noise: Box::new(|x| vec![of_inertia(&self.encoder[0], self.motor_inertia(x))]),
-            curves: vec![self.stiffness(vec![1.0], noise, after)],
+            curves: vec![self.stiffness(vec![1.0], noise, self.link_factor())],
         }
     }
 
@@ -190,9 +201,7 @@ impl<'a> JointSignals<'a> {
             modulation: self.modulation,
             factors: columns.map(|c| vec![Some(c.clone())]).collect(),
             right: vec![self.torque.clone()],
-            noisy: (self.noisy_motor().into_iter())
-                .chain([Noisy::square(link, 0, &self.encoder[1])])
-                .collect(),
+            noisy: self.noisy([0, 0]),
             encoder_noise: Box::new(move |x| vec![of_inertia(&self.encoder[1], x[link])]),
             curves: vec![self.friction(vec![-1.0], link + 1)],
         }
@@ -213,28 +222,19 @@ impl<'a> JointSignals<'a> {
     /// Both equations.
     pub fn system(&self) -> System<'_> {
         let link = self.link_factor();
-        let motor: Option<Column> = self.motor.clone().map(|m| vec![Some(m), None]);
-        // The deflection has plus the motor's noise and minus the link's; so has, but for a positive factor, minus each acceleration.
-        let [of_motor, of_link] = self.variances;
-        let rotor = self.motor.is_some().then(|| self.shared_noise(0, 0, -of_motor));
-        let shared = rotor
-            .into_iter()
-            .chain([self.shared_noise(link, 1, -of_link)])
-            .collect();
-        let noise = self.deflection_noise(&[0, 1], shared);
+        let motor = self.motor.clone().map(|m| vec![Some(m), None]);
+        // The deflection has minus the link's noise; so has, but for a positive factor, minus the link's acceleration.
+        let with_link = self.shared_noise(link, 1, -self.variances[1]);
+        let noise = self.deflection_noise(&[0, 1], self.shared_with_motor().into_iter().chain([with_link]));
         let zero = vec![Complex::new(0.0, 0.0); self.torque.len()];
         System {
             modulation: self.modulation,
             factors: motor.into_iter().chain([vec![None, Some(self.link.clone())]]).collect(),
             right: vec![self.torque.clone(), zero],
-            noisy: (self.noisy_motor().into_iter())
-                .chain([Noisy::square(link, 1, &self.encoder[1])])
-                .collect(),
+            noisy: self.noisy([0, 1]),
             encoder_noise: Box::new(move |x| {
-                let inertias = [self.motor_inertia(x), x[link]];
-                (self.encoder.iter().zip(inertias))
-                    .map(|(spectrum, inertia)| of_inertia(spectrum, inertia))
-                    .collect()
+                let [motor, of_link] = &self.encoder;
+                vec![of_inertia(motor, self.motor_inertia(x)), of_inertia(of_link, x[link])]
             }),
             curves: vec![
                 self.stiffness(vec![1.0, 1.0], noise, link),
@@ -247,11 +247,8 @@ impl<'a> JointSignals<'a> {
     pub fn motor_start(&self) -> Option<MotorStart> {
         let system = self.motor_system();
         let splines = |pieces: usize| system.curves[0].splines(self.modulation, pieces);
-        let coarse = splines(STIFFNESS.coarse);
-        let mut noise = vec![vec![1.0; self.modulation.len()]];
-        for _ in 0..MOTOR_ROUNDS {
-            noise = system.noise_of(&system.solve(&[&coarse], &noise)?);
-        }
+        let flat = vec![vec![1.0; self.modulation.len()]];
+        let noise = system.reweighted(&[splines(STIFFNESS.coarse)], flat, MOTOR_ROUNDS)?;
         let curves = STIFFNESS.candidates.iter().filter_map(|&pieces| {
             let splines = splines(pieces);
             let solved = system.solve(&[&splines], &noise)?;
@@ -285,7 +282,7 @@ impl<'a> JointSignals<'a> {
         noise = vec![fitted_noise(&residuals[0], &of_inertia(&self.encoder[1], unknowns[0]))];
         noise = link.noise_of(&link.solve(&[&coarse], &noise)?);
         let friction =
-            splines(FRICTION.undersmoothed(|pieces| Some(link.solve(&[&splines(pieces)], &noise)?.akaike()))?);
+            splines(FRICTION.undersmoothed(|pieces| Some(link.solve(&[splines(pieces)], &noise)?.akaike()))?);
         noise = link.noise_of(&link.solve(&[&friction], &noise)?);
         Some(LinkStart {
             splines: friction,

@@ -10,8 +10,9 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::bursts::{STRETCHES, over_time};
 use super::column_noise::Noisy;
-use super::equations::{Column, Equations, Lines, RIDGE, Solution, scales};
-use crate::linalg::{self, Complex};
+use super::equations::{Column, Equations, Lines, Solution};
+use super::normal::{ridged, scaled, scales};
+use crate::linalg::{self, Complex, Matrix, product};
 
 /// Sums of splines that the form's columns explain up to this share belong to the form.
 const OF_THE_FORM: f64 = 1e-7;
@@ -86,21 +87,18 @@ impl Departure {
         explained: f64,
         remaining: f64,
     ) -> Departure {
-        let count = columns.columns.len();
-        let unknowns = count as f64;
-        let trace = |a: &[f64]| -> f64 { (0..count).map(|i| a[i * count + i]).sum() };
-        let square = |a: &[f64]| -> f64 { a.iter().map(|v| v * v).sum() };
+        let unknowns = columns.columns.len() as f64;
         let by_lines = columns.moment_covariance(powers);
         let by_time = over_time(columns, &after.residuals);
         // A covariance from few stretches has too large a square, by that of its trace over their number.
         let few = STRETCHES as f64 - 1.0;
-        let of_stretches = square(&by_time) - trace(&by_time).powi(2) / few;
+        let of_stretches = by_time.norm_squared() - by_time.trace().powi(2) / few;
         // Where the weights are right, the covariance of these columns' moments is the unit matrix.
         let least = unknowns * after.squares / remaining;
         let [mean, half] = [
             [least, least * least / unknowns.max(1.0)],
-            [trace(&by_lines), square(&by_lines)],
-            [trace(&by_time), of_stretches],
+            [by_lines.trace(), by_lines.norm_squared()],
+            [by_time.trace(), of_stretches],
         ]
         .into_iter()
         .fold([0.0, 0.0], |best, next| if next[0] > best[0] { next } else { best });
@@ -117,51 +115,37 @@ impl Departure {
 impl Beside {
     /// Of equations of which the first `known` columns are the form's.
     fn new(all: &Equations, known: usize) -> Option<Beside> {
-        let (n, size) = (known, all.columns.len());
-        let m = size - n;
+        let (n, m) = (known, all.columns.len() - known);
         let gram = all.gram(n)?.products;
+        let scale = scales(&gram);
+        let gram = scaled(&gram, &scale);
         let moments = all.moments();
-        let scale = scales(&gram, size, size);
-        let scaled = |i: usize, j: usize| gram[i * size + j] / (scale[i] * scale[j]);
-        let ridged: Vec<f64> = (0..n * n)
-            .map(|at| scaled(at / n, at % n) + if at / n == at % n { RIDGE } else { 0.0 })
-            .collect();
-        let inverse = linalg::inverse_positive_definite(&ridged, n)?;
-        // What the form's columns take of the splines: of spline j the sum of those with the factors share[j].
-        let share: Vec<Vec<f64>> = (0..m)
-            .map(|j| {
-                let with = |i: usize| -> f64 { (0..n).map(|k| inverse[i * n + k] * scaled(k, n + j)).sum() };
-                (0..n).map(with).collect()
-            })
-            .collect();
-        let rest: Vec<f64> = (0..m * m)
-            .map(|at| {
-                let (i, j) = (at / m, at % m);
-                let taken: f64 = (0..n).map(|k| scaled(n + i, k) * share[j][k]).sum();
-                scaled(n + i, n + j) - taken
-            })
-            .collect();
-        let moment: Vec<f64> = (0..m)
-            .map(|j| {
-                let taken: f64 = (0..n).map(|k| share[j][k] * moments[k] / scale[k]).sum();
-                moments[n + j] / scale[n + j] - taken
-            })
-            .collect();
+        // What the form's columns take of the splines: of spline j the sum of those with the factors in column j of `share`.
+        let [form, cross, own] = [((0, 0), (n, n)), ((0, n), (n, m)), ((n, n), (m, m))]
+            .map(|(start, shape)| gram.view(start, shape).into_owned());
+        let share = product(&ridged(form).cholesky()?.inverse().transpose(), &cross);
+        let remainder = own - product(&cross.transpose(), &share);
+        let moment = (0..m).map(|j| {
+            let taken: f64 = (0..n).map(|k| share[(k, j)] * moments[k] / scale[k]).sum();
+            moments[n + j] / scale[n + j] - taken
+        });
+        let moment: Vec<f64> = moment.collect();
         let mut beside = Beside {
             factors: Vec::new(),
             moments: Vec::new(),
         };
-        let (values, vectors) = linalg::symmetric_eigen(&rest, m)?;
-        let parts = values.iter().zip(vectors.chunks_exact(m));
-        for (value, vector) in parts.filter(|(value, _)| **value > OF_THE_FORM) {
+        let (values, vectors) = linalg::symmetric_eigen(remainder.transpose().as_slice(), m)?;
+        let vectors = Matrix::from_vec(m, m, vectors);
+        for (value, vector) in values.iter().zip(vectors.column_iter()) {
+            if !(*value > OF_THE_FORM) {
+                continue;
+            }
             let root = value.sqrt();
-            let own = vector.iter().zip(&moment).map(|(v, g)| v * g).sum::<f64>() / root;
-            let mut factors: Vec<f64> = (0..n)
-                .map(|k| -(0..m).map(|j| vector[j] * share[j][k]).sum::<f64>() / (root * scale[k]))
-                .collect();
-            factors.extend((0..m).map(|j| vector[j] / (root * scale[n + j])));
-            beside.factors.push(factors);
-            beside.moments.push(own);
+            let of_form = -(&share * vector);
+            let factors = of_form.iter().chain(vector.iter()).zip(&scale);
+            beside.factors.push(factors.map(|(f, s)| f / (root * s)).collect());
+            let own: f64 = vector.iter().zip(&moment).map(|(v, g)| v * g).sum();
+            beside.moments.push(own / root);
         }
         Some(beside)
     }

@@ -1,34 +1,31 @@
-//! Where the unknowns of equations of motion stand: named ranges of their numbers.
+//! The order of the unknowns: of equations with free curves, and of equations in which curves have physical forms.
 
 use std::ops::Range;
 
 use super::forms::Term;
 
-/// The unknowns of equations with free curves.
-#[derive(Debug, Clone, PartialEq)]
+/// The unknowns of equations with free curves. A curve's coefficients stand after some of the factors: beside those that it is
+/// determined with.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Layout {
-    /// The numbers of the unknown factors: inertias, gravity.
+    /// The number of each factor.
     pub factors: Vec<usize>,
-    /// The coefficients of each curve's splines.
+    /// The numbers of each curve's coefficients.
     pub curves: Vec<Range<usize>>,
 }
 
 impl Layout {
-    /// Of `factors` factors and curves of `(after, splines)`: the number of factors that stand before the curve, and its splines.
-    pub fn new(factors: usize, curves: impl IntoIterator<Item = (usize, usize)>) -> Self {
-        let mut layout = Layout {
-            factors: Vec::with_capacity(factors),
-            curves: Vec::new(),
-        };
-        let mut next = 0;
-        for (after, splines) in curves {
-            layout.factors.extend(next..next + after - layout.factors.len());
-            next = layout.factors.len() + layout.curves.iter().map(Range::len).sum::<usize>();
-            layout.curves.push(next..next + splines);
-            next += splines;
-        }
-        layout.factors.extend(next..next + factors - layout.factors.len());
-        layout
+    /// The next factors, until there are so many.
+    pub fn add_factors(&mut self, until: usize) {
+        let next = self.len();
+        let more = until - self.factors.len();
+        self.factors.extend(next..next + more);
+    }
+
+    /// A curve of so many coefficients.
+    pub fn add_curve(&mut self, coefficients: usize) {
+        let next = self.len();
+        self.curves.push(next..next + coefficients);
     }
 
     /// The number of unknowns.
@@ -43,10 +40,16 @@ impl Layout {
 pub(super) struct FormLayout {
     /// The number of fixed columns.
     pub fixed: usize,
-    /// The factors of each curve's terms, counted from the first curve's first.
-    pub factors: Vec<Range<usize>>,
-    /// The logarithms of each curve's shape parameters, likewise.
-    pub logs: Vec<Range<usize>>,
+    pub curves: Vec<Numbers>,
+}
+
+/// The numbers of a curve's parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Numbers {
+    /// Of the factors of its terms, counted from the first curve's first.
+    pub factors: Range<usize>,
+    /// Of the logarithms of its shape parameters, likewise.
+    pub logs: Range<usize>,
 }
 
 /// A parameter of a form.
@@ -63,40 +66,39 @@ impl FormLayout {
     pub fn new<'a>(fixed: usize, curves: impl IntoIterator<Item = &'a [Term]>) -> Self {
         let mut layout = FormLayout {
             fixed,
-            factors: Vec::new(),
-            logs: Vec::new(),
+            curves: Vec::new(),
         };
         for terms in curves {
-            let (factors, logs) = (layout.all_factors().end, layout.all_logs().end);
-            layout.factors.push(factors..factors + terms.len());
-            layout
-                .logs
-                .push(logs..logs + terms.iter().map(|t| t.shapes()).sum::<usize>());
+            let (factors, logs) = (layout.factors(), layout.logs());
+            layout.curves.push(Numbers {
+                factors: factors..factors + terms.len(),
+                logs: logs..logs + terms.iter().map(|t| t.shapes()).sum::<usize>(),
+            });
         }
         layout
     }
 
-    /// The factors of all curves.
-    pub fn all_factors(&self) -> Range<usize> {
-        0..self.factors.last().map_or(0, |r| r.end)
+    /// The number of factors of all curves.
+    pub fn factors(&self) -> usize {
+        self.curves.last().map_or(0, |c| c.factors.end)
     }
 
-    /// The logarithms of all curves.
-    pub fn all_logs(&self) -> Range<usize> {
-        0..self.logs.last().map_or(0, |r| r.end)
+    /// The number of logarithms of all curves.
+    pub fn logs(&self) -> usize {
+        self.curves.last().map_or(0, |c| c.logs.end)
     }
 
     /// All parameters, in the order of the unknowns.
     pub fn parameters(&self) -> impl Iterator<Item = FormParameter> + use<> {
-        let factors = self.all_factors().map(FormParameter::Factor);
-        factors.chain(self.all_logs().map(FormParameter::Log))
+        let factors = (0..self.factors()).map(FormParameter::Factor);
+        factors.chain((0..self.logs()).map(FormParameter::Log))
     }
 
     /// The number of a parameter among all unknowns.
     pub fn unknown(&self, parameter: FormParameter) -> usize {
         match parameter {
             FormParameter::Factor(i) => self.fixed + i,
-            FormParameter::Log(i) => self.fixed + self.all_factors().end + i,
+            FormParameter::Log(i) => self.fixed + self.factors() + i,
         }
     }
 }
@@ -107,14 +109,20 @@ mod tests {
 
     #[test]
     fn unknowns_stand_one_after_the_other() {
-        let layout = Layout::new(3, [(1, 4), (2, 5)]);
-        assert_eq!((layout.factors, layout.curves), (vec![0, 5, 11], vec![1..5, 6..11]));
-        let layout = Layout::new(2, [(2, 3), (2, 1)]);
-        assert_eq!((&layout.factors, &layout.curves), (&vec![0, 1], &vec![2..5, 5..6]));
-        assert_eq!(layout.len(), 6);
+        let mut layout = Layout::default();
+        layout.add_factors(1);
+        layout.add_curve(4);
+        layout.add_curve(2);
+        layout.add_factors(3);
+        assert_eq!((&layout.factors, &layout.curves), (&vec![0, 7, 8], &vec![1..5, 5..7]));
+        assert_eq!(layout.len(), 9);
         let terms = [vec![Term::TanhDifference, Term::Linear], vec![Term::Windup]];
         let layout = FormLayout::new(2, terms.iter().map(Vec::as_slice));
-        assert_eq!((&layout.factors, &layout.logs), (&vec![0..2, 2..3], &vec![0..2, 2..3]));
+        let numbers = |from: usize, to: usize| Numbers {
+            factors: from..to,
+            logs: from..to,
+        };
+        assert_eq!(layout.curves, [numbers(0, 2), numbers(2, 3)]);
         let unknowns: Vec<usize> = layout.parameters().map(|p| layout.unknown(p)).collect();
         assert_eq!(unknowns, [2, 3, 4, 5, 6, 7]);
     }

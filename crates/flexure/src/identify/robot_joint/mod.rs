@@ -73,6 +73,7 @@ mod joint_signals;
 mod lack_of_fit;
 mod layout;
 mod motion;
+mod normal;
 mod outcome;
 mod parameters;
 mod profile;

@@ -1,9 +1,7 @@
 //! A flexible joint's log with what its spectra show, and the frequencies of the equations of motion.
 
 use super::checks;
-use super::clocks::Clocks;
 use super::equations::Lines;
-use super::finding::Finding;
 use super::fourier::Modulation;
 use super::smooth::{Noise, Reflected};
 use crate::error::{Error, Result};
@@ -109,35 +107,5 @@ impl<'a> Motion<'a> {
             let v = Reflected::new(angle, self.step).velocity(noise.cut_off());
             Reflected::new(&v, self.step).velocity(noise.cut_off())
         })
-    }
-
-    /// What to know of the motion and its clocks before trusting the result.
-    pub fn findings(&self, clocks: &Clocks, v: &[f64]) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        findings.extend(checks::different_angles(self.motor, self.link));
-        findings.extend(checks::clipped(self.torque));
-        findings.extend(checks::motion(v, self.velocity_resolution()));
-        let unresolved = [self.motor_noise, self.link_noise]
-            .into_iter()
-            .find(|noise| noise.unresolved);
-        findings.extend(unresolved.map(|noise| Finding::SampledTooSlowly {
-            step: self.step,
-            band: noise.band,
-        }));
-        let link = clocks.link_offset;
-        if link.significant {
-            findings.push(Finding::EncoderSkew {
-                skew: link.value,
-                standard_error: link.standard_error,
-            });
-        }
-        if clocks.torque_delay.significant {
-            findings.push(Finding::TorqueDelay {
-                delay: clocks.torque_delay.value,
-                held: clocks.torque_held,
-            });
-        }
-        findings.extend(checks::in_degrees(&[self.motor, self.link]));
-        findings
     }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::finding::Finding;
-use super::forms::{FormName, Shaped, Term};
+use super::forms::{FormName, ParametricCurve, Term};
 use crate::bands::Band;
 
 /// A number with its standard error.
@@ -63,13 +63,13 @@ pub struct Fitted {
     /// Schwarz's criterion; the smallest is best.
     pub bic: f64,
     #[serde(skip)]
-    pub(super) shaped: Shaped,
+    pub(super) curve: ParametricCurve,
 }
 
 impl Fitted {
     /// The torque of the form at a velocity or deflection.
     pub fn torque(&self, x: f64) -> f64 {
-        self.shaped.value(x)
+        self.curve.value(x)
     }
 
     /// The parameter of this symbol.
@@ -79,7 +79,7 @@ impl Fitted {
 
     /// The constant that the form adds to the torque.
     pub fn offset(&self) -> f64 {
-        let terms = self.shaped.terms.iter().zip(&self.shaped.factors);
+        let terms = self.curve.terms.iter().zip(&self.curve.factors);
         terms.filter(|(t, _)| **t == Term::Constant).map(|(_, c)| c).sum()
     }
 }

@@ -1,10 +1,10 @@
 //! From a fitted form to its parameters: which of them the data determine, and how far the form is from the free curve.
 
-use super::covariance::Covariance;
 use super::form_fit::FormFit;
 use super::forms::{FormName, Term};
 use super::lack_of_fit::Departure;
 use super::layout::FormParameter;
+use super::normal::Covariance;
 use super::outcome::{Estimated, Fitted, LackOfFit, Parameter};
 use super::system::{Curve, Solved};
 
@@ -121,7 +121,7 @@ pub(super) fn fitted(form: FormName, fit: &FormFit, place: Place, reference: &Re
         }),
         lack_of_fit: lack_of_fit(fit, (off / size.max(f64::MIN_POSITIVE)).sqrt()),
         bic: reference.free.schwarz(fit),
-        shaped: curve.clone(),
+        curve: curve.clone(),
     }
 }
 
@@ -142,13 +142,13 @@ fn parameters(form: FormName, fit: &FormFit, place: Place, reference: &Reference
         let at = fit.layout.unknown(parameter);
         Uncertain::new(value, fit.covariance.error(at), fit.intervals[at])
     };
-    let numbers = fit.layout.factors[place.curve].clone();
+    let numbers = fit.layout.curves[place.curve].factors.clone();
     let factors = symbols.factors.iter().zip(&curve.factors).zip(numbers);
     let factors = factors.map(|(((symbol, unit), &value), number)| {
         let size = (*symbol == "F0").then_some(largest);
         factor(symbol, *unit, uncertain(value, FormParameter::Factor(number)), size)
     });
-    let numbers = fit.layout.logs[place.curve].clone();
+    let numbers = fit.layout.curves[place.curve].logs.clone();
     let shapes = symbols.shapes.iter().zip(&curve.logs).zip(numbers);
     let shapes = shapes.map(|(((symbol, unit), &log), number)| {
         shape(symbol, *unit, uncertain(log, FormParameter::Log(number)), reference)
@@ -303,7 +303,7 @@ fn shapeless(parameters: &mut [Parameter], factor: &str, shapes: &[&str]) {
 
 /// Replaces Fs - Fc by the static friction Fs.
 fn breakaway(parameters: &mut [Parameter], fit: &FormFit, curve: usize) {
-    let [coulomb, excess] = [0, 2].map(|term| fit.layout.factors[curve].start + term);
+    let [coulomb, excess] = [0, 2].map(|term| fit.layout.curves[curve].factors.start + term);
     let [a, b] = [coulomb, excess].map(|factor| fit.layout.unknown(FormParameter::Factor(factor)));
     let value = fit.solution.x[a] + fit.solution.x[b];
     let covariance = |i, j| fit.covariance.at(i, j);

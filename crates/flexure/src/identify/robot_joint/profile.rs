@@ -4,8 +4,8 @@
 //! away, or the minimum has neighbours, and a standard error says nothing of either. So each parameter is moved away
 //! step by step, everything else following, until the objective has grown by more than chance (Venzon & Moolgavkar 1988).
 
-use super::condensed::{Condensed, Held, Minimum};
-use super::form_fit::{FormFit, Shape};
+use super::condensed::{Condensed, FormedCurve, Held, Minimum};
+use super::form_fit::FormFit;
 use super::layout::FormParameter;
 
 /// The quantile of 95 % of chi squared with one degree of freedom.
@@ -18,7 +18,7 @@ const LEAST_UNIT: f64 = 4.0;
 /// The intervals of all unknowns of a fit whose condensed minimum is `best`; other `minima` that fit as well are in them.
 pub(super) fn intervals(
     condensed: &Condensed,
-    shapes: &[Shape],
+    curves: &[FormedCurve],
     fit: &FormFit,
     best: &Minimum,
     minima: &[Minimum],
@@ -45,7 +45,7 @@ pub(super) fn intervals(
                     parameter,
                     value: value + sign * step * unit,
                 };
-                let Some(found) = condensed.minimum(shapes, &start, Some(held)) else {
+                let Some(found) = condensed.minimum(curves, &start, Some(held)) else {
                     return f64::INFINITY;
                 };
                 // The root of the growth is nearly linear.

@@ -5,8 +5,8 @@
 //! where the last three terms, gravity and a spring, are optional and f contains any offset.
 
 use super::checks;
-use super::clocks::{Offset, held};
-use super::column_noise::{AbscissaNoise, Noisy};
+use super::clock_offset::{ClockOffset, held};
+use super::column_noise::Noisy;
 use super::division::{RIGID_FRICTION, lowest};
 use super::equations::Lines;
 use super::finding::Finding;
@@ -225,7 +225,7 @@ impl Signals {
                 kind: CurveKind::Friction,
                 x: &self.velocity,
                 signs: vec![1.0],
-                noise: AbscissaNoise::default(),
+                noise: Vec::new(),
                 resolution: self.resolution,
                 division: &RIGID_FRICTION,
                 after: 1 + self.extras.len(),
@@ -237,15 +237,11 @@ impl Signals {
     fn weights(&self, band: f64) -> Option<Vec<Vec<f64>>> {
         let system = self.system();
         let splines = system.curves[0].splines(&self.modulation, RIGID_FRICTION.coarse);
-        let mut noise = vec![low_frequencies(&self.modulation, band)];
-        for _ in 0..ROUNDS {
-            noise = system.noise_of(&system.solve(&[&splines], &noise)?);
-        }
-        Some(noise)
+        system.reweighted(&[splines], vec![low_frequencies(&self.modulation, band)], ROUNDS)
     }
 
     /// The time from a torque's sample to its effect.
-    fn delay(&self, torque: &[f64], noise: &[Vec<f64>], step: f64) -> Option<Offset> {
+    fn delay(&self, torque: &[f64], noise: &[Vec<f64>], step: f64) -> Option<ClockOffset> {
         let system = self.system();
         let splines = system.curves[0].tested(&self.modulation);
         let equations = system.equations(&[&splines], noise);
@@ -253,7 +249,11 @@ impl Signals {
         let solution = equations
             .with_column(vec![Some(self.modulation.of_rate(torque))])
             .solve()?;
-        Some(Offset::new(solution.x[last], solution.covariance.error(last), step))
+        Some(ClockOffset::new(
+            solution.x[last],
+            solution.covariance.error(last),
+            step,
+        ))
     }
 
     /// The free curve with the smallest criterion of Schwarz, and the next finer one, which shows what it smooths away.

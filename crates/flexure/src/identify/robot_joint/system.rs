@@ -8,6 +8,8 @@
 //! friction over the velocity, with the sign $s_{bk}$ in equation b. Each curve is a sum of splines ([`Basis`]). Their number
 //! follows from all equations together, and so does the noise of each equation.
 
+use std::borrow::Borrow;
+
 use super::basis::Basis;
 use super::column_noise::{AbscissaNoise, Noisy, Slopes};
 use super::covariance::{fitted_noise, fitted_to_power};
@@ -37,7 +39,7 @@ pub(super) struct Curve<'a> {
     /// The sign with which the curve enters each equation; 0 where it does not.
     pub signs: Vec<f64>,
     /// The noise of x, where it counts.
-    pub noise: AbscissaNoise<'a>,
+    pub noise: Vec<AbscissaNoise<'a>>,
     /// The smallest distance of x that the data resolve.
     pub resolution: f64,
     /// The numbers of splines to choose from.
@@ -98,17 +100,23 @@ impl<'a> Curve<'a> {
         self.signs.iter().map(|&s| (s != 0.0).then(|| scaled(s))).collect()
     }
 
-    /// What the noise of x adds to the products of functions of x with these slopes; see [`AbscissaNoise::noisy`].
+    /// What the noise of x adds to the products of functions of x with these slopes, of which `column` is the column; the factors have
+    /// the columns `factors`, or else come first.
     pub fn noisy(
         &self,
         slopes: impl FnOnce() -> Slopes,
-        column: impl Fn(usize) -> usize + Copy,
-        factor: impl Fn(usize) -> usize + Copy,
+        column: impl Fn(usize) -> usize,
+        factors: Option<&[usize]>,
     ) -> Vec<Noisy<'a>> {
-        match self.noise.is_none() {
-            true => Vec::new(),
-            false => self.noise.noisy(&slopes(), column, factor),
+        if self.noise.is_empty() {
+            return Vec::new();
         }
+        let slopes = slopes();
+        let of_noise = self.noise.iter().flat_map(|noise| {
+            let factor = noise.factor.map(|i| factors.map_or(i, |factors| factors[i]));
+            AbscissaNoise { factor, ..*noise }.noisy(&slopes, &column)
+        });
+        of_noise.collect()
     }
 
     /// The value of the curve at x from its splines' coefficients.
@@ -129,7 +137,7 @@ pub(super) struct System<'a> {
     /// The columns of the unknown factors.
     pub factors: Vec<Column>,
     pub right: Vec<Lines>,
-    /// The noise of the factors' columns, which are numbered as the factors are.
+    /// The noise of the factors' columns.
     pub noisy: Vec<Noisy<'a>>,
     pub encoder_noise: EncoderNoise<'a>,
     pub curves: Vec<Curve<'a>>,
@@ -159,7 +167,7 @@ impl<'a> Solved<'a> {
         Some(Solved {
             solution: equations.solve()?,
             equations,
-            layout: self.layout,
+            ..self
         })
     }
 
@@ -182,13 +190,18 @@ impl<'a> Solved<'a> {
 
 impl<'a> System<'a> {
     /// Where the unknowns stand for these splines of the curves.
-    fn layout(&self, splines: &[&Splines]) -> Layout {
-        let curves = self.curves.iter().zip(splines);
-        Layout::new(self.factors.len(), curves.map(|(c, s)| (c.after, s.basis.len())))
+    fn layout(&self, splines: &[impl Borrow<Splines>]) -> Layout {
+        let mut layout = Layout::default();
+        for (curve, splines) in self.curves.iter().zip(splines) {
+            layout.add_factors(curve.after);
+            layout.add_curve(splines.borrow().basis.len());
+        }
+        layout.add_factors(self.factors.len());
+        layout
     }
 
     /// The equations with these splines of the curves, for noise of this spectrum.
-    pub fn equations<'b>(&'b self, splines: &[&Splines], noise: &'b [Vec<f64>]) -> Equations<'b> {
+    pub fn equations<'b>(&'b self, splines: &[impl Borrow<Splines>], noise: &'b [Vec<f64>]) -> Equations<'b> {
         let layout = self.layout(splines);
         let mut columns: Vec<Column> = vec![Column::new(); layout.len()];
         for (&at, column) in layout.factors.iter().zip(&self.factors) {
@@ -200,14 +213,12 @@ impl<'a> System<'a> {
         });
         let mut noisy: Vec<Noisy> = of_factors.collect();
         for ((curve, splines), range) in self.curves.iter().zip(splines).zip(&layout.curves) {
-            for (column, lines) in columns[range.clone()].iter_mut().zip(&splines.lines) {
+            let Splines { basis, lines } = splines.borrow();
+            for (column, lines) in columns[range.clone()].iter_mut().zip(lines) {
                 *column = curve.column(lines, 1.0);
             }
-            noisy.extend(curve.noisy(
-                || splines.basis.slopes(self.modulation, curve.x),
-                |k| range.start + k,
-                |i| layout.factors[i],
-            ));
+            let slopes = || basis.slopes(self.modulation, curve.x);
+            noisy.extend(curve.noisy(slopes, |k| range.start + k, Some(&layout.factors)));
         }
         Equations {
             columns,
@@ -218,13 +229,18 @@ impl<'a> System<'a> {
     }
 
     /// The solution with these splines of the curves; `None` if the equations do not determine it.
-    pub fn solve<'b>(&'b self, splines: &[&Splines], noise: &'b [Vec<f64>]) -> Option<Solved<'b>> {
+    pub fn solve<'b>(&'b self, splines: &[impl Borrow<Splines>], noise: &'b [Vec<f64>]) -> Option<Solved<'b>> {
         let equations = self.equations(splines, noise);
         Some(Solved {
             solution: equations.solve()?,
             layout: self.layout(splines),
             equations,
         })
+    }
+
+    /// The noise of each equation after some rounds of solving with it and estimating it again.
+    pub fn reweighted(&self, splines: &[Splines], start: Vec<Vec<f64>>, rounds: usize) -> Option<Vec<Vec<f64>>> {
+        (0..rounds).try_fold(start, |noise, _| Some(self.noise_of(&self.solve(splines, &noise)?)))
     }
 
     /// The noise of each equation, from the residuals.
@@ -245,12 +261,6 @@ impl<'a> System<'a> {
             .collect()
     }
 
-    /// [`unbiased_noise_of`](Self::unbiased_noise_of) with these splines.
-    pub fn noise_with(&self, splines: &[Splines], noise: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-        let splines: Vec<&Splines> = splines.iter().collect();
-        Some(self.unbiased_noise_of(&self.solve(&splines, noise)?))
-    }
-
     /// The splines beside which forms are tested.
     pub fn tested(&self) -> Vec<Splines> {
         self.curves.iter().map(|c| c.tested(self.modulation)).collect()
@@ -262,25 +272,18 @@ impl<'a> System<'a> {
     pub fn refined(&self, mut splines: Vec<Splines>, mut noise: Vec<Vec<f64>>) -> Option<FreeCurves> {
         let mut finer = Vec::new();
         for _ in 0..ROUNDS {
-            noise = self.noise_with(&splines, &noise)?;
-            let mut divisions = Divisions::new(self);
-            divisions.improve(&|splines| Some(self.solve(splines, &noise)?.akaike()))?;
-            (splines, finer) = (divisions.finer(1), divisions.finer(2));
+            noise = self.unbiased_noise_of(&self.solve(&splines, &noise)?);
+            let divisions = Divisions::new(self);
+            let best = divisions.best(&|splines| Some(self.solve(splines, &noise)?.akaike()))?;
+            (splines, finer) = (divisions.finer(&best, 1), divisions.finer(&best, 2));
         }
-        noise = self.noise_with(&splines, &noise)?;
+        noise = self.unbiased_noise_of(&self.solve(&splines, &noise)?);
         Some(FreeCurves {
             splines,
             noise,
             finer,
             tested: self.tested(),
         })
-    }
-}
-
-impl FreeCurves {
-    /// The splines in use.
-    pub fn in_use(&self) -> Vec<&Splines> {
-        self.splines.iter().collect()
     }
 }
 

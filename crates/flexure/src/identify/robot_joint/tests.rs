@@ -263,7 +263,7 @@ fn a_joint_as_stiff_as_its_encoders_are_coarse_is_no_flexible_one() {
             "{stiffness}, but it is {linear}"
         );
         let skew = axis.findings.iter().find_map(|f| match f {
-            Finding::EncoderSkew { skew, .. } => Some(*skew),
+            Finding::EncoderClocks { offset, .. } => Some(*offset),
             _ => None,
         });
         assert_eq!(skew.is_some(), late > 0, "{:?}", axis.findings);

@@ -147,11 +147,8 @@ pub(super) struct FreeLinks {
 pub(super) fn start(system: &System, band: f64) -> Option<FreeLinks> {
     let splines = |joint: usize, pieces: usize| system.curves[joint].splines(system.modulation, pieces);
     let coarse = [0, 1].map(|joint| splines(joint, FRICTION.coarse));
-    let start = low_frequencies(system.modulation, band);
-    let mut noise = vec![start.clone(), start];
-    for _ in 0..ROUNDS {
-        noise = system.noise_of(&system.solve(&[&coarse[0], &coarse[1]], &noise)?);
-    }
+    let start = vec![low_frequencies(system.modulation, band); 2];
+    let mut noise = system.reweighted(&coarse, start, ROUNDS)?;
     let chosen = |joint: usize| {
         FRICTION.undersmoothed(|pieces| {
             let own = splines(joint, pieces);
@@ -161,6 +158,6 @@ pub(super) fn start(system: &System, band: f64) -> Option<FreeLinks> {
         })
     };
     let splines = [splines(0, chosen(0)?), splines(1, chosen(1)?)];
-    noise = system.noise_of(&system.solve(&[&splines[0], &splines[1]], &noise)?);
+    noise = system.noise_of(&system.solve(&splines, &noise)?);
     Some(FreeLinks { splines, noise })
 }

@@ -14,7 +14,8 @@ mod outcome;
 mod tests;
 
 use super::checks;
-use super::clocks::{Clocks, clocks};
+use super::clock_offset::Clocks;
+use super::clocks;
 use super::column_noise::{AbscissaNoise, Noisy};
 use super::equations::Column;
 use super::finding::Finding;
@@ -164,9 +165,19 @@ impl TwoLinkLog<'_> {
 
 impl<'a> ArmSignals<'a> {
     fn new(motions: &'a [Motion<'a>; 2], modulation: &'a Modulation) -> Option<Self> {
-        let clocks = [clocks(&motions[0], modulation)?, clocks(&motions[1], modulation)?];
+        let clocks = [
+            clocks::of_motor(&motions[0], modulation)?,
+            clocks::of_motor(&motions[1], modulation)?,
+        ];
         let q = [0, 1].map(|i| clocks[i].link(&motions[i]));
-        let joints = [0, 1].map(|i| JointSignals::new(&motions[i], modulation, &clocks[i], &q[i]));
+        let joints = [0, 1].map(|i| {
+            JointSignals::new(
+                &motions[i],
+                modulation,
+                clocks[i].torque(modulation, &motions[i]),
+                &q[i],
+            )
+        });
         let links = Links::new(
             modulation,
             [&q[0], &q[1]],
@@ -209,7 +220,7 @@ impl<'a> ArmSignals<'a> {
     }
 
     /// The noise of a joint's deflection in the equations of its motor and its link.
-    fn deflection_noise(&self, joint: usize) -> AbscissaNoise<'_> {
+    fn deflection_noise(&self, joint: usize) -> Vec<AbscissaNoise<'_>> {
         let signals = &self.joints[joint];
         let (on_motor, on_link) = (block::MOTORS[joint], block::LINKS[joint]);
         let [motor, link] = signals.variances;
@@ -220,8 +231,7 @@ impl<'a> ArmSignals<'a> {
             let covariance = -2.0 * self.links.cosine[0] * link;
             signals.shared_noise(factor::COUPLING, on_link, covariance)
         });
-        let shared = [rotor, carried].into_iter().chain(coupled).collect();
-        signals.deflection_noise(&[on_motor, on_link], shared)
+        signals.deflection_noise(&[on_motor, on_link], [rotor, carried].into_iter().chain(coupled))
     }
 
     /// All equations.

@@ -3,6 +3,7 @@
 use super::super::flexible::AxisParts;
 use super::super::free_outcome::FreeOutcome;
 use super::super::joint_forms::JointPlace;
+use super::super::normal::Part;
 use super::super::outcome::{FlexibleAxis, JointModel};
 use super::{ArmSignals, TwoLinkArm, curve, factor};
 
@@ -31,10 +32,9 @@ impl ArmSignals<'_> {
         let model = comparison.model(&places, &forms)?;
         let models = <[JointModel; 2]>::try_from(model.joints).ok()?;
         let InertialTorques { rotors, links } = self.inertial_torques(&outcome.solved.factors());
-        let link_inertias = [
-            outcome.sum(&[(factor::SHOULDER, 1.0), (factor::COUPLING, 2.0)]),
-            outcome.factor(factor::ELBOW),
-        ];
+        let part = |unknown, factor| Part { unknown, factor };
+        let (shoulder, twice_coupling) = (part(factor::SHOULDER, 1.0), part(factor::COUPLING, 2.0));
+        let link_inertias = [outcome.sum(&[shoulder, twice_coupling]), outcome.factor(factor::ELBOW)];
         let parts = places
             .into_iter()
             .zip(forms)
