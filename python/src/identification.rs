@@ -7,7 +7,7 @@ use flexure::identify::{
     Calibration, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag, Structure,
 };
 use flexure_io::RecordFile;
-use flexure_workbench::systems::{Identified, Task, form};
+use flexure_workbench::systems::{Decoration, Identified, Task, form};
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, array};
@@ -192,7 +192,11 @@ impl Identification {
     #[pyo3(signature = (command=None))]
     fn page(&self, py: Python<'_>, command: Option<String>) -> PyResult<String> {
         let session = Arc::clone(&self.0);
-        briefly(py, move || session.identified.html(&session.file, command))?.map_err(|error| of_any(&error))
+        let decoration = Decoration {
+            command,
+            ..Decoration::default()
+        };
+        briefly(py, move || session.identified.html(&session.file, decoration))?.map_err(|error| of_any(&error))
     }
 }
 

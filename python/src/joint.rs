@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use anyhow::Context as _;
 use flexure::Record;
 use flexure::identify::robot_joint::Extra;
 use flexure_io::RecordFile;
@@ -32,10 +31,7 @@ impl Joint {
     /// The page that `flexure joint --report` writes.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let joint = Arc::clone(&self.0);
-        let page = interruptible(py, move |_| {
-            let page = joint.page(&joint.simulate(None)?, None);
-            flexure_report::render_joint(&page).context("the report")
-        })?;
+        let page = interruptible(py, move |_| joint.html(&joint.simulate(None)?, None))?;
         page.map_err(|error| of_any(&error))
     }
 
@@ -48,7 +44,7 @@ impl Joint {
         let place = Place {
             joint: joint.min(1),
             template: template.map(|file| file.arm),
-            excitation: Excitation::zero(),
+            excitation: Excitation::default(),
         };
         self.0.arm_file(place).map_err(|error| of_any(&error))
     }

@@ -85,7 +85,7 @@ impl Model {
     /// The free run from the steady state of the mean inputs.
     fn simulate<'py>(&self, py: Python<'py>, inputs: Vec<Column>) -> PyResult<Bound<'py, PyAny>> {
         let values = self.with_record(py, inputs, None, |model, file, (inputs, _)| {
-            simulate(model, file, inputs)
+            simulate(&model.block, file, inputs)
         })?;
         array(py, &values)
     }

@@ -20,7 +20,7 @@ pub fn known<T>(what: &str, name: &str, names: &[&str], parse: impl Fn(&str) -> 
 /// # Errors
 /// As [`known`].
 pub fn choice<T: Named>(what: &str, name: &str) -> PyResult<T> {
-    let names: Vec<&str> = T::ALL.iter().map(|choice| choice.name()).collect();
+    let names: Vec<&str> = T::ALL.iter().map(|choice| choice.name).collect();
     known(what, name, &names, T::parse)
 }
 

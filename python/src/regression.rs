@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use flexure::nonlinearity::{NamedEstimator, Outside, Rule, Tuning};
+use flexure::nonlinearity::{NamedEstimator, Rule, Tuning};
 use flexure_workbench::regression::{BandOptions, Data, Regression as Fit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -72,12 +72,7 @@ impl Regression {
                 _ => Tuning::FromData(known("rule", rule, &rules, Rule::parse)?),
             },
             kernel: named_kernel(kernel)?,
-            outside: known("outside", outside, &["nan", "nearest", "linear"], |name| match name {
-                "nan" => Some(Outside::Nan),
-                "nearest" => Some(Outside::Nearest),
-                "linear" => Some(Outside::Linear),
-                _ => None,
-            })?,
+            outside: choice("outside", outside)?,
             seed,
         };
         let fitted = interruptible(py, move |_| {

@@ -1,6 +1,6 @@
 //! Values on the command line, checked while they are read, so that wrong ones are wrong usage.
 
-use std::str::FromStr;
+use std::ops::RangeInclusive;
 
 use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -15,6 +15,9 @@ use flexure_workbench::text::capitalised;
 pub const TIME: &str = "t";
 /// Relative difference of two sample times that still counts as none (printed digits).
 pub const SAME_SAMPLE_TIME: f64 = 1e-3;
+
+/// What is wrong with a name that none of the choices has; clap refuses such names before this.
+const NO_SUCH_NAME: Usage = Usage(String::new());
 
 /// The options contradict each other: wrong usage, found only after they were read one by one.
 #[derive(Debug)]
@@ -32,8 +35,8 @@ impl std::error::Error for Usage {}
 pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
     let values = T::ALL
         .iter()
-        .map(|choice| PossibleValue::new(choice.name()).help(choice.description()));
-    PossibleValuesParser::new(values.collect::<Vec<_>>()).try_map(|name| T::parse(&name).ok_or(Unknown))
+        .map(|choice| PossibleValue::new(choice.name).help(choice.description));
+    PossibleValuesParser::new(values.collect::<Vec<_>>()).try_map(|name| T::parse(&name).ok_or(NO_SUCH_NAME))
 }
 
 /// A structure by its name.
@@ -42,20 +45,8 @@ pub fn structure() -> impl TypedValueParser<Value = &'static Structure> {
         let description = capitalised(s.description);
         PossibleValue::new(s.name.key).help(description)
     });
-    PossibleValuesParser::new(values.collect::<Vec<_>>()).try_map(|name| Structure::by_name(&name).ok_or(Unknown))
+    PossibleValuesParser::new(values.collect::<Vec<_>>()).try_map(|name| Structure::by_name(&name).ok_or(NO_SUCH_NAME))
 }
-
-/// A name that no choice has; the parser of the names finds it first.
-#[derive(Debug)]
-pub struct Unknown;
-
-impl std::fmt::Display for Unknown {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("there is no such name")
-    }
-}
-
-impl std::error::Error for Unknown {}
 
 /// How a setting of the workbench is written as an option.
 pub fn option(name: &str, value: Option<&str>) -> String {
@@ -65,96 +56,80 @@ pub fn option(name: &str, value: Option<&str>) -> String {
     }
 }
 
-/// `auto` or a value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Auto<T> {
-    /// Choose it from data.
-    Auto,
-    /// Take this.
-    Given(T),
+/// A value that was given, or `None` for `auto`, by which it is chosen from data.
+pub type Auto<T> = Option<T>;
+
+/// `auto`, or what `parse` makes of the text.
+fn auto<T>(text: &str, parse: impl Fn(&str) -> Option<T>, expected: &str) -> Result<Auto<T>, String> {
+    match text {
+        "auto" => Ok(None),
+        _ => match parse(text) {
+            Some(value) => Ok(Some(value)),
+            None => Err(format!("expected 'auto' or {expected}")),
+        },
+    }
 }
 
-impl<T> Auto<T> {
-    /// The value, if one was given.
-    pub fn given(self) -> Option<T> {
-        match self {
-            Auto::Auto => None,
-            Auto::Given(value) => Some(value),
-        }
-    }
+/// A finite number for which `valid` holds.
+fn number(text: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
+    let number = text.parse().ok();
+    number.filter(|v: &f64| v.is_finite() && valid(*v))
 }
 
 /// `auto` or a whole number from 0.
 pub fn auto_count(text: &str) -> Result<Auto<usize>, String> {
-    if text == "auto" {
-        return Ok(Auto::Auto);
-    }
-    text.parse()
-        .map(Auto::Given)
-        .map_err(|_| "expected 'auto' or a whole number from 0".to_owned())
+    auto(text, |text| text.parse().ok(), "a whole number from 0")
 }
 
 /// `auto` or a positive number.
 pub fn auto_positive(text: &str) -> Result<Auto<f64>, String> {
-    if text == "auto" {
-        Ok(Auto::Auto)
-    } else {
-        positive(text).map(Auto::Given)
+    match text {
+        "auto" => Ok(None),
+        _ => positive(text).map(Some),
     }
 }
 
 /// `auto` or positive numbers separated by commas.
 pub fn auto_positives(text: &str) -> Result<Auto<Vec<f64>>, String> {
-    if text == "auto" {
-        return Ok(Auto::Auto);
-    }
-    let numbers: Result<Vec<f64>, String> = text.split(',').map(|part| positive(part.trim())).collect();
-    numbers
-        .map(Auto::Given)
-        .map_err(|_| "expected 'auto' or positive numbers separated by commas".to_owned())
+    let numbers = |text: &str| text.split(',').map(|part| number(part.trim(), |v| v > 0.0)).collect();
+    auto(text, numbers, "positive numbers separated by commas")
 }
 
 /// `auto` or a number from 0.
 pub fn auto_number(text: &str) -> Result<Auto<f64>, String> {
-    if text == "auto" {
-        return Ok(Auto::Auto);
-    }
-    match f64::from_str(text) {
-        Ok(value) if value >= 0.0 && value.is_finite() => Ok(Auto::Given(value)),
-        _ => Err("expected 'auto' or a number from 0".to_owned()),
-    }
+    auto(text, |text| number(text, |v| v >= 0.0), "a number from 0")
+}
+
+/// `auto` or an order that the library takes.
+pub fn auto_order(text: &str) -> Result<Auto<usize>, String> {
+    auto_up_to(text, 0..=MOST_ORDER)
+}
+
+/// `auto` or a number of branches.
+pub fn auto_branches(text: &str) -> Result<Auto<usize>, String> {
+    auto_up_to(text, 1..=5)
+}
+
+fn auto_up_to(text: &str, range: RangeInclusive<usize>) -> Result<Auto<usize>, String> {
+    let expected = format!("a whole number from {} to {}", range.start(), range.end());
+    auto(text, |text| text.parse().ok().filter(|n| range.contains(n)), &expected)
 }
 
 /// A level between 0 and 1.
 pub fn level(text: &str) -> Result<f64, String> {
-    match f64::from_str(text) {
-        Ok(value) if (0.5..=0.999).contains(&value) => Ok(value),
-        _ => Err("expected a number from 0.5 to 0.999".to_owned()),
-    }
+    let level = number(text, |v| (0.5..=0.999).contains(&v));
+    level.ok_or_else(|| "expected a number from 0.5 to 0.999".to_owned())
 }
 
-/// An estimator by name.
-pub fn estimator(text: &str) -> Result<EstimatorName, String> {
-    EstimatorName::parse(text).ok_or_else(|| {
-        let names: Vec<&str> = EstimatorName::ALL.iter().map(|e| e.name()).collect();
-        format!("expected one of {}", names.join(", "))
-    })
-}
-
-/// A rule that chooses a parameter, by name.
-pub fn rule(text: &str) -> Result<Rule, String> {
-    Rule::parse(text).ok_or_else(|| {
-        let names: Vec<&str> = Rule::ALL.iter().map(|r| r.name()).collect();
-        format!("expected one of {}", names.join(", "))
-    })
+/// The share of a record that is kept from the fit.
+pub fn fresh_share(text: &str) -> Result<f64, String> {
+    let share = number(text, |v| (0.05..=0.9).contains(&v));
+    share.ok_or_else(|| "expected a number from 0.05 to 0.9".to_owned())
 }
 
 /// A positive, finite number.
 pub fn positive(text: &str) -> Result<f64, String> {
-    match f64::from_str(text) {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("expected a positive number".to_owned()),
-    }
+    number(text, |v| v > 0.0).ok_or_else(|| "expected a positive number".to_owned())
 }
 
 /// A whole number from 0.
@@ -168,28 +143,33 @@ pub fn count_from_one(text: &str) -> Result<usize, String> {
     count.ok_or_else(|| "expected a whole number from 1".to_owned())
 }
 
-/// The share of a record that is kept from the fit.
-pub fn fresh_share(text: &str) -> Result<f64, String> {
-    match f64::from_str(text) {
-        Ok(share) if (0.05..=0.9).contains(&share) => Ok(share),
-        _ => Err("expected a number from 0.05 to 0.9".to_owned()),
-    }
+/// The choice of this name.
+fn one_of<T: Copy>(text: &str, all: &[T], name: fn(T) -> &'static str) -> Result<T, String> {
+    let names = || all.iter().map(|&choice| name(choice)).collect::<Vec<_>>().join(", ");
+    let choice = all.iter().copied().find(|&choice| name(choice) == text);
+    choice.ok_or_else(|| format!("expected one of {}", names()))
 }
 
-/// `auto` or an order that the library takes.
-pub fn auto_order(text: &str) -> Result<Auto<usize>, String> {
-    match auto_count(text) {
-        Ok(order) if order.given().is_none_or(|n| n <= MOST_ORDER) => Ok(order),
-        _ => Err(format!("expected 'auto' or a whole number from 0 to {MOST_ORDER}")),
-    }
+/// An estimator by name.
+pub fn estimator(text: &str) -> Result<EstimatorName, String> {
+    one_of(text, &EstimatorName::ALL, EstimatorName::name)
 }
 
-/// `auto` or a number of branches.
-pub fn auto_branches(text: &str) -> Result<Auto<usize>, String> {
-    match auto_count(text) {
-        Ok(branches) if branches.given().is_none_or(|n| (1..=5).contains(&n)) => Ok(branches),
-        _ => Err("expected 'auto' or a whole number from 1 to 5".to_owned()),
-    }
+/// A rule that chooses a parameter, by name.
+pub fn rule(text: &str) -> Result<Rule, String> {
+    one_of(text, &Rule::ALL, Rule::name)
+}
+
+/// A kernel by name.
+pub fn kernel(text: &str) -> Result<Kernel, String> {
+    one_of(text, &Kernel::ALL, Kernel::name)
+}
+
+/// A point `X=PHI` at which the nonlinearity is known.
+pub fn known_point(text: &str) -> Result<[f64; 2], String> {
+    let point = text.split_once('=');
+    let point = point.and_then(|(x, phi)| Some([number(x.trim(), |_| true)?, number(phi.trim(), |_| true)?]));
+    point.ok_or_else(|| "expected X=PHI, two numbers, for example 0=0".to_owned())
 }
 
 /// Refuses two points that do not fix a scale and an offset.
@@ -218,30 +198,13 @@ pub fn distinct_inputs(inputs: &[&str], output: Option<&str>) -> Result<(), Usag
     Ok(())
 }
 
-/// A kernel by name.
-pub fn kernel(text: &str) -> Result<Kernel, String> {
-    Kernel::ALL.into_iter().find(|k| k.name() == text).ok_or_else(|| {
-        let names: Vec<&str> = Kernel::ALL.iter().map(|k| k.name()).collect();
-        format!("expected one of {}", names.join(", "))
-    })
-}
-
-/// A point `X=PHI` at which the nonlinearity is known.
-pub fn known_point(text: &str) -> Result<[f64; 2], String> {
-    let number = |t: &str| f64::from_str(t.trim()).ok().filter(|v| v.is_finite());
-    match text.split_once('=').map(|(x, phi)| (number(x), number(phi))) {
-        Some((Some(x), Some(phi))) => Ok([x, phi]),
-        _ => Err("expected X=PHI, two numbers, for example 0=0".to_owned()),
-    }
-}
-
 /// Whether a record has a column of sample instants: one named `t` that is none of the `signals` in use.
 pub fn has_time(file: &RecordFile, signals: &[&str]) -> bool {
     !signals.contains(&TIME) && file.record.names().iter().any(|n| n == TIME)
 }
 
-/// The sample time of a record in s: as given, or from its column `t`, unless that is one of the `signals`; `None` if
-/// neither tells.
+/// The sample time of a record in s: as given, or from its column `t`, unless that is one of the `signals`; `None` without
+/// either.
 pub fn sample_time(file: &RecordFile, given: Option<f64>, signals: &[&str]) -> Result<Option<f64>> {
     let recorded = match has_time(file, signals) {
         true => Some(file.sample_time(TIME)?),

@@ -1,32 +1,18 @@
 //! `flexure demo`: simulate the space arm, identify its elbow, show it.
 
-mod views;
-
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
-use flexure::manipulator::{Arm, Drive, Friction, SimulationOptions};
-use flexure::nonlinearity::Curve;
 use flexure_io::arm::{ArmFile, preset_text};
-use flexure_io::{RecordFile, check_writable, read_record, write_record};
-use flexure_report::data::ArmMotion;
-use flexure_workbench::systems::{Decoration, Identified, Truth, arm_motion};
-use serde_json::json;
+use flexure_io::{check_writable, read_record, write_model, write_record};
+use flexure_workbench::demo::{self, PRESET, Steps, VIEW_FILES, View};
+use serde_json::{Map, json};
 
 use crate::files::{write_text, wrote};
-use crate::identify::{hammerstein, write_files};
+use crate::identify::hammerstein;
 use crate::output::{command_line, print};
 use crate::simulate::simulate;
-
-/// The preset that is simulated.
-const PRESET: &str = "elbow-test";
-/// The elbow.
-const JOINT: usize = 1;
-/// Samples of the record that the page shows the arm moving through.
-const SHOWN_SAMPLES: usize = 10;
-/// Time between two pictures of the moving arm, s.
-const FRAME: f64 = 0.05;
 
 /// Simulate the space arm, identify its elbow joint, and show it on one page.
 ///
@@ -58,29 +44,24 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     std::fs::create_dir_all(out).with_context(|| format!("{}: the folder cannot be made", out.display()))?;
     if arguments.joint_views {
-        return views::run(out, arguments.json);
+        return show_views(out, arguments.json);
     }
-    let text = preset_text(PRESET)?;
-    let arm = ArmFile::from_toml_str(text, &format!("preset {PRESET}"))?;
-    let paths: Vec<PathBuf> = ["arm.toml", "record.csv", "model.json", "report.html"]
-        .iter()
-        .map(|name| out.join(name))
-        .collect();
-    for path in &paths {
-        check_writable(path)?;
-    }
-    write_text(&paths[0], text)?;
-    write_record(&paths[1], &simulate(&arm, Path::new(""))?)?;
+    let paths = writable(out, ["arm.toml", "record.csv", "model.json", "report.html"])?;
+    write_text(&paths[0], preset_text(PRESET)?)?;
+    let arm = demo::arm()?;
+    write_record(&paths[1], &simulated(&arm)?)?;
 
     // From here on, what `flexure identify` does with anybody's record.
-    let record = read_record(&paths[1])?;
-    let identified = hammerstein(&record, "tau2", "dq2", arm.run.sample_time)?;
-    let decoration = decoration(&arm, &record, &identified, out)?;
-    let page = identified.page(&record, decoration)?;
-    write_files(Some((&paths[2], identified.model())), Some((&paths[3], page)))?;
+    let file = read_record(&paths[1])?;
+    let identified = hammerstein(&file, "tau2", "dq2", arm.run.sample_time)?;
+    let command = command_line(["demo".into(), "--out".into(), out.into()]);
+    let decoration = demo::decoration(&arm, &file.record, &identified, command)?;
+    let html = identified.html(&file, decoration)?;
+    write_model(&paths[2], &identified.model())?;
+    write_text(&paths[3], &html)?;
     if arguments.json {
         let mut object = identified.json();
-        object["files"] = json!(paths.iter().map(|p| p.display().to_string()).collect::<Vec<_>>());
+        object["files"] = paths.iter().map(|p| p.display().to_string()).collect();
         return print(&object.to_string());
     }
     let mut lines = vec![identified.summary()];
@@ -89,83 +70,42 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     print(&lines.join("\n"))
 }
 
-fn decoration(arm: &ArmFile, record: &RecordFile, identified: &Identified, out: &Path) -> Result<Decoration> {
-    let friction = arm.arm.joints[JOINT].friction.unwrap_or_default();
-    let [a, b] = alignment(nonlinearity(identified)?, &friction);
-    Ok(Decoration {
-        title: Some("The elbow of a space arm: from torque to velocity".to_owned()),
-        command: Some(command_line(["demo".into(), "--out".into(), out.into()])),
-        truth: Some(Truth {
-            phi: Box::new(move |tau| a * steady_velocity(&friction, tau) + b),
-            label: "steady velocity under the simulated friction (12), scaled and shifted onto the estimate".to_owned(),
-        }),
-        remark: Some(
-            "That is as it should be: friction acts on the velocity, which is feedback, and a static nonlinearity before a \
-             linear part can only come near it."
-                .to_owned(),
-        )
-        .filter(|_| !identified.result.verdict.holds()),
-        arm: motion(arm, &record.record)?,
-        approximation: None,
-    })
-}
-
-/// The beginning of the motion, simulated again with close samples, as the eye cannot follow an arm every 20 s.
-fn motion(arm: &ArmFile, record: &Record) -> Result<Option<ArmMotion>> {
-    let steps = (arm.run.sample_time / FRAME).round() as usize;
-    let held = |column: &str| -> flexure::Result<Vec<f64>> {
-        let torque = &record.finite(column)?[..SHOWN_SAMPLES];
-        Ok(torque
-            .iter()
-            .flat_map(|&tau| std::iter::repeat_n(tau, steps))
-            .chain([0.0])
-            .collect())
+/// Simulates, identifies and writes the three views of the joint.
+fn show_views(out: &Path, json: bool) -> Result<()> {
+    let command = command_line(["demo".into(), "--joint-views".into(), "--out".into(), out.into()]);
+    let steps = Steps {
+        simulate: simulated,
+        identify: hammerstein,
     };
-    let (tau1, tau2) = (held("tau1")?, held("tau2")?);
-    let mut options = SimulationOptions::new(SHOWN_SAMPLES as f64 * arm.run.sample_time, FRAME)?;
-    options.initial = arm.initial;
-    let shown = flexure::manipulator::simulate(&Arm::new(arm.arm)?, &Drive::Held([&tau1, &tau2]), &options)?;
-    let caption = format!(
-        "The first {} s of the record, simulated again every {FRAME} s, seen from above the plane of motion.",
-        options.sampling.instant(options.sampling.rows() - 1)
-    );
-    Ok(arm_motion(
-        &shown,
-        arm.arm.links.map(|link| link.length),
-        Some(FRAME),
-        caption,
-    ))
-}
-
-/// The static nonlinearity of a Hammerstein model.
-fn nonlinearity(identified: &Identified) -> Result<&Curve> {
-    let curve = identified.result.curve("nonlinearity");
-    curve.context("the model has no static nonlinearity")
-}
-
-/// The scale and offset, which the data cannot tell, that lay the truth best onto the estimate.
-fn alignment(curve: &Curve, friction: &Friction) -> [f64; 2] {
-    let (x, y) = (curve.x(), curve.y());
-    let truth: Vec<f64> = x.iter().map(|&tau| steady_velocity(friction, tau)).collect();
-    let n = x.len() as f64;
-    let (mt, my) = (truth.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
-    let spread: f64 = truth.iter().map(|t| (t - mt).powi(2)).sum();
-    let joint: f64 = truth.iter().zip(y).map(|(t, y)| (t - mt) * (y - my)).sum();
-    let a = if spread > 0.0 { joint / spread } else { 0.0 };
-    [a, my - a * mt]
-}
-
-/// The velocity v at which friction (12) takes up the whole torque: f(v) = tau, by bisection.
-fn steady_velocity(friction: &Friction, tau: f64) -> f64 {
-    let viscous = friction.0[5];
-    let (mut low, mut high) = (0.0, tau.abs() / viscous.max(f64::MIN_POSITIVE));
-    for _ in 0..100 {
-        let middle = 0.5 * (low + high);
-        if friction.torque(middle) < tau.abs() {
-            low = middle;
-        } else {
-            high = middle;
-        }
+    let mut files = Vec::new();
+    for name in VIEW_FILES {
+        files.push(writable(out, ["csv", "html"].map(|kind| format!("{name}.{kind}")))?);
     }
-    tau.signum() * low
+    let views = demo::views(&steps, &command)?;
+    let mut lines = Vec::new();
+    for (view, [record, page]) in views.iter().zip(&files) {
+        write_record(record, &view.record)?;
+        write_text(page, &view.html)?;
+        lines.extend(view.lines.iter().cloned());
+        lines.extend(wrote([record, page]).map(|line| format!("  {line}")));
+    }
+    if json {
+        let object: Map<_, _> = views
+            .into_iter()
+            .map(|View { name, json, .. }| (name.to_owned(), json))
+            .collect();
+        return print(&json!(object).to_string());
+    }
+    print(&lines.join("\n"))
+}
+
+/// The files of these names in a folder, if they can be written.
+fn writable<const N: usize>(folder: &Path, names: [impl AsRef<Path>; N]) -> Result<[PathBuf; N]> {
+    let paths = names.map(|name| folder.join(name));
+    paths.iter().try_for_each(check_writable)?;
+    Ok(paths)
+}
+
+fn simulated(arm: &ArmFile) -> Result<Record> {
+    Ok(simulate(arm, Path::new(""))?)
 }

@@ -5,22 +5,19 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::identify::{Calibration, Options, Structure, structures};
-use flexure_io::{ModelFile, RecordFile, read_record, write_model};
-use flexure_report::data::{ArmMotion, Page};
-use flexure_workbench::systems::{Decoration, Identified, Periodic, Task, arm_motion};
+use flexure::identify::{Calibration, Options, RefinedHammerstein, Structure, structures};
+use flexure_io::{RecordFile, model_text, read_record};
+use flexure_report::data::ArmMotion;
+use flexure_workbench::systems::{Decoration, Identified, Task, arm_motion};
 
 use crate::arguments::{self, Auto, Usage};
 use crate::experiments::{self, Experiments};
 use crate::files::{prepare, write_text, wrote};
-use crate::method::{self, MethodName, PlainOptions, RefinedOptions, Shared};
+use crate::method::{self, MethodName, PlainOptions, RefinedOptions};
 use crate::output::{print, print_note, this_command};
 use crate::periods::PeriodOptions;
 use crate::progress::{spinning, spinning_through};
 use crate::simulate::read_arm;
-
-/// What a best linear approximation is called in JSON.
-const BEST_LINEAR: &str = "best_linear_approximation";
 
 /// Identify a block-oriented model from an input-output record.
 ///
@@ -98,7 +95,7 @@ enum Unit {
 
 impl Arguments {
     /// What was given that both methods have.
-    fn shared(&self) -> Shared {
+    fn shared(&self) -> RefinedHammerstein {
         let calibration = match (self.known.as_slice(), self.unit.unwrap_or(Unit::StaticGain)) {
             ([p, q], _) => Calibration::TwoPoints {
                 x: [p[0], q[0]],
@@ -107,11 +104,12 @@ impl Arguments {
             (_, Unit::StaticGain) => Calibration::UnitStaticGain,
             (_, Unit::FirstCoefficient) => Calibration::UnitFirstCoefficient,
         };
-        Shared {
-            order: self.order.given(),
-            delay: self.delay.given(),
+        RefinedHammerstein {
+            order: self.order,
+            delay: self.delay,
             calibration,
             fresh_share: self.fresh,
+            ..Default::default()
         }
     }
 
@@ -126,10 +124,10 @@ impl Arguments {
     /// The options that were given of those that not every structure knows.
     fn given(&self) -> impl Iterator<Item = &'static str> {
         let given = [
-            (self.branches.given().is_some(), "--branches"),
+            (self.branches.is_some(), "--branches"),
             (self.method.is_some(), "--method"),
-            (self.order.given().is_some(), "--order"),
-            (self.delay.given().is_some(), "--delay"),
+            (self.order.is_some(), "--order"),
+            (self.delay.is_some(), "--delay"),
             (self.unit.is_some(), "--unit"),
             (!self.known.is_empty(), "--known"),
         ];
@@ -143,7 +141,7 @@ impl Arguments {
         let (hammerstein, note) = method::choose(self.method, self.shared(), &self.refined, &self.plain)?;
         let options = Options {
             fresh_share: self.fresh,
-            branches: self.branches.given(),
+            branches: self.branches,
             hammerstein,
         };
         let structure = self.structure;
@@ -233,44 +231,34 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         1 => arguments.periods.approximate(&file, columns, sample_time)?,
         _ => None,
     };
-    let identified = spinning_through("identifying", |report| {
+    let mut identified = spinning_through("identifying", |report| {
         task.identify(&file, columns, sample_time, &samples, &|stage| {
             report(stage);
             ControlFlow::Continue(())
         })
     })?;
-    let page = match &arguments.report {
-        Some(path) => {
-            let decoration = Decoration {
-                command: Some(this_command()),
-                arm: arguments.moving_arm(&file, sample_time)?,
-                approximation: periodic.as_ref().map(Periodic::section),
-                ..Decoration::default()
-            };
-            Some((path, identified.page(&file, decoration)?))
-        }
-        None => None,
-    };
-    let model = match &arguments.model {
-        Some(path) => {
-            let mut model = identified.model();
-            if let Some(periodic) = &periodic {
-                model.identification[BEST_LINEAR] = periodic.json();
-            }
-            Some((path, model))
-        }
-        None => None,
-    };
-    write_files(model, page)?;
+    identified.periodic = periodic;
+
+    // Everything is made before anything is written.
+    let mut files = Vec::new();
+    if let Some(path) = &arguments.report {
+        let decoration = Decoration {
+            command: Some(this_command()),
+            arm: arguments.moving_arm(&file, sample_time)?,
+            ..Decoration::default()
+        };
+        files.push((path, identified.html(&file, decoration)?));
+    }
+    if let Some(path) = &arguments.model {
+        files.push((path, model_text(&identified.model(), path)?));
+    }
+    for (path, text) in files {
+        write_text(path, &text)?;
+    }
     if arguments.json {
-        let mut object = identified.json();
-        if let Some(periodic) = &periodic {
-            object[BEST_LINEAR] = periodic.json();
-        }
-        return print(&object.to_string());
+        return print(&identified.json().to_string());
     }
     let mut lines = vec![identified.summary()];
-    lines.extend(periodic.iter().flat_map(Periodic::lines));
     lines.extend(wrote(outputs));
     print(&lines.join("\n"))
 }
@@ -285,19 +273,4 @@ pub fn hammerstein(file: &RecordFile, input: &str, output: &str, sample_time: f6
             ControlFlow::Continue(())
         })
     })
-}
-
-/// Writes the model and the page, where asked for; neither if the page cannot be made.
-pub fn write_files(model: Option<(&PathBuf, ModelFile)>, page: Option<(&PathBuf, Page)>) -> Result<()> {
-    let rendered = match page {
-        Some((path, page)) => Some((path, flexure_report::render(&page).context("the report")?)),
-        None => None,
-    };
-    if let Some((path, model)) = model {
-        write_model(path, &model)?;
-    }
-    if let Some((path, html)) = rendered {
-        write_text(path, &html)?;
-    }
-    Ok(())
 }

@@ -1,9 +1,7 @@
 //! The method of `flexure identify`, and the options that belong to one method alone.
 
 use clap::ValueEnum;
-use flexure::identify::{
-    Calibration, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag,
-};
+use flexure::identify::{HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag};
 use flexure::nonlinearity::{EstimatorName, Kernel};
 use flexure_workbench::systems::form;
 
@@ -60,22 +58,10 @@ pub struct PlainOptions {
     ignore_colour: bool,
 }
 
-/// What both methods have.
-pub struct Shared {
-    /// The order of the linear part, if it was given.
-    pub order: Option<usize>,
-    /// The delay in samples, if it was given.
-    pub delay: Option<usize>,
-    /// The convention for scale and offset.
-    pub calibration: Calibration,
-    /// The share of the record kept for the verdict.
-    pub fresh_share: f64,
-}
-
-/// The method with its options, and what the user should be told of the choice.
+/// The method with its options, and a note on the choice for the user; `shared` has the options of both methods.
 pub fn choose(
     name: Option<MethodName>,
-    shared: Shared,
+    shared: RefinedHammerstein,
     refined: &RefinedOptions,
     plain: &PlainOptions,
 ) -> Result<(HammersteinMethod, Option<String>), Usage> {
@@ -116,24 +102,13 @@ impl RefinedOptions {
         given.into_iter().find(|g| g.0).map(|g| g.1)
     }
 
-    fn method(&self, shared: Shared) -> HammersteinMethod {
-        let Shared {
-            order,
-            delay,
-            calibration,
-            fresh_share,
-        } = shared;
-        let method = RefinedHammerstein {
-            order,
-            delay,
-            calibration,
-            fresh_share,
+    fn method(&self, shared: RefinedHammerstein) -> HammersteinMethod {
+        HammersteinMethod::Refined(RefinedHammerstein {
             missing: self.missing,
             start: self.start.unwrap_or(EstimatorName::Kernel),
             form: self.form,
-            ..Default::default()
-        };
-        HammersteinMethod::Refined(method)
+            ..shared
+        })
     }
 }
 
@@ -151,30 +126,21 @@ impl PlainOptions {
         given.into_iter().find(|g| g.0).map(|g| g.1)
     }
 
-    fn method(&self, shared: Shared) -> Result<PlainHammerstein, Usage> {
+    fn method(&self, shared: RefinedHammerstein) -> Result<PlainHammerstein, Usage> {
         let (option, name) = ("--nonlinearity", self.nonlinearity.unwrap_or(EstimatorName::Kernel));
         tuning::check_kernel(option, name, self.kernel)?;
-        let bandwidth = match self.bandwidth {
-            Some(Auto::Given(h)) => Auto::Given(vec![h]),
-            _ => Auto::Auto,
-        };
-        let parameter = tuning::given(option, name, bandwidth, self.parameter.unwrap_or(Auto::Auto))?;
-        let Shared {
-            order,
-            delay,
-            calibration,
-            fresh_share,
-        } = shared;
+        let bandwidth = self.bandwidth.flatten().map(|h| vec![h]);
+        let parameter = tuning::given(option, name, bandwidth, self.parameter.flatten())?;
         Ok(PlainHammerstein {
             estimator: name,
             kernel: self.kernel.unwrap_or_default(),
             parameter: parameter.map(|values| values[0]),
-            order,
-            delay,
+            order: shared.order,
+            delay: shared.delay,
             regression_lag: self.lag.unwrap_or(RegressionLag::Strongest),
-            calibration,
+            calibration: shared.calibration,
             ignore_colour: self.ignore_colour,
-            fresh_share,
+            fresh_share: shared.fresh_share,
         })
     }
 }
@@ -183,9 +149,9 @@ fn regression_lag(text: &str) -> Result<RegressionLag, String> {
     match text {
         "strongest" => Ok(RegressionLag::Strongest),
         "delay" => Ok(RegressionLag::Delay),
-        _ => text
-            .parse()
-            .map(RegressionLag::At)
-            .map_err(|_| "expected 'strongest', 'delay' or a whole number from 0".to_owned()),
+        _ => match text.parse() {
+            Ok(lag) => Ok(RegressionLag::At(lag)),
+            Err(_) => Err("expected 'strongest', 'delay' or a whole number from 0".to_owned()),
+        },
     }
 }

@@ -21,7 +21,7 @@ pub struct PeriodOptions {
 impl PeriodOptions {
     /// The first option that was given.
     pub fn first_given(&self) -> Option<&'static str> {
-        match (self.period.given(), self.realisations) {
+        match (self.period, self.realisations) {
             (Some(_), _) => Some("--period"),
             (None, 2..) => Some("--realisations"),
             _ => None,
@@ -52,7 +52,7 @@ impl PeriodOptions {
             (_, Err(error)) if self.first_given().is_some() => return Err(error.into()),
             _ => return Ok(None),
         };
-        let Some(period) = self.period.given().or_else(|| period(samples, self.realisations)) else {
+        let Some(period) = self.period.or_else(|| period(samples, self.realisations)) else {
             return match self.realisations {
                 1 => Ok(None),
                 _ => Err(Usage(

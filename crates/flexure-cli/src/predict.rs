@@ -69,12 +69,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let measured = (arguments.output.as_deref())
         .map(|output| file.finite(output))
         .transpose()?;
-    let start = arguments.initial_state.unwrap_or(match measured {
-        Some(measured) if Start::enough(&model.block, measured.len()) => Start::Estimate,
-        _ => Start::Steady,
-    });
-    let known = measured.filter(|_| start == Start::Estimate);
-    let free = spinning("simulating", || FreeRun::new(&model.block, &file, &inputs, known))?;
+    let free = spinning("simulating", || {
+        FreeRun::new(&model.block, &file, &inputs, measured, arguments.initial_state)
+    })?;
     let ahead = match (arguments.horizon, measured) {
         (Some(horizon), Some(measured)) => Some(Ahead::new(&model, &free, measured, horizon)?),
         _ => None,
@@ -104,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return print(&object.to_string());
     }
     let mut lines = vec![format!("wrote {} ({} samples)", arguments.out.display(), y.len())];
-    lines.extend(ahead.map(|ahead| ahead.description().to_owned()));
+    lines.extend(ahead.map(|ahead| ahead.description));
     lines.push(format!("free run {}", free.description()));
     lines.extend(measures.map(|m| format!("fit {:.2} %, RMS error {}", m.fit_percent, number(m.rms))));
     lines.extend(outside.warning());

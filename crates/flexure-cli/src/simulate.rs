@@ -56,24 +56,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Err(Usage(message).into());
     }
     prepare(&arguments.arm, &arguments.out, &arguments.write_arm)?;
-    let (text, source, folder) = match (&arguments.arm, &arguments.preset) {
-        (Some(path), _) => (
-            read_text(path)?,
-            path.display().to_string(),
-            path.parent().unwrap_or(Path::new("")),
-        ),
-        (None, name) => {
-            let name = name.as_deref().unwrap_or_default();
-            (preset_text(name)?.to_owned(), format!("preset {name}"), Path::new(""))
-        }
-    };
-    let file = ArmFile::from_toml_str(&text, &source)?;
+    let source = Source::new(&arguments.arm, &arguments.preset)?;
+    let file = source.arm()?;
     if let Some(path) = &arguments.write_arm {
-        write_text(path, &text)?;
+        write_text(path, &source.text)?;
     }
     let mut samples = None;
     if let Some(path) = &arguments.out {
-        let record = simulate(&file, folder).map_err(|error| error.located(&text, &source))?;
+        let folder = arguments.arm.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+        let record = simulate(&file, folder).map_err(|error| error.located(&source.text, &source.name))?;
         write_record(path, &record)?;
         samples = Some((record.len(), record.names().to_vec()));
     }
@@ -98,15 +89,40 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     print(&lines.join("\n"))
 }
 
+/// The text of an arm file, and its name in messages.
+pub struct Source {
+    text: String,
+    name: String,
+}
+
+impl Source {
+    /// That of the file, or of the preset.
+    pub fn new(path: &Option<PathBuf>, preset: &Option<String>) -> Result<Self> {
+        let preset = preset.as_deref().unwrap_or_default();
+        Ok(match path {
+            Some(path) => Source {
+                text: read_text(path)?,
+                name: path.display().to_string(),
+            },
+            None => Source {
+                text: preset_text(preset)?.to_owned(),
+                name: format!("preset {preset}"),
+            },
+        })
+    }
+
+    /// The arm.
+    pub fn arm(&self) -> Result<ArmFile> {
+        Ok(ArmFile::from_toml_str(&self.text, &self.name)?)
+    }
+}
+
 /// Reads an arm file.
 pub fn read_arm(path: &Path) -> Result<ArmFile> {
-    Ok(ArmFile::from_toml_str(&read_text(path)?, &path.display().to_string())?)
+    Source::new(&Some(path.to_owned()), &None)?.arm()
 }
 
 /// Simulates under a progress bar; a record that the excitation names is looked for beside the arm file.
-///
-/// # Errors
-/// Those of [`run_watched`].
 pub fn simulate(file: &ArmFile, folder: &Path) -> Result<Record, ArmError> {
     let progress = Progress::new("simulating", file.run.duration);
     let load = |name: &str| read_record(folder.join(name)).map(|f| f.record);

@@ -13,7 +13,7 @@ pub fn given(
     parameter: Auto<f64>,
 ) -> Result<Option<Vec<f64>>, Usage> {
     let what = name.parameter();
-    match (bandwidth.given(), parameter.given()) {
+    match (bandwidth, parameter) {
         (Some(_), _) | (_, Some(_)) if !name.takes_parameter() => Err(Usage(format!(
             "{option} {name} chooses its bandwidths from the data alone; leave --bandwidth and --parameter out"
         ))),

@@ -13,7 +13,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 /// What was wrong with a file.
 ///
 /// Every message is complete: it contains what the cause says, which therefore is a plain field and no
-/// [`std::error::Error::source`], or it would be told twice.
+/// [`std::error::Error::source`], or it would be said twice.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -33,7 +33,7 @@ pub enum Error {
         /// What the operating system says.
         cause: io::Error,
     },
-    /// A record was to be written under a name that tells no format.
+    /// A record was to be written under a name without the extension of a format.
     #[error("cannot write {}: a record's file name must end in .csv or .parquet", .path.display())]
     UnknownExtension {
         /// The file.
@@ -184,7 +184,7 @@ pub enum LineProblem {
         "the header has both commas and semicolons, so what separates the columns is unclear; use one of them, or quote the names"
     )]
     MixedSeparators,
-    /// Words with spaces between them and no separator.
+    /// Names with spaces between them and no separator.
     #[error(
         "the columns are separated by spaces, and such a file must have no header (its columns are named c0, c1, ...); put # before this line, or separate the columns by commas"
     )]
@@ -217,9 +217,26 @@ impl Error {
             cause,
         }
     }
+
+    pub(crate) fn content(path: &Path, format: &'static str, detail: String) -> Self {
+        Error::Content {
+            path: path.to_owned(),
+            format,
+            detail,
+        }
+    }
+
+    /// Samples that do not serve, where the line is not known.
+    pub(crate) fn data(path: &Path, cause: flexure::Error) -> Self {
+        Error::Data {
+            path: path.to_owned(),
+            line: None,
+            cause: Box::new(cause),
+        }
+    }
 }
 
-/// The operating system's complaint, in plain words where it is a common one.
+/// The operating system's complaint, in plain English where it is a common one.
 fn reason(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file or directory".to_owned(),

@@ -18,12 +18,14 @@ pub mod record_file;
 mod atomic;
 mod mat;
 mod parquet_file;
+mod read;
 mod text;
 mod write;
 
 pub use atomic::{check_writable, write_atomically};
 pub use error::{Error, LineProblem, Result};
 pub use model::{BlockLabel, ModelFile, ModelPath, model_text, parse_model, read_model, write_model};
-pub use record_file::{Format, RecordFile, read_record};
+pub use read::read_record;
+pub use record_file::{Format, RecordFile};
 pub use text::read_text;
 pub use write::{check_record_writable, write_record};

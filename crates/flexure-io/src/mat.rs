@@ -12,7 +12,7 @@ use flexure::Record;
 
 use crate::error::{Error, Result};
 use crate::parquet_file::exact;
-use crate::record_file::{Format, Lines, Other, RecordFile};
+use crate::record_file::{Format, Other, RecordFile};
 
 /// The bytes before the first variable: text, version, byte order.
 const HEADER: usize = 128;
@@ -81,21 +81,16 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
         match content {
             Content::Scalar(value) => constants.push((name, value)),
             Content::Other(what) => others.push(Other { name, what }),
-            Content::Vector(samples) => record.push(name, samples).map_err(|error| Error::Data {
-                path: path.to_owned(),
-                line: None,
-                cause: Box::new(error),
-            })?,
+            Content::Vector(samples) => record.push(name, samples).map_err(|error| Error::data(path, error))?,
         }
     }
     if record.names().is_empty() {
         let mut found: Vec<String> = others.iter().map(|o| format!("'{}' is {}", o.name, o.what)).collect();
         found.extend(constants.iter().map(|(name, _)| format!("'{name}' is a scalar")));
-        let found = if found.is_empty() {
-            "it holds no variable".to_owned()
-        } else {
-            found.join("; ")
-        };
+        if found.is_empty() {
+            found.push("it holds no variable".to_owned());
+        }
+        let found = found.join("; ");
         return Err(damaged(path, format!("it holds no vector of real numbers: {found}")));
     }
     others.extend(constants.iter().map(|(name, value)| Other {
@@ -103,21 +98,14 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
         what: format!("a single number, {value}; a signal is a vector"),
     }));
     Ok(RecordFile {
-        record,
-        path: path.to_owned(),
-        format: Format::Mat,
         constants,
         others,
-        lines: Lines::default(),
+        ..RecordFile::new(record, path, Format::Mat)
     })
 }
 
 fn damaged(path: &Path, detail: String) -> Error {
-    Error::Content {
-        path: path.to_owned(),
-        format: "MAT v5",
-        detail,
-    }
+    Error::content(path, "MAT v5", detail)
 }
 
 /// Whether the file is big-endian; refuses other versions.
@@ -197,24 +185,16 @@ fn top_level(cursor: &mut Cursor<'_>) -> Parsed<Option<Variable>> {
     let kind = cursor.u32()?;
     let length = cursor.u32()? as usize;
     let data = cursor.take(length)?;
-    match kind {
-        MI_MATRIX => matrix(Cursor {
-            bytes: data,
-            big_endian,
-        })
-        .map(Some)
-        .map_err(within),
+    let inflated;
+    let bytes = match kind {
+        MI_MATRIX => data,
         MI_COMPRESSED => {
-            let inflated = inflate(data, cursor)?;
-            matrix(Cursor {
-                bytes: &inflated,
-                big_endian,
-            })
-            .map(Some)
-            .map_err(within)
+            inflated = inflate(data, cursor)?;
+            &inflated
         }
-        _ => Err(Fault::Corrupt("an element that is no array")),
-    }
+        _ => return Err(Fault::Corrupt("an element that is no array")),
+    };
+    matrix(Cursor { bytes, big_endian }).map(Some).map_err(within)
 }
 
 /// Inside an element whose end is there, an end is a contradiction rather than a truncation.

@@ -31,7 +31,7 @@ pub struct ModelFile {
     pub inputs: Vec<String>,
     /// The name of the output column.
     pub output: String,
-    /// The sample time, s; positive. `None` where the record did not tell: one sample is the unit of time.
+    /// The sample time, s; positive. `None` where it is not known: one sample is the unit of time.
     #[serde(default)]
     pub sample_time: Option<f64>,
     /// The delay, samples.
@@ -57,7 +57,7 @@ pub struct ModelFile {
     /// What the model was estimated from, for the limits of its residual tests. `None` where they do not allow for its own error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimated: Option<Estimated>,
-    /// How the model was found, for readers; nothing that predicting needs.
+    /// How the model was identified, for readers; nothing that predicting needs.
     #[serde(default)]
     pub identification: serde_json::Value,
 }
@@ -154,7 +154,7 @@ struct OnDisk<'a> {
     model: &'a ModelFile,
 }
 
-/// What tells whether the rest can be understood.
+/// The fields that show whether the rest can be understood.
 #[derive(Deserialize)]
 struct Head {
     #[serde(default)]

@@ -19,7 +19,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
 
 use crate::error::{Error, Result};
-use crate::record_file::{Format, Lines, Other, RecordFile};
+use crate::record_file::{Format, Other, RecordFile};
 
 /// The four bytes a Parquet file begins and ends with.
 const MAGIC: &[u8] = b"PAR1";
@@ -32,16 +32,12 @@ const ROW_GROUP: usize = 1 << 20;
 pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
     check_ends(path, &mut file)?;
     // The parquet crate (60.1) asserts some of what a damaged footer may violate.
-    quietly(|| read_checked(path, file)).unwrap_or_else(|_| {
-        Err(damaged(
-            path,
-            "its metadata contradict themselves; save it again".to_owned(),
-        ))
-    })
+    let contradictory = "its metadata contradict themselves; save it again";
+    quietly(|| read_checked(path, file)).unwrap_or_else(|_| Err(damaged(path, contradictory)))
 }
 
 thread_local! {
-    /// Whether a panic of this thread is caught and told as an error.
+    /// Whether a panic of this thread is caught and reported as an error.
     static CAUGHT: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -96,10 +92,7 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
             .map(|c| (c.data_page_offset(), c.dictionary_page_offset(), c.compressed_size()))
             .any(|(data, dictionary, size)| data < 0 || dictionary.is_some_and(|d| d < 0) || size < 0)
         {
-            return Err(damaged(
-                path,
-                "a column lies outside of the file; save it again".to_owned(),
-            ));
+            return Err(damaged(path, "a column lies outside of the file; save it again"));
         }
         let mut exact = Vec::with_capacity(signals.len());
         for (i, kind, samples) in &mut signals {
@@ -130,12 +123,8 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
         ));
     }
     Ok(RecordFile {
-        record,
-        path: path.to_owned(),
-        format: Format::Parquet,
-        constants: Vec::new(),
         others,
-        lines: Lines::default(),
+        ..RecordFile::new(record, path, Format::Parquet)
     })
 }
 
@@ -153,7 +142,7 @@ fn check_ends(path: &Path, file: &mut File) -> Result<()> {
     match ends {
         [first, last] if first == MAGIC && last == MAGIC => Ok(()),
         [first, last] if first == *b"PARE" || last == *b"PARE" => {
-            Err(damaged(path, "it is encrypted; save it without encryption".to_owned()))
+            Err(damaged(path, "it is encrypted; save it without encryption"))
         }
         [first, _] if first == MAGIC || length < 12 => Err(Error::Truncated {
             path: path.to_owned(),
@@ -161,17 +150,13 @@ fn check_ends(path: &Path, file: &mut File) -> Result<()> {
         }),
         _ => Err(damaged(
             path,
-            "it does not begin with PAR1; give it the extension of its true format".to_owned(),
+            "it does not begin with PAR1; give it the extension of its true format",
         )),
     }
 }
 
-fn damaged(path: &Path, detail: String) -> Error {
-    Error::Content {
-        path: path.to_owned(),
-        format: "Parquet",
-        detail,
-    }
+fn damaged(path: &Path, detail: impl Into<String>) -> Error {
+    Error::content(path, "Parquet", detail.into())
 }
 
 fn content(path: &Path, error: ParquetError) -> Error {

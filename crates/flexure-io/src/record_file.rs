@@ -1,19 +1,10 @@
 //! A record with the file it came from, so that every complaint can say where.
 
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use flexure::Record;
 
 use crate::error::{Error, Result};
-use crate::{mat, parquet_file, text};
-
-/// The longest beginning of a file that tells its format: HDF5's signature may stand at byte 512.
-const SIGNATURE_LENGTH: u64 = 520;
-
-/// The first eight bytes of an HDF5 file.
-const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 /// How a record was stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,14 +71,25 @@ pub struct RecordFile {
 impl RecordFile {
     /// A record that came from no file; `name` stands for one in messages and on pages.
     pub fn in_memory(record: Record, name: &str) -> Self {
+        RecordFile::new(record, Path::new(name), Format::Memory)
+    }
+
+    /// A record of signals alone, whose lines are not known.
+    pub(crate) fn new(record: Record, path: &Path, format: Format) -> Self {
         RecordFile {
             record,
-            path: PathBuf::from(name),
-            format: Format::Memory,
+            path: path.to_owned(),
+            format,
             constants: Vec::new(),
             others: Vec::new(),
             lines: Lines::default(),
         }
+    }
+
+    /// The file's name without its folder.
+    pub fn name(&self) -> String {
+        let name = self.path.file_name();
+        name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
     }
 
     /// The samples of one column, as they are.
@@ -150,55 +152,4 @@ impl RecordFile {
         }
         get(&self.record, name).map_err(|error| self.locate(error))
     }
-}
-
-/// Reads a record: CSV with a header, whitespace-separated columns without one, Parquet or MAT v5.
-///
-/// The format comes from the first bytes of the file; where these tell nothing, `.parquet` and `.mat`
-/// are taken at their word, and everything else is text. Nothing is guessed in text:
-///
-/// - The first line that is neither blank nor a comment (`#`) decides. Numbers with whitespace
-///   between them are columns without a header, named `c0`, `c1`, ...; a file called `.csv` or
-///   `.tsv` must have a header, though.
-/// - Otherwise that line is the header. The separator is the comma or the semicolon, whichever the
-///   header has (not both), else the tab; a name on its own is a file of one column. Names may be quoted.
-/// - An empty field is a missing sample, which is NaN; so is `nan`. Blank lines may only come last.
-///
-/// A null of a Parquet file is NaN too. The scalars of a MAT file are kept apart as
-/// [`RecordFile::constants`]; its vectors, rows or columns alike, must have equal lengths.
-///
-/// # Errors
-/// Says what is wrong, in which file, and where: see [`Error`].
-pub fn read_record(path: impl AsRef<Path>) -> Result<RecordFile> {
-    let path = path.as_ref();
-    let fail = |source| Error::read(path, source);
-    let mut file = File::open(path).map_err(fail)?;
-    if file.metadata().map_err(fail)?.is_dir() {
-        return Err(fail(std::io::ErrorKind::IsADirectory.into()));
-    }
-    let mut start = Vec::new();
-    file.by_ref()
-        .take(SIGNATURE_LENGTH)
-        .read_to_end(&mut start)
-        .map_err(fail)?;
-    if start.is_empty() {
-        return Err(Error::Empty { path: path.to_owned() });
-    }
-    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    let extension = extension.as_deref().unwrap_or("");
-    if start.starts_with(b"PAR1") || start.starts_with(b"PARE") || extension == "parquet" {
-        return parquet_file::read(path, file);
-    }
-    if start.starts_with(HDF5) || start.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) {
-        return Err(Error::Content {
-            path: path.to_owned(),
-            format: "MAT v5",
-            detail: "it is an HDF5 file, such as MATLAB writes with -v7.3; save it with -v7".to_owned(),
-        });
-    }
-    file.seek(SeekFrom::Start(0)).map_err(fail)?;
-    if start.starts_with(b"MATLAB 5.0 MAT-file") || extension == "mat" {
-        return mat::read(path, file);
-    }
-    text::read(path, file, matches!(extension, "csv" | "tsv"))
 }

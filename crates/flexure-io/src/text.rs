@@ -113,20 +113,14 @@ pub(crate) fn read(path: &Path, file: File, delimited: bool) -> Result<RecordFil
             });
         }
     }
-    let record = Record::new(layout.names.into_iter().zip(columns)).map_err(|error| Error::Data {
-        path: path.to_owned(),
-        line: None,
-        cause: Box::new(error),
-    })?;
+    let columns = layout.names.into_iter().zip(columns);
+    let record = Record::new(columns).map_err(|error| Error::data(path, error))?;
+    let format = layout.separator.map_or(Format::Whitespace, |s| Format::Delimited {
+        separator: char::from(s),
+    });
     Ok(RecordFile {
-        record,
-        path: path.to_owned(),
-        format: layout.separator.map_or(Format::Whitespace, |s| Format::Delimited {
-            separator: char::from(s),
-        }),
-        constants: Vec::new(),
-        others: Vec::new(),
         lines: origin,
+        ..RecordFile::new(record, path, format)
     })
 }
 

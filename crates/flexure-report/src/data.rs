@@ -73,8 +73,19 @@ pub struct Fact {
     pub name: String,
     /// For example "97.3 %", ready to print.
     pub value: String,
-    /// A few words that explain it, shown below it.
+    /// A short explanation, shown below it.
     pub note: String,
+}
+
+impl Fact {
+    /// A number, ready to print.
+    pub fn new(name: impl Into<String>, value: impl Into<String>, note: impl Into<String>) -> Self {
+        Fact {
+            name: name.into(),
+            value: value.into(),
+            note: note.into(),
+        }
+    }
 }
 
 /// An axis: evenly spaced values.
@@ -88,6 +99,22 @@ pub struct Axis {
     pub start: f64,
     /// The distance between values.
     pub step: f64,
+}
+
+impl Axis {
+    /// The times of samples from the one of index `first` on; their indices where there is no sample time.
+    pub fn of_samples(sample_time: Option<f64>, first: usize) -> Self {
+        let (name, unit, step) = match sample_time {
+            Some(step) => ("time", "s", step),
+            None => ("sample", "", 1.0),
+        };
+        Axis {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            start: first as f64 * step,
+            step,
+        }
+    }
 }
 
 /// A named signal.
@@ -168,7 +195,7 @@ pub struct Approximation {
 }
 
 /// A linear part.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub struct LinearPart {
     /// The heading, for example "Linear part".
     pub title: String,
@@ -261,6 +288,18 @@ pub struct Choice {
     pub why: String,
     /// The criterion's curve, if there is one.
     pub curve: Option<ScoreCurve>,
+}
+
+impl Choice {
+    /// A choice without a curve.
+    pub fn new(name: impl Into<String>, value: impl Into<String>, why: impl Into<String>) -> Self {
+        Choice {
+            name: name.into(),
+            value: value.into(),
+            why: why.into(),
+            curve: None,
+        }
+    }
 }
 
 /// A score over candidates.

@@ -1,13 +1,16 @@
 //! What lies between a record and its result: identification, regression and joints, with their warnings, and the result as text,
 //! JSON, model file and page.
 //!
-//! The command line and the Python package both work through this crate, so that they give the same numbers and the same words. It reads no
+//! The command line and the Python package both work through this crate, so that they give the same numbers and the same text. It reads no
 //! options and knows no terminal: what is being done is reported to a callback.
 
+pub mod demo;
 pub mod joints;
 mod named;
+mod plots;
 pub mod regression;
+pub mod study;
 pub mod systems;
 pub mod text;
 
-pub use named::{Named, Spelling};
+pub use named::{Named, NamedValue, Spelling};

@@ -1,19 +1,41 @@
 //! Choices and settings that have a name, for options of a command line and for arguments of other languages alike.
 
+/// A choice with its name.
+pub struct NamedValue<T> {
+    /// The choice.
+    pub value: T,
+    /// Its name.
+    pub name: &'static str,
+    /// What it is, for help texts: without a full stop at the end.
+    pub description: &'static str,
+}
+
+impl<T> NamedValue<T> {
+    /// A choice with its name and what it is.
+    pub const fn new(value: T, name: &'static str, description: &'static str) -> Self {
+        NamedValue {
+            value,
+            name,
+            description,
+        }
+    }
+}
+
 /// One of several choices, each with a name.
-pub trait Named: Copy + Send + Sync + 'static {
+pub trait Named: Copy + PartialEq + Send + Sync + 'static {
     /// All of them, in the order of help texts.
-    const ALL: &'static [Self];
+    const ALL: &'static [NamedValue<Self>];
 
     /// Its name.
-    fn name(self) -> &'static str;
-
-    /// What it is, for help texts: without a full stop at the end.
-    fn description(self) -> &'static str;
+    fn name(self) -> &'static str {
+        let own = Self::ALL.iter().find(|choice| choice.value == self);
+        own.map_or("", |choice| choice.name)
+    }
 
     /// The choice of this name.
     fn parse(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|choice| choice.name() == name)
+        let named = Self::ALL.iter().find(|choice| choice.name == name);
+        named.map(|choice| choice.value)
     }
 }
 

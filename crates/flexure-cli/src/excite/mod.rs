@@ -10,17 +10,17 @@ use anyhow::{Result, bail};
 use clap::{ArgGroup, ValueEnum};
 use flexure::Record;
 use flexure::manipulator::{Arm, LinkDynamics, Model, SimulationOptions};
-use flexure_io::arm::{ArmFile, preset_text};
+use flexure_io::arm::ArmFile;
 use flexure_io::write_record;
 use serde_json::{Value, json};
 
-use crate::arguments;
+use crate::arguments::{self, Usage};
 use crate::files::prepare;
 use crate::output::print;
 use crate::progress::spinning;
-use crate::simulate::read_arm;
+use crate::simulate::Source;
 use rehearsal::Rehearsal;
-use search::{Gains, Reached, Setup, Trial};
+use search::{Gains, Setup, Trial};
 
 /// Write torques, or references for position servos, that excite an arm within its limits.
 ///
@@ -101,42 +101,52 @@ enum SignalKind {
     Multilevel,
 }
 
-/// Limits of each joint; infinite where there is none.
-struct Limits {
-    torque: [f64; 2],
-    position: [f64; 2],
-    velocity: [f64; 2],
+/// Absolute values of a joint: its limits, infinite where there is none, or the largest that it reaches.
+#[derive(Debug, Clone, Copy, Default)]
+struct Extremes {
+    /// Of its torque, N m.
+    torque: f64,
+    /// Of its distance from the start, rad.
+    position: f64,
+    /// Of its velocity, rad/s.
+    velocity: f64,
 }
 
-impl Limits {
-    fn new(arguments: &Arguments) -> Result<Limits> {
+impl Extremes {
+    /// The limits of both joints.
+    fn limits(arguments: &Arguments) -> Result<[Extremes; 2], Usage> {
         let each = |name: &str, given: &[f64]| match *given {
             [] => Ok([f64::INFINITY; 2]),
             [same] => Ok([same; 2]),
             [first, second] => Ok([first, second]),
-            _ => Err(arguments::Usage(format!(
+            _ => Err(Usage(format!(
                 "--{name}: one number, or one for each of the two joints"
             ))),
         };
-        Ok(Limits {
-            torque: each("max-torque", &arguments.max_torque)?,
-            position: each("max-position", &arguments.max_position)?,
-            velocity: each("max-velocity", &arguments.max_velocity)?,
-        })
+        let torque = each("max-torque", &arguments.max_torque)?;
+        let position = each("max-position", &arguments.max_position)?;
+        let velocity = each("max-velocity", &arguments.max_velocity)?;
+        Ok([0, 1].map(|i| Extremes {
+            torque: torque[i],
+            position: position[i],
+            velocity: velocity[i],
+        }))
+    }
+
+    /// The largest share of a limit.
+    fn share(&self, limits: &Extremes) -> f64 {
+        let torque = self.torque / limits.torque;
+        torque
+            .max(self.position / limits.position)
+            .max(self.velocity / limits.velocity)
     }
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     prepare(&arguments.arm, [&arguments.out], [])?;
-    let limits = Limits::new(arguments)?;
-    let file = match (&arguments.arm, &arguments.preset) {
-        (Some(path), _) => read_arm(path)?,
-        (None, name) => {
-            let name = name.as_deref().unwrap_or_default();
-            ArmFile::from_toml_str(preset_text(name)?, &format!("preset {name}"))?
-        }
-    };
+    let limits = Extremes::limits(arguments)?;
+    let file = Source::new(&arguments.arm, &arguments.preset)?.arm()?;
     let arm = Arm::new(file.arm)?;
     if arm.model() == Model::Rigid {
         bail!(
@@ -155,7 +165,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         arm: &arm,
         options: &options,
         free,
-        limits: &limits,
+        limits,
         gains: gains(&arm, &file, arguments),
     };
     let trial = spinning("simulating", || search::largest(&setup, arguments))?;
@@ -169,7 +179,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         (names[2], trial.signals[1].clone()),
     ])?;
     let rehearsal = spinning("rehearsing", || {
-        rehearsal::rehearse(&trial.motion, free, &limits, arguments)
+        rehearsal::rehearse(&trial.motion, free, limits, arguments)
     })?;
     write_record(&arguments.out, &record)?;
     if arguments.json {
@@ -192,7 +202,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn json_of(trial: &Trial, setup: &Setup, rehearsal: &Rehearsal, arguments: &Arguments) -> Value {
-    let reached = |of: fn(&Reached) -> f64| trial.reached.iter().map(of).collect::<Vec<_>>();
+    let reached = |of: fn(&Extremes) -> f64| trial.reached.iter().map(of).collect::<Vec<_>>();
     let gains = setup.gains.map(|g| [g.kp, g.kd]);
     let crest = [0, 1].map(|i| signals::crest_factor(&trial.signals[i]));
     json!({
@@ -216,16 +226,16 @@ fn summary(trial: &Trial, setup: &Setup, reference: bool) -> Vec<String> {
         true => format!("{value:.3} of {limit} {unit}"),
         false => format!("{value:.3} {unit}"),
     };
-    let (limits, mut lines) = (setup.limits, Vec::new());
+    let mut lines = Vec::new();
     for i in (0..2).filter(|&i| setup.free[i]) {
-        let reached = trial.reached[i];
+        let (reached, limits) = (trial.reached[i], setup.limits[i]);
         lines.push(format!(
             "Joint {}: crest factor {:.2}; torque up to {}, link {} from its start, velocity {}",
             i + 1,
             signals::crest_factor(&trial.signals[i]),
-            of(reached.torque, limits.torque[i], "N m"),
-            of(reached.position, limits.position[i], "rad"),
-            of(reached.velocity, limits.velocity[i], "rad/s")
+            of(reached.torque, limits.torque, "N m"),
+            of(reached.position, limits.position, "rad"),
+            of(reached.velocity, limits.velocity, "rad/s")
         ));
         if reference {
             let Gains { kp, kd } = setup.gains[i];

@@ -6,7 +6,7 @@ use flexure::bands::Band;
 use flexure::identify::robot_joint::{Estimated, Finding, FlexibleAxis, FlexibleJoint, JointFound, TwoLinkLog};
 use flexure::manipulator::add_noise;
 
-use super::{Arguments, Limits};
+use super::{Arguments, Extremes};
 use flexure_workbench::joints::{Units, parameter_text};
 use flexure_workbench::text::number;
 
@@ -21,12 +21,12 @@ pub struct Rehearsal {
 }
 
 /// Identifies the motion with noise.
-pub fn rehearse(motion: &Record, free: [bool; 2], limits: &Limits, arguments: &Arguments) -> Result<Rehearsal> {
+pub fn rehearse(motion: &Record, free: [bool; 2], limits: [Extremes; 2], arguments: &Arguments) -> Result<Rehearsal> {
     let mut noise: Vec<(String, f64)> = Vec::new();
     for i in (0..2).filter(|&i| free[i]) {
         noise.push((format!("q{}", i + 1), arguments.encoder_noise));
         noise.push((format!("qm{}", i + 1), arguments.encoder_noise));
-        noise.push((format!("tau{}", i + 1), arguments.torque_noise * limits.torque[i]));
+        noise.push((format!("tau{}", i + 1), arguments.torque_noise * limits[i].torque));
     }
     let noise: Vec<(&str, f64)> = noise.iter().map(|(name, sd)| (name.as_str(), *sd)).collect();
     let log = add_noise(motion, arguments.seed, &noise)?;
@@ -107,33 +107,24 @@ impl Rehearsal {
             ("friction", &axis.friction, "rad/s"),
         ] {
             let x = &band.x[0];
-            let width = width(band);
-            self.sort(
-                width < POOR,
-                format!(
-                    "{of}the {name} curve from {} to {} {unit}, the band's half width {:.2} % of it; beyond, nothing",
-                    number(x[0]),
-                    number(x[x.len() - 1]),
-                    100.0 * width
-                ),
+            let (low, high, width) = (number(x[0]), number(x[x.len() - 1]), width(band));
+            let text = format!(
+                "{of}the {name} curve from {low} to {high} {unit}, the band's half width {:.2} % of it; beyond, nothing",
+                100.0 * width
             );
+            self.sort(width < POOR, text);
         }
         let units = Units::of(false);
         for form in [&axis.model.stiffness, &axis.model.friction] {
             for p in &form.parameters {
                 let unit = units.of_curve(p.unit, form.form.is_stiffness());
                 let text = parameter_text(p, &unit);
-                self.sort(
-                    p.identifiable,
-                    format!("{of}{}", text.split_whitespace().collect::<Vec<_>>().join(" ")),
-                );
+                let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+                self.sort(p.identifiable, format!("{of}{text}"));
             }
         }
-        let has = |symbol: &str| {
-            [&axis.model.stiffness, &axis.model.friction]
-                .iter()
-                .any(|f| f.parameter(symbol).is_some())
-        };
+        let forms = [&axis.model.stiffness, &axis.model.friction];
+        let has = |symbol: &str| forms.iter().any(|f| f.parameter(symbol).is_some());
         for (symbol, what) in [
             (
                 "ksw",

@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow};
 use flexure::Record;
 use flexure::manipulator::{Arm, Drive, SimulationOptions, simulate};
 
-use super::{Arguments, Limits, SignalKind, signals};
+use super::{Arguments, Extremes, SignalKind, signals};
 
 /// Rounds of simulating and changing the size.
 const ROUNDS: usize = 20;
@@ -14,17 +14,6 @@ const NEAR: f64 = 0.97;
 const ROUNDING: f64 = 1e-9;
 /// The next signal is to reach this share of its limit.
 const AIM: f64 = 0.99;
-
-/// The largest absolute values that a joint reaches.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Reached {
-    /// Of its torque, N m.
-    pub torque: f64,
-    /// Of its distance from the start, rad.
-    pub position: f64,
-    /// Of its velocity, rad/s.
-    pub velocity: f64,
-}
 
 /// The gains of a servo with torque = kp (reference - motor angle) - kd motor velocity.
 #[derive(Debug, Clone, Copy)]
@@ -41,7 +30,7 @@ pub struct Setup<'a> {
     pub options: &'a SimulationOptions,
     /// Which joints are not locked.
     pub free: [bool; 2],
-    pub limits: &'a Limits,
+    pub limits: [Extremes; 2],
     pub gains: [Gains; 2],
 }
 
@@ -51,7 +40,7 @@ pub struct Trial {
     pub signals: [Vec<f64>; 2],
     /// The arm's motion, without noise.
     pub motion: Record,
-    pub reached: [Reached; 2],
+    pub reached: [Extremes; 2],
 }
 
 impl Trial {
@@ -75,36 +64,26 @@ impl Trial {
             let column = motion.column(name)?.iter();
             Ok(column.fold(0.0_f64, |m, v| m.max((v - about).abs())))
         };
-        let mut reached = [Reached::default(); 2];
-        for (i, reached) in reached.iter_mut().enumerate() {
+        let reached = |i: usize| -> flexure::Result<Extremes> {
             let joint = i + 1;
-            *reached = Reached {
+            Ok(Extremes {
                 torque: largest(&format!("tau{joint}"), 0.0)?,
                 position: largest(&format!("q{joint}"), initial.q[i])?,
                 velocity: largest(&format!("dq{joint}"), 0.0)?,
-            };
-        }
+            })
+        };
         Ok(Trial {
             signals,
+            reached: [reached(0)?, reached(1)?],
             motion,
-            reached,
         })
     }
 
     /// Each joint's largest share of a limit; 0 for one that is not free.
     fn shares(&self, setup: &Setup) -> [f64; 2] {
-        let limits = setup.limits;
-        [0, 1].map(|i| {
-            let reached = self.reached[i];
-            let shares = [
-                reached.torque / limits.torque[i],
-                reached.position / limits.position[i],
-                reached.velocity / limits.velocity[i],
-            ];
-            match setup.free[i] {
-                true => shares[0].max(shares[1]).max(shares[2]),
-                false => 0.0,
-            }
+        [0, 1].map(|i| match setup.free[i] {
+            true => self.reached[i].share(&setup.limits[i]),
+            false => 0.0,
         })
     }
 }
@@ -114,8 +93,8 @@ pub fn largest(setup: &Setup, arguments: &Arguments) -> Result<Trial> {
     let (free, limits) = (setup.free, setup.limits);
     let unit = signals::unit(setup.options.sampling.rows(), free, arguments)?;
     let mut scale = match arguments.reference {
-        false => limits.torque,
-        true => limits.position.map(|position| position.min(1.0)),
+        false => limits.map(|limits| limits.torque),
+        true => limits.map(|limits| limits.position.min(1.0)),
     };
     // The largest scale that was allowed.
     let mut least = [0.0, 0.0];
@@ -154,10 +133,9 @@ pub fn largest(setup: &Setup, arguments: &Arguments) -> Result<Trial> {
 fn next_scale(scale: f64, least: f64, share: f64, allowed: bool) -> f64 {
     if share > 1.0 + ROUNDING {
         let aimed = scale * (AIM / share).max(0.3);
-        return if least > 0.0 {
-            aimed.max(0.5 * (least + scale))
-        } else {
-            aimed
+        return match least > 0.0 {
+            true => aimed.max(0.5 * (least + scale)),
+            false => aimed,
         };
     }
     match allowed && share > 0.0 {

@@ -142,7 +142,7 @@ impl Columns {
             });
         }
         Ok(Log {
-            name: file_name(file),
+            name: file.name(),
             sample_time,
             axes,
             columns: self.names(),
@@ -167,11 +167,8 @@ impl Columns {
                 names.push((library, column.clone()));
             }
         }
-        names.extend(
-            self.velocity
-                .iter()
-                .map(|column| ("velocity".to_owned(), column.clone())),
-        );
+        let velocity = self.velocity.iter();
+        names.extend(velocity.map(|column| ("velocity".to_owned(), column.clone())));
         names
     }
 }
@@ -186,10 +183,4 @@ fn pair(file: &RecordFile, text: &str) -> Option<Vec<String>> {
         }
         _ => None,
     }
-}
-
-/// The file's name without its folder.
-pub fn file_name(file: &RecordFile) -> String {
-    let name = file.path.file_name();
-    name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
 }

@@ -4,11 +4,11 @@ mod log;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use flexure::identify::robot_joint::{AxisDrive, Extra};
 use flexure_io::arm::Excitation;
 use flexure_io::{RecordFile, check_record_writable, read_record, write_record};
-use flexure_workbench::joints::{Joint, Place, Settings, identify, recorded};
+use flexure_workbench::joints::{Curves, Place, Settings, identify, recorded};
 use serde_json::{Value, json};
 
 use crate::arguments::{self, Usage};
@@ -117,10 +117,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.check_files()?;
     let file = spinning("reading", || read_record(&arguments.record))?;
     let columns = Columns::new(&file, arguments)?;
-    let paths = arguments.curve_paths(columns.joints());
     if columns.joints() == 2 {
-        arguments.refuse_motor_inertia()?;
-        paths.iter().try_for_each(|(_, path)| check_record_writable(path))?;
+        arguments.check_two_joints()?;
     }
     let log = columns.log(&file, arguments)?;
     let joint = spinning("identifying", || {
@@ -132,16 +130,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     // Everything is made before anything is written.
     let page = match &arguments.report {
         None => None,
-        Some(path) => {
-            let page = joint.page(&motions, Some(this_command()));
-            Some((path, flexure_report::render_joint(&page).context("the report")?))
-        }
+        Some(path) => Some((path, joint.html(&motions, Some(this_command()))?)),
     };
     let arm = match &arguments.arm {
         None => None,
         Some(path) => Some((path, joint.arm_file(arguments.place(&columns, &file)?)?)),
     };
-    let mut written = write_curves(joint.as_ref(), &paths)?;
+    let mut written = arguments.write_curves(&joint.curves()?)?;
     for (path, text) in [arm, page].into_iter().flatten() {
         write_text(path, &text)?;
         written.push(path.clone());
@@ -157,41 +152,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let mut lines = joint.summary(&motions);
     let missing = |path: &&PathBuf| columns.joints() == 1 && !written.contains(path);
-    lines.extend(
-        arguments
-            .stiffness
-            .iter()
-            .filter(missing)
-            .map(|path| format!("  note: {} is not written: no stiffness was seen", path.display())),
-    );
+    let missing = arguments.stiffness.iter().filter(missing);
+    lines.extend(missing.map(|path| format!("  note: {} is not written: no stiffness was seen", path.display())));
     lines.extend(wrote(&written));
     print(&lines.join("\n"))
-}
-
-/// A curve that a joint has.
-#[derive(Clone, Copy, PartialEq)]
-enum Curve {
-    Friction,
-    Stiffness,
-}
-
-/// Writes the curves of every joint to its files, and returns those that were written.
-fn write_curves(joint: &dyn Joint, paths: &[(Curve, PathBuf)]) -> Result<Vec<PathBuf>> {
-    let curves = joint.curves()?;
-    let mut written = Vec::new();
-    let each = paths.len() / curves.len().max(1);
-    for (i, (curve, path)) in paths.iter().enumerate() {
-        let of_joint = &curves[i / each.max(1)];
-        let record = match curve {
-            Curve::Friction => Some(&of_joint.friction),
-            Curve::Stiffness => of_joint.stiffness.as_ref(),
-        };
-        if let Some(record) = record {
-            write_record(path, record)?;
-            written.push(path.clone());
-        }
-    }
-    Ok(written)
 }
 
 impl Arguments {
@@ -211,14 +175,18 @@ impl Arguments {
         )))
     }
 
-    fn refuse_motor_inertia(&self) -> Result<(), Usage> {
-        match self.motor_inertia {
-            Some(_) => Err(Usage(
-                "--motor-inertia is of a single flexible joint; leave it out for a two-link arm, whose motors are identified"
-                    .to_owned(),
-            )),
-            None => Ok(()),
+    /// Refuses what is of a single joint, and files of curves that cannot be written.
+    fn check_two_joints(&self) -> Result<()> {
+        if self.motor_inertia.is_some() {
+            let message = "--motor-inertia is of a single flexible joint; leave it out for a two-link arm, whose motors are identified";
+            return Err(Usage(message.to_owned()).into());
         }
+        for path in self.friction.iter().chain(&self.stiffness) {
+            [1, 2]
+                .into_iter()
+                .try_for_each(|joint| check_record_writable(numbered(path, joint)))?;
+        }
+        Ok(())
     }
 
     fn check_files(&self) -> Result<()> {
@@ -228,18 +196,27 @@ impl Arguments {
         prepare(inputs, curves, others)
     }
 
-    /// The files of the curves, those of joint 1 first.
-    fn curve_paths(&self, joints: usize) -> Vec<(Curve, PathBuf)> {
-        let asked = || {
-            let friction = self.friction.iter().map(|path| (Curve::Friction, path));
-            friction.chain(self.stiffness.iter().map(|path| (Curve::Stiffness, path)))
-        };
-        match joints {
-            1 => asked().map(|(curve, path)| (curve, path.clone())).collect(),
-            _ => (1..=joints)
-                .flat_map(|joint| asked().map(move |(curve, path)| (curve, numbered(path, joint))))
-                .collect(),
+    /// Writes the curves of every joint to its files, and returns those that were written.
+    fn write_curves(&self, joints: &[Curves]) -> Result<Vec<PathBuf>> {
+        let mut written = Vec::new();
+        for (i, curves) in joints.iter().enumerate() {
+            let both = [
+                (&self.friction, Some(&curves.friction)),
+                (&self.stiffness, curves.stiffness.as_ref()),
+            ];
+            for (path, record) in both {
+                if let (Some(path), Some(record)) = (path, record) {
+                    let path = if joints.len() == 1 {
+                        path.clone()
+                    } else {
+                        numbered(path, i + 1)
+                    };
+                    write_record(&path, record)?;
+                    written.push(path);
+                }
+            }
         }
+        Ok(written)
     }
 
     fn settings(&self) -> Settings {
@@ -283,8 +260,8 @@ impl Arguments {
             joint,
             template: template.map(|file| file.arm),
             excitation: match named {
-                true => recorded(&log::file_name(file)),
-                false => Excitation::zero(),
+                true => recorded(&file.name()),
+                false => Excitation::default(),
             },
         })
     }

@@ -3,7 +3,7 @@
 use flexure::nonlinearity::{EstimatorName, NamedEstimator, Rule, Tuning};
 use flexure_workbench::regression::BandMethod;
 
-use super::{Arguments, Outside};
+use super::Arguments;
 use crate::arguments::Usage;
 use crate::tuning;
 
@@ -24,11 +24,7 @@ pub fn estimator(arguments: &Arguments) -> Result<NamedEstimator, Usage> {
         name,
         tuning: chosen(arguments)?,
         kernel: arguments.kernel.unwrap_or_default(),
-        outside: match arguments.outside {
-            Outside::Nan => flexure::nonlinearity::Outside::Nan,
-            Outside::Nearest => flexure::nonlinearity::Outside::Nearest,
-            Outside::Linear => flexure::nonlinearity::Outside::Linear,
-        },
+        outside: arguments.outside,
         seed: arguments.seed,
     })
 }
@@ -74,8 +70,8 @@ fn check_band(arguments: &Arguments) -> Result<(), Usage> {
 /// bandwidth or about refits, which would take long.
 fn name(arguments: &Arguments) -> EstimatorName {
     let one = arguments.x.len() > 1
-        || arguments.bandwidth.clone().given().is_some()
-        || arguments.parameter.given().is_some()
+        || arguments.bandwidth.is_some()
+        || arguments.parameter.is_some()
         || arguments.select.is_some()
         || matches!(arguments.band_method, BandMethod::Bootstrap | BandMethod::Block);
     arguments.estimator.unwrap_or(match one {

@@ -4,10 +4,9 @@ mod method;
 
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result};
-use clap::ValueEnum;
+use anyhow::Result;
 use flexure::error::ParameterError;
-use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Rule, Tuning};
+use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Outside, Rule, Tuning};
 use flexure_io::{RecordFile, read_record, write_record};
 use flexure_workbench::regression::{BandMethod, BandOptions, Columns, Data, Regression, Report};
 
@@ -80,7 +79,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with = "grid")]
     at: Option<PathBuf>,
     /// The estimate beyond the data's range.
-    #[arg(long, value_enum, default_value = "nan")]
+    #[arg(long, default_value = "nan", value_parser = arguments::named::<Outside>())]
     outside: Outside,
     /// Write the curve here: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "CURVE.csv")]
@@ -91,16 +90,6 @@ pub struct Arguments {
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Outside {
-    /// Not a number: nothing is known there.
-    Nan,
-    /// The value at the nearest point of the range.
-    Nearest,
-    /// The straight continuation.
-    Linear,
 }
 
 impl Arguments {
@@ -150,12 +139,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let page = match &arguments.report {
         None => None,
         Some(path) => {
-            let page = spinning("drawing", || report.page(arguments.at.is_none(), Some(this_command())))?;
-            Some((path, flexure_report::render_regression(&page).context("the report")?))
+            let html = spinning("drawing", || report.html(arguments.at.is_none(), Some(this_command())))?;
+            Some((path, html))
         }
     };
     if let Some(path) = &arguments.out {
-        write_record(path, &report.record()?)?;
+        write_record(path, &report.evaluation.record(&data)?)?;
     }
     if let Some((path, html)) = page {
         write_text(path, &html)?;

@@ -6,7 +6,7 @@ use serde::de::{Deserializer, Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 /// The signals that can drive an arm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// Independent samples, uniform or Gaussian.
@@ -22,6 +22,7 @@ pub enum Kind {
     /// Zero, then constant.
     Step,
     /// Nothing.
+    #[default]
     Zero,
     /// The columns of a record.
     Record,
@@ -140,63 +141,29 @@ impl<'de> Visitor<'de> for AmplitudeVisitor {
 ///
 /// All signals are sampled at the run's instants and held in between. Signals without a seed are the
 /// same at both joints but for their amplitude.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs)] // the table above
 pub struct Excitation {
     pub kind: Kind,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     #[serde(default)]
     pub drive: DriveKind,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub joints: Option<Vec<usize>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub amplitude: Option<Amplitude>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub distribution: Option<Distribution>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub f_min: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub f_max: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub phases: Option<PhaseChoice>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep: Option<SweepChoice>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub hold: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub levels: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
 }
 
 impl Excitation {
-    /// No excitation.
-    pub fn zero() -> Self {
-        Excitation {
-            kind: Kind::Zero,
-            seed: None,
-            drive: DriveKind::Torque,
-            joints: None,
-            amplitude: None,
-            distribution: None,
-            f_min: None,
-            f_max: None,
-            phases: None,
-            sweep: None,
-            hold: None,
-            order: None,
-            levels: None,
-            start: None,
-            file: None,
-        }
-    }
-
     /// Checks that every key belongs to the kind and that none is missing; `Err` has key and reason.
     pub(super) fn check_keys(&self, locked: [bool; 2]) -> Result<(), (&'static str, String)> {
         use Kind::*;

@@ -38,6 +38,18 @@ pub struct JointCurve {
     pub points: Scatter,
 }
 
+impl JointCurve {
+    /// A curve over its data.
+    pub fn new(heading: impl Into<String>, caption: impl Into<String>, curve: Nonlinearity, points: Scatter) -> Self {
+        JointCurve {
+            heading: heading.into(),
+            caption: caption.into(),
+            curve,
+            points,
+        }
+    }
+}
+
 /// The parameters of a form.
 #[derive(Debug, Clone, Serialize)]
 pub struct ParameterTable {

@@ -40,6 +40,16 @@ pub struct Scatter {
     pub y: Vec<f64>,
 }
 
+impl Scatter {
+    /// The points with these coordinates.
+    pub fn new(x: impl Into<Vec<f64>>, y: impl Into<Vec<f64>>) -> Self {
+        Scatter {
+            x: x.into(),
+            y: y.into(),
+        }
+    }
+}
+
 /// The estimate over a rectangular grid.
 #[derive(Debug, Clone, Serialize)]
 pub struct Surface {

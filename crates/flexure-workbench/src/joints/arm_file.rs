@@ -6,7 +6,7 @@ use flexure::manipulator::{ArmParameters, Friction, JointParameters, Link, LinkD
 use flexure_io::arm::{ArmFile, DriveKind, Excitation, Kind, Run};
 
 use super::Log;
-use super::text::with_error;
+use super::text::{estimate, with_error};
 
 /// What the file of an arm without a template says of the links of a flexible joint.
 const FLEXIBLE: &str = "\
@@ -58,7 +58,7 @@ pub fn recorded(file: &str) -> Excitation {
         kind: Kind::Record,
         drive: DriveKind::Torque,
         file: Some(file.to_owned()),
-        ..Excitation::zero()
+        ..Excitation::default()
     }
 }
 
@@ -80,39 +80,37 @@ fn joint(axis: &FlexibleAxis) -> JointParameters {
     }
 }
 
-/// The arm with the identified joint: that of the template, or a single link of the identified inertia.
-fn arm(axis: &FlexibleAxis, moving: usize, template: Option<ArmParameters>) -> Result<ArmParameters> {
+/// An arm of which one joint moves, with a link of this inertia about it; the other is locked at zero.
+fn single(moving: usize, inertia: f64, joint: JointParameters, model: Model) -> ArmParameters {
+    let mut links = [placeholder(0.0); 2];
+    // What the placeholders have about the shoulder is taken off.
+    links[moving] = placeholder(inertia - if moving == 0 { NOTHING } else { 0.0 });
+    let mut joints = [joint; 2];
+    joints[1 - moving].locked = true;
+    ArmParameters {
+        model,
+        links,
+        joints,
+        parts: Parts {
+            friction: true,
+            ..Parts::of(model)
+        },
+    }
+}
+
+/// The arm of the template with the identified joint, whose link gets the moment of inertia that its geometry leaves open.
+fn with_joint(mut arm: ArmParameters, moving: usize, axis: &FlexibleAxis) -> Result<ArmParameters> {
     let inertia = axis.model.friction.inertia.value;
-    let mut arm = match template {
-        Some(arm) => arm,
-        None => {
-            let other = JointParameters {
-                locked: true,
-                ..joint(axis)
-            };
-            let mut links = [placeholder(0.0); 2];
-            links[moving] = placeholder(inertia);
-            ArmParameters {
-                model: Model::Nonlinear,
-                links,
-                joints: [other; 2],
-                parts: Parts::of(Model::Nonlinear),
-            }
-        }
-    };
     arm.model = Model::Nonlinear;
     arm.joints[moving] = joint(axis);
     arm.joints[1 - moving].locked = true;
-    // The other joint is locked at zero: what the geometry leaves is the link's own inertia.
-    let geometry = LinkDynamics::new(&arm.links);
-    let mass = geometry.inertia(0.0)[moving][moving];
+    let mass = LinkDynamics::new(&arm.links).inertia(0.0)[moving][moving];
     let own = arm.links[moving].inertia + inertia - mass;
     if !(own >= 0.0) {
+        let number = moving + 1;
         bail!(
-            "the template's links have an inertia of {mass} kg m^2 about joint {} without the moment of inertia of link {}, more than \
-             the {inertia} kg m^2 that were identified; check the template, or leave it out",
-            moving + 1,
-            moving + 1
+            "the template's links have an inertia of {mass} kg m^2 about joint {number} without the moment of inertia of link {number}, more \
+             than the {inertia} kg m^2 that were identified; check the template, or leave it out"
         );
     }
     arm.links[moving].inertia = own;
@@ -121,25 +119,18 @@ fn arm(axis: &FlexibleAxis, moving: usize, template: Option<ArmParameters>) -> R
 
 /// The joint alone, as joint 1 of an arm whose other joint is locked, and the state in which its log starts.
 pub fn alone(axis: &FlexibleAxis, log: &Log) -> (ArmParameters, State) {
-    let own = joint(axis);
-    let arm = ArmParameters {
-        model: Model::Nonlinear,
-        links: [
-            placeholder(axis.model.friction.inertia.value - NOTHING),
-            placeholder(0.0),
-        ],
-        joints: [own, JointParameters { locked: true, ..own }],
-        parts: Parts::of(Model::Nonlinear),
-    };
-    (arm, started(0, log, axis.velocity[0]))
+    let arm = single(0, axis.model.friction.inertia.value, joint(axis), Model::Nonlinear);
+    (arm, started(log, 0, &[axis]))
 }
 
 /// The text of the file of a flexible joint in the run of its log.
 pub fn flexible(axis: &FlexibleAxis, log: &Log, place: Place) -> Result<String> {
-    let header = if place.template.is_none() { FLEXIBLE } else { "" };
-    let initial = started(place.joint, log, axis.velocity[0]);
-    let arm = arm(axis, place.joint, place.template)?;
-    text(arm, initial, log, place.excitation).map(|text| format!("{header}{text}"))
+    let inertia = axis.model.friction.inertia.value;
+    let (header, arm) = match place.template {
+        Some(template) => ("", with_joint(template, place.joint, axis)?),
+        None => (FLEXIBLE, single(place.joint, inertia, joint(axis), Model::Nonlinear)),
+    };
+    text(header, arm, started(log, place.joint, &[axis]), log, place.excitation)
 }
 
 /// The text of the file of a rigid axis: one link of its inertia, with the smooth form of its friction.
@@ -155,27 +146,12 @@ pub fn rigid(axis: &RigidAxis, prismatic: bool, log: &Log, place: Place) -> Resu
         bail!("an arm file has friction (12) only, of which no form with positive factors fits this axis");
     };
     let g = ["g1", "g2", "g3", "g4", "g5", "g6"].map(|g| form.parameter(g).map_or(0.0, |p| p.value));
-    let moving = place.joint;
     let joint = JointParameters {
         friction: Some(Friction(g)),
         ..JointParameters::default()
     };
-    let mut joints = [joint; 2];
-    joints[1 - moving].locked = true;
-    let mut links = [placeholder(0.0); 2];
-    // What the placeholders have about the shoulder is taken off.
-    links[moving] = placeholder(form.inertia.value - if moving == 0 { NOTHING } else { 0.0 });
-    let arm = ArmParameters {
-        model: Model::Rigid,
-        links,
-        joints,
-        parts: Parts {
-            friction: true,
-            ..Parts::of(Model::Rigid)
-        },
-    };
-    let initial = started(moving, log, axis.velocity[0]);
-    let text = text(arm, initial, log, place.excitation)?;
+    let arm = single(place.joint, form.inertia.value, joint, Model::Rigid);
+    let initial = state(log, place.joint, &[axis.velocity[0]]);
     let mut header = RIGID.to_owned();
     if prismatic {
         header.push_str("# The axis is prismatic: read m for rad, kg for kg m^2 and N for N m.\n");
@@ -184,35 +160,43 @@ pub fn rigid(axis: &RigidAxis, prismatic: bool, log: &Log, place: Place) -> Resu
         header.push_str(&format!(
             "# Its log has a constant {} of {} beside these, which an arm file cannot hold: take it off the ones that you play.\n",
             if prismatic { "force" } else { "torque" },
-            with_error(offset.value, offset.standard_error)
+            with_error(estimate(offset))
         ));
     }
-    Ok(format!("{header}\n{text}"))
+    header.push('\n');
+    text(&header, arm, initial, log, place.excitation)
 }
 
-/// The state in which a joint starts: its angle, and its motor's with the velocity of both.
-fn started(joint: usize, log: &Log, velocity: f64) -> State {
-    let axis = &log.axes[0];
+/// The state in which a log starts: the angle of every axis, and its motor's, with the velocity of both; the first axis is `joint`.
+fn state(log: &Log, joint: usize, velocities: &[f64]) -> State {
     let mut state = State::default();
-    state.q[joint] = axis.position[0];
-    state.qm[joint] = axis.motor.as_ref().unwrap_or(&axis.position)[0];
-    state.dq[joint] = velocity;
-    state.dqm[joint] = velocity;
+    for (i, (axis, &velocity)) in log.axes.iter().zip(velocities).enumerate() {
+        state.q[joint + i] = axis.position[0];
+        state.qm[joint + i] = axis.motor.as_ref().unwrap_or(&axis.position)[0];
+        state.dq[joint + i] = velocity;
+        state.dqm[joint + i] = velocity;
+    }
     state
+}
+
+/// The state in which the log of flexible joints starts, of which `joint` is the first.
+fn started(log: &Log, joint: usize, axes: &[&FlexibleAxis]) -> State {
+    let velocities: Vec<f64> = axes.iter().map(|axis| axis.velocity[0]).collect();
+    state(log, joint, &velocities)
 }
 
 /// The text of the file of a two-link arm, with the links' geometry of the template if there is one, in the run of its log.
 pub fn two_link(arm: &TwoLinkArm, log: &Log, place: Place) -> Result<String> {
     let header = if place.template.is_none() { TWO_LINK } else { "" };
-    let parameters = two_link_parameters(arm, place.template.map(|arm| arm.links).as_ref())?;
-    let text = text(parameters, two_link_state(arm, log), log, place.excitation)?;
-    Ok(format!("{header}{text}"))
+    let (parameters, initial) = two_link_arm(arm, log, place.template.map(|arm| arm.links))?;
+    text(header, parameters, initial, log, place.excitation)
 }
 
-/// The arm with these links' geometry, if given.
-pub fn two_link_parameters(arm: &TwoLinkArm, template: Option<&[Link; 2]>) -> Result<ArmParameters> {
+/// The arm with these links' geometry, if given, and the state in which its log starts.
+pub fn two_link_arm(arm: &TwoLinkArm, log: &Log, template: Option<[Link; 2]>) -> Result<(ArmParameters, State)> {
     let [shoulder, elbow, coupling] = arm.model.map(|e| e.value);
-    let mut joints = [joint(&arm.joints[0]), joint(&arm.joints[1])];
+    let [first, second] = &arm.joints;
+    let mut joints = [joint(first), joint(second)];
     for (joint, inertia) in joints.iter_mut().zip(arm.model_motors) {
         joint.motor_inertia = inertia.value;
     }
@@ -221,30 +205,19 @@ pub fn two_link_parameters(arm: &TwoLinkArm, template: Option<&[Link; 2]>) -> Re
         elbow,
         coupling,
     };
-    Ok(ArmParameters {
+    let parameters = ArmParameters {
         model: Model::Nonlinear,
         links: links(dynamics, template)?,
         joints,
         parts: Parts::of(Model::Nonlinear),
-    })
+    };
+    Ok((parameters, started(log, 0, &[first, second])))
 }
 
-/// The state in which the log of an arm starts.
-pub fn two_link_state(arm: &TwoLinkArm, log: &Log) -> State {
-    let dq = [0, 1].map(|i| arm.joints[i].velocity[0]);
-    let axes = &log.axes;
-    State {
-        q: [0, 1].map(|i| axes[i].position[0]),
-        qm: [0, 1].map(|i| axes[i].motor.as_ref().unwrap_or(&axes[i].position)[0]),
-        dq,
-        dqm: dq,
-    }
-}
-
-/// Links that move with these constants: of the template's geometry, or of a first link as long as `length`.
+/// Links that move with these constants: of the template's geometry, or of a first link as long as 1 m.
 ///
 /// Without a template, equal shares of shoulder and elbow inertia are in the second link's mass.
-fn links(dynamics: LinkDynamics, template: Option<&[Link; 2]>) -> Result<[Link; 2]> {
+fn links(dynamics: LinkDynamics, template: Option<[Link; 2]>) -> Result<[Link; 2]> {
     let LinkDynamics {
         shoulder,
         elbow,
@@ -257,59 +230,44 @@ fn links(dynamics: LinkDynamics, template: Option<&[Link; 2]>) -> Result<[Link; 
              the centre of mass of link 2 ahead of the elbow; excite both joints more, with the elbow bent to all angles"
         );
     }
-    let links = match template {
-        Some([first, second]) => {
-            let mass = coupling / (first.length * second.com);
-            [
-                Link {
-                    inertia: own - mass * first.length.powi(2) - first.mass * first.com.powi(2),
-                    ..*first
-                },
-                Link {
-                    mass,
-                    inertia: elbow - mass * second.com.powi(2),
-                    ..*second
-                },
-            ]
-        }
-        None => {
-            let share = coupling / (own * elbow).sqrt();
-            let length = 1.0;
-            let com = share * elbow * length / coupling;
-            [
-                Link {
-                    mass: 1e-9,
-                    length,
-                    com: 0.0,
-                    inertia: (1.0 - share) * own,
-                },
-                Link {
-                    mass: coupling / (length * com),
-                    length,
-                    com,
-                    inertia: (1.0 - share) * elbow,
-                },
-            ]
-        }
-    };
-    if let Some((i, link)) = links
-        .iter()
-        .enumerate()
-        .find(|(_, l)| !(l.inertia >= 0.0 && l.mass > 0.0))
-    {
+    let [first, second] = template.unwrap_or_else(|| {
+        let share = coupling / (own * elbow).sqrt();
+        let com = share * elbow / coupling;
+        [
+            placeholder(0.0),
+            Link {
+                com,
+                ..placeholder(0.0)
+            },
+        ]
+    });
+    let mass = coupling / (first.length * second.com);
+    let links = [
+        Link {
+            inertia: own - mass * first.length.powi(2) - first.mass * first.com.powi(2),
+            ..first
+        },
+        Link {
+            mass,
+            inertia: elbow - mass * second.com.powi(2),
+            ..second
+        },
+    ];
+    let impossible = |l: &Link| !(l.inertia >= 0.0 && l.mass > 0.0);
+    if let Some(i) = links.iter().position(impossible) {
         bail!(
             "with the template's lengths and centres of mass, link {} would have a mass of {} kg and a moment of inertia of {} \
              kg m^2; check the template, or leave it out",
             i + 1,
-            link.mass,
-            link.inertia
+            links[i].mass,
+            links[i].inertia
         );
     }
     Ok(links)
 }
 
-/// The text of the file of an arm in the run of a log.
-fn text(arm: ArmParameters, initial: State, log: &Log, excitation: Excitation) -> Result<String> {
+/// The text of the file of an arm in the run of a log, behind a header.
+fn text(header: &str, arm: ArmParameters, initial: State, log: &Log, excitation: Excitation) -> Result<String> {
     let file = ArmFile {
         arm,
         initial,
@@ -326,5 +284,5 @@ fn text(arm: ArmParameters, initial: State, log: &Log, excitation: Excitation) -
     let text = file.to_toml()?;
     // What is written must read back.
     ArmFile::from_toml_str(&text, "the identified arm")?;
-    Ok(text)
+    Ok(format!("{header}{text}"))
 }

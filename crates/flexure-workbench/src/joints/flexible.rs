@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::arm_file::{self, Place};
 use super::text::{
-    Units, findings, fitted_json, fitted_lines, lack_text, nearness, parameter_text, range_line, titled, with_error,
+    Units, findings, fitted_json, fitted_lines, lack_text, nearness, parameter_lines, range_line, titled, with_error,
 };
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page, simulation};
 use crate::text::number;
@@ -27,9 +27,7 @@ impl Joint for Flexible {
 
     fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
         let (arm, initial) = arm_file::alone(&self.axis, &self.log);
-        let simulated = simulation::held(arm, initial, &self.log)?;
-        let motion = simulated.map(|record| simulation::motion(&record, 0, &self.log, &self.axis.velocity));
-        Ok(motion.transpose()?.into_iter().collect())
+        Ok(simulation::motions(arm, initial, &self.log, &[&self.axis])?)
     }
 
     fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value) {
@@ -52,8 +50,8 @@ impl Joint for Flexible {
         lines
     }
 
-    fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage {
-        page::flexible(&self.axis, &self.log, motions, command)
+    fn page(&self, motions: &[Motion]) -> JointPage {
+        page::flexible(&self.axis, &self.log, motions)
     }
 
     fn arm_file(&self, place: Place) -> Result<String> {
@@ -76,7 +74,7 @@ impl Joint for Flexible {
     }
 }
 
-/// What was found of a joint, as JSON.
+/// The results of a joint as JSON.
 pub fn axis_json(axis: &FlexibleAxis) -> Value {
     let units = Units::of(false);
     let list = |forms: &[Fitted]| -> Vec<Value> { forms.iter().map(|f| fitted_json(f, &units)).collect() };
@@ -123,11 +121,11 @@ pub fn motion_line(motion: &Motion, torque: &str) -> String {
     )
 }
 
-/// What was found of a joint, a line each; `link` names its link's inertia.
+/// The results of a joint, a line each; `link` names its link's inertia.
 pub fn axis_lines(axis: &FlexibleAxis, link: &str) -> Vec<String> {
     let units = Units::of(false);
     let inertia = |name: &str, e: Estimated| match e.standard_error != 0.0 {
-        true => format!("  {name:<14} {} kg m^2", with_error(e.value, e.standard_error)),
+        true => format!("  {name:<14} {} kg m^2", with_error(e)),
         false => format!("  {name:<14} {} kg m^2  (as given)", number(e.value)),
     };
     let mut lines = vec![
@@ -138,10 +136,7 @@ pub fn axis_lines(axis: &FlexibleAxis, link: &str) -> Vec<String> {
     ];
     for form in [&axis.model.stiffness, &axis.model.friction] {
         lines.push(format!("  {}", titled(form)));
-        for p in &form.parameters {
-            let unit = units.of_curve(p.unit, form.form.is_stiffness());
-            lines.push(format!("    {}", parameter_text(p, &unit)));
-        }
+        lines.extend(parameter_lines(form, &units));
     }
     lines.push(format!("    together {}", lack_text(&axis.model.friction)));
     for (what, forms, best) in [

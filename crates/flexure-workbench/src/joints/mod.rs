@@ -12,7 +12,7 @@ mod simulation;
 mod text;
 mod two_link;
 
-use anyhow::{Result, bail};
+use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{AxisDrive, Estimated, Extra, FlexibleJoint, JointFound, RigidJoint, TwoLinkLog};
@@ -72,8 +72,20 @@ pub trait Joint: Send + Sync {
     /// A short account for a terminal, a line each.
     fn summary(&self, motions: &[Motion]) -> Vec<String>;
 
-    /// The page that shows everything.
-    fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage;
+    /// The page that shows everything, without the command that makes it again.
+    fn page(&self, motions: &[Motion]) -> JointPage;
+
+    /// The page that shows everything; `command` makes it again.
+    ///
+    /// # Errors
+    /// For numbers that cannot be drawn.
+    fn html(&self, motions: &[Motion], command: Option<String>) -> Result<String> {
+        let page = JointPage {
+            command,
+            ..self.page(motions)
+        };
+        flexure_report::render_joint(&page).context("the report")
+    }
 
     /// The text of the file of the arm of which it is a part.
     ///
@@ -82,9 +94,6 @@ pub trait Joint: Send + Sync {
     fn arm_file(&self, place: Place) -> Result<String>;
 
     /// The curves of every axis.
-    ///
-    /// # Errors
-    /// None for curves of the library.
     fn curves(&self) -> flexure::Result<Vec<Curves>>;
 
     /// The log.
@@ -119,13 +128,12 @@ pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spel
         _ => bail!("a joint's log has one axis, an arm's two"),
     };
     for (name, inertia) in joint.inertias() {
-        let (value, error) = (inertia.value, inertia.standard_error);
-        if value + CLEARLY * error < 0.0 {
+        if inertia.value + CLEARLY * inertia.standard_error < 0.0 {
             bail!(
                 "{}: the {name} comes out negative ({}), which cannot be: check the torque's sign ({} turns it), which columns are the \
                  motor's and which the link's, and the gear ratio",
                 file.path.display(),
-                text::with_error(value, error),
+                text::with_error(inertia),
                 spelling("torque-constant", Some("-1"))
             );
         }

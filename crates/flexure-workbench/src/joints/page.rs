@@ -9,6 +9,7 @@ use flexure_report::data::{
 use super::simulation::Fit;
 use super::text::{Constant, Units, constants, lack_text, parameter_text, titled, with_error};
 use super::{Log, Motion};
+use crate::plots::{banded, median};
 use crate::text::{capitalised, number};
 
 /// A stiffness whose band is wider than this share of its median is not shown.
@@ -17,34 +18,38 @@ const WIDEST_BAND: f64 = 0.03;
 const NEXT: f64 = 0.2;
 
 /// The page of a rigid axis.
-pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion], command: Option<String>) -> JointPage {
+pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> JointPage {
     let best = &axis.forms[axis.best];
-    let velocity = format!("velocity ({}/s)", units.position);
+    let labels = [
+        format!("velocity ({}/s)", units.position),
+        format!("torque ({})", units.torque),
+    ];
+    let distance = format!("{:.1} %", 100.0 * best.lack_of_fit.distance);
+    let from = format!("root mean square distance of {} from the free curve", best.form.title());
     JointPage {
         title: "A rigid axis".to_owned(),
         subtitle: subtitle("", log),
         facts: vec![
             inertia("Inertia", axis.inertia, units.inertia()),
-            lack(best),
+            Fact::new("Best form", distance, from),
             samples(log),
         ],
         warnings: warnings(&axis.findings).collect(),
-        curves: vec![JointCurve {
-            heading: "Friction".to_owned(),
-            caption: "The torque that inertia and position-dependent terms leave, over the velocity, with the free curve and its \
-                      band; dashed the form with the smallest BIC."
-                .to_owned(),
-            curve: curve(&axis.friction, [&velocity, &format!("torque ({})", units.torque)], |v| best.torque(v), best),
-            points: cloud(&axis.velocity, &axis.partial),
-        }],
+        curves: vec![JointCurve::new(
+            "Friction",
+            "The torque that inertia and position-dependent terms leave, over the velocity, with the free curve and its \
+             band; dashed the form with the smallest BIC.",
+            curve(&axis.friction, [&labels[0], &labels[1]], |v| best.torque(v), best),
+            Scatter::new(&axis.velocity[..], &axis.partial[..]),
+        )],
         tables: axis.forms.iter().map(|f| table(f, units)).collect(),
         motions: comparisons(log, 0, &axis.reconstructed, motions, units, ""),
-        command,
+        command: None,
     }
 }
 
 /// The page of a flexible joint.
-pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion], command: Option<String>) -> JointPage {
+pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage {
     let units = Units::of(false);
     JointPage {
         title: "A flexible joint".to_owned(),
@@ -52,25 +57,24 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion], command: Opt
         facts: vec![
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
             inertia("Link inertia", axis.link_inertia, "kg m^2"),
-            skew(axis),
+            clock_offset(axis),
             samples(log),
         ],
         warnings: warnings(&axis.findings).collect(),
-        curves: joint_curves(axis, ""),
+        curves: joint_curves(axis, "").into(),
         tables: forms(axis).map(|f| table(f, &units)).collect(),
         motions: comparisons(log, 0, &axis.reconstructed, motions, &units, ""),
-        command,
+        command: None,
     }
 }
 
 /// The page of a two-link arm.
-pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion], command: Option<String>) -> JointPage {
+pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
     let units = Units::of(false);
     let mut page = JointPage {
         title: "A two-link arm".to_owned(),
         subtitle: subtitle(" of both joints", log),
         facts: constants(arm).into_iter().map(constant).collect(),
-        command,
         ..JointPage::default()
     };
     for (i, axis) in arm.joints.iter().enumerate() {
@@ -110,67 +114,55 @@ fn constant(constant: Constant) -> Fact {
     }
 }
 
-fn skew(axis: &FlexibleAxis) -> Fact {
-    Fact {
-        name: "Encoder skew".to_owned(),
-        value: format!("{:.3} ms", 1e3 * axis.skew.value),
-        note: match axis.findings.iter().any(|f| matches!(f, Finding::EncoderClocks { .. })) {
-            true => "by which the link's samples are late; corrected".to_owned(),
-            false => format!(
-                "not told from none (standard error {:.3} ms)",
-                1e3 * axis.skew.standard_error
-            ),
-        },
-    }
-}
-
-fn cloud(x: &[f64], y: &[f64]) -> Scatter {
-    Scatter {
-        x: x.to_vec(),
-        y: y.to_vec(),
-    }
+fn clock_offset(axis: &FlexibleAxis) -> Fact {
+    let note = match axis.findings.iter().any(|f| matches!(f, Finding::EncoderClocks { .. })) {
+        true => "by which the link's samples are late; corrected".to_owned(),
+        false => format!(
+            "not told from none (standard error {:.3} ms)",
+            1e3 * axis.skew.standard_error
+        ),
+    };
+    Fact::new("Encoder skew", format!("{:.3} ms", 1e3 * axis.skew.value), note)
 }
 
 /// The curves of a flexible joint; `of` is added to their headings.
-fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
+fn joint_curves(axis: &FlexibleAxis, of: &str) -> [JointCurve; 3] {
     let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
-    let deflection = "deflection (rad)";
-    let curves = vec![
-            JointCurve {
-                heading: "Stiffness".to_owned(),
-                caption: "The stiffness k(d) = κ(d)/d with its band, where that is narrow enough to tell it: a dip at zero is a soft wind-up. Next \
-                          to zero no torque tells it."
-                    .to_owned(),
-                curve: without_wide_band(curve(
-                    &axis.secant,
-                    [deflection, "stiffness (N m/rad)"],
-                    |d| if d == 0.0 { f64::NAN } else { stiffness.torque(d) / d },
-                    stiffness,
-                )),
-                points: Scatter::default(),
-            },
-            JointCurve {
-                heading: "Elastic torque".to_owned(),
-                caption: "The torque that the motor's inertia leaves, over the deflection, with the free curve.".to_owned(),
-                curve: curve(&axis.stiffness, [deflection, "torque (N m)"], |d| stiffness.torque(d), stiffness),
-                points: cloud(&axis.deflection, &axis.partial_stiffness),
-            },
-            JointCurve {
-                heading: "Friction".to_owned(),
-                caption: "The elastic torque that the link's inertia leaves, over the link's velocity, with the free curve and its \
-                          band."
-                    .to_owned(),
-                curve: curve(&axis.friction, ["velocity (rad/s)", "torque (N m)"], |v| friction.torque(v), friction),
-                points: cloud(&axis.velocity, &axis.partial_friction),
-            },
-        ];
-    curves
-        .into_iter()
-        .map(|c| JointCurve {
-            heading: c.heading.clone() + of,
-            ..c
-        })
-        .collect()
+    let (deflection, torque) = ("deflection (rad)", "torque (N m)");
+    let secant = |d: f64| if d == 0.0 { f64::NAN } else { stiffness.torque(d) / d };
+    let secant = curve(&axis.secant, [deflection, "stiffness (N m/rad)"], secant, stiffness);
+    [
+        JointCurve::new(
+            format!("Stiffness{of}"),
+            "The stiffness k(d) = κ(d)/d with its band, where that is narrow enough to tell it: a dip at zero is a soft wind-up. Next \
+             to zero no torque tells it.",
+            without_wide_band(secant),
+            Scatter::default(),
+        ),
+        JointCurve::new(
+            format!("Elastic torque{of}"),
+            "The torque that the motor's inertia leaves, over the deflection, with the free curve.",
+            curve(
+                &axis.stiffness,
+                [deflection, torque],
+                |d| stiffness.torque(d),
+                stiffness,
+            ),
+            Scatter::new(&axis.deflection[..], &axis.partial_stiffness[..]),
+        ),
+        JointCurve::new(
+            format!("Friction{of}"),
+            "The elastic torque that the link's inertia leaves, over the link's velocity, with the free curve and its \
+             band.",
+            curve(
+                &axis.friction,
+                ["velocity (rad/s)", torque],
+                |v| friction.torque(v),
+                friction,
+            ),
+            Scatter::new(&axis.velocity[..], &axis.partial_friction[..]),
+        ),
+    ]
 }
 
 fn subtitle(of: &str, log: &Log) -> String {
@@ -182,15 +174,12 @@ fn subtitle(of: &str, log: &Log) -> String {
 }
 
 fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
-    Fact {
-        name: name.to_owned(),
-        value: typeset(&format!("{} {unit}", number(value.value))),
-        note: match value.standard_error {
-            0.0 => "as given".to_owned(),
-            error if error.is_finite() => format!("standard error {}", number(error)),
-            _ => "no standard error: see the notes".to_owned(),
-        },
-    }
+    let note = match value.standard_error {
+        0.0 => "as given".to_owned(),
+        error if error.is_finite() => format!("standard error {}", number(error)),
+        _ => "no standard error: see the notes".to_owned(),
+    };
+    Fact::new(name, typeset(&format!("{} {unit}", number(value.value))), note)
 }
 
 /// Text of the terminal with the signs of a page.
@@ -205,50 +194,28 @@ fn warnings(findings: &[Finding]) -> impl Iterator<Item = String> {
 }
 
 fn samples(log: &Log) -> Fact {
-    Fact {
-        name: "Samples".to_owned(),
-        value: log.samples().to_string(),
-        note: format!("{} s apart", number(log.sample_time)),
-    }
+    let apart = format!("{} s apart", number(log.sample_time));
+    Fact::new("Samples", log.samples().to_string(), apart)
 }
 
-fn lack(best: &Fitted) -> Fact {
-    Fact {
-        name: "Best form".to_owned(),
-        value: format!("{:.1} %", 100.0 * best.lack_of_fit.distance),
-        note: format!("root mean square distance of {} from the free curve", best.form.title()),
-    }
-}
-
-fn curve(band: &Band, [x, y]: [&str; 2], form: impl Fn(f64) -> f64, fitted: &Fitted) -> Nonlinearity {
+fn curve(band: &Band, labels: [&str; 2], form: impl Fn(f64) -> f64, fitted: &Fitted) -> Nonlinearity {
     Nonlinearity {
-        x_label: x.to_owned(),
-        y_label: y.to_owned(),
-        x: band.x[0].clone(),
-        y: band.estimate.clone(),
-        lower: band.lower.clone(),
-        upper: band.upper.clone(),
-        band_label: format!("{} % pointwise", 100.0 * band.level),
-        density: Vec::new(),
         truth: band.x[0].iter().map(|&x| form(x)).collect(),
         truth_label: fitted.form.title().to_owned(),
+        ..banded(band, labels, format!("{} % pointwise", 100.0 * band.level))
     }
 }
 
 /// Without the points at which the band of a stiffness is too wide.
 fn without_wide_band(mut curve: Nonlinearity) -> Nonlinearity {
-    let mut size: Vec<f64> = curve.y.iter().map(|y| y.abs()).collect();
-    size.sort_unstable_by(f64::total_cmp);
-    let widest = WIDEST_BAND * size[size.len() / 2];
+    let widest = WIDEST_BAND * median(curve.y.iter().map(|y| y.abs()));
     let wide: Vec<bool> = (0..curve.x.len())
         .map(|i| !(curve.upper[i] - curve.lower[i] < widest))
         .collect();
     // Next to zero nothing in between is known either.
     let farthest = curve.x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let near = wide
-        .iter()
-        .zip(&curve.x)
-        .filter(|(wide, x)| **wide && x.abs() < NEXT * farthest);
+    let near = wide.iter().zip(&curve.x);
+    let near = near.filter(|(wide, x)| **wide && x.abs() < NEXT * farthest);
     let reach = near.fold(-1.0_f64, |m, (_, x)| m.max(x.abs()));
     for (i, wide) in wide.into_iter().enumerate() {
         if wide || curve.x[i].abs() <= reach {
@@ -261,7 +228,7 @@ fn without_wide_band(mut curve: Nonlinearity) -> Nonlinearity {
 fn table(form: &Fitted, units: &Units) -> ParameterTable {
     let mut rows: Vec<[String; 2]> = Vec::new();
     if form.inertia.value.is_finite() {
-        let value = with_error(form.inertia.value, form.inertia.standard_error);
+        let value = with_error(form.inertia);
         rows.push(["inertia".to_owned(), typeset(&format!("{value} {}", units.inertia()))]);
     }
     for parameter in &form.parameters {
@@ -293,10 +260,9 @@ fn comparisons(
         &log.axes[i].torque,
         reconstructed,
     );
-    let (quantity, plural) = if of.is_empty() {
-        ("position", "")
-    } else {
-        ("angle", "s")
+    let (quantity, plural) = match of {
+        "" => ("position", ""),
+        _ => ("angle", "s"),
     };
     let motions = motions.iter().map(|motion| {
         comparison(
@@ -317,12 +283,7 @@ fn comparison(log: &Log, heading: String, y_label: String, measured: &[f64], pre
         heading,
         prediction: Prediction {
             y_label,
-            time: Axis {
-                name: "time".to_owned(),
-                unit: "s".to_owned(),
-                start: 0.0,
-                step: log.sample_time,
-            },
+            time: Axis::of_samples(Some(log.sample_time), 0),
             measured: measured[..n].to_vec(),
             predicted: predicted[..n].to_vec(),
             fit_percent: fit.percent,

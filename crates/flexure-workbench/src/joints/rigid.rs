@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::arm_file::{self, Place};
 use super::simulation::Fit;
-use super::text::{Units, findings, fitted_json, fitted_lines, nearness, range_line, with_error};
+use super::text::{Units, estimate, findings, fitted_json, fitted_lines, nearness, range_line, with_error};
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page};
 
 /// An identified rigid axis with its log.
@@ -82,14 +82,14 @@ impl Joint for Rigid {
             format!(
                 "  {:<12} {} {}  (beside the free friction curve)",
                 "inertia",
-                with_error(axis.inertia.value, axis.inertia.standard_error),
+                with_error(axis.inertia),
                 units.inertia()
             ),
         ];
         let velocity = format!("{}/s", units.position);
         lines.push(range_line("friction", &axis.friction, &velocity));
         for extra in &axis.extras {
-            let value = with_error(extra.value, extra.standard_error);
+            let value = with_error(estimate(extra));
             lines.push(format!(
                 "  {:<12} {value} {}",
                 extra.symbol,
@@ -107,8 +107,8 @@ impl Joint for Rigid {
         lines
     }
 
-    fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage {
-        page::rigid(&self.axis, &self.units(), &self.log, motions, command)
+    fn page(&self, motions: &[Motion]) -> JointPage {
+        page::rigid(&self.axis, &self.units(), &self.log, motions)
     }
 
     fn arm_file(&self, place: Place) -> Result<String> {

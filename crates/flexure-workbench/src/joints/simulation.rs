@@ -1,6 +1,6 @@
 //! What was identified, simulated beside the measured motion.
 
-use flexure::Record;
+use flexure::identify::robot_joint::FlexibleAxis;
 use flexure::manipulator::{Arm, ArmParameters, Drive, SimulationOptions, State, simulate};
 
 use super::Log;
@@ -43,15 +43,17 @@ impl Fit {
     }
 }
 
-/// The motion of an arm under the torques of the log, held from sample to sample; `None` where the simulation fails. An arm of which one
-/// joint moves has a log of one axis, and the other joint no torque.
+/// The motion of every joint that the log has, simulated under its torques, held from sample to sample; none where the simulation
+/// fails. An arm of which one joint moves has a log of one axis, and the other joint no torque.
 ///
 /// # Errors
 /// For a sample time with which nothing can be simulated.
-pub fn held(arm: ArmParameters, initial: State, log: &Log) -> flexure::Result<Option<Record>> {
-    let Ok(arm) = Arm::new(arm) else {
-        return Ok(None);
-    };
+pub fn motions(
+    arm: ArmParameters,
+    initial: State,
+    log: &Log,
+    joints: &[&FlexibleAxis],
+) -> flexure::Result<Vec<Motion>> {
     let duration = (log.samples() - 1) as f64 * log.sample_time;
     let options = SimulationOptions {
         initial,
@@ -64,20 +66,19 @@ pub fn held(arm: ArmParameters, initial: State, log: &Log) -> flexure::Result<Op
         torque.resize(rows, 0.0);
         torque
     });
-    Ok(simulate(&arm, &Drive::Held([&torque[0], &torque[1]]), &options).ok())
-}
-
-/// The motion of axis `i` in a simulation of the arm, beside its log; `velocity` is the measured one.
-///
-/// # Errors
-/// For a simulation without that joint.
-pub fn motion(simulated: &Record, i: usize, log: &Log, velocity: &[f64]) -> flexure::Result<Motion> {
-    let position = simulated.column(["q1", "q2"][i])?.to_vec();
-    let simulated_velocity = simulated.column(["dq1", "dq2"][i])?;
-    Ok(Motion {
-        drive: "under the recorded torque",
-        fit: Fit::new(&log.axes[i].position, &position),
-        velocity_fit_percent: Fit::new(velocity, simulated_velocity).percent,
-        position,
-    })
+    let drive = Drive::Held([&torque[0], &torque[1]]);
+    let Ok(simulated) = Arm::new(arm).and_then(|arm| simulate(&arm, &drive, &options)) else {
+        return Ok(Vec::new());
+    };
+    let motion = |(i, joint): (usize, &&FlexibleAxis)| {
+        let position = simulated.column(["q1", "q2"][i])?.to_vec();
+        let velocity = simulated.column(["dq1", "dq2"][i])?;
+        Ok(Motion {
+            drive: "under the recorded torque",
+            fit: Fit::new(&log.axes[i].position, &position),
+            velocity_fit_percent: Fit::new(&joint.velocity, velocity).percent,
+            position,
+        })
+    };
+    joints.iter().enumerate().map(motion).collect()
 }

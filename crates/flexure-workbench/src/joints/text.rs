@@ -19,17 +19,11 @@ pub struct Units {
 impl Units {
     /// Those of a prismatic or a revolute joint.
     pub fn of(prismatic: bool) -> Units {
-        match prismatic {
-            true => Units {
-                position: "m",
-                torque: "N",
-                prismatic,
-            },
-            false => Units {
-                position: "rad",
-                torque: "N m",
-                prismatic,
-            },
+        let [position, torque] = if prismatic { ["m", "N"] } else { ["rad", "N m"] };
+        Units {
+            position,
+            torque,
+            prismatic,
         }
     }
 
@@ -57,10 +51,19 @@ impl Units {
 }
 
 /// A value with its standard error.
-pub fn with_error(value: f64, error: f64) -> String {
-    match error.is_finite() {
-        true => format!("{} +- {}", number(value), number(error)),
+pub fn with_error(estimated: Estimated) -> String {
+    let Estimated { value, standard_error } = estimated;
+    match standard_error.is_finite() {
+        true => format!("{} +- {}", number(value), number(standard_error)),
         false => format!("{} (no standard error: see the notes)", number(value)),
+    }
+}
+
+/// The estimate of a parameter.
+pub fn estimate(parameter: &Parameter) -> Estimated {
+    Estimated {
+        value: parameter.value,
+        standard_error: parameter.standard_error,
     }
 }
 
@@ -68,7 +71,7 @@ pub fn with_error(value: f64, error: f64) -> String {
 pub fn parameter_text(parameter: &Parameter, unit: &str) -> String {
     let name = format!("{:<6}", parameter.symbol);
     if parameter.identifiable {
-        let value = with_error(parameter.value, parameter.standard_error);
+        let value = with_error(estimate(parameter));
         return format!("{name} {value} {unit}");
     }
     let [low, high] = parameter.range;
@@ -95,28 +98,30 @@ pub fn fitted_lines(form: &Fitted, units: &Units, best: bool) -> Vec<String> {
     }
     let mut lines = vec![format!("  {title}")];
     if form.inertia.value.is_finite() {
-        lines.push(format!(
-            "    {:<6} {} {}",
-            "M",
-            with_error(form.inertia.value, form.inertia.standard_error),
-            units.inertia()
-        ));
+        let inertia = with_error(form.inertia);
+        lines.push(format!("    {:<6} {inertia} {}", "M", units.inertia()));
     }
-    for parameter in &form.parameters {
-        let unit = units.of_curve(parameter.unit, form.form.is_stiffness());
-        lines.push(format!("    {}", parameter_text(parameter, &unit)));
-    }
+    lines.extend(parameter_lines(form, units));
     lines.push(format!("    {}", lack_text(form)));
     lines
+}
+
+/// The parameters of a form for reading, a line each.
+pub fn parameter_lines(form: &Fitted, units: &Units) -> Vec<String> {
+    let unit = |p: &Parameter| units.of_curve(p.unit, form.form.is_stiffness());
+    let lines = form
+        .parameters
+        .iter()
+        .map(|p| format!("    {}", parameter_text(p, &unit(p))));
+    lines.collect()
 }
 
 /// The test of a form against the free curve, for reading.
 pub fn lack_text(form: &Fitted) -> String {
     let lack = form.lack_of_fit;
-    let verdict = if lack.p_value < REFUTED {
-        "refuted by"
-    } else {
-        "agrees with"
+    let verdict = match lack.p_value < REFUTED {
+        true => "refuted by",
+        false => "agrees with",
     };
     format!(
         "{verdict} the free curve (F = {}, p = {}), {:.2} % from it",
@@ -128,21 +133,18 @@ pub fn lack_text(form: &Fitted) -> String {
 
 /// A form as JSON.
 pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
-    let parameters: serde_json::Map<String, Value> = form
-        .parameters
-        .iter()
-        .map(|p| {
-            let value = json!({
-                "value": p.value,
-                "standard_error": p.standard_error,
-                "unit": units.of_curve(p.unit, form.form.is_stiffness()),
-                "identifiable": p.identifiable,
-                "range": p.range,
-                "remark": p.remark,
-            });
-            (p.symbol.clone(), value)
-        })
-        .collect();
+    let parameter = |p: &Parameter| {
+        let value = json!({
+            "value": p.value,
+            "standard_error": p.standard_error,
+            "unit": units.of_curve(p.unit, form.form.is_stiffness()),
+            "identifiable": p.identifiable,
+            "range": p.range,
+            "remark": p.remark,
+        });
+        (p.symbol.clone(), value)
+    };
+    let parameters: serde_json::Map<String, Value> = form.parameters.iter().map(parameter).collect();
     json!({
         "form": form.form,
         "title": form.form.title(),

@@ -36,15 +36,11 @@ impl Joint for TwoLink {
     }
 
     fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
-        let Ok(arm) = arm_file::two_link_parameters(&self.arm, None) else {
+        let Ok((arm, initial)) = arm_file::two_link_arm(&self.arm, &self.log, None) else {
             return Ok(Vec::new());
         };
-        let Some(record) = simulation::held(arm, arm_file::two_link_state(&self.arm, &self.log), &self.log)? else {
-            return Ok(Vec::new());
-        };
-        let joints = self.arm.joints.iter().enumerate();
-        let motions = joints.map(|(i, axis)| simulation::motion(&record, i, &self.log, &axis.velocity));
-        Ok(motions.collect::<flexure::Result<_>>()?)
+        let [first, second] = &self.arm.joints;
+        Ok(simulation::motions(arm, initial, &self.log, &[first, second])?)
     }
 
     fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value) {
@@ -63,7 +59,7 @@ impl Joint for TwoLink {
         let log = &self.log;
         let mut lines = vec![format!("Two-link arm from {} samples of {}", log.samples(), log.name)];
         for Constant { name, formula, value } in constants(&self.arm) {
-            let value = with_error(value.value, value.standard_error);
+            let value = with_error(value);
             lines.push(format!("  {name:<14} {value} kg m^2  ({formula})"));
         }
         for (i, axis) in self.arm.joints.iter().enumerate() {
@@ -75,8 +71,8 @@ impl Joint for TwoLink {
         lines
     }
 
-    fn page(&self, motions: &[Motion], command: Option<String>) -> JointPage {
-        page::two_link(&self.arm, &self.log, motions, command)
+    fn page(&self, motions: &[Motion]) -> JointPage {
+        page::two_link(&self.arm, &self.log, motions)
     }
 
     fn arm_file(&self, place: Place) -> Result<String> {
@@ -92,11 +88,7 @@ impl Joint for TwoLink {
     }
 
     fn inertias(&self) -> Vec<(&'static str, Estimated)> {
-        let motors = self
-            .arm
-            .joints
-            .iter()
-            .map(|axis| ("motor's inertia", axis.motor_inertia));
+        let motors = (self.arm.joints.iter()).map(|axis| ("motor's inertia", axis.motor_inertia));
         let links = [
             ("shoulder's inertia", self.arm.shoulder),
             ("elbow's inertia", self.arm.elbow),

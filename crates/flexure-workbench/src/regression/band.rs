@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 
 use flexure::bands::{Band, BandKind, BootstrapBand, RobustBand, Scheme};
-use flexure::nonlinearity::{EstimatorName, Tuning};
+use flexure::nonlinearity::{EstimatorName, Outside, Tuning};
 
 use super::{Data, Regression, slices};
-use crate::named::Named;
+use crate::named::{Named, NamedValue};
 
 /// With more rows, refits for a band are only made when they are asked for.
 const MOST_REFITTED: usize = 20_000;
@@ -37,42 +37,45 @@ pub enum BandMethod {
 }
 
 impl Named for BandMethod {
-    const ALL: &'static [BandMethod] = &[
-        BandMethod::Auto,
-        BandMethod::Robust,
-        BandMethod::Bootstrap,
-        BandMethod::Block,
-        BandMethod::None,
+    const ALL: &'static [NamedValue<BandMethod>] = &[
+        NamedValue::new(
+            BandMethod::Auto,
+            "auto",
+            "Robust where it can be, else wild bootstrap up to 20,000 rows and three columns; by blocks with the rules block or \
+             block-bootstrap; none for network and for more columns, where refits take long",
+        ),
+        NamedValue::new(
+            BandMethod::Robust,
+            "robust",
+            "Robust bias correction: kernel estimators in one column, independent rows; for local-bandwidth that of the local line \
+             with one bandwidth",
+        ),
+        NamedValue::new(
+            BandMethod::Bootstrap,
+            "bootstrap",
+            "Wild bootstrap: any estimator, independent rows; 95 % bands of four estimators of sin 3x from 500 rows were measured to \
+             cover 94 to 96 % on average over x, single points down to 89 %",
+        ),
+        NamedValue::new(
+            BandMethod::Block,
+            "block",
+            "Block bootstrap: any estimator, rows in order of time",
+        ),
+        NamedValue::new(BandMethod::None, "none", "No band: lower and upper are NaN"),
     ];
+}
 
-    fn name(self) -> &'static str {
-        match self {
-            BandMethod::Auto => "auto",
-            BandMethod::Robust => "robust",
-            BandMethod::Bootstrap => "bootstrap",
-            BandMethod::Block => "block",
-            BandMethod::None => "none",
-        }
-    }
-
-    fn description(self) -> &'static str {
-        match self {
-            BandMethod::Auto => {
-                "Robust where it can be, else wild bootstrap up to 20,000 rows and three columns; by blocks with the rules block or \
-                 block-bootstrap; none for network and for more columns, where refits take long"
-            }
-            BandMethod::Robust => {
-                "Robust bias correction: kernel estimators in one column, independent rows; for local-bandwidth that of the local line \
-                 with one bandwidth"
-            }
-            BandMethod::Bootstrap => {
-                "Wild bootstrap: any estimator, independent rows; 95 % bands of four estimators of sin 3x from 500 rows were measured to \
-                 cover 94 to 96 % on average over x, single points down to 89 %"
-            }
-            BandMethod::Block => "Block bootstrap: any estimator, rows in order of time",
-            BandMethod::None => "No band: lower and upper are NaN",
-        }
-    }
+/// The estimate beyond the data's range.
+impl Named for Outside {
+    const ALL: &'static [NamedValue<Outside>] = &[
+        NamedValue::new(Outside::Nan, "nan", "Not a number: nothing is known there"),
+        NamedValue::new(
+            Outside::Nearest,
+            "nearest",
+            "The value at the nearest point of the range",
+        ),
+        NamedValue::new(Outside::Linear, "linear", "The straight continuation"),
+    ];
 }
 
 /// What is asked of a band.
@@ -193,9 +196,6 @@ fn chosen(asked: BandMethod, regression: &Regression, data: &Data, rows: usize) 
 impl Regression {
     /// The band at the points `at`, column by column; `None` where there is none. `data` are those of the fit. `go_on` is called now and
     /// then; [`ControlFlow::Break`] stops the work.
-    ///
-    /// # Errors
-    /// Those of [`RobustBand`] and [`BootstrapBand`].
     pub fn band(
         &self,
         data: &Data,

@@ -4,6 +4,8 @@ use anyhow::{Result, bail};
 use flexure::error::DataError;
 use flexure_io::RecordFile;
 
+use crate::plots::{evenly, extent};
+
 /// Points of the curve along each column, by the number of columns.
 const GRID: [usize; 6] = [301, 41, 15, 9, 6, 5];
 /// The sizes of a column's largest value that all estimators can compute with.
@@ -42,18 +44,18 @@ impl<'a> Data<'a> {
     /// # Errors
     /// Names the file, the column and where possible the line.
     pub fn read(file: &'a RecordFile, names: Columns) -> Result<Self> {
-        let mut x = Vec::with_capacity(names.x.len());
-        for name in &names.x {
-            x.push(file.finite(name)?);
-        }
+        let x = names
+            .x
+            .iter()
+            .map(|name| file.finite(name))
+            .collect::<flexure_io::Result<_>>()?;
         let y = file.finite(&names.y)?;
         let weights = names.weights.as_ref().map(|name| file.finite(name)).transpose()?;
         if let (Some(weights), Some(name)) = (weights, &names.weights) {
             check_weights(file, name, weights)?;
         }
-        let name = file.path.file_name();
         let data = Data {
-            file: name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default(),
+            file: file.name(),
             names,
             x,
             y,
@@ -88,11 +90,7 @@ impl<'a> Data<'a> {
                 "{}: {} rows{} for {} columns of x; a regression needs more rows than columns: name fewer columns, or take more samples",
                 file.path.display(),
                 rows.len(),
-                if self.weights.is_some() {
-                    " of positive weight"
-                } else {
-                    ""
-                },
+                self.weights.map_or("", |_| " of positive weight"),
                 self.x.len()
             );
         }
@@ -137,10 +135,7 @@ impl<'a> Data<'a> {
 
     /// The range of a column of x over the rows of positive weight.
     pub fn range(&self, column: usize) -> [f64; 2] {
-        let values = self.rows().into_iter().map(|i| self.x[column][i]);
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-            [low.min(v), high.max(v)]
-        })
+        extent(self.rows().into_iter().map(|i| self.x[column][i]))
     }
 
     /// A grid over the ranges of all columns, the last column fastest; column by column. `points` are those along each column, by
@@ -160,16 +155,7 @@ impl<'a> Data<'a> {
 
     /// Evenly spaced points over the range of one column.
     pub fn along(&self, column: usize, points: usize) -> Vec<f64> {
-        let [low, high] = self.range(column);
-        let last = points - 1;
-        let at = |i: usize| {
-            if i == last {
-                high
-            } else {
-                low + (high - low) * (i as f64 / last as f64)
-            }
-        };
-        (0..points).map(at).collect()
+        evenly(self.range(column), points)
     }
 }
 

@@ -23,9 +23,6 @@ pub struct Diagnosis {
 
 impl Diagnosis {
     /// Looks at the residuals of the rows that were fitted.
-    ///
-    /// # Errors
-    /// Those of the estimate at the rows.
     pub fn new(regression: &Regression, data: &Data) -> flexure::Result<Self> {
         let rows = data.rows();
         let fitted = regression.fit.regression.predict(&slices(&data.x_at(&rows)))?;

@@ -6,6 +6,7 @@ use flexure::Record;
 use flexure::bands::BandKind;
 
 use super::band::BandMaker;
+use super::text::percent;
 use super::{BandOptions, Data, Regression, slices};
 
 /// The estimate at some points.
@@ -35,11 +36,15 @@ pub struct BandDescription {
     pub method: String,
 }
 
+impl BandDescription {
+    /// Level and kind, for example "95 % pointwise".
+    pub fn label(&self) -> String {
+        format!("{} % {}{}", percent(self.level), self.kind, self.of)
+    }
+}
+
 impl Regression {
     /// The estimate and its band at the points with these coordinates, column by column.
-    ///
-    /// # Errors
-    /// Those of the estimate and of [`Regression::band`].
     pub fn evaluate(&self, data: &Data, options: &BandOptions, x: Vec<Vec<f64>>) -> flexure::Result<Evaluation> {
         let y = self.fit.regression.predict(&slices(&x))?;
         let Some(band) = self.band(data, options, &x, &mut |_, _| ControlFlow::Continue(()))? else {

@@ -17,6 +17,7 @@ mod warnings;
 use flexure::nonlinearity::{NamedEstimator, NamedFit, Tuning};
 
 use crate::Spelling;
+use warnings::Subject;
 
 pub use band::{BandMethod, BandOptions};
 pub use data::{Columns, Data};
@@ -35,18 +36,12 @@ pub struct Regression {
 
 impl Regression {
     /// Fits the estimator.
-    ///
-    /// # Errors
-    /// Those of [`NamedEstimator::fit`].
     pub fn new(estimator: NamedEstimator, data: &Data) -> flexure::Result<Self> {
         let fit = estimator.fit(&data.x, data.y, data.weights)?;
         Ok(Regression { estimator, fit })
     }
 
     /// Fits the estimator with a parameter that its rule chose from data before.
-    ///
-    /// # Errors
-    /// Those of [`NamedEstimator::fit`].
     pub fn with_chosen(estimator: NamedEstimator, parameter: Vec<f64>, data: &Data) -> flexure::Result<Self> {
         let fixed = NamedEstimator {
             tuning: Tuning::Fixed(parameter),
@@ -57,12 +52,15 @@ impl Regression {
     }
 
     /// What to know before trusting the fit, whatever points it is evaluated at; a sentence each.
-    ///
-    /// # Errors
-    /// Those of [`Diagnosis::new`].
     pub fn warnings(&self, data: &Data, spelling: Spelling) -> flexure::Result<Vec<String>> {
-        let diagnosis = Diagnosis::new(self, data)?;
-        Ok(warnings::warnings(self, data, &diagnosis, None, spelling))
+        let subject = Subject {
+            regression: self,
+            data,
+            diagnosis: &Diagnosis::new(self, data)?,
+            evaluation: None,
+            spelling,
+        };
+        Ok(subject.warnings())
     }
 }
 

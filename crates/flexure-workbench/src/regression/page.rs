@@ -1,11 +1,13 @@
 //! A regression as the page that shows it.
 
+use flexure::identify::result::Score;
 use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
 
 use super::text::{FELL_BACK, fell_back, local_range, local_rule, percent, places, predicted_by, why};
 use super::{BandDescription, Data, Evaluation, Regression, Report};
-use crate::systems::labelled;
-use crate::text::{capitalised, kernel_text, list, number, score_curve};
+use crate::plots::median;
+use crate::systems::{labelled, score_curve};
+use crate::text::{capitalised, kernel_text, list, number};
 
 /// Points of the curve.
 const CURVE: usize = 301;
@@ -52,10 +54,7 @@ pub fn page(report: &Report, own_grid: bool, command: Option<String>) -> flexure
         warnings: report.warnings.clone(),
         curve: along.map_or_else(Nonlinearity::default, |at| curve(at, 0, data)),
         points: match one {
-            true => Scatter {
-                x: measured(data.x[0]),
-                y: measured(data.y),
-            },
+            true => Scatter::new(measured(data.x[0]), measured(data.y)),
             false => Scatter::default(),
         },
         surface,
@@ -64,7 +63,7 @@ pub fn page(report: &Report, own_grid: bool, command: Option<String>) -> flexure
         choices: [
             Some(choice(&report.regression, data)),
             local_choice(&report.regression),
-            band.map(band_choice),
+            band.map(|band| Choice::new("Band", band.label(), capitalised(&band.method))),
         ]
         .into_iter()
         .flatten()
@@ -74,33 +73,19 @@ pub fn page(report: &Report, own_grid: bool, command: Option<String>) -> flexure
 }
 
 fn facts(report: &Report, band: Option<&BandDescription>) -> Vec<Fact> {
-    let fit = &report.regression.fit;
-    let fact = |name: &str, value: String, note: String| Fact {
-        name: name.to_owned(),
-        value,
-        note,
+    let (fit, validation) = (&report.regression.fit, &report.validation);
+    let r_squared = match validation.r_squared {
+        known if known.is_finite() => format!("{known:.3}"),
+        _ => "not known".to_owned(),
     };
+    let share = format!("share of the variance that is predicted, by {}", predicted_by(report));
+    let by = format!("root mean square, by {}", validation.by);
     let mut facts = vec![
-        fact(
-            "R squared",
-            match report.validation.r_squared {
-                known if known.is_finite() => format!("{known:.3}"),
-                _ => "not known".to_owned(),
-            },
-            format!("share of the variance that is predicted, by {}", predicted_by(report)),
-        ),
-        fact(
-            "Prediction error",
-            number(report.validation.rms),
-            format!("root mean square, by {}", report.validation.by),
-        ),
-        fact(
-            "Residuals",
-            number(report.validation.residual_sd),
-            "their standard deviation".to_owned(),
-        ),
-        fact(
-            &capitalised(fit.name.parameter()),
+        Fact::new("R squared", r_squared, share),
+        Fact::new("Prediction error", number(validation.rms), by),
+        Fact::new("Residuals", number(validation.residual_sd), "their standard deviation"),
+        Fact::new(
+            capitalised(fit.name.parameter()),
             list(&fit.parameter),
             why(&report.regression),
         ),
@@ -110,19 +95,16 @@ fn facts(report: &Report, band: Option<&BandDescription>) -> Vec<Fact> {
             [] => "one for every point".to_owned(),
             _ => format!("jumps at {}", places(local)),
         };
-        facts.push(fact("Local bandwidths", local_range(local), jumps));
+        facts.push(Fact::new("Local bandwidths", local_range(local), jumps));
     }
     if let Some(band) = band {
-        facts.push(fact(
-            "Band",
-            format!("{} %", percent(band.level)),
-            format!("{}{}", band.kind, band.of),
-        ));
+        let kind = format!("{}{}", band.kind, band.of);
+        facts.push(Fact::new("Band", format!("{} %", percent(band.level)), kind));
     }
-    facts.push(fact(
+    facts.push(Fact::new(
         "Rows",
         report.diagnosis.rows.len().to_string(),
-        "of positive weight".to_owned(),
+        "of positive weight",
     ));
     facts
 }
@@ -138,9 +120,7 @@ fn curve(at: &Evaluation, along: usize, data: &Data) -> Nonlinearity {
         y: at.y.clone(),
         lower: edge(&at.lower),
         upper: edge(&at.upper),
-        band_label: band.map_or(String::new(), |band| {
-            format!("{} % {}{}", percent(band.level), band.kind, band.of)
-        }),
+        band_label: band.map_or(String::new(), BandDescription::label),
         ..Nonlinearity::default()
     }
 }
@@ -158,7 +138,7 @@ fn surface(report: &Report) -> flexure::Result<Surface> {
         z: report.regression.fit.regression.predict(&[&across, &up])?,
         x,
         y,
-        points: Scatter { x: of(0), y: of(1) },
+        points: Scatter::new(of(0), of(1)),
     })
 }
 
@@ -166,7 +146,9 @@ fn surface(report: &Report) -> flexure::Result<Surface> {
 fn slices(report: &Report) -> flexure::Result<(Vec<Slice>, Option<BandDescription>)> {
     let data = report.data;
     let d = data.x.len();
-    let medians: Vec<f64> = (0..d).map(|j| median(&report.diagnosis.rows, data.x[j])).collect();
+    let medians: Vec<f64> = (0..d)
+        .map(|j| median(report.diagnosis.rows.iter().map(|&i| data.x[j][i])))
+        .collect();
     // All at once, as every evaluation of a band by the bootstrap is a computation of its own; a simultaneous band
     // would then hold on all slices together.
     let along = |j: usize, along: usize| match j == along {
@@ -197,12 +179,6 @@ fn slices(report: &Report) -> flexure::Result<(Vec<Slice>, Option<BandDescriptio
     Ok(((0..d).map(slice).collect(), all.band.clone()))
 }
 
-fn median(rows: &[usize], column: &[f64]) -> f64 {
-    let mut values: Vec<f64> = rows.iter().map(|&i| column[i]).collect();
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
 fn residuals(report: &Report) -> RegressionResiduals {
     let (data, diagnosis) = (report.data, &report.diagnosis);
     let y_label = labelled(&data.names.y);
@@ -214,92 +190,63 @@ fn residuals(report: &Report) -> RegressionResiduals {
         ),
         _ => (format!("estimate of {y_label}"), diagnosis.fitted.clone()),
     };
-    let running = Running::new(&x, &diagnosis.residuals);
-    RegressionResiduals {
+    let mut residuals = RegressionResiduals {
         x_label,
         y_label: format!("residual of {y_label}"),
-        points: Scatter {
-            x,
-            y: diagnosis.residuals.clone(),
-        },
-        running_x: running.x,
-        running_mean: running.mean,
-        running_spread: running.spread,
+        points: Scatter::new(x, diagnosis.residuals.clone()),
+        ..RegressionResiduals::default()
+    };
+    fill_running(&mut residuals);
+    residuals
+}
+
+/// The mean and the standard deviation of the residuals among neighbouring abscissas; none of few points.
+fn fill_running(residuals: &mut RegressionResiduals) {
+    let pairs = residuals
+        .points
+        .x
+        .iter()
+        .copied()
+        .zip(residuals.points.y.iter().copied());
+    let mut points: Vec<(f64, f64)> = pairs.filter(|(x, v)| x.is_finite() && v.is_finite()).collect();
+    points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let n = points.len();
+    let half = (n / 20).max(5);
+    if n < 2 * half {
+        return;
     }
-}
-
-/// The mean and the standard deviation of values among neighbouring abscissas.
-#[derive(Default)]
-struct Running {
-    x: Vec<f64>,
-    mean: Vec<f64>,
-    spread: Vec<f64>,
-}
-
-impl Running {
-    fn new(x: &[f64], values: &[f64]) -> Self {
-        let pairs = x.iter().copied().zip(values.iter().copied());
-        let mut points: Vec<(f64, f64)> = pairs.filter(|(x, v)| x.is_finite() && v.is_finite()).collect();
-        points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        let mut running = Running::default();
-        let n = points.len();
-        let half = (n / 20).max(5);
-        if n < 2 * half {
-            return running;
+    for k in 0..RUNNING {
+        let centre = k * (n - 1) / (RUNNING - 1);
+        let near = &points[centre.saturating_sub(half)..(centre + half).min(n)];
+        let count = near.len() as f64;
+        let place = near.iter().map(|p| p.0).sum::<f64>() / count;
+        if residuals.running_x.last().is_some_and(|last| place <= *last) {
+            continue;
         }
-        for k in 0..RUNNING {
-            let centre = k * (n - 1) / (RUNNING - 1);
-            let near = &points[centre.saturating_sub(half)..(centre + half).min(n)];
-            let count = near.len() as f64;
-            let place = near.iter().map(|p| p.0).sum::<f64>() / count;
-            if running.x.last().is_some_and(|last| place <= *last) {
-                continue;
-            }
-            let mean = near.iter().map(|p| p.1).sum::<f64>() / count;
-            running.x.push(place);
-            running.mean.push(mean);
-            running
-                .spread
-                .push((near.iter().map(|p| (p.1 - mean).powi(2)).sum::<f64>() / count).sqrt());
-        }
-        running
+        let mean = near.iter().map(|p| p.1).sum::<f64>() / count;
+        let variance = near.iter().map(|p| (p.1 - mean).powi(2)).sum::<f64>() / count;
+        residuals.running_x.push(place);
+        residuals.running_mean.push(mean);
+        residuals.running_spread.push(variance.sqrt());
     }
 }
 
 fn choice(regression: &Regression, data: &Data) -> Choice {
     let fit = &regression.fit;
-    let name = capitalised(fit.name.parameter());
     let kernel = kernel_text(fit.name, regression.estimator.kernel, " (", ")");
+    let value = format!("{}{kernel}", list(&fit.parameter));
     let scores = fit.scores.as_ref();
-    let curve = scores.map(|s| score_curve(fit.name, s, &fit.parameter, &data.names.x[0]));
     Choice {
-        name,
-        value: format!("{}{kernel}", list(&fit.parameter)),
-        why: why(regression),
-        curve,
+        curve: scores.map(|s| score_curve(Score::of_parameter(fit.name, s, &fit.parameter, &data.names.x[0]))),
+        ..Choice::new(capitalised(fit.name.parameter()), value, why(regression))
     }
 }
 
 /// How local bandwidths were chosen, or that they were not.
 fn local_choice(regression: &Regression) -> Option<Choice> {
-    let (value, why) = match &regression.fit.local {
-        Some(local) => (local_range(local), capitalised(&local_rule(local).1)),
-        None if fell_back(regression) => ("none".to_owned(), capitalised(FELL_BACK)),
-        None => return None,
-    };
-    Some(Choice {
-        name: "Local bandwidths".to_owned(),
-        value,
-        why,
-        curve: None,
-    })
-}
-
-fn band_choice(band: &BandDescription) -> Choice {
-    Choice {
-        name: "Band".to_owned(),
-        value: format!("{} % {}{}", percent(band.level), band.kind, band.of),
-        why: capitalised(&band.method),
-        curve: None,
+    let name = "Local bandwidths";
+    match &regression.fit.local {
+        Some(local) => Some(Choice::new(name, local_range(local), capitalised(&local_rule(local).1))),
+        None => fell_back(regression).then(|| Choice::new(name, "none", capitalised(FELL_BACK))),
     }
 }

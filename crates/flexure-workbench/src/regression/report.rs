@@ -1,14 +1,15 @@
 //! A regression with all that is said of it: as text, JSON, page and record.
 
-use flexure::Record;
+use anyhow::{Context as _, Result};
+use flexure::identify::result::Values;
 use flexure::nonlinearity::{LocalWindow, Side, Tuning};
-use flexure_report::data::RegressionPage;
 use serde_json::{Value, json};
 
 use super::text::{FELL_BACK, fell_back, judged, local_range, local_rule, percent, places, why};
-use super::{BandOptions, Data, Diagnosis, Evaluation, Regression, Validation, page, warnings};
+use super::warnings::Subject;
+use super::{BandOptions, Data, Diagnosis, Evaluation, Regression, Validation, page};
 use crate::Spelling;
-use crate::text::{capitalised, kernel_text, list, number, scores_json};
+use crate::text::{capitalised, kernel_text, list, number};
 
 /// A regression, and what a reader needs to judge it.
 pub struct Report<'a> {
@@ -30,9 +31,6 @@ pub struct Report<'a> {
 
 impl<'a> Report<'a> {
     /// Judges a fit, and evaluates it at the points with the coordinates `at`, column by column.
-    ///
-    /// # Errors
-    /// Those of the estimate, its refits and its band.
     pub fn new(
         regression: Regression,
         data: &'a Data,
@@ -43,7 +41,14 @@ impl<'a> Report<'a> {
         let diagnosis = Diagnosis::new(&regression, data)?;
         let validation = Validation::new(&regression, data, &diagnosis)?;
         let evaluation = regression.evaluate(data, &band, at)?;
-        let warnings = warnings::warnings(&regression, data, &diagnosis, Some((&evaluation, &band)), spelling);
+        let subject = Subject {
+            regression: &regression,
+            data,
+            diagnosis: &diagnosis,
+            evaluation: Some((&evaluation, &band)),
+            spelling,
+        };
+        let warnings = subject.warnings();
         Ok(Report {
             data,
             regression,
@@ -60,21 +65,10 @@ impl<'a> Report<'a> {
         self.regression.evaluate(self.data, &self.band, at)
     }
 
-    /// The estimate as the columns of a file.
-    ///
-    /// # Errors
-    /// Those of [`Evaluation::record`].
-    pub fn record(&self) -> flexure::Result<Record> {
-        self.evaluation.record(self.data)
-    }
-
     /// The page that shows everything. `own_grid` says that the points that were asked for are a grid over the data, which the page then
     /// shows; `command` makes the page again.
-    ///
-    /// # Errors
-    /// Those of the estimates that the page shows.
-    pub fn page(&self, own_grid: bool, command: Option<String>) -> flexure::Result<RegressionPage> {
-        page::page(self, own_grid, command)
+    pub fn html(&self, own_grid: bool, command: Option<String>) -> Result<String> {
+        flexure_report::render_regression(&page::page(self, own_grid, command)?).context("the report")
     }
 
     /// The object that `flexure regress --json` prints, without its files.
@@ -104,7 +98,7 @@ impl<'a> Report<'a> {
                 Tuning::FromData(rule) => Some(rule.name()),
                 Tuning::Fixed(_) => None,
             },
-            "scores": fit.scores.as_ref().map(scores_json),
+            "scores": fit.scores.as_ref().map(|s| json!(Values::from(s))),
             "band": evaluation.band.as_ref().map(|band| json!({ "level": band.level, "kind": band.kind, "method": band.method })),
             "local_bandwidths": self.local_bandwidths_json(),
             "residual_sd": validation.residual_sd,

@@ -3,7 +3,8 @@
 use flexure::nonlinearity::{EstimatorName, LocalBandwidths, Tuning};
 
 use super::{Regression, Report};
-use crate::text::{number, smallest};
+use crate::plots::extent;
+use crate::text::number;
 
 /// What is said where local bandwidths were tried in vain.
 pub const FELL_BACK: &str = "not used: they do not predict clearly better than one for all points";
@@ -33,10 +34,7 @@ pub fn local_rule(local: &LocalBandwidths) -> (&'static str, String) {
 
 /// The abscissas of jumps, to digits that tell them apart within the data's range.
 pub fn places(local: &LocalBandwidths) -> String {
-    let windows = local.windows.iter().map(|w| w.x);
-    let (low, high) = windows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-        (x.min(low), x.max(high))
-    });
+    let [low, high] = extent(local.windows.iter().map(|w| w.x));
     let shown: Vec<String> = local.jumps.iter().map(|&x| place(x, high - low)).collect();
     shown.join(", ")
 }
@@ -55,11 +53,7 @@ fn place(x: f64, range: f64) -> String {
 
 /// The narrowest and the widest of local bandwidths.
 pub fn local_range(local: &LocalBandwidths) -> String {
-    let bandwidths = || local.windows.iter().map(|w| w.bandwidth);
-    let (least, most) = (
-        bandwidths().fold(f64::INFINITY, f64::min),
-        bandwidths().fold(0.0, f64::max),
-    );
+    let [least, most] = extent(local.windows.iter().map(|w| w.bandwidth));
     format!("{} to {}", number(least), number(most))
 }
 
@@ -91,7 +85,7 @@ pub fn predicted_by(report: &Report) -> String {
 pub fn why(regression: &Regression) -> String {
     match (&regression.estimator.tuning, &regression.fit.scores) {
         (Tuning::Fixed(_), _) => "as given".to_owned(),
-        (_, Some(scores)) => smallest(scores.criterion, scores),
+        (_, Some(scores)) => scores.smallest(scores.criterion),
         (Tuning::FromData(_), None) => "by the plug-in rule".to_owned(),
     }
 }

@@ -23,9 +23,6 @@ pub struct Validation {
 
 impl Validation {
     /// By the error that the choice of the parameter has left, else by cross-validation.
-    ///
-    /// # Errors
-    /// Those of the refits.
     pub fn new(regression: &Regression, data: &Data, diagnosis: &Diagnosis) -> flexure::Result<Self> {
         let rows = &diagnosis.rows;
         let weights: Vec<f64> = rows.iter().map(|&i| data.weight(i)).collect();

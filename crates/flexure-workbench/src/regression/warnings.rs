@@ -7,6 +7,7 @@ use flexure::nonlinearity::{EstimatorName, Outside, Tuning};
 use super::band::{BandMaker, FEWEST_ROWS};
 use super::{BandMethod, BandOptions, Data, Diagnosis, Evaluation, Regression};
 use crate::Spelling;
+use crate::plots::extent;
 use crate::text::list;
 
 /// A larger share of rows alone in their windows is warned of.
@@ -26,49 +27,35 @@ const FLAT: f64 = 1e-8;
 const MANY_LEVELS: usize = 10;
 
 /// What the warnings are about.
-struct Subject<'a> {
-    regression: &'a Regression,
-    data: &'a Data<'a>,
-    diagnosis: &'a Diagnosis,
-    evaluation: Option<(&'a Evaluation, &'a BandOptions)>,
-    spelling: Spelling,
-}
-
-/// The warnings, a sentence each: of the fit, and of its evaluation with the band that was asked for, if there is one.
-pub fn warnings(
-    regression: &Regression,
-    data: &Data,
-    diagnosis: &Diagnosis,
-    evaluation: Option<(&Evaluation, &BandOptions)>,
-    spelling: Spelling,
-) -> Vec<String> {
-    let subject = Subject {
-        regression,
-        data,
-        diagnosis,
-        evaluation,
-        spelling,
-    };
-    [
-        subject.edge(),
-        subject.no_slope(),
-        subject.dependent_rows(),
-        subject.dependent_band(),
-        subject.band_beside_jumps(),
-        subject.alone(),
-        subject.unknown_points(),
-        subject.points_without_band(),
-        subject.wide_band(),
-        subject.copies(),
-        subject.no_band(),
-        subject.levels(),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+pub struct Subject<'a> {
+    pub regression: &'a Regression,
+    pub data: &'a Data<'a>,
+    pub diagnosis: &'a Diagnosis,
+    /// The evaluation with the band that was asked for, if there is one.
+    pub evaluation: Option<(&'a Evaluation, &'a BandOptions)>,
+    pub spelling: Spelling,
 }
 
 impl Subject<'_> {
+    /// The warnings, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let all = [
+            self.edge(),
+            self.no_slope(),
+            self.dependent_rows(),
+            self.dependent_band(),
+            self.band_beside_jumps(),
+            self.alone(),
+            self.unknown_points(),
+            self.points_without_band(),
+            self.wide_band(),
+            self.copies(),
+            self.no_band(),
+            self.levels(),
+        ];
+        all.into_iter().flatten().collect()
+    }
+
     fn setting(&self, name: &str, value: &str) -> String {
         (self.spelling)(name, Some(value))
     }
@@ -99,10 +86,9 @@ impl Subject<'_> {
             "the score is smallest at the edge of the values tried ({} {}): {what} is {}",
             fit.name.parameter(),
             list(&fit.parameter),
-            if fit.name.has_bandwidth() {
-                "nearly straight or constant, or rougher than the data resolve"
-            } else {
-                "rougher than the values tried resolve"
+            match fit.name.has_bandwidth() {
+                true => "nearly straight or constant, or rougher than the data resolve",
+                false => "rougher than the values tried resolve",
             },
         ))
     }
@@ -166,26 +152,24 @@ impl Subject<'_> {
 
     fn unknown_points(&self) -> Option<String> {
         let (evaluation, _) = self.evaluation?;
-        let unknown: Vec<usize> = (0..evaluation.y.len()).filter(|&i| evaluation.y[i].is_nan()).collect();
-        let ranges: Vec<[f64; 2]> = (0..self.data.x.len()).map(|j| self.data.range(j)).collect();
-        let beyond = |i: usize| {
-            let coordinates = evaluation.x.iter().map(|column| column[i]);
-            coordinates.zip(&ranges).any(|(x, [low, high])| x < *low || x > *high)
+        let points = evaluation.y.len();
+        let unknown: Vec<usize> = (0..points).filter(|&i| evaluation.y[i].is_nan()).collect();
+        let beyond = |(j, column): (usize, &Vec<f64>)| {
+            let [low, high] = self.data.range(j);
+            unknown.iter().any(|&i| column[i] < low || column[i] > high)
         };
         let nan = self.regression.estimator.outside == Outside::Nan;
-        let remedy = match nan && unknown.iter().any(|&i| beyond(i)) {
-            true => format!(
-                "; {} or {} continues the estimate beyond the data",
-                self.setting("outside", "nearest"),
-                self.setting("outside", "linear")
-            ),
+        let remedy = match nan && evaluation.x.iter().enumerate().any(beyond) {
+            true => {
+                let [nearest, linear] = ["nearest", "linear"].map(|value| self.setting("outside", value));
+                format!("; {nearest} or {linear} continues the estimate beyond the data")
+            }
             false => String::new(),
         };
-        (!unknown.is_empty()).then(|| {
+        let count = unknown.len();
+        (count > 0).then(|| {
             format!(
-                "at {} of the {} points of the result there are no data within reach: the estimate there is NaN{remedy}",
-                unknown.len(),
-                evaluation.y.len()
+                "at {count} of the {points} points of the result there are no data within reach: the estimate there is NaN{remedy}"
             )
         })
     }
@@ -205,12 +189,9 @@ impl Subject<'_> {
     /// The band is wider than the range of the measured ordinates at some points.
     fn wide_band(&self) -> Option<String> {
         let (evaluation, _) = self.evaluation?;
-        let y = || self.diagnosis.rows.iter().map(|&i| self.data.y[i]);
-        let range = y().fold(f64::NEG_INFINITY, f64::max) - y().fold(f64::INFINITY, f64::min);
-        let edges = evaluation.lower.iter().zip(&evaluation.upper);
-        let wide = edges
-            .filter(|(lower, upper)| range > 0.0 && *upper - *lower > range)
-            .count();
+        let [least, greatest] = extent(self.diagnosis.rows.iter().map(|&i| self.data.y[i]));
+        let is_wide = |(lower, upper): &(&f64, &f64)| greatest > least && *upper - *lower > greatest - least;
+        let wide = evaluation.lower.iter().zip(&evaluation.upper).filter(is_wide).count();
         (wide > 0).then(|| {
             format!(
                 "at {wide} of the {} points of the result the band is wider than all values of '{}' together: too few rows are within reach \
@@ -222,12 +203,7 @@ impl Subject<'_> {
     }
 
     fn copies(&self) -> Option<String> {
-        let copies = if self.data.repeated {
-            None
-        } else {
-            share_of_copies(self.data)
-        };
-        copies.map(|copies| {
+        share_of_copies(self.data).map(|copies| {
             format!(
                 "about {:.0} % of the rows are copies of others: a row is then predicted from itself, and the parameter that is chosen \
                  follows the noise; leave the copies out, or count them by {}",
@@ -254,24 +230,19 @@ impl Subject<'_> {
     }
 
     fn levels(&self) -> Option<String> {
-        let [column] = self.data.x.as_slice() else {
+        let ([column], [name]) = (&self.data.x[..], &self.data.names.x[..]) else {
             return None;
         };
         let rows = &self.diagnosis.rows;
-        let mut levels: Vec<f64> = Vec::new();
-        for &i in rows {
-            if !levels.contains(&column[i]) {
-                levels.push(column[i]);
-            }
-            if levels.len() == MANY_LEVELS {
-                return None;
-            }
-        }
-        (rows.len() > MANY_LEVELS * levels.len()).then(|| {
+        let mut levels = HashSet::new();
+        let few = rows.iter().all(|&i| {
+            levels.insert((column[i] + 0.0).to_bits());
+            levels.len() < MANY_LEVELS
+        });
+        let levels = levels.len();
+        (few && rows.len() > MANY_LEVELS * levels).then(|| {
             format!(
-                "column '{}' has only {} levels: between them the estimate rests on the estimator's shape, not on data",
-                self.data.names.x[0],
-                levels.len()
+                "column '{name}' has only {levels} levels: between them the estimate rests on the estimator's shape, not on data"
             )
         })
     }
@@ -280,6 +251,9 @@ impl Subject<'_> {
 /// The share of rows that repeat another one, where it is large among values of which there are many: rounded values
 /// repeat of themselves.
 fn share_of_copies(data: &Data) -> Option<f64> {
+    if data.repeated {
+        return None;
+    }
     let rows = data.rows();
     // Copies are looked at together or not at all: whether a row is looked at depends on its values.
     let one_in = (rows.len() / COMPARED).max(1) as u64;

@@ -7,25 +7,27 @@ use super::SETTLED;
 use super::json::findings;
 use super::task::Identified;
 
-/// The file from which `predict` and `validate` work.
-pub fn model_file(identified: &Identified) -> ModelFile {
-    let result = &identified.result;
-    ModelFile {
-        flexure: ModelFile::CURRENT.to_owned(),
-        structure: result.structure.key.to_owned(),
-        method: result.method.to_owned(),
-        inputs: result.inputs.clone(),
-        output: result.output.clone(),
-        sample_time: identified.sample_time,
-        delay: result.delay,
-        order: result.order,
-        block: result.model.clone(),
-        paths: result.paths.iter().map(path).collect(),
-        is_sum: result.is_sum,
-        settling: Some(result.model.settling(SETTLED)),
-        noise_model: result.noise_model.clone(),
-        estimated: result.verdict.estimated,
-        identification: findings(result, |detail| detail.saved),
+impl Identified {
+    /// The model file that `flexure identify -o` writes, from which `predict` and `validate` work.
+    pub fn model(&self) -> ModelFile {
+        let result = &self.result;
+        ModelFile {
+            flexure: ModelFile::CURRENT.to_owned(),
+            structure: result.structure.key.to_owned(),
+            method: result.method.to_owned(),
+            inputs: result.inputs.clone(),
+            output: result.output.clone(),
+            sample_time: self.sample_time,
+            delay: result.delay,
+            order: result.order,
+            block: result.model.clone(),
+            paths: result.paths.iter().map(path).collect(),
+            is_sum: result.is_sum,
+            settling: Some(result.model.settling(SETTLED)),
+            noise_model: result.noise_model.clone(),
+            estimated: result.verdict.estimated,
+            identification: findings(self, |detail| detail.saved),
+        }
     }
 }
 

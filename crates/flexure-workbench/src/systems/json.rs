@@ -1,36 +1,39 @@
 //! An identified system and a verdict as JSON.
 
 use flexure::identify::result::{BlockKind, Detail, LinearBlock, NamedBlock, Path, StaticBlock};
-use flexure::identify::{Identification, NarxModel, Verdict, VolterraModel};
+use flexure::identify::{NarxModel, Verdict, VolterraModel};
 use flexure::linear::Complex;
 use serde_json::{Value, json};
 
 use super::comparison;
 use super::task::Identified;
 
-/// The object that `identify --json` prints.
-pub fn json(identified: &Identified) -> Value {
-    let result = &identified.result;
-    let mut object = findings(result, |_| true);
-    object["structure"] = json!(result.structure.key);
-    object["method"] = json!(result.method);
-    object["input"] = json!(result.inputs.join(","));
-    object["inputs"] = json!(result.inputs);
-    object["output"] = json!(result.output);
-    object["sample_time"] = json!(identified.sample_time);
-    object["order"] = json!(result.order);
-    object["delay"] = json!(result.delay);
-    if result.is_sum {
-        object["branches"] = result.paths.iter().map(branch).collect();
-    } else {
-        let blocks = result.blocks().flat_map(block);
-        blocks.for_each(|(role, value)| object[role] = value);
+impl Identified {
+    /// The object that `flexure identify --json` prints.
+    pub fn json(&self) -> Value {
+        let result = &self.result;
+        let mut object = findings(self, |_| true);
+        object["structure"] = json!(result.structure.key);
+        object["method"] = json!(result.method);
+        object["input"] = json!(result.inputs.join(","));
+        object["inputs"] = json!(result.inputs);
+        object["output"] = json!(result.output);
+        object["sample_time"] = json!(self.sample_time);
+        object["order"] = json!(result.order);
+        object["delay"] = json!(result.delay);
+        if result.is_sum {
+            object["branches"] = result.paths.iter().map(branch).collect();
+        } else {
+            let blocks = result.blocks().flat_map(block);
+            blocks.for_each(|(role, value)| object[role] = value);
+        }
+        object
     }
-    object
 }
 
-/// What was found beside the model itself: the verdict, what was tried, and the details that `kept` lets through.
-pub fn findings(result: &Identification, kept: fn(&Detail) -> bool) -> Value {
+/// The results beside the model itself: the verdict, what was tried, and the details that `kept` lets through.
+pub fn findings(identified: &Identified, kept: fn(&Detail) -> bool) -> Value {
+    let result = &identified.result;
     let verdict = &result.verdict;
     let mut object = json!({
         "output_offset": result.output_offset,
@@ -50,6 +53,9 @@ pub fn findings(result: &Identification, kept: fn(&Detail) -> bool) -> Value {
     }
     if let Some(comparison) = &result.comparison {
         object["comparison"] = comparison::json(comparison);
+    }
+    if let Some(periodic) = &identified.periodic {
+        object["best_linear_approximation"] = periodic.json();
     }
     object
 }

@@ -7,6 +7,7 @@ use flexure_io::RecordFile;
 use flexure_report::data::Approximation;
 use serde_json::{Value, json};
 
+use crate::plots::unwrapped;
 use crate::text::number;
 
 /// Periods from which on the first one is left out, in which the transient decays.
@@ -37,9 +38,6 @@ fn relative(best: &BestLinearApproximation, levels: &[f64]) -> f64 {
 impl Periodic {
     /// The approximation from the column `input` to the column `output` of a record of so many realisations of equal length, whose input has this period in samples: at least 2,
     /// and at most the length of a realisation.
-    ///
-    /// # Errors
-    /// Those of the columns, and of [`BestLinearApproximation::new`].
     pub fn new(
         file: &RecordFile,
         (input, output): (&str, &str),
@@ -167,21 +165,12 @@ impl Periodic {
     pub fn section(&self) -> Approximation {
         let best = &self.best;
         let decibels = |v: &[f64]| v.iter().map(|s| 20.0 * s.log10()).collect::<Vec<f64>>();
-        let mut phase: Vec<f64> = Vec::new();
-        let mut turns = 0.0;
-        for g in &best.response {
-            let angle = g.arg().to_degrees();
-            if let Some(last) = phase.last() {
-                turns = ((last - angle) / 360.0_f64).round();
-            }
-            phase.push(angle + 360.0 * turns);
-        }
         Approximation {
             words: format!("From {}, without any model: {}.", self.measured(), self.levels()),
             frequency: best.frequency.iter().map(|f| self.frequency(*f)).collect(),
             frequency_unit: self.unit().to_owned(),
             magnitude_db: best.response.iter().map(|g| 20.0 * g.norm().log10()).collect(),
-            phase_deg: phase,
+            phase_deg: unwrapped(best.response.iter().map(|g| g.arg().to_degrees())),
             total_db: decibels(&self.single(&best.total)),
             noise_db: decibels(&self.single(&best.noise)),
             distortion_db: decibels(&best.distortion),

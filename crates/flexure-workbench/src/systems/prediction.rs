@@ -1,12 +1,14 @@
 //! What a model from a file says about a record.
 
+use std::borrow::Cow;
+
 use anyhow::{Result, bail};
 use flexure::Block;
-use flexure::nonlinearity::{Curve, Surface};
+use flexure::nonlinearity::Curve;
 use flexure::validation::{estimate_initial_state_of_inputs, predict_ahead};
 use flexure_io::{ModelFile, RecordFile};
 
-use crate::named::Named;
+use crate::named::{Named, NamedValue};
 
 /// The state in which a model starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,21 +27,18 @@ impl Start {
 }
 
 impl Named for Start {
-    const ALL: &'static [Start] = &[Start::Estimate, Start::Steady];
-
-    fn name(self) -> &'static str {
-        match self {
-            Start::Estimate => "estimate",
-            Start::Steady => "steady",
-        }
-    }
-
-    fn description(self) -> &'static str {
-        match self {
-            Start::Estimate => "That which fits the record's first outputs best",
-            Start::Steady => "The steady state that belongs to the mean input",
-        }
-    }
+    const ALL: &'static [NamedValue<Start>] = &[
+        NamedValue::new(
+            Start::Estimate,
+            "estimate",
+            "That which fits the record's first outputs best",
+        ),
+        NamedValue::new(
+            Start::Steady,
+            "steady",
+            "The steady state that belongs to the mean input",
+        ),
+    ];
 }
 
 /// The free run of a model under a record's input.
@@ -51,17 +50,19 @@ pub struct FreeRun {
 }
 
 impl FreeRun {
-    /// From the steady state, or from the one that fits `measured` best.
-    ///
-    /// # Errors
-    /// Those of `predict`, and of the estimation.
-    pub fn new(block: &Block, file: &RecordFile, inputs: &[&str], measured: Option<&[f64]>) -> Result<Self> {
-        let output = predict(block, file, inputs)?;
-        let Some(measured) = measured else {
-            return Ok(FreeRun {
-                output,
-                estimated_from: None,
-            });
+    /// The run from this start; by default the state is estimated from the measured output where there are enough samples.
+    pub fn new(
+        block: &Block,
+        file: &RecordFile,
+        inputs: &[&str],
+        measured: Option<&[f64]>,
+        start: Option<Start>,
+    ) -> Result<Self> {
+        let output = simulate(block, file, inputs)?;
+        let estimates = |y: &&[f64]| start.map_or(Start::enough(block, y.len()), |start| start == Start::Estimate);
+        let Some(measured) = measured.filter(estimates) else {
+            let estimated_from = None;
+            return Ok(FreeRun { output, estimated_from });
         };
         let u = columns(file, inputs)?;
         let state = estimate_initial_state_of_inputs(block, &u, measured).map_err(|error| file.locate(error))?;
@@ -92,88 +93,64 @@ impl FreeRun {
 pub struct Ahead {
     /// The predicted output.
     pub output: Vec<f64>,
-    /// Whether the model's noise model had a say.
+    /// Whether the model's noise model changes the prediction.
     pub noise: bool,
-    description: String,
+    /// How it was made, for reading.
+    pub description: String,
 }
 
 impl Ahead {
     /// Adds to a free run what the model's noise model expects of the error last seen `horizon` samples ago.
-    ///
-    /// # Errors
-    /// Those of [`predict_ahead`].
     pub fn new(model: &ModelFile, run: &FreeRun, measured: &[f64], horizon: usize) -> Result<Self> {
         let noise = model.noise_model.as_deref().unwrap_or_default();
         let samples = if horizon == 1 { "sample" } else { "samples" };
-        let (coloured, why) = match (&model.noise_model, noise.len() > 1) {
-            (Some(_), true) => (
-                true,
-                format!("by the noise model, an autoregression of order {}", noise.len() - 1),
-            ),
-            (Some(_), false) => (false, "the error was found white: the same as the free run".to_owned()),
-            (None, _) => (
-                false,
-                "the model has no noise model: the same as the free run".to_owned(),
-            ),
+        let why = match &model.noise_model {
+            Some(_) if noise.len() > 1 => format!("by the noise model, an autoregression of order {}", noise.len() - 1),
+            Some(_) => "the error was found white: the same as the free run".to_owned(),
+            None => "the model has no noise model: the same as the free run".to_owned(),
         };
         Ok(Ahead {
             output: predict_ahead(&run.output, measured, noise, horizon)?,
-            noise: coloured,
+            noise: noise.len() > 1,
             description: format!("predicted {horizon} {samples} ahead, {why}"),
         })
-    }
-
-    /// How it was made, for reading.
-    pub fn description(&self) -> &str {
-        &self.description
     }
 }
 
 /// The samples of all inputs.
-///
-/// # Errors
-/// Those of [`RecordFile::finite`].
 pub fn columns<'a>(file: &'a RecordFile, inputs: &[&str]) -> Result<Vec<&'a [f64]>> {
     inputs.iter().map(|name| Ok(file.finite(name)?)).collect()
 }
 
-/// The free-run output of a model under columns of a record.
+/// The free run of a model under the columns `inputs` from the steady state of the mean input.
 ///
 /// # Errors
 /// Those of [`RecordFile::finite`]; names the first sample for which the model has no finite output.
-pub fn predict(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec<f64>> {
+pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec<f64>> {
     let u = columns(file, inputs)?;
     let y = block.simulate_inputs(&u)?;
     let Some(first) = y.iter().position(|v| !v.is_finite()) else {
         return Ok(y);
     };
     // A linear part starts from its input's mean, so that one unknown value spoils the output from the start.
-    let mut unknown = None;
-    entered(block, &u, &mut |entry| {
-        let Entry::Curve {
-            curve,
-            into,
-            input,
-            direct,
-        } = entry
-        else {
-            return;
+    let unknown = |entry: Entry| {
+        let sample = entry.into.iter().position(|&v| entry.curve.value(v).is_nan())?;
+        let behind = if entry.direct {
+            ""
+        } else {
+            " behind the first linear part"
         };
-        let Some(sample) = into.iter().position(|&v| curve.value(v).is_nan()) else {
-            return;
-        };
-        let behind = if direct { "" } else { " behind the first linear part" };
-        let (x, name) = (curve.x(), inputs[input]);
+        let (x, name) = (entry.curve.x(), inputs[entry.input]);
         let problem = format!(
             "column '{name}'{behind} is {} at sample {sample}, but the model's nonlinearity is known only from {} to {}; cut such \
              samples off, or identify the model from a record with a wider range",
-            into[sample],
+            entry.into[sample],
             x[0],
             x[x.len() - 1]
         );
-        unknown.get_or_insert((sample, problem));
-    });
-    let (sample, problem) = unknown.unwrap_or_else(|| {
+        Some((sample, problem))
+    };
+    let (sample, problem) = entries(block, &u).into_iter().find_map(unknown).unwrap_or_else(|| {
         let names: Vec<String> = inputs.iter().map(|name| format!("column '{name}'")).collect();
         let problem = format!(
             "the model's output is {} at sample {first}; check that {} is in the unit in which the model was identified",
@@ -186,62 +163,77 @@ pub fn predict(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec<
     bail!("{}{line}: {problem}", file.path.display());
 }
 
-/// A nonlinearity that comes first in a model, and what enters it.
-enum Entry<'a> {
-    /// A curve; `input` is the index of what enters it, by itself or behind a linear part.
-    Curve {
-        curve: &'a Curve,
-        into: &'a [f64],
-        input: usize,
-        direct: bool,
-    },
-    /// A surface, which all inputs enter.
-    Surface(&'a Surface),
+/// The prediction `horizon` samples ahead, as `flexure predict --horizon` makes it; without a horizon the free run. Both start
+/// from the state that fits the column `output` best, where there are enough samples.
+pub fn predict(
+    model: &ModelFile,
+    file: &RecordFile,
+    (inputs, output): (&[&str], &str),
+    horizon: Option<usize>,
+) -> Result<Vec<f64>> {
+    let measured = file.finite(output)?;
+    let free = FreeRun::new(&model.block, file, inputs, Some(measured), None)?;
+    match horizon {
+        Some(horizon) => Ok(Ahead::new(model, &free, measured, horizon)?.output),
+        None => Ok(free.output),
+    }
 }
 
-/// Visits the first nonlinearity of every input: of the first branch, where there are several.
-fn entered(block: &Block, inputs: &[&[f64]], visit: &mut impl FnMut(Entry<'_>)) {
-    fn of_one(block: &Block, into: &[f64], input: usize, direct: bool, visit: &mut impl FnMut(Entry<'_>)) {
+/// A curve that comes first in a model, and what enters it.
+struct Entry<'a> {
+    curve: &'a Curve,
+    into: Cow<'a, [f64]>,
+    /// The index of the input that enters it.
+    input: usize,
+    /// Whether the input enters by itself, and not behind a linear part.
+    direct: bool,
+}
+
+impl<'a> Entry<'a> {
+    /// The first curve behind an input: of the first branch, where there are several.
+    fn of(block: &'a Block, signal: &'a [f64], input: usize) -> Option<Self> {
+        let entry = |curve, into, direct| Entry {
+            curve,
+            into,
+            input,
+            direct,
+        };
         match block {
-            Block::Static(curve) => visit(Entry::Curve {
-                curve,
-                into,
-                input,
-                direct,
-            }),
+            Block::Static(curve) => Some(entry(curve, Cow::Borrowed(signal), true)),
             Block::Series(blocks) => match blocks.as_slice() {
-                [Block::Linear(front), next @ Block::Static(_), ..] => {
-                    of_one(next, &front.simulate_from_mean(into), input, false, visit);
+                [Block::Linear(front), Block::Static(curve), ..] => {
+                    Some(entry(curve, Cow::Owned(front.simulate_from_mean(signal)), false))
                 }
-                [first, ..] => of_one(first, into, input, direct, visit),
-                [] => {}
+                blocks => Entry::of(blocks.first()?, signal, input),
             },
-            Block::Parallel(blocks) => {
-                if let Some(first) = blocks.first() {
-                    of_one(first, into, input, direct, visit);
-                }
-            }
+            Block::Parallel(blocks) => Entry::of(blocks.first()?, signal, input),
             Block::Linear(_)
             | Block::Offset(_)
             | Block::Inputs(_)
             | Block::Surface(_)
             | Block::Narx(_)
-            | Block::Volterra(_) => {}
+            | Block::Volterra(_) => None,
         }
     }
+}
+
+/// The block of several inputs that comes first, or the whole model of one.
+fn entrance(block: &Block) -> &Block {
     match block {
-        Block::Inputs(blocks) => {
-            let each = blocks.iter().zip(inputs).enumerate();
-            each.for_each(|(i, (b, u))| of_one(b, u, i, true, visit));
-        }
-        Block::Surface(surface) => visit(Entry::Surface(surface)),
-        Block::Series(blocks) if block.inputs() > 1 => {
-            if let Some(first) = blocks.first() {
-                entered(first, inputs, visit);
-            }
-        }
-        _ => of_one(block, inputs.first().copied().unwrap_or_default(), 0, true, visit),
+        Block::Series(blocks) if block.inputs() > 1 => blocks.first().map_or(block, entrance),
+        _ => block,
     }
+}
+
+/// The first curve of every input.
+fn entries<'a>(block: &'a Block, inputs: &[&'a [f64]]) -> Vec<Entry<'a>> {
+    let blocks = match entrance(block) {
+        Block::Inputs(blocks) => blocks.as_slice(),
+        one => std::slice::from_ref(one),
+    };
+    let each = blocks.iter().zip(inputs).enumerate();
+    each.filter_map(|(i, (block, signal))| Entry::of(block, signal, i))
+        .collect()
 }
 
 /// What of the inputs lies outside the abscissas of the first nonlinearity.
@@ -257,33 +249,29 @@ pub struct Outside {
 impl Outside {
     /// Looks through the inputs.
     pub fn new(block: &Block, inputs: &[&[f64]]) -> Self {
-        let mut found = Outside {
+        let mut outside = Outside {
             samples: 0,
             held: true,
             direct: true,
         };
-        entered(block, inputs, &mut |entry| match entry {
-            Entry::Curve {
-                curve, into, direct, ..
-            } => found.look(curve, into, direct),
-            Entry::Surface(surface) => {
-                let samples = inputs.first().map_or(0, |u| u.len());
-                let at = |n: usize| inputs.iter().map(|u| u[n]).collect::<Vec<f64>>();
-                found.samples += (0..samples).filter(|n| !surface.covers(&at(*n))).count();
-            }
-        });
-        found
-    }
-
-    /// Looks through what enters a curve.
-    fn look(&mut self, curve: &Curve, into: &[f64], direct: bool) {
-        self.direct &= direct;
-        let (x, last) = (curve.x(), curve.x().len() - 1);
-        for &v in into.iter().filter(|&&v| !curve.covers(v)) {
-            let end = if v < x[0] { 0 } else { last };
-            self.samples += 1;
-            self.held &= curve.value(v) == curve.y()[end];
+        if let Block::Surface(surface) = entrance(block) {
+            let samples = inputs.first().map_or(0, |u| u.len());
+            let at = |n: usize| inputs.iter().map(|u| u[n]).collect::<Vec<f64>>();
+            outside.samples = (0..samples).filter(|n| !surface.covers(&at(*n))).count();
         }
+        for Entry {
+            curve, into, direct, ..
+        } in entries(block, inputs)
+        {
+            outside.direct &= direct;
+            let (x, last) = (curve.x(), curve.x().len() - 1);
+            for &v in into.iter().filter(|&&v| !curve.covers(v)) {
+                let end = if v < x[0] { 0 } else { last };
+                outside.samples += 1;
+                outside.held &= curve.value(v) == curve.y()[end];
+            }
+        }
+        outside
     }
 
     /// What the user should know about it.

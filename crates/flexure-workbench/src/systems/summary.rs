@@ -1,53 +1,64 @@
 //! An identified system as text for a terminal.
 
 use flexure::identify::result::{BlockKind, LinearBlock, NamedBlock, Path, Place};
-use flexure::identify::{Identification, Verdict};
 use flexure::linear::Complex;
 use flexure::nonlinearity::Surface;
 use flexure::text::{capitalised, number};
 
 use super::comparison;
+use super::periods::Periodic;
+use super::task::Identified;
 
-/// A short account.
-pub fn summary(result: &Identification) -> String {
-    let mut lines = Vec::new();
-    let inputs: Vec<String> = result.inputs.iter().map(|i| format!("'{i}'")).collect();
-    let columns = format!("from {} to '{}'", inputs.join(", "), result.output);
-    if let Some(comparison) = &result.comparison {
-        lines.extend(comparison::lines(comparison, &columns));
-    }
-    lines.push(format!(
-        "{} model {columns}, method {}",
-        capitalised(result.structure.title),
-        result.method
-    ));
-    lines.push(format!("  {}", result.description));
-    lines.push(fit_line(&result.verdict));
-    for (i, path) in result.paths.iter().enumerate() {
-        if result.is_sum {
-            lines.push(format!("  {}", result.path_title(i)));
+impl Identified {
+    /// The text that `flexure identify` prints.
+    pub fn summary(&self) -> String {
+        let result = &self.result;
+        let mut lines = Vec::new();
+        let inputs: Vec<String> = result.inputs.iter().map(|i| format!("'{i}'")).collect();
+        let columns = format!("from {} to '{}'", inputs.join(", "), result.output);
+        if let Some(comparison) = &result.comparison {
+            lines.extend(comparison::lines(comparison, &columns));
         }
-        lines.extend(path.blocks.iter().flat_map(|block| block_lines(block, path)));
-    }
-    if result.output_offset != 0.0 {
-        lines.push(line("output offset", &number(result.output_offset)));
-    }
-    if !result.tried.is_empty() {
-        lines.push(line("structures tried", &result.tried.len().to_string()));
-    }
-    for shown in result.details.iter().filter_map(|d| d.shown.as_ref()) {
-        match shown.place {
-            Place::Choice => {}
-            Place::Fact => lines.push(line(&uncapitalised(&shown.title), &shown.text)),
-            Place::ChoiceAndText => {
-                lines.push(line(&uncapitalised(&shown.title), &shown.text));
-                lines.push(format!("    {}", shown.note));
+        lines.push(format!(
+            "{} model {columns}, method {}",
+            capitalised(result.structure.title),
+            result.method
+        ));
+        lines.push(format!("  {}", result.description));
+        let measures = &result.verdict.measures;
+        lines.push(format!(
+            "  fit on fresh data   {:.2} %  (RMS error {}, {} samples)",
+            measures.fit_percent,
+            number(measures.rms),
+            measures.samples
+        ));
+        for (i, path) in result.paths.iter().enumerate() {
+            if result.is_sum {
+                lines.push(format!("  {}", result.path_title(i)));
+            }
+            lines.extend(path.blocks.iter().flat_map(|block| block_lines(block, path)));
+        }
+        if result.output_offset != 0.0 {
+            lines.push(line("output offset", &number(result.output_offset)));
+        }
+        if !result.tried.is_empty() {
+            lines.push(line("structures tried", &result.tried.len().to_string()));
+        }
+        for shown in result.details.iter().filter_map(|d| d.shown.as_ref()) {
+            match shown.place {
+                Place::Choice => {}
+                Place::Fact => lines.push(line(&uncapitalised(&shown.title), &shown.text)),
+                Place::ChoiceAndText => {
+                    lines.push(line(&uncapitalised(&shown.title), &shown.text));
+                    lines.push(format!("    {}", shown.note));
+                }
             }
         }
+        lines.push(format!("  {}", result.verdict.words()));
+        lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));
+        lines.extend(self.periodic.iter().flat_map(Periodic::lines));
+        lines.join("\n")
     }
-    lines.push(format!("  {}", result.verdict.words()));
-    lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));
-    lines.join("\n")
 }
 
 /// A name and a value.
@@ -62,16 +73,6 @@ fn uncapitalised(title: &str) -> String {
         .map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
 }
 
-/// How well a model does on fresh data.
-fn fit_line(verdict: &Verdict) -> String {
-    format!(
-        "  fit on fresh data   {:.2} %  (RMS error {}, {} samples)",
-        verdict.measures.fit_percent,
-        number(verdict.measures.rms),
-        verdict.measures.samples
-    )
-}
-
 fn block_lines(block: &NamedBlock, path: &Path) -> Vec<String> {
     let title = uncapitalised(block.title);
     match &block.kind {
@@ -84,7 +85,7 @@ fn block_lines(block: &NamedBlock, path: &Path) -> Vec<String> {
 }
 
 /// Order, delay and static gain.
-pub fn linear_words(found: &LinearBlock) -> String {
+pub fn linear_text(found: &LinearBlock) -> String {
     let gain = number(found.system.static_gain());
     format!("order {}, delay {}, static gain {gain}", found.order(), found.delay())
 }
@@ -93,7 +94,7 @@ pub fn linear_words(found: &LinearBlock) -> String {
 fn linear_lines(title: &str, found: &LinearBlock) -> Vec<String> {
     let (system, errors) = (&found.system, found.errors.as_ref());
     vec![
-        line(title, &linear_words(found)),
+        line(title, &linear_text(found)),
         format!("    b = {}", coefficients(system.b(), errors.map(|e| &*e.b))),
         format!("    a = {}", coefficients(system.a(), errors.map(|e| &*e.a))),
         format!("    poles {}", roots(system.poles())),

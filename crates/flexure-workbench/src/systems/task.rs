@@ -7,6 +7,8 @@ use flexure::Record;
 use flexure::identify::{HammersteinMethod, Identification, Options, Request, Structure};
 use flexure_io::RecordFile;
 
+use super::periods::Periodic;
+
 /// What is to be identified, with the choices that were given.
 #[derive(Clone)]
 pub struct Task {
@@ -22,6 +24,8 @@ pub struct Identified {
     pub result: Identification,
     /// The sample time of its record in s, where it is known.
     pub sample_time: Option<f64>,
+    /// The best linear approximation of a periodic record, which is reported beside the model.
+    pub periodic: Option<Periodic>,
 }
 
 impl Task {
@@ -43,9 +47,6 @@ impl Task {
     /// Identifies from columns of a record, and says in which file and line an error lies. `experiments` has the samples of each
     /// experiment, whose records follow each other in `file`. `stage` hears what is being done, and stops the work by returning
     /// [`ControlFlow::Break`].
-    ///
-    /// # Errors
-    /// Those of the method.
     pub fn identify(
         &self,
         file: &RecordFile,
@@ -68,6 +69,7 @@ impl Task {
         Ok(Identified {
             result: result.map_err(|error| file.locate(error))?,
             sample_time,
+            periodic: None,
         })
     }
 }

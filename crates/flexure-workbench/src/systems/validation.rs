@@ -7,6 +7,7 @@ use flexure_io::{ModelFile, RecordFile};
 use serde_json::{Value, json};
 
 use crate::named::Named;
+use crate::plots::extent;
 use crate::systems::SETTLED;
 use crate::systems::json::tests;
 use crate::systems::prediction::{self, FreeRun, Outside, Start};
@@ -44,12 +45,9 @@ impl Judged {
                 y.len()
             );
         }
-        let start = initial_state.unwrap_or(match skip < settling {
-            true if Start::enough(&model.block, y.len()) => Start::Estimate,
-            _ => Start::Steady,
-        });
-        let known = Some(y).filter(|_| start == Start::Estimate);
-        let free = FreeRun::new(&model.block, file, inputs, known)?;
+        // Behind the settling time the state at the start no longer counts.
+        let start = initial_state.or((skip >= settling).then_some(Start::Steady));
+        let free = FreeRun::new(&model.block, file, inputs, Some(y), start)?;
         let fresh: Vec<&[f64]> = u.iter().map(|u| &u[skip..]).collect();
         let verdicts = Verdict::of_inputs(&fresh, &y[skip..], &free.output[skip..], model.estimated)
             .map_err(|error| file.locate(named(error, output)))?;
@@ -90,6 +88,7 @@ impl Judged {
             "samples_outside_range": outside.samples,
         })
     }
+
     /// The text that `validate` prints.
     pub fn summary(&self) -> String {
         let Judged {
@@ -98,13 +97,16 @@ impl Judged {
             free,
             outside,
         } = self;
-        let mut lines = vec![format!(
-            "fit {:.2} %, RMS error {}, {} samples compared, the first {skip} skipped",
-            verdict.measures.fit_percent,
-            number(verdict.measures.rms),
-            verdict.measures.samples
-        )];
-        lines.push(format!("free run {}", free.description()));
+        let measures = &verdict.measures;
+        let mut lines = vec![
+            format!(
+                "fit {:.2} %, RMS error {}, {} samples compared, the first {skip} skipped",
+                measures.fit_percent,
+                number(measures.rms),
+                measures.samples
+            ),
+            format!("free run {}", free.description()),
+        ];
         for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
             lines.push(format!(
                 "  {:<62} {} (statistic {:.1}, limit {:.1}, p = {:.2e})",
@@ -123,11 +125,7 @@ impl Judged {
 
 /// Whether samples vary by no more than rounding: then no test can find anything in them.
 fn is_constant(samples: &[f64]) -> bool {
-    let (low, high) = samples
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
-            (low.min(v), high.max(v))
-        });
+    let [low, high] = extent(samples.iter().copied());
     !(high - low > 1e-12 * low.abs().max(high.abs()))
 }
 

@@ -4,14 +4,15 @@ use anyhow::Result;
 use flexure::Record;
 use flexure::identify::result::{BlockKind, LinearBlock, Path, StaticBlock};
 use flexure::identify::{Identification, NarxModel, NarxTerm, VolterraModel};
-use flexure::linear::TransferFunction;
+use flexure::linear::{Complex, TransferFunction};
 use flexure::text::{capitalised, number};
 use flexure_report::data::{LinearPart, Nonlinearity, Scatter, Surface, Table, TitledCurve, TitledSurface};
 
 use super::labelled;
+use crate::plots::{evenly, median, unwrapped};
 use crate::systems::SETTLED;
 use crate::systems::json::parts;
-use crate::systems::summary::linear_words;
+use crate::systems::summary::linear_text;
 use crate::systems::task::Identified;
 
 /// Frequencies of the Bode plot.
@@ -46,10 +47,9 @@ pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
     let mut drawn = Drawn::default();
     let mut curves = Vec::new();
     for (i, path) in result.paths.iter().enumerate() {
-        let mut inputs = Vec::new();
-        for input in &path.inputs {
-            inputs.push(record.finite(input)?);
-        }
+        let inputs: Vec<&[f64]> = (path.inputs.iter())
+            .map(|input| record.finite(input))
+            .collect::<flexure::Result<_>>()?;
         let prefix = match result.is_sum {
             true => format!("{}: ", capitalised(&result.path_title(i))),
             false => String::new(),
@@ -144,7 +144,7 @@ fn density(u: &[f64], x: &[f64]) -> Vec<f64> {
 fn linear(title: &str, found: &LinearBlock, sample_time: Option<f64>) -> LinearPart {
     let estimate = found.impulse.as_ref();
     let mut part = linear_part(title, &found.system, estimate.map(|e| e.values.len()), sample_time);
-    part.words = format!("{}.", capitalised(&linear_words(found)));
+    part.words = format!("{}.", capitalised(&linear_text(found)));
     if let Some(estimate) = estimate {
         part.impulse_estimate.clone_from(&estimate.values);
         part.impulse_limit = estimate.limit;
@@ -159,38 +159,24 @@ fn linear_part(title: &str, system: &TransferFunction, shown: Option<usize>, sam
         None => (0.5, "cycles/sample"),
     };
     let shown = shown.unwrap_or_else(|| system.settling(SETTLED).min(LONGEST_IMPULSE));
-    let mut part = LinearPart {
+    let share = |i: usize| 10.0_f64.powf(DECADES * (i as f64 / (FREQUENCIES - 1) as f64 - 1.0));
+    let shares: Vec<f64> = (0..FREQUENCIES).map(share).collect();
+    let response = shares
+        .iter()
+        .map(|s| system.frequency_response(std::f64::consts::PI * s));
+    let response: Vec<Complex<f64>> = response.collect();
+    LinearPart {
         title: title.to_owned(),
-        words: String::new(),
         b: system.b().to_vec(),
         a: system.a().to_vec(),
         impulse: system.impulse_response(shown.max(SHORTEST_IMPULSE)),
-        impulse_estimate: Vec::new(),
-        impulse_limit: 0.0,
-        frequency: Vec::new(),
+        frequency: shares.iter().map(|s| highest * s).collect(),
         frequency_unit: frequency_unit.to_owned(),
-        magnitude_db: Vec::new(),
-        phase_deg: Vec::new(),
+        magnitude_db: response.iter().map(|g| 20.0 * g.norm().log10()).collect(),
+        phase_deg: unwrapped(response.iter().map(|g| g.arg().to_degrees())),
         poles: parts(system.poles()),
         zeros: parts(system.zeros()),
-    };
-    fill_response(&mut part, system, highest);
-    part
-}
-
-/// The frequency response up to this frequency, its phase without jumps.
-fn fill_response(part: &mut LinearPart, system: &TransferFunction, highest: f64) {
-    let mut turns = 0.0;
-    for i in 0..FREQUENCIES {
-        let share = 10.0_f64.powf(DECADES * (i as f64 / (FREQUENCIES - 1) as f64 - 1.0));
-        let response = system.frequency_response(std::f64::consts::PI * share);
-        let phase = response.arg().to_degrees();
-        if let Some(&last) = part.phase_deg.last() {
-            turns = ((last - phase) / 360.0_f64).round();
-        }
-        part.frequency.push(highest * share);
-        part.magnitude_db.push(20.0 * response.norm().log10());
-        part.phase_deg.push(phase + 360.0 * turns);
+        ..LinearPart::default()
     }
 }
 
@@ -204,7 +190,7 @@ struct Sections<'a> {
 
 impl<'a> Sections<'a> {
     fn new(surface: &'a flexure::nonlinearity::Surface, names: &'a [String], inputs: &'a [&'a [f64]]) -> Self {
-        let middle = inputs.iter().map(|u| median(u)).collect();
+        let middle = inputs.iter().map(|u| median(u.iter().copied())).collect();
         Sections {
             surface,
             names,
@@ -225,7 +211,7 @@ impl<'a> Sections<'a> {
     /// The surface over the first two inputs.
     fn picture(&self, title: &str) -> TitledSurface {
         let axes = self.surface.axes();
-        let [x, y] = [axes[0], axes[1]].map(|axis| even(axis.low, axis.high, GRID));
+        let [x, y] = [axes[0], axes[1]].map(|axis| evenly([axis.low, axis.high], GRID));
         let mut at = self.middle.clone();
         let mut z = Vec::with_capacity(x.len() * y.len());
         for b in &y {
@@ -251,10 +237,7 @@ impl<'a> Sections<'a> {
                 x,
                 y,
                 z,
-                points: Scatter {
-                    x: self.inputs[0].to_vec(),
-                    y: self.inputs[1].to_vec(),
-                },
+                points: Scatter::new(self.inputs[0], self.inputs[1]),
             },
         }
     }
@@ -262,7 +245,7 @@ impl<'a> Sections<'a> {
     /// The curve along one input while the others stay at their medians.
     fn along(&self, along: usize) -> TitledCurve {
         let axis = self.surface.axes()[along];
-        let x = even(axis.low, axis.high, SECTION_POINTS);
+        let x = evenly([axis.low, axis.high], SECTION_POINTS);
         let mut at = self.middle.clone();
         let value = |x: &f64| {
             at[along] = *x;
@@ -280,17 +263,6 @@ impl<'a> Sections<'a> {
             },
         }
     }
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    let middle = sorted.len() / 2;
-    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
-fn even(low: f64, high: f64, points: usize) -> Vec<f64> {
-    let place = |i: usize| low + (high - low) * i as f64 / (points - 1) as f64;
-    (0..points).map(place).collect()
 }
 
 /// The monomials with the largest coefficients.

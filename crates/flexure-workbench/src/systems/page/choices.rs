@@ -12,14 +12,6 @@ const MOST_TRIED: usize = 15;
 /// What of something that was tried is no part of its structure.
 const SCORES: [&str; 4] = ["samples", "relative_error", "bic", "score"];
 
-fn fact(name: &str, value: String, note: &str) -> Fact {
-    Fact {
-        name: name.to_owned(),
-        value,
-        note: note.to_owned(),
-    }
-}
-
 /// The headline numbers.
 pub(super) fn facts(result: &Identification) -> Vec<Fact> {
     let mut facts = fit_facts(result);
@@ -27,16 +19,20 @@ pub(super) fn facts(result: &Identification) -> Vec<Fact> {
     let curves: Vec<&StaticBlock> = result.paths.iter().flat_map(|p| p.curves()).collect();
     let pieces: Vec<usize> = curves.iter().map(|c| c.pieces()).collect();
     if pieces.iter().any(|p| *p > 0) {
-        facts.push(fact("Pieces", joined(&pieces), "cubic ones, of the nonlinearities"));
+        facts.push(Fact::new(
+            "Pieces",
+            joined(&pieces),
+            "cubic ones, of the nonlinearities",
+        ));
     }
     let kinks: Vec<usize> = curves.iter().map(|c| c.kinks.len()).collect();
     if kinks.iter().any(|k| *k > 0) {
         let note = "where the nonlinearities' slopes jump, beside the pieces";
-        facts.push(fact("Kinks", joined(&kinks), note));
+        facts.push(Fact::new("Kinks", joined(&kinks), note));
     }
     let shown = result.details.iter().filter_map(|d| d.shown.as_ref());
     let own = shown.filter(|s| s.place == Place::Fact);
-    facts.extend(own.map(|s| fact(&s.title, s.text.clone(), &s.note)));
+    facts.extend(own.map(|s| Fact::new(&s.title, s.text.clone(), &s.note)));
     facts.push(samples_fact(result));
     facts
 }
@@ -49,12 +45,12 @@ fn fit_facts(result: &Identification) -> Vec<Fact> {
     };
     let measures = &result.verdict.measures;
     vec![
-        fact(
+        Fact::new(
             "Fit on fresh data",
             format!("{:.1} %", measures.fit_percent),
             "100 (1 - |y - ŷ| / |y - mean y|) of the free-run simulation",
         ),
-        fact(
+        Fact::new(
             "RMS error",
             format!("{}{unit}", number(measures.rms)),
             "root mean square of measured less simulated output",
@@ -66,20 +62,16 @@ fn fit_facts(result: &Identification) -> Vec<Fact> {
 fn linear_facts(result: &Identification) -> Vec<Fact> {
     let delays: Vec<usize> = result.paths.iter().map(|p| p.delay()).collect();
     let delay = match (result.is_sum, result.delay) {
-        (true, _) => fact("Delays", joined(&delays), "of the branches, samples"),
-        (false, 1) => fact("Delay", "1 sample".to_owned(), "of all blocks together"),
-        (false, delay) => fact("Delay", format!("{delay} samples"), "of all blocks together"),
+        (true, _) => Fact::new("Delays", joined(&delays), "of the branches, samples"),
+        (false, 1) => Fact::new("Delay", "1 sample", "of all blocks together"),
+        (false, delay) => Fact::new("Delay", format!("{delay} samples"), "of all blocks together"),
     };
+    let linear = result.paths.iter().flat_map(|p| p.linear());
     let orders: Vec<usize> = match result.is_sum {
         true => result.paths.iter().map(|p| p.order()).collect(),
-        false => result
-            .paths
-            .iter()
-            .flat_map(|p| p.linear())
-            .map(|g| g.order())
-            .collect(),
+        false => linear.map(|g| g.order()).collect(),
     };
-    let poles = fact("Poles", joined(&orders), "of the linear parts");
+    let poles = Fact::new("Poles", joined(&orders), "of the linear parts");
     match orders.is_empty() {
         true => vec![delay],
         false => vec![poles, delay],
@@ -93,10 +85,10 @@ fn samples_fact(result: &Identification) -> Fact {
         0 => String::new(),
         n => format!(" ({n} of those missing)"),
     };
-    fact(
+    Fact::new(
         "Samples",
         all.to_string(),
-        &format!("{fitted} for the fit, {} kept for the verdict{missing}", all - fitted),
+        format!("{fitted} for the fit, {} kept for the verdict{missing}", all - fitted),
     )
 }
 
@@ -116,16 +108,15 @@ pub(super) fn choices(result: &Identification) -> Vec<Choice> {
             let Some(curve) = block.curve().filter(|c| c.pieces() > 0) else {
                 continue;
             };
+            let name = match result.is_sum {
+                true => format!("{}, {}", block.title, result.path_title(i)),
+                false => block.title.to_owned(),
+            };
+            let why = "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks \
+                       for them";
             all.push(Choice {
-                name: match result.is_sum {
-                    true => format!("{}, {}", block.title, result.path_title(i)),
-                    false => block.title.to_owned(),
-                },
-                value: curve.description.clone(),
-                why: "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks \
-                      for them"
-                    .to_owned(),
                 curve: by_pieces(result, curve.pieces()),
+                ..Choice::new(name, &curve.description, why)
             });
         }
     }
@@ -134,10 +125,8 @@ pub(super) fn choices(result: &Identification) -> Vec<Choice> {
 
 fn choice(shown: &Shown) -> Choice {
     Choice {
-        name: shown.title.clone(),
-        value: shown.text.clone(),
-        why: shown.note.clone(),
         curve: shown.scores.clone().map(score_curve),
+        ..Choice::new(&shown.title, &shown.text, &shown.note)
     }
 }
 
@@ -157,11 +146,8 @@ pub fn score_curve(scores: Score) -> ScoreCurve {
 fn compared(result: &Identification) -> Option<(Vec<&Values>, &Values)> {
     let chosen = result.tried.last()?;
     chosen.get("samples")?;
-    let on_all = result
-        .tried
-        .iter()
-        .filter(|t| t.get("samples") == chosen.get("samples"));
-    let mut all: Vec<&Values> = on_all.collect();
+    let samples = chosen.get("samples");
+    let mut all: Vec<&Values> = result.tried.iter().filter(|t| t.get("samples") == samples).collect();
     // Of a structure that was tried several times, the best try counts.
     all.sort_by(|a, b| a.number("bic").total_cmp(&b.number("bic")));
     let mut kept: Vec<&Values> = Vec::new();

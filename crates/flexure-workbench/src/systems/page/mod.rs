@@ -3,13 +3,14 @@
 mod blocks;
 mod choices;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use flexure::Record;
 use flexure::text::capitalised;
 use flexure_io::RecordFile;
-use flexure_report::data::{Approximation, ArmMotion, Axis, Page, Prediction, Residuals, Signal, Test, Verdict};
+use flexure_report::data::{ArmMotion, Axis, Page, Prediction, Residuals, Signal, Test, Verdict};
 
 use super::comparison;
+use super::periods::Periodic;
 use super::task::Identified;
 pub use choices::score_curve;
 
@@ -26,78 +27,80 @@ pub struct Decoration {
     pub remark: Option<String>,
     /// The moving arm.
     pub arm: Option<ArmMotion>,
-    /// What periods of the record say without any model.
-    pub approximation: Option<Approximation>,
 }
 
 /// The true nonlinearity, and what it is.
 pub struct Truth {
     /// phi.
-    pub phi: Box<dyn Fn(f64) -> f64>,
+    pub phi: Box<dyn Fn(f64) -> f64 + Send>,
     /// What it is, and how it was laid onto the estimate.
     pub label: String,
 }
 
-/// Fills in the page.
-///
-/// # Errors
-/// For columns that the record lacks.
-pub fn page(file: &RecordFile, identified: &Identified, mut decoration: Decoration) -> Result<Page> {
-    let result = &identified.result;
-    let record = &file.record;
-    // The output may have samples that are missing.
-    let y = record.column(&result.output)?;
-    let mut drawn = blocks::drawn(record, identified)?;
-    if let Some(truth) = decoration.truth.take() {
-        let curve = &mut drawn.nonlinearity;
-        curve.truth = curve.x.iter().map(|&x| (truth.phi)(x)).collect();
-        curve.truth_label = truth.label;
+impl Identified {
+    /// The page that `flexure identify --report` writes.
+    ///
+    /// # Errors
+    /// For columns that the record lacks, and for numbers that cannot be drawn.
+    pub fn html(&self, file: &RecordFile, decoration: Decoration) -> Result<String> {
+        flexure_report::render(&self.page(file, decoration)?).context("the report")
     }
-    let mut signals = Vec::new();
-    for input in &result.inputs {
-        signals.push(signal(input, record.finite(input)?));
+
+    fn page(&self, file: &RecordFile, mut decoration: Decoration) -> Result<Page> {
+        let result = &self.result;
+        let record = &file.record;
+        // The output may have samples that are missing.
+        let y = record.column(&result.output)?;
+        let mut drawn = blocks::drawn(record, self)?;
+        if let Some(truth) = decoration.truth.take() {
+            let curve = &mut drawn.nonlinearity;
+            curve.truth = curve.x.iter().map(|&x| (truth.phi)(x)).collect();
+            curve.truth_label = truth.label;
+        }
+        let inputs = result
+            .inputs
+            .iter()
+            .map(|input| Ok(signal(input, record.finite(input)?)));
+        let mut signals = inputs.collect::<Result<Vec<Signal>>>()?;
+        signals.push(signal(&result.output, y));
+        let words = [result.verdict.words()].into_iter().chain(decoration.remark);
+        let title = || format!("From {} to {}", result.inputs.join(", "), result.output);
+        let (fitted, fresh) = (result.fitted, y.len() - result.fitted);
+        let mut page = Page {
+            title: decoration.title.unwrap_or_else(title),
+            subtitle: format!(
+                "A {} model ({}) identified from {fitted} samples of {}; judged on the {fresh} that follow.",
+                result.structure,
+                result.description,
+                file.name()
+            ),
+            verdict: Verdict {
+                headline: result.verdict.headline().to_owned(),
+                holds: result.verdict.holds(),
+                words: words.collect::<Vec<_>>().join(" "),
+            },
+            facts: choices::facts(result),
+            record: signals,
+            fresh_from: fitted,
+            nonlinearity: drawn.nonlinearity,
+            surface: drawn.surface,
+            curves: drawn.curves,
+            approximation: self.periodic.as_ref().map(Periodic::section),
+            linear: drawn.linear,
+            prediction: prediction(self, y),
+            residuals: residuals(&result.verdict),
+            choices: choices::choices(result),
+            candidates: drawn.tables.into_iter().chain(choices::tried(result)).collect(),
+            warnings: result.warnings.iter().map(ToString::to_string).collect(),
+            arm: decoration.arm,
+            time: Axis::of_samples(self.sample_time, 0),
+            command: decoration.command,
+        };
+        if let Some(comparison) = &result.comparison {
+            comparison::show_on(comparison, &mut page);
+        }
+        Ok(page)
     }
-    signals.push(signal(&result.output, y));
-    let name = file.path.file_name();
-    let name = name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let words = [result.verdict.words()].into_iter().chain(decoration.remark);
-    let mut page = Page {
-        title: decoration
-            .title
-            .unwrap_or_else(|| format!("From {} to {}", result.inputs.join(", "), result.output)),
-        subtitle: format!(
-            "A {} model ({}) identified from {} samples of {name}; judged on the {} that follow.",
-            result.structure,
-            result.description,
-            result.fitted,
-            y.len() - result.fitted
-        ),
-        verdict: Verdict {
-            headline: result.verdict.headline().to_owned(),
-            holds: result.verdict.holds(),
-            words: words.collect::<Vec<_>>().join(" "),
-        },
-        facts: choices::facts(result),
-        record: signals,
-        fresh_from: result.fitted,
-        nonlinearity: drawn.nonlinearity,
-        surface: drawn.surface,
-        curves: drawn.curves,
-        approximation: decoration.approximation,
-        linear: drawn.linear,
-        prediction: prediction(identified, y),
-        residuals: residuals(&result.verdict),
-        choices: choices::choices(result),
-        candidates: drawn.tables.into_iter().chain(choices::tried(result)).collect(),
-        warnings: result.warnings.iter().map(ToString::to_string).collect(),
-        arm: decoration.arm,
-        time: time_axis(identified.sample_time, 0),
-        command: decoration.command,
-    };
-    if let Some(comparison) = &result.comparison {
-        comparison::show_on(comparison, &mut page);
-    }
-    Ok(page)
 }
 
 fn signal(column: &str, values: &[f64]) -> Signal {
@@ -113,7 +116,7 @@ fn prediction(identified: &Identified, y: &[f64]) -> Prediction {
     let result = &identified.result;
     Prediction {
         y_label: labelled(&result.output),
-        time: time_axis(identified.sample_time, result.fitted),
+        time: Axis::of_samples(identified.sample_time, result.fitted),
         measured: y[result.fitted..].to_vec(),
         predicted: result.predicted[result.fitted..].to_vec(),
         fit_percent: result.verdict.measures.fit_percent,
@@ -136,19 +139,6 @@ pub fn labelled(column: &str) -> String {
     match unit_of(column) {
         "" => column.to_owned(),
         unit => format!("{column} ({unit})"),
-    }
-}
-
-fn time_axis(sample_time: Option<f64>, first: usize) -> Axis {
-    let (name, unit, step) = match sample_time {
-        Some(step) => ("time", "s", step),
-        None => ("sample", "", 1.0),
-    };
-    Axis {
-        name: name.to_owned(),
-        unit: unit.to_owned(),
-        start: first as f64 * step,
-        step,
     }
 }
 
@@ -192,7 +182,7 @@ pub fn arm_motion(record: &Record, lengths: [f64; 2], sample_time: Option<f64>, 
     Some(ArmMotion {
         caption,
         lengths,
-        time: time_axis(sample_time, 0),
+        time: Axis::of_samples(sample_time, 0),
         q: pair("q1", "q2")?,
         qm: pair("qm1", "qm2").unwrap_or_else(empty),
         tau: pair("tau1", "tau2").unwrap_or_else(empty),

@@ -1,18 +1,17 @@
 //! `flexure study`: experiments on the algorithms themselves.
 
-mod page;
-mod parts;
-
 use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
+use flexure_io::read_text;
+use flexure_workbench::study::{Part, Parts, Plan};
 use serde_json::json;
 
+use crate::arguments;
 use crate::files::{prepare, write_text, wrote};
 use crate::output::{print, print_note, this_command};
 use crate::progress::Progress;
-use parts::{Part, Parts, Plan};
 
 /// Measure how fast the estimators converge, beside what theory says.
 ///
@@ -32,7 +31,7 @@ pub struct Arguments {
     #[arg(
         long,
         value_name = "PART[,PART...]",
-        value_enum,
+        value_parser = arguments::named::<Part>(),
         value_delimiter = ',',
         default_value = "plain,refined"
     )]
@@ -81,7 +80,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.resume
         && path.exists()
     {
-        parts = parts::load(path, &parts)?;
+        let text = read_text(path)?;
+        parts = parts.resumed(&text).with_context(|| path.display().to_string())?;
         print_note(&format!(
             "going on from {}: {:.0} % done",
             path.display(),
@@ -91,21 +91,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let progress = Progress::new("measuring", 1.0);
     while parts.step(&|share| progress.at(share))? {
         if let Some(path) = &arguments.resume {
-            parts::save(path, &parts)?;
+            write_text(path, &serde_json::to_string(&parts)?)?;
         }
     }
     drop(progress);
     let outcome = parts.outcome();
     if let Some(path) = &arguments.report {
-        let page = page::page(&outcome, this_command());
-        let html = flexure_report::render_study(&page).context("the report")?;
-        write_text(path, &html)?;
+        write_text(path, &outcome.html(this_command())?)?;
     }
     if arguments.json {
         return print(&json!(outcome).to_string());
     }
-    let mut lines = outcome.tables();
-    lines.push(outcome.sentence());
+    let mut lines = outcome.lines();
     lines.extend(wrote(&arguments.report));
     print(&lines.join("\n"))
 }
