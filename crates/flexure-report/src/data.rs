@@ -19,7 +19,7 @@ pub struct Page {
     pub title: String,
     /// One sentence below it: what was identified from what.
     pub subtitle: String,
-    /// The verdict on fresh data: the words in which the page answers "does this model hold?".
+    /// The verdict on fresh data: the answer to "does this model hold?".
     pub verdict: Verdict,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
@@ -47,7 +47,7 @@ pub struct Page {
     pub choices: Vec<Choice>,
     /// Tables of candidates that were compared, for choices that no curve shows.
     pub candidates: Vec<Table>,
-    /// Warnings, in words.
+    /// Warnings, a sentence each.
     pub warnings: Vec<String>,
     /// The moving arm, for arm records.
     pub arm: Option<ArmMotion>,
@@ -58,12 +58,12 @@ pub struct Page {
 /// The answer to "does the model hold on fresh data?".
 #[derive(Debug, Clone, Serialize)]
 pub struct Verdict {
-    /// The answer in a few words, for example "The model holds on fresh data".
+    /// The answer in short, for example "The model holds on fresh data".
     pub headline: String,
     /// Whether the residual tests found nothing against the model.
     pub holds: bool,
     /// The answer in a sentence or two, naming the test that refutes the model if one does.
-    pub words: String,
+    pub text: String,
 }
 
 /// A number with its name.
@@ -159,7 +159,7 @@ pub struct TitledSurface {
     /// The heading, for example "Joint nonlinearity".
     pub title: String,
     /// A sentence or two below the picture.
-    pub words: String,
+    pub text: String,
     /// The surface.
     pub surface: Surface,
 }
@@ -177,7 +177,8 @@ pub struct TitledCurve {
 #[derive(Debug, Clone, Serialize)]
 pub struct Approximation {
     /// What it was measured from, and what it says: a sentence or two.
-    pub words: String,
+    #[serde(rename = "words")]
+    pub text: String,
     /// Frequencies, increasing and positive: Hz, or cycles a sample if there is no sample time.
     pub frequency: Vec<f64>,
     /// "Hz" or "cycles/sample".
@@ -200,7 +201,8 @@ pub struct LinearPart {
     /// The heading, for example "Linear part".
     pub title: String,
     /// What is said beside the transfer function, for example "Order 3, static gain 1."; may be empty.
-    pub words: String,
+    #[serde(rename = "words")]
+    pub text: String,
     /// Numerator in z^-1.
     pub b: Vec<f64>,
     /// Denominator in z^-1.
@@ -273,8 +275,8 @@ pub struct Test {
     pub p_value: f64,
     /// Whether the hypothesis survived.
     pub passed: bool,
-    /// The verdict in words.
-    pub words: String,
+    /// The verdict for reading.
+    pub text: String,
 }
 
 /// Something that was chosen from data.
@@ -284,7 +286,7 @@ pub struct Choice {
     pub name: String,
     /// For example "h = 0.083".
     pub value: String,
-    /// Why: the criterion in words.
+    /// Why: the criterion for reading.
     pub why: String,
     /// The criterion's curve, if there is one.
     pub curve: Option<ScoreCurve>,
@@ -325,15 +327,15 @@ pub struct Table {
     /// The heading, for example "Structures that were tried".
     pub title: String,
     /// A sentence or two below it: what was compared, and by what.
-    pub words: String,
+    pub text: String,
     /// The columns' names; those but the first are set as numbers.
     pub columns: Vec<String>,
     /// The rows, each with as many cells as there are columns, ready to print.
     pub rows: Vec<Vec<String>>,
     /// The row that was chosen, marked.
     pub chosen: Option<usize>,
-    /// Whether the last column is words too, and set as such.
-    pub ends_in_words: bool,
+    /// Whether the last column is text too, and set as such.
+    pub ends_in_text: bool,
 }
 
 /// A two-link arm in motion.

@@ -1,4 +1,4 @@
-//! The page of a joint: checked, reduced to what is plotted, and put into words.
+//! The page of a joint: checked, reduced to what is plotted, and put into text.
 
 use serde::Serialize;
 
@@ -85,7 +85,7 @@ pub(crate) fn payload(page: &JointPage) -> Payload<'_> {
     }
 }
 
-/// The page's words.
+/// The page's text.
 pub(crate) fn text<'a>(page: &'a JointPage, payload: &Payload<'_>) -> Text<'a> {
     let curves = page.curves.iter().zip(&payload.curves);
     let motions = page.motions.iter().zip(&payload.motions);

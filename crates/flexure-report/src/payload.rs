@@ -140,7 +140,7 @@ pub(crate) fn nonlinearity(n: &Nonlinearity) -> NonlinearityPlot {
 fn approximation(a: &Approximation) -> Approximation {
     let thin = |v: &[f64]| thin(v, limits::CURVE_POINTS);
     Approximation {
-        words: a.words.clone(),
+        text: a.text.clone(),
         frequency_unit: a.frequency_unit.clone(),
         frequency: thin(&a.frequency),
         magnitude_db: thin(&a.magnitude_db),
@@ -158,7 +158,7 @@ fn linear(l: &LinearPart) -> LinearPart {
     let rounded = |v: &[f64]| head(v, limits::LAGS);
     LinearPart {
         title: l.title.clone(),
-        words: l.words.clone(),
+        text: l.text.clone(),
         b: l.b.clone(),
         a: l.a.clone(),
         impulse: rounded(&l.impulse),

@@ -113,16 +113,16 @@ pub fn render_joint(page: &JointPage) -> Result<String> {
     document("joint.html", &JOINT, joint::text(page, &payload), &payload)
 }
 
-/// Fills in a template with the page's words, and embeds its scripts and the data that they plot.
-fn document(template: &str, scripts: &[&str], words: impl Serialize, payload: &impl Serialize) -> Result<String> {
+/// Fills in a template with the page's text, and embeds its scripts and the data that they plot.
+fn document(template: &str, scripts: &[&str], text: impl Serialize, payload: &impl Serialize) -> Result<String> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     for (name, source) in TEMPLATES {
         environment.add_template(name, source)?;
     }
-    let words = environment.get_template(template)?.render(context! {
-        page => Value::from(Serde(words)),
+    let html = environment.get_template(template)?.render(context! {
+        page => Value::from(Serde(text)),
         style => STYLES.concat(),
         script => format!(
             "{UPLOT}\n(() => {{\n\"use strict\";\n{}{}}})();\n",
@@ -131,7 +131,7 @@ fn document(template: &str, scripts: &[&str], words: impl Serialize, payload: &i
         ),
         data => embedded(payload)?,
     })?;
-    Ok(words)
+    Ok(html)
 }
 
 /// JSON that can stand inside a `<script>` element: no `<` means no end tag and no comment can begin in it.

@@ -95,7 +95,7 @@ fn line(line: &RateLine) -> Line<'_> {
     }
 }
 
-/// The page's words.
+/// The page's text.
 pub(crate) fn text(page: &StudyPage) -> Text<'_> {
     let mut before = 0;
     let sections = page.sections.iter().map(|section| {

@@ -1,4 +1,4 @@
-//! The words of the page, as its template reads them.
+//! The text of the page, as its template reads it.
 
 use serde::Serialize;
 
@@ -37,7 +37,7 @@ struct TestRow<'a> {
     limit: String,
     p_value: String,
     passed: bool,
-    words: &'a str,
+    text: &'a str,
 }
 
 #[derive(Serialize)]
@@ -59,19 +59,19 @@ struct NonlinearityText<'a> {
 #[derive(Serialize)]
 struct SurfaceText<'a> {
     title: &'a str,
-    words: &'a str,
+    text: &'a str,
 }
 
 #[derive(Serialize)]
 struct ApproximationText<'a> {
-    words: &'a str,
+    text: &'a str,
     levels: bool,
 }
 
 #[derive(Serialize)]
 struct LinearText<'a> {
     title: &'a str,
-    words: &'a str,
+    text: &'a str,
     /// The place among all linear parts, which its plots are named by.
     index: usize,
     any: bool,
@@ -116,7 +116,7 @@ struct ArmText {
     samples: String,
 }
 
-/// The page's words; `payload` says which plots there will be.
+/// The page's text; `payload` says which plots there will be.
 pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
     let residuals = &page.residuals;
     let (auto, cross) = (
@@ -141,7 +141,7 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             .zip(page.surface.as_ref())
             .map(|(_, s)| SurfaceText {
                 title: &s.title,
-                words: &s.words,
+                text: &s.text,
             }),
         curves: page.curves.iter().map(|c| c.title.as_str()).collect(),
         approximation: payload
@@ -149,7 +149,7 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             .as_ref()
             .zip(page.approximation.as_ref())
             .map(|(_, a)| ApproximationText {
-                words: &a.words,
+                text: &a.text,
                 levels: !(a.total_db.is_empty() && a.noise_db.is_empty()),
             }),
         linear: (page.linear.iter().enumerate().map(linear))
@@ -198,7 +198,7 @@ fn row(test: &Test) -> TestRow<'_> {
         limit: number(test.limit, 4),
         p_value: p_value(test.p_value),
         passed: test.passed,
-        words: &test.words,
+        text: &test.text,
     }
 }
 
@@ -232,7 +232,7 @@ fn linear((index, l): (usize, &LinearPart)) -> LinearText<'_> {
     let equation = (!l.b.is_empty() && !l.a.is_empty()).then(|| [polynomial(&l.b), polynomial(&l.a)]);
     LinearText {
         title: &l.title,
-        words: &l.words,
+        text: &l.text,
         index,
         any: impulse || bode || roots || equation.is_some(),
         impulse,
@@ -252,22 +252,22 @@ fn unit(label: &str) -> Option<&str> {
 
 /// `c0 + c1 z^-1 + ...` with typographic signs and exponents, without the terms that are 0.
 fn polynomial(c: &[f64]) -> String {
-    let mut words = String::new();
+    let mut text = String::new();
     for (k, &v) in c.iter().enumerate().filter(|(_, v)| **v != 0.0) {
         let size = number(v.abs(), 5);
-        match (words.is_empty(), v < 0.0) {
-            (true, true) => words.push('−'),
+        match (text.is_empty(), v < 0.0) {
+            (true, true) => text.push('−'),
             (true, false) => {}
-            (false, true) => words.push_str(" − "),
-            (false, false) => words.push_str(" + "),
+            (false, true) => text.push_str(" − "),
+            (false, false) => text.push_str(" + "),
         }
-        words.push_str(&size);
+        text.push_str(&size);
         if k > 0 {
-            words.push_str("\u{202f}z⁻");
-            words.extend(k.to_string().chars().map(superscript));
+            text.push_str("\u{202f}z⁻");
+            text.extend(k.to_string().chars().map(superscript));
         }
     }
-    if words.is_empty() { "0".into() } else { words }
+    if text.is_empty() { "0".into() } else { text }
 }
 
 fn superscript(digit: char) -> char {
@@ -282,7 +282,7 @@ pub(crate) fn number(v: f64, digits: usize) -> String {
     }
     let rounded: f64 = format!("{v:.*e}", digits.saturating_sub(1)).parse().unwrap_or(v);
     let size = rounded.abs();
-    let words = if size == 0.0 || (1e-3..1e6).contains(&size) {
+    let text = if size == 0.0 || (1e-3..1e6).contains(&size) {
         rounded.to_string()
     } else {
         let scientific = format!("{rounded:e}");
@@ -293,7 +293,7 @@ pub(crate) fn number(v: f64, digits: usize) -> String {
             .collect();
         format!("{mantissa}·10{exponent}")
     };
-    words.replace('-', "−")
+    text.replace('-', "−")
 }
 
 /// A count for reading: thousands apart from 10 000 on.

@@ -29,7 +29,7 @@ fn words_cannot_become_markup_or_end_the_data() {
     for text in [
         &mut page.title,
         &mut page.subtitle,
-        &mut page.verdict.words,
+        &mut page.verdict.text,
         &mut fact.name,
         &mut fact.value,
         &mut fact.note,
@@ -40,11 +40,11 @@ fn words_cannot_become_markup_or_end_the_data() {
         &mut page.nonlinearity.band_label,
         &mut page.nonlinearity.truth_label,
         &mut part.title,
-        &mut part.words,
+        &mut part.text,
         &mut page.prediction.y_label,
         &mut page.residuals.level,
         &mut test.name,
-        &mut test.words,
+        &mut test.text,
         &mut choice.name,
         &mut choice.value,
         &mut choice.why,
@@ -298,11 +298,11 @@ fn every_linear_part_has_a_section_and_plots_of_its_own() {
 fn candidates_stand_in_a_table_with_the_chosen_one_marked() {
     let table = Table {
         title: "Structures <tried>".into(),
-        words: "By their error.".into(),
+        text: "By their error.".into(),
         columns: ["structure", "error"].map(String::from).to_vec(),
         rows: vec![vec!["linear".into(), "0.4".into()], vec!["Wiener".into(), "0.1".into()]],
         chosen: Some(1),
-        ends_in_words: false,
+        ends_in_text: false,
     };
     let with = |table: Table| Page {
         candidates: vec![table],
@@ -320,7 +320,7 @@ fn candidates_stand_in_a_table_with_the_chosen_one_marked() {
     let mut both = with(table.clone());
     both.candidates.push(Table {
         title: "Sizes".into(),
-        ends_in_words: true,
+        ends_in_text: true,
         ..table.clone()
     });
     let text = words(&html(&both));
@@ -388,7 +388,7 @@ fn a_surface_further_curves_and_an_approximation_have_their_places() {
     let mut page = pages::full();
     page.surface = Some(TitledSurface {
         title: "Joint nonlinearity".into(),
-        words: "Of both <inputs>.".into(),
+        text: "Of both <inputs>.".into(),
         surface: Surface {
             x_label: "a".into(),
             y_label: "b".into(),
@@ -408,7 +408,7 @@ fn a_surface_further_curves_and_an_approximation_have_their_places() {
         },
     }];
     page.approximation = Some(Approximation {
-        words: "From 4 periods.".into(),
+        text: "From 4 periods.".into(),
         frequency: vec![0.1, 0.2],
         frequency_unit: "Hz".into(),
         magnitude_db: vec![0.0, -3.0],

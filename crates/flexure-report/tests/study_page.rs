@@ -42,7 +42,7 @@ fn page() -> StudyPage {
         verdict: Verdict {
             headline: "Differs".into(),
             holds: false,
-            words: "One differs.".into(),
+            text: "One differs.".into(),
         },
         facts: Vec::new(),
         warnings: Vec::new(),

@@ -36,7 +36,7 @@ pub fn full() -> Page {
         verdict: Verdict {
             headline: "The model holds on fresh data".into(),
             holds: true,
-            words: "On 2000 fresh samples the model predicts the elbow’s rate in free run with a fit of ".to_owned()
+            text: "On 2000 fresh samples the model predicts the elbow’s rate in free run with a fit of ".to_owned()
                 + &format!("{:.1} %", prediction.fit_percent)
                 + ", and neither residual test found anything that it missed.",
         },
@@ -148,7 +148,7 @@ pub fn bare() -> Page {
     page.verdict = Verdict {
         headline: "The model does not hold on fresh data".into(),
         holds: false,
-        words: "The whiteness test refutes it: the residual predicts itself (p < 0.001). A static nonlinearity before \
+        text: "The whiteness test refutes it: the residual predicts itself (p < 0.001). A static nonlinearity before \
                 linear dynamics is not enough for this record."
             .into(),
     };
@@ -254,14 +254,14 @@ fn fact(name: &str, value: &str, note: &str) -> Fact {
     }
 }
 
-fn test(name: &str, statistic: f64, limit: f64, p_value: f64, passed: bool, words: &str) -> Test {
+fn test(name: &str, statistic: f64, limit: f64, p_value: f64, passed: bool, text: &str) -> Test {
     Test {
         name: name.into(),
         statistic,
         limit,
         p_value,
         passed,
-        words: words.into(),
+        text: text.into(),
     }
 }
 

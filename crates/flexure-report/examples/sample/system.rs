@@ -116,7 +116,7 @@ pub fn linear_part(u: &[f64], y: &[f64]) -> LinearPart {
     let (re, disc) = (-A[1] / 2.0, (A[2] - A[1] * A[1] / 4.0).sqrt());
     LinearPart {
         title: "Linear part".into(),
-        words: String::new(),
+        text: String::new(),
         b: B.to_vec(),
         a: A.to_vec(),
         impulse_estimate: (0..45).map(|lag| correlation(y, u, lag) * scale).collect(),

@@ -13,7 +13,7 @@ pub struct JointPage {
     pub subtitle: String,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
-    /// Warnings, in words.
+    /// Warnings, a sentence each.
     pub warnings: Vec<String>,
     /// The estimated curves.
     pub curves: Vec<JointCurve>,

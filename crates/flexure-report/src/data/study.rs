@@ -15,7 +15,7 @@ pub struct StudyPage {
     pub verdict: Verdict,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
-    /// Warnings, in words.
+    /// Warnings, a sentence each.
     pub warnings: Vec<String>,
     /// The parts of the study.
     pub sections: Vec<StudySection>,
@@ -28,7 +28,7 @@ pub struct StudyPage {
 pub struct StudySection {
     /// The heading, for example "Refined identification".
     pub heading: String,
-    /// Its word in the page's navigation.
+    /// Its name in the page's navigation.
     pub short: String,
     /// What was measured and which theory stands beside it.
     pub lead: String,

@@ -1,4 +1,4 @@
-//! The page of a regression: checked, reduced to what is plotted, and put into words.
+//! The page of a regression: checked, reduced to what is plotted, and put into text.
 
 mod check;
 mod payload;

@@ -8,7 +8,7 @@ use crate::limits;
 
 /// Share of the points, at either end, that may lie outside the picture.
 const TAIL: f64 = 0.005;
-/// The picture is cut where showing every point would take this many times the room.
+/// The picture is cut where showing every point would take this many times the height.
 const WIDE: f64 = 3.0;
 
 /// Points as they are drawn.

@@ -1,4 +1,4 @@
-//! The words of a regression's page, as its template reads them.
+//! The text of a regression's page, as its template reads it.
 
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ pub(crate) struct Text<'a> {
 struct CurveText<'a> {
     band: Option<&'a str>,
     truth: Option<&'a str>,
-    /// Points that lie outside the picture, in words.
+    /// How many points lie outside the picture, for reading.
     outside: Option<String>,
     counted: bool,
 }
@@ -39,7 +39,7 @@ struct ResidualText<'a> {
     beyond: Option<String>,
 }
 
-/// The page's words; `payload` says which plots there will be.
+/// The page's text; `payload` says which plots there will be.
 pub(crate) fn text<'a>(page: &'a RegressionPage, payload: &Payload<'_>) -> Text<'a> {
     let curve = &page.curve;
     Text {

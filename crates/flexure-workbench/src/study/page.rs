@@ -35,7 +35,7 @@ pub fn page(outcome: &Outcome, command: String) -> StudyPage {
         verdict: Verdict {
             headline: headline.to_owned(),
             holds: outcome.agrees,
-            words: outcome.sentence(),
+            text: outcome.sentence(),
         },
         facts: vec![
             Fact::new(

@@ -1,4 +1,4 @@
-//! What the data say about the structures that were compared: as JSON, in words and on the page.
+//! What the data say about the structures that were compared: as JSON, as text and on the page.
 
 use flexure::identify::result::StructureName;
 use flexure::identify::{Refutation, StructureCandidate, StructureComparison};
@@ -6,7 +6,7 @@ use flexure::text::number;
 use flexure_report::data::{Page, Table};
 use serde_json::{Value, json};
 
-/// The answer in a few words.
+/// The answer, in short.
 fn answer(comparison: &StructureComparison) -> &'static str {
     comparison
         .supported
@@ -104,8 +104,8 @@ pub fn show_on(comparison: &StructureComparison, page: &mut Page) {
         .cloned()
         .into_iter()
         .chain(reservation(comparison));
-    let words: Vec<String> = first.chain([std::mem::take(&mut page.verdict.words)]).collect();
-    page.verdict.words = words.join(" ");
+    let sentences: Vec<String> = first.chain([std::mem::take(&mut page.verdict.text)]).collect();
+    page.verdict.text = sentences.join(" ");
     page.candidates.insert(0, table(comparison));
 }
 
@@ -129,15 +129,15 @@ fn table(comparison: &StructureComparison) -> Table {
         .iter()
         .skip(1)
         .filter(|r| !r.contains(" is refuted by "));
-    let mut words = vec![
+    let mut sentences = vec![
         "Each was fitted to the first part of the record and judged on the rest, which none of them has seen. A structure is \
          refuted by another one that predicts significantly better, or by a residual test."
             .to_owned(),
     ];
-    words.extend(others.cloned());
+    sentences.extend(others.cloned());
     Table {
         title: "Structures that were compared".to_owned(),
-        words: words.join(" "),
+        text: sentences.join(" "),
         columns: [
             "structure",
             "fit on fresh data",
@@ -149,6 +149,6 @@ fn table(comparison: &StructureComparison) -> Table {
         .to_vec(),
         rows: rows.collect(),
         chosen: (comparison.candidates.iter()).position(|c| Some(c.structure) == comparison.supported),
-        ends_in_words: true,
+        ends_in_text: true,
     }
 }

@@ -75,39 +75,39 @@ fn branch(path: &Path) -> Value {
 /// A block under its role; a model without blocks by its own names.
 fn block(block: &NamedBlock) -> Vec<(&'static str, Value)> {
     match &block.kind {
-        BlockKind::Static(found) => vec![(block.role, curve(found))],
-        BlockKind::Linear(found) => vec![(block.role, linear(found))],
-        BlockKind::Surface(found) => vec![(block.role, json!(found))],
+        BlockKind::Static(own) => vec![(block.role, curve(own))],
+        BlockKind::Linear(own) => vec![(block.role, linear(own))],
+        BlockKind::Surface(own) => vec![(block.role, json!(own))],
         BlockKind::Narx(model) => narx(model),
         BlockKind::Volterra(model) => volterra(model),
     }
 }
 
-fn curve(found: &StaticBlock) -> Value {
-    let mut object = json!({ "x": found.curve.x(), "y": found.curve.y() });
-    if !found.band_label.is_empty() {
-        object["lower"] = json!(found.band_edge(-1.0));
-        object["upper"] = json!(found.band_edge(1.0));
+fn curve(block: &StaticBlock) -> Value {
+    let mut object = json!({ "x": block.curve.x(), "y": block.curve.y() });
+    if !block.band_label.is_empty() {
+        object["lower"] = json!(block.band_edge(-1.0));
+        object["upper"] = json!(block.band_edge(1.0));
     }
-    if !found.breakpoints.is_empty() {
-        object["breakpoints"] = json!(found.breakpoints);
-        object["kinks"] = json!(found.kinks);
+    if !block.breakpoints.is_empty() {
+        object["breakpoints"] = json!(block.breakpoints);
+        object["kinks"] = json!(block.kinks);
     }
     object
 }
 
-fn linear(found: &LinearBlock) -> Value {
-    let system = &found.system;
+fn linear(block: &LinearBlock) -> Value {
+    let system = &block.system;
     let mut object = json!({
-        "order": found.order(),
-        "delay": found.delay(),
+        "order": block.order(),
+        "delay": block.delay(),
         "b": system.b(),
         "a": system.a(),
         "poles": parts(system.poles()),
         "zeros": parts(system.zeros()),
         "static_gain": system.static_gain(),
     });
-    if let Some(errors) = &found.errors {
+    if let Some(errors) = &block.errors {
         object["b_errors"] = json!(errors.b);
         object["a_errors"] = json!(errors.a);
     }

@@ -70,7 +70,7 @@ impl Periodic {
         levels.iter().map(|s| gain * s).collect()
     }
 
-    /// What was measured, in words.
+    /// What was measured, for reading.
     fn measured(&self) -> String {
         let counted = |n: usize, what: &str| match n {
             1 => format!("1 {what}"),
@@ -85,7 +85,7 @@ impl Periodic {
         )
     }
 
-    /// The levels relative to the response, in words; what would tell them where they are not known.
+    /// The levels relative to the response, for reading; where they are not known, what would show them.
     fn levels(&self) -> String {
         let best = &self.best;
         let decibels = |levels: &[f64]| format!("{:.1} dB", relative(best, levels));
@@ -166,7 +166,7 @@ impl Periodic {
         let best = &self.best;
         let decibels = |v: &[f64]| v.iter().map(|s| 20.0 * s.log10()).collect::<Vec<f64>>();
         Approximation {
-            words: format!("From {}, without any model: {}.", self.measured(), self.levels()),
+            text: format!("From {}, without any model: {}.", self.measured(), self.levels()),
             frequency: best.frequency.iter().map(|f| self.frequency(*f)).collect(),
             frequency_unit: self.unit().to_owned(),
             magnitude_db: best.response.iter().map(|g| 20.0 * g.norm().log10()).collect(),

@@ -76,8 +76,8 @@ fn uncapitalised(title: &str) -> String {
 fn block_lines(block: &NamedBlock, path: &Path) -> Vec<String> {
     let title = uncapitalised(block.title);
     match &block.kind {
-        BlockKind::Static(found) => vec![line(&title, &found.description)],
-        BlockKind::Linear(found) => linear_lines(&title, found),
+        BlockKind::Static(own) => vec![line(&title, &own.description)],
+        BlockKind::Linear(own) => linear_lines(&title, own),
         BlockKind::Surface(surface) => surface_lines(&title, surface, &path.inputs),
         // Their details say what there is to say.
         BlockKind::Narx(_) | BlockKind::Volterra(_) => Vec::new(),
@@ -85,16 +85,16 @@ fn block_lines(block: &NamedBlock, path: &Path) -> Vec<String> {
 }
 
 /// Order, delay and static gain.
-pub fn linear_text(found: &LinearBlock) -> String {
-    let gain = number(found.system.static_gain());
-    format!("order {}, delay {}, static gain {gain}", found.order(), found.delay())
+pub fn linear_text(block: &LinearBlock) -> String {
+    let gain = number(block.system.static_gain());
+    format!("order {}, delay {}, static gain {gain}", block.order(), block.delay())
 }
 
 /// A linear part with its coefficients, poles and zeros.
-fn linear_lines(title: &str, found: &LinearBlock) -> Vec<String> {
-    let (system, errors) = (&found.system, found.errors.as_ref());
+fn linear_lines(title: &str, block: &LinearBlock) -> Vec<String> {
+    let (system, errors) = (&block.system, block.errors.as_ref());
     vec![
-        line(title, &linear_text(found)),
+        line(title, &linear_text(block)),
         format!("    b = {}", coefficients(system.b(), errors.map(|e| &*e.b))),
         format!("    a = {}", coefficients(system.a(), errors.map(|e| &*e.a))),
         format!("    poles {}", roots(system.poles())),

@@ -20,7 +20,7 @@ pub struct Task {
 
 /// An identified system.
 pub struct Identified {
-    /// What was found.
+    /// The result.
     pub result: Identification,
     /// The sample time of its record in s, where it is known.
     pub sample_time: Option<f64>,

@@ -62,15 +62,15 @@ pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
             };
             match &block.kind {
                 BlockKind::Static(_) if block.between_samples => {}
-                BlockKind::Static(found) => {
+                BlockKind::Static(own) => {
                     let labels = [behind(path, k), leaving(result, path, k)];
-                    let curve = curve(found, labels, &entering[..result.fitted]);
+                    let curve = curve(own, labels, &entering[..result.fitted]);
                     curves.push(TitledCurve { title, curve });
-                    entering = entering.iter().map(|&u| found.curve.value(u)).collect();
+                    entering = entering.iter().map(|&u| own.curve.value(u)).collect();
                 }
-                BlockKind::Linear(found) => {
-                    drawn.linear.push(linear(&title, found, identified.sample_time));
-                    entering = found.system.simulate_from_mean(&entering);
+                BlockKind::Linear(own) => {
+                    drawn.linear.push(linear(&title, own, identified.sample_time));
+                    entering = own.system.simulate_from_mean(&entering);
                 }
                 BlockKind::Surface(surface) => {
                     let fitted: Vec<&[f64]> = inputs.iter().map(|u| &u[..result.fitted]).collect();
@@ -112,15 +112,15 @@ fn leaving(result: &Identification, path: &Path, index: usize) -> String {
     }
 }
 
-fn curve(found: &StaticBlock, [x_label, y_label]: [String; 2], entering: &[f64]) -> Nonlinearity {
-    let x = found.curve.x().to_vec();
+fn curve(block: &StaticBlock, [x_label, y_label]: [String; 2], entering: &[f64]) -> Nonlinearity {
+    let x = block.curve.x().to_vec();
     Nonlinearity {
         x_label,
         y_label,
-        y: found.curve.y().to_vec(),
-        lower: found.band_edge(-1.0),
-        upper: found.band_edge(1.0),
-        band_label: found.band_label.to_owned(),
+        y: block.curve.y().to_vec(),
+        lower: block.band_edge(-1.0),
+        upper: block.band_edge(1.0),
+        band_label: block.band_label.to_owned(),
         density: density(entering, &x),
         x,
         ..Nonlinearity::default()
@@ -141,10 +141,10 @@ fn density(u: &[f64], x: &[f64]) -> Vec<f64> {
 }
 
 /// A linear part with its estimated impulse response, where there is one.
-fn linear(title: &str, found: &LinearBlock, sample_time: Option<f64>) -> LinearPart {
-    let estimate = found.impulse.as_ref();
-    let mut part = linear_part(title, &found.system, estimate.map(|e| e.values.len()), sample_time);
-    part.words = format!("{}.", capitalised(&linear_text(found)));
+fn linear(title: &str, block: &LinearBlock, sample_time: Option<f64>) -> LinearPart {
+    let estimate = block.impulse.as_ref();
+    let mut part = linear_part(title, &block.system, estimate.map(|e| e.values.len()), sample_time);
+    part.text = format!("{}.", capitalised(&linear_text(block)));
     if let Some(estimate) = estimate {
         part.impulse_estimate.clone_from(&estimate.values);
         part.impulse_limit = estimate.limit;
@@ -226,7 +226,7 @@ impl<'a> Sections<'a> {
         };
         TitledSurface {
             title: title.to_owned(),
-            words: format!(
+            text: format!(
                 "The estimate as colours with contours; the dots are the data: where there are few, trust it less. Beyond their range \
                  the model keeps the value at the edge.{kept}"
             ),
@@ -282,7 +282,7 @@ fn terms(result: &Identification, model: &NarxModel) -> Table {
     };
     Table {
         title: "Terms".to_owned(),
-        words: format!(
+        text: format!(
             "The {} largest of {} coefficients, for inputs and outputs at zero mean and unit variance; the model's file has all.",
             sorted.len().min(TERMS),
             sorted.len()
@@ -290,7 +290,7 @@ fn terms(result: &Identification, model: &NarxModel) -> Table {
         columns: vec!["term".to_owned(), "coefficient".to_owned()],
         rows: sorted.iter().take(TERMS).map(row).collect(),
         chosen: None,
-        ends_in_words: false,
+        ends_in_text: false,
     }
 }
 
@@ -302,7 +302,7 @@ fn first_kernel(model: &VolterraModel, sample_time: Option<f64>) -> Result<Optio
     let delayed = std::iter::repeat_n(0.0, model.delay).chain(model.first.iter().copied());
     let system = TransferFunction::new(delayed.collect(), vec![1.0])?;
     Ok(Some(LinearPart {
-        words: "The response to small deviations of the input from its mean.".to_owned(),
+        text: "The response to small deviations of the input from its mean.".to_owned(),
         // As many coefficients as lags are no formula to read.
         b: Vec::new(),
         zeros: Vec::new(),
@@ -315,7 +315,7 @@ fn second_kernel(result: &Identification, model: &VolterraModel) -> Option<Title
     let lags: Vec<f64> = (0..model.second_memory).map(|i| (model.delay + i) as f64).collect();
     (lags.len() > 1).then(|| TitledSurface {
         title: "Second-order kernel".to_owned(),
-        words: "What the product of the input's deviations at two lags adds to the output; symmetric. A Hammerstein system has all of it \
+        text: "What the product of the input's deviations at two lags adds to the output; symmetric. A Hammerstein system has all of it \
                 on the diagonal, a Wiener system has it in proportion to the product of its impulse response at both lags."
             .to_owned(),
         surface: Surface {

@@ -218,7 +218,7 @@ pub(super) fn tried(result: &Identification) -> Option<Table> {
     };
     Some(Table {
         title: "Structures that were tried".to_owned(),
-        words: format!(
+        text: format!(
             "{} fits were made in all, most of them on the beginning of the record; these are the best {} of {} structures that were \
              fitted to all {} samples that count. The one of smallest Schwarz criterion was chosen.",
             result.tried.len(),
@@ -229,6 +229,6 @@ pub(super) fn tried(result: &Identification) -> Option<Table> {
         columns: names.iter().map(column).collect(),
         rows: shown.iter().map(row).collect(),
         chosen: shown.iter().position(|t| same(t, chosen, "")),
-        ends_in_words: false,
+        ends_in_text: false,
     })
 }

@@ -63,7 +63,7 @@ impl Identified {
             .map(|input| Ok(signal(input, record.finite(input)?)));
         let mut signals = inputs.collect::<Result<Vec<Signal>>>()?;
         signals.push(signal(&result.output, y));
-        let words = [result.verdict.words()].into_iter().chain(decoration.remark);
+        let sentences = [result.verdict.words()].into_iter().chain(decoration.remark);
         let title = || format!("From {} to {}", result.inputs.join(", "), result.output);
         let (fitted, fresh) = (result.fitted, y.len() - result.fitted);
         let mut page = Page {
@@ -77,7 +77,7 @@ impl Identified {
             verdict: Verdict {
                 headline: result.verdict.headline().to_owned(),
                 holds: result.verdict.holds(),
-                words: words.collect::<Vec<_>>().join(" "),
+                text: sentences.collect::<Vec<_>>().join(" "),
             },
             facts: choices::facts(result),
             record: signals,
@@ -157,7 +157,7 @@ fn residuals(verdict: &flexure::identify::Verdict) -> Residuals {
 }
 
 fn test(t: &flexure::validation::ResidualTest) -> Test {
-    let words = match (t.passed(), t.kind.refutes()) {
+    let text = match (t.passed(), t.kind.refutes()) {
         (true, _) => "nothing found",
         (false, true) => "the model leaves something that the input explains",
         (false, false) => "the noise is coloured, which alone does not refute the model",
@@ -169,7 +169,7 @@ fn test(t: &flexure::validation::ResidualTest) -> Test {
         limit: t.limit,
         p_value: t.p_value,
         passed: t.passed(),
-        words: words.to_owned(),
+        text: text.to_owned(),
     }
 }
 
