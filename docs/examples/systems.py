@@ -1,0 +1,101 @@
+"""The records of the worked logs, simulated with seeds: what each one is made of is known, so that a reader can compare."""
+
+import numpy as np
+
+
+def lag(v, a, b, delay=0):
+    """The output of b(z)/a(z) with a[0] = 1, from rest, `delay` samples later."""
+    y = np.zeros(len(v))
+    for n in range(len(v)):
+        past = sum(b[j] * v[n - delay - j] for j in range(len(b)) if n - delay - j >= 0)
+        y[n] = past - sum(a[j] * y[n - j] for j in range(1, len(a)) if n - j >= 0)
+    return y
+
+
+def dead_zone(u, low=-0.5, high=0.7):
+    return np.maximum(u - high, 0) + np.minimum(u - low, 0)
+
+
+def motor(n=4000, seed=1):
+    """A motor with a dead zone: voltage in V, speed in rad/s, every 10 ms; new random voltage at each sample."""
+    rng = np.random.default_rng(seed)
+    voltage = rng.uniform(-3, 3, n)
+    speed = lag(dead_zone(voltage), [1, -0.8], [4.0 * 0.2], delay=1)
+    return {"t": 0.01 * np.arange(n), "voltage": voltage, "speed": speed + rng.normal(0, 0.05, n)}
+
+
+def amplifier(n=4000, seed=2):
+    """An amplifier that saturates at -2 and 2.5, before a resonant load."""
+    rng = np.random.default_rng(seed)
+    u = rng.normal(0, 2, n)
+    y = lag(np.clip(u, -2, 2.5), [1, -1.5, 0.7], [0, 0.12, 0.08])
+    return {"t": 0.001 * np.arange(n), "command": u, "position": y + rng.normal(0, 0.03, n)}
+
+
+def converter(n=6000, seed=3):
+    """A converter with steps of 0.5, before a filter."""
+    rng = np.random.default_rng(seed)
+    u = rng.uniform(-1.5, 1.5, n)
+    y = lag(0.5 * np.round(u / 0.5), [1, -0.6], [0.4])
+    return {"t": 1e-4 * np.arange(n), "code": u, "volt": y + rng.normal(0, 0.02, n)}
+
+
+def sensor_curve(w):
+    return 4 / (1 + np.exp(-1.2 * w)) - 2 + 0.15 * w
+
+
+def sensor(n=5000, seed=4):
+    """A heated body with a sensor whose curve bends: linear dynamics, then a static nonlinearity."""
+    rng = np.random.default_rng(seed)
+    power = rng.normal(0, 1, n)
+    temperature = lag(power, [1, -1.2, 0.45], [0, 0.6, 0.2])
+    return {"t": 0.5 * np.arange(n), "power": power, "signal": sensor_curve(temperature) + rng.normal(0, 0.02, n)}
+
+
+def two_valves(n=6000, seed=5):
+    """A tank with two inlets: a valve with a dead zone and one that saturates, each with dynamics of its own."""
+    rng = np.random.default_rng(seed)
+    a, b = rng.uniform(-2, 2, n), rng.uniform(-2, 2, n)
+    level = lag(dead_zone(a, -0.4, 0.4), [1, -0.85], [0.15]) + lag(np.tanh(1.5 * b), [1, -0.6], [0, 0.4])
+    return {"t": 1.0 * np.arange(n), "valve_a": a, "valve_b": b, "level": level + rng.normal(0, 0.01, n)}
+
+
+def fan(n=400, seed=6):
+    """A curve without dynamics: flow over speed, with a kink, and noise that grows with the speed."""
+    rng = np.random.default_rng(seed)
+    speed = np.sort(rng.uniform(0, 10, n))
+    flow = np.where(speed < 4, 0.1 * speed, 0.4 + 0.5 * (speed - 4)) + rng.normal(0, 0.05 + 0.015 * speed, n)
+    return {"speed": speed, "flow": flow}
+
+
+def fan_curve(speed):
+    return np.where(speed < 4, 0.1 * speed, 0.4 + 0.5 * (speed - 4))
+
+
+def hard_spring(n=6000, seed=7):
+    """A mass on a spring that hardens (Duffing): the nonlinearity is in the feedback from position to force."""
+    rng = np.random.default_rng(seed)
+    h, parts = 0.05, 20
+    force, y, position, velocity = rng.normal(0, 2, n), np.zeros(n), 0.0, 0.0
+    for k in range(n):
+        y[k] = position
+        for _ in range(parts):
+            velocity += h / parts * (force[k] - 0.4 * velocity - position - 3 * position**3)
+            position += h / parts * velocity
+    return {"t": h * np.arange(n), "force": force, "position": y + rng.normal(0, 1e-3, n)}
+
+
+def two_levels(n=3000, seed=8):
+    """The motor under a voltage of two levels: no record of this kind shows the dead zone's shape."""
+    rng = np.random.default_rng(seed)
+    voltage = rng.choice([-2.0, 2.0], n)
+    speed = lag(dead_zone(voltage), [1, -0.8], [4.0 * 0.2], delay=1)
+    return {"t": 0.01 * np.arange(n), "voltage": voltage, "speed": speed + rng.normal(0, 0.05, n)}
+
+
+def narrow_start(n=4000, seed=9):
+    """The motor under a voltage that is small in the first three quarters of the record, and large in the last."""
+    rng = np.random.default_rng(seed)
+    voltage = rng.uniform(-1, 1, n) * np.where(np.arange(n) < 0.75 * n, 1.5, 3)
+    speed = lag(dead_zone(voltage), [1, -0.8], [4.0 * 0.2], delay=1)
+    return {"t": 0.01 * np.arange(n), "voltage": voltage, "speed": speed + rng.normal(0, 0.05, n)}
