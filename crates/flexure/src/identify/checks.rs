@@ -75,18 +75,21 @@ pub(super) fn warn_of_levels(u: &[f64], warnings: &mut Vec<Warning>) {
     warnings.extend(few_levels(u).map(|levels| Warning::FewLevels { levels: levels.len() }));
 }
 
-/// Warns where the input is so far from white that the correlation estimate suffers; whether it is.
-pub(super) fn warn_of_colour(u: &[f64], warnings: &mut Vec<Warning>) -> bool {
+/// The largest autocorrelation in absolute value of an input that is not white, and its lag.
+pub(super) struct Colour {
+    pub largest: f64,
+    pub lag: usize,
+}
+
+/// The colour of an input that is so far from white that the correlation estimate suffers.
+pub(super) fn colour(u: &[f64]) -> Option<Colour> {
     let lags = WHITENESS_LAGS.min(u.len() / 5);
     let r = cross_covariance(u, u, lags);
     let (lag, largest) = (1..=lags)
         .map(|j| (j, r[j] / r[0]))
         .fold((0, 0.0_f64), |a, b| if b.1.abs() > a.1.abs() { b } else { a });
     let coloured = !whiteness(u, lags).passed() && largest.abs() > NEGLIGIBLE_COLOUR;
-    if coloured {
-        warnings.push(Warning::InputNotWhite { largest, lag });
-    }
-    coloured
+    coloured.then_some(Colour { largest, lag })
 }
 
 /// Warns where the model predicts no better than the output's mean.

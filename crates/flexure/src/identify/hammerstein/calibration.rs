@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::identify::outcome::Warning;
 use crate::linear::TransferFunction;
 
-/// How scale and offset, which the data cannot tell, are fixed.
+/// How scale and offset are fixed, which the data do not determine.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Calibration {
     /// The linear part has static gain 1, so that the nonlinearity is the static characteristic of the
@@ -39,7 +39,7 @@ pub(super) struct Calibrated {
 }
 
 /// The blocks as they were estimated.
-pub(super) struct Estimated<'a> {
+pub(super) struct Uncalibrated<'a> {
     /// m_n, NaN where it has no value.
     pub nonlinearity: &'a dyn Fn(f64) -> f64,
     /// The mean of m_n over the samples.
@@ -69,7 +69,7 @@ impl Calibration {
     }
 
     /// Scale and offset for blocks as they were estimated.
-    pub(super) fn apply(&self, estimated: &Estimated) -> Result<Calibrated> {
+    pub(super) fn apply(&self, estimated: &Uncalibrated) -> Result<Calibrated> {
         let linear = estimated.linear;
         let static_gain = linear.static_gain();
         let impulse = linear.impulse_response(linear.settling(GAIN_TAIL));
@@ -104,7 +104,7 @@ impl Calibration {
 }
 
 /// phi_n(x) = (m_n(x) - alpha_n) / d1_n with phi known at two points.
-fn two_points(estimated: &Estimated, x: [f64; 2], phi: [f64; 2]) -> Result<Calibrated> {
+fn two_points(estimated: &Uncalibrated, x: [f64; 2], phi: [f64; 2]) -> Result<Calibrated> {
     let m = x.map(estimated.nonlinearity);
     if let Some(i) = (0..2).find(|&i| m[i].is_nan()) {
         return Err(Error::parameter(

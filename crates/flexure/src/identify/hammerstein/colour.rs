@@ -11,10 +11,10 @@
 
 use std::ops::Range;
 
-use super::correlation::{ImpulseEstimate, Psi};
+use super::correlation::{ImpulseResponse, Psi};
 use super::delay::Lags;
 use super::limits::{COLOUR_PASSES, LARGEST_ORDER, LIMIT_QUANTILE, MOST_DECONVOLVED, RIDGE, SAMPLES_PER_UNKNOWN};
-use super::regression::Regression;
+use super::regression::NonlinearityEstimate;
 use super::{Estimate, PlainHammerstein};
 use crate::error::Result;
 use crate::linalg;
@@ -38,7 +38,7 @@ pub(super) fn corrected(
         let delay = method.delay.unwrap_or_else(|| response.first_clear());
         let lag = method.regression_lag.resolve(response.strongest(), delay);
         let rest = less_other_lags(y, &estimate.regression.centred, &response.k, lag);
-        let regression = Regression::new(method, x, &rest, lag)?;
+        let regression = NonlinearityEstimate::new(method, x, &rest, lag)?;
         match deconvolve(y, &regression.centred, window.clone()) {
             Some(better) if better.unexplained < response.unexplained => {
                 (estimate.regression, estimate.response) = (regression, better);
@@ -64,7 +64,7 @@ fn deconvolved_lags(method: &PlainHammerstein, lags: &Lags, samples: usize) -> R
 /// The impulse response from `m` = m_n(X_n) to y by the Wiener-Hopf equations at the lags `lags`; zero at those before.
 ///
 /// `None` if m is constant.
-pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<ImpulseEstimate> {
+pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<ImpulseResponse> {
     let n = y.len();
     let mut r = cross_covariance(m, m, lags.len() - 1);
     let joint = cross_covariance(m, y, lags.end - 1).split_off(lags.start);
@@ -73,7 +73,7 @@ pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<Imp
     let explained: f64 = solution.iter().zip(&joint).map(|(k, c)| k * c).sum();
     let power = variance(y);
     let unexplained = (1.0 - explained / power).max(0.0);
-    Some(ImpulseEstimate {
+    Some(ImpulseResponse {
         limit: LIMIT_QUANTILE * (unexplained * power * inverse_diagonal / n as f64).sqrt(),
         k: std::iter::repeat_n(0.0, lags.start).chain(solution).collect(),
         psi: Psi::DeconvolvedNonlinearity,

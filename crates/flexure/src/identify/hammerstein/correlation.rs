@@ -20,7 +20,7 @@ pub(super) enum Psi {
 }
 
 /// The estimated impulse response, from lag 0.
-pub(super) struct ImpulseEstimate {
+pub(super) struct ImpulseResponse {
     pub k: Vec<f64>,
     /// Within this of zero a coefficient is noise with 99 %.
     pub limit: f64,
@@ -31,7 +31,7 @@ pub(super) struct ImpulseEstimate {
     pub autocovariance: Option<Vec<f64>>,
 }
 
-impl ImpulseEstimate {
+impl ImpulseResponse {
     /// The lag of the largest coefficient.
     pub fn strongest(&self) -> usize {
         (0..self.k.len())
@@ -61,7 +61,7 @@ impl ImpulseEstimate {
 
 /// cov(Y_{n+j}, psi(X_n)) over cov(m_n(X_n), psi(X_n)), j = 0, ..., `lags`: the impulse response in the scale in which its coefficient
 /// at the lag of the regression is 1. `m` is m_n(X_n) less its mean.
-pub(super) fn correlate(x: &[f64], y: &[f64], m: &[f64], lags: usize) -> ImpulseEstimate {
+pub(super) fn correlate(x: &[f64], y: &[f64], m: &[f64], lags: usize) -> ImpulseResponse {
     let centre = mean(x);
     let joint = m.iter().zip(x).map(|(m, x)| m * (x - centre)).sum::<f64>() / x.len() as f64;
     let power = variance(m);
@@ -76,7 +76,7 @@ pub(super) fn correlate(x: &[f64], y: &[f64], m: &[f64], lags: usize) -> Impulse
     } else {
         0.0
     };
-    ImpulseEstimate {
+    ImpulseResponse {
         k: cross_covariance(signal, y, lags)
             .iter()
             .map(|c| c * per_scale)

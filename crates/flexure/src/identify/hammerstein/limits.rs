@@ -20,8 +20,8 @@ pub(super) const CLIP: f64 = 3.0;
 /// The delay: the probability that a record without any dependence shows one at some lag. The test
 /// `unrelated_signals_show_no_dependence` counts it.
 pub(super) const FALSE_ALARM: f64 = 1e-3;
-/// The delay: a polynomial of which no more is left by those of lower degree is a combination of them. Square root of rounding,
-/// rounded up.
+/// The delay: a polynomial is a combination of those of lower degree when they leave no more than this share of it. Square root of
+/// rounding, rounded up.
 pub(super) const DEPENDENT: f64 = 1e-6;
 
 /// The normal quantile of a two-sided 95 % band.
@@ -63,5 +63,5 @@ pub(super) const SMALLEST_GAIN: f64 = 0.02;
 /// Calibration: a static gain of no more than this many standard errors counts as none too. Chance exceeds three in 0.3 % of all
 /// records.
 pub(super) const CLEAR_GAIN: f64 = 3.0;
-/// Calibration: the response is summed up to where no more than this share of it is left. Convention.
+/// Calibration: the response is summed up to where no more than this share of it remains. Convention.
 pub(super) const GAIN_TAIL: f64 = 1e-3;

@@ -47,11 +47,12 @@ mod realisation;
 mod refined;
 mod regression;
 
-use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_colour, warn_of_levels, warn_of_range};
+use super::checks::{self, both_vary, fresh_part, warn_if_useless, warn_of_levels, warn_of_range};
 use super::outcome::{Verdict, Warning};
 use super::request::{HammersteinMethod, Options, Progress, Request, Structure};
 use super::result::{Identification, ImpulseEstimate, LinearBlock, StaticBlock, StructureName};
 use super::run::{Run, announce, path};
+use super::samples::Samples;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linear::TransferFunction;
@@ -60,14 +61,14 @@ use crate::model::Block;
 use crate::nonlinearity::{Curve, EstimatorName, Kernel};
 use crate::record::Record;
 pub use calibration::Calibration;
-use calibration::{Calibrated, Estimated};
+use calibration::{Calibrated, Uncalibrated};
 use delay::Lags;
 pub use delay::RegressionLag;
 use limits::BAND_QUANTILE;
 pub use limits::{FEWEST_SAMPLES, LARGEST_ORDER, MOST_ORDER};
 use realisation::Realisation;
 pub use refined::{PhysicalForm, RefinedHammerstein};
-use regression::Regression;
+use regression::NonlinearityEstimate;
 
 /// What the band of a kernel estimate allows for.
 const VARIANCE_ONLY: &str = "95 % pointwise, variance only";
@@ -109,37 +110,26 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 }
 
 /// The paper's algorithm.
-///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `estimator` | the estimator of the nonlinearity; the paper's is the kernel's, (21) | | kernel |
-/// | `kernel` | weight function of (21) | | Epanechnikov |
-/// | `parameter` | the estimator's tuning parameter; for (21) the bandwidth h | that of the estimator | leave-one-out cross-validation |
-/// | `order` | order l of the linear part | 0 to 50 | Schwarz's criterion, 0 to 8 |
-/// | `delay` | delay s in samples | below a quarter of the record | first significant dependence |
-/// | `regression_lag` | lag of the regression | below a quarter of the record | the strongest dependence |
-/// | `calibration` | convention for scale and offset | | unit static gain |
-/// | `ignore_colour` | treat any input as white, as the paper does | | false |
-/// | `fresh_share` | share at the record's end kept for the verdict | 0.05 to 0.9 | 0.25 |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlainHammerstein {
-    /// The estimator of the nonlinearity.
+    /// The estimator of the nonlinearity; by default the paper's, the kernel's of (21).
     pub estimator: EstimatorName,
-    /// The weight function of an estimator with a kernel.
+    /// The weight function of an estimator with a kernel; by default Epanechnikov's.
     pub kernel: Kernel,
-    /// The estimator's tuning parameter, see [`EstimatorName::parameter`]; a bandwidth is in the input's unit.
+    /// The estimator's tuning parameter, see [`EstimatorName::parameter`]: for (21) the bandwidth h, in the input's unit. Else it is
+    /// chosen by leave-one-out cross-validation.
     pub parameter: Option<f64>,
-    /// The order of the linear part.
+    /// The order l of the linear part, 0 to 50; else 0 to 8 by Schwarz's criterion.
     pub order: Option<usize>,
-    /// The delay in samples.
+    /// The delay s in samples, below a quarter of the fitted ones; else the first lag with a significant dependence.
     pub delay: Option<usize>,
-    /// The lag of the regression.
+    /// The lag of the regression; by default that of the strongest dependence.
     pub regression_lag: RegressionLag,
-    /// The convention for scale and offset.
+    /// The convention for scale and offset; by default unit static gain.
     pub calibration: Calibration,
-    /// Whether to treat an input that is not white as if it were.
+    /// Whether to treat an input that is not white as if it were, as the paper does.
     pub ignore_colour: bool,
-    /// The share of the record that the verdict is made on.
+    /// The share of the record, at its end, that the verdict is made on, 0.05 to 0.9; by default 0.25.
     pub fresh_share: f64,
 }
 
@@ -159,13 +149,6 @@ impl Default for PlainHammerstein {
     }
 }
 
-/// Input and output. The samples from `fitted` on are kept for the verdict.
-struct Signals<'a> {
-    u: &'a [f64],
-    y: &'a [f64],
-    fitted: usize,
-}
-
 /// Both blocks up to scale and offset.
 struct Estimate {
     /// The delay s.
@@ -173,9 +156,9 @@ struct Estimate {
     /// The lag j of the regression of Y_{n+j} on X_n.
     regression_lag: usize,
     /// m_n, the nonlinearity.
-    regression: Regression,
+    regression: NonlinearityEstimate,
     /// k_j, the linear part.
-    response: correlation::ImpulseEstimate,
+    response: correlation::ImpulseResponse,
 }
 
 impl PlainHammerstein {
@@ -199,11 +182,15 @@ impl PlainHammerstein {
         let (x, y_fit) = (&u[..fitted], &y[..fitted]);
         let mut warnings = Vec::new();
         warn_of_levels(x, &mut warnings);
-        let coloured = warn_of_colour(x, &mut warnings);
+        let colour = checks::colour(x);
+        warnings.extend(colour.as_ref().map(|c| Warning::InputNotWhite {
+            largest: c.largest,
+            lag: c.lag,
+        }));
 
         let lags = Lags::find(self, x, y_fit, &mut warnings);
         let mut estimate = self.estimate_from_white_input(x, y_fit, &lags)?;
-        if coloured && !self.ignore_colour {
+        if colour.is_some() && !self.ignore_colour {
             estimate = colour::corrected(self, x, y_fit, &lags, estimate)?;
         }
         warnings.extend(estimate.regression.warning(self.estimator));
@@ -212,7 +199,7 @@ impl PlainHammerstein {
         warnings.extend(calibrated.warning.clone());
         self.outcome(
             request,
-            &Signals { u, y, fitted },
+            &Samples { u: vec![u], y, fitted },
             &estimate,
             &realised,
             &calibrated,
@@ -251,7 +238,7 @@ impl PlainHammerstein {
 
     /// The regression (21) at the chosen lag, and the impulse response (17) by correlation.
     fn estimate_from_white_input(&self, x: &[f64], y: &[f64], lags: &Lags) -> Result<Estimate> {
-        let regression = Regression::new(self, x, y, lags.regression)?;
+        let regression = NonlinearityEstimate::new(self, x, y, lags.regression)?;
         let response = correlation::correlate(x, y, &regression.centred, lags.last);
         Ok(Estimate {
             delay: lags.delay,
@@ -264,7 +251,7 @@ impl PlainHammerstein {
     /// The scale d1 and the offset alpha.
     fn calibrate(&self, estimate: &Estimate, realised: &Realisation, y: &[f64]) -> Result<Calibrated> {
         interrupt::check()?;
-        self.calibration.apply(&Estimated {
+        self.calibration.apply(&Uncalibrated {
             nonlinearity: &|x| estimate.regression.value(x),
             mean: estimate.regression.mean,
             linear: &realised.linear,
@@ -277,12 +264,13 @@ impl PlainHammerstein {
     fn outcome(
         &self,
         request: &Request<'_>,
-        &Signals { u, y, fitted }: &Signals,
+        samples: &Samples<'_>,
         estimate: &Estimate,
         realised: &Realisation,
         calibrated: &Calibrated,
         mut warnings: Vec<Warning>,
     ) -> Result<Identification> {
+        let (u, y, fitted) = (samples.input(), samples.y, samples.fitted);
         let (gain, output_offset) = (calibrated.gain, calibrated.output_offset);
         let (curve, errors) = estimate.regression.tabulated(&u[..fitted - estimate.regression_lag])?;
         let curve = curve.affine(gain, calibrated.mean - gain * estimate.regression.mean);

@@ -13,12 +13,11 @@ use crate::error::Result;
 use crate::identify::outcome::Warning;
 use crate::interrupt;
 use crate::linear::correlation::mean;
-use crate::nonlinearity;
-use crate::nonlinearity::{Curve, EstimatorName, NamedEstimator, Outside, Scores, Tuning, tabulate};
+use crate::nonlinearity::{Curve, EstimatorName, NamedEstimator, Outside, Regression, Scores, Tuning, tabulate};
 
 /// The estimate m_n and its values at the samples.
-pub(super) struct Regression {
-    fit: Box<dyn nonlinearity::Regression>,
+pub(super) struct NonlinearityEstimate {
+    fit: Box<dyn Regression>,
     /// The estimator's tuning parameter; for (21) the bandwidth h.
     pub parameter: f64,
     /// The cross-validation curve; `None` if the parameter was given.
@@ -29,9 +28,9 @@ pub(super) struct Regression {
     pub mean: f64,
 }
 
-impl Regression {
+impl NonlinearityEstimate {
     /// Regresses Y_{n+lag} on X_n.
-    pub fn new(method: &PlainHammerstein, x: &[f64], y: &[f64], lag: usize) -> Result<Regression> {
+    pub fn new(method: &PlainHammerstein, x: &[f64], y: &[f64], lag: usize) -> Result<NonlinearityEstimate> {
         let (partners, y) = (&x[..x.len() - lag], &y[lag..]);
         let estimator = NamedEstimator {
             name: method.estimator,
@@ -52,7 +51,7 @@ impl Regression {
         centred.iter_mut().filter(|m| m.is_nan()).for_each(|m| *m = overall);
         let mean = mean(&centred);
         centred.iter_mut().for_each(|m| *m -= mean);
-        Ok(Regression {
+        Ok(NonlinearityEstimate {
             fit: fit.regression,
             parameter: fit.parameter[0],
             scores: fit.scores,

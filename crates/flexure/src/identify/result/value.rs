@@ -15,7 +15,7 @@ pub enum Value {
     Count(usize),
     /// A number.
     Number(f64),
-    /// Words.
+    /// Text.
     Text(String),
     /// Several values.
     List(Vec<Value>),

@@ -125,7 +125,16 @@ impl Alternation<'_> {
         let errors = observed.errors(&self.linear.filter(&observed.experiments, &self.w), self.offset);
         let whitening = self.whitening(observed, &errors);
         let (z, variance) = self.memory_removed(observed, &whitening, &errors)?;
-        let selection = select(self.cells, observed.u, &z, &self.terms, &Costs::new(variance));
+        let selection = select(
+            self.cells,
+            observed.u,
+            &z,
+            &self.terms,
+            &Costs {
+                variance,
+                smooth: false,
+            },
+        );
         if selection.terms.len() < 2 {
             return None;
         }

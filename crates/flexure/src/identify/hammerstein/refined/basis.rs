@@ -2,7 +2,7 @@
 //! estimated risk.
 
 use super::cells::Cells;
-use super::limits::{CELLS_PER_KNOT, EVEN_KNOTS, JUMP_REACH, NEARLY_SMOOTH};
+use super::limits::{CELLS_PER_KNOT, EVEN_KNOTS, GIVEN_COST, GIVEN_MARGIN, JUMP_REACH, NEARLY_SMOOTH, SEARCHED_COST};
 use super::piecewise::{PiecewiseCubics, Term};
 use super::stepwise::{Costs, OrthogonalFit, stepwise};
 use crate::nonlinearity::spline::{banded::Banded, basis::CubicSplines};
@@ -25,19 +25,19 @@ pub(super) struct Selection {
 /// 3. cubic knots at evenly spaced ranks, which cost less as their places are given, taken where clearly better.
 pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], costs: &Costs) -> Selection {
     let z = &cells.means(values);
-    let net = |g: &OrthogonalFit| g.explained() - costs.searched() * g.breakpoints() as f64;
+    let net = |g: &OrthogonalFit| g.explained() - SEARCHED_COST * costs.variance * g.breakpoints() as f64;
     let mut fit = stepwise(cells, z, start, costs);
     if let Some(even) = EvenSpline::best(cells, z, costs) {
         let even_net = even.net(costs);
         // Where evenly placed knots do far worse, the nonlinearity is not smooth.
         let is_rough = |t: &Term| matches!(t, Term::TruncatedPower { degree: 0 | 1, .. });
-        if fit.terms.iter().any(is_rough) && even_net > net(&fit) - NEARLY_SMOOTH * costs.searched() {
-            let smooth = stepwise(cells, z, &[], &costs.smooth());
+        if fit.terms.iter().any(is_rough) && even_net > net(&fit) - NEARLY_SMOOTH * SEARCHED_COST * costs.variance {
+            let smooth = stepwise(cells, z, &[], &Costs { smooth: true, ..*costs });
             if net(&smooth) > net(&fit) {
                 fit = smooth;
             }
         }
-        if even_net > net(&fit) + costs.margin() {
+        if even_net > net(&fit) + GIVEN_MARGIN * costs.variance {
             let knots = even_knots(cells, even.knots).into_iter();
             let knots = knots.map(|at| Term::TruncatedPower { at, degree: 3 });
             fit = OrthogonalFit::new(cells, z, &(0..4).map(Term::Power).chain(knots).collect::<Vec<_>>());
@@ -141,7 +141,7 @@ struct EvenSpline {
 
 impl EvenSpline {
     fn net(&self, costs: &Costs) -> f64 {
-        self.explained - costs.given() * self.knots as f64
+        self.explained - GIVEN_COST * costs.variance * self.knots as f64
     }
 
     /// That with the least estimated risk (Mallows' C_p).

@@ -20,7 +20,16 @@ pub(in super::super) fn sample(n: usize, noise: f64, seed: u64, phi: impl Fn(f64
 fn chosen(n: usize, noise: f64, seed: u64, phi: impl Fn(f64) -> f64) -> Vec<(f64, u8)> {
     let (u, z) = sample(n, noise, seed, phi);
     let cells = Cells::new(&u);
-    let selection = select(&cells, &u, &z, &[], &Costs::new(noise * noise));
+    let selection = select(
+        &cells,
+        &u,
+        &z,
+        &[],
+        &Costs {
+            variance: noise * noise,
+            smooth: false,
+        },
+    );
     let mut found: Vec<(f64, u8)> = selection
         .terms
         .iter()
@@ -57,8 +66,26 @@ fn a_mirrored_problem_has_the_mirrored_answer() {
     let mirrored: Vec<f64> = u.iter().map(|u| -u).collect();
     let (a, b) = (Cells::new(&u), Cells::new(&mirrored));
     let (p, q) = (
-        select(&a, &u, &z, &[], &Costs::new(0.01)),
-        select(&b, &mirrored, &z, &[], &Costs::new(0.01)),
+        select(
+            &a,
+            &u,
+            &z,
+            &[],
+            &Costs {
+                variance: 0.01,
+                smooth: false,
+            },
+        ),
+        select(
+            &b,
+            &mirrored,
+            &z,
+            &[],
+            &Costs {
+                variance: 0.01,
+                smooth: false,
+            },
+        ),
     );
     let (f, g) = (p.basis.combined(&p.coefficients), q.basis.combined(&q.coefficients));
     for i in 0..50 {
@@ -78,7 +105,16 @@ fn few_levels_are_cells_of_their_own() {
     let z: Vec<f64> = u.iter().map(|u| u * u - 7.0).collect();
     let cells = Cells::new(&u);
     assert_eq!(cells.levels(10), Some(vec![0.0, 1.0, 2.0, 3.0, 4.0]));
-    let selection = select(&cells, &u, &z, &[], &Costs::new(1e-6));
+    let selection = select(
+        &cells,
+        &u,
+        &z,
+        &[],
+        &Costs {
+            variance: 1e-6,
+            smooth: false,
+        },
+    );
     let phi = selection.basis.combined(&selection.coefficients);
     for x in [0.0, 2.0, 4.0] {
         assert!((phi.value(x) - (x * x - 7.0)).abs() < 1e-9);

@@ -3,7 +3,7 @@
 //! The parameters' covariance is $\sigma^2 (J'J)^{-1}$ at the minimum (Ljung 1999, section 9.4). What is reported depends on the
 //! parameters through the calibration as well, so the covariance is propagated by the delta method with numerical derivatives.
 
-use super::super::calibration::{Calibrated, Calibration, Estimated};
+use super::super::calibration::{Calibrated, Calibration, Uncalibrated};
 use super::super::delayed;
 use super::super::limits::BAND_QUANTILE;
 use super::alternation::Minimum;
@@ -137,7 +137,7 @@ struct Reported<'a> {
 impl Reported<'_> {
     fn calibrated(&self, blocks: &Blocks) -> Result<Calibrated> {
         let phi = blocks.nonlinearity();
-        self.calibration.apply(&Estimated {
+        self.calibration.apply(&Uncalibrated {
             nonlinearity: &|x| phi.value(x),
             mean: 0.0,
             linear: &blocks.linear.transfer,

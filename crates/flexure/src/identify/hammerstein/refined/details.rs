@@ -6,13 +6,11 @@ use super::RefinedHammerstein;
 use super::alternation::Minimum;
 use super::calibrated::CalibratedBlocks;
 use super::form_fit::{FormFit, MemoryRemoved};
+use super::limits::MOST_LISTED;
 use super::piecewise::Breakpoint;
 use crate::error::Result;
 use crate::identify::result::{Detail, Place, Value, Values};
 use crate::text::number;
-
-/// Breakpoints of one kind up to so many are listed one by one.
-const MOST_LISTED: usize = 6;
 
 /// Where the nonlinearity breaks, for reading: "kinks at -1.000, 1.000".
 pub(super) fn listed(breakpoints: &[Breakpoint]) -> String {

@@ -9,7 +9,7 @@ pub(super) const AFTER_SETTLING: usize = 30;
 pub(super) const SAMPLES_PER_UNCOUNTED: usize = 10;
 /// The fewest samples after which a response is said to have settled. Convention.
 pub(super) const SHORTEST_MEMORY: usize = 10;
-/// A response has settled when this share of it is left. Convention.
+/// A response has settled when this share of it remains. Convention.
 pub(super) const SETTLED_RESPONSE: f64 = 0.01;
 /// The plain estimate's error on its own samples may be smaller than the refined one's by this share, and by that of so many samples:
 /// it follows the samples' noise with more parameters. Convention.
@@ -97,6 +97,9 @@ pub(super) const JUMP_WIDTH: f64 = 1e-9;
 pub(super) const DERIVATIVE_STEP: f64 = 1e-2;
 /// Result: added to the unit diagonal of equations that are singular to rounding. Convention.
 pub(super) const SINGULAR_RIDGE: f64 = 1e-9;
+
+/// Result: breakpoints of one kind up to so many are listed one by one. Convention.
+pub(super) const MOST_LISTED: usize = 6;
 
 /// Forms: the level of the test of lack of fit, and the most groups of samples in it. Conventions.
 pub(super) const FORM_LEVEL: f64 = 0.01;

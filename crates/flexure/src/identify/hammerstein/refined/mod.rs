@@ -43,7 +43,7 @@ use super::details::named;
 use super::realisation::ChosenOrder;
 use super::{HAMMERSTEIN, MOST_ORDER, PlainHammerstein, cascade};
 use crate::error::{Error, Result};
-use crate::identify::checks::{warn_if_useless, warn_of_colour, warn_of_range};
+use crate::identify::checks::{colour, warn_if_useless, warn_of_range};
 use crate::identify::outcome::{Verdict, Warning};
 use crate::identify::request::{HammersteinMethod, Options, Request};
 use crate::identify::result::{BlockKind, Identification, LinearBlock, StaticBlock};
@@ -65,17 +65,6 @@ use linear_part::LinearPart;
 
 /// The refined identification of a Hammerstein system.
 ///
-/// | parameter | purpose | valid range | default |
-/// |---|---|---|---|
-/// | `order` | order of the linear part | 0 to 50 | Schwarz's criterion, 0 to 8 |
-/// | `delay` | delay s in samples | below a quarter of the record | the first clear lag |
-/// | `calibration` | convention for scale and offset | | unit static gain |
-/// | `start` | estimator of the nonlinearity that the refinement starts from | | the kernel's, as in (21) |
-/// | `noise_model` | whiten the output error by an autoregression | | true |
-/// | `missing` | NaN in the output are missing samples; the error is then not whitened | | false: refused |
-/// | `form` | form to fit to the nonlinearity and to test | | none |
-/// | `fresh_share` | share at the end kept for the verdict | 0.05 to 0.9 | 0.25 |
-///
 /// ```
 /// use flexure::identify::RefinedHammerstein;
 /// use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
@@ -89,21 +78,21 @@ use linear_part::LinearPart;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefinedHammerstein {
-    /// The order of the linear part.
+    /// The order of the linear part, 0 to 50; else 0 to 8 by Schwarz's criterion.
     pub order: Option<usize>,
-    /// The delay in samples.
+    /// The delay s in samples, below a quarter of the fitted ones; else the first clear lag.
     pub delay: Option<usize>,
-    /// The convention for scale and offset.
+    /// The convention for scale and offset; by default unit static gain.
     pub calibration: Calibration,
-    /// The estimator of the nonlinearity that the refinement starts from.
+    /// The estimator of the nonlinearity that the refinement starts from; by default the kernel's, as in (21).
     pub start: EstimatorName,
-    /// Whether to whiten the output error.
+    /// Whether to whiten the output error by an autoregression; by default it is.
     pub noise_model: bool,
-    /// Whether NaN in the output are missing samples.
+    /// Whether NaN in the output are missing samples, which are else refused. The error is then not whitened.
     pub missing: bool,
     /// The form to fit to the nonlinearity and to test.
     pub form: Option<PhysicalForm>,
-    /// The share of the samples that the verdict is made on.
+    /// The share of the samples, at their end, that the verdict is made on, 0.05 to 0.9; by default 0.25.
     pub fresh_share: f64,
 }
 
@@ -327,11 +316,9 @@ fn parameters(linear: &LinearBlock, breakpoints: usize) -> usize {
 fn warnings(all: &Experiments, plain: &Identification) -> Vec<Warning> {
     let kept = |w: &&Warning| matches!(w, Warning::FewLevels { .. } | Warning::NoDependence { .. });
     let mut warnings: Vec<Warning> = plain.warnings.iter().filter(kept).cloned().collect();
-    let mut colour = Vec::new();
-    warn_of_colour(&all.u[..all.fitted], &mut colour);
-    warnings.extend(colour.into_iter().filter_map(|w| match w {
-        Warning::InputNotWhite { largest, lag } => Some(Warning::ColouredInput { largest, lag }),
-        _ => None,
+    warnings.extend(colour(&all.u[..all.fitted]).map(|c| Warning::ColouredInput {
+        largest: c.largest,
+        lag: c.lag,
     }));
     warnings
 }

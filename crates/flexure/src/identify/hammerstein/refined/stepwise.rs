@@ -6,8 +6,7 @@
 
 use super::cells::{Cells, DEGREES};
 use super::limits::{
-    DEPENDENT, ENTRY_COST, FEWEST_AT_JUMP, GIVEN_COST, GIVEN_MARGIN, LEAST_GAIN, MOST_MOVED, MOST_TERMS, PATIENCE,
-    ROUNDING, SEARCHED_COST, SWEEPS,
+    DEPENDENT, ENTRY_COST, FEWEST_AT_JUMP, LEAST_GAIN, MOST_MOVED, MOST_TERMS, PATIENCE, ROUNDING, SWEEPS,
 };
 use super::piecewise::Term;
 use crate::interrupt;
@@ -154,29 +153,16 @@ impl<'a> OrthogonalFit<'a> {
     }
 }
 
-/// What a function must gain to be worth it, in the squared unit of the values.
+/// What a function must gain to be worth it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Costs {
-    /// The noise's variance in a sample.
-    variance: f64,
+    /// The noise's variance in a sample, the unit of all costs.
+    pub variance: f64,
     /// Whether jumps and kinks are excluded.
-    smooth: bool,
+    pub smooth: bool,
 }
 
 impl Costs {
-    /// For values with noise of this variance.
-    pub fn new(variance: f64) -> Costs {
-        Costs {
-            variance,
-            smooth: false,
-        }
-    }
-
-    /// The same without jumps and kinks.
-    pub fn smooth(self) -> Costs {
-        Costs { smooth: true, ..self }
-    }
-
     fn allows(&self, degree: u8) -> bool {
         degree == 3 || !self.smooth
     }
@@ -184,21 +170,6 @@ impl Costs {
     /// The least gain of a function.
     fn entry(&self) -> f64 {
         ENTRY_COST * self.variance
-    }
-
-    /// The share of a function with a searched breakpoint in the estimated risk.
-    pub fn searched(&self) -> f64 {
-        SEARCHED_COST * self.variance
-    }
-
-    /// That of one with a given breakpoint.
-    pub fn given(&self) -> f64 {
-        GIVEN_COST * self.variance
-    }
-
-    /// By how much given breakpoints must be better than searched ones.
-    pub fn margin(&self) -> f64 {
-        GIVEN_MARGIN * self.variance
     }
 
     /// The least gain of this term; a straight line is free.

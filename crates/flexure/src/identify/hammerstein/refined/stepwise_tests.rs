@@ -55,7 +55,13 @@ fn pruning_drops_what_a_refit_would_drop() {
     let means = cells.means(&z);
     let mut terms: Vec<Term> = (0..4).map(Term::Power).collect();
     terms.extend([-0.7, -0.25, 0.2, 0.5].map(|at| Term::TruncatedPower { at, degree: 1 }));
-    let kept = prune(&OrthogonalFit::new(&cells, &means, &terms), &Costs::new(0.04));
+    let kept = prune(
+        &OrthogonalFit::new(&cells, &means, &terms),
+        &Costs {
+            variance: 0.04,
+            smooth: false,
+        },
+    );
     // The kink is at 0, -0.25 in the unit coordinate.
     assert!(
         kept.contains(&Term::TruncatedPower { at: -0.25, degree: 1 }),
