@@ -5,12 +5,20 @@
 //! `Inputs[Series[..], ..]`, or `Series[Surface, Linear]` where they act jointly: values of one type, so that simulating, saving
 //! and exporting is one walk over it. The references without blocks are blocks themselves.
 
+mod narx;
+mod volterra;
+
 use serde::{Deserialize, Serialize};
 
+pub use narx::{NarxModel, NarxTerm};
+pub use volterra::VolterraModel;
+
 use crate::error::{Error, Result};
-use crate::identify::{NarxModel, VolterraModel};
 use crate::linear::TransferFunction;
 use crate::nonlinearity::{Curve, Surface};
+
+/// The largest lag of a model that can be simulated.
+const LARGEST_LAG: usize = 1_000_000;
 
 /// A block, or several in series or in parallel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -78,7 +86,67 @@ impl Block {
     }
 
     /// The response to inputs of one length, the last of which stands for those that are missing.
-    fn run(&self, inputs: &[&[f64]]) -> Vec<f64> {
+    pub(crate) fn run(&self, inputs: &[&[f64]]) -> Vec<f64> {
+        self.walk(inputs, &mut Block::respond)
+    }
+
+    /// The response to `inputs`; `report` is called with every block that has none inside, in the order in which they stand, and with
+    /// its output.
+    pub(crate) fn visit(&self, inputs: &[&[f64]], report: &mut impl FnMut(&Block, &[f64])) -> Vec<f64> {
+        self.walk(inputs, &mut |block, entering| {
+            let output = block.respond(entering);
+            report(block, &output);
+            output
+        })
+    }
+
+    /// What enters every linear block on average over a free run under `inputs`, in the order in which the blocks stand.
+    pub(crate) fn levels(&self, inputs: &[&[f64]], levels: &mut Vec<f64>) -> Vec<f64> {
+        self.walk(inputs, &mut |block, entering| {
+            if let Block::Linear(_) = block {
+                let input = first(entering);
+                levels.push(input.iter().sum::<f64>() / input.len().max(1) as f64);
+            }
+            block.respond(entering)
+        })
+    }
+
+    /// The response to `inputs` where every linear block starts in the steady state that belongs to its level, plus its
+    /// states ([`TransferFunction::simulate_from`]); both in the order in which the blocks stand.
+    pub(crate) fn simulate_from(&self, inputs: &[&[f64]], levels: &mut &[f64], states: &mut &[f64]) -> Vec<f64> {
+        self.walk(inputs, &mut |block, entering| match block {
+            Block::Linear(system) => {
+                let (level, others) = levels.split_first().unwrap_or((&0.0, &[]));
+                let (own, rest) = states.split_at(system.states().min(states.len()));
+                (*levels, *states) = (others, rest);
+                system.simulate_from(first(entering), *level, own)
+            }
+            _ => block.respond(entering),
+        })
+    }
+
+    /// The response where `respond` gives that of every block without others inside.
+    fn walk(&self, inputs: &[&[f64]], respond: &mut impl FnMut(&Block, &[&[f64]]) -> Vec<f64>) -> Vec<f64> {
+        let samples = first(inputs).len();
+        match self {
+            Block::Series(blocks) => {
+                let Some((front, others)) = blocks.split_first() else {
+                    return first(inputs).to_vec();
+                };
+                let entering = front.walk(inputs, respond);
+                others.iter().fold(entering, |signal, b| b.walk(&[&signal], respond))
+            }
+            Block::Parallel(blocks) => added(blocks.iter().map(|b| b.walk(inputs, respond)), samples),
+            Block::Inputs(blocks) => {
+                let each = blocks.iter().enumerate();
+                added(each.map(|(i, b)| b.walk(&[nth(inputs, i)], respond)), samples)
+            }
+            _ => respond(self, inputs),
+        }
+    }
+
+    /// The response of a block without others inside.
+    fn respond(&self, inputs: &[&[f64]]) -> Vec<f64> {
         let input = first(inputs);
         match self {
             Block::Static(curve) => input.iter().map(|&u| curve.value(u)).collect(),
@@ -90,33 +158,7 @@ impl Block {
                 let all: Vec<&[f64]> = (0..surface.inputs()).map(|i| nth(inputs, i)).collect();
                 surface.values(&all)
             }
-            Block::Inputs(blocks) => {
-                let each = blocks.iter().enumerate().map(|(i, b)| b.run(&[nth(inputs, i)]));
-                added(each, input.len())
-            }
-            Block::Series(blocks) => in_series(blocks, inputs, |b, signals| b.run(signals)),
-            Block::Parallel(blocks) => added(blocks.iter().map(|b| b.run(inputs)), input.len()),
-        }
-    }
-
-    /// The response to `inputs`; `tell` hears of every block that has none inside, in the order in which they stand, and of its
-    /// output.
-    pub(crate) fn visit(&self, inputs: &[&[f64]], tell: &mut impl FnMut(&Block, &[f64])) -> Vec<f64> {
-        match self {
-            Block::Series(blocks) => in_series(blocks, inputs, |b, signals| b.visit(signals, tell)),
-            Block::Parallel(blocks) => {
-                let each = blocks.iter().map(|b| b.visit(inputs, tell));
-                added(each, first(inputs).len())
-            }
-            Block::Inputs(blocks) => {
-                let each = blocks.iter().enumerate();
-                added(each.map(|(i, b)| b.visit(&[nth(inputs, i)], tell)), first(inputs).len())
-            }
-            _ => {
-                let output = self.run(inputs);
-                tell(self, &output);
-                output
-            }
+            Block::Series(_) | Block::Parallel(_) | Block::Inputs(_) => self.run(inputs),
         }
     }
 
@@ -127,53 +169,6 @@ impl Block {
             Block::Linear(system) => system.states(),
             Block::Series(blocks) | Block::Parallel(blocks) | Block::Inputs(blocks) => {
                 blocks.iter().map(Block::states).sum()
-            }
-        }
-    }
-
-    /// What enters every linear block on average over a free run under `inputs`, in the order in which the blocks stand.
-    pub(crate) fn levels(&self, inputs: &[&[f64]], levels: &mut Vec<f64>) -> Vec<f64> {
-        let input = first(inputs);
-        match self {
-            Block::Static(_) | Block::Offset(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => {
-                self.run(inputs)
-            }
-            Block::Linear(system) => {
-                levels.push(input.iter().sum::<f64>() / input.len().max(1) as f64);
-                system.simulate_from_mean(input)
-            }
-            Block::Series(blocks) => in_series(blocks, inputs, |b, signals| b.levels(signals, levels)),
-            Block::Inputs(blocks) => {
-                let each = blocks.iter().enumerate();
-                added(each.map(|(i, b)| b.levels(&[nth(inputs, i)], levels)), input.len())
-            }
-            Block::Parallel(blocks) => added(blocks.iter().map(|b| b.levels(inputs, levels)), input.len()),
-        }
-    }
-
-    /// The response to `inputs` where every linear block starts in the steady state that belongs to its level, plus its
-    /// states ([`TransferFunction::simulate_from`]); both in the order in which the blocks stand.
-    pub(crate) fn simulate_from(&self, inputs: &[&[f64]], levels: &mut &[f64], states: &mut &[f64]) -> Vec<f64> {
-        let input = first(inputs);
-        match self {
-            Block::Static(_) | Block::Offset(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => {
-                self.run(inputs)
-            }
-            Block::Linear(system) => {
-                let (level, others) = levels.split_first().unwrap_or((&0.0, &[]));
-                let (own, rest) = states.split_at(system.states().min(states.len()));
-                (*levels, *states) = (others, rest);
-                system.simulate_from(input, *level, own)
-            }
-            Block::Series(blocks) => in_series(blocks, inputs, |b, signals| b.simulate_from(signals, levels, states)),
-            Block::Inputs(blocks) => {
-                let each = blocks.iter().enumerate();
-                let each = each.map(|(i, b)| b.simulate_from(&[nth(inputs, i)], levels, states));
-                added(each, input.len())
-            }
-            Block::Parallel(blocks) => {
-                let each = blocks.iter().map(|b| b.simulate_from(inputs, levels, states));
-                added(each, input.len())
             }
         }
     }
@@ -201,15 +196,6 @@ fn first<'a>(inputs: &[&'a [f64]]) -> &'a [f64] {
 /// The input of this index, the last one standing for those that are missing.
 fn nth<'a>(inputs: &[&'a [f64]], i: usize) -> &'a [f64] {
     inputs.get(i).or(inputs.last()).copied().unwrap_or_default()
-}
-
-/// What the last block makes of what those before it make of the inputs.
-fn in_series(blocks: &[Block], inputs: &[&[f64]], mut run: impl FnMut(&Block, &[&[f64]]) -> Vec<f64>) -> Vec<f64> {
-    let Some((front, others)) = blocks.split_first() else {
-        return first(inputs).to_vec();
-    };
-    let entering = run(front, inputs);
-    others.iter().fold(entering, |signal, b| run(b, &[&signal]))
 }
 
 /// The sum of signals.

@@ -37,11 +37,12 @@ mod samples;
 mod structures;
 mod surface;
 
+pub use crate::model::{NarxModel, NarxTerm, VolterraModel};
 pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison};
-pub use block::{ApproximationScore, Intersample, Stage};
+pub use block::Stage;
 pub use hammerstein::{Calibration, HAMMERSTEIN, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag};
 pub use outcome::{Verdict, Warning};
-pub use reference::{DecayPrior, NARX, NarxModel, NarxTerm, VOLTERRA, VolterraModel};
+pub use reference::{DecayPrior, NARX, VOLTERRA};
 pub use registry::structures;
 pub use request::{HammersteinMethod, Options, Progress, Request, Structure};
 pub use result::{Identification, StructureName};

@@ -6,7 +6,7 @@ use std::ops::{ControlFlow, RangeInclusive};
 use super::block::{Monitor, Prepared};
 use super::hammerstein::{PlainHammerstein, RefinedHammerstein};
 use super::result::{Identification, StructureName};
-use super::samples::Samples;
+use super::samples::{Samples, refuse_repeated};
 use crate::error::{Error, Result};
 use crate::record::Record;
 
@@ -112,18 +112,21 @@ impl<'a> Request<'a> {
 
     /// The checked samples of the only record and the only input; `what` names the fit in the error about too few samples.
     pub(super) fn samples(&self, what: &'static str) -> Result<Samples<'_>> {
-        Samples::new(
-            self.record()?,
-            self.input()?,
-            self.output,
-            self.options.fresh_share,
-            what,
-        )
+        self.input()?;
+        self.samples_of_inputs(what)
+    }
+
+    /// [`samples`](Self::samples) of any number of inputs, none of them given twice.
+    pub(super) fn samples_of_inputs(&self, what: &'static str) -> Result<Samples<'_>> {
+        refuse_repeated(self.inputs)?;
+        let share = self.options.fresh_share;
+        Samples::new(self.record()?, self.inputs, self.output, share, what)
     }
 
     /// The linear approximations that several structures start from, made once for all of them.
     pub(super) fn prepared(&self, samples: &Samples<'_>, monitor: &mut Monitor<'_>) -> &Prepared {
-        self.prepared.get_or_init(|| samples.prepared(monitor))
+        self.prepared
+            .get_or_init(|| samples.prepared().approximated(usize::MAX, monitor))
     }
 }
 

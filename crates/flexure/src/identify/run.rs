@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use super::block::ApproximationScore;
+use super::block::Prepared;
 use super::outcome::{Verdict, Warning};
 use super::request::{Progress, Request, Structure};
-use super::result::{Detail, Identification, NamedBlock, Path, Place, Score, Values};
+use super::result::{BlockKind, Detail, Identification, NamedBlock, Path, Place, Score, Values};
 use super::samples::Samples;
 use crate::error::{Error, Result, Stopped};
 use crate::model::Block;
@@ -33,16 +33,22 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// The free run of a model of the first input, of so many parameters.
-    pub(super) fn new(samples: &Samples<'_>, model: Block, paths: Vec<Path>, parameters: usize) -> Result<Self> {
-        let (predicted, verdict, warnings) = samples.judged(&model, parameters)?;
+    /// The free run of a model, the number of whose parameters may be known.
+    pub(super) fn new(
+        samples: &Samples<'_>,
+        model: Block,
+        paths: Vec<Path>,
+        parameters: impl Into<Option<usize>>,
+    ) -> Result<Self> {
+        let predicted = model.run(&samples.u);
+        let (verdicts, warnings) = samples.verdicts(&predicted, parameters.into())?;
         Ok(Run {
             model,
             paths,
             output_offset: 0.0,
             fitted: samples.fitted,
             predicted,
-            verdicts: vec![verdict],
+            verdicts,
             warnings,
         })
     }
@@ -85,13 +91,54 @@ pub(super) fn path(request: &Request<'_>, blocks: Vec<NamedBlock>) -> Path {
     }
 }
 
+impl BlockKind {
+    fn model(&self) -> Block {
+        match self {
+            BlockKind::Static(block) => Block::Static(block.curve.clone()),
+            BlockKind::Linear(block) => Block::Linear(block.system.clone()),
+            BlockKind::Surface(surface) => Block::Surface(surface.clone()),
+            BlockKind::Narx(model) => Block::Narx(model.clone()),
+            BlockKind::Volterra(model) => Block::Volterra(model.clone()),
+        }
+    }
+}
+
+impl Path {
+    /// The blocks in series: first those that act at the samples, then those that act between them, if there are any.
+    pub(super) fn series(&self) -> impl Iterator<Item = Vec<Block>> {
+        let of = |between: bool| {
+            let blocks = self.blocks.iter().filter(move |b| b.between_samples == between);
+            blocks.map(|b| b.found.model()).collect()
+        };
+        [false, true]
+            .into_iter()
+            .map(of)
+            .filter(|blocks: &Vec<Block>| !blocks.is_empty())
+    }
+
+    /// The path as a model, with an offset of the output.
+    pub(super) fn model(&self, output_offset: f64) -> Block {
+        let mut series: Vec<Vec<Block>> = self.series().collect();
+        let mut blocks = match series.len() {
+            1 => series.remove(0),
+            _ => vec![Block::Parallel(series.into_iter().map(Block::Series).collect())],
+        };
+        if output_offset != 0.0 {
+            blocks.push(Block::Offset(output_offset));
+        }
+        Block::Series(blocks)
+    }
+}
+
 /// What the search for poles and zeros started from, and the approximations by their orders.
-pub(super) fn start_details(start: &str, approximations: &[ApproximationScore], paths: &[Path]) -> Vec<Detail> {
+pub(super) fn start_details(start: &str, prepared: &Prepared, paths: &[Path]) -> Vec<Detail> {
     let chosen: usize = paths.iter().map(Path::order).sum();
-    let orders: Vec<usize> = approximations.iter().map(|a| a.order).collect();
+    let approximations = &prepared.approximations;
+    let orders: Vec<usize> = approximations.iter().map(|a| a.system.order()).collect();
     let errors: Vec<f64> = approximations.iter().map(|a| a.relative_error).collect();
-    let list: Vec<Values> = (approximations.iter())
-        .map(|a| Values::new([("order", a.order.into()), ("relative_error", a.relative_error.into())]))
+    let each = orders.iter().zip(&errors);
+    let list: Vec<Values> = each
+        .map(|(order, error)| Values::new([("order", (*order).into()), ("relative_error", (*error).into())]))
         .collect();
     let each: Vec<String> = (paths.iter().flat_map(Path::main))
         .filter_map(|b| {

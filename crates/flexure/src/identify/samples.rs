@@ -1,10 +1,9 @@
 //! The samples of one record, checked, and what is made of them before and after every fit by simulation error.
 
-use super::block::{Monitor, Prepared};
+use super::block::Prepared;
 use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_levels};
 use super::outcome::{Verdict, Warning};
 use crate::error::{DataError, Error, Result};
-use crate::model::Block;
 use crate::record::Record;
 use crate::validation::Estimated;
 
@@ -20,26 +19,12 @@ pub(super) struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    /// [`of_inputs`](Self::of_inputs) for one input.
-    ///
-    /// # Errors
-    /// Those of [`of_inputs`](Self::of_inputs).
-    pub fn new(
-        record: &'a Record,
-        input: &str,
-        output: &str,
-        fresh_share: f64,
-        what: &'static str,
-    ) -> Result<Samples<'a>> {
-        Samples::of_inputs(record, &[input], output, fresh_share, what)
-    }
-
     /// Checks the columns; `what` names the fit in the error about too few samples.
     ///
     /// # Errors
     /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
     /// than 200 samples for the fit), `Unit`, [`Error::Parameter`] for a share outside 0.05 to 0.9.
-    pub fn of_inputs(
+    pub fn new(
         record: &'a Record,
         inputs: &[&str],
         output: &str,
@@ -64,14 +49,10 @@ impl<'a> Samples<'a> {
         self.u.first().copied().unwrap_or_default()
     }
 
-    /// The fitted part of the first input with its linear approximations.
-    pub fn prepared(&self, monitor: &mut Monitor<'_>) -> Prepared {
-        Prepared::new(&self.input()[..self.fitted], &self.y[..self.fitted], monitor)
-    }
-
-    /// The fitted part, the first input delayed by this many samples, without linear approximations.
-    pub fn prepared_with_delay(&self, delay: usize) -> Prepared {
-        Prepared::with_delay(&self.input()[..self.fitted], &self.y[..self.fitted], delay)
+    /// The fitted part.
+    pub fn prepared(&self) -> Prepared {
+        let u: Vec<&[f64]> = self.u.iter().map(|u| &u[..self.fitted]).collect();
+        Prepared::new(&u, &self.y[..self.fitted])
     }
 
     /// The verdicts on a free run over all samples, of a model whose number of parameters may be known: one verdict for each input and for each
@@ -88,25 +69,6 @@ impl<'a> Samples<'a> {
         let verdicts = Verdict::of_inputs(&fresh, &self.y[fitted..], &predicted[fitted..], estimated)?;
         verdicts.iter().take(1).for_each(|v| warn_if_useless(v, &mut warnings));
         Ok((verdicts, warnings))
-    }
-
-    /// The verdict on a free run of a model of the first input, and what the user should know.
-    pub fn verdict(&self, predicted: &[f64], parameters: Option<usize>) -> Result<(Verdict, Vec<Warning>)> {
-        let first = Samples {
-            u: vec![self.input()],
-            ..*self
-        };
-        let (mut verdicts, warnings) = first.verdicts(predicted, parameters)?;
-        // One input has one verdict.
-        Ok((verdicts.swap_remove(0), warnings))
-    }
-
-    /// The free run over all samples of a model with this many parameters, the verdict on the fresh ones, and what the user should
-    /// know.
-    pub fn judged(&self, model: &Block, parameters: usize) -> Result<(Vec<f64>, Verdict, Vec<Warning>)> {
-        let predicted = model.simulate(self.input());
-        let (verdict, warnings) = self.verdict(&predicted, Some(parameters))?;
-        Ok((predicted, verdict, warnings))
     }
 }
 

@@ -18,21 +18,22 @@
 //!
 //! Where a simple candidate leaves white noise, more complex ones are not fitted. Nothing here is random.
 //!
-//! What cannot be told: a Wiener-Hammerstein system one of whose blocks hardly has a memory is nearly a Wiener or a Hammerstein system, and found as
+//! What cannot be decided: a Wiener-Hammerstein system one of whose blocks hardly has a memory is nearly a Wiener or a Hammerstein system, and found as
 //! such; a structure outside the four that one of them imitates to within the noise is not refuted.
 
+mod comparison;
 mod judge;
+mod reasons;
 mod remainder;
 #[cfg(test)]
 mod tests;
-mod words;
 
 use super::registry::structures;
 use super::request::{Options, Progress, Request, Structure};
 use super::result::{Identification, StructureName};
 use super::samples::Samples;
 use crate::error::Result;
-use crate::validation::ResidualTest;
+pub use comparison::{Refutation, StructureCandidate, StructureComparison};
 use judge::{Judged, judge};
 
 /// The structures that are compared, simplest first.
@@ -40,57 +41,6 @@ fn compared_structures() -> Vec<&'static Structure> {
     let mut all: Vec<&Structure> = structures().iter().filter(|s| s.complexity.is_some()).collect();
     all.sort_by_key(|s| s.complexity);
     all
-}
-
-/// What speaks against a candidate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Refutation {
-    /// A residual test rejects it.
-    Test(ResidualTest),
-    /// Another candidate predicts significantly better.
-    Comparison {
-        /// The better one.
-        better: StructureName,
-        /// The ratio of the mean squared errors, above 1.
-        ratio: f64,
-        /// The probability of such a difference if both predict equally well.
-        p_value: f64,
-    },
-}
-
-/// A row of the comparison.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StructureCandidate {
-    /// The structure.
-    pub structure: StructureName,
-    /// The fit on fresh samples, percent.
-    pub fit_percent: f64,
-    /// The RMS of the error there, in the unit of y.
-    pub rms: f64,
-    /// The number of parameters.
-    pub parameters: usize,
-    /// What refutes it; a comparison first, then the tests.
-    pub refuted_by: Vec<Refutation>,
-    /// The verdict of this candidate taken for itself, in words.
-    pub verdict: String,
-}
-
-/// What the data say about all structures that were compared.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StructureComparison {
-    /// The simplest structure that no comparison refutes; if none is supported, the best that these structures can do.
-    pub chosen: StructureName,
-    /// The structure that the data support, if any.
-    pub supported: Option<StructureName>,
-    /// Structures as simple as the chosen one that predict as well: the data do not tell these apart.
-    pub as_good: Vec<StructureName>,
-    /// All that were fitted, simplest first.
-    pub candidates: Vec<StructureCandidate>,
-    /// The share of the chosen one's squared error that a general function of the input explains; looked for only where a test
-    /// refutes it, zero otherwise.
-    pub not_noise: f64,
-    /// Why, in sentences.
-    pub reasons: Vec<String>,
 }
 
 /// The identification of a system of unknown structure: that of the chosen structure with its
@@ -172,7 +122,7 @@ fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>) -> Identific
         supported: judgement.supported.then_some(chosen),
         as_good: judgement.ties.iter().map(|i| candidates[*i].structure).collect(),
         not_noise: judgement.not_noise,
-        reasons: words::reasons(&candidates, &judgement),
+        reasons: reasons::reasons(&candidates, &judgement),
         candidates,
     };
     Identification {

@@ -1,8 +1,7 @@
 //! The structures next to a given one: a pole, a numerator coefficient or a sample of delay more or less.
 
 use super::rational::{Rational, Root, Section, groups, with_conjugates};
-use super::search::FreeParts;
-use super::system::{Branch, System};
+use super::system::{Branch, FreeParts, System};
 use crate::linear::Complex;
 
 /// A numerator is at most this much longer than the denominator.
@@ -46,16 +45,12 @@ fn branches(branch: &Branch, free: FreeParts) -> Vec<Branch> {
     if free.delay {
         all.extend(without_fastest(&branch.back).map(|back| with(back, branch.delay)));
         let b = &branch.back.b;
-        let numerator = |b: Vec<f64>| Rational {
-            b,
-            ..branch.back.clone()
-        };
+        let numerator = |b: Vec<f64>| branch.back.with_numerator(b);
         if b.len() > 1 {
             all.push(with(numerator(b[1..].to_vec()), branch.delay + 1));
         }
         if branch.delay > 0 {
-            let longer = std::iter::once(0.0).chain(b.iter().copied()).collect();
-            all.push(with(numerator(longer), branch.delay - 1));
+            all.push(with(numerator([&[0.0], &b[..]].concat()), branch.delay - 1));
         }
     }
     all
@@ -71,33 +66,27 @@ pub(super) fn changes(g: &Rational) -> Vec<Rational> {
 
 /// One numerator coefficient more, zero.
 fn longer(g: &Rational) -> Option<Rational> {
-    (g.b.len() <= g.order() + LONGEST_NUMERATOR).then(|| {
-        let mut next = g.clone();
-        next.b.push(0.0);
-        next
-    })
+    let has_place = g.b.len() <= g.order() + LONGEST_NUMERATOR;
+    has_place.then(|| g.with_numerator([&g.b[..], &[0.0]].concat()))
 }
 
 /// Without the numerator's last coefficient.
 fn shorter(g: &Rational) -> Option<Rational> {
-    (g.b.len() > 1).then(|| {
-        let mut next = g.clone();
-        next.b.pop();
-        next
-    })
+    let (_, others) = g.b.split_last().filter(|(_, others)| !others.is_empty())?;
+    Some(g.with_numerator(others.to_vec()))
 }
 
 /// One more pole and zero, both at the origin.
 fn with_pole(g: &Rational) -> Option<Rational> {
-    (g.order() < MOST_POLES).then(|| {
-        let mut next = g.clone();
-        next.b.push(0.0);
-        match next.sections.iter_mut().find(|s| s.order == 1) {
-            Some(single) => single.order = 2,
-            None => next.sections.push(Section { a: [0.0; 2], order: 1 }),
-        }
-        next
-    })
+    if g.order() >= MOST_POLES {
+        return None;
+    }
+    let mut next = g.with_numerator([&g.b[..], &[0.0]].concat());
+    match next.sections.iter_mut().find(|s| s.order == 1) {
+        Some(single) => single.order = 2,
+        None => next.sections.push(Section { a: [0.0; 2], order: 1 }),
+    }
+    Some(next)
 }
 
 /// Without the pole (or pair) and the zero (or pair) that are nearest to one another.
@@ -139,10 +128,7 @@ fn without_fastest(g: &Rational) -> Option<Rational> {
     for i in 1..b.len() {
         b[i] += pole.at.re * b[i - 1];
     }
-    Some(Rational {
-        b,
-        ..Rational::from_roots(&[], &without(&all, fastest))
-    })
+    Some(Rational::from_roots(&[], &without(&all, fastest)).with_numerator(b))
 }
 
 #[cfg(test)]
@@ -152,13 +138,8 @@ mod tests {
     #[test]
     fn a_fast_pole_goes_on_in_the_numerator() {
         let pair = [Complex::new(0.9, 0.3), Complex::new(0.9, -0.3)];
-        let g = Rational {
-            b: vec![0.5, 0.8, 0.0, 0.0],
-            ..Rational::from_roots(
-                &[],
-                &[pair[0], pair[1], Complex::new(0.1, 0.0), Complex::new(-0.6, 0.0)],
-            )
-        };
+        let poles = [pair[0], pair[1], Complex::new(0.1, 0.0), Complex::new(-0.6, 0.0)];
+        let g = Rational::from_roots(&[], &poles).with_numerator(vec![0.5, 0.8, 0.0, 0.0]);
         let less = without_fastest(&g).unwrap();
         assert_eq!((less.order(), less.b.len()), (3, 4));
         let impulse: Vec<f64> = std::iter::once(1.0).chain([0.0; 39]).collect();

@@ -11,25 +11,23 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::descent::{Residuals, Whitened, descend};
+use super::descent::{Minimum, Residuals, StopRule, Whitened, descend};
+use super::least_squares::{UnitDiagonal, normal_equations};
 use super::monitor::Monitor;
-use super::products::normal_equations;
-use super::rational::convolved;
-use crate::linalg;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::whitening;
-use crate::linear::levenberg_marquardt::NormalEquations;
-use crate::parallel;
+use crate::linear::levenberg_marquardt::Linearisation;
 
 /// Samples for each coefficient of the autoregression.
 const SAMPLES_A_COEFFICIENT: usize = 50;
 /// The probability that a true model keeps its least-squares estimate. It is small: the models that keep it are those with the
 /// largest errors, and a rise of the simulation error within chance costs little.
 const LEVEL: f64 = 1e-4;
-const STEPS: usize = 20;
-const TOLERANCE: f64 = 1e-7;
-/// Added to a unit diagonal where parameters are nearly dependent.
-const RIDGES: [f64; 4] = [1e-13, 1e-11, 1e-9, 1e-7];
+const RULE: StopRule = StopRule {
+    steps: 20,
+    tolerance: 1e-7,
+};
+use crate::parallel;
 
 /// The parameters of generalised least squares, started from those of least squares, and their sum of squared simulation errors.
 /// `None` where `at` is kept: its error is white, or the sum rises by more than two estimates of one true model differ.
@@ -37,7 +35,7 @@ pub(in crate::identify) fn efficient(
     problem: &impl Residuals,
     at: &[f64],
     monitor: &mut Monitor<'_>,
-) -> Option<(Vec<f64>, f64)> {
+) -> Option<Minimum> {
     let from = problem.from();
     let squares = |e: &[f64]| e[from..].iter().map(|e| e * e).sum::<f64>();
     let before = problem.residuals(at)?;
@@ -50,9 +48,12 @@ pub(in crate::identify) fn efficient(
         filter: &filter,
     };
     let limit = whitened.largest_rise(at)?;
-    let (parameters, _) = descend(&whitened, at.to_vec(), STEPS, TOLERANCE, monitor)?;
+    let parameters = descend(&whitened, at.to_vec(), RULE, monitor)?.parameters;
     let after = squares(&problem.residuals(&parameters)?);
-    (after - squares(&before) <= limit).then_some((parameters, after))
+    (after - squares(&before) <= limit).then_some(Minimum {
+        parameters,
+        squares: after,
+    })
 }
 
 /// The autoregression that whitens the residuals of a problem; `None` where they are white.
@@ -70,17 +71,18 @@ impl<P: Residuals> Whitened<'_, P> {
     /// noise and W of the whitened ones. A weighted sum of squares is nearly a chi-squared variable with other degrees of freedom
     /// times a factor (Satterthwaite 1946).
     fn largest_rise(&self, at: &[f64]) -> Option<f64> {
-        let (residuals, jacobian) = self.problem.linearise(at);
-        let from = self.from();
-        let n = jacobian.len();
+        let plain = self.problem.linearise(at);
+        let white = self.whitened(&plain);
+        let Linearisation { residuals, jacobian } = plain;
+        let (from, n) = (self.from(), jacobian.len());
         let plain = normal_equations(&residuals, &jacobian, from);
-        let white = normal_equations(&convolved(self.filter, &residuals), &self.through(&jacobian), from);
+        let white = normal_equations(&white.residuals, &white.jacobian, from);
         let colour = TransferFunction::monic(vec![1.0], self.filter[1..].to_vec());
         let coloured: Vec<Vec<f64>> = parallel::batch(&jacobian, |c| colour.simulate(c));
         let coloured = normal_equations(&residuals, &coloured, from);
-        let counted = (residuals.len() - from).checked_sub(n).filter(|left| *left > 0)?;
-        let variance = white.cost / counted as f64;
-        let [by_plain, by_white] = [&plain, &white].map(inverse);
+        let degrees = (residuals.len() - from).checked_sub(n).filter(|degrees| *degrees > 0)?;
+        let variance = white.cost / degrees as f64;
+        let [by_plain, by_white] = [&plain, &white].map(|equations| UnitDiagonal::new(equations).inverse());
         let (by_plain, by_white) = (by_plain?, by_white?);
         // G times the covariance of d, in units of the noise's variance.
         let (worse, better) = (
@@ -103,22 +105,6 @@ impl<P: Residuals> Whitened<'_, P> {
             .sum();
         (rise <= limit).then_some(limit)
     }
-}
-
-/// The inverse of a normal matrix.
-fn inverse(equations: &NormalEquations) -> Option<Vec<f64>> {
-    let n = equations.descent.len();
-    let scale: Vec<f64> = (0..n).map(|i| equations.normal[i * n + i].sqrt()).collect();
-    if !scale.iter().all(|s| *s > 0.0 && s.is_finite()) {
-        return None;
-    }
-    let scaled = |k: usize| equations.normal[k] / (scale[k / n] * scale[k % n]);
-    let inverse = RIDGES.iter().find_map(|ridge| {
-        let mut matrix: Vec<f64> = (0..n * n).map(scaled).collect();
-        (0..n).for_each(|i| matrix[i * n + i] += ridge);
-        linalg::inverse_positive_definite(&matrix, n)
-    })?;
-    Some((0..n * n).map(|k| inverse[k] / (scale[k / n] * scale[k % n])).collect())
 }
 
 /// A square matrix of `n` rows times another, or times a vector.

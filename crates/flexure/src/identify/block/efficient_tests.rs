@@ -6,10 +6,11 @@ use rand_distr::{Distribution, StandardNormal};
 use super::super::approximation::{Approximation, approximate};
 use super::super::loss::Loss;
 use super::super::rational::Rational;
-use super::super::signals::{Signals, delayed};
+use super::super::signals::{Signals, convolved, delayed};
 use super::super::spline::KinkedSpline;
 use super::super::system::{Branch, System};
 use super::*;
+use crate::linalg;
 
 fn white(seed: u64, n: usize) -> Vec<f64> {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
@@ -33,7 +34,7 @@ fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a + b).collect()
 }
 
-fn efficient_of(problem: &impl Residuals, at: &[f64]) -> Option<(Vec<f64>, f64)> {
+fn efficient_of(problem: &impl Residuals, at: &[f64]) -> Option<Minimum> {
     efficient(problem, at, &mut Monitor::new(&mut |_| ControlFlow::Continue(())))
 }
 
@@ -76,11 +77,14 @@ impl Residuals for MovingAverage {
         Self::FROM
     }
     fn residuals(&self, p: &[f64]) -> Option<Vec<f64>> {
-        Some(self.linearise(p).0)
+        Some(self.linearise(p).residuals)
     }
-    fn linearise(&self, p: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    fn linearise(&self, p: &[f64]) -> Linearisation {
         let output = (0..self.y.len()).map(|n| self.columns.iter().zip(p).map(|(c, p)| p * c[n]).sum::<f64>());
-        (output.zip(&self.y).map(|(p, y)| p - y).collect(), self.columns.clone())
+        Linearisation {
+            residuals: output.zip(&self.y).map(|(p, y)| p - y).collect(),
+            jacobian: self.columns.clone(),
+        }
     }
 }
 
@@ -93,7 +97,11 @@ fn a_linear_problem_is_solved_by_generalised_least_squares() {
         let residuals = problem.residuals(&least).unwrap();
         let filter = whitening(&residuals[MovingAverage::FROM..], SAMPLES_A_COEFFICIENT);
         let want = problem.least_squares(&filter);
-        let Some((got, squares)) = efficient_of(&problem, &least) else {
+        let Some(Minimum {
+            parameters: got,
+            squares,
+        }) = efficient_of(&problem, &least)
+        else {
             continue;
         };
         for (got, want) in got.iter().zip(&want) {
@@ -200,8 +208,14 @@ fn a_cascade_becomes_more_exact() {
         let data = Signals::of_input(u, y, 50);
         let loss = Loss::new(system.clone(), &data);
         let go = &mut |_| ControlFlow::Continue(());
-        let (least, _) = descend(&loss, loss.start(), 60, 1e-9, &mut Monitor::new(go)).unwrap();
-        let (better, _) = efficient_of(&loss, &least).unwrap_or((least.clone(), 0.0));
+        let rule = StopRule {
+            steps: 60,
+            tolerance: 1e-9,
+        };
+        let least = descend(&loss, loss.start(), rule, &mut Monitor::new(go))
+            .unwrap()
+            .parameters;
+        let better = efficient_of(&loss, &least).map_or_else(|| least.clone(), |b| b.parameters);
         before += distance(&loss.system(&least).run(&fresh), &truth);
         after += distance(&loss.system(&better).run(&fresh), &truth);
     }

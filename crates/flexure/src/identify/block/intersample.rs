@@ -2,11 +2,9 @@
 
 use std::f64::consts::PI;
 
-use super::approximation::solve;
 use super::candidate::Candidate;
-use super::products::normal_equations;
-use super::rational::convolved;
-use super::signals::{Signals, delayed};
+use super::least_squares::least_squares;
+use super::signals::{Signals, convolved, delayed};
 use super::system::{Between, System};
 
 /// Samples on either side from which one half-way between is interpolated.
@@ -24,12 +22,11 @@ pub(super) fn with_instant_between(system: &System, data: &Signals) -> Option<Ca
     }
     let all_pole = s.front.all_pole(&s.delayed(&data.u));
     let target = half_a_sample_later(&convolved(&s.front.b, &all_pole));
-    let minus: Vec<f64> = target[..n].iter().map(|w| -w).collect();
     // Half a sample more reaches one further back.
     let columns: Vec<Vec<f64>> = (0..s.front.b.len().max(s.front.order() + 1))
         .map(|i| delayed(&all_pole[..n], i, 1.0))
         .collect();
-    let front = solve(&normal_equations(&minus, &columns, data.from))?;
+    let front = least_squares(&target[..n], &columns, data.from)?.coefficients;
     let mut columns = Vec::new();
     let lengths = [s.back.b.len(), s.back.b.len().max(s.back.order() + 1)];
     for (b, length) in [&s.front.b, &front].into_iter().zip(lengths) {
@@ -38,8 +35,8 @@ pub(super) fn with_instant_between(system: &System, data: &Signals) -> Option<Ca
         let back = s.back.all_pole(&z);
         columns.extend((0..length).map(|i| delayed(&back, i, 1.0)));
     }
-    let minus: Vec<f64> = data.y.iter().map(|y| s.offset - y).collect();
-    let mut numerator = solve(&normal_equations(&minus, &columns, data.from))?;
+    let without_offset: Vec<f64> = data.y.iter().map(|y| y - s.offset).collect();
+    let mut numerator = least_squares(&without_offset, &columns, data.from)?.coefficients;
     let back = numerator.split_off(lengths[0]);
     let mut next = system.clone();
     next.branches[0].back.b = numerator;

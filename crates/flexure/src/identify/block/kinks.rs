@@ -6,14 +6,13 @@
 
 use super::candidate::Candidate;
 use super::limits::{
-    FEWER_PIECES, KINK_EVIDENCE, KINK_PLACES, KINK_TOLERANCE, MOST_KINKS, PIECES_UNDER_KINKS, START_SAMPLES,
-    TRIAL_STEPS, TRIAL_TOLERANCE,
+    FEWER_PIECES, KINK_EVIDENCE, KINK_PLACES, MOST_KINKS, PIECES_UNDER_KINKS, ROUGH, START_SAMPLES, TRIAL,
 };
-use super::pieces::{Part, fewest_in_piece, refitted, with_pieces};
+use super::pieces::{fewest_in_piece, refitted, with_pieces};
 use super::search::Search;
 use super::signals::Signals;
 use super::spline::Kink;
-use super::system::System;
+use super::system::{Part, System};
 
 impl Search<'_, '_> {
     /// With kinks in every nonlinearity that the data show them in, one after the other.
@@ -32,7 +31,7 @@ impl Search<'_, '_> {
             let Some(start) = with_pieces(&best.system, part, pieces, data) else {
                 continue;
             };
-            let start = self.listed(start, data, TRIAL_STEPS, KINK_TOLERANCE);
+            let start = self.listed(start, data, ROUGH);
             if let Some(next) = self.with_kinks(start, part, data)
                 && kinked.as_ref().is_none_or(|k| next.better(k, data))
             {
@@ -49,7 +48,7 @@ impl Search<'_, '_> {
             }
             let fewer = ((present as f64 * share).round() as usize).max(1);
             if let Some(next) = with_pieces(&kinked.system, part, fewer, data) {
-                let next = self.listed(next, data, TRIAL_STEPS, TRIAL_TOLERANCE);
+                let next = self.listed(next, data, TRIAL);
                 if next.better(&kinked, data) {
                     kinked = next;
                 }
@@ -65,7 +64,7 @@ impl Search<'_, '_> {
             let Some(next) = with_kink(&best.system, part, data) else {
                 break;
             };
-            let next = self.listed(next, data, TRIAL_STEPS, KINK_TOLERANCE);
+            let next = self.listed(next, data, ROUGH);
             if !(determined(&next.system, part, data) && next.better(&best, data)) {
                 break;
             }
@@ -118,12 +117,11 @@ mod tests {
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 
+    use super::super::cascade::fit_nonlinearity;
     use super::super::monitor::Monitor;
     use super::super::rational::Rational;
-    use super::super::search::FreeParts;
     use super::super::spline::KinkedSpline;
-    use super::super::split::fit_nonlinearity;
-    use super::super::system::Branch;
+    use super::super::system::{Branch, FreeParts};
     use super::*;
 
     fn normal(n: usize, seed: u64) -> Vec<f64> {
@@ -147,7 +145,7 @@ mod tests {
         let go = &mut |_| ControlFlow::Continue(());
         let mut monitor = Monitor::new(go);
         let start = fit_nonlinearity(front(), Rational::pass(), &data).unwrap();
-        let start = start.fitted(&data, TRIAL_STEPS, TRIAL_TOLERANCE, &mut monitor);
+        let start = start.fitted(&data, TRIAL, &mut monitor);
         let mut search = Search::new(FreeParts::WIENER, &mut monitor);
         let start = search.pieces(start, &data);
         let found = search.kinked(start, &data).system.branches.swap_remove(0);

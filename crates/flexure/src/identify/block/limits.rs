@@ -3,6 +3,8 @@
 //! Where no source is given, the value was chosen on random systems other than those that the examples report
 //! (`examples/wiener_hammerstein.rs`, `parallel.rs`, `structures`).
 
+use super::descent::StopRule;
+
 /// At most this many samples, the last ones, are fitted; more only cost memory.
 pub const MOST_SAMPLES: usize = 200_000;
 /// Samples that do not count while the settling time is not known.
@@ -12,12 +14,21 @@ pub const START_SAMPLES: usize = 5_000;
 /// Samples that the structure is chosen on.
 pub const STRUCTURE_SAMPLES: usize = 20_000;
 
-/// Steps that judge a structural change, and those of the last fit.
-pub const TRIAL_STEPS: usize = 12;
-pub const LAST_STEPS: usize = 80;
-/// A fit ends when a step lowers the sum of squares by less than this share: on trial, and the last one.
-pub const TRIAL_TOLERANCE: f64 = 1e-4;
-pub const LAST_TOLERANCE: f64 = 1e-6;
+/// Short fits of starts, and of kinks on trial.
+pub const ROUGH: StopRule = StopRule {
+    steps: 12,
+    tolerance: 1e-3,
+};
+/// Fits that judge a structural change.
+pub const TRIAL: StopRule = StopRule {
+    steps: 12,
+    tolerance: 1e-4,
+};
+/// The last fit.
+pub const LAST: StopRule = StopRule {
+    steps: 80,
+    tolerance: 1e-6,
+};
 /// Rounds of structural change.
 pub const ROUNDS: usize = 16;
 
@@ -45,8 +56,6 @@ pub const DEARER: f64 = 1.05;
 /// Shares of the samples below the places at which a kink is tried.
 pub const KINK_PLACES: usize = 40;
 pub const MOST_KINKS: usize = 6;
-/// A fit with kinks on trial ends at steps that lower the sum of squares by less than this share.
-pub const KINK_TOLERANCE: f64 = 1e-3;
 /// Pieces of the spline that kinks are put on: too few to imitate one; half of the present number is tried too.
 pub const PIECES_UNDER_KINKS: [usize; 2] = [1, 3];
 /// Pieces relative to the present number, once there are kinks.

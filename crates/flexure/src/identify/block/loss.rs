@@ -9,10 +9,11 @@
 //! With an instant between the samples, x has two such terms, each through numerators of its own.
 
 use super::descent::Residuals;
-use super::rational::{Rational, convolved};
-use super::signals::{Signals, add, delayed};
+use super::rational::Rational;
+use super::signals::{Signals, add, convolved, delayed};
 use super::spline::{KinkedSpline, Local};
 use super::system::{Branch, Level, System};
+use crate::linear::levenberg_marquardt::Linearisation;
 use crate::parallel;
 
 /// A static gain below this share of the largest possible one passes hardly anything of a constant.
@@ -87,7 +88,7 @@ impl Residuals for Loss<'_> {
         Some(errors)
     }
 
-    fn linearise(&self, parameters: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    fn linearise(&self, parameters: &[f64]) -> Linearisation {
         let s = self.system(parameters);
         let Signals { u, y, .. } = self.data;
         let parts: Vec<Linearised> = s.branches.iter().map(|b| Linearised::new(b, u)).collect();
@@ -106,9 +107,11 @@ impl Residuals for Loss<'_> {
             (Column::Output(j), Some(last)) => last.by_parameter(j),
             (Column::Output(_), None) => vec![0.0; y.len()],
         };
-        let jacobian = parallel::batch(&self.columns, column);
         let output = last.as_ref().map_or(&x, |last| &last.values);
-        (output.iter().zip(y).map(|(p, y)| p - y).collect(), jacobian)
+        Linearisation {
+            residuals: output.iter().zip(y).map(|(p, y)| p - y).collect(),
+            jacobian: parallel::batch(&self.columns, column),
+        }
     }
 }
 
@@ -145,7 +148,7 @@ fn branch_columns(branch: &Branch, has_level: bool) -> Vec<Option<BranchColumn>>
     };
     let b = &branch.back.b;
     let largest = (0..b.len()).max_by(|i, j| b[*i].abs().total_cmp(&b[*j].abs()));
-    let middle = branch.spline.c.len() / 2;
+    let middle = branch.spline.middle();
     let front = (0..branch.front.b.len()).map(|lag| FrontNumerator { instant: 0, lag });
     let mut all: Vec<Option<BranchColumn>> = front.map(|c| (!branch.front_is_gain()).then_some(c)).collect();
     all.extend((lags(&branch.front).into_iter()).map(|(section, lag)| Some(FrontSection { section, lag })));

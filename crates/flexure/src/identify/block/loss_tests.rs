@@ -61,7 +61,7 @@ fn check(system: System, data: &Signals, free: usize) {
     let p = loss.start();
     assert_eq!(p.len(), free);
     assert_eq!(loss.system(&p), system);
-    let (residuals, jacobian) = loss.linearise(&p);
+    let Linearisation { residuals, jacobian } = loss.linearise(&p);
     assert_eq!(residuals, loss.residuals(&p).unwrap());
     assert_derivatives(&p, &jacobian, |p| loss.residuals(p).unwrap());
 }

@@ -1,62 +1,60 @@
 //! What the block structures share: one form of system, its simulation error with exact derivatives, and one search.
 //!
-//! - `signals`, `prepared`, `columns`: what is fitted, scaled; best linear approximations (`approximation`).
-//! - `rational`, `spline`, `system`: linear blocks, static nonlinearities, and the systems that are made of them.
-//! - `loss`, `descent`, `products`, `efficient`: the error with its derivatives, and its minimum by (generalised) least squares.
-//! - `candidate`, `pieces`, `kinks`, `changes`, `intersample`: a system and the changes of its structure.
-//! - `search`: the order of those changes, the same for all; `limits`: its thresholds.
-//! - `split`, `cascade`: one branch, started from linear approximations; `start`, `rank`, `ends`: static blocks first, started from least
-//!   squares over products; `shares`, `sum`: several branches of one input.
-//! - `units`: blocks in the record's units.
+//! | step | files |
+//! |---|---|
+//! | samples at zero mean and unit variance; their delays and best linear approximations | `signals`, `prepared`, `delay`, `approximation`, `equation_error` |
+//! | linear blocks, static nonlinearities, and the systems that are made of them | `rational`, `spline`, `system` |
+//! | the simulation error with its derivatives, and its minimum by (generalised) least squares | `loss`, `descent`, `least_squares`, `efficient` |
+//! | starts: one branch; Hammerstein branches; sums of branches | `cascade`; `hammerstein_branches`, `rank_one`; `sum`, `sum_starts` |
+//! | the search, the same for all, and its changes: poles and zeros, pieces, kinks, a second instant | `search`, `candidate`; `changes`, `pieces`, `kinks`, `intersample` |
+//! | thresholds; progress | `limits`; `monitor` |
+//! | blocks in the record's units | `units` |
 
 mod approximation;
 mod candidate;
 mod cascade;
 mod changes;
-mod columns;
-mod criterion;
+mod delay;
 mod descent;
 mod efficient;
-pub(super) mod ends;
+mod equation_error;
+pub(super) mod hammerstein_branches;
 mod intersample;
 mod kinks;
+mod least_squares;
 mod limits;
 mod loss;
 mod monitor;
 mod pieces;
 mod prepared;
-mod products;
-mod rank;
+mod rank_one;
 mod rational;
 mod search;
-mod shares;
 mod signals;
 mod spline;
-mod split;
-mod start;
 mod sum;
+mod sum_starts;
 mod system;
 mod units;
 
 pub use monitor::Stage;
-pub use units::{ApproximationScore, Intersample};
 pub(super) use {
-    approximation::{EquationError, approximate, least_lag, restructured},
+    approximation::{approximate, restructured},
     candidate::{Candidate, Tried},
-    cascade::{search, splits, without_start},
-    columns::Columns,
+    cascade::{fit_nonlinearity, search, splits, without_start},
+    delay::{delays, least_lag},
+    descent::StopRule,
+    equation_error::{EquationError, Judged},
+    least_squares::{normal_equations, regression},
     limits::START_SAMPLES,
     monitor::Monitor,
-    prepared::{LARGEST_ORDER, Prepared, WEAK},
-    products::normal_equations,
-    rank::dominant_products,
+    prepared::{LARGEST_ORDER, Prepared},
+    rank_one::dominant_products,
     rational::Rational,
-    search::FreeParts,
-    signals::{Signals, delayed},
+    search::SearchResult,
+    signals::{Scale, Signals, delayed},
     spline::KinkedSpline,
-    split::fit_nonlinearity,
-    start::delays,
-    sum::{SumResult, find_sum},
-    system::System,
-    units::{Blocks, Scale, Tabulated, blocks, conventional_gain, normalised, tabulated},
+    sum::find_sum,
+    system::{FreeParts, System},
+    units::{Blocks, conventional_gain, normalised, tabulated},
 };

@@ -1,73 +1,14 @@
 //! A nonlinearity of a system on other breakpoints, its coefficients by least squares about the present system.
 
-use super::approximation::solve;
 use super::candidate::Candidate;
+use super::least_squares::least_squares;
 use super::limits::{DEARER, EVEN, FINEST_PIECES, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
 use super::loss::through_back;
-use super::products::normal_equations;
-use super::rational::convolved;
-use super::signals::{Signals, add};
+use super::signals::{Signals, add, convolved};
 use super::spline::{KinkedSpline, Local, Roughness, thinned};
-use super::system::{Level, System};
+use super::system::{Level, Part, System};
 use crate::linear::correlation::{mean, variance};
 use crate::parallel;
-
-/// One of a system's nonlinearities.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::identify) enum Part {
-    /// That of the branch of this index.
-    Branch(usize),
-    /// The last one.
-    Output,
-}
-
-impl System {
-    /// All nonlinearities, the last one first.
-    pub fn parts(&self) -> Vec<Part> {
-        let last = self.output.iter().map(|_| Part::Output);
-        last.chain((0..self.branches.len()).map(Part::Branch)).collect()
-    }
-
-    /// The nonlinearity; `None` where there is none of the kind.
-    pub fn spline(&self, part: Part) -> Option<&KinkedSpline> {
-        match part {
-            Part::Branch(i) => self.branches.get(i).map(|b| &b.spline),
-            Part::Output => self.output.as_ref(),
-        }
-    }
-
-    /// The nonlinearity, to be changed.
-    pub fn spline_mut(&mut self, part: Part) -> Option<&mut KinkedSpline> {
-        match part {
-            Part::Branch(i) => self.branches.get_mut(i).map(|b| &mut b.spline),
-            Part::Output => self.output.as_mut(),
-        }
-    }
-
-    /// The number of pieces.
-    pub fn pieces(&self, part: Part) -> usize {
-        self.spline(part).map_or(0, KinkedSpline::pieces)
-    }
-
-    /// What enters a nonlinearity at the samples that count, without the delay.
-    pub fn entering(&self, part: Part, data: &Signals) -> Vec<f64> {
-        let entering = match part {
-            Part::Branch(i) => self.branches[i].front.run(&data.u[self.branches[i].input]),
-            Part::Output => self.inner(&data.u),
-        };
-        entering[data.from..].to_vec()
-    }
-
-    /// Divides what enters a branch's nonlinearity; of the nonlinearity, only the places of its kinks are adapted.
-    fn divide_front(&mut self, branch: usize, divisor: f64) {
-        let Some(branch) = self.branches.get_mut(branch) else {
-            return;
-        };
-        let between = branch.between.iter_mut().flat_map(|b| &mut b.front);
-        branch.front.b.iter_mut().chain(between).for_each(|b| *b /= divisor);
-        branch.spline.kinks.iter_mut().for_each(|k| k.at /= divisor);
-    }
-}
 
 /// The system with this many pieces in one nonlinearity, dense where it is rough; fewer where samples are few. What enters it from
 /// a front has unit variance.
@@ -138,35 +79,41 @@ pub(in crate::identify) fn refitted(
     let kinks = std::mem::take(&mut spline.kinks);
     let mut spline = KinkedSpline::new(breakpoints);
     spline.kinks = kinks;
-    let (minus, columns) = match part {
+    let Equation { target, columns } = match part {
         Part::Output => {
             let x = system.inner(&data.u);
             let local: Vec<Local> = x.iter().map(|x| spline.local(*x)).collect();
             let columns = spline.linear_parameters().map(|j| spline.by_parameter(j, &x, &local));
-            (data.y.iter().map(|y| -y).collect(), columns.collect())
+            Equation {
+                target: data.y.clone(),
+                columns: columns.collect(),
+            }
         }
         Part::Branch(i) => branch_equation(&mut system, i, &spline, data),
     };
-    let columns: Vec<Vec<f64>> = parallel::batch(&columns, |c: &Vec<f64>| convolved(&data.filter, c));
-    spline.set_linear(solve(&normal_equations(
-        &convolved(&data.filter, &minus),
-        &columns,
-        data.from,
-    ))?);
+    let columns = parallel::batch(&columns, |c| convolved(&data.filter, c));
+    let target = convolved(&data.filter, &target);
+    spline.set_linear(least_squares(&target, &columns, data.from)?.coefficients);
     *system.spline_mut(part)? = spline;
     let candidate = Candidate::new(system, data);
     candidate.squares.is_finite().then_some(candidate)
 }
 
-/// The error without the branch's nonlinearity, and what each coefficient of `spline` in its place adds to the output. The branch's
-/// offset becomes the mean of what the others leave, where the nonlinearities have the level.
-fn branch_equation(system: &mut System, i: usize, spline: &KinkedSpline, data: &Signals) -> (Vec<f64>, Vec<Vec<f64>>) {
+/// A linear equation for the coefficients of a spline: a signal that the columns are to add up to.
+struct Equation {
+    target: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+}
+
+/// What the output lacks without the branch's nonlinearity, and what each coefficient of `spline` in its place adds to it. The branch's
+/// offset becomes the mean of the remainder of the others, where the nonlinearities have the level.
+fn branch_equation(system: &mut System, i: usize, spline: &KinkedSpline, data: &Signals) -> Equation {
     let mut others = vec![0.0; data.y.len()];
     let rest = system.branches.iter().enumerate().filter(|(j, _)| *j != i);
     rest.for_each(|(_, b)| add(&mut others, &b.run(&data.u)));
     if system.level == Level::Nonlinearity {
-        let left: Vec<f64> = data.y.iter().zip(&others).map(|(y, o)| y - o).collect();
-        system.branches[i].offset = mean(&left[data.from..]);
+        let remainder: Vec<f64> = data.y.iter().zip(&others).map(|(y, o)| y - o).collect();
+        system.branches[i].offset = mean(&remainder[data.from..]);
     }
     let branch = &system.branches[i];
     let without: Vec<f64> = others.iter().map(|o| branch.offset + o).collect();
@@ -183,7 +130,7 @@ fn branch_equation(system: &mut System, i: usize, spline: &KinkedSpline, data: &
             (values, Some(slopes))
         }
     };
-    let minus = values.iter().zip(&data.y).map(|(p, y)| p - y).collect();
+    let target = data.y.iter().zip(&values).map(|(y, p)| y - p).collect();
     let instants: Vec<_> = (branch.instants().map(|(_, back)| back))
         .zip(branch.intermediate(&data.u))
         .map(|(back, w)| {
@@ -201,7 +148,10 @@ fn branch_equation(system: &mut System, i: usize, spline: &KinkedSpline, data: &
         column
     };
     let linear: Vec<usize> = spline.linear_parameters().collect();
-    (minus, parallel::batch(&linear, |&j| column(j)))
+    Equation {
+        target,
+        columns: parallel::batch(&linear, |&j| column(j)),
+    }
 }
 
 /// The system with a last nonlinearity of a few pieces.

@@ -1,23 +1,24 @@
-//! The samples of a fit with one input, and their best linear approximations.
+//! The samples of a fit at zero mean and unit variance, and their best linear approximations.
 
-use super::approximation::{Approximation, approximate, pure_delay};
+use super::approximation::{Approximation, approximate};
+use super::delay::pure_delay;
 use super::limits::{MOST_SAMPLES, SETTLING_UNKNOWN, STRUCTURE_SAMPLES};
 use super::monitor::Monitor;
 use super::rational::Rational;
-use super::signals::{Signals, delayed};
-use super::units::{ApproximationScore, Scales};
+use super::signals::{Scale, Signals, delayed};
 
 /// Largest order of the linear approximation.
 pub(in crate::identify) const LARGEST_ORDER: usize = 10;
 /// Orders of the approximation from which starts are made: the best by Schwarz's criterion and its neighbours.
 const START_ORDERS: std::ops::RangeInclusive<isize> = -1..=2;
 /// A linear approximation that explains less than this share of the output's variance is a weak start.
-pub(in crate::identify) const WEAK: f64 = 0.1;
+const WEAK: f64 = 0.1;
 
-/// The samples of a fit at zero mean and unit variance, without the pure delay, and their linear approximations.
+/// The samples of a fit at zero mean and unit variance, and the linear approximations from the first input.
 #[derive(Debug, Clone)]
 pub(in crate::identify) struct Prepared {
-    pub scales: Scales,
+    pub inputs: Vec<Scale>,
+    pub output: Scale,
     pub data: Signals,
     /// Taken out of the data: input sample n stands beside output sample n + delay.
     pub delay: usize,
@@ -35,55 +36,45 @@ pub(in crate::identify) struct Scored {
 }
 
 impl Prepared {
-    /// The delay is the linear approximation's.
-    pub fn new(u: &[f64], y: &[f64], monitor: &mut Monitor<'_>) -> Prepared {
-        Prepared::with_delay_at_most(u, y, usize::MAX, monitor)
+    /// Without a delay and without linear approximations.
+    pub fn new(u: &[&[f64]], y: &[f64]) -> Prepared {
+        let inputs: Vec<Scale> = u.iter().map(|u| Scale::new(u)).collect();
+        let output = Scale::new(y);
+        let first = y.len().saturating_sub(MOST_SAMPLES);
+        let scaled = u.iter().zip(&inputs).map(|(u, scale)| scale.standardised(&u[first..]));
+        let from = (y.len() / 10).min(SETTLING_UNKNOWN);
+        Prepared {
+            data: Signals::new(scaled.collect(), output.standardised(&y[first..]), from),
+            inputs,
+            output,
+            delay: 0,
+            approximations: Vec::new(),
+        }
     }
 
-    /// The delay is the linear approximation's, or the largest.
-    pub fn with_delay_at_most(u: &[f64], y: &[f64], largest: usize, monitor: &mut Monitor<'_>) -> Prepared {
-        let mut prepared = Prepared::with_delay(u, y, 0);
-        let delay = pure_delay(&prepared.data);
-        prepared.shift(delay.min(largest));
+    /// With this delay of the inputs taken out.
+    pub fn delayed_by(mut self, delay: usize) -> Prepared {
+        self.data.u.iter_mut().for_each(|u| *u = delayed(u, delay, 1.0));
+        self.delay = delay;
+        self
+    }
+
+    /// With linear approximations, and their delay, if it is not larger than the largest, taken out.
+    pub fn approximated(self, largest_delay: usize, monitor: &mut Monitor<'_>) -> Prepared {
+        let delay = pure_delay(&self.data).min(largest_delay);
+        let mut prepared = self.delayed_by(delay);
         prepared.approximations = approximations(&prepared.data.head(STRUCTURE_SAMPLES), monitor);
         let n = prepared.data.y.len();
         if let Some(best) = prepared.best() {
-            prepared.data.from = prepared.approximations[best]
-                .system
-                .settling(1e-4)
-                .clamp(n / 100, n / 10);
+            prepared.data.from = best.settling(1e-4).clamp(n / 100, n / 10);
         }
         prepared
     }
 
-    /// The delay is given, and no linear approximations are made.
-    pub fn with_delay(u: &[f64], y: &[f64], delay: usize) -> Prepared {
-        let scales = Scales::new(u, y);
-        let first = u.len().saturating_sub(MOST_SAMPLES);
-        let (u, y) = (
-            scales.input.standardised(&u[first..]),
-            scales.output.standardised(&y[first..]),
-        );
-        let from = (u.len() / 10).min(SETTLING_UNKNOWN);
-        let mut prepared = Prepared {
-            scales,
-            data: Signals::of_input(u, y, from),
-            delay: 0,
-            approximations: Vec::new(),
-        };
-        prepared.shift(delay);
-        prepared
-    }
-
-    fn shift(&mut self, delay: usize) {
-        self.data.u = vec![delayed(self.data.input(), delay, 1.0)];
-        self.delay = delay;
-    }
-
     /// The best approximation by Schwarz's criterion.
-    pub fn best(&self) -> Option<usize> {
-        (0..self.approximations.len())
-            .min_by(|i, j| self.approximations[*i].bic.total_cmp(&self.approximations[*j].bic))
+    pub fn best(&self) -> Option<&Rational> {
+        let best = self.approximations.iter().min_by(|a, b| a.bic.total_cmp(&b.bic));
+        best.map(|a| &a.system)
     }
 
     /// The best approximation and those of nearly its order.
@@ -91,9 +82,8 @@ impl Prepared {
         let Some(best) = self.best() else {
             return Vec::new();
         };
-        let order = self.approximations[best].system.order() as isize;
-        let near = |a: &&Scored| START_ORDERS.contains(&(a.system.order() as isize - order));
-        self.approximations.iter().filter(near).map(|a| &a.system).collect()
+        let near = |g: &&Rational| START_ORDERS.contains(&(g.order() as isize - best.order() as isize));
+        self.approximations.iter().map(|a| &a.system).filter(near).collect()
     }
 
     /// The share of the output's variance that a linear approximation explains.
@@ -102,13 +92,9 @@ impl Prepared {
         1.0 - errors.fold(1.0, f64::min).powi(2)
     }
 
-    /// The scores of all approximations.
-    pub fn scores(&self) -> Vec<ApproximationScore> {
-        let score = |a: &Scored| ApproximationScore {
-            order: a.system.order(),
-            relative_error: a.relative_error,
-        };
-        self.approximations.iter().map(score).collect()
+    /// Whether the linear approximations are a weak start.
+    pub fn is_weak(&self) -> bool {
+        !(self.explained() >= WEAK)
     }
 }
 

@@ -3,6 +3,7 @@
 //! Stability is then a matter of two inequalities a section, the derivative with respect to a section's coefficient is
 //! one more pass through that section, and poles may meet on the real axis without a singularity.
 
+use super::signals::{convolved, delayed};
 use crate::error::Result;
 use crate::linalg::{self, Complex};
 use crate::linear::TransferFunction;
@@ -55,16 +56,6 @@ fn in_series<const K: usize>(a: [[f64; 2]; K], input: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// $\sum_i b_i z^{-i}$ applied to a signal.
-pub(in crate::identify) fn convolved(b: &[f64], signal: &[f64]) -> Vec<f64> {
-    let n = signal.len();
-    let mut output = vec![0.0; n];
-    for (i, b) in b.iter().enumerate().take_while(|(i, _)| *i < n) {
-        output[i..].iter_mut().zip(signal).for_each(|(y, v)| *y += b * v);
-    }
-    output
-}
-
 /// $\sum_i b_i z^{-i} / \prod_k A_k(z)$.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::identify) struct Rational {
@@ -78,6 +69,14 @@ impl Rational {
         Rational {
             b: vec![1.0],
             sections: Vec::new(),
+        }
+    }
+
+    /// The same poles with another numerator.
+    pub fn with_numerator(&self, b: Vec<f64>) -> Rational {
+        Rational {
+            b,
+            sections: self.sections.clone(),
         }
     }
 
@@ -209,6 +208,17 @@ impl Rational {
     pub fn parameters(&self) -> Vec<f64> {
         let denominator = self.sections.iter().flat_map(|s| s.a[..s.order].iter().copied());
         self.b.iter().copied().chain(denominator).collect()
+    }
+
+    /// The derivatives of the response by the [`parameters`](Self::parameters), from the response of the denominator and the whole
+    /// one: $\partial G/\partial b_k = z^{-k} / A$ and $\partial G/\partial a_k = -z^{-k} G / A_i$ for a coefficient of section i.
+    pub fn derivatives(&self, all_pole: &[f64], response: &[f64]) -> Vec<Vec<f64>> {
+        let mut columns: Vec<Vec<f64>> = (0..self.b.len()).map(|k| delayed(all_pole, k, 1.0)).collect();
+        for section in &self.sections {
+            let by = section.run(response);
+            columns.extend((1..=section.order).map(|k| delayed(&by, k, -1.0)));
+        }
+        columns
     }
 
     /// The same structure with other parameters.

@@ -6,61 +6,18 @@
 
 use super::candidate::{Candidate, Tried};
 use super::changes::neighbours;
-use super::descent::Residuals;
+use super::descent::{Residuals, StopRule};
 use super::efficient::whitening_filter;
 use super::intersample::with_instant_between;
 use super::limits::{
-    FAR_FEWER_PIECES, FEWEST_PIECES, LAST_STEPS, LAST_TOLERANCE, MOST_PIECES, PIECES, ROUNDS, STRUCTURE_SAMPLES,
-    TRIAL_STEPS, TRIAL_TOLERANCE, WORSE_PIECES,
+    FAR_FEWER_PIECES, FEWEST_PIECES, LAST, MOST_PIECES, PIECES, ROUNDS, STRUCTURE_SAMPLES, TRIAL, WORSE_PIECES,
 };
 use super::loss::Loss;
 use super::monitor::{Monitor, Stage};
 use super::pieces::{anchored, with_pieces};
 use super::signals::Signals;
-use super::system::System;
+use super::system::{FreeParts, System};
 use crate::sort;
-
-/// The parts of a branch whose structure may change.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::identify) struct FreeParts {
-    pub front: bool,
-    pub back: bool,
-    /// The delay, and a fast pole that imitates a delay.
-    pub delay: bool,
-    /// An instant between the samples at which the nonlinearity acts.
-    pub between: bool,
-}
-
-impl FreeParts {
-    const NONE: FreeParts = FreeParts {
-        front: false,
-        back: false,
-        delay: false,
-        between: false,
-    };
-    /// Static, linear.
-    pub const HAMMERSTEIN: FreeParts = FreeParts {
-        back: true,
-        ..FreeParts::NONE
-    };
-    /// Static, linear, after a delay that the search chooses: every input has its own.
-    pub const DELAYED_HAMMERSTEIN: FreeParts = FreeParts {
-        delay: true,
-        ..FreeParts::HAMMERSTEIN
-    };
-    /// Linear, static.
-    pub const WIENER: FreeParts = FreeParts {
-        front: true,
-        ..FreeParts::NONE
-    };
-    /// Linear, static, linear.
-    pub const WIENER_HAMMERSTEIN: FreeParts = FreeParts {
-        front: true,
-        back: true,
-        between: true,
-        ..FreeParts::NONE
-    };
-}
 
 /// One round of short fits of many starts.
 pub(in crate::identify) struct Round {
@@ -70,8 +27,7 @@ pub(in crate::identify) struct Round {
     pub kept: usize,
     /// Pieces of every nonlinearity; `None` for those that are there.
     pub pieces: Option<usize>,
-    pub steps: usize,
-    pub tolerance: f64,
+    pub rule: StopRule,
     /// Whether the fits go on the list of what was tried.
     pub listed: bool,
 }
@@ -121,7 +77,7 @@ impl<'a, 'm> Search<'a, 'm> {
                 if let Some(pieces) = round.pieces {
                     *c = finer(c.clone(), &data, |_| pieces);
                 }
-                *c = self.trial(c.clone(), &data, round.steps, round.tolerance);
+                *c = self.trial(c.clone(), &data, round.rule);
             }
             all.retain(|c| c.squares.is_finite());
             sort::by_key(&mut all, |c| c.bic(&data));
@@ -136,21 +92,21 @@ impl<'a, 'm> Search<'a, 'm> {
     pub fn refined(&mut self, start: Candidate, data: &Signals) -> Candidate {
         self.monitor.stage = Stage::Structure;
         let mut medium = data.head(STRUCTURE_SAMPLES);
-        let start = self.trial(start.on(&medium), &medium, TRIAL_STEPS, TRIAL_TOLERANCE);
+        let start = self.trial(start.on(&medium), &medium, TRIAL);
         medium.set_dependence(&start.system.run(&medium.u));
         let chosen = self.pieces(start, &medium);
         let chosen = self.restructured(chosen, &medium);
         let chosen = self.kinked(chosen, &medium);
         self.monitor.stage = Stage::Refinement;
         let mut data = data.clone();
-        let whole = self.trial(chosen.on(&data), &data, TRIAL_STEPS, TRIAL_TOLERANCE);
+        let whole = self.trial(chosen.on(&data), &data, TRIAL);
         data.set_dependence(&whole.system.run(&data.u));
         let whole = self.restructured(whole, &data);
         let mut whole = self.pieces(whole, &data);
         if self.free.between {
             whole = self.intersample(whole, &data);
         }
-        let last = self.trial(anchored(whole, &data), &data, LAST_STEPS, LAST_TOLERANCE);
+        let last = self.trial(anchored(whole, &data), &data, LAST);
         let last = anchored(last, &data);
         let efficient = self.restructured_efficiently(&last, &data);
         let efficient = efficient.or_else(|| last.fitted_efficiently(&data, self.monitor));
@@ -159,13 +115,13 @@ impl<'a, 'm> Search<'a, 'm> {
         last
     }
 
-    fn trial(&mut self, c: Candidate, data: &Signals, steps: usize, tolerance: f64) -> Candidate {
-        c.fitted(data, steps, tolerance, self.monitor)
+    fn trial(&mut self, c: Candidate, data: &Signals, rule: StopRule) -> Candidate {
+        c.fitted(data, rule, self.monitor)
     }
 
     /// A trial that goes on the list.
-    pub(super) fn listed(&mut self, c: Candidate, data: &Signals, steps: usize, tolerance: f64) -> Candidate {
-        let next = self.trial(c, data, steps, tolerance);
+    pub(super) fn listed(&mut self, c: Candidate, data: &Signals, rule: StopRule) -> Candidate {
+        let next = self.trial(c, data, rule);
         self.tried.push(next.tried(data));
         next
     }
@@ -188,7 +144,7 @@ impl<'a, 'm> Search<'a, 'm> {
                 let Some(next) = with_pieces(&best.system, part, pieces, data) else {
                     continue;
                 };
-                let next = self.listed(next, data, TRIAL_STEPS, TRIAL_TOLERANCE);
+                let next = self.listed(next, data, TRIAL);
                 if next.better(&best, data) {
                     (best, worse) = (next, 0);
                 } else if factor >= PIECES[0] {
@@ -207,7 +163,7 @@ impl<'a, 'm> Search<'a, 'm> {
                 if self.monitor.stopped().is_some() {
                     return best;
                 }
-                let c = self.listed(Candidate::new(system, data), data, TRIAL_STEPS, TRIAL_TOLERANCE);
+                let c = self.listed(Candidate::new(system, data), data, TRIAL);
                 if next.as_ref().is_none_or(|n| c.better(n, data)) {
                     next = Some(c);
                 }
@@ -228,7 +184,7 @@ impl<'a, 'm> Search<'a, 'm> {
         let Some(start) = with_instant_between(&best.system, data) else {
             return best;
         };
-        let next = self.listed(start, data, 2 * TRIAL_STEPS, TRIAL_TOLERANCE);
+        let next = self.listed(start, data, TRIAL.times(2));
         if next.better(&best, data) {
             self.pieces(next, data)
         } else {
@@ -253,11 +209,11 @@ impl<'a, 'm> Search<'a, 'm> {
         found = self.pieces(found, &white);
         found = self.kinked(found, &white);
         self.tried.truncate(listed);
-        let found = self.trial(found.on(&all), &all, TRIAL_STEPS, TRIAL_TOLERANCE);
+        let found = self.trial(found.on(&all), &all, TRIAL);
         if !found.better(&c.on(&all), &all) {
             return None;
         }
-        let found = self.trial(found.on(data), data, LAST_STEPS, LAST_TOLERANCE);
+        let found = self.trial(found.on(data), data, LAST);
         anchored(found, data).fitted_efficiently(data, self.monitor)
     }
 }

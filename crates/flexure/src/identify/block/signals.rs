@@ -1,7 +1,38 @@
-//! The signals that a system is fitted to.
+//! The signals that a system is fitted to, and Schwarz's criterion for its simulation errors, which need not be independent.
 
-use super::criterion;
-use super::rational::convolved;
+use crate::linear::correlation::{cross_covariance, mean, variance};
+
+/// Lags of the errors' autocorrelation.
+const LAGS: usize = 100;
+/// At least this many independent errors are assumed.
+const FEWEST_ERRORS: f64 = 20.0;
+
+/// A signal's mean and standard deviation.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::identify) struct Scale {
+    pub mean: f64,
+    pub spread: f64,
+}
+
+impl Scale {
+    /// That of these samples.
+    pub fn new(samples: &[f64]) -> Scale {
+        Scale {
+            mean: mean(samples),
+            spread: variance(samples).sqrt(),
+        }
+    }
+
+    /// From scaled to the samples' own unit.
+    pub fn back(&self, x: f64) -> f64 {
+        self.mean + self.spread * x
+    }
+
+    /// The samples at zero mean and unit variance.
+    pub fn standardised(&self, samples: &[f64]) -> Vec<f64> {
+        samples.iter().map(|x| (x - self.mean) / self.spread).collect()
+    }
+}
 
 /// Inputs and output at zero mean and unit variance, the first samples of which only let the initial state decay.
 #[derive(Debug, Clone)]
@@ -79,12 +110,30 @@ impl Signals {
 
     /// Schwarz's criterion of a sum of squares; it counts as many independent errors as the samples are worth.
     pub fn bic(&self, squares: f64, parameters: usize) -> f64 {
-        criterion::schwarz(squares, parameters, self.counted(), self.dependence)
+        let samples = self.counted() as f64;
+        let n = samples / self.dependence;
+        n * (squares.max(f64::MIN_POSITIVE) / samples).ln() + parameters as f64 * n.ln()
     }
 
-    /// Takes [`dependence`](Self::dependence) from the autocorrelation of the errors of an output.
+    /// Takes [`dependence`](Self::dependence) from the autocorrelation $\rho$ of the errors of an output: $1 + 2 \sum_j \rho_j^2$.
+    ///
+    /// A comparison of two models with errors of this autocorrelation varies as much as one with that many times fewer
+    /// independent errors (Bartlett 1946).
     pub fn set_dependence(&mut self, output: &[f64]) {
-        self.dependence = criterion::dependence(output, &self.y, self.from);
+        let errors = output.iter().zip(&self.y).skip(self.from);
+        let errors: Vec<f64> = errors.map(|(p, y)| p - y).collect();
+        self.dependence = 1.0;
+        if !(variance(&errors) > 0.0) {
+            return;
+        }
+        let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
+        let noise = 1.0 / errors.len() as f64;
+        let power = |r: &f64| ((r / covariance[0]).powi(2) - noise).max(0.0);
+        let sum: f64 = covariance[1..].iter().map(power).sum();
+        if sum.is_finite() {
+            let most = (errors.len() as f64 / FEWEST_ERRORS).max(1.0);
+            self.dependence = (1.0 + 2.0 * sum).min(most);
+        }
     }
 }
 
@@ -93,6 +142,16 @@ pub(in crate::identify) fn delayed(of: &[f64], lag: usize, sign: f64) -> Vec<f64
     let rest = of.len() - lag.min(of.len());
     let zeros = std::iter::repeat_n(0.0, of.len() - rest);
     zeros.chain(of[..rest].iter().map(|v| sign * v)).collect()
+}
+
+/// $\sum_i b_i z^{-i}$ applied to a signal.
+pub(in crate::identify) fn convolved(b: &[f64], signal: &[f64]) -> Vec<f64> {
+    let n = signal.len();
+    let mut output = vec![0.0; n];
+    for (i, b) in b.iter().enumerate().take_while(|(i, _)| *i < n) {
+        output[i..].iter_mut().zip(signal).for_each(|(y, v)| *y += b * v);
+    }
+    output
 }
 
 /// Adds a signal to a sum.

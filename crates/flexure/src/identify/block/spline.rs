@@ -190,6 +190,24 @@ impl KinkedSpline {
         }
     }
 
+    /// The index of the middle B-spline, whose place a constant takes in sums with a level of their own.
+    pub fn middle(&self) -> usize {
+        self.c.len() / 2
+    }
+
+    /// All B-splines but the middle one at the values of a signal.
+    pub fn others_at(&self, signal: &[f64]) -> Vec<Vec<f64>> {
+        let local: Vec<Local> = signal.iter().map(|x| self.local(*x)).collect();
+        let others = (0..self.c.len()).filter(|j| *j != self.middle());
+        others.map(|j| self.by_parameter(j, signal, &local)).collect()
+    }
+
+    /// Takes the coefficients of all B-splines but the middle one, which gets none.
+    pub fn set_others(&mut self, mut c: Vec<f64>) {
+        c.insert(self.middle(), 0.0);
+        self.c = c;
+    }
+
     /// The parameters that the values are linear in, all but the kinks' places.
     pub fn linear_parameters(&self) -> impl Iterator<Item = usize> {
         let splines = self.c.len();

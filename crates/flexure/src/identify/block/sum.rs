@@ -2,18 +2,17 @@
 
 use std::ops::RangeInclusive;
 
-use super::candidate::{Candidate, Tried};
+use super::candidate::Candidate;
 use super::cascade::{search as one_branch, splits, without_start};
-use super::limits::{
-    LARGEST_START_ORDER, LAST_STEPS, LAST_TOLERANCE, START_SAMPLES, STRUCTURE_SAMPLES, TRIAL_STEPS, TRIAL_TOLERANCE,
-    WORSE_ORDERS,
-};
+use super::descent::StopRule;
+use super::hammerstein_branches::of_rising_orders;
+use super::limits::{LAST, START_SAMPLES, STRUCTURE_SAMPLES, TRIAL};
 use super::monitor::{Monitor, Stage};
 use super::prepared::Prepared;
-use super::search::{FreeParts, Round, Search, SearchResult, finer};
-use super::shares::{hammerstein, shared_poles};
+use super::search::{Round, Search, SearchResult, finer};
 use super::signals::Signals;
-use super::system::{Branch, System};
+use super::sum_starts::{assigned_poles, hammerstein};
+use super::system::{Branch, FreeParts, System};
 use crate::validation::ResidualTests;
 
 /// Starts of every linear approximation that are refined.
@@ -30,35 +29,24 @@ const SCREENING: [Round; 3] = [
         samples: START_SAMPLES,
         kept: usize::MAX,
         pieces: None,
-        steps: 8,
-        tolerance: TRIAL_TOLERANCE,
+        rule: StopRule { steps: 8, ..TRIAL },
         listed: false,
     },
     Round {
         samples: 8_000,
         kept: 8,
         pieces: None,
-        steps: TRIAL_STEPS,
-        tolerance: TRIAL_TOLERANCE,
+        rule: TRIAL,
         listed: true,
     },
     Round {
         samples: 8_000,
         kept: 3,
         pieces: Some(12),
-        steps: 3 * TRIAL_STEPS,
-        tolerance: TRIAL_TOLERANCE,
+        rule: TRIAL.times(3),
         listed: true,
     },
 ];
-
-/// What the search for a sum has found.
-pub(in crate::identify) struct SumResult {
-    pub system: System,
-    /// Whether the branches are static, linear.
-    pub hammerstein: bool,
-    pub tried: Vec<Tried>,
-}
 
 /// The best sum of as many branches as `counts` allows: static, linear if the input explains nothing of their error; else linear,
 /// static, linear, if those are better by Schwarz's criterion. Without a start, a static nonlinearity or a constant.
@@ -66,34 +54,25 @@ pub(in crate::identify) fn find_sum(
     prepared: &Prepared,
     counts: RangeInclusive<usize>,
     monitor: &mut Monitor<'_>,
-) -> SumResult {
+) -> SearchResult {
     let mut sums = Sums {
         prepared,
         search: Search::new(FreeParts::HAMMERSTEIN, monitor),
     };
     let best = sums.best(counts);
-    let Sums { search, .. } = sums;
-    match best {
-        Some(Best { sum, form }) => SumResult {
-            system: sum.system,
-            hammerstein: form == FreeParts::HAMMERSTEIN,
-            tried: search.tried,
-        },
-        None => SumResult {
-            system: without_start(&prepared.data).system,
-            hammerstein: false,
-            tried: search.tried,
-        },
+    SearchResult {
+        system: best.map_or_else(|| without_start(&prepared.data).system, |best| best.sum.system),
+        tried: sums.search.tried,
     }
 }
 
-/// A sum and the form of its branches.
+/// A sum and the parts of its branches that are free.
 struct Best {
     sum: Candidate,
-    form: FreeParts,
+    free: FreeParts,
 }
 
-/// A search whose branches are all of one form at a time.
+/// A search whose branches all have the same free parts at a time.
 struct Sums<'p, 'a, 'm> {
     prepared: &'p Prepared,
     search: Search<'a, 'm>,
@@ -104,8 +83,8 @@ impl Sums<'_, '_, '_> {
     fn best(&mut self, counts: RangeInclusive<usize>) -> Option<Best> {
         let mut data = self.prepared.data.head(STRUCTURE_SAMPLES);
         let mut best: Option<Best> = None;
-        'forms: for form in [FreeParts::HAMMERSTEIN, FreeParts::WIENER_HAMMERSTEIN] {
-            self.search.free = form;
+        'forms: for free in [FreeParts::HAMMERSTEIN, FreeParts::WIENER_HAMMERSTEIN] {
+            self.search.free = free;
             for count in counts.clone() {
                 if self.search.monitor.stopped().is_some() {
                     return best;
@@ -123,69 +102,53 @@ impl Sums<'_, '_, '_> {
                     break;
                 }
                 let complete = complete(&sum, &data);
-                best = Some(Best { sum, form });
+                best = Some(Best { sum, free });
                 if complete {
                     break 'forms;
                 }
             }
         }
-        let Best { sum, form } = best?;
+        let Best { sum, free } = best?;
         let monitor = &mut *self.search.monitor;
         monitor.stage = Stage::Refinement;
         let data = &self.prepared.data;
-        let sum = sum.on(data).fitted(data, LAST_STEPS, LAST_TOLERANCE, monitor);
+        let sum = sum.on(data).fitted(data, LAST, monitor);
         let sum = sum.fitted_efficiently(data, monitor).unwrap_or(sum);
         self.search.tried.push(sum.tried(data));
-        Some(Best { sum, form })
+        Some(Best { sum, free })
     }
 
     /// The best sum of `count` branches; `fewer` is one of a branch less.
     fn of_count(&mut self, count: usize, fewer: Option<&Candidate>, data: &Signals) -> Option<Candidate> {
-        let form = self.search.free;
-        if form != FreeParts::HAMMERSTEIN && count == 1 {
+        let free = self.search.free;
+        if free != FreeParts::HAMMERSTEIN && count == 1 {
             let starts = splits(self.prepared, self.search.monitor);
-            let SearchResult { system, .. } = one_branch(starts, form, data, self.search.monitor)?;
+            let SearchResult { system, .. } = one_branch(starts, free, data, self.search.monitor)?;
             return Some(Candidate::new(system, data));
         }
         self.search.monitor.stage = Stage::Split;
         let few = data.head(START_SAMPLES);
-        let starts = match form {
-            FreeParts::HAMMERSTEIN => self.hammerstein_starts(&few, count),
+        let starts = match free {
+            FreeParts::HAMMERSTEIN => of_rising_orders(&few, &mut self.search, |order, _| {
+                hammerstein(&few, order, count).into_iter().collect()
+            }),
             _ => self.pole_starts(&few, count, fewer),
         };
         let start = self.search.screened(starts, &SCREENING, data)?;
         Some(self.improved(start.on(data), data))
     }
 
-    /// Hammerstein branches of rising orders.
-    fn hammerstein_starts(&mut self, data: &Signals, count: usize) -> Vec<Candidate> {
-        let mut all: Vec<Candidate> = Vec::new();
-        let (mut least, mut worse) = (f64::INFINITY, 0);
-        for order in 0..=LARGEST_START_ORDER.min(data.counted() / 30) {
-            if !self.search.monitor.keep_on() || worse > WORSE_ORDERS {
-                break;
-            }
-            let Some(start) = hammerstein(data, order, count) else {
-                continue;
-            };
-            let bic = start.bic(data);
-            (least, worse) = if bic < least { (bic, 0) } else { (least, worse + 1) };
-            all.push(start);
-        }
-        all
-    }
-
-    /// The linear approximations' poles shared out among all branches, or given to one more than `fewer` has.
+    /// The linear approximations' poles assigned to all branches, or to one more than `fewer` has.
     fn pole_starts(&mut self, data: &Signals, count: usize, fewer: Option<&Candidate>) -> Vec<Candidate> {
         let mut all = Vec::new();
         for approximation in self.prepared.starting() {
             if !self.search.monitor.keep_on() {
                 continue;
             }
-            all.extend(shared_poles(approximation, data, count).into_iter().take(STARTS));
+            all.extend(assigned_poles(approximation, data, count).into_iter().take(STARTS));
             if let Some(System { branches, .. }) = fewer.map(|fewer| &fewer.system) {
                 let rest = remainder(branches.iter(), data);
-                let more = shared_poles(approximation, &rest, 1).into_iter().take(ADDED);
+                let more = assigned_poles(approximation, &rest, 1).into_iter().take(ADDED);
                 all.extend(more.map(|more| {
                     let sum = System::sum([&branches[..], &more.system.branches].concat());
                     Candidate::new(sum, data)
@@ -199,12 +162,12 @@ impl Sums<'_, '_, '_> {
     /// together; while Schwarz's criterion falls.
     fn improved(&mut self, start: Candidate, data: &Signals) -> Candidate {
         self.search.monitor.stage = Stage::Structure;
-        let mut best = start.fitted(data, TRIAL_STEPS, TRIAL_TOLERANCE, self.search.monitor);
+        let mut best = start.fitted(data, TRIAL, self.search.monitor);
         let mut data = data.clone();
         for _ in 0..ROUNDS {
             data.set_dependence(&best.system.run(&data.u));
             let next = self.branch_by_branch(&best, &data);
-            let next = self.search.listed(next, &data, 3 * TRIAL_STEPS, TRIAL_TOLERANCE);
+            let next = self.search.listed(next, &data, TRIAL.times(3));
             if self.search.monitor.stopped().is_some() || !next.better(&best, &data) {
                 break;
             }
@@ -213,7 +176,7 @@ impl Sums<'_, '_, '_> {
         // A kink of one nonlinearity that is mixed into all of them asks for pieces in all at once.
         for _ in 0..ROUNDS {
             let next = finer(best.clone(), &data, |pieces| 2 * pieces);
-            let next = self.search.listed(next, &data, 2 * TRIAL_STEPS, TRIAL_TOLERANCE);
+            let next = self.search.listed(next, &data, TRIAL.times(2));
             if self.search.monitor.stopped().is_some() || !next.better(&best, &data) {
                 break;
             }

@@ -15,8 +15,8 @@
 
 use std::borrow::Cow;
 
-use super::rational::{Rational, convolved};
-use super::signals::{add, delayed};
+use super::rational::Rational;
+use super::signals::{Signals, add, convolved, delayed};
 use super::spline::KinkedSpline;
 
 /// Linear, static, linear, of one input.
@@ -166,6 +166,14 @@ impl System {
         }
     }
 
+    /// The same with the mean in the first branch's offset.
+    pub fn with_offsets(branches: Vec<Branch>) -> System {
+        System {
+            level: Level::Offset,
+            ..System::sum(branches)
+        }
+    }
+
     /// The sum of the branches: what enters the last nonlinearity.
     pub fn inner(&self, u: &[Vec<f64>]) -> Vec<f64> {
         let mut sum = vec![0.0; u.first().map_or(0, Vec::len)];
@@ -227,4 +235,103 @@ impl System {
         let each = self.branches.iter().map(|b| b.delay + b.back.settling(share));
         each.max().unwrap_or(0)
     }
+}
+
+/// One of a system's nonlinearities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::identify) enum Part {
+    /// That of the branch of this index.
+    Branch(usize),
+    /// The last one.
+    Output,
+}
+
+impl System {
+    /// All nonlinearities, the last one first.
+    pub fn parts(&self) -> Vec<Part> {
+        let last = self.output.iter().map(|_| Part::Output);
+        last.chain((0..self.branches.len()).map(Part::Branch)).collect()
+    }
+
+    /// The nonlinearity; `None` where there is none of the kind.
+    pub fn spline(&self, part: Part) -> Option<&KinkedSpline> {
+        match part {
+            Part::Branch(i) => self.branches.get(i).map(|b| &b.spline),
+            Part::Output => self.output.as_ref(),
+        }
+    }
+
+    /// The nonlinearity, to be changed.
+    pub fn spline_mut(&mut self, part: Part) -> Option<&mut KinkedSpline> {
+        match part {
+            Part::Branch(i) => self.branches.get_mut(i).map(|b| &mut b.spline),
+            Part::Output => self.output.as_mut(),
+        }
+    }
+
+    /// The number of pieces.
+    pub fn pieces(&self, part: Part) -> usize {
+        self.spline(part).map_or(0, KinkedSpline::pieces)
+    }
+
+    /// What enters a nonlinearity at the samples that count, without the delay.
+    pub fn entering(&self, part: Part, data: &Signals) -> Vec<f64> {
+        let entering = match part {
+            Part::Branch(i) => self.branches[i].front.run(&data.u[self.branches[i].input]),
+            Part::Output => self.inner(&data.u),
+        };
+        entering[data.from..].to_vec()
+    }
+
+    /// Divides what enters a branch's nonlinearity; of the nonlinearity, only the places of its kinks are adapted.
+    pub fn divide_front(&mut self, branch: usize, divisor: f64) {
+        let Some(branch) = self.branches.get_mut(branch) else {
+            return;
+        };
+        let between = branch.between.iter_mut().flat_map(|b| &mut b.front);
+        branch.front.b.iter_mut().chain(between).for_each(|b| *b /= divisor);
+        branch.spline.kinks.iter_mut().for_each(|k| k.at /= divisor);
+    }
+}
+
+/// The parts of a branch whose structure may change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::identify) struct FreeParts {
+    pub front: bool,
+    pub back: bool,
+    /// The delay, and a fast pole that imitates a delay.
+    pub delay: bool,
+    /// An instant between the samples at which the nonlinearity acts.
+    pub between: bool,
+}
+
+impl FreeParts {
+    const NONE: FreeParts = FreeParts {
+        front: false,
+        back: false,
+        delay: false,
+        between: false,
+    };
+    /// Static, linear.
+    pub const HAMMERSTEIN: FreeParts = FreeParts {
+        back: true,
+        ..FreeParts::NONE
+    };
+    /// Static, linear, after a delay that the search chooses: every input has its own.
+    pub const DELAYED_HAMMERSTEIN: FreeParts = FreeParts {
+        delay: true,
+        ..FreeParts::HAMMERSTEIN
+    };
+    /// Linear, static.
+    pub const WIENER: FreeParts = FreeParts {
+        front: true,
+        ..FreeParts::NONE
+    };
+    /// Linear, static, linear.
+    pub const WIENER_HAMMERSTEIN: FreeParts = FreeParts {
+        front: true,
+        back: true,
+        between: true,
+        ..FreeParts::NONE
+    };
 }

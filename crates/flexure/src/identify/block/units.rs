@@ -6,9 +6,8 @@ use super::rational::Rational;
 use super::spline::KinkedSpline;
 use super::system::Branch;
 use crate::error::{Error, Result};
+use crate::identify::result::{BlockKind, LinearBlock, NamedBlock, StaticBlock};
 use crate::linear::TransferFunction;
-use crate::linear::correlation::{mean, variance};
-use crate::model::Block;
 use crate::nonlinearity::{Curve, Outside};
 use crate::sort;
 
@@ -18,74 +17,6 @@ const POINTS: usize = 2001;
 const FREQUENCIES: usize = 1024;
 /// A static gain below this share of the peak gain does not fix the scale.
 const NO_STATIC_GAIN: f64 = 0.1;
-
-/// A linear approximation that was tried.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ApproximationScore {
-    /// Its order.
-    pub order: usize,
-    /// RMS of its simulation error relative to the output's standard deviation.
-    pub relative_error: f64,
-}
-
-/// The linear blocks of the second of two branches that have the same nonlinearity: the model is
-/// $y = G_2 f(G_1 u) + G_2' f(G_1' u)$.
-///
-/// A nonlinearity in continuous time bends the signal between the samples too, which sampling folds back into the
-/// output's band. $G_1'$ has the poles of $G_1$ and gives the intermediate signal at an instant between the samples, half-way at the
-/// start of the search; $G_2'$ has the poles of $G_2$. The static gains of $G_2$ and $G_2'$ then sum to one.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Intersample {
-    /// $G_1'$.
-    pub front: TransferFunction,
-    /// $G_2'$.
-    pub back: TransferFunction,
-    /// The nonlinearity again; its abscissas differ if the input has a mean and the two fronts' static gains differ.
-    pub nonlinearity: Curve,
-}
-
-/// A signal's mean and standard deviation.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::identify) struct Scale {
-    pub mean: f64,
-    pub spread: f64,
-}
-
-impl Scale {
-    /// That of these samples.
-    pub fn new(samples: &[f64]) -> Scale {
-        Scale {
-            mean: mean(samples),
-            spread: variance(samples).sqrt(),
-        }
-    }
-
-    /// From scaled to the samples' own unit.
-    pub fn back(&self, x: f64) -> f64 {
-        self.mean + self.spread * x
-    }
-
-    /// The samples at zero mean and unit variance.
-    pub fn standardised(&self, samples: &[f64]) -> Vec<f64> {
-        samples.iter().map(|x| (x - self.mean) / self.spread).collect()
-    }
-}
-
-/// The scales of input and output.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::identify) struct Scales {
-    pub input: Scale,
-    pub output: Scale,
-}
-
-impl Scales {
-    pub fn new(u: &[f64], y: &[f64]) -> Scales {
-        Scales {
-            input: Scale::new(u),
-            output: Scale::new(y),
-        }
-    }
-}
 
 /// Evenly spaced points, as many as a tabulated nonlinearity has besides its breakpoints.
 fn even(low: f64, high: f64) -> impl Iterator<Item = f64> {
@@ -123,88 +54,89 @@ fn mapped(breakpoints: &[f64], abscissa: impl Fn(f64) -> f64) -> Vec<f64> {
     mapped
 }
 
-/// The blocks in the record's units and the conventional scale.
+/// Linear, static, linear, in the record's units and the conventional scale.
 pub(in crate::identify) struct Blocks {
     pub front: TransferFunction,
-    pub curve: Curve,
-    pub breakpoints: Vec<f64>,
-    pub kinks: Vec<f64>,
+    pub nonlinearity: BlockKind,
     pub back: TransferFunction,
-    pub intersample: Option<Intersample>,
+    /// Front, nonlinearity and back of a second branch, whose output is added.
+    ///
+    /// A nonlinearity in continuous time bends the signal between the samples too, which sampling folds back into the output's
+    /// band. The second front has the poles of the first and gives the intermediate signal at an instant between the samples,
+    /// half-way at the start of the search; the second back has the poles of the first. The static gains of both backs then sum
+    /// to one. The nonlinearity is the same again; its abscissas differ if the input has a mean and the fronts' static gains differ.
+    pub between_samples: Option<[BlockKind; 3]>,
     pub offset: f64,
 }
 
 impl Blocks {
-    /// The blocks in series.
-    pub fn model(&self) -> Block {
-        let branch = |front: &TransferFunction, curve: &Curve, back: &TransferFunction| {
-            vec![
-                Block::Linear(front.clone()),
-                Block::Static(curve.clone()),
-                Block::Linear(back.clone()),
-            ]
-        };
-        let mut blocks = branch(&self.front, &self.curve, &self.back);
-        if let Some(between) = &self.intersample {
-            let second = branch(&between.front, &between.nonlinearity, &between.back);
-            blocks = vec![Block::Parallel(vec![Block::Series(blocks), Block::Series(second)])];
-        }
-        if self.offset != 0.0 {
-            blocks.push(Block::Offset(self.offset));
-        }
-        Block::Series(blocks)
-    }
-}
-
-/// The branch of prepared signals, in the record's units; the delay goes to the front.
-///
-/// The nonlinearity is tabulated where the fit's samples are and where it has breakpoints.
-pub(in crate::identify) fn blocks(s: &Branch, prepared: &Prepared) -> Result<Blocks> {
-    let Prepared {
-        scales, data, delay, ..
-    } = prepared;
-    let (input, output, delay) = (scales.input, scales.output, *delay);
-    let (front_gain, _) = conventional_gain(&s.front, delay)?;
-    let (back_gain, back_static) = conventional_gain(&s.whole_back(), 0)?;
-    let over = |b: &[f64], g: &Rational, gain: f64| Rational {
-        b: b.iter().map(|b| b / gain).collect(),
-        sections: g.sections.clone(),
-    };
-    // The scaled front's output is (gain / spread) times the new one's, less what the input's mean contributes.
-    let abscissa = |x: f64, front: &Rational| x * input.spread / front_gain + front.static_gain() * input.mean;
-    let front = over(&s.front.b, &s.front, front_gain);
-    let mut offset = output.mean + output.spread * s.offset;
-    let mut level = 0.0;
-    if back_static {
-        (level, offset) = (offset, 0.0);
-    }
-    let ordinate = |x: f64| level + output.spread * back_gain * s.spline.value(x);
-    let breakpoints = s.spline.breakpoints();
-    let entering: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
-    let range = s.spline.range_with(&entering);
-    let kinks = s.spline.kinks_within(range);
-    let inner = abscissas(&s.spline, range);
-    let curve = |front: &Rational| table(inner.iter().copied(), |x| abscissa(x, front), ordinate);
-    let [breakpoints, kinks] = [breakpoints, &kinks].map(|at| mapped(at, |x| abscissa(x, &front)));
-    let intersample = (s.between.as_ref())
-        .map(|between| {
-            let front = over(&between.front, &s.front, front_gain);
-            Ok::<_, Error>(Intersample {
-                nonlinearity: curve(&front)?,
-                front: front.transfer_function(delay)?,
-                back: over(&between.back, &s.back, back_gain).transfer_function(0)?,
+    /// The branch of prepared signals; the delay goes to the front.
+    ///
+    /// The nonlinearity is tabulated where the fit's samples are and where it has breakpoints.
+    pub fn new(s: &Branch, prepared: &Prepared) -> Result<Blocks> {
+        let Prepared {
+            output, data, delay, ..
+        } = prepared;
+        let input = prepared.inputs[s.input];
+        let (front_gain, _) = conventional_gain(&s.front, *delay)?;
+        let (back_gain, back_static) = conventional_gain(&s.whole_back(), 0)?;
+        let over = |b: &[f64], g: &Rational, gain: f64| g.with_numerator(b.iter().map(|b| b / gain).collect());
+        // The scaled front's output is (gain / spread) times the new one's, less what the input's mean contributes.
+        let abscissa = |x: f64, front: &Rational| x * input.spread / front_gain + front.static_gain() * input.mean;
+        let offset = output.mean + output.spread * s.offset;
+        let (level, offset) = if back_static { (offset, 0.0) } else { (0.0, offset) };
+        let ordinate = |x: f64| level + output.spread * back_gain * s.spline.value(x);
+        let entering: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
+        let range = s.spline.range_with(&entering);
+        let inner = abscissas(&s.spline, range);
+        let curve = |front: &Rational| table(inner.iter().copied(), |x| abscissa(x, front), ordinate);
+        let front = over(&s.front.b, &s.front, front_gain);
+        let [breakpoints, kinks] =
+            [s.spline.breakpoints(), &s.spline.kinks_within(range)].map(|at| mapped(at, |x| abscissa(x, &front)));
+        let between_samples = (s.between.as_ref())
+            .map(|between| {
+                let front = over(&between.front, &s.front, front_gain);
+                let back = over(&between.back, &s.back, back_gain);
+                Ok::<_, Error>([
+                    LinearBlock::of(front.transfer_function(*delay)?),
+                    StaticBlock::spline(curve(&front)?, Vec::new(), Vec::new()),
+                    LinearBlock::of(back.transfer_function(0)?),
+                ])
             })
+            .transpose()?;
+        Ok(Blocks {
+            nonlinearity: StaticBlock::spline(curve(&front)?, breakpoints, kinks),
+            front: front.transfer_function(*delay)?,
+            back: over(&s.back.b, &s.back, back_gain).transfer_function(0)?,
+            between_samples,
+            offset,
         })
-        .transpose()?;
-    Ok(Blocks {
-        curve: curve(&front)?,
-        front: front.transfer_function(delay)?,
-        breakpoints,
-        kinks,
-        back: over(&s.back.b, &s.back, back_gain).transfer_function(0)?,
-        intersample,
-        offset,
-    })
+    }
+
+    /// The blocks with their names.
+    pub fn named(self) -> Vec<NamedBlock> {
+        let mut named = vec![
+            NamedBlock::new("front", "Front linear part", LinearBlock::of(self.front)),
+            NamedBlock::new("nonlinearity", "Nonlinearity", self.nonlinearity),
+            NamedBlock::new("back", "Back linear part", LinearBlock::of(self.back)),
+        ];
+        if let Some([front, nonlinearity, back]) = self.between_samples {
+            let second = [
+                NamedBlock::new("intersample_front", "Front, between the samples", front),
+                NamedBlock::new(
+                    "intersample_nonlinearity",
+                    "Nonlinearity, between the samples",
+                    nonlinearity,
+                ),
+                NamedBlock::new("intersample_back", "Back, between the samples", back),
+            ];
+            named.extend(second.map(|block| NamedBlock {
+                between_samples: true,
+                ..block
+            }));
+        }
+        named
+    }
 }
 
 /// What a block is divided by, and whether that is its static gain; 1 for a block that passes nothing.
@@ -234,14 +166,6 @@ pub(in crate::identify) fn normalised(branch: &Branch) -> Result<(TransferFuncti
     Ok((linear.transfer_function(branch.delay)?, gain))
 }
 
-/// A nonlinearity as a table, straight on beyond its ends, with its breakpoints and its kinks' places, both increasing.
-#[derive(Debug, Clone)]
-pub(in crate::identify) struct Tabulated {
-    pub curve: Curve,
-    pub breakpoints: Vec<f64>,
-    pub kinks: Vec<f64>,
-}
-
 /// A nonlinearity as a table over what enters it; at its levels alone where these are few, as nothing is known of it elsewhere. Both
 /// functions are applied to the spline's own coordinates.
 pub(in crate::identify) fn tabulated(
@@ -249,17 +173,17 @@ pub(in crate::identify) fn tabulated(
     entering: &[f64],
     abscissa: impl Fn(f64) -> f64,
     ordinate: impl Fn(f64) -> f64,
-) -> Result<Tabulated> {
+) -> Result<BlockKind> {
     let range = spline.range_with(entering);
     let (points, kinks) = match few_levels(entering) {
         Some(levels) if levels.len() > 1 => (levels, Vec::new()),
         _ => (abscissas(spline, range), spline.kinks_within(range)),
     };
-    Ok(Tabulated {
-        curve: table(points.into_iter(), &abscissa, |x| ordinate(spline.value(x)))?,
-        breakpoints: mapped(spline.breakpoints(), &abscissa),
-        kinks: mapped(&kinks, abscissa),
-    })
+    Ok(StaticBlock::spline(
+        table(points.into_iter(), &abscissa, |x| ordinate(spline.value(x)))?,
+        mapped(spline.breakpoints(), &abscissa),
+        mapped(&kinks, abscissa),
+    ))
 }
 
 #[cfg(test)]
@@ -274,8 +198,11 @@ mod tests {
         spline
     }
 
-    fn table_of(spline: &KinkedSpline, entering: &[f64]) -> Tabulated {
-        tabulated(spline, entering, |x| 3e-7 * x, |y| 2e6 * y).unwrap()
+    fn table_of(spline: &KinkedSpline, entering: &[f64]) -> StaticBlock {
+        match tabulated(spline, entering, |x| 3e-7 * x, |y| 2e6 * y).unwrap() {
+            BlockKind::Static(block) => block,
+            other => panic!("{other:?} is not static"),
+        }
     }
 
     #[test]

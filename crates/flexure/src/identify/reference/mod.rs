@@ -7,5 +7,5 @@ mod narx;
 mod ridge;
 mod volterra;
 
-pub use narx::{NarxModel, NarxTerm, ROW as NARX};
-pub use volterra::{DecayPrior, ROW as VOLTERRA, VolterraModel};
+pub use narx::ROW as NARX;
+pub use volterra::{DecayPrior, ROW as VOLTERRA};

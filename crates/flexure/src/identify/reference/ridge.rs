@@ -1,6 +1,6 @@
 //! Ridge regression for all penalties at once, from the spectrum of the columns' correlations.
 
-use super::super::block::normal_equations;
+use super::super::block::{Scale, regression};
 use crate::linalg;
 
 /// Penalties that are tried, relative to the number of samples: from the first, each this many times the one before.
@@ -10,8 +10,8 @@ const PENALTIES: usize = 11;
 
 /// The least-squares problem of a constant and columns, which the penalty sees at zero mean and unit variance.
 pub(super) struct Ridge {
-    /// Mean and standard deviation of every column, and the output's mean.
-    scales: Vec<(f64, f64)>,
+    columns: Vec<Scale>,
+    /// The output's mean.
     level: f64,
     samples: f64,
     output_squares: f64,
@@ -28,44 +28,40 @@ impl Ridge {
         let n = columns.len();
         let samples = y.len().checked_sub(from).filter(|s| *s > 1)? as f64;
         let ones = vec![1.0; y.len()];
-        let minus: Vec<f64> = y.iter().map(|y| -y).collect();
         let mut all = columns.to_vec();
         all.push(ones);
-        let equations = normal_equations(&minus, &all, from);
+        let equations = regression(y, &all, from);
         let (size, normal) = (n + 1, &equations.normal);
         let mean = |i: usize| normal[i * size + n] / samples;
         let covariance = |i: usize, j: usize| normal[i * size + j] / samples - mean(i) * mean(j);
-        let scales: Vec<(f64, f64)> = (0..n)
-            .map(|i| {
-                let variance = covariance(i, i);
-                let floor = 1e-12 * normal[i * size + i] / samples;
-                (
-                    mean(i),
-                    if variance > floor {
-                        variance.sqrt()
-                    } else {
-                        f64::INFINITY
-                    },
-                )
-            })
-            .collect();
+        // A column without variance gets no coefficient.
+        let spread = |i: usize| {
+            let floor = 1e-12 * normal[i * size + i] / samples;
+            let variance = Some(covariance(i, i)).filter(|v| *v > floor);
+            variance.map_or(f64::INFINITY, f64::sqrt)
+        };
+        let scales = (0..n).map(|i| Scale {
+            mean: mean(i),
+            spread: spread(i),
+        });
+        let scales: Vec<Scale> = scales.collect();
         let level = equations.descent[n] / samples;
         let mut correlations = vec![0.0; n * n];
         for i in 0..n {
             for j in 0..n {
-                correlations[i * n + j] = samples * covariance(i, j) / (scales[i].1 * scales[j].1);
+                correlations[i * n + j] = samples * covariance(i, j) / (scales[i].spread * scales[j].spread);
             }
         }
         let (values, vectors) = linalg::symmetric_eigen(&correlations, n)?;
         let with_output: Vec<f64> = (0..n)
-            .map(|i| (equations.descent[i] - samples * mean(i) * level) / scales[i].1)
+            .map(|i| (equations.descent[i] - samples * mean(i) * level) / scales[i].spread)
             .collect();
         let products = (vectors.chunks_exact(n))
             .map(|v| v.iter().zip(&with_output).map(|(v, b)| v * b).sum())
             .collect();
         Some(Ridge {
             output_squares: equations.cost - samples * level * level,
-            scales,
+            columns: scales,
             level,
             samples,
             values: values.iter().map(|v| v.max(0.0)).collect(),
@@ -97,26 +93,35 @@ impl Ridge {
             explained += product * product * (value + 2.0 * penalty) / (value + penalty).powi(2);
             degrees += value / (value + penalty);
         }
-        let left = self.samples - degrees;
-        if left > 0.0 {
-            self.samples * (self.output_squares - explained).max(0.0) / (left * left)
+        let free = self.samples - degrees;
+        if free > 0.0 {
+            self.samples * (self.output_squares - explained).max(0.0) / free.powi(2)
         } else {
             f64::INFINITY
         }
     }
 
-    /// The constant and the columns' coefficients.
-    pub fn solve(&self, penalty: f64) -> (f64, Vec<f64>) {
-        let n = self.scales.len();
+    /// The solution under this penalty.
+    pub fn solve(&self, penalty: f64) -> Affine {
+        let n = self.columns.len();
         let mut c = vec![0.0; n];
         for (k, vector) in self.vectors.chunks_exact(n).enumerate() {
             let weight = self.products[k] / (self.values[k] + penalty);
             c.iter_mut().zip(vector).for_each(|(c, v)| *c += weight * v);
         }
-        c.iter_mut().zip(&self.scales).for_each(|(c, s)| *c /= s.1);
-        let constant = self.level - c.iter().zip(&self.scales).map(|(c, s)| c * s.0).sum::<f64>();
-        (constant, c)
+        c.iter_mut().zip(&self.columns).for_each(|(c, s)| *c /= s.spread);
+        let at_means = c.iter().zip(&self.columns).map(|(c, s)| c * s.mean).sum::<f64>();
+        Affine {
+            constant: self.level - at_means,
+            coefficients: c,
+        }
     }
+}
+
+/// A constant, and a coefficient for every column.
+pub(super) struct Affine {
+    pub constant: f64,
+    pub coefficients: Vec<f64>,
 }
 
 #[cfg(test)]
@@ -130,13 +135,16 @@ mod tests {
         let y: Vec<f64> = x.iter().map(|x| 2.0 - x + 0.5 * x * x).collect();
         let columns = [x, vec![4.0; 50], z];
         let ridge = Ridge::new(&columns, &y, 10).unwrap();
-        let (constant, c) = ridge.solve(1e-9);
+        let Affine {
+            constant,
+            coefficients: c,
+        } = ridge.solve(1e-9);
         assert!((constant - 2.0).abs() < 1e-5, "{constant} {c:?}");
         assert!(
             (c[0] + 1.0).abs() < 1e-5 && c[1] == 0.0 && (c[2] - 0.5).abs() < 1e-5,
             "{c:?}"
         );
-        let (constant, _) = ridge.solve(1e12);
+        let constant = ridge.solve(1e12).constant;
         let mean = y[10..].iter().sum::<f64>() / 40.0;
         assert!((constant - mean).abs() < 1e-6, "{constant} {mean}");
         assert!(ridge.chosen()[0] < 1e-6);

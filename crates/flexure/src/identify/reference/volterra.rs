@@ -9,10 +9,7 @@
 //! TC is a sum of independent steps: $h_1(i) = \sum_{k \ge i} w_k$ with variances $c (\lambda^k - \lambda^{k+1})$. In running sums
 //! of the input the prior is diagonal, and the marginal likelihood needs one factorisation of the normal equations.
 
-use serde::{Deserialize, Serialize};
-
-use super::super::block::{Columns, Signals, delays, normal_equations};
-use super::narx::LARGEST_LAG;
+use super::super::block::{Scale, Signals, delays, regression};
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{BlockKind, Detail, Identification, NamedBlock, Place, StructureName, Values};
@@ -20,7 +17,7 @@ use crate::identify::run::{Run, path};
 use crate::interrupt;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
-use crate::model::Block;
+use crate::model::{Block, VolterraModel};
 use crate::text::number;
 
 /// Memories of both orders that are tried, the second with the best of the first.
@@ -47,69 +44,6 @@ pub struct DecayPrior {
     pub size: f64,
     /// $\lambda$, between 0 and 1.
     pub decay: f64,
-}
-
-/// A second-order Volterra series about the input's mean.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct VolterraModel {
-    /// The delay s in samples.
-    pub delay: usize,
-    /// The input that the kernels' arguments are deviations from.
-    pub input_level: f64,
-    /// $h_0$, the output under that input.
-    pub constant: f64,
-    /// $h_1$.
-    pub first: Vec<f64>,
-    /// $h_2$, symmetric, row-major.
-    pub second: Vec<f64>,
-    /// The number of lags of $h_2$.
-    pub second_memory: usize,
-}
-
-impl VolterraModel {
-    /// Why the model cannot be simulated.
-    pub fn problem(&self) -> Option<String> {
-        if self.delay > LARGEST_LAG {
-            return Some(format!(
-                "the delay is {}, but must be at most {LARGEST_LAG}",
-                self.delay
-            ));
-        }
-        let expected = self.second_memory.checked_mul(self.second_memory);
-        (expected != Some(self.second.len())).then(|| {
-            format!(
-                "the second-order kernel has {} values, but {} lags squared are needed",
-                self.second.len(),
-                self.second_memory
-            )
-        })
-    }
-
-    /// The samples after which an input no longer has an effect.
-    pub(crate) fn memory(&self) -> usize {
-        self.delay + self.first.len().max(self.second_memory)
-    }
-
-    /// The response to `input`, one value a sample; before the record the input is taken to be at its level.
-    pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
-        let deviation = |n: usize, lag: usize| {
-            n.checked_sub(self.delay + lag)
-                .map_or(0.0, |k| input[k] - self.input_level)
-        };
-        let mut recent = vec![0.0; self.first.len().max(self.second_memory)];
-        (0..input.len())
-            .map(|n| {
-                recent
-                    .iter_mut()
-                    .enumerate()
-                    .for_each(|(lag, u)| *u = deviation(n, lag));
-                let dot = |h: &[f64]| h.iter().zip(&recent).map(|(h, u)| h * u).sum::<f64>();
-                let rows = self.second.chunks_exact(self.second_memory.max(1));
-                let second: f64 = rows.zip(&recent).map(|(row, u)| u * dot(row)).sum();
-                self.constant + dot(&self.first) + second
-            })
-            .collect()
-    }
 }
 
 /// The identification of a second-order Volterra series.
@@ -139,17 +73,13 @@ pub const ROW: Structure = Structure {
 };
 
 fn identify(request: &Request<'_>, _: &mut Progress<'_>) -> Result<Identification> {
-    let what = "a Volterra fit (besides the fresh part)";
-    let share = request.options.fresh_share;
-    let columns = Columns::new(request.record()?, &[request.input()?], request.output, share, what)?;
-    let data = columns.signals();
-    let delay = delays(&data).first().copied().unwrap_or(0);
-    let best = search(&data, delay);
-    let (u, y) = (columns.inputs[0], columns.output);
+    let samples = request.samples("a Volterra fit (besides the fresh part)")?;
+    let prepared = samples.prepared();
+    let delay = delays(&prepared.data).first().copied().unwrap_or(0);
+    let best = search(&prepared.data, delay);
+    let (u, y) = (prepared.inputs[0], prepared.output);
     let model = match &best {
-        Some(best) => best.model(delay, u.mean, [y.spread / u.spread, y.spread / u.spread.powi(2)], |h| {
-            y.back(h)
-        }),
+        Some(best) => best.model(delay, u, y),
         None => VolterraModel {
             delay,
             input_level: u.mean,
@@ -159,22 +89,11 @@ fn identify(request: &Request<'_>, _: &mut Progress<'_>) -> Result<Identificatio
             second_memory: 0,
         },
     };
-    let predicted = model.simulate(columns.u[0]);
-    let (verdict, warnings) = columns.samples().verdict(&predicted, None)?;
     let priors = best.as_ref().map_or(START, |b| b.priors);
-    let noise = y.spread * best.as_ref().map_or(1.0, |b| b.variance.sqrt());
+    let noise = y.spread * best.as_ref().map_or(1.0, |b| b.evidence.variance.sqrt());
     let details = details(&model, &priors, noise);
-    let delay = model.delay;
     let block = NamedBlock::new("volterra", "Kernels", BlockKind::Volterra(model.clone()));
-    let run = Run {
-        model: Block::Volterra(model),
-        paths: vec![path(request, vec![block])],
-        output_offset: 0.0,
-        fitted: columns.fitted,
-        predicted,
-        verdicts: vec![verdict],
-        warnings,
-    };
+    let run = Run::new(&samples, Block::Volterra(model), vec![path(request, vec![block])], None)?;
     Ok(Identification {
         method: "marginal-likelihood",
         delay,
@@ -183,7 +102,7 @@ fn identify(request: &Request<'_>, _: &mut Progress<'_>) -> Result<Identificatio
     })
 }
 
-/// What a reader is told of the kernels: their lengths, their priors, and the noise.
+/// The kernels' lengths and priors, and the noise.
 fn details(model: &VolterraModel, priors: &[DecayPrior; 2], noise: f64) -> Vec<Detail> {
     let values = priors.map(|p| Values::new([("size", p.size.into()), ("decay", p.decay.into())]));
     let [first, second] = priors.map(|p| format!("size {}, decay {} a sample", number(p.size), number(p.decay)));
@@ -216,13 +135,20 @@ impl Memory {
     }
 }
 
-/// The most likely priors for a memory, and the coefficients of the running sums.
+/// The most likely priors for a memory.
 struct Fit {
     memory: Memory,
     priors: [DecayPrior; 2],
+    evidence: Evidence,
+}
+
+/// How likely priors are, and what follows from them.
+struct Evidence {
     /// Minus twice the logarithm of the marginal likelihood, up to a constant.
     deviance: f64,
+    /// Of the noise.
     variance: f64,
+    /// Of the constant, the running sums and their products.
     coefficients: Vec<f64>,
 }
 
@@ -232,48 +158,32 @@ fn search(data: &Signals, delay: usize) -> Option<Fit> {
     let (u, y) = (&data.u[0][first..], &data.y[first..]);
     let longest = FIRST_MEMORIES[FIRST_MEMORIES.len() - 1];
     let from = (delay + longest).min(u.len() / 2);
-    let samples = (u.len() - from) as f64;
     let mut best: Option<Fit> = None;
-    let small = SECOND_MEMORIES[0];
-    for first in FIRST_MEMORIES {
-        if !improves(&mut best, Memory { first, second: small }, u, y, delay, from, samples) {
-            break;
+    // Whether a memory is likelier than the best one so far, whose place it then takes.
+    let mut improves = |memory: Memory| {
+        if delay + memory.first.max(memory.second) > from || interrupt::requested() {
+            return false;
         }
-    }
-    let first = best.as_ref()?.memory.first;
-    for second in &SECOND_MEMORIES[1..] {
-        if !improves(&mut best, Memory { first, second: *second }, u, y, delay, from, samples) {
-            break;
-        }
-    }
-    best
-}
-
-/// Whether a memory is likelier than the best one so far, whose place it then takes.
-fn improves(
-    best: &mut Option<Fit>,
-    memory: Memory,
-    u: &[f64],
-    y: &[f64],
-    delay: usize,
-    from: usize,
-    samples: f64,
-) -> bool {
-    if delay + memory.first.max(memory.second) > from || interrupt::requested() {
-        return false;
-    }
-    let columns = running_sums(memory, u, delay);
-    let minus: Vec<f64> = y.iter().map(|y| -y).collect();
-    let equations = normal_equations(&minus, &columns, from);
-    let start = best.as_ref().map_or(START, |b| b.priors);
-    let Some(fit) = most_likely(memory, start, &equations, samples) else {
-        return false;
+        let equations = regression(y, &running_sums(memory, u, delay), from);
+        let start = best.as_ref().map_or(START, |b| b.priors);
+        let fit = most_likely(memory, start, &equations, (u.len() - from) as f64);
+        let better = fit.filter(|fit| {
+            best.as_ref()
+                .is_none_or(|b| fit.evidence.deviance < b.evidence.deviance)
+        });
+        let found = better.is_some();
+        best = better.or(best.take());
+        found
     };
-    let better = best.as_ref().is_none_or(|b| fit.deviance < b.deviance);
-    if better {
-        *best = Some(fit);
-    }
-    better
+    let second = SECOND_MEMORIES[0];
+    let improved = FIRST_MEMORIES
+        .into_iter()
+        .take_while(|first| improves(Memory { first: *first, second }));
+    let first = improved.last()?;
+    let _ = SECOND_MEMORIES[1..]
+        .iter()
+        .all(|second| improves(Memory { first, second: *second }));
+    best
 }
 
 /// A constant, the running sums of past inputs, and their products.
@@ -318,13 +228,8 @@ fn deviations(memory: Memory, priors: [DecayPrior; 2]) -> Vec<f64> {
     std::iter::once(CONSTANT).chain(linear).chain(quadratic).collect()
 }
 
-/// Minus twice the log marginal likelihood, the noise variance, and the coefficients under these priors.
-fn evidence(
-    memory: Memory,
-    priors: [DecayPrior; 2],
-    equations: &NormalEquations,
-    samples: f64,
-) -> Option<(f64, f64, Vec<f64>)> {
+/// The evidence for these priors; `None` where the equations have no solution.
+fn evidence(memory: Memory, priors: [DecayPrior; 2], equations: &NormalEquations, samples: f64) -> Option<Evidence> {
     let d = deviations(memory, priors);
     let n = d.len();
     let mut matrix: Vec<f64> = (0..n * n).map(|k| equations.normal[k] * d[k / n] * d[k % n]).collect();
@@ -334,8 +239,11 @@ fn evidence(
     let explained: f64 = x.iter().zip(&rhs).map(|(x, b)| x * b).sum();
     let variance = (equations.cost - explained).max(1e-12 * equations.cost) / samples;
     let deviance = samples * variance.ln() + logarithm;
-    let coefficients = x.iter().zip(&d).map(|(x, d)| x * d).collect();
-    deviance.is_finite().then_some((deviance, variance, coefficients))
+    deviance.is_finite().then(|| Evidence {
+        deviance,
+        variance,
+        coefficients: x.iter().zip(&d).map(|(x, d)| x * d).collect(),
+    })
 }
 
 /// The priors of most marginal likelihood, one parameter at a time with shrinking steps.
@@ -351,13 +259,10 @@ fn most_likely(memory: Memory, start: [DecayPrior; 2], equations: &NormalEquatio
         })
     };
     let fit = |q: [[f64; 2]; 2]| {
-        let (deviance, variance, coefficients) = evidence(memory, priors(q), equations, samples)?;
         Some(Fit {
             memory,
             priors: priors(q),
-            deviance,
-            variance,
-            coefficients,
+            evidence: evidence(memory, priors(q), equations, samples)?,
         })
     };
     let mut at = free(start);
@@ -367,20 +272,20 @@ fn most_likely(memory: Memory, start: [DecayPrior; 2], equations: &NormalEquatio
         if interrupt::requested() {
             break;
         }
-        let before = best.deviance;
+        let before = best.evidence.deviance;
         for parameter in 0..4 {
             let (order, kind) = (parameter / 2, parameter % 2);
             for sign in [1.0, -1.0] {
                 let mut next = at;
                 let moved = next[order][kind] + sign * share * STEPS[kind];
                 next[order][kind] = moved.clamp(-LOGARITHMS[kind], LOGARITHMS[kind]);
-                if let Some(trial) = fit(next).filter(|t| t.deviance < best.deviance) {
+                if let Some(trial) = fit(next).filter(|t| t.evidence.deviance < best.evidence.deviance) {
                     (at, best) = (next, trial);
                     break;
                 }
             }
         }
-        if before - best.deviance < 0.1 {
+        if before - best.evidence.deviance < 0.1 {
             share *= 0.5;
             if share < LAST_STEP {
                 break;
@@ -391,10 +296,12 @@ fn most_likely(memory: Memory, start: [DecayPrior; 2], equations: &NormalEquatio
 }
 
 impl Fit {
-    /// The kernels from the steps, in the record's units: gains of both orders, and the constant's unit.
-    fn model(&self, delay: usize, input_level: f64, gains: [f64; 2], constant: impl Fn(f64) -> f64) -> VolterraModel {
+    /// The kernels from the steps, in the record's units.
+    fn model(&self, delay: usize, input: Scale, output: Scale) -> VolterraModel {
+        let gains = [output.spread / input.spread, output.spread / input.spread.powi(2)];
+        let coefficients = &self.evidence.coefficients;
         let Memory { first, second } = self.memory;
-        let (linear, quadratic) = self.coefficients[1..].split_at(first);
+        let (linear, quadratic) = coefficients[1..].split_at(first);
         let mut h1 = linear.to_vec();
         for k in (1..first).rev() {
             h1[k - 1] += h1[k];
@@ -406,20 +313,15 @@ impl Fit {
         }
         for k in (0..second).rev() {
             for l in (0..second).rev() {
-                let at = |k: usize, l: usize| {
-                    if k < second && l < second {
-                        h2[k * second + l]
-                    } else {
-                        0.0
-                    }
-                };
+                let inside = |k: usize, l: usize| k < second && l < second;
+                let at = |k: usize, l: usize| if inside(k, l) { h2[k * second + l] } else { 0.0 };
                 h2[k * second + l] += at(k + 1, l) + at(k, l + 1) - at(k + 1, l + 1);
             }
         }
         VolterraModel {
             delay,
-            input_level,
-            constant: constant(self.coefficients[0]),
+            input_level: input.mean,
+            constant: output.back(coefficients[0]),
             first: h1.iter().map(|h| gains[0] * h).collect(),
             second: h2.iter().map(|h| gains[1] * h).collect(),
             second_memory: second,

@@ -21,11 +21,14 @@ fn kernels_and_running_sums_predict_the_same() {
     let fit = Fit {
         memory,
         priors: START,
-        deviance: 0.0,
-        variance: 1.0,
-        coefficients: coefficients.clone(),
+        evidence: Evidence {
+            deviance: 0.0,
+            variance: 1.0,
+            coefficients: coefficients.clone(),
+        },
     };
-    let model = fit.model(2, 0.0, [1.0, 1.0], |h| h);
+    let unit = Scale { mean: 0.0, spread: 1.0 };
+    let model = fit.model(2, unit, unit);
     for (n, got) in model.simulate(&u).into_iter().enumerate() {
         let want: f64 = columns.iter().zip(&coefficients).map(|(c, w)| w * c[n]).sum();
         assert!((got - want).abs() < 1e-10, "{n}: {got} {want}");
@@ -51,9 +54,12 @@ fn the_evidence_is_that_of_the_gaussian_process() {
     let (x, logarithm) = linalg::solve_with_determinant(&covariance, &y).unwrap();
     let quadratic: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
     let want = n as f64 * (quadratic / n as f64).ln() + logarithm;
-    let minus: Vec<f64> = y.iter().map(|y| -y).collect();
-    let equations = normal_equations(&minus, &columns, 0);
-    let (got, variance, _) = evidence(memory, START, &equations, n as f64).unwrap();
+    let equations = regression(&y, &columns, 0);
+    let Evidence {
+        deviance: got,
+        variance,
+        ..
+    } = evidence(memory, START, &equations, n as f64).unwrap();
     assert!((got - want).abs() < 1e-5 * want.abs(), "{got} {want}");
     assert!((variance - quadratic / n as f64).abs() < 1e-5 * variance);
 }

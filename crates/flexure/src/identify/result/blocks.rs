@@ -1,6 +1,6 @@
 //! What the inputs pass, block by block.
 
-use super::super::reference::{NarxModel, VolterraModel};
+use crate::model::{NarxModel, VolterraModel};
 use crate::linear::TransferFunction;
 use crate::nonlinearity::{Curve, Surface};
 use crate::text::{counted, number};

@@ -10,7 +10,6 @@ use crate::identify::result::{
 };
 use crate::identify::run::{Run, announce, path};
 use crate::linear::TransferFunction;
-use crate::model::Block;
 use crate::nonlinearity::{Estimator, Outside, Regression, SplineFit, SplineRegression, tabulate};
 
 /// The largest delay that is tried, samples.
@@ -58,27 +57,15 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 
     let shift = TransferFunction::new([vec![0.0; best.delay], vec![1.0]].concat(), vec![1.0])?;
     let (curve, _) = tabulate(&best.spline, u, Outside::Linear)?;
-    let model = Block::Series(vec![Block::Linear(shift.clone()), Block::Static(curve.clone())]);
-    // The delay counts as one parameter.
-    let parameters = best.spline.degrees_of_freedom().ceil() as usize + 1;
-    let (predicted, verdict, warnings) = samples.judged(&model, parameters)?;
+    let nonlinearity = BlockKind::Static(StaticBlock::new(curve, "smoothing spline"));
     let blocks = vec![
         NamedBlock::new("linear", "Delay", LinearBlock::of(shift)),
-        NamedBlock::new(
-            "nonlinearity",
-            "Nonlinearity",
-            BlockKind::Static(StaticBlock::new(curve, "smoothing spline")),
-        ),
+        NamedBlock::new("nonlinearity", "Nonlinearity", nonlinearity),
     ];
-    let run = Run {
-        model,
-        paths: vec![path(request, blocks)],
-        output_offset: 0.0,
-        fitted: samples.fitted,
-        predicted,
-        verdicts: vec![verdict],
-        warnings,
-    };
+    let path = path(request, blocks);
+    // The delay counts as one parameter.
+    let parameters = best.spline.degrees_of_freedom().ceil() as usize + 1;
+    let run = Run::new(&samples, path.model(0.0), vec![path], parameters)?;
     Ok(Identification {
         method: "smoothing-spline",
         details: vec![delay_detail(&fits, best.delay)],

@@ -22,15 +22,13 @@
 //! no such line, V has the input's mean and standard deviation.
 
 use super::super::block::{
-    Columns, KinkedSpline, Monitor, Signals, Stage, System, Tabulated, Tried, ends, normalised, tabulated,
+    KinkedSpline, Monitor, Prepared, Stage, System, Tried, hammerstein_branches, normalised, tabulated,
 };
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
-use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName};
+use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StructureName};
 use crate::identify::run::{Run, path};
-use crate::linear::TransferFunction;
 use crate::linear::correlation::{mean, variance};
-use crate::model::Block;
 
 /// A line through f that explains less than this share of its spread does not fix its scale.
 const NO_LINE: f64 = 0.1;
@@ -65,19 +63,15 @@ pub const ROW: Structure = Structure {
 };
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
-    let what = "a Hammerstein-Wiener fit (besides the fresh part)";
-    let share = request.options.fresh_share;
-    let columns = Columns::new(request.record()?, &[request.input()?], request.output, share, what)?;
-    let data = columns.signals();
+    let samples = request.samples("a Hammerstein-Wiener fit (besides the fresh part)")?;
+    let prepared = samples.prepared();
     let report = &mut |stage: Stage| progress(stage.name());
     let mut monitor = Monitor::new(report);
-    let found = ends::find(&data, true, &mut monitor);
+    let found = hammerstein_branches::find(&prepared.data, true, &mut monitor);
     monitor.finished()?;
-    let found = found.unwrap_or_else(|| ends::without_start(true));
-    let blocks = Blocks::new(&found.system, &data, &columns)?;
-    let model = blocks.model();
-    let paths = vec![path(request, blocks.named())];
-    let run = Run::new(&columns.samples(), model, paths, found.system.degrees())?;
+    let found = found.unwrap_or_else(|| hammerstein_branches::without_start(true));
+    let path = path(request, blocks(&found.system, &prepared)?);
+    let run = Run::new(&samples, path.model(0.0), vec![path], found.system.degrees())?;
     let why = "poles, numerator coefficients and delay added and taken away while Schwarz's criterion of the free-run error falls";
     let order = run.paths[0].order().to_string();
     Ok(Identification {
@@ -88,73 +82,57 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 }
 
 /// The blocks in the record's units and the conventional scale.
-struct Blocks {
-    input: Tabulated,
-    linear: TransferFunction,
-    output: Tabulated,
-}
-
-impl Blocks {
-    fn new(system: &System, data: &Signals, columns: &Columns) -> Result<Blocks> {
-        let (branch, scale) = (&system.branches[0], columns.inputs[0]);
-        let (linear, gain) = normalised(branch)?;
-        let offset = branch.offset;
-        // V = slope v + level for the branch's own v.
-        let (slope, level) = conventional_line(&branch.spline, &data.u[0]);
-        let (slope, level) = (slope * scale.spread, scale.back(level));
-        let input = tabulated(
-            &branch.spline,
-            &data.u[0][data.from..],
-            |u| scale.back(u),
-            |v| slope * v + level,
-        )?;
-        let fixed = linear.static_gain();
-        let passed = if fixed.is_finite() { fixed * level } else { 0.0 };
-        // The linear part's output is (x - o) slope / gain + passed.
-        let abscissa = |x: f64| (x - offset) * slope / gain + passed;
-        let ordinate = |y: f64| columns.output.back(y);
-        let inner = &system.inner(&data.u)[data.from..];
-        let identity = || {
-            let mut identity = KinkedSpline::new(&[offset - 1.0, offset + 1.0]);
-            identity.straighten();
-            identity
-        };
-        let spline = system.output.clone().unwrap_or_else(identity);
-        let output = tabulated(&spline, inner, abscissa, ordinate)?;
-        Ok(Blocks { input, linear, output })
-    }
-
-    fn model(&self) -> Block {
-        Block::Series(vec![
-            Block::Static(self.input.curve.clone()),
-            Block::Linear(self.linear.clone()),
-            Block::Static(self.output.curve.clone()),
-        ])
-    }
-
-    /// The blocks with their names.
-    fn named(self) -> Vec<NamedBlock> {
-        let [input, output] = [self.input, self.output].map(|t| StaticBlock::spline(t.curve, t.breakpoints, t.kinks));
-        vec![
-            NamedBlock::new("nonlinearity", "Nonlinearity at the input", input),
-            NamedBlock::new("linear", "Linear part", LinearBlock::of(self.linear)),
-            NamedBlock::new("output_nonlinearity", "Nonlinearity at the output", output),
-        ]
-    }
-}
-
-/// Slope and level of the line from a nonlinearity's values to those whose own least-squares line over `u`, of zero mean
-/// and unit variance, is the identity.
-fn conventional_line(spline: &KinkedSpline, u: &[f64]) -> (f64, f64) {
-    let v: Vec<f64> = u.iter().map(|u| spline.value(*u)).collect();
-    let (centre, spread) = (mean(&v), variance(&v).sqrt());
-    let covariance = v.iter().zip(u).map(|(v, u)| (v - centre) * u).sum::<f64>() / u.len() as f64;
-    let slope = if !(spread > 0.0 && spread.is_finite()) {
-        1.0
-    } else if covariance.abs() >= NO_LINE * spread {
-        variance(u) / covariance
-    } else {
-        (1.0 / spread).copysign(covariance)
+fn blocks(system: &System, prepared: &Prepared) -> Result<Vec<NamedBlock>> {
+    let (branch, data, scale) = (&system.branches[0], &prepared.data, prepared.inputs[0]);
+    let (linear, gain) = normalised(branch)?;
+    // V = slope v + level for the branch's own v.
+    let line = Line::conventional(&branch.spline, &data.u[0]);
+    let (slope, level) = (line.slope * scale.spread, scale.back(line.level));
+    let entering = &data.u[0][data.from..];
+    let input = tabulated(&branch.spline, entering, |u| scale.back(u), |v| slope * v + level)?;
+    let fixed = linear.static_gain();
+    let passed = if fixed.is_finite() { fixed * level } else { 0.0 };
+    // The linear part's output is (x - o) slope / gain + passed.
+    let offset = branch.offset;
+    let abscissa = |x: f64| (x - offset) * slope / gain + passed;
+    let identity = || {
+        let mut identity = KinkedSpline::new(&[offset - 1.0, offset + 1.0]);
+        identity.straighten();
+        identity
     };
-    (slope, mean(u) - slope * centre)
+    let spline = system.output.clone().unwrap_or_else(identity);
+    let inner = &system.inner(&data.u)[data.from..];
+    let output = tabulated(&spline, inner, abscissa, |y| prepared.output.back(y))?;
+    Ok(vec![
+        NamedBlock::new("nonlinearity", "Nonlinearity at the input", input),
+        NamedBlock::new("linear", "Linear part", LinearBlock::of(linear)),
+        NamedBlock::new("output_nonlinearity", "Nonlinearity at the output", output),
+    ])
+}
+
+/// A straight line.
+struct Line {
+    slope: f64,
+    level: f64,
+}
+
+impl Line {
+    /// The line from a nonlinearity's values to those whose own least-squares line over `u`, of zero mean
+    /// and unit variance, is the identity.
+    fn conventional(spline: &KinkedSpline, u: &[f64]) -> Line {
+        let v: Vec<f64> = u.iter().map(|u| spline.value(*u)).collect();
+        let (centre, spread) = (mean(&v), variance(&v).sqrt());
+        let covariance = v.iter().zip(u).map(|(v, u)| (v - centre) * u).sum::<f64>() / u.len() as f64;
+        let slope = if !(spread > 0.0 && spread.is_finite()) {
+            1.0
+        } else if covariance.abs() >= NO_LINE * spread {
+            variance(u) / covariance
+        } else {
+            (1.0 / spread).copysign(covariance)
+        };
+        Line {
+            slope,
+            level: mean(u) - slope * centre,
+        }
+    }
 }

@@ -10,7 +10,6 @@ use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, StructureName, Value};
 use crate::identify::run::{Run, path, start_details};
-use crate::model::Block;
 
 /// The identification of a linear system by its output error.
 ///
@@ -47,33 +46,28 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let mut monitor = Monitor::new(report);
     let prepared = request.prepared(&samples, &mut monitor);
     monitor.stage = Stage::Structure;
-    let nothing = Rational {
-        b: vec![0.0],
-        ..Rational::pass()
+    let system = match prepared.best() {
+        Some(g) => {
+            restructured(&prepared.data, g, &mut monitor)
+                .efficient(&prepared.data, &mut monitor)
+                .system
+        }
+        None => Rational::pass().with_numerator(vec![0.0]),
     };
-    let best = prepared.best().map(|i| &prepared.approximations[i].system);
-    let system = best.map_or(nothing, |g| {
-        let found = restructured(&prepared.data, g, &mut monitor);
-        found.efficient(&prepared.data, &mut monitor).system
-    });
     monitor.finished()?;
-    let (input, output) = (prepared.scales.input, prepared.scales.output);
+    let (input, output) = (prepared.inputs[0], prepared.output);
     // One more for the offset.
-    let parameters = system.parameters().len() + 1;
+    let parameters = system.count() + 1;
     let gain = output.spread / input.spread;
-    let scaled = Rational {
-        b: system.b.iter().map(|b| gain * b).collect(),
-        ..system
-    };
-    let linear = scaled.transfer_function(prepared.delay)?;
+    let scaled = system.with_numerator(system.b.iter().map(|b| gain * b).collect());
+    let linear = LinearBlock::of(scaled.transfer_function(prepared.delay)?);
     let output_offset = output.mean - scaled.static_gain() * input.mean;
-    let model = Block::Series(vec![Block::Linear(linear.clone()), Block::Offset(output_offset)]);
-    let linear = NamedBlock::new("linear", "Linear part", LinearBlock::of(linear));
-    let run = Run::new(&samples, model, vec![path(request, vec![linear])], parameters)?;
+    let path = path(request, vec![NamedBlock::new("linear", "Linear part", linear)]);
+    let run = Run::new(&samples, path.model(output_offset), vec![path], parameters)?;
     let start = "the order of the linear approximation with the smallest Schwarz criterion";
     Ok(Identification {
         details: [
-            start_details(start, &prepared.scores(), &run.paths),
+            start_details(start, prepared, &run.paths),
             vec![Detail::new("nonlinearity", Value::None).unsaved()],
         ]
         .concat(),

@@ -9,13 +9,12 @@
 //! By convention every linear part has unit static gain (unit peak gain, where the static gain is less than a tenth of that)
 //! and every nonlinearity zero mean over the fit's inputs; the offset has the rest.
 
-use super::super::block::{Columns, Monitor, Signals, Stage, System, Tried, ends, normalised, tabulated};
-use super::super::samples::refuse_repeated;
+use super::super::block::{
+    Monitor, Prepared, SearchResult, Stage, System, Tried, hammerstein_branches, normalised, tabulated,
+};
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
-use crate::identify::result::{
-    Detail, Identification, LinearBlock, NamedBlock, Path, Place, StaticBlock, StructureName,
-};
+use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Path, Place, StructureName};
 use crate::identify::run::Run;
 use crate::linear::correlation::mean;
 use crate::model::Block;
@@ -58,86 +57,57 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     if inputs.is_empty() {
         return Err(Error::too_short(what, 1, 0));
     }
-    refuse_repeated(inputs)?;
-    let columns = Columns::new(
-        request.record()?,
-        inputs,
-        request.output,
-        request.options.fresh_share,
-        what,
-    )?;
-    let data = columns.signals();
+    let samples = request.samples_of_inputs(what)?;
+    let prepared = samples.prepared();
     let report = &mut |stage: Stage| progress(stage.name());
     let mut monitor = Monitor::new(report);
-    let found = ends::find(&data, false, &mut monitor);
+    let found = hammerstein_branches::find(&prepared.data, false, &mut monitor);
     monitor.finished()?;
-    let found = found.unwrap_or_else(|| ends::without_start(false));
-    let Branches { blocks, paths, offset } = in_units(&found.system, &data, &columns, inputs)?;
-    let is_empty = blocks.is_empty();
+    let SearchResult { system, tried } = found.unwrap_or_else(|| hammerstein_branches::without_start(false));
+    let Branches { paths, offset } = in_units(&system, &prepared, inputs)?;
+    let blocks = paths.iter().flat_map(Path::series).map(Block::Series).collect();
     let model = Block::Series(vec![Block::Inputs(blocks), Block::Offset(offset)]);
-    let predicted = match is_empty {
-        true => vec![offset; columns.y.len()],
-        false => model.simulate_inputs(&columns.u)?,
-    };
-    let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(found.system.degrees()))?;
-    let count = paths.len().to_string();
-    let run = Run {
-        model,
-        paths,
-        output_offset: offset,
-        fitted: columns.fitted,
-        predicted,
-        verdicts,
-        warnings,
-    };
+    let run = Run::new(&samples, model, paths, system.degrees())?;
+    let count = run.paths.len().to_string();
+    let inputs = Detail::sentence(Place::Fact, "Inputs", count, "each with blocks of its own");
     Ok(Identification {
         is_sum: true,
-        tried: found.tried.iter().map(Tried::ends).collect(),
-        details: vec![Detail::sentence(
-            Place::Fact,
-            "Inputs",
-            count,
-            "each with blocks of its own",
-        )],
+        output_offset: offset,
+        tried: tried.iter().map(Tried::ends).collect(),
+        details: vec![inputs],
         ..run.identification(&ROW, request)?
     })
 }
 
 /// What the inputs pass, in the record's units.
 struct Branches {
-    blocks: Vec<Block>,
     paths: Vec<Path>,
     offset: f64,
 }
 
 /// The branches in the record's units and the conventional scale, and the offset.
-fn in_units(system: &System, data: &Signals, columns: &Columns, names: &[&str]) -> Result<Branches> {
-    let mut offset = columns.output.back(system.offset());
-    let (mut blocks, mut paths) = (Vec::new(), Vec::new());
+fn in_units(system: &System, prepared: &Prepared, names: &[&str]) -> Result<Branches> {
+    let data = &prepared.data;
+    let mut offset = prepared.output.back(system.offset());
+    let mut paths = Vec::new();
     for (i, branch) in system.branches.iter().enumerate() {
         let (linear, gain) = normalised(branch)?;
         let level = mean(&data.u[i].iter().map(|u| branch.spline.value(*u)).collect::<Vec<_>>());
-        let scale = columns.output.spread * gain;
-        let abscissa = |u: f64| columns.inputs[i].back(u);
-        let nonlinearity = tabulated(&branch.spline, &data.u[i][data.from..], abscissa, |v| {
-            scale * (v - level)
-        })?;
+        let scale = prepared.output.spread * gain;
+        let abscissa = |u: f64| prepared.inputs[i].back(u);
+        let ordinate = |v: f64| scale * (v - level);
+        let nonlinearity = tabulated(&branch.spline, &data.u[i][data.from..], abscissa, ordinate)?;
         let fixed = linear.static_gain();
         if fixed.is_finite() {
             offset += fixed * scale * level;
         }
-        blocks.push(Block::Series(vec![
-            Block::Static(nonlinearity.curve.clone()),
-            Block::Linear(linear.clone()),
-        ]));
-        let curve = StaticBlock::spline(nonlinearity.curve, nonlinearity.breakpoints, nonlinearity.kinks);
         paths.push(Path {
             inputs: vec![names[i].to_owned()],
             blocks: vec![
-                NamedBlock::new("nonlinearity", "Nonlinearity", curve),
+                NamedBlock::new("nonlinearity", "Nonlinearity", nonlinearity),
                 NamedBlock::new("linear", "Linear part", LinearBlock::of(linear)),
             ],
         });
     }
-    Ok(Branches { blocks, paths, offset })
+    Ok(Branches { paths, offset })
 }

@@ -23,11 +23,11 @@
 //! straight part of a nonlinearity. Branches are comparable with physical ones only where the signals that enter their
 //! nonlinearities differ.
 
-use super::super::block::{Blocks, Monitor, Prepared, Stage, SumResult, Tried, blocks, delays, find_sum};
-use super::wiener_hammerstein::between_samples;
+use super::super::block::{Blocks, Monitor, Prepared, Stage, System, Tried, delays, find_sum};
+use super::super::samples::Samples;
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
-use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName};
+use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Path, Place, StructureName};
 use crate::identify::run::{Run, path};
 use crate::linear::TransferFunction;
 use crate::model::Block;
@@ -95,16 +95,15 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let samples = request.samples("a fit of branches in parallel (besides the fresh part)")?;
     let report = &mut |stage: Stage| progress(stage.name());
     let mut monitor = Monitor::new(report);
-    let (u, y) = (&samples.input()[..samples.fitted], &samples.y[..samples.fitted]);
-    let prepared = Prepared::with_delay_at_most(u, y, delay(u, y), &mut monitor);
+    let prepared = samples.prepared().approximated(delay(&samples), &mut monitor);
     let found = find_sum(&prepared, counts, &mut monitor);
     monitor.finished()?;
-    let InUnits {
-        branches,
-        offset,
-        model,
-    } = InUnits::new(&found, &prepared)?;
-    let paths = branches.into_iter().map(|blocks| path(request, blocks)).collect();
+    let Branches { paths, offset } = in_units(&found.system, prepared, request)?;
+    let sum = Block::Parallel(paths.iter().flat_map(Path::series).map(Block::Series).collect());
+    let model = match offset == 0.0 {
+        true => sum,
+        false => Block::Series(vec![sum, Block::Offset(offset)]),
+    };
     let run = Run::new(&samples, model, paths, found.system.degrees())?;
     let branch = match run.paths.iter().any(|p| p.blocks[0].role == "front") {
         true => "linear dynamics, a static nonlinearity, linear dynamics",
@@ -126,79 +125,43 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 }
 
 /// The delay that functions of the input show, less some slack.
-fn delay(u: &[f64], y: &[f64]) -> usize {
-    let part = u.len().min(DELAY_SAMPLES);
-    let prepared = Prepared::with_delay(&u[..part], &y[..part], 0);
+fn delay(samples: &Samples<'_>) -> usize {
+    let part = samples.fitted.min(DELAY_SAMPLES);
+    let prepared = Prepared::new(&[&samples.input()[..part]], &samples.y[..part]);
     delays(&prepared.data).first().copied().unwrap_or(0)
 }
 
-/// A sum in the record's units.
-struct InUnits {
-    /// The blocks of every branch, those between the samples behind the others, in the order in which they stand in the model.
-    branches: Vec<Vec<NamedBlock>>,
+/// What the input passes, in the record's units.
+struct Branches {
+    paths: Vec<Path>,
     offset: f64,
-    model: Block,
 }
 
-impl InUnits {
-    /// Of a sum that was fitted to prepared signals, whose output's mean the first branch has.
-    fn new(found: &SumResult, prepared: &Prepared) -> Result<InUnits> {
-        let mut scaled = prepared.clone();
-        let (mut branches, mut parallel, mut offset) = (Vec::new(), Vec::new(), 0.0);
-        for branch in &found.system.branches {
-            let own = blocks(branch, &scaled)?;
-            scaled.scales.output.mean = 0.0;
-            offset += own.offset;
-            let (chain, mut named) = in_units(&own, found.hammerstein)?;
-            parallel.push(chain);
-            if let Some(between) = own.intersample {
-                parallel.push(Block::Series(vec![
-                    Block::Linear(between.front.clone()),
-                    Block::Static(between.nonlinearity.clone()),
-                    Block::Linear(between.back.clone()),
-                ]));
-                named.extend(between_samples(between));
-            }
-            branches.push(named);
-        }
-        let mut series = vec![Block::Parallel(parallel)];
-        if offset != 0.0 {
-            series.push(Block::Offset(offset));
-        }
-        let model = match <[Block; 1]>::try_from(series) {
-            Ok([only]) => only,
-            Err(several) => Block::Series(several),
-        };
-        Ok(InUnits {
-            branches,
-            offset,
-            model,
-        })
+/// The branches of a sum that was fitted to prepared signals, whose output's mean the first branch has.
+fn in_units(system: &System, mut prepared: Prepared, request: &Request<'_>) -> Result<Branches> {
+    let (mut paths, mut offset) = (Vec::new(), 0.0);
+    for branch in &system.branches {
+        let blocks = Blocks::new(branch, &prepared)?;
+        prepared.output.mean = 0.0;
+        offset += blocks.offset;
+        paths.push(path(request, named(blocks)?));
     }
+    Ok(Branches { paths, offset })
 }
 
-/// A branch and its blocks with their names. A Hammerstein branch's front is only a delay, which is the back's as well; a branch whose
-/// front came out so is one too.
-fn in_units(own: &Blocks, hammerstein: bool) -> Result<(Block, Vec<NamedBlock>)> {
-    let mut passing = own.front.b().iter().skip_while(|b| **b == 0.0);
-    let only_delays = own.front.a().len() == 1 && passing.next() == Some(&1.0) && passing.all(|b| *b == 0.0);
-    let curve = Block::Static(own.curve.clone());
-    let found = StaticBlock::spline(own.curve.clone(), own.breakpoints.clone(), Vec::new());
-    let nonlinearity = NamedBlock::new("nonlinearity", "Nonlinearity", found);
-    if hammerstein || (only_delays && own.intersample.is_none()) {
-        let delayed = own.front.b().iter().take_while(|b| **b == 0.0).map(|_| 0.0);
-        let b = delayed.chain(own.back.b().iter().copied()).collect();
-        let linear = TransferFunction::new(b, own.back.a().to_vec())?;
-        let block = Block::Series(vec![curve, Block::Linear(linear.clone())]);
-        let linear = NamedBlock::new("linear", "Linear part", LinearBlock::of(linear));
-        return Ok((block, vec![nonlinearity, linear]));
+/// The blocks with their names. A front that is only a delay makes a Hammerstein branch, and its delay is the back's.
+fn named(blocks: Blocks) -> Result<Vec<NamedBlock>> {
+    let front = &blocks.front;
+    let mut passing = front.b().iter().skip_while(|b| **b == 0.0);
+    let only_delays = front.a().len() == 1 && passing.next() == Some(&1.0) && passing.all(|b| *b == 0.0);
+    if !only_delays || blocks.between_samples.is_some() {
+        return Ok(blocks.named());
     }
-    let block = Block::Series(vec![
-        Block::Linear(own.front.clone()),
-        curve,
-        Block::Linear(own.back.clone()),
-    ]);
-    let front = NamedBlock::new("front", "Front linear part", LinearBlock::of(own.front.clone()));
-    let back = NamedBlock::new("back", "Back linear part", LinearBlock::of(own.back.clone()));
-    Ok((block, vec![front, nonlinearity, back]))
+    let delay = front.b().iter().take_while(|b| **b == 0.0).copied();
+    let b = delay.chain(blocks.back.b().iter().copied()).collect();
+    let linear = TransferFunction::new(b, blocks.back.a().to_vec())?;
+    Ok(vec![
+        NamedBlock::new("nonlinearity", "Nonlinearity", blocks.nonlinearity),
+        NamedBlock::new("linear", "Linear part", LinearBlock::of(linear)),
+    ])
 }

@@ -21,13 +21,11 @@
 //! Only the product of the blocks' gains and the sum of their delays are determined: both linear blocks are returned with
 //! unit static gain (or unit peak gain, where the static gain is less than a tenth of that).
 
-use super::super::block::{
-    Blocks, FreeParts, Intersample, Monitor, Stage, Tried, WEAK, blocks, search, splits, without_start,
-};
+use super::super::block::{Blocks, FreeParts, Monitor, Stage, Tried, search, splits, without_start};
 use super::super::outcome::Warning;
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
-use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StaticBlock, StructureName};
+use crate::identify::result::{Detail, Identification, Place, StructureName};
 use crate::identify::run::{Run, path, start_details};
 /// The identification of a Wiener-Hammerstein system.
 ///
@@ -72,21 +70,19 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let found = search(starts, FreeParts::WIENER_HAMMERSTEIN, &prepared.data, monitor);
     monitor.finished()?;
     let found = found.unwrap_or_else(|| without_start(&prepared.data));
-    let branch = &found.system.branches[0];
-    let blocks = blocks(branch, prepared)?;
-    let model = blocks.model();
-    let second = blocks.intersample.is_some();
+    let blocks = Blocks::new(&found.system.branches[0], prepared)?;
+    let acts_between = blocks.between_samples.is_some();
     let output_offset = blocks.offset;
-    let paths = vec![path(request, named(blocks))];
-    let mut run = Run::new(&samples, model, paths, found.system.degrees())?;
-    if !(prepared.explained() >= WEAK) {
+    let path = path(request, blocks.named());
+    let mut run = Run::new(&samples, path.model(output_offset), vec![path], found.system.degrees())?;
+    if prepared.is_weak() {
         run.warnings.push(Warning::WeakLinearApproximation {
             percent: 100.0 * prepared.explained(),
         });
     }
     let start = "those of the best linear approximation, shared out in every way";
-    let mut details = start_details(start, &prepared.scores(), &run.paths);
-    details.extend(second.then(|| {
+    let mut details = start_details(start, prepared, &run.paths);
+    details.extend(acts_between.then(|| {
         let why = "the nonlinearity acts between the samples too: a second branch, with the same nonlinearity and the same poles, adds to \
                    the output; chosen by Schwarz's criterion";
         Detail::sentence(Place::ChoiceAndText, "Between the samples", "2 instants", why)
@@ -94,37 +90,8 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     Ok(Identification {
         details,
         output_offset,
-        parameters: found.tried.last().map_or(1, Tried::parameters),
         tried: found.tried.iter().filter_map(Tried::cascade).collect(),
         ..run.identification(&ROW, request)?
-    })
-}
-
-/// The blocks with their names, and those of the second way through an instant between the samples.
-pub(super) fn named(blocks: Blocks) -> Vec<NamedBlock> {
-    let curve = StaticBlock::spline(blocks.curve, blocks.breakpoints, blocks.kinks);
-    let mut named = vec![
-        NamedBlock::new("front", "Front linear part", LinearBlock::of(blocks.front)),
-        NamedBlock::new("nonlinearity", "Nonlinearity", curve),
-        NamedBlock::new("back", "Back linear part", LinearBlock::of(blocks.back)),
-    ];
-    named.extend(blocks.intersample.into_iter().flat_map(between_samples));
-    named
-}
-
-/// The blocks of the second way, through an instant between the samples.
-pub(super) fn between_samples(second: Intersample) -> [NamedBlock; 3] {
-    let curve = StaticBlock::spline(second.nonlinearity, Vec::new(), Vec::new());
-    let front = LinearBlock::of(second.front);
-    let back = LinearBlock::of(second.back);
-    [
-        NamedBlock::new("intersample_front", "Front, between the samples", front),
-        NamedBlock::new("intersample_nonlinearity", "Nonlinearity, between the samples", curve),
-        NamedBlock::new("intersample_back", "Back, between the samples", back),
-    ]
-    .map(|block| NamedBlock {
-        between_samples: true,
-        ..block
     })
 }
 

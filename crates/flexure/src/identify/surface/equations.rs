@@ -1,6 +1,6 @@
 //! The penalised least-squares problem of one Gauss-Newton step: its equations, and the likeliest penalties.
 
-use super::super::block::{Rational, Signals, delayed, normal_equations};
+use super::super::block::{Rational, Signals, normal_equations};
 use super::fit::Fit;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
@@ -80,12 +80,9 @@ fn linearised(fit: &Fit, data: &Signals, free: bool) -> (Vec<f64>, Vec<Vec<f64>>
     let all_pole = g.all_pole(&v);
     let output = g.numerator(&all_pole);
     if free {
-        let mut derivatives: Vec<Vec<f64>> = (0..g.b.len()).map(|k| delayed(&all_pole, k, 1.0)).collect();
-        for section in &g.sections {
-            let by = section.run(&output);
-            derivatives.extend((1..=section.order).map(|k| delayed(&by, k, -1.0)));
-        }
-        columns.extend(free_parameters(g).into_iter().map(|i| derivatives[i].clone()));
+        let mut derivatives = g.derivatives(&all_pole, &output);
+        let free = free_parameters(g).into_iter();
+        columns.extend(free.map(|i| std::mem::take(&mut derivatives[i])));
     }
     columns.push(vec![1.0; samples]);
     let errors = output.iter().zip(&data.y).map(|(p, y)| p + fit.offset - y);

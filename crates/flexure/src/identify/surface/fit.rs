@@ -96,9 +96,9 @@ impl Fit {
     /// The square root of generalised cross-validation's score.
     fn score(&self, samples: usize) -> f64 {
         let n = samples as f64;
-        let left = 1.0 - (self.effective + self.linear.parameters().len() as f64) / n;
-        match left > 0.0 {
-            true => (self.squares / n).sqrt() / left,
+        let free = 1.0 - (self.effective + self.linear.count() as f64) / n;
+        match free > 0.0 {
+            true => (self.squares / n).sqrt() / free,
             false => f64::INFINITY,
         }
     }
@@ -113,13 +113,19 @@ impl Fit {
     }
 }
 
+/// What the search has found.
+pub(super) struct SurfaceSearch {
+    pub fit: Fit,
+    pub tried: Vec<TriedSurface>,
+}
+
 /// The search, on signals of unit variance and zero mean; `None` if there is nothing to start from.
-pub(super) fn find(data: &Signals, monitor: &mut Monitor<'_>) -> Option<(Fit, Vec<TriedSurface>)> {
+pub(super) fn find(data: &Signals, monitor: &mut Monitor<'_>) -> Option<SurfaceSearch> {
     let kind = data.u.len().clamp(2, 4) - 2;
     let mut data = data.clone();
     let mut medium = data.head(STRUCTURE_SAMPLES);
     let fits = starts(&medium, monitor).into_iter().filter_map(|inner| {
-        let (linear, delay) = linear_part(&inner, &medium.y, monitor)?;
+        let Delayed { linear, delay } = linear_part(&inner, &medium.y, monitor)?;
         let fit = Fit::flat(&medium, linear, delay, pieces_for(FIRST_PIECES[kind], &medium))?;
         refined(fit, &medium, TRIAL_STEPS, monitor)
     });
@@ -141,7 +147,7 @@ pub(super) fn find(data: &Signals, monitor: &mut Monitor<'_>) -> Option<(Fit, Ve
     }
     monitor.stage = Stage::Refinement;
     best = refined(best.clone(), &data, LAST_STEPS, monitor).unwrap_or(best);
-    Some((best, tried))
+    Some(SurfaceSearch { fit: best, tried })
 }
 
 /// The largest number of pieces, up to the wanted one and at least one, at which every coefficient has enough samples.
@@ -151,40 +157,50 @@ fn pieces_for(wanted: usize, data: &Signals) -> usize {
     (1..=wanted).rev().find(fits).unwrap_or(1)
 }
 
-/// The linear part from what the surface makes of the inputs to the output, and the delay before it.
-fn linear_part(inner: &[f64], y: &[f64], monitor: &mut Monitor<'_>) -> Option<(Rational, usize)> {
-    let prepared = Prepared::new(inner, y, monitor);
-    let start = &prepared.approximations[prepared.best()?].system;
-    let g = restructured(&prepared.data, start, monitor).system;
-    let g = without_leading(g, &prepared.data, monitor);
-    Some((g.0, prepared.delay + g.1))
+/// A linear system after a delay.
+struct Delayed {
+    linear: Rational,
+    delay: usize,
 }
 
-/// Leading numerator coefficients taken away, for more delay, while Schwarz's criterion falls; how many.
-fn without_leading(start: Rational, data: &Signals, monitor: &mut Monitor<'_>) -> (Rational, usize) {
-    let mut data = data.clone();
-    let score = |squares: f64, g: &Rational, data: &Signals| data.bic(squares, g.count());
+/// The linear part from what the surface makes of the inputs to the output.
+fn linear_part(inner: &[f64], y: &[f64], monitor: &mut Monitor<'_>) -> Option<Delayed> {
+    let prepared = Prepared::new(&[inner], y).approximated(usize::MAX, monitor);
+    let found = restructured(&prepared.data, prepared.best()?, monitor);
+    Some(without_leading(found.system, &prepared, monitor))
+}
+
+/// Leading numerator coefficients taken away, for more delay, while Schwarz's criterion falls.
+fn without_leading(start: Rational, prepared: &Prepared, monitor: &mut Monitor<'_>) -> Delayed {
+    let mut data = prepared.data.clone();
     let output = start.run(data.input());
     data.set_dependence(&output);
-    let mut best = (score(data.squares(&output), &start, &data), start, 0);
-    while best.1.b.len() > 1 {
-        let mut shorter = best.1.clone();
-        shorter.b.remove(0);
+    let mut least = data.bic(data.squares(&output), start.count());
+    let mut best = Delayed {
+        linear: start,
+        delay: prepared.delay,
+    };
+    while best.linear.b.len() > 1 {
         data.u = vec![delayed(data.input(), 1, 1.0)];
+        let shorter = best.linear.with_numerator(best.linear.b[1..].to_vec());
         let next = restructured(&data, &shorter, monitor);
-        let found = score(next.squares, &next.system, &data);
-        if !(found < best.0) {
+        let score = data.bic(next.squares, next.system.count());
+        if !(score < least) {
             break;
         }
-        best = (found, next.system, best.2 + 1);
+        least = score;
+        best = Delayed {
+            linear: next.system,
+            delay: best.delay + 1,
+        };
     }
-    (best.1, best.2)
+    best
 }
 
 /// The linear part's structure chosen again for the surface as it is, and both refined; `None` if that leads nowhere.
 fn with_structure(fit: &Fit, data: &Signals, monitor: &mut Monitor<'_>) -> Option<Fit> {
     let inner = standardised(&fit.inner(data));
-    let (linear, delay) = linear_part(&inner, &data.y, monitor)?;
+    let Delayed { linear, delay } = linear_part(&inner, &data.y, monitor)?;
     let pieces = fit.surface.axes().first()?.pieces;
     let next = Fit {
         weights: fit.weights.clone(),

@@ -24,8 +24,7 @@ mod start;
 #[cfg(test)]
 mod tests;
 
-use super::block::{Columns, Monitor, Signals, Stage, conventional_gain};
-use super::samples::refuse_repeated;
+use super::block::{Monitor, Prepared, Scale, Stage, conventional_gain};
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{
@@ -33,12 +32,11 @@ use crate::identify::result::{
 };
 use crate::identify::run::{Run, path};
 use crate::linear::TransferFunction;
-use crate::linear::correlation::{mean, variance};
-use crate::model::Block;
+use crate::linear::correlation::mean;
 use crate::nonlinearity::{Surface, SurfaceAxis};
 use crate::sort;
 use crate::text::number;
-use fit::Fit;
+use fit::{Fit, SurfaceSearch};
 
 /// Most inputs of one nonlinearity.
 const MOST_INPUTS: usize = 4;
@@ -97,52 +95,38 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
             "2 to 4",
         ));
     }
-    refuse_repeated(inputs)?;
-    let what = "a fit with a joint nonlinearity (besides the fresh part)";
-    let columns = Columns::new(
-        request.record()?,
-        inputs,
-        request.output,
-        request.options.fresh_share,
-        what,
-    )?;
-    let data = columns.signals();
+    let samples = request.samples_of_inputs("a fit with a joint nonlinearity (besides the fresh part)")?;
+    let prepared = samples.prepared();
     let report = &mut |stage: Stage| progress(stage.name());
     let mut monitor = Monitor::new(report);
-    let found = fit::find(&data, &mut monitor);
+    let found = fit::find(&prepared.data, &mut monitor);
     monitor.finished()?;
-    let (found, tried) = found.unwrap_or_else(|| (Fit::nothing(&data), Vec::new()));
-    let (surface, linear, output_offset) = in_units(&found, &data, &columns)?;
-    let model = Block::Series(vec![
-        Block::Surface(surface.clone()),
-        Block::Linear(linear.clone()),
-        Block::Offset(output_offset),
-    ]);
-    let predicted = model.simulate_inputs(&columns.u)?;
-    let parameters = (found.effective + found.linear.parameters().len() as f64).ceil() as usize;
-    let (verdicts, warnings) = columns.samples().verdicts(&predicted, Some(parameters))?;
-    let details = details(&surface, found.effective, &tried);
+    let SurfaceSearch { fit, tried } = found.unwrap_or_else(|| SurfaceSearch {
+        fit: Fit::nothing(&prepared.data),
+        tried: Vec::new(),
+    });
+    let InUnits {
+        surface,
+        linear,
+        offset,
+    } = InUnits::new(&fit, &prepared)?;
+    let details = details(&surface, fit.effective, &tried);
     let blocks = vec![
         NamedBlock::new("nonlinearity", "Joint nonlinearity", BlockKind::Surface(surface)),
         NamedBlock::new("linear", "Linear part", LinearBlock::of(linear)),
     ];
-    let run = Run {
-        model,
-        paths: vec![path(request, blocks)],
-        output_offset,
-        fitted: columns.fitted,
-        predicted,
-        verdicts,
-        warnings,
-    };
+    let path = path(request, blocks);
+    let parameters = (fit.effective + fit.linear.count() as f64).ceil() as usize;
+    let run = Run::new(&samples, path.model(offset), vec![path], parameters)?;
     Ok(Identification {
+        output_offset: offset,
         tried: tried.iter().map(Values::from).collect(),
         details,
         ..run.identification(&JOINT_INPUTS, request)?
     })
 }
 
-/// What a reader is told of the surface: its pieces, and what they are worth.
+/// The surface's pieces, and the parameters that they are worth.
 fn details(surface: &Surface, effective: f64, tried: &[TriedSurface]) -> Vec<Detail> {
     let pieces: Vec<String> = surface.axes().iter().map(|a| a.pieces.to_string()).collect();
     let why = "smallest generalised cross-validation score; the penalty on its bending, one for every input, maximises the marginal likelihood";
@@ -185,35 +169,46 @@ fn scores(tried: &[TriedSurface], chosen: usize) -> Score {
     }
 }
 
-/// The blocks in the record's units and the conventional scale, and the offset.
-fn in_units(fit: &Fit, data: &Signals, columns: &Columns) -> Result<(Surface, TransferFunction, f64)> {
-    let (gain, _) = conventional_gain(&fit.linear, fit.delay)?;
-    let mut linear = fit.linear.clone();
-    linear.b.iter_mut().for_each(|b| *b /= gain);
-    let linear = linear.transfer_function(fit.delay)?;
-    let inputs: Vec<&[f64]> = data.u.iter().map(Vec::as_slice).collect();
-    let level = mean(&fit.surface.values(&inputs));
-    let scale = columns.output.spread * gain;
-    let axes = fit.surface.axes().iter().zip(&columns.inputs);
-    let axes = axes.map(|(axis, unit)| SurfaceAxis {
-        low: unit.back(axis.low),
-        high: unit.back(axis.high),
-        pieces: axis.pieces,
-    });
-    let scaled = fit.surface.affine(scale, -scale * level);
-    let surface = Surface::new(axes.collect(), scaled.coefficients().to_vec())?;
-    let fixed = linear.static_gain();
-    let through = if fixed.is_finite() { fixed * scale * level } else { 0.0 };
-    Ok((surface, linear, columns.output.back(fit.offset) + through))
+/// The blocks in the record's units and the conventional scale.
+struct InUnits {
+    surface: Surface,
+    linear: TransferFunction,
+    offset: f64,
+}
+
+impl InUnits {
+    fn new(fit: &Fit, prepared: &Prepared) -> Result<InUnits> {
+        let (gain, _) = conventional_gain(&fit.linear, fit.delay)?;
+        let linear = fit
+            .linear
+            .with_numerator(fit.linear.b.iter().map(|b| b / gain).collect());
+        let linear = linear.transfer_function(fit.delay)?;
+        let level = mean(&fit.inner(&prepared.data));
+        let scale = prepared.output.spread * gain;
+        let axes = fit.surface.axes().iter().zip(&prepared.inputs);
+        let axes = axes.map(|(axis, unit)| SurfaceAxis {
+            low: unit.back(axis.low),
+            high: unit.back(axis.high),
+            pieces: axis.pieces,
+        });
+        let scaled = fit.surface.affine(scale, -scale * level);
+        let fixed = linear.static_gain();
+        let through = if fixed.is_finite() { fixed * scale * level } else { 0.0 };
+        Ok(InUnits {
+            surface: Surface::new(axes.collect(), scaled.coefficients().to_vec())?,
+            linear,
+            offset: prepared.output.back(fit.offset) + through,
+        })
+    }
 }
 
 /// A signal at zero mean and unit variance; all zero where it does not vary.
 fn standardised(v: &[f64]) -> Vec<f64> {
-    let (centre, spread) = (mean(v), variance(v).sqrt());
+    let Scale { mean, spread } = Scale::new(v);
     let scale = if spread > 0.0 && spread.is_finite() {
         1.0 / spread
     } else {
         0.0
     };
-    v.iter().map(|x| scale * (x - centre)).collect()
+    v.iter().map(|x| scale * (x - mean)).collect()
 }

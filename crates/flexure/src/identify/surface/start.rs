@@ -1,7 +1,8 @@
 //! What the surface makes of the inputs, roughly: where the search starts.
 
-use super::super::block::{EquationError, Monitor, Rational, Signals, delayed, dominant_products, least_lag};
+use super::super::block::{EquationError, Judged, Monitor, Signals, delayed, dominant_products, least_lag};
 use super::standardised;
+use crate::linear::correlation::mean;
 use crate::nonlinearity::{Degree, Estimator, KernelEstimator, Outside, Regression};
 
 /// Largest degree of the polynomials, for two inputs and for more.
@@ -89,7 +90,7 @@ fn lags(data: &Signals, features: &[Vec<f64>]) -> (usize, usize) {
 /// The polynomials' coefficients from the best common denominator of several orders.
 fn by_polynomials(data: &Signals, features: &[Vec<f64>], delay: usize) -> Option<Vec<f64>> {
     let late: Vec<Vec<f64>> = features.iter().map(|f| delayed(f, delay, 1.0)).collect();
-    let mut best: Option<(f64, Vec<f64>)> = None;
+    let mut best: Option<Judged<Vec<f64>>> = None;
     for order in 1..=LARGEST_ORDER {
         let unknowns = late.len() * (order + 1) + order;
         if 3 * unknowns > data.counted() {
@@ -102,26 +103,22 @@ fn by_polynomials(data: &Signals, features: &[Vec<f64>], delay: usize) -> Option
             order,
             from: data.from,
         };
-        problem.iterate(PASSES, |numerators, denominator| {
+        let found = problem.best(PASSES, |numerators, denominator| {
             let product = dominant_products(numerators, order + 1, 1)?.pop()?;
-            let system = Rational {
-                b: product.row,
-                ..denominator.clone()
-            };
-            let c = product.column;
-            let output = system.run(&combined(&late, &c));
+            let system = denominator.with_numerator(product.row);
+            let of = product.column;
+            let output = system.run(&combined(&late, &of));
             // The offset is free.
             let errors: Vec<f64> = (data.from..data.y.len()).map(|n| data.y[n] - output[n]).collect();
-            let centre = errors.iter().sum::<f64>() / errors.len() as f64;
+            let centre = mean(&errors);
             let squares: f64 = errors.iter().map(|e| (e - centre).powi(2)).sum();
-            let score = data.bic(squares, c.len() + 2 * order + 1);
-            if score.is_finite() && best.as_ref().is_none_or(|b| score < b.0) {
-                best = Some((score, c));
-            }
-            Some(())
+            let score = data.bic(squares, of.len() + 2 * order + 1);
+            Some(Judged { score, of })
         });
+        let better = found.filter(|f| best.as_ref().is_none_or(|b| f.score < b.score));
+        best = better.or(best);
     }
-    best.map(|b| b.1)
+    best.map(|best| best.of)
 }
 
 /// Eq. (21): the kernel regression of the output some samples later on the inputs, evaluated at all inputs.

@@ -7,6 +7,8 @@ use super::*;
 use crate::identify::MULTIPLE_INPUTS;
 use crate::identify::Verdict;
 use crate::identify::block::Rational;
+use crate::identify::samples::Samples;
+use crate::linear::correlation::variance;
 use crate::record::Record;
 use crate::validation::FitMeasures;
 
@@ -62,13 +64,14 @@ fn error(surface: &Surface, phi: Phi, reach: f64) -> f64 {
 
 /// The same estimator of the surface where the linear part is known.
 fn oracle(record: &Record, pieces: usize) -> Surface {
-    let columns = Columns::new(record, &["p", "q"], "y", 0.25, "a test").unwrap();
-    let data = columns.signals();
+    let samples = Samples::new(record, &["p", "q"], "y", 0.25, "a test").unwrap();
+    let prepared = samples.prepared();
+    let data = &prepared.data;
     let g = linear();
     let known = Rational::from_polynomials(g.b().to_vec(), g.a()).unwrap();
-    let fit = Fit::flat(&data, known, 0, pieces).unwrap();
-    let fit = refined(fit, &data, 0, &mut Monitor::new(&mut |_| ControlFlow::Continue(()))).unwrap();
-    in_units(&fit, &data, &columns).unwrap().0
+    let fit = Fit::flat(data, known, 0, pieces).unwrap();
+    let fit = refined(fit, data, 0, &mut Monitor::new(&mut |_| ControlFlow::Continue(()))).unwrap();
+    InUnits::new(&fit, &prepared).unwrap().surface
 }
 
 /// The joint nonlinearity.

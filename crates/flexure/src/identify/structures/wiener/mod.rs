@@ -25,13 +25,12 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
-use super::super::block::{FreeParts, Monitor, Stage, Tried, blocks, search, without_start};
+use super::super::block::{Blocks, FreeParts, Monitor, Stage, Tried, search, without_start};
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
-use crate::identify::result::{Identification, LinearBlock, NamedBlock, StaticBlock, StructureName};
+use crate::identify::result::{Identification, LinearBlock, NamedBlock, StructureName};
 use crate::identify::run::{Run, path, start_details};
-use crate::model::Block;
-use starts::{delay_of_any_dependence, is_weak, starts};
+use starts::{delay_of_any_dependence, starts};
 
 /// What the search for a Wiener system started from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,36 +77,30 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let monitor = &mut Monitor::new(report);
     let linear = request.prepared(&samples, monitor);
     let mut again = None;
-    if is_weak(linear) {
+    if linear.is_weak() {
         let (u, y) = (&samples.input()[..samples.fitted], &samples.y[..samples.fitted]);
-        again = Some(samples.prepared_with_delay(delay_of_any_dependence(u, y)));
+        again = Some(samples.prepared().delayed_by(delay_of_any_dependence(u, y)));
     }
     let prepared = again.as_ref().unwrap_or(linear);
     let (candidates, start) = starts(prepared, monitor);
     let found = search(candidates, FreeParts::WIENER, &prepared.data, monitor);
     monitor.finished()?;
     let found = found.unwrap_or_else(|| without_start(&prepared.data));
-    let branch = &found.system.branches[0];
-    let blocks = blocks(branch, prepared)?;
-    let model = Block::Series(vec![
-        Block::Linear(blocks.front.clone()),
-        Block::Static(blocks.curve.clone()),
-    ]);
+    let blocks = Blocks::new(&found.system.branches[0], prepared)?;
     let start = match start {
         WienerStart::LinearApproximation => "those of the best linear approximation",
         WienerStart::HigherMoments => {
             "those of an impulse response from higher moments of input and output, which did better than linear approximations"
         }
     };
-    let curve = StaticBlock::spline(blocks.curve, blocks.breakpoints, blocks.kinks);
     let blocks = vec![
         NamedBlock::new("linear", "Linear part", LinearBlock::of(blocks.front)),
-        NamedBlock::new("nonlinearity", "Nonlinearity", curve),
+        NamedBlock::new("nonlinearity", "Nonlinearity", blocks.nonlinearity),
     ];
-    let run = Run::new(&samples, model, vec![path(request, blocks)], found.system.degrees())?;
+    let path = path(request, blocks);
+    let run = Run::new(&samples, path.model(0.0), vec![path], found.system.degrees())?;
     Ok(Identification {
-        details: start_details(start, &linear.scores(), &run.paths),
-        parameters: found.tried.last().map_or(1, Tried::parameters),
+        details: start_details(start, linear, &run.paths),
         tried: found.tried.iter().filter_map(Tried::cascade).collect(),
         ..run.identification(&ROW, request)?
     })

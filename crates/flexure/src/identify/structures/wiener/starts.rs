@@ -2,22 +2,24 @@
 //! from higher moments.
 
 use super::super::super::block::{
-    Candidate, LARGEST_ORDER, Monitor, Prepared, Rational, START_SAMPLES, Scale, Signals, Stage, WEAK, approximate,
+    Candidate, LARGEST_ORDER, Monitor, Prepared, Rational, START_SAMPLES, Scale, Signals, Stage, StopRule, approximate,
     fit_nonlinearity,
 };
 use super::super::super::hammerstein::delay::Dependence;
 use super::WienerStart;
 use super::directions::directions;
-use crate::linear::correlation::{mean, variance};
-use crate::sort;
 
 /// Lags of the impulse responses from higher moments, and the samples that a lag needs.
 const LAGS: usize = 80;
 const SAMPLES_PER_LAG: usize = 20;
 /// Samples for the moments.
 const MOMENT_SAMPLES: usize = 20_000;
-/// Steps of a finite impulse response's refinement.
-const STEPS: usize = 15;
+/// The end of a finite impulse response's refinement.
+const RULE: StopRule = StopRule {
+    steps: 15,
+    tolerance: 1e-3,
+};
+use crate::sort;
 /// Rational blocks that are kept, the best by Schwarz's criterion.
 const KEPT: usize = 4;
 /// The longest pure delay that is looked for, and what of it is left to the numerators.
@@ -55,26 +57,18 @@ fn from_moments(data: &Signals, few: &Signals, monitor: &mut Monitor<'_>) -> Opt
     }
     let data = data.head(MOMENT_SAMPLES);
     let lags = LAGS.min(data.counted() / SAMPLES_PER_LAG).max(1);
-    let judged = directions(data.input(), &data.y, lags).into_iter().filter_map(|b| {
-        let response = Rational {
-            b,
-            sections: Vec::new(),
-        };
-        fit_nonlinearity(response, Rational::pass(), few)
-    });
+    let judged = directions(data.input(), &data.y, lags)
+        .into_iter()
+        .filter_map(|b| fit_nonlinearity(Rational::pass().with_numerator(b), Rational::pass(), few));
     judged.min_by(|a, b| a.squares.total_cmp(&b.squares))
 }
 
 /// Rational blocks that imitate the finite impulse response, once that is refined.
 fn rational(response: Candidate, few: &Signals, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
-    let response = response.fitted(few, STEPS, 1e-3, monitor);
+    let response = response.fitted(few, RULE, monitor);
     let w = response.system.branches[0].front.run(few.input());
-    let scale = Scale {
-        mean: mean(&w),
-        spread: variance(&w).sqrt(),
-    };
     let imitation = Signals {
-        y: scale.standardised(&w),
+        y: Scale::new(&w).standardised(&w),
         ..few.clone()
     };
     let mut all: Vec<Candidate> = (1..=LARGEST_ORDER)
@@ -84,9 +78,4 @@ fn rational(response: Candidate, few: &Signals, monitor: &mut Monitor<'_>) -> Ve
     sort::by_key(&mut all, |c| c.bic(few));
     all.truncate(KEPT);
     all
-}
-
-/// Whether the linear approximations say too little, even about the delay.
-pub(super) fn is_weak(prepared: &Prepared) -> bool {
-    !(prepared.explained() >= WEAK)
 }

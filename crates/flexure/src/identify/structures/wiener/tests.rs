@@ -13,6 +13,7 @@ use crate::Error;
 use crate::identify::result::Value;
 use crate::identify::{Options, WIENER};
 use crate::linear::correlation::{mean, variance};
+use crate::model::Block;
 use crate::record::Record;
 use crate::systems::relative_error_after_alignment;
 use crate::validation::FitMeasures;

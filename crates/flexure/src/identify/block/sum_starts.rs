@@ -4,27 +4,25 @@
 //! products there are as many as branches, so that the matrix of all has their number as its rank (nearly), and its
 //! dominant parts are the branches up to a mixing that the joint fit is free to change.
 
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64;
-
-use super::approximation::solve;
 use super::candidate::Candidate;
+use super::cascade::with_unit_variance;
+use super::hammerstein_branches::branches;
+use super::least_squares::least_squares;
 use super::limits::START_PIECES;
-use super::products::normal_equations;
-use super::rank::dominant_products;
+use super::rank_one::dominant_products;
 use super::rational::{Rational, Root, groups, with_conjugates};
 use super::signals::{Signals, delayed};
 use super::spline::KinkedSpline;
-use super::start::{Splines, branches};
 use super::system::{Branch, System};
 use crate::interrupt::{self, Interrupt};
-use crate::linear::correlation::variance;
 use crate::parallel;
 use crate::sort;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
 
-/// More groups of poles than this are not shared out.
+/// More groups of poles than this are not assigned.
 const MOST_GROUPS: usize = 8;
-/// Random ways of sharing out the poles from which better ones are looked for.
+/// Random assignments of the poles from which better ones are looked for.
 const CLIMBS: usize = 16;
 /// Numerator coefficients of a back beyond its poles' number, and most of them.
 const MORE_ZEROS: usize = 1;
@@ -52,9 +50,9 @@ fn take_offset(branches: &mut [Branch], offset: f64) {
     }
 }
 
-/// Linear, static, linear: the poles of a linear approximation shared out between the fronts and backs of `count`
+/// Linear, static, linear: the poles of a linear approximation assigned to the fronts and backs of `count`
 /// branches, best first.
-pub(super) fn shared_poles(approximation: &Rational, data: &Signals, count: usize) -> Vec<Candidate> {
+pub(super) fn assigned_poles(approximation: &Rational, data: &Signals, count: usize) -> Vec<Candidate> {
     let mut poles = groups(&approximation.poles());
     poles.truncate(MOST_GROUPS);
     let interrupt = interrupt::current();
@@ -65,15 +63,21 @@ pub(super) fn shared_poles(approximation: &Rational, data: &Signals, count: usiz
         interrupt,
     };
     let climbs = parallel::map(CLIMBS, |seed| pool.climbed(seed as u64));
-    let mut all: Vec<(Vec<usize>, f64)> = climbs.into_iter().flatten().collect();
-    sort::by_key(&mut all, |a| a.1);
-    all.dedup_by(|b, a| (a.1 - b.1).abs() <= 1e-9 * a.1.abs());
+    let mut all: Vec<Assignment> = climbs.into_iter().flatten().collect();
+    sort::by_key(&mut all, |a| a.score);
+    all.dedup_by(|b, a| (a.score - b.score).abs() <= 1e-9 * a.score.abs());
     all.iter()
-        .filter_map(|(slots, _)| pool.shared_out(slots).sum(data))
+        .filter_map(|assignment| pool.blocks(&assignment.places).sum(data))
         .collect()
 }
 
-/// Poles, one or a pair at a time, and where they may go: front and back of every branch in turn.
+/// The place of every group of poles, and the score of the sum: smaller is better.
+struct Assignment {
+    places: Vec<usize>,
+    score: f64,
+}
+
+/// The poles, one or a pair at a time, which go to the front or the back of a branch; the places are numbered branch by branch.
 struct Pool<'a> {
     poles: Vec<Root>,
     data: &'a Signals,
@@ -82,50 +86,52 @@ struct Pool<'a> {
 }
 
 impl Pool<'_> {
-    /// From a random way to share out the poles, the best move of one group over and over.
-    fn climbed(&self, seed: u64) -> Option<(Vec<usize>, f64)> {
+    /// From a random assignment, the best move of one group over and over.
+    fn climbed(&self, seed: u64) -> Option<Assignment> {
         let mut random = Pcg64::seed_from_u64(seed);
-        let places = 2 * self.count;
-        let mut slots: Vec<usize> = self.poles.iter().map(|_| random.random_range(0..places)).collect();
-        let mut score = self.score(&slots)?;
+        let count = 2 * self.count;
+        let places = self.poles.iter().map(|_| random.random_range(0..count)).collect();
+        let mut best = self.judged(places)?;
         loop {
-            let moves = (0..slots.len()).flat_map(|group| (0..places).map(move |place| (group, place)));
+            let moves = (0..best.places.len()).flat_map(|group| (0..count).map(move |place| (group, place)));
             let judged = moves
-                .filter(|&(group, place)| slots[group] != place)
+                .filter(|&(group, place)| best.places[group] != place)
                 .filter_map(|(group, place)| {
-                    let mut next = slots.clone();
-                    next[group] = place;
-                    let score = self.score(&next)?;
-                    Some((next, score))
+                    let mut places = best.places.clone();
+                    places[group] = place;
+                    self.judged(places)
                 });
-            match judged.min_by(|a, b| a.1.total_cmp(&b.1)) {
-                Some((next, less)) if less < score => (slots, score) = (next, less),
-                _ => return Some((slots, score)),
+            match judged.min_by(|a, b| a.score.total_cmp(&b.score)) {
+                Some(next) if next.score < best.score => best = next,
+                _ => return Some(best),
             }
         }
     }
 
-    /// The score of a way to share out the poles; `None` where it cannot be fitted, and where the work is asked to stop.
-    fn score(&self, slots: &[usize]) -> Option<f64> {
-        (!self.interrupt.is_requested()).then(|| self.shared_out(slots).score(self.data))?
+    /// `None` for an assignment that cannot be fitted, and where the work is asked to stop.
+    fn judged(&self, places: Vec<usize>) -> Option<Assignment> {
+        if self.interrupt.is_requested() {
+            return None;
+        }
+        let score = self.blocks(&places).score(self.data)?;
+        Some(Assignment { places, score })
     }
 
-    fn shared_out(&self, slots: &[usize]) -> SharedOut {
+    fn blocks(&self, places: &[usize]) -> AllPole {
         let all_pole = |place: usize| {
-            let mine = self.poles.iter().zip(slots).filter(|(_, slot)| **slot == place);
+            let mine = self.poles.iter().zip(places).filter(|(_, at)| **at == place);
             Rational::from_roots(&[], &with_conjugates(mine.map(|(root, _)| root)))
         };
-        SharedOut {
-            blocks: (0..self.count)
-                .map(|i| (all_pole(2 * i), all_pole(2 * i + 1)))
-                .collect(),
+        let branch = |i: usize| [all_pole(2 * i), all_pole(2 * i + 1)];
+        AllPole {
+            blocks: (0..self.count).map(branch).collect(),
         }
     }
 }
 
-/// Fronts and backs, of poles alone.
-struct SharedOut {
-    blocks: Vec<(Rational, Rational)>,
+/// Front and back of every branch, of poles alone.
+struct AllPole {
+    blocks: Vec<[Rational; 2]>,
 }
 
 /// A branch's part of the linear equation.
@@ -133,8 +139,6 @@ struct Part {
     front: Rational,
     back: Rational,
     spline: KinkedSpline,
-    /// The B-spline that the constant stands for.
-    middle: usize,
     /// Numerator coefficients of the back.
     coefficients: usize,
 }
@@ -146,43 +150,32 @@ struct Solved {
     squares: f64,
 }
 
-impl SharedOut {
+impl AllPole {
     /// Least squares over all products of B-splines and numerator coefficients of all branches, and a constant.
     fn solve(&self, data: &Signals) -> Option<Solved> {
         let (mut parts, mut columns) = (Vec::new(), Vec::new());
-        for (front, back) in &self.blocks {
+        for [front, back] in &self.blocks {
             let mut front = front.clone();
-            let w = front.run(data.input());
-            let spread = variance(&w[data.from..]).sqrt();
-            if !(spread > 1e-12 && spread.is_finite()) {
-                return None;
-            }
-            front.b.iter_mut().for_each(|b| *b /= spread);
-            let w: Vec<f64> = w.iter().map(|w| w / spread).collect();
+            let w = with_unit_variance(&mut front, data)?;
             let spline = KinkedSpline::coarse(&w[data.from..], START_PIECES)?;
-            let splines = Splines::new(&w, &spline);
             let coefficients = (back.order() + MORE_ZEROS).min(MOST_COEFFICIENTS);
-            for spline in &splines.columns {
-                let filtered = back.all_pole(spline);
+            for values in spline.others_at(&w) {
+                let filtered = back.all_pole(&values);
                 columns.extend((0..coefficients).map(|k| delayed(&filtered, k, 1.0)));
             }
             parts.push(Part {
                 front,
                 back: back.clone(),
                 spline,
-                middle: splines.middle,
                 coefficients,
             });
         }
         columns.push(vec![1.0; data.y.len()]);
-        let minus: Vec<f64> = data.y.iter().map(|y| -y).collect();
-        let equations = normal_equations(&minus, &columns, data.from);
-        let entries = solve(&equations)?;
-        let explained: f64 = entries.iter().zip(&equations.descent).map(|(p, d)| p * d).sum();
+        let solution = least_squares(&data.y, &columns, data.from)?;
         Some(Solved {
             parts,
-            entries,
-            squares: (equations.cost - explained).max(0.0),
+            entries: solution.coefficients,
+            squares: solution.squares.max(0.0),
         })
     }
 
@@ -203,8 +196,7 @@ impl SharedOut {
             rest = others;
             let product = dominant_products(mine, part.coefficients, 1)?.pop()?;
             let mut branch = Branch::new(part.front, part.spline, part.back);
-            branch.spline.c = product.column;
-            branch.spline.c.insert(part.middle, 0.0);
+            branch.spline.set_others(product.column);
             branch.back.b = product.row;
             branch.front.fill_numerator();
             branch.back.fill_numerator();

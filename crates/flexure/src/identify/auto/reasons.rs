@@ -1,50 +1,9 @@
 //! The reasons in sentences.
 
-use std::fmt;
-
+use super::compared_structures;
+use super::comparison::{Refutation, StructureCandidate};
 use super::judge::{Judgement, NEAR_NOISE};
-use super::{Refutation, StructureCandidate, compared_structures};
 use crate::text::capitalised;
-
-impl fmt::Display for Refutation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Refutation::Test(t) => write!(f, "the test '{}' (p {})", t.kind.name(), Probability(t.p_value)),
-            Refutation::Comparison { better, ratio, p_value } => write!(
-                f,
-                "{better}, whose squared error is {} times smaller (p {})",
-                Factor(*ratio),
-                Probability(*p_value)
-            ),
-        }
-    }
-}
-
-/// A factor above 1: to three decimals where it is near 1, to whole numbers where it is large.
-struct Factor(f64);
-
-impl fmt::Display for Factor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            r if r < 10.0 => write!(f, "{r:.3}"),
-            r if r < 1e4 => write!(f, "{r:.0}"),
-            r => write!(f, "{r:.1e}"),
-        }
-    }
-}
-
-/// A p-value as it is usually written.
-struct Probability(f64);
-
-impl fmt::Display for Probability {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0 < 1e-6 {
-            f.write_str("below 1e-6")
-        } else {
-            write!(f, "= {:.2e}", self.0)
-        }
-    }
-}
 
 /// What is supported and why, then what refutes each candidate, then what was not fitted.
 pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) -> Vec<String> {

@@ -1,5 +1,7 @@
-//! Inner products of long columns, in chunks that threads share without changing the sums.
+//! Linear least squares over long columns: inner products in chunks that threads share without changing the sums, and normal
+//! equations scaled to a unit diagonal.
 
+use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::parallel;
 
@@ -7,6 +9,11 @@ use crate::parallel;
 const CHUNK: usize = 4096;
 /// Samples of all columns that are multiplied at a time, small enough for the cache.
 const BLOCK: usize = 256;
+/// Added to a unit diagonal where columns nearly depend on one another: from the first on, each 100 times the one before.
+const FIRST_RIDGE: f64 = 1e-13;
+const LARGEST_RIDGE: f64 = 1e-3;
+/// Ridges that an inverse is tried with.
+const INVERSE_RIDGES: usize = 4;
 
 /// J'r over the samples from `from` on.
 pub(super) fn inner_products(jacobian: &[Vec<f64>], residuals: &[f64], from: usize) -> Vec<f64> {
@@ -41,6 +48,82 @@ pub(in crate::identify) fn normal_equations(residuals: &[f64], jacobian: &[Vec<f
         cost: sum[n * size + n],
         descent: (0..n).map(|j| -sum[n * size + j]).collect(),
         normal,
+    }
+}
+
+/// Coefficients of columns and the sum of squares that they leave.
+pub(in crate::identify) struct LeastSquares {
+    pub coefficients: Vec<f64>,
+    pub squares: f64,
+}
+
+/// The least squares of `y` over the columns from sample `from` on, slightly damped where the columns nearly depend on one another.
+pub(in crate::identify) fn least_squares(y: &[f64], columns: &[Vec<f64>], from: usize) -> Option<LeastSquares> {
+    let equations = regression(y, columns, from);
+    let scaled = UnitDiagonal::new(&equations);
+    let mut ridges = ridges().take_while(|ridge| *ridge < LARGEST_RIDGE);
+    let coefficients = ridges.find_map(|ridge| scaled.solve(&equations.descent, |d| d + ridge))?;
+    let explained = coefficients.iter().zip(&equations.descent).map(|(c, d)| c * d);
+    Some(LeastSquares {
+        squares: equations.cost - explained.sum::<f64>(),
+        coefficients,
+    })
+}
+
+/// The normal equations of `y` over the columns from sample `from` on, about the origin of the coefficients.
+pub(in crate::identify) fn regression(y: &[f64], columns: &[Vec<f64>], from: usize) -> NormalEquations {
+    let minus: Vec<f64> = y.iter().map(|y| -y).collect();
+    normal_equations(&minus, columns, from)
+}
+
+fn ridges() -> impl Iterator<Item = f64> {
+    std::iter::successors(Some(FIRST_RIDGE), |ridge| Some(100.0 * ridge))
+}
+
+/// A normal matrix scaled to a unit diagonal, for the factorisation's sake.
+pub(super) struct UnitDiagonal {
+    matrix: Vec<f64>,
+    pub scale: Vec<f64>,
+}
+
+impl UnitDiagonal {
+    pub fn new(equations: &NormalEquations) -> UnitDiagonal {
+        let n = equations.descent.len();
+        let diagonal = (0..n).map(|i| equations.normal[i * n + i].sqrt());
+        let scale: Vec<f64> = diagonal.map(|d| if d > 0.0 { d } else { 1.0 }).collect();
+        let scaled = |k: usize| equations.normal[k] / (scale[k / n] * scale[k % n]);
+        UnitDiagonal {
+            matrix: (0..n * n).map(scaled).collect(),
+            scale,
+        }
+    }
+
+    /// The matrix with a changed diagonal.
+    fn with_diagonal(&self, change: impl Fn(f64) -> f64) -> Vec<f64> {
+        let n = self.scale.len();
+        let mut matrix = self.matrix.clone();
+        (0..n).for_each(|i| matrix[i * n + i] = change(matrix[i * n + i]));
+        matrix
+    }
+
+    /// The solution for a right-hand side, in its own scale, with a changed diagonal.
+    pub fn solve(&self, rhs: &[f64], change: impl Fn(f64) -> f64) -> Option<Vec<f64>> {
+        let scaled: Vec<f64> = rhs.iter().zip(&self.scale).map(|(r, s)| r / s).collect();
+        let x = linalg::solve_positive_definite(&self.with_diagonal(change), &scaled)?;
+        Some(x.iter().zip(&self.scale).map(|(x, s)| x / s).collect())
+    }
+
+    /// The inverse in its own scale, row-major; of a nearly singular matrix, that with a slightly larger diagonal. `None` where a
+    /// column is zero.
+    pub fn inverse(&self) -> Option<Vec<f64>> {
+        let n = self.scale.len();
+        if !(0..n).all(|i| self.matrix[i * n + i] > 0.0) {
+            return None;
+        }
+        let inverse = |ridge: f64| linalg::inverse_positive_definite(&self.with_diagonal(|d| d + ridge), n);
+        let inverse = ridges().take(INVERSE_RIDGES).find_map(inverse)?;
+        let unscaled = |k: usize| inverse[k] / (self.scale[k / n] * self.scale[k % n]);
+        Some((0..n * n).map(unscaled).collect())
     }
 }
 

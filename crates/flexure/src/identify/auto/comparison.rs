@@ -1,0 +1,97 @@
+//! The comparison of structures.
+
+use std::fmt;
+
+use crate::identify::result::StructureName;
+use crate::validation::ResidualTest;
+
+/// What speaks against a candidate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Refutation {
+    /// A residual test rejects it.
+    Test(ResidualTest),
+    /// Another candidate predicts significantly better.
+    Comparison {
+        /// The better one.
+        better: StructureName,
+        /// The ratio of the mean squared errors, above 1.
+        ratio: f64,
+        /// The probability of such a difference if both predict equally well.
+        p_value: f64,
+    },
+}
+
+/// A row of the comparison.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StructureCandidate {
+    /// The structure.
+    pub structure: StructureName,
+    /// The fit on fresh samples, percent.
+    pub fit_percent: f64,
+    /// The RMS of the error there, in the unit of y.
+    pub rms: f64,
+    /// The number of parameters.
+    pub parameters: usize,
+    /// What refutes it; a comparison first, then the tests.
+    pub refuted_by: Vec<Refutation>,
+    /// The verdict of this candidate taken for itself, in words.
+    pub verdict: String,
+}
+
+/// What the data say about all structures that were compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StructureComparison {
+    /// The simplest structure that no comparison refutes; if none is supported, the best that these structures can do.
+    pub chosen: StructureName,
+    /// The structure that the data support, if any.
+    pub supported: Option<StructureName>,
+    /// Structures as simple as the chosen one that predict as well: the data do not tell these apart.
+    pub as_good: Vec<StructureName>,
+    /// All that were fitted, simplest first.
+    pub candidates: Vec<StructureCandidate>,
+    /// The share of the chosen one's squared error that a general function of the input explains; looked for only where a test
+    /// refutes it, zero otherwise.
+    pub not_noise: f64,
+    /// Why, in sentences.
+    pub reasons: Vec<String>,
+}
+
+impl fmt::Display for Refutation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Refutation::Test(t) => write!(f, "the test '{}' (p {})", t.kind.name(), Probability(t.p_value)),
+            Refutation::Comparison { better, ratio, p_value } => write!(
+                f,
+                "{better}, whose squared error is {} times smaller (p {})",
+                Factor(*ratio),
+                Probability(*p_value)
+            ),
+        }
+    }
+}
+
+/// A factor above 1: to three decimals where it is near 1, to whole numbers where it is large.
+struct Factor(f64);
+
+impl fmt::Display for Factor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            r if r < 10.0 => write!(f, "{r:.3}"),
+            r if r < 1e4 => write!(f, "{r:.0}"),
+            r => write!(f, "{r:.1e}"),
+        }
+    }
+}
+
+/// A p-value as it is usually written.
+struct Probability(f64);
+
+impl fmt::Display for Probability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0 < 1e-6 {
+            f.write_str("below 1e-6")
+        } else {
+            write!(f, "= {:.2e}", self.0)
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Linear systems with one denominator by the equation error (Steiglitz and McBride 1965).
+
+use super::least_squares::least_squares;
+use super::rational::Rational;
+use super::signals::delayed;
+
+/// The systems of this order with one denominator from several signals to one output.
+pub(in crate::identify) struct EquationError<'a> {
+    pub signals: &'a [Vec<f64>],
+    pub y: &'a [f64],
+    /// Whether a constant is added to the output.
+    pub constant: bool,
+    pub order: usize,
+    /// Samples from here on count.
+    pub from: usize,
+}
+
+/// Something that a pass of the iteration leads to, and how good it is: smaller is better.
+pub(in crate::identify) struct Judged<T> {
+    pub score: f64,
+    pub of: T,
+}
+
+impl EquationError<'_> {
+    /// The best among the passes of the Steiglitz-McBride iteration: least squares of the equation error of the signals filtered by the
+    /// last denominator, over and over. `judge` takes the numerators, one signal after the other, and 1 over the denominator, and
+    /// ends the iteration by `None`.
+    pub fn best<T>(&self, passes: usize, judge: impl Fn(&[f64], &Rational) -> Option<Judged<T>>) -> Option<Judged<T>> {
+        let mut best: Option<Judged<T>> = None;
+        let mut filter = Rational::pass();
+        for _ in 0..passes {
+            let Some((judged, denominator)) = self.pass(&filter, &judge) else {
+                break;
+            };
+            if judged.score.is_finite() && best.as_ref().is_none_or(|b| judged.score < b.score) {
+                best = Some(judged);
+            }
+            filter = denominator;
+        }
+        best
+    }
+
+    /// One pass with the signals filtered.
+    fn pass<T>(
+        &self,
+        filter: &Rational,
+        judge: &impl Fn(&[f64], &Rational) -> Option<Judged<T>>,
+    ) -> Option<(Judged<T>, Rational)> {
+        let y = filter.all_pole(self.y);
+        let filtered = self.signals.iter().map(|signal| filter.all_pole(signal));
+        let mut columns: Vec<Vec<f64>> = filtered
+            .flat_map(|signal| (0..=self.order).map(move |k| delayed(&signal, k, 1.0)))
+            .collect();
+        columns.extend((1..=self.order).map(|k| delayed(&y, k, -1.0)));
+        if self.constant {
+            columns.push(filter.all_pole(&vec![1.0; y.len()]));
+        }
+        let coefficients = least_squares(&y, &columns, self.from)?.coefficients;
+        let (numerators, others) = coefficients.split_at(self.signals.len() * (self.order + 1));
+        let a: Vec<f64> = std::iter::once(1.0)
+            .chain(others[..self.order].iter().copied())
+            .collect();
+        let denominator = Rational::from_polynomials(vec![1.0], &a)?;
+        Some((judge(numerators, &denominator)?, denominator))
+    }
+}
