@@ -39,7 +39,6 @@ mod surface;
 
 pub use crate::model::{NarxModel, NarxTerm, VolterraModel};
 pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison};
-pub use block::Stage;
 pub use hammerstein::{Calibration, HAMMERSTEIN, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag};
 pub use outcome::{Verdict, Warning};
 pub use reference::{DecayPrior, NARX, VOLTERRA};

@@ -108,7 +108,7 @@ impl Path {
     pub(super) fn series(&self) -> impl Iterator<Item = Vec<Block>> {
         let of = |between: bool| {
             let blocks = self.blocks.iter().filter(move |b| b.between_samples == between);
-            blocks.map(|b| b.found.model()).collect()
+            blocks.map(|b| b.kind.model()).collect()
         };
         [false, true]
             .into_iter()

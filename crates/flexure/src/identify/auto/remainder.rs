@@ -5,8 +5,9 @@
 //! any assumption on its colour. Few samples bear few regressors: regressions on the input alone, and on input and prediction, reach
 //! farther back then, and the one that explains most counts.
 
+use crate::identify::block::{regression, standardised};
 use crate::linalg;
-use crate::linear::correlation::{mean, variance};
+use crate::linear::correlation::mean;
 
 /// Lags of every signal.
 const LAGS: usize = 12;
@@ -34,49 +35,39 @@ fn explained_by(error: &[f64], signals: &[&[f64]]) -> f64 {
     if lags == 0 {
         return 0.0;
     }
-    let columns: Vec<&[f64]> = signals
+    let columns: Vec<Vec<f64>> = signals
         .iter()
-        .flat_map(|s| (0..lags).map(move |lag| &s[lags - 1 - lag..n - lag]))
+        .flat_map(|s| (0..lags).map(move |lag| s[lags - 1 - lag..n - lag].to_vec()))
         .collect();
     let error = &error[lags - 1..];
     let half = error.len() / 2;
-    let (mut left, mut all) = (0.0, 0.0);
+    let (mut unexplained, mut all) = (0.0, 0.0);
     for (fit, test) in [(0..half, half..error.len()), (half..error.len(), 0..half)] {
         let level = mean(&error[fit.clone()]);
         let target: Vec<f64> = error[fit.clone()].iter().map(|e| e - level).collect();
+        let fitted: Vec<Vec<f64>> = columns.iter().map(|c| c[fit.clone()].to_vec()).collect();
+        let mut equations = regression(&target, &fitted, 0);
         let size = columns.len();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let mut normal = vec![0.0; size * size];
-        for i in 0..size {
-            for j in 0..=i {
-                let product = dot(&columns[i][fit.clone()], &columns[j][fit.clone()]);
-                normal[i * size + j] = product;
-                normal[j * size + i] = product;
-            }
-            normal[i * size + i] += RIDGE * fit.len() as f64;
-        }
-        let moment: Vec<f64> = columns.iter().map(|c| dot(&c[fit.clone()], &target)).collect();
-        let Some(c) = linalg::solve_positive_definite(&normal, &moment) else {
+        (0..size).for_each(|i| equations.normal[i * size + i] += RIDGE * fit.len() as f64);
+        let Some(c) = linalg::solve_positive_definite(&equations.normal, &equations.descent) else {
             return 0.0;
         };
         for t in test {
             let guess: f64 = columns.iter().zip(&c).map(|(x, c)| c * x[t]).sum();
-            left += (error[t] - level - guess).powi(2);
+            unexplained += (error[t] - level - guess).powi(2);
             all += (error[t] - level).powi(2);
         }
     }
-    if all > 0.0 { (1.0 - left / all).max(0.0) } else { 0.0 }
+    if all > 0.0 {
+        (1.0 - unexplained / all).max(0.0)
+    } else {
+        0.0
+    }
 }
 
 /// The signal in standard deviations, cut where single samples would decide a regression on powers.
 fn moderate(v: &[f64]) -> Vec<f64> {
     standardised(v).iter().map(|x| x.clamp(-MODERATE, MODERATE)).collect()
-}
-
-fn standardised(v: &[f64]) -> Vec<f64> {
-    let (centre, spread) = (mean(v), variance(v).sqrt());
-    let unit = if spread > 0.0 { spread } else { 1.0 };
-    v.iter().map(|x| (x - centre) / unit).collect()
 }
 
 #[cfg(test)]

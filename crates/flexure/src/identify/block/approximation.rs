@@ -3,7 +3,7 @@
 //! Started by the Steiglitz-McBride iteration, finished by Levenberg-Marquardt on the output error. For a Gaussian
 //! input its poles and zeros are those of both linear blocks together (Bussgang's theorem).
 
-use super::changes::changes;
+use super::changes::{changes, greedy};
 use super::descent::{Minimum, Residuals, StopRule, descend};
 use super::efficient::efficient;
 use super::equation_error::{EquationError, Judged};
@@ -18,8 +18,6 @@ const RULE: StopRule = StopRule {
     steps: 40,
     tolerance: 1e-7,
 };
-/// Rounds of structural change.
-const ROUNDS: usize = 16;
 
 /// A linear model and its sum of squared errors.
 #[derive(Debug, Clone)]
@@ -74,16 +72,10 @@ pub(in crate::identify) fn restructured(data: &Signals, start: &Rational, monito
     best = refitted(&data, best.system.clone(), monitor).unwrap_or(best);
     data.set_dependence(&best.system.run(data.input()));
     let score = |a: &Approximation| data.bic(a.squares, a.system.count());
-    for _ in 0..ROUNDS {
+    greedy(best, score, |best| {
         let near = changes(&best.system).into_iter();
-        let fits: Vec<Approximation> = near.filter_map(|g| refitted(&data, g, monitor)).collect();
-        let next = fits.into_iter().min_by(|a, b| score(a).total_cmp(&score(b)));
-        match next.filter(|n| score(n) < score(&best)) {
-            Some(n) => best = n,
-            None => break,
-        }
-    }
-    best
+        near.filter_map(|g| refitted(&data, g, monitor)).collect()
+    })
 }
 
 /// The output error minimised from this system on.

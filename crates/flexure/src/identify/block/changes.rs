@@ -1,5 +1,6 @@
 //! The structures next to a given one: a pole, a numerator coefficient or a sample of delay more or less.
 
+use super::limits::ROUNDS;
 use super::rational::{Rational, Root, Section, groups, with_conjugates};
 use super::system::{Branch, FreeParts, System};
 use crate::linear::Complex;
@@ -54,6 +55,18 @@ fn branches(branch: &Branch, free: FreeParts) -> Vec<Branch> {
         }
     }
     all
+}
+
+/// The change of the smallest score, over and over, while the score falls.
+pub(super) fn greedy<T>(mut best: T, score: impl Fn(&T) -> f64, mut changed: impl FnMut(&T) -> Vec<T>) -> T {
+    for _ in 0..ROUNDS {
+        let next = changed(&best).into_iter().min_by(|a, b| score(a).total_cmp(&score(b)));
+        match next.filter(|n| score(n) < score(&best)) {
+            Some(n) => best = n,
+            None => break,
+        }
+    }
+    best
 }
 
 /// All changes of one linear block.

@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn follows_a_curved_valley_in_few_steps() {
         let mut steps = 0;
-        let mut count = |_| {
+        let mut count = |_: &str| {
             steps += 1;
             ControlFlow::Continue(())
         };
@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_start_that_is_not_admissible_is_refused() {
-        let go = &mut |_| ControlFlow::Continue(());
+        let go = &mut |_: &str| ControlFlow::Continue(());
         assert!(descend(&Valley, vec![4.0, 1.0], TRIAL, &mut Monitor::new(go)).is_none());
     }
 }

@@ -35,7 +35,7 @@ fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
 }
 
 fn efficient_of(problem: &impl Residuals, at: &[f64]) -> Option<Minimum> {
-    efficient(problem, at, &mut Monitor::new(&mut |_| ControlFlow::Continue(())))
+    efficient(problem, at, &mut Monitor::new(&mut |_: &str| ControlFlow::Continue(())))
 }
 
 /// $y_n = \sum_k p_k u_{n-k} + e_n$ with the first `lags` lags known to matter.
@@ -173,7 +173,7 @@ fn the_first_response_by_output_error_becomes_several_times_more_exact() {
         let u = slow(2 * seed, 1500);
         let y = sum(&filtered(&b, &a, &u), &noise(2 * seed + 1, 1500));
         let data = Signals::of_input(u, y, 50);
-        let go = &mut |_| ControlFlow::Continue(());
+        let go = &mut |_: &str| ControlFlow::Continue(());
         let mut monitor = Monitor::new(go);
         let least = approximate(&data, 2, &mut monitor).unwrap();
         let squares = least.squares;
@@ -207,7 +207,7 @@ fn a_cascade_becomes_more_exact() {
         let y = sum(&system.run(std::slice::from_ref(&u)), &noise(2 * seed + 1, 1500));
         let data = Signals::of_input(u, y, 50);
         let loss = Loss::new(system.clone(), &data);
-        let go = &mut |_| ControlFlow::Continue(());
+        let go = &mut |_: &str| ControlFlow::Continue(());
         let rule = StopRule {
             steps: 60,
             tolerance: 1e-9,

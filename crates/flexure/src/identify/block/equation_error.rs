@@ -21,6 +21,12 @@ pub(in crate::identify) struct Judged<T> {
     pub of: T,
 }
 
+/// What a pass leads to, and 1 over its denominator.
+struct Pass<T> {
+    judged: Judged<T>,
+    denominator: Rational,
+}
+
 impl EquationError<'_> {
     /// The best among the passes of the Steiglitz-McBride iteration: least squares of the equation error of the signals filtered by the
     /// last denominator, over and over. `judge` takes the numerators, one signal after the other, and 1 over the denominator, and
@@ -29,7 +35,7 @@ impl EquationError<'_> {
         let mut best: Option<Judged<T>> = None;
         let mut filter = Rational::pass();
         for _ in 0..passes {
-            let Some((judged, denominator)) = self.pass(&filter, &judge) else {
+            let Some(Pass { judged, denominator }) = self.pass(&filter, &judge) else {
                 break;
             };
             if judged.score.is_finite() && best.as_ref().is_none_or(|b| judged.score < b.score) {
@@ -41,11 +47,7 @@ impl EquationError<'_> {
     }
 
     /// One pass with the signals filtered.
-    fn pass<T>(
-        &self,
-        filter: &Rational,
-        judge: &impl Fn(&[f64], &Rational) -> Option<Judged<T>>,
-    ) -> Option<(Judged<T>, Rational)> {
+    fn pass<T>(&self, filter: &Rational, judge: &impl Fn(&[f64], &Rational) -> Option<Judged<T>>) -> Option<Pass<T>> {
         let y = filter.all_pole(self.y);
         let filtered = self.signals.iter().map(|signal| filter.all_pole(signal));
         let mut columns: Vec<Vec<f64>> = filtered
@@ -61,6 +63,9 @@ impl EquationError<'_> {
             .chain(others[..self.order].iter().copied())
             .collect();
         let denominator = Rational::from_polynomials(vec![1.0], &a)?;
-        Some((judge(numerators, &denominator)?, denominator))
+        Some(Pass {
+            judged: judge(numerators, &denominator)?,
+            denominator,
+        })
     }
 }

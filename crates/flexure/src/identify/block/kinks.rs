@@ -142,7 +142,7 @@ mod tests {
             .zip(normal(3000, seed + 100))
             .map(|(w, e)| curve(*w) + 0.05 * e);
         let data = Signals::of_input(u, y.collect(), 50);
-        let go = &mut |_| ControlFlow::Continue(());
+        let go = &mut |_: &str| ControlFlow::Continue(());
         let mut monitor = Monitor::new(go);
         let start = fit_nonlinearity(front(), Rational::pass(), &data).unwrap();
         let start = start.fitted(&data, TRIAL, &mut monitor);

@@ -12,7 +12,7 @@ use super::descent::Residuals;
 use super::rational::Rational;
 use super::signals::{Signals, add, convolved, delayed};
 use super::spline::{KinkedSpline, Local};
-use super::system::{Branch, Level, System};
+use super::system::{Branch, Level, Numerators, System};
 use crate::linear::levenberg_marquardt::Linearisation;
 use crate::parallel;
 
@@ -181,8 +181,8 @@ struct Static<'a> {
 impl<'a> Static<'a> {
     fn new(spline: &'a KinkedSpline, input: Vec<f64>) -> Self {
         let local: Vec<Local> = input.iter().map(|x| spline.local(*x)).collect();
-        let at = input.iter().zip(&local);
-        let (values, slopes) = at.map(|(x, l)| spline.value_and_slope(*x, l)).unzip();
+        let tangents = input.iter().zip(&local).map(|(x, l)| spline.tangent(*x, l));
+        let (values, slopes) = tangents.map(|t| (t.value, t.slope)).unzip();
         Static {
             spline,
             input,
@@ -222,7 +222,7 @@ struct Linearised<'a> {
 impl<'a> Linearised<'a> {
     fn new(branch: &'a Branch, u: &[Vec<f64>]) -> Self {
         let front_pole = branch.front.all_pole(&branch.delayed(u));
-        let instant = |(front, back): (&[f64], &'a [f64])| {
+        let instant = |Numerators { front, back }: Numerators<'a>| {
             let nonlinearity = Static::new(&branch.spline, convolved(front, &front_pole));
             Instant {
                 back_pole: branch.back.all_pole(&nonlinearity.values),

@@ -37,7 +37,6 @@ mod sum_starts;
 mod system;
 mod units;
 
-pub use monitor::Stage;
 pub(super) use {
     approximation::{approximate, restructured},
     candidate::{Candidate, Tried},
@@ -47,14 +46,14 @@ pub(super) use {
     equation_error::{EquationError, Judged},
     least_squares::{normal_equations, regression},
     limits::START_SAMPLES,
-    monitor::Monitor,
+    monitor::{Monitor, Stage},
     prepared::{LARGEST_ORDER, Prepared},
     rank_one::dominant_products,
     rational::Rational,
     search::SearchResult,
-    signals::{Scale, Signals, delayed},
+    signals::{Scale, Signals, delayed, standardised},
     spline::KinkedSpline,
     sum::find_sum,
     system::{FreeParts, System},
-    units::{Blocks, conventional_gain, normalised, tabulated},
+    units::{Blocks, Normalised, tabulated},
 };

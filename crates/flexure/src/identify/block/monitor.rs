@@ -7,8 +7,7 @@ use crate::interrupt;
 
 /// What an identification is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Stage {
+pub(in crate::identify) enum Stage {
     /// Best linear approximations of several orders.
     Approximation,
     /// Correlating the output, and functions of it, with the input's past.
@@ -39,13 +38,14 @@ impl Stage {
 
 /// Asks whether to go on; once stopped, for good.
 pub(in crate::identify) struct Monitor<'a> {
-    progress: &'a mut dyn FnMut(Stage) -> ControlFlow<()>,
+    progress: &'a mut dyn FnMut(&str) -> ControlFlow<()>,
     pub stage: Stage,
     stopped: Option<Stage>,
 }
 
 impl<'a> Monitor<'a> {
-    pub fn new(progress: &'a mut dyn FnMut(Stage) -> ControlFlow<()>) -> Self {
+    /// `progress` gets the name of the stage before every step; it stops the work by returning [`ControlFlow::Break`].
+    pub fn new(progress: &'a mut dyn FnMut(&str) -> ControlFlow<()>) -> Self {
         Monitor {
             progress,
             stage: Stage::Approximation,
@@ -55,7 +55,7 @@ impl<'a> Monitor<'a> {
 
     /// Whether to go on.
     pub fn keep_on(&mut self) -> bool {
-        if self.stopped.is_none() && (interrupt::requested() || (self.progress)(self.stage).is_break()) {
+        if self.stopped.is_none() && (interrupt::requested() || (self.progress)(self.stage.name()).is_break()) {
             self.stopped = Some(self.stage);
         }
         self.stopped.is_none()

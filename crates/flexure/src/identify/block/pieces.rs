@@ -5,7 +5,7 @@ use super::least_squares::least_squares;
 use super::limits::{DEARER, EVEN, FINEST_PIECES, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
 use super::loss::through_back;
 use super::signals::{Signals, add, convolved};
-use super::spline::{KinkedSpline, Local, Roughness, thinned};
+use super::spline::{KinkedSpline, Local, Roughness, Tangent, thinned};
 use super::system::{Level, Part, System};
 use crate::linear::correlation::{mean, variance};
 use crate::parallel;
@@ -123,7 +123,7 @@ fn branch_equation(system: &mut System, i: usize, spline: &KinkedSpline, data: &
         Some(g) => {
             let own = branch.run(&data.u).into_iter().map(|y| y - branch.offset);
             let tangent = |(x, own): (&f64, f64)| {
-                let (value, slope) = g.value_and_slope(x + own, &g.local(x + own));
+                let Tangent { value, slope } = g.tangent(x + own, &g.local(x + own));
                 (value - slope * own, slope)
             };
             let (values, slopes) = without.iter().zip(own).map(tangent).unzip();
@@ -131,7 +131,7 @@ fn branch_equation(system: &mut System, i: usize, spline: &KinkedSpline, data: &
         }
     };
     let target = data.y.iter().zip(&values).map(|(y, p)| y - p).collect();
-    let instants: Vec<_> = (branch.instants().map(|(_, back)| back))
+    let instants: Vec<_> = (branch.instants().map(|instant| instant.back))
         .zip(branch.intermediate(&data.u))
         .map(|(back, w)| {
             let local: Vec<Local> = w.iter().map(|w| spline.local(*w)).collect();

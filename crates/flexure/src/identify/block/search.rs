@@ -5,12 +5,12 @@
 //! structure says by [`FreeParts`] what may change, and screens its starts by [`Round`]s.
 
 use super::candidate::{Candidate, Tried};
-use super::changes::neighbours;
+use super::changes::{greedy, neighbours};
 use super::descent::{Residuals, StopRule};
 use super::efficient::whitening_filter;
 use super::intersample::with_instant_between;
 use super::limits::{
-    FAR_FEWER_PIECES, FEWEST_PIECES, LAST, MOST_PIECES, PIECES, ROUNDS, STRUCTURE_SAMPLES, TRIAL, WORSE_PIECES,
+    FAR_FEWER_PIECES, FEWEST_PIECES, LAST, MOST_PIECES, PIECES, STRUCTURE_SAMPLES, TRIAL, WORSE_PIECES,
 };
 use super::loss::Loss;
 use super::monitor::{Monitor, Stage};
@@ -156,24 +156,18 @@ impl<'a, 'm> Search<'a, 'm> {
     }
 
     /// The change of a linear block that lowers Schwarz's criterion most, over and over.
-    pub fn restructured(&mut self, mut best: Candidate, data: &Signals) -> Candidate {
-        for _ in 0..ROUNDS {
-            let mut next: Option<Candidate> = None;
+    pub fn restructured(&mut self, best: Candidate, data: &Signals) -> Candidate {
+        let score = |c: &Candidate| c.bic(data);
+        greedy(best, score, |best| {
+            let mut changed = Vec::new();
             for system in neighbours(&best.system, self.free) {
                 if self.monitor.stopped().is_some() {
-                    return best;
+                    return Vec::new();
                 }
-                let c = self.listed(Candidate::new(system, data), data, TRIAL);
-                if next.as_ref().is_none_or(|n| c.better(n, data)) {
-                    next = Some(c);
-                }
+                changed.push(self.listed(Candidate::new(system, data), data, TRIAL));
             }
-            match next.filter(|n| n.better(&best, data)) {
-                Some(n) => best = n,
-                None => break,
-            }
-        }
-        best
+            changed
+        })
     }
 
     /// With the nonlinearity acting between the samples too, if that lowers Schwarz's criterion.

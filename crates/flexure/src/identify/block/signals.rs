@@ -137,6 +137,15 @@ impl Signals {
     }
 }
 
+/// A signal at zero mean and unit variance; all zero where it does not vary.
+pub(in crate::identify) fn standardised(v: &[f64]) -> Vec<f64> {
+    let scale = Scale::new(v);
+    match scale.spread > 0.0 && scale.spread.is_finite() {
+        true => scale.standardised(v),
+        false => vec![0.0; v.len()],
+    }
+}
+
 /// A signal `lag` samples later, times `sign`; zero before its start.
 pub(in crate::identify) fn delayed(of: &[f64], lag: usize, sign: f64) -> Vec<f64> {
     let rest = of.len() - lag.min(of.len());

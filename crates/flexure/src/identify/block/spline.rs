@@ -37,6 +37,13 @@ pub(in crate::identify) struct Local {
     pub slopes: [f64; 4],
 }
 
+/// A curve's value and slope at a point.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::identify) struct Tangent {
+    pub value: f64,
+    pub slope: f64,
+}
+
 impl KinkedSpline {
     /// The spline with these breakpoints, at least two, strictly increasing; all coefficients zero.
     pub fn new(breakpoints: &[f64]) -> KinkedSpline {
@@ -135,23 +142,28 @@ impl KinkedSpline {
         }
     }
 
-    /// Value and slope of the spline from the B-splines at a point.
-    fn combine(&self, local: &Local) -> (f64, f64) {
+    /// The spline without kinks from the B-splines at a point.
+    fn combine(&self, local: &Local) -> Tangent {
         let c = &self.c[local.first..local.first + 4];
         let dot = |v: &[f64; 4]| c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
-        (dot(&local.values), dot(&local.slopes))
+        Tangent {
+            value: dot(&local.values),
+            slope: dot(&local.slopes),
+        }
     }
 
     pub fn value(&self, x: f64) -> f64 {
-        self.value_and_slope(x, &self.local(x)).0
+        self.tangent(x, &self.local(x)).value
     }
 
     /// Value and slope at `x` from the B-splines there.
-    pub fn value_and_slope(&self, x: f64, local: &Local) -> (f64, f64) {
-        let before = self.kinks.iter().filter(|k| x > k.at);
-        before.fold(self.combine(local), |(value, slope), k| {
-            (value + k.bend * (x - k.at), slope + k.bend)
-        })
+    pub fn tangent(&self, x: f64, local: &Local) -> Tangent {
+        let mut tangent = self.combine(local);
+        for kink in self.kinks.iter().filter(|k| x > k.at) {
+            tangent.value += kink.bend * (x - kink.at);
+            tangent.slope += kink.bend;
+        }
+        tangent
     }
 
     /// The number of parameters.
@@ -353,12 +365,12 @@ mod tests {
         for x in [-1.5, -0.999, -0.5, -0.1, 0.05, 1.0, 1.999, 3.0] {
             let local = spline.local(x);
             assert!((local.values.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{x}");
-            let (_, slope) = spline.combine(&local);
+            let slope = spline.combine(&local).slope;
             let more = kinked.value(x) - spline.value(x);
             let by_hand: f64 = bends.iter().map(|(at, bend)| bend * (x - at).max(0.0)).sum();
             let steeper: f64 = bends.iter().map(|(at, bend)| if x > *at { *bend } else { 0.0 }).sum();
             assert!((more - by_hand).abs() < 1e-12, "{x}");
-            let (_, whole) = kinked.value_and_slope(x, &local);
+            let whole = kinked.tangent(x, &local).slope;
             assert!((whole - slope - steeper).abs() < 1e-12, "{x}");
             let difference = (spline.value(x + 1e-6) - spline.value(x - 1e-6)) / 2e-6;
             assert!((slope - difference).abs() < 1e-6, "{x}: {slope} {difference}");

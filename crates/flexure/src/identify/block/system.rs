@@ -42,6 +42,12 @@ pub(in crate::identify) struct Between {
     pub back: Vec<f64>,
 }
 
+/// The numerators of front and back for one instant in every sampling interval.
+pub(in crate::identify) struct Numerators<'a> {
+    pub front: &'a [f64],
+    pub back: &'a [f64],
+}
+
 impl Branch {
     /// The branch of the first input with these blocks, without a delay.
     pub fn new(front: Rational, spline: KinkedSpline, back: Rational) -> Branch {
@@ -73,7 +79,7 @@ impl Branch {
     pub fn run(&self, u: &[Vec<f64>]) -> Vec<f64> {
         let all_pole = self.front.all_pole(&self.delayed(u));
         let mut sum = vec![self.offset; all_pole.len()];
-        for (front, back) in self.instants() {
+        for Numerators { front, back } in self.instants() {
             let w = convolved(front, &all_pole);
             let z: Vec<f64> = w.iter().map(|w| self.spline.value(*w)).collect();
             add(&mut sum, &convolved(back, &self.back.all_pole(&z)));
@@ -84,13 +90,20 @@ impl Branch {
     /// The intermediate signals, one for every instant in a sampling interval.
     pub fn intermediate(&self, u: &[Vec<f64>]) -> impl Iterator<Item = Vec<f64>> {
         let all_pole = self.front.all_pole(&self.delayed(u));
-        self.instants().map(move |(front, _)| convolved(front, &all_pole))
+        self.instants().map(move |instant| convolved(instant.front, &all_pole))
     }
 
     /// The numerators of front and back for every instant in a sampling interval.
-    pub fn instants(&self) -> impl Iterator<Item = (&[f64], &[f64])> {
-        let between = self.between.iter().map(|b| (&*b.front, &*b.back));
-        std::iter::once((&*self.front.b, &*self.back.b)).chain(between)
+    pub fn instants(&self) -> impl Iterator<Item = Numerators<'_>> {
+        let between = self.between.iter().map(|b| Numerators {
+            front: &b.front,
+            back: &b.back,
+        });
+        let at_samples = Numerators {
+            front: &self.front.b,
+            back: &self.back.b,
+        };
+        std::iter::once(at_samples).chain(between)
     }
 
     /// The back for a signal that is the same at all instants.

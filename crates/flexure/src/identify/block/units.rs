@@ -78,25 +78,29 @@ impl Blocks {
             output, data, delay, ..
         } = prepared;
         let input = prepared.inputs[s.input];
-        let (front_gain, _) = conventional_gain(&s.front, *delay)?;
-        let (back_gain, back_static) = conventional_gain(&s.whole_back(), 0)?;
-        let over = |b: &[f64], g: &Rational, gain: f64| g.with_numerator(b.iter().map(|b| b / gain).collect());
+        let front_gain = Gain::conventional(&s.front, *delay)?;
+        let back_gain = Gain::conventional(&s.whole_back(), 0)?;
         // The scaled front's output is (gain / spread) times the new one's, less what the input's mean contributes.
-        let abscissa = |x: f64, front: &Rational| x * input.spread / front_gain + front.static_gain() * input.mean;
+        let abscissa =
+            |x: f64, front: &Rational| x * input.spread / front_gain.value + front.static_gain() * input.mean;
         let offset = output.mean + output.spread * s.offset;
-        let (level, offset) = if back_static { (offset, 0.0) } else { (0.0, offset) };
-        let ordinate = |x: f64| level + output.spread * back_gain * s.spline.value(x);
+        let (level, offset) = if back_gain.is_static {
+            (offset, 0.0)
+        } else {
+            (0.0, offset)
+        };
+        let ordinate = |x: f64| level + output.spread * back_gain.value * s.spline.value(x);
         let entering: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
         let range = s.spline.range_with(&entering);
         let inner = abscissas(&s.spline, range);
         let curve = |front: &Rational| table(inner.iter().copied(), |x| abscissa(x, front), ordinate);
-        let front = over(&s.front.b, &s.front, front_gain);
+        let front = front_gain.divided(&s.front.b, &s.front);
         let [breakpoints, kinks] =
             [s.spline.breakpoints(), &s.spline.kinks_within(range)].map(|at| mapped(at, |x| abscissa(x, &front)));
         let between_samples = (s.between.as_ref())
             .map(|between| {
-                let front = over(&between.front, &s.front, front_gain);
-                let back = over(&between.back, &s.back, back_gain);
+                let front = front_gain.divided(&between.front, &s.front);
+                let back = back_gain.divided(&between.back, &s.back);
                 Ok::<_, Error>([
                     LinearBlock::of(front.transfer_function(*delay)?),
                     StaticBlock::spline(curve(&front)?, Vec::new(), Vec::new()),
@@ -107,7 +111,7 @@ impl Blocks {
         Ok(Blocks {
             nonlinearity: StaticBlock::spline(curve(&front)?, breakpoints, kinks),
             front: front.transfer_function(*delay)?,
-            back: over(&s.back.b, &s.back, back_gain).transfer_function(0)?,
+            back: back_gain.divided(&s.back.b, &s.back).transfer_function(0)?,
             between_samples,
             offset,
         })
@@ -139,31 +143,57 @@ impl Blocks {
     }
 }
 
-/// What a block is divided by, and whether that is its static gain; 1 for a block that passes nothing.
-pub(in crate::identify) fn conventional_gain(g: &Rational, delay: usize) -> Result<(f64, bool)> {
-    let system = g.transfer_function(delay)?;
-    let step = std::f64::consts::PI / (FREQUENCIES - 1) as f64;
-    let gains = (0..FREQUENCIES).map(|i| system.frequency_response(i as f64 * step).norm());
-    let peak = gains.fold(0.0, f64::max);
-    let fixed = g.static_gain();
-    if fixed.is_finite() && fixed.abs() >= NO_STATIC_GAIN * peak && fixed != 0.0 {
-        return Ok((fixed, true));
-    }
-    // The sign of the impulse response where it is largest.
-    let response = system.impulse_response(g.settling(0.01).min(10_000));
-    let largest = response
-        .iter()
-        .fold(0.0_f64, |m, v| if v.abs() > m.abs() { *v } else { m });
-    let usable = peak.is_finite() && peak > 0.0;
-    Ok((if usable { peak.copysign(largest) } else { 1.0 }, false))
+/// What a linear block is divided by in the conventional scale.
+struct Gain {
+    value: f64,
+    is_static: bool,
 }
 
-/// A branch's linear part in the conventional scale, and what it was divided by.
-pub(in crate::identify) fn normalised(branch: &Branch) -> Result<(TransferFunction, f64)> {
-    let (gain, _) = conventional_gain(&branch.back, branch.delay)?;
-    let mut linear = branch.back.clone();
-    linear.b.iter_mut().for_each(|b| *b /= gain);
-    Ok((linear.transfer_function(branch.delay)?, gain))
+impl Gain {
+    /// The static gain, or the peak gain where that is hardly any; 1 for a block that passes nothing.
+    fn conventional(g: &Rational, delay: usize) -> Result<Gain> {
+        let system = g.transfer_function(delay)?;
+        let step = std::f64::consts::PI / (FREQUENCIES - 1) as f64;
+        let gains = (0..FREQUENCIES).map(|i| system.frequency_response(i as f64 * step).norm());
+        let peak = gains.fold(0.0, f64::max);
+        let fixed = g.static_gain();
+        if fixed.is_finite() && fixed.abs() >= NO_STATIC_GAIN * peak && fixed != 0.0 {
+            return Ok(Gain {
+                value: fixed,
+                is_static: true,
+            });
+        }
+        // The sign of the impulse response where it is largest.
+        let response = system.impulse_response(g.settling(0.01).min(10_000));
+        let largest = (response.iter()).fold(0.0_f64, |m, v| if v.abs() > m.abs() { *v } else { m });
+        let usable = peak.is_finite() && peak > 0.0;
+        Ok(Gain {
+            value: if usable { peak.copysign(largest) } else { 1.0 },
+            is_static: false,
+        })
+    }
+
+    /// The numerator divided by the gain over the poles of a system.
+    fn divided(&self, b: &[f64], g: &Rational) -> Rational {
+        g.with_numerator(b.iter().map(|b| b / self.value).collect())
+    }
+}
+
+/// A linear block in the conventional scale, and what it was divided by.
+pub(in crate::identify) struct Normalised {
+    pub linear: TransferFunction,
+    pub gain: f64,
+}
+
+impl Normalised {
+    /// The block after a delay.
+    pub fn new(g: &Rational, delay: usize) -> Result<Normalised> {
+        let gain = Gain::conventional(g, delay)?;
+        Ok(Normalised {
+            linear: gain.divided(&g.b, g).transfer_function(delay)?,
+            gain: gain.value,
+        })
+    }
 }
 
 /// A nonlinearity as a table over what enters it; at its levels alone where these are few, as nothing is known of it elsewhere. Both

@@ -1,7 +1,7 @@
 //! What the inputs pass, block by block.
 
-use crate::model::{NarxModel, VolterraModel};
 use crate::linear::TransferFunction;
+use crate::model::{NarxModel, VolterraModel};
 use crate::nonlinearity::{Curve, Surface};
 use crate::text::{counted, number};
 

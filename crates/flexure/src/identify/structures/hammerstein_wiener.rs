@@ -22,7 +22,7 @@
 //! no such line, V has the input's mean and standard deviation.
 
 use super::super::block::{
-    KinkedSpline, Monitor, Prepared, Stage, System, Tried, hammerstein_branches, normalised, tabulated,
+    KinkedSpline, Monitor, Normalised, Prepared, System, Tried, hammerstein_branches, tabulated,
 };
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
@@ -65,8 +65,7 @@ pub const ROW: Structure = Structure {
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let samples = request.samples("a Hammerstein-Wiener fit (besides the fresh part)")?;
     let prepared = samples.prepared();
-    let report = &mut |stage: Stage| progress(stage.name());
-    let mut monitor = Monitor::new(report);
+    let mut monitor = Monitor::new(progress);
     let found = hammerstein_branches::find(&prepared.data, true, &mut monitor);
     monitor.finished()?;
     let found = found.unwrap_or_else(|| hammerstein_branches::without_start(true));
@@ -84,7 +83,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 /// The blocks in the record's units and the conventional scale.
 fn blocks(system: &System, prepared: &Prepared) -> Result<Vec<NamedBlock>> {
     let (branch, data, scale) = (&system.branches[0], &prepared.data, prepared.inputs[0]);
-    let (linear, gain) = normalised(branch)?;
+    let Normalised { linear, gain } = Normalised::new(&branch.back, branch.delay)?;
     // V = slope v + level for the branch's own v.
     let line = Line::conventional(&branch.spline, &data.u[0]);
     let (slope, level) = (line.slope * scale.spread, scale.back(line.level));

@@ -42,8 +42,7 @@ pub const ROW: Structure = Structure {
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let samples = request.samples("a linear fit (besides the fresh part)")?;
-    let report = &mut |stage: Stage| progress(stage.name());
-    let mut monitor = Monitor::new(report);
+    let mut monitor = Monitor::new(progress);
     let prepared = request.prepared(&samples, &mut monitor);
     monitor.stage = Stage::Structure;
     let system = match prepared.best() {

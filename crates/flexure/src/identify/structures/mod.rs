@@ -5,6 +5,8 @@ mod hammerstein_wiener;
 mod linear;
 mod multiple_inputs;
 mod parallel;
+#[cfg(test)]
+mod tests;
 mod wiener;
 mod wiener_hammerstein;
 

@@ -10,7 +10,7 @@
 //! and every nonlinearity zero mean over the fit's inputs; the offset has the rest.
 
 use super::super::block::{
-    Monitor, Prepared, SearchResult, Stage, System, Tried, hammerstein_branches, normalised, tabulated,
+    Monitor, Normalised, Prepared, SearchResult, System, Tried, hammerstein_branches, tabulated,
 };
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
@@ -59,8 +59,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     }
     let samples = request.samples_of_inputs(what)?;
     let prepared = samples.prepared();
-    let report = &mut |stage: Stage| progress(stage.name());
-    let mut monitor = Monitor::new(report);
+    let mut monitor = Monitor::new(progress);
     let found = hammerstein_branches::find(&prepared.data, false, &mut monitor);
     monitor.finished()?;
     let SearchResult { system, tried } = found.unwrap_or_else(|| hammerstein_branches::without_start(false));
@@ -91,7 +90,7 @@ fn in_units(system: &System, prepared: &Prepared, names: &[&str]) -> Result<Bran
     let mut offset = prepared.output.back(system.offset());
     let mut paths = Vec::new();
     for (i, branch) in system.branches.iter().enumerate() {
-        let (linear, gain) = normalised(branch)?;
+        let Normalised { linear, gain } = Normalised::new(&branch.back, branch.delay)?;
         let level = mean(&data.u[i].iter().map(|u| branch.spline.value(*u)).collect::<Vec<_>>());
         let scale = prepared.output.spread * gain;
         let abscissa = |u: f64| prepared.inputs[i].back(u);

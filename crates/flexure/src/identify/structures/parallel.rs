@@ -23,7 +23,7 @@
 //! straight part of a nonlinearity. Branches are comparable with physical ones only where the signals that enter their
 //! nonlinearities differ.
 
-use super::super::block::{Blocks, Monitor, Prepared, Stage, System, Tried, delays, find_sum};
+use super::super::block::{Blocks, Monitor, Prepared, System, Tried, delays, find_sum};
 use super::super::samples::Samples;
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
@@ -93,8 +93,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         }
     };
     let samples = request.samples("a fit of branches in parallel (besides the fresh part)")?;
-    let report = &mut |stage: Stage| progress(stage.name());
-    let mut monitor = Monitor::new(report);
+    let mut monitor = Monitor::new(progress);
     let prepared = samples.prepared().approximated(delay(&samples), &mut monitor);
     let found = find_sum(&prepared, counts, &mut monitor);
     monitor.finished()?;

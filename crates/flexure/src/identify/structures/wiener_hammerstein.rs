@@ -21,7 +21,7 @@
 //! Only the product of the blocks' gains and the sum of their delays are determined: both linear blocks are returned with
 //! unit static gain (or unit peak gain, where the static gain is less than a tenth of that).
 
-use super::super::block::{Blocks, FreeParts, Monitor, Stage, Tried, search, splits, without_start};
+use super::super::block::{Blocks, FreeParts, Monitor, Tried, search, splits, without_start};
 use super::super::outcome::Warning;
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
@@ -63,8 +63,7 @@ pub const ROW: Structure = Structure {
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let samples = request.samples("a Wiener-Hammerstein fit (besides the fresh part)")?;
-    let report = &mut |stage: Stage| progress(stage.name());
-    let monitor = &mut Monitor::new(report);
+    let monitor = &mut Monitor::new(progress);
     let prepared = request.prepared(&samples, monitor);
     let starts = splits(prepared, monitor);
     let found = search(starts, FreeParts::WIENER_HAMMERSTEIN, &prepared.data, monitor);

@@ -1,15 +1,11 @@
 //! The identification as a whole.
 
-use crate::error::DataError;
-use std::ops::ControlFlow;
-
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::*;
-use crate::Error;
-use crate::identify::{Options, WIENER_HAMMERSTEIN};
+use crate::identify::WIENER_HAMMERSTEIN;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::variance;
 use crate::model::Block;
@@ -156,100 +152,6 @@ fn a_back_without_static_gain_keeps_the_offset_apart() {
     let result = identify(&record(&system, gaussian(2500, 5), 0.005));
     assert!(result.verdict.measures.fit_percent > 98.0, "{}", result.verdict.words());
     assert!((result.output_offset - 7.0).abs() < 0.05, "{}", result.output_offset);
-}
-
-#[test]
-fn hopeless_records_give_stable_models_and_a_verdict() {
-    let mut rng = Pcg64::seed_from_u64(6);
-    let n = 400;
-    let noise = gaussian(n, 7);
-    let levels: Vec<f64> = (0..n).map(|_| f64::from(rng.random_range(0..2_u8))).collect();
-    let square: Vec<f64> = noise.iter().map(|v| v * v).collect();
-    let mut spike = vec![0.0; n];
-    (spike[50], spike[350]) = (1.0, 1.0);
-    let ramp: Vec<f64> = (0..n).map(|i| i as f64).collect();
-    let growing: Vec<f64> = (0..n).map(|i| (0.05 * i as f64).exp()).collect();
-    let sine: Vec<f64> = (0..n).map(|i| (0.1 * i as f64).sin()).collect();
-    let cases = [
-        (&levels, &noise),
-        (&noise, &levels),
-        (&noise, &square),
-        (&spike, &noise),
-        (&spike, &spike),
-        (&ramp, &noise),
-        (&ramp, &growing),
-        (&sine, &sine),
-        (&noise, &ramp),
-        (&growing, &noise),
-    ];
-    for (i, (u, y)) in cases.into_iter().enumerate() {
-        let record = Record::new([("u", u.clone()), ("y", y.clone())]).unwrap();
-        let result = identify(&record);
-        assert!(
-            result.linear("front").unwrap().is_stable() && result.linear("back").unwrap().is_stable(),
-            "{i}"
-        );
-        assert!(result.predicted.iter().all(|v| v.is_finite()), "{i}");
-    }
-    let even = identify(&Record::new([("u", noise), ("y", square)]).unwrap());
-    let weak = |w: &Warning| matches!(w, Warning::WeakLinearApproximation { .. });
-    assert!(even.warnings.iter().any(weak), "{:?}", even.warnings);
-}
-
-#[test]
-fn it_can_be_stopped_at_every_stage() {
-    let record = record(&limiter(), gaussian(600, 8), 0.01);
-    let all = [
-        (Stage::Approximation, "approximating"),
-        (Stage::Split, "splitting"),
-        (Stage::Screening, "screening"),
-        (Stage::Structure, "choosing"),
-        (Stage::Refinement, "refining"),
-    ];
-    for (stage, words) in all {
-        let stop = &mut |now: &str| {
-            if now == stage.name() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        };
-        let error = WIENER_HAMMERSTEIN
-            .identify_with(&Request::new(&[&record], &["u"], "y", Options::default()), stop)
-            .unwrap_err();
-        assert!(error.to_string().contains(words), "{error}");
-    }
-}
-
-#[test]
-fn what_cannot_be_identified_is_refused() {
-    let of = |n: usize| Record::new([("u", gaussian(n, 9)), ("y", gaussian(n, 10))]).unwrap();
-    let record = of(1000);
-    let options = Options::with_fresh_share(1.0);
-    let error = WIENER_HAMMERSTEIN
-        .identify_with(&Request::new(&[&record], &["u"], "y", options), &mut |_| {
-            ControlFlow::Continue(())
-        })
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("fresh share"), "{error}");
-    let error = WIENER_HAMMERSTEIN.identify(&of(250), &["u"], "y").unwrap_err();
-    assert!(
-        matches!(
-            error,
-            Error::Data(DataError::TooShort {
-                need: 200,
-                got: 187,
-                ..
-            })
-        ),
-        "{error}"
-    );
-    let flat = Record::new([("u", gaussian(400, 9)), ("y", vec![1.0; 400])]).unwrap();
-    assert!(matches!(
-        WIENER_HAMMERSTEIN.identify(&flat, &["u"], "y"),
-        Err(Error::Data(DataError::Constant { .. }))
-    ));
 }
 
 /// A limiter in continuous time, sampled: between the samples it does something that a discrete cascade cannot.

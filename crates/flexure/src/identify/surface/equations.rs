@@ -3,7 +3,7 @@
 use super::super::block::{Rational, Signals, normal_equations};
 use super::fit::Fit;
 use crate::linalg;
-use crate::linear::levenberg_marquardt::NormalEquations;
+use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
 use crate::nonlinearity::{SurfaceAxis, products};
 
 /// Samples whose columns are in memory at a time.
@@ -34,8 +34,8 @@ pub(super) fn equations(fit: &Fit, data: &Signals, free: bool) -> NormalEquation
         let first = start.saturating_sub(warm);
         let u = data.u.iter().map(|u| u[first..end].to_vec()).collect();
         let part = Signals::new(u, data.y[first..end].to_vec(), start - first);
-        let (residuals, columns) = linearised(fit, &part, free);
-        let next = normal_equations(&residuals, &columns, part.from);
+        let Linearisation { residuals, jacobian } = linearised(fit, &part, free);
+        let next = normal_equations(&residuals, &jacobian, part.from);
         sum = Some(match sum {
             None => next,
             Some(mut sum) => {
@@ -62,7 +62,7 @@ pub(super) fn free_parameters(linear: &Rational) -> Vec<usize> {
 }
 
 /// The output error and its derivatives.
-fn linearised(fit: &Fit, data: &Signals, free: bool) -> (Vec<f64>, Vec<Vec<f64>>) {
+fn linearised(fit: &Fit, data: &Signals, free: bool) -> Linearisation {
     let axes = fit.surface.axes();
     let samples = data.y.len();
     let mut columns = vec![vec![0.0; samples]; fit.surface.coefficients().len()];
@@ -86,7 +86,10 @@ fn linearised(fit: &Fit, data: &Signals, free: bool) -> (Vec<f64>, Vec<Vec<f64>>
     }
     columns.push(vec![1.0; samples]);
     let errors = output.iter().zip(&data.y).map(|(p, y)| p + fit.offset - y);
-    (errors.collect(), columns)
+    Linearisation {
+        residuals: errors.collect(),
+        jacobian: columns,
+    }
 }
 
 /// Second differences along every axis: the penalties' matrices and what their pseudo-determinant needs.

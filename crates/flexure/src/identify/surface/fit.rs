@@ -1,9 +1,9 @@
 //! From the starts to the system: the linear part's structure, the surface's pieces, and the last fit on all samples.
 
-use super::super::block::{Monitor, Prepared, Rational, Signals, Stage, delayed, restructured};
+use super::super::block::{Monitor, Prepared, Rational, Signals, Stage, delayed, restructured, standardised};
+use super::TriedSurface;
 use super::equations::{Penalty, equations, free_parameters, likeliest, penalised};
 use super::start::starts;
-use super::{TriedSurface, standardised};
 use crate::nonlinearity::{Surface, SurfaceAxis};
 
 /// Samples that structure and pieces are chosen on.

@@ -24,7 +24,7 @@ mod start;
 #[cfg(test)]
 mod tests;
 
-use super::block::{Monitor, Prepared, Scale, Stage, conventional_gain};
+use super::block::{Monitor, Normalised, Prepared};
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{
@@ -97,8 +97,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     }
     let samples = request.samples_of_inputs("a fit with a joint nonlinearity (besides the fresh part)")?;
     let prepared = samples.prepared();
-    let report = &mut |stage: Stage| progress(stage.name());
-    let mut monitor = Monitor::new(report);
+    let mut monitor = Monitor::new(progress);
     let found = fit::find(&prepared.data, &mut monitor);
     monitor.finished()?;
     let SurfaceSearch { fit, tried } = found.unwrap_or_else(|| SurfaceSearch {
@@ -178,11 +177,7 @@ struct InUnits {
 
 impl InUnits {
     fn new(fit: &Fit, prepared: &Prepared) -> Result<InUnits> {
-        let (gain, _) = conventional_gain(&fit.linear, fit.delay)?;
-        let linear = fit
-            .linear
-            .with_numerator(fit.linear.b.iter().map(|b| b / gain).collect());
-        let linear = linear.transfer_function(fit.delay)?;
+        let Normalised { linear, gain } = Normalised::new(&fit.linear, fit.delay)?;
         let level = mean(&fit.inner(&prepared.data));
         let scale = prepared.output.spread * gain;
         let axes = fit.surface.axes().iter().zip(&prepared.inputs);
@@ -200,15 +195,4 @@ impl InUnits {
             offset: prepared.output.back(fit.offset) + through,
         })
     }
-}
-
-/// A signal at zero mean and unit variance; all zero where it does not vary.
-fn standardised(v: &[f64]) -> Vec<f64> {
-    let Scale { mean, spread } = Scale::new(v);
-    let scale = if spread > 0.0 && spread.is_finite() {
-        1.0 / spread
-    } else {
-        0.0
-    };
-    v.iter().map(|x| scale * (x - mean)).collect()
 }

@@ -1,7 +1,8 @@
 //! What the surface makes of the inputs, roughly: where the search starts.
 
-use super::super::block::{EquationError, Judged, Monitor, Signals, delayed, dominant_products, least_lag};
-use super::standardised;
+use super::super::block::{
+    EquationError, Judged, Monitor, Signals, delayed, dominant_products, least_lag, standardised,
+};
 use crate::linear::correlation::mean;
 use crate::nonlinearity::{Degree, Estimator, KernelEstimator, Outside, Regression};
 
@@ -23,15 +24,15 @@ pub(super) fn starts(data: &Signals, monitor: &mut Monitor<'_>) -> Vec<Vec<f64>>
     let small = data.head(SAMPLES);
     let features = polynomials(data);
     let short: Vec<Vec<f64>> = features.iter().map(|f| f[..small.y.len()].to_vec()).collect();
-    let (first, strongest) = lags(&small, &short);
+    let lags = lags(&small, &short);
     let mut all = Vec::new();
     if monitor.keep_on()
-        && let Some(c) = by_polynomials(&small, &short, first)
+        && let Some(c) = by_polynomials(&small, &short, lags.together)
     {
         all.push(combined(&features, &c));
     }
     if monitor.keep_on() {
-        all.extend(by_kernel(data, &small, strongest));
+        all.extend(by_kernel(data, &small, lags.alone));
     }
     all.iter().map(|v| standardised(v)).collect()
 }
@@ -72,9 +73,15 @@ fn combined(columns: &[Vec<f64>], c: &[f64]) -> Vec<f64> {
     sum
 }
 
-/// The lag from which on the features explain the output best together with the next ones and the last outputs, and the single lag
-/// at which they explain it best.
-fn lags(data: &Signals, features: &[Vec<f64>]) -> (usize, usize) {
+/// The lags at which features explain the output best.
+struct Lags {
+    /// The first of several lags, together with the last outputs.
+    together: usize,
+    /// A single lag.
+    alone: usize,
+}
+
+fn lags(data: &Signals, features: &[Vec<f64>]) -> Lags {
     let data = data.head(SEARCH_SAMPLES);
     let n = data.y.len();
     let at = |lag: usize| features.iter().map(move |f| delayed(&f[..n], lag, 1.0));
@@ -84,7 +91,7 @@ fn lags(data: &Signals, features: &[Vec<f64>]) -> (usize, usize) {
         lagged.chain(always.iter().cloned()).collect()
     });
     let alone = least_lag(&data, |lag| at(lag).chain([always[0].clone()]).collect());
-    (together, alone)
+    Lags { together, alone }
 }
 
 /// The polynomials' coefficients from the best common denominator of several orders.

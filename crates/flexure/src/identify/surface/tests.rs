@@ -6,7 +6,7 @@ use super::fit::{Fit, refined};
 use super::*;
 use crate::identify::MULTIPLE_INPUTS;
 use crate::identify::Verdict;
-use crate::identify::block::Rational;
+use crate::identify::block::{Rational, standardised};
 use crate::identify::samples::Samples;
 use crate::linear::correlation::variance;
 use crate::record::Record;
@@ -70,7 +70,13 @@ fn oracle(record: &Record, pieces: usize) -> Surface {
     let g = linear();
     let known = Rational::from_polynomials(g.b().to_vec(), g.a()).unwrap();
     let fit = Fit::flat(data, known, 0, pieces).unwrap();
-    let fit = refined(fit, data, 0, &mut Monitor::new(&mut |_| ControlFlow::Continue(()))).unwrap();
+    let fit = refined(
+        fit,
+        data,
+        0,
+        &mut Monitor::new(&mut |_: &str| ControlFlow::Continue(())),
+    )
+    .unwrap();
     InUnits::new(&fit, &prepared).unwrap().surface
 }
 

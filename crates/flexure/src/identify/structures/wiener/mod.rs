@@ -25,12 +25,12 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
-use super::super::block::{Blocks, FreeParts, Monitor, Stage, Tried, search, without_start};
+use super::super::block::{Blocks, FreeParts, Monitor, Tried, search, without_start};
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Identification, LinearBlock, NamedBlock, StructureName};
 use crate::identify::run::{Run, path, start_details};
-use starts::{delay_of_any_dependence, starts};
+use starts::{WienerStarts, delay_of_any_dependence, starts};
 
 /// What the search for a Wiener system started from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,8 +73,7 @@ pub const ROW: Structure = Structure {
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let samples = request.samples("a Wiener fit (besides the fresh part)")?;
-    let report = &mut |stage: Stage| progress(stage.name());
-    let monitor = &mut Monitor::new(report);
+    let monitor = &mut Monitor::new(progress);
     let linear = request.prepared(&samples, monitor);
     let mut again = None;
     if linear.is_weak() {
@@ -82,12 +81,12 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         again = Some(samples.prepared().delayed_by(delay_of_any_dependence(u, y)));
     }
     let prepared = again.as_ref().unwrap_or(linear);
-    let (candidates, start) = starts(prepared, monitor);
+    let WienerStarts { candidates, from } = starts(prepared, monitor);
     let found = search(candidates, FreeParts::WIENER, &prepared.data, monitor);
     monitor.finished()?;
     let found = found.unwrap_or_else(|| without_start(&prepared.data));
     let blocks = Blocks::new(&found.system.branches[0], prepared)?;
-    let start = match start {
+    let start = match from {
         WienerStart::LinearApproximation => "those of the best linear approximation",
         WienerStart::HigherMoments => {
             "those of an impulse response from higher moments of input and output, which did better than linear approximations"

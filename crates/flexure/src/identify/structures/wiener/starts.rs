@@ -32,8 +32,15 @@ pub(super) fn delay_of_any_dependence(u: &[f64], y: &[f64]) -> usize {
     first.unwrap_or(0).saturating_sub(DELAY_SLACK)
 }
 
+/// What a search starts from.
+pub(super) struct WienerStarts {
+    pub candidates: Vec<Candidate>,
+    /// What the best of them before any refinement came from.
+    pub from: WienerStart,
+}
+
 /// Candidates, and what the best of them before any refinement came from.
-pub(super) fn starts(prepared: &Prepared, monitor: &mut Monitor<'_>) -> (Vec<Candidate>, WienerStart) {
+pub(super) fn starts(prepared: &Prepared, monitor: &mut Monitor<'_>) -> WienerStarts {
     monitor.stage = Stage::Correlation;
     let few = prepared.data.head(START_SAMPLES);
     let linear = prepared.starting().into_iter();
@@ -44,9 +51,15 @@ pub(super) fn starts(prepared: &Prepared, monitor: &mut Monitor<'_>) -> (Vec<Can
     match from_moments(&prepared.data, &few, monitor) {
         Some(response) if response.squares < least => {
             candidates.extend(rational(response, &few, monitor));
-            (candidates, WienerStart::HigherMoments)
+            WienerStarts {
+                candidates,
+                from: WienerStart::HigherMoments,
+            }
         }
-        _ => (candidates, WienerStart::LinearApproximation),
+        _ => WienerStarts {
+            candidates,
+            from: WienerStart::LinearApproximation,
+        },
     }
 }
 

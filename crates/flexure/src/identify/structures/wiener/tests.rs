@@ -1,17 +1,14 @@
 //! The identification as a whole.
 
-use crate::error::DataError;
 use crate::linear::TransferFunction;
-use std::ops::ControlFlow;
 
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::*;
-use crate::Error;
+use crate::identify::WIENER;
 use crate::identify::result::Value;
-use crate::identify::{Options, WIENER};
 use crate::linear::correlation::{mean, variance};
 use crate::model::Block;
 use crate::record::Record;
@@ -189,93 +186,4 @@ fn a_long_delay_is_found_under_an_even_nonlinearity() {
         .fit_percent;
     assert!(fit > 99.0, "{fit}");
     assert!(distance(&known.linear, result.linear("linear").unwrap()) < 0.01);
-}
-
-#[test]
-fn hopeless_records_give_stable_models_and_a_verdict() {
-    let n = 400;
-    let noise = gaussian(n, 7);
-    let levels: Vec<f64> = noise.iter().map(|v| f64::from(u8::from(*v > 0.0))).collect();
-    let ramp: Vec<f64> = (0..n).map(|i| i as f64).collect();
-    let growing: Vec<f64> = ramp.iter().map(|i| (0.05 * i).exp()).collect();
-    let sine: Vec<f64> = ramp.iter().map(|i| (0.1 * i).sin()).collect();
-    let mut spike = vec![0.0; n];
-    (spike[50], spike[350]) = (1.0, 1.0);
-    let other = gaussian(n, 8);
-    let cases = [
-        (&levels, &noise),
-        (&noise, &levels),
-        (&noise, &other),
-        (&spike, &noise),
-        (&ramp, &growing),
-        (&sine, &sine),
-        (&growing, &noise),
-    ];
-    for (i, (u, y)) in cases.into_iter().enumerate() {
-        let result = identify(&Record::new([("u", u.clone()), ("y", y.clone())]).unwrap());
-        assert!(result.linear("linear").unwrap().is_stable(), "{i}");
-        assert!(result.predicted.iter().all(|v| v.is_finite()), "{i}");
-    }
-}
-
-#[test]
-fn it_can_be_stopped_at_every_stage() {
-    let known = Known::new(&[0.4, 0.1], &[1.0, -1.1, 0.5], |x| x * x);
-    let (_, record) = known.record(&gaussian(600, 8), 0.01);
-    let all = [
-        (Stage::Approximation, "approximating"),
-        (Stage::Correlation, "correlating"),
-        (Stage::Screening, "screening"),
-        (Stage::Structure, "choosing"),
-        (Stage::Refinement, "refining"),
-    ];
-    for (stage, words) in all {
-        let stop = &mut |now: &str| {
-            if now == stage.name() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        };
-        let error = WIENER
-            .identify_with(&Request::new(&[&record], &["u"], "y", Options::default()), stop)
-            .unwrap_err();
-        assert!(error.to_string().contains(words), "{error}");
-    }
-}
-
-#[test]
-fn what_cannot_be_identified_is_refused() {
-    let of = |n: usize| Record::new([("u", gaussian(n, 9)), ("y", gaussian(n, 10))]).unwrap();
-    let record = of(1000);
-    let options = Options::with_fresh_share(0.01);
-    let error = WIENER
-        .identify_with(&Request::new(&[&record], &["u"], "y", options), &mut |_| {
-            ControlFlow::Continue(())
-        })
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("fresh share"), "{error}");
-    let error = WIENER.identify(&of(250), &["u"], "y").unwrap_err();
-    assert!(
-        matches!(
-            error,
-            Error::Data(DataError::TooShort {
-                need: 200,
-                got: 187,
-                ..
-            })
-        ),
-        "{error}"
-    );
-    assert!(error.to_string().contains("Wiener fit"), "{error}");
-    let flat = Record::new([("u", gaussian(400, 9)), ("y", vec![1.0; 400])]).unwrap();
-    assert!(matches!(
-        WIENER.identify(&flat, &["u"], "y"),
-        Err(Error::Data(DataError::Constant { .. }))
-    ));
-    assert!(matches!(
-        WIENER.identify(&of(400), &["u"], "z"),
-        Err(Error::Data(DataError::MissingColumn { .. }))
-    ));
 }
