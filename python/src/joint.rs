@@ -1,5 +1,6 @@
 //! Joints from their logs.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use flexure::Record;
@@ -85,7 +86,7 @@ pub fn identify_joint(
             name: LOG.to_owned(),
             sample_time,
             axes: axes.collect(),
-            columns: Vec::new(),
+            columns: BTreeMap::new(),
         };
         let mut extras = Vec::new();
         extras.extend(gravity.then_some(Extra::Gravity));

@@ -1,6 +1,6 @@
 //! Choices by name.
 
-use flexure::nonlinearity::{EstimatorName, Kernel};
+use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
 use flexure_workbench::Named;
 use pyo3::prelude::*;
 
@@ -15,35 +15,33 @@ pub fn known<T>(what: &str, name: &str, names: &[&str], parse: impl Fn(&str) -> 
     parse(name).ok_or_else(|| ParameterError::new_err(message()))
 }
 
+/// One of several choices, by its name.
+fn one_of<T: Copy>(what: &str, name: &str, all: &[T], name_of: fn(T) -> &'static str) -> PyResult<T> {
+    let names: Vec<&str> = all.iter().map(|&choice| name_of(choice)).collect();
+    known(what, name, &names, |name| {
+        all.iter().copied().find(|&choice| name_of(choice) == name)
+    })
+}
+
 /// A choice of the workbench.
-///
-/// # Errors
-/// As [`known`].
 pub fn choice<T: Named>(what: &str, name: &str) -> PyResult<T> {
     let names: Vec<&str> = T::ALL.iter().map(|choice| choice.name).collect();
     known(what, name, &names, T::parse)
 }
 
 /// An estimator.
-///
-/// # Errors
-/// As [`known`].
 pub fn estimator(name: &str) -> PyResult<EstimatorName> {
-    known(
-        "estimator",
-        name,
-        &EstimatorName::ALL.map(EstimatorName::name),
-        EstimatorName::parse,
-    )
+    one_of("estimator", name, &EstimatorName::ALL, EstimatorName::name)
 }
 
 /// A kernel.
-///
-/// # Errors
-/// As [`known`].
 pub fn kernel(name: &str) -> PyResult<Kernel> {
-    let parse = |name: &str| Kernel::ALL.into_iter().find(|k| k.name() == name);
-    known("kernel", name, &Kernel::ALL.map(Kernel::name), parse)
+    one_of("kernel", name, &Kernel::ALL, Kernel::name)
+}
+
+/// A rule that chooses a parameter.
+pub fn rule(name: &str) -> PyResult<Rule> {
+    one_of("rule", name, &Rule::ALL, Rule::name)
 }
 
 /// How a setting of the workbench is written as an argument.

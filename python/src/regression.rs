@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use flexure::nonlinearity::{NamedEstimator, Rule, Tuning};
+use flexure::nonlinearity::{NamedEstimator, Tuning};
 use flexure_workbench::regression::{BandOptions, Data, Regression as Fit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Column, array, slices};
 use crate::errors::of_library;
-use crate::names::{argument, choice, estimator, kernel as named_kernel, known};
+use crate::names::{argument, choice, estimator, kernel as named_kernel, rule as named_rule};
 use crate::run::{briefly, interruptible};
 
-/// Values up to so many are found without a thread of their own.
+/// Values up to so many are computed without a thread of their own.
 const BRIEF: usize = 20_000;
 
 /// A fitted regression of y on the columns of x.
@@ -64,12 +64,11 @@ impl Regression {
         outside: &str,
         seed: u64,
     ) -> PyResult<Regression> {
-        let rules = Rule::ALL.map(Rule::name);
         let estimator = NamedEstimator {
             name: estimator(name)?,
             tuning: match &parameter {
                 Some(values) if !chosen => Tuning::Fixed(values.clone()),
-                _ => Tuning::FromData(known("rule", rule, &rules, Rule::parse)?),
+                _ => Tuning::FromData(named_rule(rule)?),
             },
             kernel: named_kernel(kernel)?,
             outside: choice("outside", outside)?,
@@ -121,12 +120,12 @@ impl Regression {
             block,
         };
         let fitted = Arc::clone(&self.0);
-        let found = interruptible(py, move |interrupt| {
+        let band = interruptible(py, move |interrupt| {
             let at: Vec<Vec<f64>> = x.iter().map(|column| column.samples().to_vec()).collect();
             let data = fitted.columns.data();
             fitted.fit.band(&data, &options, &at, &mut |_, _| interrupt.flow())
         })?;
-        let Some(band) = found.map_err(|error| of_library(&error))? else {
+        let Some(band) = band.map_err(|error| of_library(&error))? else {
             return Ok(None);
         };
         let dict = PyDict::new(py);

@@ -16,7 +16,7 @@ use crate::errors::of_library;
 
 /// How often signals are looked for.
 const POLL: Duration = Duration::from_millis(50);
-/// How long a computation that was told to stop is waited for.
+/// How long a computation is waited for after it was stopped.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Bytes, with those that the C library adds less than 32 MiB: beyond, it learns nothing from a block.
@@ -86,7 +86,7 @@ pub fn briefly<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyRe
 ///
 /// The GNU C library gives freed memory back to the system beyond twice the size of the largest block that was ever freed, at most
 /// 64 MiB. The threads of a fresh interpreter get their arrays anew from the system at every call, page by page, which makes a tenth of the time of
-/// a kernel regression of a million points. A block of the largest size that counts, which is never touched, tells the library that there are large ones.
+/// a kernel regression of a million points. A block of the largest size that counts, which is never touched, shows the library that there are large ones.
 fn keep_what_is_freed() {
     static ONCE: Once = Once::new();
     if cfg!(all(target_env = "gnu", target_pointer_width = "64")) {

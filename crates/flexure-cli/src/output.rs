@@ -23,7 +23,7 @@ pub fn print(lines: &str) -> Result<()> {
     }
 }
 
-/// Prints an error; there is nobody left to tell where that fails.
+/// Prints an error; where that fails, nothing can report it.
 pub fn print_error(error: &anyhow::Error) {
     let _ = writeln!(io::stderr(), "error: {error:#}");
 }
@@ -48,13 +48,13 @@ pub fn this_command() -> String {
     command_line(std::env::args_os().skip(1))
 }
 
-/// A word as a shell takes it: between quotation marks where it has characters of a meaning of their own.
-fn quoted(word: &str) -> String {
+/// An argument as a shell takes it: between quotation marks where it has characters of a meaning of their own.
+fn quoted(argument: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "_-+=.,:/@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.to_owned();
+    if !argument.is_empty() && argument.chars().all(plain) {
+        return argument.to_owned();
     }
-    format!("'{}'", word.replace('\'', r"'\''"))
+    format!("'{}'", argument.replace('\'', r"'\''"))
 }
 
 #[cfg(test)]

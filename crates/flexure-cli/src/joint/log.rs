@@ -1,5 +1,6 @@
 //! The columns of a joint's log, seen from the link.
 
+use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
@@ -149,27 +150,27 @@ impl Columns {
         })
     }
 
-    /// The library's names of the columns, with those of the file.
-    fn names(&self) -> Vec<(String, String)> {
+    /// The names of the columns in the file by those of the library.
+    fn names(&self) -> BTreeMap<String, String> {
         let position = if self.motor.is_empty() { "position" } else { "link" };
         let kinds = [
             ("torque", &self.torque),
             (position, &self.position),
             ("motor", &self.motor),
         ];
-        let mut names: Vec<(String, String)> = Vec::new();
-        for (kind, columns) in kinds {
-            for (i, column) in columns.iter().enumerate() {
-                let library = match self.joints() {
-                    1 => kind.to_owned(),
-                    _ => format!("{kind} {}", i + 1),
-                };
-                names.push((library, column.clone()));
-            }
-        }
-        let velocity = self.velocity.iter();
-        names.extend(velocity.map(|column| ("velocity".to_owned(), column.clone())));
-        names
+        let numbered = |kind: &str, i: usize| match self.joints() {
+            1 => kind.to_owned(),
+            _ => format!("{kind} {}", i + 1),
+        };
+        let each = kinds.into_iter().flat_map(|(kind, columns)| {
+            let columns = columns.iter().enumerate();
+            columns.map(move |(i, column)| (numbered(kind, i), column.clone()))
+        });
+        let velocity = self
+            .velocity
+            .iter()
+            .map(|column| ("velocity".to_owned(), column.clone()));
+        each.chain(velocity).collect()
     }
 }
 

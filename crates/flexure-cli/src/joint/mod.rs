@@ -121,6 +121,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         arguments.check_two_joints()?;
     }
     let log = columns.log(&file, arguments)?;
+    let (samples, sample_time) = (log.samples(), log.sample_time);
     let joint = spinning("identifying", || {
         identify(log, &arguments.settings(), &file, arguments::option)
     })?;
@@ -145,8 +146,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         let mut object = joint.json();
         let (name, motions) = joint.motions_json(&motions);
         object[name] = motions;
-        object["samples"] = json!(joint.log().samples());
-        object["sample_time"] = json!(joint.log().sample_time);
+        object["samples"] = json!(samples);
+        object["sample_time"] = json!(sample_time);
         arguments.add_files(&mut object, &written);
         return print(&object.to_string());
     }

@@ -15,14 +15,14 @@ const RESULT: [&str; 3] = ["y", "lower", "upper"];
 
 /// The estimator that the options ask for.
 pub fn estimator(arguments: &Arguments) -> Result<NamedEstimator, Usage> {
-    check_columns(arguments)?;
-    check_grid(arguments)?;
     let name = name(arguments);
+    check_columns(arguments, name)?;
+    check_grid(arguments)?;
     tuning::check_kernel("--estimator", name, arguments.kernel)?;
-    check_band(arguments)?;
+    check_band(arguments, name)?;
     Ok(NamedEstimator {
         name,
-        tuning: chosen(arguments)?,
+        tuning: chosen(arguments, name)?,
         kernel: arguments.kernel.unwrap_or_default(),
         outside: arguments.outside,
         seed: arguments.seed,
@@ -41,11 +41,9 @@ fn check_grid(arguments: &Arguments) -> Result<(), Usage> {
 }
 
 /// Refuses a robust band for what has none, and options that would do nothing.
-fn check_band(arguments: &Arguments) -> Result<(), Usage> {
-    let kernel = matches!(
-        name(arguments),
-        EstimatorName::Kernel | EstimatorName::LocalLinear | EstimatorName::LocalBandwidth
-    );
+fn check_band(arguments: &Arguments, name: EstimatorName) -> Result<(), Usage> {
+    use EstimatorName::{Kernel, LocalBandwidth, LocalLinear};
+    let kernel = matches!(name, Kernel | LocalLinear | LocalBandwidth);
     if arguments.band_method == BandMethod::Robust && !(kernel && arguments.x.len() == 1) {
         return Err(Usage(
             "--band-method robust is for the estimators kernel, local-linear and local-bandwidth in one column of x; take --band-method bootstrap".to_owned(),
@@ -81,11 +79,11 @@ fn name(arguments: &Arguments) -> EstimatorName {
 }
 
 /// The columns must differ, and be as many as the estimator takes.
-fn check_columns(arguments: &Arguments) -> Result<(), Usage> {
+fn check_columns(arguments: &Arguments, name: EstimatorName) -> Result<(), Usage> {
     let Arguments { x, y, weights, .. } = arguments;
-    if let Some(name) = x.iter().find(|name| name.is_empty()) {
+    if x.iter().any(String::is_empty) {
         return Err(Usage(format!(
-            "--x '{}' names an empty column '{name}'; separate the names by single commas",
+            "--x '{}' names an empty column ''; separate the names by single commas",
             x.join(",")
         )));
     }
@@ -102,19 +100,17 @@ fn check_columns(arguments: &Arguments) -> Result<(), Usage> {
             "--weights and --y both name '{weights}'; name two different columns"
         )));
     }
-    let (got, most) = (x.len(), name(arguments).most_columns());
+    let (got, most) = (x.len(), name.most_columns());
     if got > most {
-        let name = name(arguments);
         let others = EstimatorName::ALL.into_iter().filter(|e| e.most_columns() >= got);
         let others: Vec<&str> = others.map(EstimatorName::name).collect();
         let instead = match others.as_slice() {
             [] => "; name fewer columns".to_owned(),
             names => format!("; name fewer, or take --estimator {}", names.join(" or ")),
         };
-        let takes = if most == 1 {
-            "one column".to_owned()
-        } else {
-            format!("at most {most} columns")
+        let takes = match most {
+            1 => "one column".to_owned(),
+            _ => format!("at most {most} columns"),
         };
         return Err(Usage(format!(
             "--estimator {name} takes {takes} of x, and --x names {got}{instead}"
@@ -132,14 +128,13 @@ fn check_columns(arguments: &Arguments) -> Result<(), Usage> {
 }
 
 /// The tuning parameter: a bandwidth by one option, all others by another.
-fn chosen(arguments: &Arguments) -> Result<Tuning, Usage> {
-    let (bandwidth, parameter) = (arguments.bandwidth.clone(), arguments.parameter);
-    let name = name(arguments);
-    match tuning::given("--estimator", name, bandwidth, parameter)? {
-        Some(values) if values.len() != 1 && values.len() != arguments.x.len() => Err(Usage(format!(
+fn chosen(arguments: &Arguments, name: EstimatorName) -> Result<Tuning, Usage> {
+    let columns = arguments.x.len();
+    match tuning::given("--estimator", name, arguments.bandwidth.clone(), arguments.parameter)? {
+        Some(values) if values.len() != 1 && values.len() != columns => Err(Usage(format!(
             "--bandwidth gives {} values for {} of x; give one for all, or one a column",
             values.len(),
-            counted(arguments.x.len())
+            counted(columns)
         ))),
         Some(values) => match arguments.select {
             Some(rule) => Err(Usage(format!(
@@ -158,17 +153,15 @@ fn chosen(arguments: &Arguments) -> Result<Tuning, Usage> {
                 Rule::BlockBootstrap { .. } => Rule::BlockBootstrap { block: arguments.block },
                 rule => rule,
             };
-            if rule.suits(name, arguments.x.len()) {
-                Ok(Tuning::FromData(rule))
-            } else {
-                Err(unsuited(arguments, rule))
+            match rule.suits(name, columns) {
+                true => Ok(Tuning::FromData(rule)),
+                false => Err(unsuited(name, columns, rule)),
             }
         }
     }
 }
 
-fn unsuited(arguments: &Arguments, rule: Rule) -> Usage {
-    let (name, columns) = (name(arguments), arguments.x.len());
+fn unsuited(name: EstimatorName, columns: usize, rule: Rule) -> Usage {
     let suited = Rule::ALL.into_iter().filter(|rule| rule.suits(name, columns));
     let instead = match rule {
         Rule::PlugIn if name.has_bandwidth() && columns == 1 => {

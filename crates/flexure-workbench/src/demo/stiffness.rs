@@ -22,7 +22,7 @@ const POINTS: usize = 201;
 const PLACES: usize = 9;
 /// A torque that changes less along the joint's way, relatively, is the deflection's alone.
 const ALONE: f64 = 0.02;
-/// The share of the samples on either side that is left out where places and deflections are spread over the data.
+/// The share of the samples on either side that does not count where places and deflections are spread over the data.
 const TRIMMED: f64 = 0.02;
 
 /// Simulates and estimates.

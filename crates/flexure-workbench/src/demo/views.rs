@@ -137,14 +137,7 @@ fn deflection(steps: &Steps, command: &str) -> Result<View> {
         arm: None,
     };
     let json = json!({ "error": error, "pole": nearest, "true_pole": pole });
-    let view = View {
-        name: "deflection",
-        html: identified.html(&file, decoration)?,
-        record: file.record,
-        json,
-        lines,
-    };
-    Ok(view.with_fit(&identified))
+    View::new("deflection", (file, identified), decoration, json, lines)
 }
 
 /// Job 3: torque, sampled slowly, to link velocity: friction as a dead zone, an approximation.
@@ -182,22 +175,26 @@ fn torque(steps: &Steps, command: &str) -> Result<View> {
         ..beside_friction(&friction(&arm), &identified)?
     };
     let json = json!({ "error": error, "holds": verdict.holds(), "verdict": verdict.words() });
-    let view = View {
-        name: "torque",
-        html: identified.html(&file, decoration)?,
-        record: file.record,
-        json,
-        lines,
-    };
-    Ok(view.with_fit(&identified))
+    View::new("torque", (file, identified), decoration, json, lines)
 }
 
 impl View {
-    /// Adds the fit of the model.
-    fn with_fit(mut self, identified: &Identified) -> Self {
-        self.json["fit_percent"] = json!(identified.result.verdict.measures.fit_percent);
-        let summary = identified.summary();
-        self.lines.extend(summary.lines().map(|line| format!("  {line}")));
-        self
+    /// A model beside the truth, with its fit.
+    fn new(
+        name: &'static str,
+        (file, identified): (RecordFile, Identified),
+        decoration: Decoration,
+        mut json: Value,
+        mut lines: Vec<String>,
+    ) -> Result<Self> {
+        json["fit_percent"] = json!(identified.result.verdict.measures.fit_percent);
+        lines.extend(identified.summary().lines().map(|line| format!("  {line}")));
+        Ok(View {
+            name,
+            html: identified.html(&file, decoration)?,
+            record: file.record,
+            json,
+            lines,
+        })
     }
 }

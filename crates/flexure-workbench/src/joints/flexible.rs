@@ -62,10 +62,6 @@ impl Joint for Flexible {
         Ok(vec![curves(&self.axis)?])
     }
 
-    fn log(&self) -> &Log {
-        &self.log
-    }
-
     fn inertias(&self) -> Vec<(&'static str, Estimated)> {
         vec![
             ("motor's inertia", self.axis.motor_inertia),

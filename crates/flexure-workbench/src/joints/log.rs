@@ -1,5 +1,7 @@
 //! The log of a joint or an arm, seen from the link's side of the gear.
 
+use std::collections::BTreeMap;
+
 use flexure::Error;
 use flexure::error::DataError;
 
@@ -11,9 +13,8 @@ pub struct Log {
     pub sample_time: f64,
     /// One axis, or the shoulder and the elbow of an arm.
     pub axes: Vec<AxisLog>,
-    /// The names of the columns in the file, where they differ from the library's ("motor", or "motor 1" of an arm): pairs of the library's
-    /// name and the file's.
-    pub columns: Vec<(String, String)>,
+    /// The names of the columns in the file by the library's ("motor", or "motor 1" of an arm), where they differ.
+    pub columns: BTreeMap<String, String>,
 }
 
 /// The log of one axis.
@@ -36,10 +37,7 @@ impl Log {
 
     /// The error with the file's name of a column in place of the library's.
     pub(super) fn renamed(&self, error: Error) -> Error {
-        let name = |column: String| {
-            let known = self.columns.iter().find(|(library, _)| *library == column);
-            known.map_or(column, |(_, file)| file.clone())
-        };
+        let name = |column: String| self.columns.get(&column).cloned().unwrap_or(column);
         match error {
             Error::Data(DataError::Constant { column, value }) => Error::constant(name(column), value),
             Error::Data(DataError::Unit { column, largest }) => Error::Data(DataError::Unit {

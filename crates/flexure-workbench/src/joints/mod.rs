@@ -96,9 +96,6 @@ pub trait Joint: Send + Sync {
     /// The curves of every axis.
     fn curves(&self) -> flexure::Result<Vec<Curves>>;
 
-    /// The log.
-    fn log(&self) -> &Log;
-
     /// Its inertias by their names.
     fn inertias(&self) -> Vec<(&'static str, Estimated)>;
 }

@@ -125,10 +125,6 @@ impl Joint for Rigid {
         }])
     }
 
-    fn log(&self) -> &Log {
-        &self.log
-    }
-
     fn inertias(&self) -> Vec<(&'static str, Estimated)> {
         vec![("inertia", self.axis.inertia)]
     }

@@ -83,10 +83,6 @@ impl Joint for TwoLink {
         self.arm.joints.iter().map(curves).collect()
     }
 
-    fn log(&self) -> &Log {
-        &self.log
-    }
-
     fn inertias(&self) -> Vec<(&'static str, Estimated)> {
         let motors = (self.arm.joints.iter()).map(|axis| ("motor's inertia", axis.motor_inertia));
         let links = [

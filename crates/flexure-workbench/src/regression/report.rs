@@ -73,14 +73,8 @@ impl<'a> Report<'a> {
 
     /// The object that `flexure regress --json` prints, without its files.
     pub fn json(&self) -> Value {
-        let Report {
-            data,
-            regression: Regression { estimator, fit },
-            diagnosis,
-            validation,
-            evaluation,
-            ..
-        } = self;
+        let (data, Regression { estimator, fit }) = (self.data, &self.regression);
+        let (diagnosis, validation, evaluation) = (&self.diagnosis, &self.validation, &self.evaluation);
         let columns: Vec<Value> = (data.names.x.iter().zip(&evaluation.x))
             .map(|(name, x)| json!({ "name": name, "values": x }))
             .collect();

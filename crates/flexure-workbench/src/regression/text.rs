@@ -32,7 +32,7 @@ pub fn local_rule(local: &LocalBandwidths) -> (&'static str, String) {
     }
 }
 
-/// The abscissas of jumps, to digits that tell them apart within the data's range.
+/// The abscissas of jumps, to enough digits to distinguish them within the data's range.
 pub fn places(local: &LocalBandwidths) -> String {
     let [low, high] = extent(local.windows.iter().map(|w| w.x));
     let shown: Vec<String> = local.jumps.iter().map(|&x| place(x, high - low)).collect();

@@ -22,7 +22,7 @@ pub struct Validation {
 }
 
 impl Validation {
-    /// By the error that the choice of the parameter has left, else by cross-validation.
+    /// By the error that is known from the choice of the parameter, else by cross-validation.
     pub fn new(regression: &Regression, data: &Data, diagnosis: &Diagnosis) -> flexure::Result<Self> {
         let rows = &diagnosis.rows;
         let weights: Vec<f64> = rows.iter().map(|&i| data.weight(i)).collect();
@@ -52,7 +52,7 @@ impl Validation {
     }
 }
 
-/// The mean squared error that the choice of the parameter has left, and how it came about.
+/// The mean squared error that is known from the choice of the parameter, and how rows were predicted for it.
 fn known_error(regression: &Regression) -> Option<(f64, &'static str)> {
     let (fit, estimator) = (&regression.fit, &regression.estimator);
     // Rows that depend on their neighbours are not predicted from those.

@@ -68,46 +68,36 @@ impl Judged {
 
     /// The object that `validate --json` prints.
     pub fn json(&self) -> Value {
-        let Judged {
-            verdict,
-            skip,
-            free,
-            outside,
-        } = self;
+        let (verdict, measures) = (&self.verdict, &self.verdict.measures);
         json!({
-            "fit_percent": verdict.measures.fit_percent,
-            "rms": verdict.measures.rms,
-            "r_squared": verdict.measures.r_squared,
-            "samples": verdict.measures.samples,
-            "skipped": skip,
-            "initial_state": free.start().name(),
-            "initial_state_samples": free.estimated_from,
+            "fit_percent": measures.fit_percent,
+            "rms": measures.rms,
+            "r_squared": measures.r_squared,
+            "samples": measures.samples,
+            "skipped": self.skip,
+            "initial_state": self.free.start().name(),
+            "initial_state_samples": self.free.estimated_from,
             "holds": verdict.holds(),
             "verdict": verdict.words(),
             "residual_tests": tests(verdict),
-            "samples_outside_range": outside.samples,
+            "samples_outside_range": self.outside.samples,
         })
     }
 
     /// The text that `validate` prints.
     pub fn summary(&self) -> String {
-        let Judged {
-            verdict,
-            skip,
-            free,
-            outside,
-        } = self;
-        let measures = &verdict.measures;
+        let measures = &self.verdict.measures;
         let mut lines = vec![
             format!(
-                "fit {:.2} %, RMS error {}, {} samples compared, the first {skip} skipped",
+                "fit {:.2} %, RMS error {}, {} samples compared, the first {} skipped",
                 measures.fit_percent,
                 number(measures.rms),
-                measures.samples
+                measures.samples,
+                self.skip
             ),
-            format!("free run {}", free.description()),
+            format!("free run {}", self.free.description()),
         ];
-        for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
+        for test in self.verdict.residuals.iter().flat_map(|r| &r.tests) {
             lines.push(format!(
                 "  {:<62} {} (statistic {:.1}, limit {:.1}, p = {:.2e})",
                 test.kind.name(),
@@ -117,8 +107,8 @@ impl Judged {
                 test.p_value
             ));
         }
-        lines.push(verdict.words());
-        lines.extend(outside.warning());
+        lines.push(self.verdict.words());
+        lines.extend(self.outside.warning());
         lines.join("\n")
     }
 }
