@@ -230,29 +230,29 @@ fn links(dynamics: LinkDynamics, template: Option<[Link; 2]>) -> Result<[Link; 2
              the centre of mass of link 2 ahead of the elbow; excite both joints more, with the elbow bent to all angles"
         );
     }
-    let [first, second] = template.unwrap_or_else(|| {
-        let share = coupling / (own * elbow).sqrt();
-        let com = share * elbow / coupling;
-        [
-            placeholder(0.0),
-            Link {
-                com,
-                ..placeholder(0.0)
-            },
-        ]
-    });
-    let mass = coupling / (first.length * second.com);
-    let links = [
-        Link {
-            inertia: own - mass * first.length.powi(2) - first.mass * first.com.powi(2),
-            ..first
-        },
-        Link {
-            mass,
-            inertia: elbow - mass * second.com.powi(2),
-            ..second
-        },
-    ];
+    let links = match template {
+        Some([first, second]) => {
+            let mass = coupling / (first.length * second.com);
+            let inertia = own - mass * first.length.powi(2) - first.mass * first.com.powi(2);
+            let first = Link { inertia, ..first };
+            let inertia = elbow - mass * second.com.powi(2);
+            [
+                first,
+                Link {
+                    mass,
+                    inertia,
+                    ..second
+                },
+            ]
+        }
+        None => {
+            let share = coupling / (own * elbow).sqrt();
+            let com = share * elbow / coupling;
+            let mass = coupling / com;
+            let [first, second] = [own, elbow].map(|inertia| placeholder((1.0 - share) * inertia));
+            [first, Link { mass, com, ..second }]
+        }
+    };
     let impossible = |l: &Link| !(l.inertia >= 0.0 && l.mass > 0.0);
     if let Some(i) = links.iter().position(impossible) {
         bail!(

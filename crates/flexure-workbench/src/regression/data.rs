@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use flexure::error::DataError;
 use flexure_io::RecordFile;
 
-use crate::plots::{evenly, extent};
+use crate::plots::extent;
 
 /// Points of the curve along each column, by the number of columns.
 const GRID: [usize; 6] = [301, 41, 15, 9, 6, 5];
@@ -155,7 +155,14 @@ impl<'a> Data<'a> {
 
     /// Evenly spaced points over the range of one column.
     pub fn along(&self, column: usize, points: usize) -> Vec<f64> {
-        evenly(self.range(column), points)
+        let [low, high] = self.range(column);
+        let last = points - 1;
+        // The quotient first: cells of dyadic width then have their edges among the points.
+        let at = |i: usize| match i == last {
+            true => high,
+            false => low + (high - low) * (i as f64 / last as f64),
+        };
+        (0..points).map(at).collect()
     }
 }
 
