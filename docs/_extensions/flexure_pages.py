@@ -26,7 +26,7 @@ class ProgramHelp(SphinxDirective):
 
     def run(self):
         command = [str(program()), *self.arguments, "--help"]
-        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "COLUMNS": "96"})
+        done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "COLUMNS": "86"})
         if done.returncode:
             raise self.error(f"{' '.join(command)}: {done.stderr}")
         block = nodes.literal_block(done.stdout, done.stdout, language="text")
