@@ -125,6 +125,6 @@ fn circuit() -> flexure::Result<()> {
         result.block("nonlinearity").unwrap().curve().unwrap().pieces(),
         start.elapsed().as_secs_f64()
     );
-    println!("{}", result.verdict.words());
+    println!("{}", result.verdict.text());
     Ok(())
 }

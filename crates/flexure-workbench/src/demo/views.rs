@@ -174,7 +174,7 @@ fn torque(steps: &Steps, command: &str) -> Result<View> {
         command: Some(command.to_owned()),
         ..beside_friction(&friction(&arm), &identified)?
     };
-    let json = json!({ "error": error, "holds": verdict.holds(), "verdict": verdict.words() });
+    let json = json!({ "error": error, "holds": verdict.holds(), "verdict": verdict.text() });
     View::new("torque", (file, identified), decoration, json, lines)
 }
 

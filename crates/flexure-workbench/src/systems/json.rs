@@ -44,7 +44,7 @@ pub fn findings(identified: &Identified, kept: fn(&Detail) -> bool) -> Value {
         "samples_fitted": result.fitted,
         "samples_fresh": verdict.measures.samples,
         "holds": verdict.holds(),
-        "verdict": verdict.words(),
+        "verdict": verdict.text(),
         "residual_tests": tests(verdict),
         "warnings": result.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
     });

@@ -54,7 +54,7 @@ impl Identified {
                 }
             }
         }
-        lines.push(format!("  {}", result.verdict.words()));
+        lines.push(format!("  {}", result.verdict.text()));
         lines.extend(result.warnings.iter().map(|w| format!("  warning: {w}")));
         lines.extend(self.periodic.iter().flat_map(Periodic::lines));
         lines.join("\n")

@@ -78,7 +78,7 @@ impl Judged {
             "initial_state": self.free.start().name(),
             "initial_state_samples": self.free.estimated_from,
             "holds": verdict.holds(),
-            "verdict": verdict.words(),
+            "verdict": verdict.text(),
             "residual_tests": tests(verdict),
             "samples_outside_range": self.outside.samples,
         })
@@ -107,7 +107,7 @@ impl Judged {
                 test.p_value
             ));
         }
-        lines.push(self.verdict.words());
+        lines.push(self.verdict.text());
         lines.extend(self.outside.warning());
         lines.join("\n")
     }

@@ -211,7 +211,7 @@ impl Verdict {
     /// most a tenth of the output's variance.
     ///
     /// A large error with a colour of its own may be noise or something that the model misses: that no test
-    /// finds the input in it does not tell which.
+    /// finds the input in it does not say which.
     pub fn holds(&self) -> bool {
         self.measures.fit_percent > 0.0 && self.residuals.is_some() && self.refutation().is_none() && !self.is_open()
     }
@@ -226,7 +226,7 @@ impl Verdict {
         !white && self.measures.r_squared < NEARLY_ALL
     }
 
-    /// The answer in a few words.
+    /// The answer as a heading.
     pub fn headline(&self) -> &'static str {
         match (self.holds(), &self.residuals) {
             (true, _) => "The model holds on fresh data",
@@ -241,8 +241,8 @@ impl Verdict {
         }
     }
 
-    /// The answer in words.
-    pub fn words(&self) -> String {
+    /// The answer in sentences.
+    pub fn text(&self) -> String {
         let fit = self.measures.fit_percent;
         let explains = format!(
             "On fresh data the free-run fit is {fit:.1} % (it explains {:.1} % of the output's variance).",

@@ -94,7 +94,7 @@ fn smooth_nonlinearities_a_resonance_and_a_delay_come_back() {
         "{:?}",
         result.linear("linear").unwrap()
     );
-    assert!(result.verdict.holds(), "{}", result.verdict.words());
+    assert!(result.verdict.holds(), "{}", result.verdict.text());
 }
 
 #[test]

@@ -63,8 +63,8 @@ fn identify(record: &Record, branches: usize) -> Result<Identification> {
 fn checked(result: &Identification, system: fn(&[f64]) -> Vec<f64>) {
     let fresh = uniform(3000, 77);
     let found = fit(&system(&fresh), &result.model.simulate(&fresh));
-    assert!(found >= 99.0, "{found} {}", result.verdict.words());
-    assert!(result.verdict.holds(), "{}", result.verdict.words());
+    assert!(found >= 99.0, "{found} {}", result.verdict.text());
+    assert!(result.verdict.holds(), "{}", result.verdict.text());
     let stable = |g: &TransferFunction| g.poles().is_some_and(|p| p.iter().all(|p| p.norm() < 1.0));
     assert!(result.blocks().filter_map(|b| b.linear()).all(|g| stable(&g.system)));
 }

@@ -98,7 +98,7 @@ fn a_differentiator_has_no_static_gain_to_scale_by() {
     );
     assert!((linear_part(&result).b()[0] - 1.0).abs() < 1e-12);
     assert!((result.output_offset - 40.0).abs() < 0.1);
-    assert!(result.verdict.measures.fit_percent > 80.0, "{}", result.verdict.words());
+    assert!(result.verdict.measures.fit_percent > 80.0, "{}", result.verdict.text());
     let points = with(POINTS, &record);
     assert!(!points.warnings.contains(&Warning::NoStaticGain));
     assert_close(&points.predicted, &result.predicted, 1e-6, "predicted");

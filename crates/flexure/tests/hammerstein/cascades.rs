@@ -44,7 +44,7 @@ fn check(case: &Case, model: &Block, predicted: &[f64], verdict: &Verdict, warni
             measures.fit_percent.is_finite() && measures.rms.is_finite(),
             "the fit is not finite",
         ),
-        (!verdict.words().contains("NaN"), "the verdict has no number"),
+        (!verdict.text().contains("NaN"), "the verdict has no number"),
         (
             warnings.iter().all(|w| !w.to_string().contains("NaN")),
             "a warning has no number",

@@ -75,7 +75,7 @@ fn every_nonlinearity_is_followed_through_a_damped_and_a_resonant_part() {
             let tolerance = [0.03, 0.005][which];
             assert_close(linear_part(&result).a(), linear.a(), tolerance, "a");
             assert!((linear_part(&result).static_gain() - 1.0).abs() < 1e-9);
-            assert!(result.verdict.holds(), "{phi:?} {which}: {}", result.verdict.words());
+            assert!(result.verdict.holds(), "{phi:?} {which}: {}", result.verdict.text());
         }
     }
 }

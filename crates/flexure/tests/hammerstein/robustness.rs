@@ -116,7 +116,7 @@ proptest! {
         prop_assert!(finite(&numbers(&result, "hankel_singular_values")));
         prop_assert!(number(&result, "value") > 0.0 && number(&result, "value").is_finite());
         prop_assert!(result.verdict.measures.fit_percent.is_finite());
-        prop_assert!(result.verdict.words().starts_with("On fresh data") || result.verdict.words().starts_with("The model"));
+        prop_assert!(result.verdict.text().starts_with("On fresh data") || result.verdict.text().starts_with("The model"));
         prop_assert!(result.warnings.iter().all(|w| !w.to_string().contains("NaN")));
     }
 

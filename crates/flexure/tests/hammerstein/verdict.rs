@@ -12,7 +12,7 @@ fn a_hammerstein_system_whose_noise_hides_the_estimate_s_error_is_accepted() {
             // The output's own standard deviation is about 2.5, the noise's 5.
             let result = identify(&hammerstein(|u| u.tanh() + 0.3 * u, &linear, 8000, 5.0, seed));
             if result.verdict.holds() {
-                let words = result.verdict.words();
+                let words = result.verdict.text();
                 assert!(
                     words.contains("The model holds: no residual test") || words.contains("It is not white"),
                     "{words}"
@@ -54,8 +54,8 @@ fn feedback_and_wiener_systems_are_refuted_by_a_named_test() {
     for seed in 0..5 {
         for (name, record) in [("duffing", duffing(10_000, seed)), ("wiener", wiener(10_000, seed))] {
             let result = identify(&record);
-            assert!(!result.verdict.holds(), "{name}: {}", result.verdict.words());
-            let words = result.verdict.words();
+            assert!(!result.verdict.holds(), "{name}: {}", result.verdict.text());
+            let words = result.verdict.text();
             let test = result.verdict.refutation().unwrap();
             assert!(words.contains(test.kind.name()), "{name}: {words}");
             assert!(words.contains("does not hold"), "{name}: {words}");
@@ -70,7 +70,7 @@ fn unrelated_signals_are_called_that() {
             let result = identify(&record(uniform(seed, 3000, 1.0), normal(seed + 100, 3000, 2.0)));
             let fit = result.verdict.measures.fit_percent;
             assert!(fit < 5.0, "{fit}");
-            assert!(!(result.verdict.holds() && fit > 2.0), "{}", result.verdict.words());
+            assert!(!(result.verdict.holds() && fit > 2.0), "{}", result.verdict.text());
             result
                 .warnings
                 .iter()

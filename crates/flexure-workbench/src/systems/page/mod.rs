@@ -63,7 +63,7 @@ impl Identified {
             .map(|input| Ok(signal(input, record.finite(input)?)));
         let mut signals = inputs.collect::<Result<Vec<Signal>>>()?;
         signals.push(signal(&result.output, y));
-        let sentences = [result.verdict.words()].into_iter().chain(decoration.remark);
+        let sentences = [result.verdict.text()].into_iter().chain(decoration.remark);
         let title = || format!("From {} to {}", result.inputs.join(", "), result.output);
         let (fitted, fresh) = (result.fitted, y.len() - result.fitted);
         let mut page = Page {

@@ -113,7 +113,7 @@ fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>) -> Identific
             rms: i.verdict.measures.rms,
             parameters: i.parameters,
             refuted_by: refuted_by.clone(),
-            verdict: i.verdict.words(),
+            verdict: i.verdict.text(),
         })
         .collect();
     let chosen = candidates[judgement.chosen].structure;

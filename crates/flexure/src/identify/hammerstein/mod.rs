@@ -57,8 +57,7 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
-use crate::model::Block;
-use crate::nonlinearity::{Curve, EstimatorName, Kernel};
+use crate::nonlinearity::{EstimatorName, Kernel};
 use crate::record::Record;
 pub use calibration::Calibration;
 use calibration::{Calibrated, Uncalibrated};
@@ -275,11 +274,7 @@ impl PlainHammerstein {
         let (curve, errors) = estimate.regression.tabulated(&u[..fitted - estimate.regression_lag])?;
         let curve = curve.affine(gain, calibrated.mean - gain * estimate.regression.mean);
         let linear = delayed(realised.linear.b(), realised.linear.a(), gain, estimate.delay)?;
-        let model = cascade(&curve, &linear, output_offset);
-        let predicted = model.simulate(u);
-        let verdict = Verdict::new(&u[fitted..], &y[fitted..], &predicted[fitted..])?;
         warn_of_range(&curve, &u[fitted..], &mut warnings);
-        warn_if_useless(&verdict, &mut warnings);
         let response = &estimate.response;
         let mut curve = StaticBlock {
             band: errors.iter().map(|e| BAND_QUANTILE * gain.abs() * e).collect(),
@@ -295,9 +290,14 @@ impl PlainHammerstein {
                 limit: response.limit / gain.abs(),
             }),
         };
+        let path = path(request, details::named(curve, linear));
+        let model = path.model(output_offset);
+        let predicted = model.simulate(u);
+        let verdict = Verdict::new(&u[fitted..], &y[fitted..], &predicted[fitted..])?;
+        warn_if_useless(&verdict, &mut warnings);
         let run = Run {
             model,
-            paths: vec![path(request, details::named(curve, linear))],
+            paths: vec![path],
             output_offset,
             fitted,
             predicted,
@@ -318,13 +318,4 @@ impl PlainHammerstein {
 fn delayed(b: &[f64], a: &[f64], gain: f64, delay: usize) -> Result<TransferFunction> {
     let numerator = b.iter().map(|b| b / gain);
     TransferFunction::new(std::iter::repeat_n(0.0, delay).chain(numerator).collect(), a.to_vec())
-}
-
-/// Nonlinearity, linear part and, unless it is zero, an offset in series.
-fn cascade(curve: &Curve, linear: &TransferFunction, offset: f64) -> Block {
-    let mut blocks = vec![Block::Static(curve.clone()), Block::Linear(linear.clone())];
-    if offset != 0.0 {
-        blocks.push(Block::Offset(offset));
-    }
-    Block::Series(blocks)
 }

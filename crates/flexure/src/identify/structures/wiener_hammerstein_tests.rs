@@ -82,7 +82,7 @@ fn a_known_cascade_comes_back_with_its_orders_and_all_blocks() {
         .unwrap()
         .fit_percent;
     assert!(fit > 99.0, "{fit}");
-    assert!(result.verdict.holds(), "{}", result.verdict.words());
+    assert!(result.verdict.holds(), "{}", result.verdict.text());
     assert!(result.linear("front").unwrap().is_stable() && result.linear("back").unwrap().is_stable());
     assert!(result.block("intersample_front").is_none());
 }
@@ -129,7 +129,7 @@ fn means_and_a_long_delay_are_taken_care_of() {
     ]);
     let u: Vec<f64> = gaussian(2500, 4).iter().map(|v| 3.0 + v).collect();
     let result = identify(&record(&system, u, 0.005));
-    assert!(result.verdict.measures.fit_percent > 98.0, "{}", result.verdict.words());
+    assert!(result.verdict.measures.fit_percent > 98.0, "{}", result.verdict.text());
     let first = result
         .linear("front")
         .unwrap()
@@ -150,7 +150,7 @@ fn a_back_without_static_gain_keeps_the_offset_apart() {
         curve(&[(0.0, 7.0), (1.0, 8.0)]),
     ]);
     let result = identify(&record(&system, gaussian(2500, 5), 0.005));
-    assert!(result.verdict.measures.fit_percent > 98.0, "{}", result.verdict.words());
+    assert!(result.verdict.measures.fit_percent > 98.0, "{}", result.verdict.text());
     assert!((result.output_offset - 7.0).abs() < 0.05, "{}", result.output_offset);
 }
 
@@ -177,7 +177,7 @@ fn a_nonlinearity_between_the_samples_is_found() {
         .map(|t| t.number("relative_error"))
         .fold(f64::INFINITY, f64::min);
     let error = chosen.number("relative_error");
-    println!("{error:.2e} instead of {discrete:.2e}, {}", result.verdict.words());
+    println!("{error:.2e} instead of {discrete:.2e}, {}", result.verdict.text());
     assert_eq!(chosen.number("instants"), 2.0);
     assert!(error < 0.8 * discrete, "{error} {discrete}");
     let [between_front, between_back] =

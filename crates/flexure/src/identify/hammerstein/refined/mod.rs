@@ -41,7 +41,7 @@ mod stepwise;
 use super::calibration::Calibration;
 use super::details::named;
 use super::realisation::ChosenOrder;
-use super::{HAMMERSTEIN, MOST_ORDER, PlainHammerstein, cascade};
+use super::{HAMMERSTEIN, MOST_ORDER, PlainHammerstein};
 use crate::error::{Error, Result};
 use crate::identify::checks::{colour, warn_if_useless, warn_of_range};
 use crate::identify::outcome::{Verdict, Warning};
@@ -226,10 +226,7 @@ impl RefinedHammerstein {
         mut warnings: Vec<Warning>,
     ) -> Result<Identification> {
         warnings.extend(blocks.warning.clone());
-        let model = cascade(&blocks.curve, &blocks.linear, blocks.offset);
-        let (predicted, verdict) = judged(&model, all, minimum.parameters())?;
         warn_of_range(&blocks.curve, &all.u[all.fitted..], &mut warnings);
-        warn_if_useless(&verdict, &mut warnings);
         let order = minimum.order.clone().unwrap_or_else(|| ChosenOrder {
             order: minimum.blocks.linear.a().len(),
             hankel_singular_values: Vec::new(),
@@ -248,9 +245,13 @@ impl RefinedHammerstein {
             impulse: None,
         };
         let parameters = parameters(&linear, blocks.breakpoints.len());
+        let path = path(request, named(curve, linear));
+        let model = path.model(blocks.offset);
+        let (predicted, verdict) = judged(&model, all, minimum.parameters())?;
+        warn_if_useless(&verdict, &mut warnings);
         let run = Run {
             model,
-            paths: vec![path(request, named(curve, linear))],
+            paths: vec![path],
             output_offset: blocks.offset,
             fitted: all.fitted,
             predicted,
