@@ -34,7 +34,7 @@ pub struct StructureCandidate {
     pub parameters: usize,
     /// What refutes it; a comparison first, then the tests.
     pub refuted_by: Vec<Refutation>,
-    /// The verdict of this candidate taken for itself, in words.
+    /// The verdict on this candidate alone, as text.
     pub verdict: String,
 }
 
@@ -45,7 +45,7 @@ pub struct StructureComparison {
     pub chosen: StructureName,
     /// The structure that the data support, if any.
     pub supported: Option<StructureName>,
-    /// Structures as simple as the chosen one that predict as well: the data do not tell these apart.
+    /// Structures as simple as the chosen one that predict as well: the data do not distinguish these.
     pub as_good: Vec<StructureName>,
     /// All that were fitted, simplest first.
     pub candidates: Vec<StructureCandidate>,

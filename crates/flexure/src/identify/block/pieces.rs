@@ -166,7 +166,7 @@ pub(super) fn with_output(system: &System, pieces: usize, data: &Signals) -> Opt
     refitted(&system, Part::Output, &breakpoints, data)
 }
 
-/// The same blocks with every branch's outermost breakpoints brought back to where the samples are, if the descent has left them
+/// The same blocks with every branch's outermost breakpoints brought back to where the samples are, if the descent has moved them
 /// outside: pieces without samples have coefficients that nothing determines.
 pub(super) fn anchored(mut c: Candidate, data: &Signals) -> Candidate {
     for branch in 0..c.system.branches.len() {

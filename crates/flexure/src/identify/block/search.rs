@@ -65,7 +65,7 @@ impl<'a, 'm> Search<'a, 'm> {
         })
     }
 
-    /// The best of several starts, after short fits that are the more thorough the fewer are left.
+    /// The best of several starts, after rounds of short fits: fewer and more thorough from round to round.
     pub fn screened(&mut self, starts: Vec<Candidate>, rounds: &[Round], data: &Signals) -> Option<Candidate> {
         self.monitor.stage = Stage::Screening;
         let mut all = starts;

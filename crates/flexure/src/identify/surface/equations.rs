@@ -8,7 +8,7 @@ use crate::nonlinearity::{SurfaceAxis, products};
 
 /// Samples whose columns are in memory at a time.
 const SEGMENT: usize = 8192;
-/// The share of a response that is left of what lies before a segment.
+/// A response to what lies before a segment has fallen to this share.
 const FORGOTTEN: f64 = 1e-7;
 /// Steps of the penalties, the share by which they go farther than the formula (whose steps are short where penalties grow
 /// large), and the relative change of the effective parameters at which they have settled.
@@ -193,8 +193,8 @@ pub(super) fn likeliest(
     let product = |i: usize| row(i).iter().zip(c).map(|(a, c)| a * c).sum::<f64>();
     let moved: Vec<f64> = (0..n).map(product).collect();
     let rhs: Vec<f64> = equations.descent.iter().zip(&moved).map(|(d, m)| d + m).collect();
-    let shift = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
-    let cost = equations.cost + 2.0 * shift(c, &equations.descent) + shift(c, &moved);
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
+    let cost = equations.cost + 2.0 * dot(c, &equations.descent) + dot(c, &moved);
     let typical = (0..size).map(|i| equations.normal[i * n + i]).sum::<f64>() / size as f64;
     let bounds = PENALTIES.map(|p| p * typical.max(f64::MIN_POSITIVE));
     let mut weights: Vec<f64> = weights
@@ -203,33 +203,13 @@ pub(super) fn likeliest(
         .collect();
     let mut last = None;
     for _ in 0..PENALTY_STEPS {
-        let mut matrix = equations.normal.clone();
-        for i in 0..n {
-            matrix[i * n + i] += RIDGE * (matrix[i * n + i] + typical);
-        }
-        for (s, w) in penalty.matrices.iter().zip(&weights) {
-            for i in 0..size {
-                let to = &mut matrix[i * n..i * n + size];
-                to.iter_mut()
-                    .zip(&s[i * size..(i + 1) * size])
-                    .for_each(|(m, s)| *m += w * s);
-            }
-        }
-        let inverse = linalg::inverse_positive_definite(&matrix, n)?;
-        let unknowns: Vec<f64> = (0..n).map(|i| shift(&inverse[i * n..(i + 1) * n], &rhs)).collect();
-        let c = &unknowns[..size];
-        let roughness = penalty.roughness(c);
-        let traces: Vec<f64> = (penalty.matrices.iter())
-            .map(|s| {
-                let of = |i: usize| shift(&s[i * size..(i + 1) * size], &inverse[i * n..i * n + size]);
-                (0..size).map(of).sum()
-            })
-            .collect();
-        let effective = size as f64 - shift(&traces, &weights);
+        let Fixed { unknowns, traces } = under(equations, penalty, &weights, &rhs, typical)?;
+        let roughness = penalty.roughness(&unknowns[..size]);
+        let effective = size as f64 - dot(&traces, &weights);
         let quadratic: f64 = (0..n)
-            .map(|i| unknowns[i] * shift(&equations.normal[i * n..(i + 1) * n], &unknowns))
+            .map(|i| unknowns[i] * dot(&equations.normal[i * n..(i + 1) * n], &unknowns))
             .sum();
-        let squares = (cost - 2.0 * shift(&unknowns, &rhs) + quadratic).max(1e-14 * cost);
+        let squares = (cost - 2.0 * dot(&unknowns, &rhs) + quadratic).max(1e-14 * cost);
         let variance = squares / (samples as f64 - effective - (n - size) as f64).max(1.0);
         let shares = penalty.shares(&weights);
         let next: Vec<f64> = (0..weights.len())
@@ -252,6 +232,40 @@ pub(super) fn likeliest(
         weights = next;
     }
     last.filter(|s| s.unknowns.iter().all(|v| v.is_finite()))
+}
+
+/// The solution under fixed penalties.
+struct Fixed {
+    unknowns: Vec<f64>,
+    /// $\mathrm{tr}(A^{-1} S_a)$ of every axis, for the matrix A of the penalised equations.
+    traces: Vec<f64>,
+}
+
+/// Solves the equations with this right-hand side under penalties of these weights.
+fn under(equations: &NormalEquations, penalty: &Penalty, weights: &[f64], rhs: &[f64], typical: f64) -> Option<Fixed> {
+    let (n, size) = (rhs.len(), penalty.size);
+    let mut matrix = equations.normal.clone();
+    for i in 0..n {
+        matrix[i * n + i] += RIDGE * (matrix[i * n + i] + typical);
+    }
+    for (s, w) in penalty.matrices.iter().zip(weights) {
+        for i in 0..size {
+            let to = &mut matrix[i * n..i * n + size];
+            to.iter_mut()
+                .zip(&s[i * size..(i + 1) * size])
+                .for_each(|(m, s)| *m += w * s);
+        }
+    }
+    let inverse = linalg::inverse_positive_definite(&matrix, n)?;
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
+    let trace = |s: &Vec<f64>| {
+        let row = |i: usize| dot(&s[i * size..(i + 1) * size], &inverse[i * n..i * n + size]);
+        (0..size).map(row).sum()
+    };
+    Some(Fixed {
+        unknowns: (0..n).map(|i| dot(&inverse[i * n..(i + 1) * n], rhs)).collect(),
+        traces: penalty.matrices.iter().map(trace).collect(),
+    })
 }
 
 /// The penalised part of the cost, for weights relative to the equations' typical entry.

@@ -38,9 +38,6 @@ use crate::sort;
 use crate::text::number;
 use fit::{Fit, SurfaceSearch};
 
-/// Most inputs of one nonlinearity.
-const MOST_INPUTS: usize = 4;
-
 /// A number of pieces that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TriedSurface {
@@ -88,7 +85,7 @@ pub const JOINT_INPUTS: Structure = Structure {
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let inputs = request.inputs;
-    if !(2..=MOST_INPUTS).contains(&inputs.len()) {
+    if !JOINT_INPUTS.inputs.contains(&inputs.len()) {
         return Err(Error::parameter(
             "the number of inputs of a joint nonlinearity",
             inputs.len() as f64,

@@ -22,7 +22,7 @@ const RULE: StopRule = StopRule {
 use crate::sort;
 /// Rational blocks that are kept, the best by Schwarz's criterion.
 const KEPT: usize = 4;
-/// The longest pure delay that is looked for, and what of it is left to the numerators.
+/// The longest pure delay that is looked for, and the samples by which it stays shorter, for the numerators.
 const LONGEST_DELAY: usize = 100;
 const DELAY_SLACK: usize = 2;
 
