@@ -443,15 +443,3 @@ pub enum IntegrationFailure {
     #[error("the motion is no longer finite; it grows without bound")]
     NotFinite,
 }
-
-/// The largest absolute value of finite samples, if squares of such values neither overflow nor vanish.
-pub(crate) fn check_size(column: &str, samples: &[f64]) -> Result<f64> {
-    let largest = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    if largest == 0.0 || (1e-100..=1e100).contains(&largest) {
-        return Ok(largest);
-    }
-    Err(Error::Data(DataError::Unit {
-        column: column.to_owned(),
-        largest,
-    }))
-}

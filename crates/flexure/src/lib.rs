@@ -35,7 +35,7 @@
 //! | [`identify`] | from a record to a model, with a verdict |
 //! | [`validation`] | fit measures and residual tests |
 //! | [`systems`] | known systems with their exact truth |
-//! | [`text`] | numbers and words for reading |
+//! | [`text`] | numbers and text for readers |
 //! | [`study`] | convergence rates by Monte Carlo, beside the theorems' |
 //! | [`interrupt`] | stopping a computation from another thread |
 //! | [`error`] | everything that can go wrong, with the facts in the fields |

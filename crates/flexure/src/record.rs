@@ -129,6 +129,22 @@ impl Record {
     }
 }
 
+/// The sizes of a column's largest value whose squares, and whose differences' squares, neither overflow nor vanish.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
+
+/// The largest absolute value of a column, if all are finite and their squares neither overflow nor vanish.
+pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<f64> {
+    if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
+        return Err(Error::not_finite(column, sample, values[sample]));
+    }
+    let largest = values.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+    if largest == 0.0 || SIZES.contains(&largest) {
+        return Ok(largest);
+    }
+    let column = column.to_owned();
+    Err(Error::Data(DataError::Unit { column, largest }))
+}
+
 /// The mean step of uniform, increasing instants `t`.
 fn uniform_step(t: &[f64]) -> Result<f64> {
     if t.len() < 2 {

@@ -1,4 +1,4 @@
-//! Numbers and words for reading.
+//! Numbers and text for readers.
 
 /// A number to four digits, without an exponent where it is of everyday size.
 ///
@@ -30,9 +30,9 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// The words with a capital letter at the start.
-pub fn capitalised(words: &str) -> String {
-    let mut letters = words.chars();
+/// The text with a capital letter at the start.
+pub fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
     letters
         .next()
         .map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())

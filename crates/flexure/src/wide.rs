@@ -13,41 +13,6 @@ pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
     dispatch!(Level::new(), _ => work())
 }
 
-/// Folds values in lanes that need not wait for one another, and the lanes then, each from `start` on.
-pub(crate) fn fold(
-    values: &[f64],
-    start: f64,
-    step: impl Fn(f64, f64) -> f64 + Copy,
-    join: impl Fn(f64, f64) -> f64 + Copy,
-) -> f64 {
-    const LANES: usize = 16;
-    widest(
-        #[inline(always)]
-        || {
-            let (groups, rest) = values.as_chunks::<LANES>();
-            let mut lanes = [start; LANES];
-            for group in groups {
-                for (lane, value) in lanes.iter_mut().zip(group) {
-                    *lane = step(*lane, *value);
-                }
-            }
-            let rest = rest.iter().copied().fold(start, step);
-            lanes.into_iter().fold(rest, join)
-        },
-    )
-}
-
-/// The least and the largest of finite values.
-pub(crate) fn extent(values: &[f64]) -> (f64, f64) {
-    // No need for the care that `f64::min` takes of NaN.
-    let lower = |a: f64, b: f64| if b < a { b } else { a };
-    let upper = |a: f64, b: f64| if b > a { b } else { a };
-    (
-        fold(values, f64::INFINITY, lower, lower),
-        fold(values, f64::NEG_INFINITY, upper, upper),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -192,7 +192,7 @@ impl BootstrapBand {
             [estimate, original.at, errors],
             &factor,
             (self.level, self.kind),
-            self.words(block),
+            self.description(block),
         ))
     }
 
@@ -232,7 +232,7 @@ impl BootstrapBand {
         }
     }
 
-    fn words(&self, block: Option<usize>) -> String {
+    fn description(&self, block: Option<usize>) -> String {
         let centre = if self.correct_bias {
             "bias corrected by the bootstrap"
         } else {

@@ -101,7 +101,7 @@ pub struct Band {
     pub level: f64,
     /// Pointwise or simultaneous.
     pub kind: BandKind,
-    /// How the band was made, in words.
+    /// How the band was made.
     pub method: String,
 }
 
@@ -132,7 +132,7 @@ impl Band {
     }
 }
 
-/// A level strictly between 0 and 1, and enough random draws to tell its quantile.
+/// A level strictly between 0 and 1, and enough random draws for its quantile.
 fn check_level(level: f64, draws: usize, what: &str) -> Result<()> {
     if !(level > 0.0 && level < 1.0) {
         return Err(Error::parameter(

@@ -140,7 +140,7 @@ pub(super) struct Probe {
     at: Vec<f64>,
 }
 
-/// What the probes tell.
+/// What follows from the probes.
 pub(super) struct Known {
     /// By how much the noise is greater than the residuals.
     pub widening: f64,
@@ -155,7 +155,7 @@ impl Known {
         let points = probes.first().map_or(0, |probe| probe.at.len());
         let left = mean(&|probe| probe.left);
         Known {
-            // A fit that follows every point leaves nothing to tell the noise by.
+            // A fit that follows every point says nothing about the noise.
             widening: if left > NOTHING_LEFT {
                 left.sqrt().recip()
             } else {

@@ -51,7 +51,7 @@ impl Knot {
 }
 
 /// For every point an estimate of its noise variance, of which only averages mean anything; NaN for all
-/// where no residual tells anything of the noise.
+/// where no residual says anything about the noise.
 pub(super) fn noise_variances(window: Window<'_>) -> Vec<f64> {
     let data = window.data;
     let places = knots(&data.x, window);

@@ -19,7 +19,7 @@ use crate::nonlinearity::kernel::Sorted;
 use crate::nonlinearity::{Degree, KernelFit};
 use crate::parallel;
 
-/// The fewest points: three for the local quadratic, and two that tell its noise.
+/// The fewest points: three for the local quadratic, and two for its noise.
 const FEWEST: usize = 5;
 /// Cells in a bandwidth, within which the points share a multiplier.
 const CELLS: f64 = 32.0;
@@ -151,11 +151,11 @@ impl RobustBand {
             ],
             &of(&|c| student(normal_quantile, c.freedom)),
             (self.level, self.kind),
-            self.words(),
+            self.description(),
         ))
     }
 
-    fn words(&self) -> String {
+    fn description(&self) -> String {
         let quantile = match self.kind {
             BandKind::Pointwise => "",
             BandKind::Simultaneous => ", the supremum by Gaussian multipliers",

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use super::outcome::{Verdict, Warning};
-use crate::error::{DataError, Error, Result, check_size};
+use crate::error::{DataError, Error, Result};
 use crate::linear::correlation::{cross_covariance, variance};
 use crate::nonlinearity::Curve;
+use crate::record::check_values;
 use crate::validation::whiteness;
 
 /// An input of no more levels than this is said to have few. Convention.
@@ -38,7 +39,7 @@ pub(super) fn both_vary(columns: &[(&str, &[f64])], fitted: usize) -> Result<()>
 
 /// Refuses a column that does not vary over `part` by more than rounding.
 fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'static str) -> Result<()> {
-    let largest = check_size(column, samples)?;
+    let largest = check_values(column, samples)?;
     let varies = |v: &[f64]| variance(v).sqrt() > CONSTANT * largest;
     if varies(&samples[part.clone()]) {
         return Ok(());

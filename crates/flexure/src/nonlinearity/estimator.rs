@@ -7,10 +7,10 @@
 use std::fmt::Debug;
 
 use super::{KernelFit, KernelRegression, Outside};
-use crate::error::{DataError, Error, ParameterError, Result};
+use crate::error::{Error, ParameterError, Result};
+use crate::record::check_values;
 use crate::selection::Criterion;
 use crate::sort::order;
-use crate::wide;
 
 /// A fitted regression: a function of `dimension()` variables.
 pub trait Regression: Debug + Send + Sync {
@@ -95,34 +95,6 @@ impl Estimator for KernelRegression {
         let points = Points::new("a kernel regression", 1, x, y, weights)?;
         self.fit_weighted(&points.x[0], &points.y, &points.w)
     }
-}
-
-/// The sizes of a column's largest value whose squares, and whose differences' squares, neither overflow nor vanish.
-const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
-
-/// Checks that the values of a column are finite, and that their squares neither overflow nor vanish.
-pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<()> {
-    if surely_of_size(values) {
-        return Ok(());
-    }
-    let (finite, largest) = values.iter().fold((true, 0.0_f64), |(finite, largest), v| {
-        (finite & v.is_finite(), largest.max(v.abs()))
-    });
-    if finite && (largest == 0.0 || SIZES.contains(&largest)) {
-        return Ok(());
-    }
-    let column = column.to_owned();
-    Err(match values.iter().position(|v| !v.is_finite()) {
-        None => Error::Data(DataError::Unit { column, largest }),
-        Some(sample) => Error::not_finite(column, sample, values[sample]),
-    })
-}
-
-/// Whether the sum of the values' squares alone shows that all are finite and the largest of a size in [`SIZES`].
-fn surely_of_size(values: &[f64]) -> bool {
-    let sum = wide::fold(values, 0.0, |sum, v| sum + v * v, |a, b| a + b);
-    // Not even all of them together are larger than the largest may be, nor on average smaller.
-    sum >= values.len() as f64 * SIZES.start().powi(2) && sum <= SIZES.end().powi(2)
 }
 
 /// `dimension` query columns of one length; their points may be anything, NaN included.
@@ -257,13 +229,6 @@ impl Points {
         Ok(Checked::new(what, most, x, y, weights)?.sorted())
     }
 
-    /// All columns with their names in messages.
-    pub fn named_columns(&self) -> impl Iterator<Item = (String, &[f64])> {
-        let x = self.x.iter().enumerate();
-        let x = x.map(|(j, column)| (name_of(j, self.x.len()), column.as_slice()));
-        x.chain([("y".to_owned(), self.y.as_slice())])
-    }
-
     pub fn len(&self) -> usize {
         self.y.len()
     }
@@ -274,11 +239,7 @@ impl Points {
 
     /// The weighted mean of the ordinates.
     pub fn mean(&self) -> f64 {
-        // Twice: the second pass removes the rounding of the first where the offset is large.
-        let total = self.total_weight();
-        let about = |c: f64| self.y.iter().zip(&self.w).map(|(y, w)| w * (y - c)).sum::<f64>() / total;
-        let first = about(self.y[0]) + self.y[0];
-        first + about(first)
+        mean(&self.y, Some(&self.w))
     }
 
     /// The root mean square of the ordinates, by which rounding is told from error.
@@ -298,6 +259,17 @@ impl Points {
         distinct.dedup();
         distinct
     }
+}
+
+/// The mean of values, at least one, weighted or not.
+pub(crate) fn mean(values: &[f64], weights: Option<&[f64]>) -> f64 {
+    let about = |c: f64| match weights {
+        None => values.iter().map(|y| y - c).sum::<f64>() / values.len() as f64,
+        Some(w) => values.iter().zip(w).map(|(y, w)| w * (y - c)).sum::<f64>() / w.iter().sum::<f64>(),
+    };
+    // The second pass removes the rounding of the first where the offset is large.
+    let first = about(values[0]) + values[0];
+    first + about(first)
 }
 
 /// Evaluates an estimate in one variable over `range`, and what `outside` says beyond.

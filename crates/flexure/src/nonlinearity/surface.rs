@@ -179,17 +179,17 @@ impl Surface {
 }
 
 /// Tells the index and the value of every product of B-splines that is not zero at a point.
-pub(crate) fn products(axes: &[SurfaceAxis], x: &[f64], tell: &mut impl FnMut(usize, f64)) {
-    fn along(axes: &[SurfaceAxis], x: &[f64], index: usize, value: f64, tell: &mut impl FnMut(usize, f64)) {
+pub(crate) fn products(axes: &[SurfaceAxis], x: &[f64], visit: &mut impl FnMut(usize, f64)) {
+    fn along(axes: &[SurfaceAxis], x: &[f64], index: usize, value: f64, visit: &mut impl FnMut(usize, f64)) {
         let (Some((axis, axes)), Some((x, rest))) = (axes.split_first(), x.split_first()) else {
-            return tell(index, value);
+            return visit(index, value);
         };
         let (first, values) = axis.local(*x);
         for (k, v) in values.iter().enumerate() {
-            along(axes, rest, index * axis.splines() + first + k, value * v, tell);
+            along(axes, rest, index * axis.splines() + first + k, value * v, visit);
         }
     }
-    along(axes, x, 0, 1.0, tell);
+    along(axes, x, 0, 1.0, visit);
 }
 
 #[cfg(test)]

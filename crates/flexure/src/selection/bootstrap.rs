@@ -78,7 +78,7 @@ impl Pilot {
         }
     }
 
-    /// The weighted sum of the squared biases, and of every point's `variance`, which is told its smoother's weights
+    /// The weighted sum of the squared biases, and of every point's `variance`, which gets its smoother\'s weights
     /// a + b v at the distance v in bandwidths; over the sum of the weights.
     fn mean_square(&self, h: f64, variance: impl FnOnce(&[[f64; 2]]) -> Vec<f64>) -> f64 {
         let data = &self.curve;
@@ -98,7 +98,7 @@ impl Pilot {
         sum / total
     }
 
-    fn words(&self, errors: &str) -> String {
+    fn description(&self, errors: &str) -> String {
         let [h, g] = self.bandwidths;
         format!(
             "smallest mean squared error when the truth is the estimate with the bandwidth {g:.4} and the errors are \
@@ -175,7 +175,7 @@ pub(super) fn wild(
             variance
         })
     });
-    let details = pilot.words("independent, each of the variance of the point's own residual");
+    let details = pilot.description("independent, each of the variance of the point's own residual");
     Ok((search, details))
 }
 
@@ -244,7 +244,7 @@ pub(super) fn moving_block(
         })
     });
     let errors = format!("blocks of {block} residuals, {replicates} times resampled,");
-    Ok((search, [block, replicates], pilot.words(&errors)))
+    Ok((search, [block, replicates], pilot.description(&errors)))
 }
 
 /// Residuals in blocks of `length` that start anywhere.

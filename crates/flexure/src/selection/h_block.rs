@@ -5,8 +5,8 @@
 //! References: Chu and Marron (1991); Burman, Chow and Nolan (1994); Racine (2000).
 //!
 //! From the window sums, which cost O(1) a point, the 2 gap + 1 samples around the point in time are
-//! subtracted: O(n gap) a bandwidth, exactly. Where too little is left for the subtraction to be accurate, the rest
-//! is summed afresh.
+//! subtracted: O(n gap) a bandwidth, exactly. Where the subtraction would lose too many digits, the others are summed
+//! afresh.
 
 use super::BandwidthSearch;
 use super::grid::{Grid, bulk};

@@ -108,7 +108,7 @@ impl PlugIn {
         self.gaussian * canonical(kernel) / canonical(Kernel::Gaussian)
     }
 
-    pub fn words(&self) -> String {
+    pub fn description(&self) -> String {
         format!(
             "direct plug-in for the local line: noise variance {:.3e}, mean squared second derivative {:.3e}, pilot of {} \
              block{}",

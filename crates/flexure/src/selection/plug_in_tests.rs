@@ -72,9 +72,9 @@ fn the_noise_and_the_curvature_are_found() {
         found.curvature
     );
     assert!(
-        found.words().contains("5 blocks") || found.words().contains("4 blocks"),
+        found.description().contains("5 blocks") || found.description().contains("4 blocks"),
         "{}",
-        found.words()
+        found.description()
     );
 }
 

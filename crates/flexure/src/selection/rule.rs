@@ -86,7 +86,7 @@ pub struct BandwidthChoice {
     pub degree: Degree,
     /// The bandwidth and the score of every candidate; the plug-in rule has no scores.
     pub search: BandwidthSearch,
-    /// What the score is, in words: the label of its axis. In the squared unit of y.
+    /// What the score is: the label of its axis. In the squared unit of y.
     pub score: &'static str,
     /// How the choice came about, in a sentence or two.
     pub details: String,
@@ -196,7 +196,7 @@ pub fn choose_bandwidth(
                 at_edge: found.at_edge,
                 binning: None,
             };
-            made(rule, search, "", found.words())
+            made(rule, search, "", found.description())
         }
         BandwidthRule::WildBootstrap => {
             let (search, details) = bootstrap::wild(kernel, degree, x, y, weights)?;

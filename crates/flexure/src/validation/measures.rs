@@ -1,7 +1,8 @@
 //! How near a prediction is to the measurement.
 
-use crate::error::{Error, Result, check_size};
+use crate::error::{Error, Result};
 use crate::linear::correlation::mean;
+use crate::record::check_values;
 
 /// Fit, RMS error and R^2 of a prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,13 +31,8 @@ impl FitMeasures {
         if measured.is_empty() {
             return Err(Error::too_short("a comparison", 1, 0));
         }
-        for (column, values) in [("the measurement", measured), ("the prediction", predicted)] {
-            if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
-                return Err(Error::not_finite(column, sample, values[sample]));
-            }
-        }
-        check_size("the measurement", measured)?;
-        check_size("the prediction", predicted)?;
+        check_values("the measurement", measured)?;
+        check_values("the prediction", predicted)?;
         let centre = mean(measured);
         let spread: f64 = measured.iter().map(|y| (y - centre).powi(2)).sum();
         if !(spread > 0.0) {

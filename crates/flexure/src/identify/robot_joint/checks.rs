@@ -3,7 +3,8 @@
 use super::basis::range;
 use super::finding::Finding;
 use super::smooth::Noise;
-use crate::error::{DataError, Error, Result, check_size};
+use crate::error::{DataError, Error, Result};
+use crate::record::check_values;
 use crate::sort;
 
 /// The fewest samples that are looked at.
@@ -34,10 +35,7 @@ pub(super) fn column(name: &str, samples: &[f64], length: usize) -> Result<()> {
     if length < FEWEST {
         return Err(Error::too_short("a joint's friction and inertia", FEWEST, length));
     }
-    if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
-        return Err(Error::not_finite(name, sample, samples[sample]));
-    }
-    check_size(name, samples)?;
+    check_values(name, samples)?;
     if samples.iter().all(|v| *v == samples[0]) {
         return Err(Error::constant(name, samples[0]));
     }

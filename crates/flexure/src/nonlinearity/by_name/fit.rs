@@ -103,7 +103,7 @@ where
     let search = (shown.search)(&fit);
     if method.tuning != Tuning::FromData(Rule::Block) {
         let scores = search.map(|s| Scores {
-            criterion: criterion_words(s.criterion),
+            criterion: criterion_name(s.criterion),
             parameter: s.curve.iter().map(|c| (shown.candidate)(c.parameter)).collect(),
             score: s.curve.iter().map(|c| c.score(s.criterion)).collect(),
             at_edge: s.at_edge,
@@ -116,7 +116,7 @@ where
     let folds = BlockFolds::for_data(x[0], y)?;
     let found = folds.choose(&candidates, |p| make(Choice::Fixed(p)), x, y, weights)?;
     let scores = Scores {
-        criterion: BLOCK_WORDS,
+        criterion: BLOCK_CRITERION,
         parameter: candidates.iter().map(|&p| (shown.candidate)(p)).collect(),
         score: found.curve.iter().map(|c| c.error).collect(),
         at_edge: found.at_edge,
@@ -148,9 +148,9 @@ pub(super) fn named(
 }
 
 /// The score of [`Rule::Block`] for all estimators that are refitted.
-pub(super) const BLOCK_WORDS: &str = "cross-validation error over blocks of rows";
+pub(super) const BLOCK_CRITERION: &str = "cross-validation error over blocks of rows";
 
-pub(super) fn criterion_words(criterion: Criterion) -> &'static str {
+pub(super) fn criterion_name(criterion: Criterion) -> &'static str {
     match criterion {
         Criterion::LeaveOneOut => "leave-one-out error",
         Criterion::Generalized => "generalised cross-validation score",

@@ -1,6 +1,6 @@
 //! The kernel estimates by name: in one column by any rule, in several by those that know them.
 
-use super::fit::{BLOCK_WORDS, Data, criterion_words, named, single};
+use super::fit::{BLOCK_CRITERION, Data, criterion_name, named, single};
 use super::{EstimatorName, LocalBandwidths, NamedEstimator, NamedFit, Rule, Scores, Tuning};
 use crate::error::Result;
 use crate::nonlinearity::estimator::Estimator;
@@ -42,7 +42,7 @@ fn line(
             let search = BandwidthSearch::with_degree(method.kernel, degree, &data);
             (
                 search.bandwidth,
-                Some(scores(&search, criterion_words(Criterion::LeaveOneOut))),
+                Some(scores(&search, criterion_name(Criterion::LeaveOneOut))),
             )
         }
         Tuning::FromData(rule) => {
@@ -71,7 +71,7 @@ pub(super) fn local_bandwidth(method: &NamedEstimator, (columns, y, weights): Da
     let fit = estimator.fit_sorted(&data)?;
     let global = fit.global();
     // The plug-in rule has no scores.
-    let scores = (!global.curve.is_empty()).then(|| scores(global, criterion_words(Criterion::LeaveOneOut)));
+    let scores = (!global.curve.is_empty()).then(|| scores(global, criterion_name(Criterion::LeaveOneOut)));
     let line = one_bandwidth(method, data, global.bandwidth, Degree::Linear)?;
     if estimator.rule == LocalRule::Lepski && fit.threshold().is_none() {
         let one = NamedEstimator {
@@ -112,7 +112,7 @@ fn one_line(
 ) -> Result<NamedFit> {
     let (bandwidth, degree) = (fit.method().bandwidth, fit.degree());
     let left_out = match &scores {
-        Some(s) if s.criterion == criterion_words(Criterion::LeaveOneOut) => score_at(s, bandwidth),
+        Some(s) if s.criterion == criterion_name(Criterion::LeaveOneOut) => score_at(s, bandwidth),
         _ => leave_one_out(fit.data(), method.kernel, degree, &[bandwidth])
             .first()
             .copied(),
@@ -176,7 +176,7 @@ fn product(method: &NamedEstimator, degree: Degree, (x, y, weights): Data) -> Re
     if method.tuning != Tuning::FromData(Rule::Block) {
         let search = fit.search();
         let scores = search.map(|s| Scores {
-            criterion: criterion_words(s.criterion),
+            criterion: criterion_name(s.criterion),
             at_edge: s.at_edge,
             ..profile(s)
         });
@@ -192,7 +192,7 @@ fn product(method: &NamedEstimator, degree: Degree, (x, y, weights): Data) -> Re
     let found = BlockFolds::for_data(x[0], y)?.choose(&factors, |f| with(scaled(f)), x, y, weights)?;
     let mean = geometric_mean(&proportions);
     let scores = Scores {
-        criterion: BLOCK_WORDS,
+        criterion: BLOCK_CRITERION,
         parameter: factors.iter().map(|f| f * mean).collect(),
         score: found.curve.iter().map(|c| c.error).collect(),
         at_edge: found.at_edge,

@@ -6,13 +6,9 @@
 //! The squared errors of a bin's data are taken about the tangent of the estimate at the bin, so that the second moments
 //! of the bin suffice. This error is of second order as well.
 
-use std::ops::Range;
-
 use super::bin::{Bin, gather};
 use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
-use super::polynomials::{Visit, at_own_points};
-use super::sums::DIRECT_BELOW;
-use super::{Degree, Kernel, Sorted, Sums, direct_without};
+use super::{Degree, Kernel, Sorted, Sums, direct_without, for_each_sum};
 use crate::parallel;
 
 /// Points that are gathered at a time. Bins end with them, whatever the number of threads.
@@ -76,21 +72,8 @@ impl Pyramid {
 
     /// The scores of the bandwidths, as [`leave_one_out`](super::leave_one_out) defines them.
     pub fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
-        let level_of = |h: f64| self.level(h).min(self.levels.len() - 1);
-        let of_level = |level: usize| {
-            let own: Vec<usize> = (0..bandwidths.len())
-                .filter(|&i| level_of(bandwidths[i]) == level)
-                .collect();
-            let widths: Vec<f64> = own.iter().map(|&i| bandwidths[i]).collect();
-            let scores = self.levels[level].scores(kernel, degree, &widths);
-            (own, scores)
-        };
-        let by_level: Vec<(Vec<usize>, Vec<f64>)> = parallel::map(self.levels.len(), of_level);
-        let mut scores = vec![f64::NAN; bandwidths.len()];
-        for (own, values) in by_level {
-            own.into_iter().zip(values).for_each(|(i, value)| scores[i] = value);
-        }
-        scores
+        let bins_for = |h: f64| &self.levels[self.level(h).min(self.levels.len() - 1)];
+        parallel::batch(bandwidths, |&h| bins_for(h).score(kernel, degree, h))
     }
 }
 
@@ -123,116 +106,65 @@ impl Bins {
         }
     }
 
-    /// The scores of the bandwidths, in parallel.
-    fn scores(&self, kernel: Kernel, degree: Degree, bandwidths: &[f64]) -> Vec<f64> {
-        if bandwidths.is_empty() {
-            return Vec::new();
-        }
+    /// The score of one bandwidth.
+    fn score(&self, kernel: Kernel, degree: Degree, h: f64) -> f64 {
         let data = &self.data;
-        let count = data.len();
-        let total: f64 = (0..count).map(|b| data.weight(b)).sum();
-        let score = |&h: &f64, visit: &dyn Fn(&mut Fits<'_>)| {
-            // Every bin is in its own window, and is therefore visited.
-            let mut fits = Fits {
-                data,
-                kernel,
-                degree,
-                h,
-                values: vec![f64::NAN; count],
-                factors: vec![f64::NAN; count],
+        let mut fits = vec![
+            Fit {
+                value: 0.0,
+                factor: 1.0
             };
-            visit(&mut fits);
-            self.squares(&fits) / total
+            data.len()
+        ];
+        let visit = |b: usize, sums: Sums| {
+            let Some(fit) = sums.fit(degree) else { return };
+            let rest = 1.0 - fit.leverage;
+            fits[b] = if data.weight(b) > 1.0 || rest > ALONE {
+                Fit {
+                    value: fit.value,
+                    factor: 1.0 / rest,
+                }
+            } else {
+                Fit {
+                    value: direct_without(data, kernel, degree, h, b),
+                    factor: 1.0,
+                }
+            };
         };
-        let mut scores = Vec::new();
-        if kernel == Kernel::Gaussian {
-            let gaussian = |h: &f64| {
-                score(h, &|fits| {
-                    let visit = |b: usize, sums: Sums| fits.visit(b, sums);
-                    gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, *h, &data.x, visit);
-                })
-            };
-            scores = parallel::batch(bandwidths, gaussian);
-        } else {
-            at_own_points(data, kernel, degree, &mut |pass| {
-                let bounded = |h: &f64| score(h, &|fits| pass(*h, 0..count, fits));
-                scores = parallel::batch(bandwidths, bounded);
-            });
+        match kernel {
+            Kernel::Gaussian => gaussian::transform::<FEW_TERMS, FEW_NEIGHBOURS>(data, h, &data.x, visit),
+            _ => for_each_sum(data, kernel, degree, h, &data.x, visit),
         }
-        scores
-    }
-
-    /// The sum of the squared leave-one-out errors of all data.
-    fn squares(&self, fits: &Fits<'_>) -> f64 {
-        (0..self.data.len()).map(|b| self.squares_in(b, fits)).sum()
+        let total: f64 = (0..data.len()).map(|b| data.weight(b)).sum();
+        (0..data.len()).map(|b| self.squares_in(b, h, &fits)).sum::<f64>() / total
     }
 
     /// The squared errors of the data of bin `b`: their distances from the tangent, times the factor. The slope of the
     /// tangent is that between the neighbouring bins within reach.
-    fn squares_in(&self, b: usize, fits: &Fits<'_>) -> f64 {
-        let (x, values) = (&self.data.x, &fits.values);
-        let below = b - usize::from(b > 0 && x[b] - x[b - 1] <= fits.h);
-        let above = b + usize::from(b + 1 < x.len() && x[b + 1] - x[b] <= fits.h);
+    fn squares_in(&self, b: usize, h: f64, fits: &[Fit]) -> f64 {
+        let x = &self.data.x;
+        let below = b - usize::from(b > 0 && x[b] - x[b - 1] <= h);
+        let above = b + usize::from(b + 1 < x.len() && x[b + 1] - x[b] <= h);
         let run = x[above] - x[below];
         let slope = if run > 0.0 {
-            (values[above] - values[below]) / run
+            (fits[above].value - fits[below].value) / run
         } else {
             0.0
         };
         let [xx, xy, yy] = self.products.each_ref().map(|column| column[b]);
-        let residual = self.data.y[b] - values[b];
+        let residual = self.data.y[b] - fits[b].value;
         let about_mean = yy + slope * (slope * xx - 2.0 * xy);
-        fits.factors[b] * fits.factors[b] * (about_mean + self.data.weight(b) * residual * residual)
+        fits[b].factor * fits[b].factor * (about_mean + self.data.weight(b) * residual * residual)
     }
 }
 
-/// The estimates at the bins.
-struct Fits<'a> {
-    data: &'a Sorted,
-    kernel: Kernel,
-    degree: Degree,
-    h: f64,
-    /// The estimates from all points.
-    values: Vec<f64>,
-    /// The factors that turn a point's residual into its leave-one-out error.
-    factors: Vec<f64>,
-}
-
-impl Visit for Fits<'_> {
-    fn visit(&mut self, b: usize, mut sums: Sums) {
-        let Fits {
-            data,
-            kernel,
-            degree,
-            h,
-            ..
-        } = *self;
-        if kernel != Kernel::Gaussian && !sums.reliable(degree) {
-            sums = data.direct_sums(kernel, degree, h, data.x[b], None);
-        }
-        let Some(fit) = sums.fit(degree) else {
-            (self.values[b], self.factors[b]) = (0.0, 1.0);
-            return;
-        };
-        let rest = 1.0 - fit.leverage;
-        (self.values[b], self.factors[b]) = if data.weight(b) > 1.0 || rest > ALONE {
-            (fit.value, 1.0 / rest)
-        } else {
-            (direct_without(data, kernel, degree, h, b), 1.0)
-        };
-    }
-
-    fn constants(&mut self, bins: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool {
-        let fits = self.values[bins.clone()].iter_mut().zip(&mut self.factors[bins]);
-        let mut least = f64::INFINITY;
-        for ((value, factor), [s, t]) in fits.zip(sums) {
-            // A point of the bin has K(0) = 1.
-            let rest = s - 1.0;
-            (*value, *factor) = (t / s, s / rest);
-            least = if rest < least { rest } else { least };
-        }
-        least > ALONE && least > DIRECT_BELOW * most
-    }
+/// The estimate at a bin.
+#[derive(Clone, Copy)]
+struct Fit {
+    /// The estimate from all points.
+    value: f64,
+    /// What turns a point's residual into its leave-one-out error.
+    factor: f64,
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::sorted::increasing;
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::error::{Error, Result};
-use crate::nonlinearity::estimator::check_values;
+use crate::record::check_values;
 
 /// The kernel regression estimate (13) with a given bandwidth.
 ///
@@ -102,7 +102,8 @@ pub(crate) fn check_points(x: &[f64], y: &[f64], need: usize) -> Result<()> {
         return Err(Error::too_short("a kernel regression", need, x.len()));
     }
     check_values("x", x)?;
-    check_values("y", y)
+    check_values("y", y)?;
+    Ok(())
 }
 
 /// A fitted kernel regression.

@@ -3,11 +3,8 @@
 use std::ops::Range;
 
 use super::{Degree, Kernel, Sums};
+use crate::nonlinearity::estimator::mean;
 use crate::sort::order;
-use crate::wide;
-
-/// Points whose ordinates are added up at a time.
-const CHUNK: usize = 1 << 15;
 
 /// Points sorted by abscissa, then ordinate, then weight, so that nothing depends on their order in the
 /// record.
@@ -45,11 +42,6 @@ impl Sorted {
 
     pub fn is_weighted(&self) -> bool {
         self.w.is_some()
-    }
-
-    /// The weights, where there are any.
-    pub fn weights(&self) -> Option<&[f64]> {
-        self.w.as_deref()
     }
 
     /// The weight of point `i`.
@@ -142,20 +134,6 @@ impl Sorted {
             }
         }
     }
-}
-
-/// The mean of the ordinates.
-fn mean(y: &[f64], w: Option<&[f64]>) -> f64 {
-    let parts = y.chunks(CHUNK).enumerate();
-    let sums = parts.map(|(k, y)| match w {
-        None => (wide::fold(y, 0.0, |sum, y| sum + y, |a, b| a + b), y.len() as f64),
-        Some(w) => {
-            let w = &w[k * CHUNK..][..y.len()];
-            (y.iter().zip(w).map(|(y, w)| w * y).sum(), w.iter().sum())
-        }
-    });
-    let (moment, weight): (f64, f64) = sums.fold((0.0, 0.0), |(a, b), (m, w)| (a + m, b + w));
-    moment / weight
 }
 
 /// The finite values of `at` in increasing order, and their indices in `at`.

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::moments::Moments;
-use super::polynomials::Coefficients;
+use super::window_sums::Moments;
 
 /// The degree of the polynomial that is fitted around every point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -20,7 +19,7 @@ pub enum Degree {
 
 /// Below this share of the largest possible sum a fast sum is replaced by the direct one: there the
 /// weights are so small that the moments' rounding would show.
-pub(super) const DIRECT_BELOW: f64 = 1e-3;
+const DIRECT_BELOW: f64 = 1e-3;
 
 /// Abscissas whose standard deviation is below this share of the bandwidth count as one.
 const ONE_ABSCISSA: f64 = 1e-9;
@@ -57,14 +56,9 @@ impl Sums {
         at: 0.0,
     };
 
-    /// The sums at the coordinate `t` out of the window's moments.
+    /// The sums at the coordinate `t` out of the window's moments, by the kernel's coefficients there.
     #[inline(always)]
-    pub fn combined<const M: usize, const N: usize>(
-        Moments(moments): &Moments<N>,
-        t: f64,
-        coefficients: impl Coefficients<M>,
-    ) -> Self {
-        let c = coefficients.at(t);
+    pub fn combined<const M: usize, const N: usize>(Moments(moments): &Moments<N>, t: f64, c: [f64; M]) -> Self {
         let mut sums = Sums {
             mass: [moments[0][0], 0.0],
             at: t,
@@ -137,25 +131,18 @@ impl Sums {
     }
 
     /// The residual of the ordinate `y`, of weight `w`, at this very point from the fit without it;
-    /// nothing where the others' share in the fit is too small to tell by.
+    /// nothing where the others' share in the fit is too small.
     #[inline(always)]
     pub fn residual_without(&self, degree: Degree, y: f64, w: f64) -> Option<f64> {
         if degree == Degree::Constant {
-            let (scaled, rest) = residual_times_rest(y, w, [self.s[0], self.t[0]]);
-            return (rest > DIRECT_BELOW * self.mass[0]).then(|| scaled / rest);
+            // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1).
+            let rest = self.s[0] - w;
+            return (rest > DIRECT_BELOW * self.mass[0]).then(|| (y * self.s[0] - self.t[0]) / rest);
         }
         let fit = self.fit(degree)?;
         let rest = 1.0 - w * fit.leverage;
         (rest > DIRECT_BELOW).then(|| (y - fit.value) / rest)
     }
-}
-
-/// The residual of an ordinate `y`, of weight `w`, from the local constant without it, times the others' sum of K, and
-/// this sum, too small a share of which in the mass in reach says nothing.
-#[inline(always)]
-pub(super) fn residual_times_rest(y: f64, w: f64, [s, t]: [f64; 2]) -> (f64, f64) {
-    // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1).
-    (y * s - t, s - w)
 }
 
 impl std::ops::Add for Sums {

@@ -16,7 +16,7 @@ mod train;
 
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
-use crate::error::{DataError, Error, Result, check_size};
+use crate::error::{DataError, Error, Result};
 use crate::parallel;
 use crate::selection::Search;
 use layer::Layer;
@@ -122,9 +122,6 @@ impl Estimator for NetworkRegression {
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NetworkFit> {
         self.check()?;
         let points = Points::new("a neural network", MOST_COLUMNS, x, y, weights)?;
-        for (name, values) in points.named_columns() {
-            check_size(&name, values)?;
-        }
         let (sample, inputs, output) = Sample::new(&points);
         let layer = |units| Layer {
             inputs: inputs.len(),

@@ -19,8 +19,6 @@ use std::ops::Range;
 use grid::Grid;
 use tree::Tree;
 
-use crate::wide::extent;
-
 /// A grid is taken with up to this many cells a point.
 const DENSE: f64 = 2.0;
 /// Cells are half as wide as a window's half width if they then hold this many points on average, otherwise as wide.
@@ -128,6 +126,12 @@ impl Cells {
             Index::Tree(tree) => tree.runs(&ends, runs),
         }
     }
+}
+
+/// The least and the largest of finite values.
+fn extent(values: &[f64]) -> (f64, f64) {
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    values.iter().fold(ends, |(low, high), v| (low.min(*v), high.max(*v)))
 }
 
 /// Adds a run, to the one before where it continues that.

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::{Ends, Rule, SLICES, push};
-use crate::wide::widest;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
@@ -22,15 +21,10 @@ impl Grid {
         let mut keys = vec![0_u32; n];
         for (j, column) in x.iter().enumerate() {
             let (origin, rate, span) = (rule.origin[j], rule.rate[j], spans[j] as u32);
-            widest(
-                #[inline(always)]
-                || {
-                    for (key, x) in keys.iter_mut().zip(*column) {
-                        // No point is below the origin.
-                        *key = *key * span + ((x - origin) * rate) as u32;
-                    }
-                },
-            );
+            for (key, x) in keys.iter_mut().zip(*column) {
+                // No point is below the origin.
+                *key = *key * span + ((x - origin) * rate) as u32;
+            }
         }
         // The counts stand two cells ahead. After they have been added up, `starts[c + 1]` is the start of cell c, and after all
         // points have been placed it is the end of cell c.
