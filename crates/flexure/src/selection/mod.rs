@@ -38,6 +38,7 @@ mod test_data;
 
 pub use bandwidth::{BandwidthSearch, Binning, LeaveOneOut, Score, Scoring};
 pub use folds::{BlockFolds, FoldScore, FoldSearch, Tunable};
+pub(crate) use generalized::{generalized, generalized_score};
 pub(crate) use grid::{Grid, bulk};
 pub(crate) use plug_in::{Bend, PlugIn, canonical};
 pub use rule::{BandwidthChoice, BandwidthRule, choose_bandwidth};

@@ -1,15 +1,14 @@
 //! Bandwidths, given or chosen from the data, in any number of columns.
 
+use std::sync::OnceLock;
+
+use super::descent::{self, Column};
 use super::product::Product;
-use super::{Degree, Kernel, Sorted, direct_without, for_each_sum};
+use super::{Degree, Kernel, Sorted, leave_one_out};
 use crate::error::Result;
 use crate::nonlinearity::estimator::{Checked, Points};
 use crate::nonlinearity::neighbours::Tree;
-use crate::selection::{BandwidthSearch, Candidate, Criterion};
-use crate::sort;
-use std::sync::OnceLock;
-
-use super::descent::{self, Column, Objective};
+use crate::selection::{BandwidthSearch, Candidate, Criterion, Score, generalized, generalized_score};
 
 /// The bandwidths of a kernel estimate: given, or chosen from the data.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +40,7 @@ pub struct KernelScore {
 
 /// The search for the bandwidths of a kernel estimate: its result is part of every fit that used it.
 ///
-/// In one column and by leave-one-out it is a [`BandwidthSearch`]. In general the search goes from a common
-/// scale to one a column:
+/// In one column it is a [`BandwidthSearch`]. In several the search goes from a common scale to one a column:
 ///
 /// 1. bandwidths in proportion to the extents of the columns' bulks (twice the distance between the first and
 ///    the ninth decile, but no more than the range), on a logarithmic grid of common factors;
@@ -66,7 +64,7 @@ pub struct KernelSearch {
     pub criterion: Criterion,
     /// All bandwidths that were tried: in one column in increasing order, in several in the order of the search.
     pub curve: Vec<KernelScore>,
-    /// Whether a bandwidth is the smallest one tried (in one column by leave-one-out, or the largest), so that the
+    /// Whether a bandwidth is the smallest one tried (in one column, or the largest), so that the
     /// minimum may lie beyond.
     pub at_edge: bool,
 }
@@ -74,13 +72,16 @@ pub struct KernelSearch {
 impl KernelSearch {
     /// Searches over checked data of at least three points.
     pub(super) fn over(data: &Checked<'_>, kernel: Kernel, degree: Degree, criterion: Criterion) -> Result<Self> {
-        if data.x.len() == 1 && criterion == Criterion::LeaveOneOut {
-            let n = data.y.len() - data.w.map_or(0, |w| w.iter().filter(|w| **w == 0.0).count());
-            let search = BandwidthSearch::search(kernel, degree, data.x[0], data.y, data.w)?;
-            let score = |s: &crate::selection::Score| KernelScore {
+        if let [x] = data.x {
+            let line = Sorted::new(x, data.y, data.w);
+            let search = match criterion {
+                Criterion::LeaveOneOut => BandwidthSearch::with_degree(kernel, degree, &line),
+                Criterion::Generalized => generalized(kernel, degree, &line),
+            };
+            let score = |s: &Score| KernelScore {
                 bandwidths: vec![s.bandwidth],
                 score: s.error,
-                points: n,
+                points: line.len(),
             };
             return Ok(KernelSearch {
                 bandwidths: vec![search.bandwidth],
@@ -91,43 +92,31 @@ impl KernelSearch {
         }
         let points = data.sorted();
         let columns: Vec<Column> = points.x.iter().map(|x| Column::new(x)).collect();
-        let mut search = with_objective(&points, (kernel, degree, criterion), |objective| {
-            descent::search(objective, &columns)
-        });
-        if search.bandwidths.len() == 1 {
-            sort::by_key(&mut search.curve, |c| c.bandwidths[0]);
-        }
-        search.criterion = criterion;
-        Ok(search)
+        Ok(with_scores(&points, (kernel, degree, criterion), |scores| {
+            descent::search(scores, &columns)
+        }))
     }
 
     /// The exact score of these bandwidths over checked data of at least three points.
     pub(super) fn score_of(data: &Checked<'_>, kernel: Kernel, degree: Degree, criterion: Criterion, h: &[f64]) -> f64 {
+        if let ([x], [h]) = (data.x, h) {
+            let line = Sorted::new(x, data.y, data.w);
+            return match criterion {
+                Criterion::LeaveOneOut => leave_one_out(&line, kernel, degree, &[*h])[0],
+                Criterion::Generalized => generalized_score(&line, kernel, degree, *h),
+            };
+        }
         let how = (kernel, degree, criterion);
-        if h.len() > 1 && data.w.is_none() {
-            let all = InSpace::new(*data, how);
-            return all.score(h, data.y.len()).score;
+        if data.w.is_none() {
+            return Scores::new(*data, how).score(h, data.y.len()).score;
         }
         let points = data.sorted();
-        with_objective(&points, how, |objective| objective.score(h, points.len()).score)
+        with_scores(&points, how, |scores| scores.score(h, points.len()).score)
     }
 }
 
 /// Calls `run` with the scores over these points.
-fn with_objective<R>(
-    points: &Points,
-    (kernel, degree, criterion): (Kernel, Degree, Criterion),
-    run: impl FnOnce(&dyn Objective) -> R,
-) -> R {
-    if points.x.len() == 1 {
-        let sorted = Sorted::new(&points.x[0], &points.y, Some(&points.w));
-        return run(&OnLine {
-            data: &sorted,
-            kernel,
-            degree,
-            criterion,
-        });
-    }
+fn with_scores<R>(points: &Points, how: (Kernel, Degree, Criterion), run: impl FnOnce(&Scores<'_>) -> R) -> R {
     let columns: Vec<&[f64]> = points.x.iter().map(Vec::as_slice).collect();
     let weighted = points.w.iter().any(|w| *w != 1.0);
     let data = Checked {
@@ -135,7 +124,7 @@ fn with_objective<R>(
         y: &points.y,
         w: weighted.then_some(&points.w),
     };
-    run(&InSpace::new(data, (kernel, degree, criterion)))
+    run(&Scores::new(data, how))
 }
 
 /// Sums of squared errors over points.
@@ -180,53 +169,20 @@ impl Errors {
     }
 }
 
-/// Scores in one column.
-struct OnLine<'a> {
-    data: &'a Sorted,
-    kernel: Kernel,
-    degree: Degree,
-    criterion: Criterion,
-}
-
-impl Objective for OnLine<'_> {
-    fn points(&self) -> usize {
-        self.data.len()
-    }
-
-    fn score(&self, bandwidths: &[f64], _: usize) -> KernelScore {
-        let mut errors = Errors::default();
-        let data = self.data;
-        for_each_sum(data, self.kernel, self.degree, bandwidths[0], &data.x, |i, sums| {
-            let (y, w) = (data.y[i], data.weight(i));
-            if let Some(fit) = sums.fit(self.degree) {
-                let left_out = sums
-                    .residual_without(self.degree, y, w)
-                    .unwrap_or_else(|| y - direct_without(data, self.kernel, self.degree, bandwidths[0], i));
-                errors.add(w, fit.leverage, y - fit.value, left_out);
-            }
-        });
-        errors.score(bandwidths, self.criterion)
-    }
-
-    fn pairs(&self, _: &[f64]) -> f64 {
-        0.0
-    }
-}
-
-/// Scores in several columns.
-struct InSpace<'a> {
+/// Scores of bandwidths in several columns.
+pub(super) struct Scores<'a> {
     /// Without points of weight zero.
     data: Checked<'a>,
     /// The tree and the mean of the ordinates. They are made if some point has no other in reach.
     tree: OnceLock<(Tree, f64)>,
     kernel: Kernel,
     degree: Degree,
-    criterion: Criterion,
+    pub criterion: Criterion,
 }
 
-impl<'a> InSpace<'a> {
+impl<'a> Scores<'a> {
     fn new(data: Checked<'a>, (kernel, degree, criterion): (Kernel, Degree, Criterion)) -> Self {
-        InSpace {
+        Scores {
             data,
             tree: OnceLock::new(),
             kernel,
@@ -247,14 +203,14 @@ impl<'a> InSpace<'a> {
         let at: Vec<f64> = self.data.x.iter().map(|column| column[i]).collect();
         tree.mean_of_others(&at, self.data.weight(i)) - mean
     }
-}
 
-impl Objective for InSpace<'_> {
-    fn points(&self) -> usize {
+    /// The number of points.
+    pub fn points(&self) -> usize {
         self.data.y.len()
     }
 
-    fn score(&self, bandwidths: &[f64], points: usize) -> KernelScore {
+    /// The score with errors taken at this many of the points.
+    pub fn score(&self, bandwidths: &[f64], points: usize) -> KernelScore {
         let n = self.points();
         let product = Product::new(&self.data, self.kernel, bandwidths);
         // Every (n / points)-th point.
@@ -264,7 +220,8 @@ impl Objective for InSpace<'_> {
             .score(bandwidths, self.criterion)
     }
 
-    fn pairs(&self, bandwidths: &[f64]) -> f64 {
+    /// About how many points there are in a window.
+    pub fn pairs(&self, bandwidths: &[f64]) -> f64 {
         Product::new(&self.data, self.kernel, bandwidths).pairs()
     }
 }

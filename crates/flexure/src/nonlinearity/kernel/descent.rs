@@ -1,8 +1,7 @@
 //! The search for the bandwidths of several columns by coordinate descent: a common scale first, then column by column.
 
-use super::choice::{KernelScore, KernelSearch};
+use super::choice::{KernelScore, KernelSearch, Scores};
 use crate::interrupt;
-use crate::selection::Criterion;
 use crate::sort;
 
 /// Common factors of the logarithmic grid.
@@ -56,20 +55,8 @@ impl Column {
     }
 }
 
-/// A score of bandwidths.
-pub trait Objective {
-    /// The number of points.
-    fn points(&self) -> usize;
-
-    /// The score with errors taken at this many of the points.
-    fn score(&self, bandwidths: &[f64], points: usize) -> KernelScore;
-
-    /// About how many points there are in a window.
-    fn pairs(&self, bandwidths: &[f64]) -> f64;
-}
-
 struct Descent<'a> {
-    objective: &'a dyn Objective,
+    scores: &'a Scores<'a>,
     columns: &'a [Column],
     /// The columns that are not constant.
     varying: Vec<usize>,
@@ -82,16 +69,16 @@ struct Descent<'a> {
 }
 
 /// Searches for the bandwidths with the smallest score.
-pub fn search(objective: &dyn Objective, columns: &[Column]) -> KernelSearch {
-    let n = objective.points();
+pub fn search(scores: &Scores<'_>, columns: &[Column]) -> KernelSearch {
+    let n = scores.points();
     let points = ((GRID_PAIRS / n as f64) as usize).max(FEWEST).min(n);
     let extents: Vec<f64> = columns.iter().map(|c| c.extent.unwrap_or(1.0)).collect();
     let varying: Vec<usize> = (0..columns.len()).filter(|&j| columns[j].extent.is_some()).collect();
     // A window then holds a few points.
     let smallest = 0.5 * (3.0 * (varying.len() + 1) as f64 / n as f64).powf(1.0 / varying.len().max(1) as f64);
-    let start = objective.score(&extents, points);
+    let start = scores.score(&extents, points);
     let mut descent = Descent {
-        objective,
+        scores,
         columns,
         varying,
         smallest: smallest.clamp(SMALLEST.0, SMALLEST.1),
@@ -108,7 +95,7 @@ pub fn search(objective: &dyn Objective, columns: &[Column]) -> KernelSearch {
     KernelSearch {
         at_edge: descent.varying.iter().any(|&j| h[j] <= edge * extents[j]),
         bandwidths: h,
-        criterion: Criterion::default(),
+        criterion: descent.scores.criterion,
         curve: descent.curve,
     }
 }
@@ -169,7 +156,7 @@ impl Descent<'_> {
         if interrupt::requested() {
             return self.best.score;
         }
-        let tried = self.objective.score(&bandwidths, self.points);
+        let tried = self.scores.score(&bandwidths, self.points);
         let size = |h: &[f64]| h.iter().map(|h| h.ln()).sum::<f64>();
         let best = &self.best;
         let equal = (tried.score - best.score).abs() <= FLAT * best.score;
@@ -203,15 +190,15 @@ impl Descent<'_> {
 
     /// Scores at more points from now on, if these are cheap enough.
     fn refine(&mut self) {
-        let n = self.objective.points();
+        let n = self.scores.points();
         if self.points >= n {
             return;
         }
-        let pairs = self.objective.pairs(&self.best.bandwidths).max(1.0);
+        let pairs = self.scores.pairs(&self.best.bandwidths).max(1.0);
         let points = ((GOLDEN_PAIRS / pairs) as usize).min(n);
         if points > self.points {
             self.points = points;
-            self.best = self.objective.score(&self.best.bandwidths.clone(), points);
+            self.best = self.scores.score(&self.best.bandwidths.clone(), points);
             self.curve.push(self.best.clone());
         }
     }
