@@ -87,26 +87,7 @@ impl RobustBand {
     /// # Errors
     /// [`Error::Parameter`] for a parameter outside its range, [`Error::Data`]: `TooShort` with fewer than 5 points.
     pub fn for_kernel(&self, fit: &KernelFit, at: &[f64]) -> Result<Band> {
-        let draws = if self.kind == BandKind::Simultaneous {
-            self.draws
-        } else {
-            usize::MAX
-        };
-        check_level(self.level, draws, "draws")?;
-        if !(0.0..1.0).contains(&self.undersmoothing) {
-            return Err(Error::parameter(
-                "undersmoothing, an exponent,",
-                self.undersmoothing,
-                "from 0, below 1",
-            ));
-        }
-        if !(self.rho > 0.0 && self.rho.is_finite()) {
-            return Err(Error::parameter(
-                "rho, the bandwidth over that of the bias estimate,",
-                self.rho,
-                "positive and finite",
-            ));
-        }
+        self.check()?;
         let data = fit.data();
         if data.len() < FEWEST {
             return Err(Error::too_short("a confidence band", FEWEST, data.len()));
@@ -153,6 +134,30 @@ impl RobustBand {
             (self.level, self.kind),
             self.description(),
         ))
+    }
+
+    /// The parameters must be in their ranges.
+    fn check(&self) -> Result<()> {
+        let draws = match self.kind {
+            BandKind::Simultaneous => self.draws,
+            BandKind::Pointwise => usize::MAX,
+        };
+        check_level(self.level, draws, "draws")?;
+        if !(0.0..1.0).contains(&self.undersmoothing) {
+            return Err(Error::parameter(
+                "undersmoothing, an exponent,",
+                self.undersmoothing,
+                "from 0, below 1",
+            ));
+        }
+        if !(self.rho > 0.0 && self.rho.is_finite()) {
+            return Err(Error::parameter(
+                "rho, the bandwidth over that of the bias estimate,",
+                self.rho,
+                "positive and finite",
+            ));
+        }
+        Ok(())
     }
 
     fn description(&self) -> String {

@@ -61,6 +61,17 @@ pub(crate) fn mean(values: &[f64]) -> f64 {
     }
 }
 
+/// The mean of values, at least one, that may have weights.
+pub(crate) fn weighted_mean(values: &[f64], weights: Option<&[f64]>) -> f64 {
+    let about = |c: f64| match weights {
+        None => values.iter().map(|y| y - c).sum::<f64>() / values.len() as f64,
+        Some(w) => values.iter().zip(w).map(|(y, w)| w * (y - c)).sum::<f64>() / w.iter().sum::<f64>(),
+    };
+    // The second pass removes the rounding of the first where the offset is large.
+    let first = about(values[0]) + values[0];
+    first + about(first)
+}
+
 /// The mean squared deviation from the mean.
 pub(crate) fn variance(values: &[f64]) -> f64 {
     let centre = mean(values);

@@ -8,6 +8,7 @@ use std::fmt::Debug;
 
 use super::{KernelFit, KernelRegression, Outside};
 use crate::error::{Error, ParameterError, Result};
+use crate::linear::correlation::weighted_mean;
 use crate::record::check_values;
 use crate::selection::Criterion;
 use crate::sort::order;
@@ -239,7 +240,7 @@ impl Points {
 
     /// The weighted mean of the ordinates.
     pub fn mean(&self) -> f64 {
-        mean(&self.y, Some(&self.w))
+        weighted_mean(&self.y, Some(&self.w))
     }
 
     /// The root mean square of the ordinates, by which rounding is told from error.
@@ -259,17 +260,6 @@ impl Points {
         distinct.dedup();
         distinct
     }
-}
-
-/// The mean of values, at least one, weighted or not.
-pub(crate) fn mean(values: &[f64], weights: Option<&[f64]>) -> f64 {
-    let about = |c: f64| match weights {
-        None => values.iter().map(|y| y - c).sum::<f64>() / values.len() as f64,
-        Some(w) => values.iter().zip(w).map(|(y, w)| w * (y - c)).sum::<f64>() / w.iter().sum::<f64>(),
-    };
-    // The second pass removes the rounding of the first where the offset is large.
-    let first = about(values[0]) + values[0];
-    first + about(first)
 }
 
 /// Evaluates an estimate in one variable over `range`, and what `outside` says beyond.

@@ -81,15 +81,7 @@ impl Functions {
                 first,
                 steps,
             } => {
-                let t = x.map(|x| (x - centre) / half);
-                let mut last = ([0.0; N], [*first; N]);
-                let mut b = 0.0;
-                out[0] = last.1;
-                for (v, (a, next_b)) in out[1..].iter_mut().zip(steps) {
-                    last = advance(last, |p, before, now| ((t[p] - a) * now - b * before) / next_b);
-                    b = *next_b;
-                    *v = last.1;
-                }
+                discrete_rows(&x.map(|x| (x - centre) / half), *first, steps, out);
             }
         }
     }
@@ -159,6 +151,18 @@ fn turn<const N: usize>(p: &[(f64, f64); N], sin_cos: &[(f64, f64); N]) -> [(f64
         let (p, (sin, cos)) = (p[i], sin_cos[i]);
         (p.0 * cos - p.1 * sin, p.0 * sin + p.1 * cos)
     })
+}
+
+/// Orthogonal polynomials of discrete data at `t`, by their recurrence.
+fn discrete_rows<const N: usize>(t: &[f64; N], first: f64, steps: &[(f64, f64)], out: &mut [[f64; N]]) {
+    let mut last = ([0.0; N], [first; N]);
+    let mut b = 0.0;
+    out[0] = last.1;
+    for (v, (a, next_b)) in out[1..].iter_mut().zip(steps) {
+        last = advance(last, |p, before, now| ((t[p] - a) * now - b * before) / next_b);
+        b = *next_b;
+        *v = last.1;
+    }
 }
 
 /// One step of a three-term recurrence: (before, now) becomes (now, next).

@@ -5,7 +5,7 @@
 //! where c_k(t) are the coefficients of K(t - u) as a polynomial in u. The triangular kernel has one polynomial up to the
 //! point and another one beyond it.
 
-use super::window_sums::WindowSums;
+use super::window_sums::{Moments, WindowSums};
 use super::{Degree, Kernel, Sorted, Sums};
 
 /// 1 - (t - u)^2 in powers of u.
@@ -75,6 +75,29 @@ pub fn at_points(
     }
 }
 
+/// The sums at the coordinate `t` out of the window's moments, by the kernel's coefficients there.
+#[inline(always)]
+fn combined<const M: usize, const N: usize>(Moments(moments): &Moments<N>, t: f64, c: [f64; M]) -> Sums {
+    let mut sums = Sums {
+        mass: [moments[0][0], 0.0],
+        at: t,
+        ..Sums::NONE
+    };
+    for k in 0..M {
+        sums.s[0] += c[k] * moments[k][0];
+        sums.t[0] += c[k] * moments[k][1];
+    }
+    if N > M {
+        sums.mass[1] = moments[2][0];
+        for k in 0..M {
+            sums.s[1] += c[k] * moments[k + 1][0];
+            sums.s[2] += c[k] * moments[k + 2][0];
+            sums.t[1] += c[k] * moments[k + 1][1];
+        }
+    }
+    sums
+}
+
 /// For a kernel that is one polynomial on [-1, 1].
 #[inline(always)]
 fn one_polynomial<const M: usize, const N: usize>(
@@ -88,7 +111,7 @@ fn one_polynomial<const M: usize, const N: usize>(
     for (j, &q) in at.iter().enumerate() {
         if let Some(moments) = window.over(|x| q - x > h, |x| x - q <= h) {
             let t = window.coordinate(q);
-            visit(j, Sums::combined(&moments, t, coefficients(t)));
+            visit(j, combined(&moments, t, coefficients(t)));
         }
     }
 }
@@ -99,11 +122,11 @@ fn triangular<const N: usize>(data: &Sorted, h: f64, at: &[f64], visit: &mut dyn
     for (j, &q) in at.iter().enumerate() {
         let below = lower.over(|x| q - x > h, |x| x <= q).map(|moments| {
             let t = lower.coordinate(q);
-            Sums::combined(&moments, t, rising(t))
+            combined(&moments, t, rising(t))
         });
         let above = upper.over(|x| x <= q, |x| x - q <= h).map(|moments| {
             let t = upper.coordinate(q);
-            Sums::combined(&moments, t, falling(t))
+            combined(&moments, t, falling(t))
         });
         match (below, above) {
             (Some(below), Some(above)) => visit(j, below + above),

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{Degree, Kernel, Sums};
-use crate::nonlinearity::estimator::mean;
+use crate::linear::correlation::weighted_mean;
 use crate::sort::order;
 
 /// Points sorted by abscissa, then ordinate, then weight, so that nothing depends on their order in the
@@ -31,7 +31,7 @@ impl Sorted {
 
     /// Sorted points with the ordinates' mean taken off.
     pub fn centred(x: Vec<f64>, mut y: Vec<f64>, w: Option<Vec<f64>>) -> Self {
-        let mean = mean(&y, w.as_deref());
+        let mean = weighted_mean(&y, w.as_deref());
         y.iter_mut().for_each(|y| *y -= mean);
         Sorted { x, y, w, mean }
     }

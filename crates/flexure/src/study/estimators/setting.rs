@@ -312,6 +312,15 @@ pub fn estimator_settings() -> Vec<EstimatorSetting> {
         input: Input::StudentT,
         ..line(Method::Hermite, Bump, l2, (1.102, third), -third)
     });
+    settings.extend(two_column_settings());
+    settings
+}
+
+/// The local estimators in two variables.
+fn two_column_settings() -> Vec<EstimatorSetting> {
+    use Regressand::{Cone, Cosine};
+    let third = 1.0 / 3.0;
+    let mut settings = Vec::new();
     let plane = [
         (Method::KernelConstant, (1.5, -0.25), (1.6, -0.5 * third)),
         (Method::KernelLinear, (1.5, -0.25), (1.6, -0.5 * third)),
@@ -323,7 +332,7 @@ pub fn estimator_settings() -> Vec<EstimatorSetting> {
         for (regressand, schedule, exponent) in [(Cone, lipschitz, -0.25), (Cosine, smooth, -third)] {
             settings.push(EstimatorSetting {
                 columns: 2,
-                ..line(method, regressand, origin, schedule, exponent)
+                ..line(method, regressand, ErrorNorm::At(0.0), schedule, exponent)
             });
         }
     }

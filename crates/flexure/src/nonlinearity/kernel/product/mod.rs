@@ -19,8 +19,9 @@ mod sums;
 use std::ops::Range;
 
 use super::{Degree, Kernel};
+use crate::linear::correlation::weighted_mean;
 use crate::nonlinearity::Outside;
-use crate::nonlinearity::estimator::{Checked, mean};
+use crate::nonlinearity::estimator::Checked;
 use cells::Cells;
 use sums::{Columns, Local, Outcome, Sums, SumsOver, Window};
 
@@ -93,7 +94,7 @@ impl Product {
         let widths: Vec<f64> = h.iter().map(|h| (h * reach).min(f64::MAX)).collect();
         let (cells, ranges, order) = Cells::new(data.x, &widths);
         let total = data.w.map_or(n as f64, |w| w.iter().sum());
-        let mean = mean(data.y, data.w);
+        let mean = weighted_mean(data.y, data.w);
         let gather = |values: &[f64]| -> Vec<f64> { order.iter().map(|&i| values[i as usize]).collect() };
         Product {
             kernel,
