@@ -61,14 +61,15 @@ pub(crate) fn mean(values: &[f64]) -> f64 {
     }
 }
 
-/// The mean of values, at least one, that may have weights.
+/// The mean of values that may have weights; NaN of nothing.
 pub(crate) fn weighted_mean(values: &[f64], weights: Option<&[f64]>) -> f64 {
     let about = |c: f64| match weights {
         None => values.iter().map(|y| y - c).sum::<f64>() / values.len() as f64,
         Some(w) => values.iter().zip(w).map(|(y, w)| w * (y - c)).sum::<f64>() / w.iter().sum::<f64>(),
     };
     // The second pass removes the rounding of the first where the offset is large.
-    let first = about(values[0]) + values[0];
+    let start = values.first().copied().unwrap_or(f64::NAN);
+    let first = about(start) + start;
     first + about(first)
 }
 

@@ -19,7 +19,6 @@ mod sums;
 use std::ops::Range;
 
 use super::{Degree, Kernel};
-use crate::linear::correlation::weighted_mean;
 use crate::nonlinearity::Outside;
 use crate::nonlinearity::estimator::Checked;
 use cells::Cells;
@@ -94,7 +93,13 @@ impl Product {
         let widths: Vec<f64> = h.iter().map(|h| (h * reach).min(f64::MAX)).collect();
         let (cells, ranges, order) = Cells::new(data.x, &widths);
         let total = data.w.map_or(n as f64, |w| w.iter().sum());
-        let mean = weighted_mean(data.y, data.w);
+        // The second pass removes the rounding of the first where the offset is large.
+        let about = |c: f64| match data.w {
+            None => sum(data.y, |_, y| y - c) / total,
+            Some(w) => sum(data.y, |i, y| w[i] * (y - c)) / total,
+        };
+        let first = about(data.y[0]) + data.y[0];
+        let mean = first + about(first);
         let gather = |values: &[f64]| -> Vec<f64> { order.iter().map(|&i| values[i as usize]).collect() };
         Product {
             kernel,
@@ -188,6 +193,21 @@ impl Product {
         };
         (need > self.reach * (1.0 + 1e-9)).then(|| need / self.reach)
     }
+}
+
+/// The sum of `term(i, values[i])`, in parts that do not wait for each other.
+#[inline(always)]
+fn sum(values: &[f64], term: impl Fn(usize, f64) -> f64) -> f64 {
+    let (chunks, rest) = values.as_chunks::<8>();
+    let mut parts = [0.0; 8];
+    for (c, chunk) in chunks.iter().enumerate() {
+        for l in 0..8 {
+            parts[l] += term(8 * c + l, chunk[l]);
+        }
+    }
+    let done = values.len() - rest.len();
+    let rest: f64 = rest.iter().enumerate().map(|(l, &v)| term(done + l, v)).sum();
+    parts.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]
