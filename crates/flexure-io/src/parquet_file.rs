@@ -87,13 +87,7 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
     }
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(content)?;
-        let ranges = group.metadata().columns().iter();
-        if ranges
-            .map(|c| (c.data_page_offset(), c.dictionary_page_offset(), c.compressed_size()))
-            .any(|(data, dictionary, size)| data < 0 || dictionary.is_some_and(|d| d < 0) || size < 0)
-        {
-            return Err(damaged(path, "a column lies outside of the file; save it again"));
-        }
+        check_places(path, &*group)?;
         let mut exact = Vec::with_capacity(signals.len());
         for (i, kind, samples) in &mut signals {
             exact.push(append(&*group, *i, *kind, samples).map_err(content)?);
@@ -126,6 +120,19 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
         others,
         ..RecordFile::new(record, path, Format::Parquet)
     })
+}
+
+/// Refuses columns at places that no file has.
+fn check_places(path: &Path, group: &dyn RowGroupReader) -> Result<()> {
+    let mut columns = group.metadata().columns().iter();
+    let outside = columns.any(|column| {
+        let dictionary = column.dictionary_page_offset().unwrap_or(0);
+        column.data_page_offset() < 0 || dictionary < 0 || column.compressed_size() < 0
+    });
+    match outside {
+        true => Err(damaged(path, "a column lies outside of the file; save it again")),
+        false => Ok(()),
+    }
 }
 
 /// Refuses a file that does not begin and end as a Parquet file does.

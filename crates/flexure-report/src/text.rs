@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::data::{Choice, Fact, LinearPart, Page, ScoreCurve, Table, Test, Verdict};
+use crate::data::{ArmMotion, Choice, Fact, LinearPart, Page, ScoreCurve, Table, Test, Verdict};
 use crate::limits;
 use crate::payload::Payload;
 
@@ -170,24 +170,34 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             auto,
             cross,
         },
-        record: payload.record.as_ref().map(|plot| {
-            let samples = page.record[0].values.len();
-            RecordText {
-                samples: count(samples),
-                signals: page.record.len(),
-                fresh: (page.fresh_from > 0 && page.fresh_from < samples).then(|| count(page.fresh_from)),
-                bucket: plot.time.bucket,
-            }
-        }),
-        arm: payload.arm.as_ref().zip(page.arm.as_ref()).map(|(_, arm)| ArmText {
-            caption: arm.caption.clone(),
-            motors: arm.qm.iter().any(|q| !q.is_empty()),
-            torques: arm.tau.iter().any(|t| !t.is_empty()),
-            cut: arm.q[0].len() > limits::ARM_SAMPLES,
-            samples: count(arm.q[0].len()),
-        }),
+        record: payload.record.as_ref().map(|plot| record(page, plot.time.bucket)),
+        arm: payload
+            .arm
+            .as_ref()
+            .zip(page.arm.as_ref())
+            .map(|(_, motion)| arm(motion)),
         command: page.command.as_deref(),
         version: env!("CARGO_PKG_VERSION"),
+    }
+}
+
+fn record(page: &Page, bucket: usize) -> RecordText {
+    let samples = page.record[0].values.len();
+    RecordText {
+        samples: count(samples),
+        signals: page.record.len(),
+        fresh: (page.fresh_from > 0 && page.fresh_from < samples).then(|| count(page.fresh_from)),
+        bucket,
+    }
+}
+
+fn arm(arm: &ArmMotion) -> ArmText {
+    ArmText {
+        caption: arm.caption.clone(),
+        motors: arm.qm.iter().any(|q| !q.is_empty()),
+        torques: arm.tau.iter().any(|t| !t.is_empty()),
+        cut: arm.q[0].len() > limits::ARM_SAMPLES,
+        samples: count(arm.q[0].len()),
     }
 }
 
