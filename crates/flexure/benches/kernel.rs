@@ -19,7 +19,7 @@ const BANDWIDTH: f64 = 0.1;
 const PATIENCE: Duration = Duration::from_millis(700);
 const RUNS: usize = 3;
 
-/// The time that all threads of the process have spent on a processor, s (NaN where the system does not tell).
+/// The time that all threads of the process have spent on a processor, s (NaN where the system does not say).
 fn processor_time() -> f64 {
     let spent = |task: std::io::Result<std::fs::DirEntry>| -> Option<f64> {
         let stat = std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
