@@ -160,16 +160,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let found = match i {
                     0 | 1 => told(
                         number,
-                        &axis.stiffness,
+                        &axis.stiffness.band,
                         |d| kappa.torque(d),
-                        &axis.stiffness_forms,
+                        &axis.stiffness.forms,
                         forms,
                     ),
                     _ => told(
                         number,
-                        &axis.friction,
+                        &axis.link.friction.band,
                         |v| friction.torque(v),
-                        &axis.friction_forms,
+                        &axis.link.friction.forms,
                         rubs,
                     ),
                 };

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use flexure::Record;
 use flexure::bands::Band;
-use flexure::identify::robot_joint::{Estimated, Finding, FlexibleAxis, FlexibleJoint, JointFound, TwoLinkLog};
+use flexure::identify::robot_joint::{Estimated, Finding, FlexibleAxis, FlexibleJoint, IdentifiedJoint, TwoLinkLog};
 use flexure::manipulator::add_noise;
 
 use super::{Arguments, Extremes};
@@ -73,9 +73,9 @@ pub fn rehearse(motion: &Record, free: [bool; 2], limits: [Extremes; 2], argumen
     };
     match log.identify() {
         Err(error) => rehearsal.cannot.push(format!("anything of the joint: {error}")),
-        Ok(JointFound::Rigid(axis)) => rehearsal.cannot.extend(axis.findings.iter().map(ToString::to_string)),
-        Ok(JointFound::Flexible(axis)) => {
-            rehearsal.number("the link's inertia", axis.link_inertia);
+        Ok(IdentifiedJoint::Rigid(axis)) => rehearsal.cannot.extend(axis.findings.iter().map(ToString::to_string)),
+        Ok(IdentifiedJoint::Flexible(axis)) => {
+            rehearsal.number("the link's inertia", axis.link.inertia);
             rehearsal.joint(&axis, "");
         }
     }
@@ -103,8 +103,8 @@ impl Rehearsal {
     fn joint(&mut self, axis: &FlexibleAxis, of: &str) {
         self.number(&format!("{of}the motor's inertia"), axis.motor_inertia);
         for (name, band, unit) in [
-            ("stiffness", &axis.stiffness, "rad"),
-            ("friction", &axis.friction, "rad/s"),
+            ("stiffness", &axis.stiffness.band, "rad"),
+            ("friction", &axis.link.friction.band, "rad/s"),
         ] {
             let x = &band.x[0];
             let (low, high, width) = (number(x[0]), number(x[x.len() - 1]), width(band));
@@ -147,7 +147,7 @@ impl Rehearsal {
         // Half a sample of a held torque is as it should be.
         let worth = |f: &&Finding| !matches!(f, Finding::TorqueDelay { held: true, .. });
         self.cannot
-            .extend(axis.findings.iter().filter(worth).map(|f| format!("{of}{f}")));
+            .extend(axis.link.findings.iter().filter(worth).map(|f| format!("{of}{f}")));
     }
 }
 

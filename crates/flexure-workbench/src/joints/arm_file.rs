@@ -141,7 +141,7 @@ pub fn rigid(axis: &RigidAxis, prismatic: bool, log: &Log, place: Place) -> Resu
         let [g1, g2, g3, g4, g6] = ["g1", "g2", "g3", "g4", "g6"].map(value);
         known && f.inertia.value > 0.0 && g1 >= 0.0 && g2 >= g3 && g4 >= 0.0 && g6 >= 0.0
     };
-    let possible = axis.forms.iter().filter(smooth);
+    let possible = axis.friction.forms.iter().filter(smooth);
     let Some(form) = possible.min_by(|a, b| a.bic.total_cmp(&b.bic)) else {
         bail!("an arm file has friction (12) only, of which no form with positive factors fits this axis");
     };
@@ -151,7 +151,7 @@ pub fn rigid(axis: &RigidAxis, prismatic: bool, log: &Log, place: Place) -> Resu
         ..JointParameters::default()
     };
     let arm = single(place.joint, form.inertia.value, joint, Model::Rigid);
-    let initial = state(log, place.joint, &[axis.velocity[0]]);
+    let initial = state(log, place.joint, &[axis.friction.x[0]]);
     let mut header = RIGID.to_owned();
     if prismatic {
         header.push_str("# The axis is prismatic: read m for rad, kg for kg m^2 and N for N m.\n");
@@ -181,7 +181,7 @@ fn state(log: &Log, joint: usize, velocities: &[f64]) -> State {
 
 /// The state in which the log of flexible joints starts, of which `joint` is the first.
 fn started(log: &Log, joint: usize, axes: &[&FlexibleAxis]) -> State {
-    let velocities: Vec<f64> = axes.iter().map(|axis| axis.velocity[0]).collect();
+    let velocities: Vec<f64> = axes.iter().map(|axis| axis.link.friction.x[0]).collect();
     state(log, joint, &velocities)
 }
 

@@ -46,7 +46,7 @@ impl Joint for Flexible {
         let mut lines = vec![format!("Flexible joint from {} samples of {}", log.samples(), log.name)];
         lines.extend(axis_lines(&self.axis, "link inertia"));
         lines.extend(motions.iter().map(|m| motion_line(m, "torque")));
-        lines.extend(findings(&self.axis.findings));
+        lines.extend(findings(&self.axis.link.findings));
         lines
     }
 
@@ -65,7 +65,7 @@ impl Joint for Flexible {
     fn inertias(&self) -> Vec<(&'static str, Estimated)> {
         vec![
             ("motor's inertia", self.axis.motor_inertia),
-            ("link's inertia", self.axis.link_inertia),
+            ("link's inertia", self.axis.link.inertia),
         ]
     }
 }
@@ -76,34 +76,34 @@ pub fn axis_json(axis: &FlexibleAxis) -> Value {
     let list = |forms: &[Fitted]| -> Vec<Value> { forms.iter().map(|f| fitted_json(f, &units)).collect() };
     json!({
         "motor_inertia": axis.motor_inertia,
-        "link_inertia": axis.link_inertia,
-        "stiffness": curve_json(&axis.stiffness),
+        "link_inertia": axis.link.inertia,
+        "stiffness": curve_json(&axis.stiffness.band),
         "secant_stiffness": curve_json(&axis.secant),
-        "friction": curve_json(&axis.friction),
-        "stiffness_forms": list(&axis.stiffness_forms),
-        "best_stiffness_form": axis.stiffness_forms[axis.best_stiffness].form,
-        "friction_forms": list(&axis.friction_forms),
-        "best_friction_form": axis.friction_forms[axis.best_friction].form,
+        "friction": curve_json(&axis.link.friction.band),
+        "stiffness_forms": list(&axis.stiffness.forms),
+        "best_stiffness_form": axis.stiffness.best().form,
+        "friction_forms": list(&axis.link.friction.forms),
+        "best_friction_form": axis.link.friction.best().form,
         "model": {
             "stiffness": fitted_json(&axis.model.stiffness, &units),
             "friction": fitted_json(&axis.model.friction, &units),
         },
-        "encoder_skew": axis.skew,
-        "cut_off": axis.cut_off,
-        "highest_frequency": axis.highest,
-        "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "encoder_skew": axis.clock_offset,
+        "cut_off": axis.link.cut_off,
+        "highest_frequency": axis.link.highest,
+        "findings": axis.link.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
     })
 }
 
 /// The curves of a joint as the columns of files.
 pub fn curves(axis: &FlexibleAxis) -> flexure::Result<Curves> {
-    let mut stiffness = curve_record(&axis.stiffness, ["deflection", "torque"])?;
+    let mut stiffness = curve_record(&axis.stiffness.band, ["deflection", "torque"])?;
     let band = &axis.secant;
     stiffness.push("stiffness", band.estimate.clone())?;
     stiffness.push("stiffness_lower", band.lower.clone())?;
     stiffness.push("stiffness_upper", band.upper.clone())?;
     Ok(Curves {
-        friction: curve_record(&axis.friction, ["velocity", "torque"])?,
+        friction: curve_record(&axis.link.friction.band, ["velocity", "torque"])?,
         stiffness: Some(stiffness),
     })
 }
@@ -126,22 +126,19 @@ pub fn axis_lines(axis: &FlexibleAxis, link: &str) -> Vec<String> {
     };
     let mut lines = vec![
         inertia("motor inertia", axis.motor_inertia),
-        inertia(link, axis.link_inertia),
-        range_line("stiffness", &axis.stiffness, "rad"),
-        range_line("friction", &axis.friction, "rad/s"),
+        inertia(link, axis.link.inertia),
+        range_line("stiffness", &axis.stiffness.band, "rad"),
+        range_line("friction", &axis.link.friction.band, "rad/s"),
     ];
     for form in [&axis.model.stiffness, &axis.model.friction] {
         lines.push(format!("  {}", titled(form)));
         lines.extend(parameter_lines(form, &units));
     }
     lines.push(format!("    together {}", lack_text(&axis.model.friction)));
-    for (what, forms, best) in [
-        ("stiffness", &axis.stiffness_forms, axis.best_stiffness),
-        ("friction", &axis.friction_forms, axis.best_friction),
-    ] {
+    for (what, curve) in [("stiffness", &axis.stiffness), ("friction", &axis.link.friction)] {
         lines.push(format!("  Forms of the {what}, each by itself"));
-        for (i, form) in forms.iter().enumerate() {
-            let form = fitted_lines(form, &units, i == best);
+        for (i, form) in curve.forms.iter().enumerate() {
+            let form = fitted_lines(form, &units, i == curve.best);
             lines.extend(form.into_iter().map(|line| format!("  {line}")));
         }
     }

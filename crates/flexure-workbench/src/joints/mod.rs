@@ -15,7 +15,9 @@ mod two_link;
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::bands::Band;
-use flexure::identify::robot_joint::{AxisDrive, Estimated, Extra, FlexibleJoint, JointFound, RigidJoint, TwoLinkLog};
+use flexure::identify::robot_joint::{
+    AxisDrive, Estimated, Extra, FlexibleJoint, IdentifiedJoint, RigidJoint, TwoLinkLog,
+};
 use flexure_io::RecordFile;
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
@@ -108,8 +110,8 @@ pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spel
     let located = |log: &Log, error| file.locate(log.renamed(error));
     let joint: Box<dyn Joint> = match &log.axes[..] {
         [axis] => match axis.identify(log.sample_time, settings).map_err(|e| located(&log, e))? {
-            JointFound::Rigid(axis) => Box::new(Rigid::new(*axis, settings.prismatic, log)),
-            JointFound::Flexible(axis) => Box::new(Flexible { axis: *axis, log }),
+            IdentifiedJoint::Rigid(axis) => Box::new(Rigid::new(*axis, settings.prismatic, log)),
+            IdentifiedJoint::Flexible(axis) => Box::new(Flexible { axis: *axis, log }),
         },
         [first, second] => {
             let joints = TwoLinkLog {
@@ -139,7 +141,7 @@ pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spel
 }
 
 impl AxisLog {
-    fn identify(&self, sample_time: f64, settings: &Settings) -> flexure::Result<JointFound> {
+    fn identify(&self, sample_time: f64, settings: &Settings) -> flexure::Result<IdentifiedJoint> {
         let Some(motor) = &self.motor else {
             let joint = RigidJoint {
                 position: &self.position,
@@ -149,7 +151,7 @@ impl AxisLog {
                 extras: &settings.extras,
                 level: settings.level,
             };
-            return Ok(JointFound::Rigid(Box::new(joint.identify()?)));
+            return Ok(IdentifiedJoint::Rigid(Box::new(joint.identify()?)));
         };
         let joint = FlexibleJoint {
             motor,

@@ -19,7 +19,7 @@ const NEXT: f64 = 0.2;
 
 /// The page of a rigid axis.
 pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> JointPage {
-    let best = &axis.forms[axis.best];
+    let best = axis.friction.best();
     let labels = [
         format!("velocity ({}/s)", units.position),
         format!("torque ({})", units.torque),
@@ -39,10 +39,10 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
             "Friction",
             "The torque that inertia and position-dependent terms leave, over the velocity, with the free curve and its \
              band; dashed the form with the smallest BIC.",
-            curve(&axis.friction, [&labels[0], &labels[1]], |v| best.torque(v), best),
-            Scatter::new(&axis.velocity[..], &axis.partial[..]),
+            curve(&axis.friction.band, [&labels[0], &labels[1]], |v| best.torque(v), best),
+            Scatter::new(&axis.friction.x[..], &axis.friction.partial[..]),
         )],
-        tables: axis.forms.iter().map(|f| table(f, units)).collect(),
+        tables: axis.friction.forms.iter().map(|f| table(f, units)).collect(),
         motions: comparisons(log, 0, &axis.reconstructed, motions, units, ""),
         command: None,
     }
@@ -56,14 +56,14 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
         subtitle: subtitle("", log),
         facts: vec![
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
-            inertia("Link inertia", axis.link_inertia, "kg m^2"),
+            inertia("Link inertia", axis.link.inertia, "kg m^2"),
             clock_offset(axis),
             samples(log),
         ],
-        warnings: warnings(&axis.findings).collect(),
+        warnings: warnings(&axis.link.findings).collect(),
         curves: joint_curves(axis, "").into(),
         tables: forms(axis).map(|f| table(f, &units)).collect(),
-        motions: comparisons(log, 0, &axis.reconstructed, motions, &units, ""),
+        motions: comparisons(log, 0, &axis.link.reconstructed, motions, &units, ""),
         command: None,
     }
 }
@@ -82,7 +82,7 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
         let motor = format!("Motor inertia, {name}");
         page.facts.push(inertia(&motor, axis.motor_inertia, "kg m^2"));
         page.warnings
-            .extend(warnings(&axis.findings).map(|f| format!("{name}: {f}")));
+            .extend(warnings(&axis.link.findings).map(|f| format!("{name}: {f}")));
         page.curves.extend(joint_curves(axis, &format!(", {name}")));
         page.tables.extend(forms(axis).enumerate().map(|(k, f)| {
             let table = table(f, &units);
@@ -95,7 +95,7 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
         let own = motions.get(i..=i).unwrap_or_default();
         let of = format!(" of {name}");
         page.motions
-            .extend(comparisons(log, i, &axis.reconstructed, own, &units, &of));
+            .extend(comparisons(log, i, &axis.link.reconstructed, own, &units, &of));
     }
     page
 }
@@ -103,7 +103,7 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
 /// The forms of a joint: those of the model, then each by itself.
 fn forms(axis: &FlexibleAxis) -> impl Iterator<Item = &Fitted> {
     let model = [&axis.model.stiffness, &axis.model.friction].into_iter();
-    model.chain(&axis.stiffness_forms).chain(&axis.friction_forms)
+    model.chain(&axis.stiffness.forms).chain(&axis.link.friction.forms)
 }
 
 fn constant(constant: Constant) -> Fact {
@@ -115,14 +115,19 @@ fn constant(constant: Constant) -> Fact {
 }
 
 fn clock_offset(axis: &FlexibleAxis) -> Fact {
-    let note = match axis.findings.iter().any(|f| matches!(f, Finding::EncoderClocks { .. })) {
+    let note = match axis
+        .link
+        .findings
+        .iter()
+        .any(|f| matches!(f, Finding::EncoderClocks { .. }))
+    {
         true => "by which the link's samples are late; corrected".to_owned(),
         false => format!(
             "not told from none (standard error {:.3} ms)",
-            1e3 * axis.skew.standard_error
+            1e3 * axis.clock_offset.standard_error
         ),
     };
-    Fact::new("Encoder skew", format!("{:.3} ms", 1e3 * axis.skew.value), note)
+    Fact::new("Encoder skew", format!("{:.3} ms", 1e3 * axis.clock_offset.value), note)
 }
 
 /// The curves of a flexible joint; `of` is added to their headings.
@@ -143,24 +148,24 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> [JointCurve; 3] {
             format!("Elastic torque{of}"),
             "The torque that the motor's inertia leaves, over the deflection, with the free curve.",
             curve(
-                &axis.stiffness,
+                &axis.stiffness.band,
                 [deflection, torque],
                 |d| stiffness.torque(d),
                 stiffness,
             ),
-            Scatter::new(&axis.deflection[..], &axis.partial_stiffness[..]),
+            Scatter::new(&axis.stiffness.x[..], &axis.stiffness.partial[..]),
         ),
         JointCurve::new(
             format!("Friction{of}"),
             "The elastic torque that the link's inertia leaves, over the link's velocity, with the free curve and its \
              band.",
             curve(
-                &axis.friction,
+                &axis.link.friction.band,
                 ["velocity (rad/s)", torque],
                 |v| friction.torque(v),
                 friction,
             ),
-            Scatter::new(&axis.velocity[..], &axis.partial_friction[..]),
+            Scatter::new(&axis.link.friction.x[..], &axis.link.friction.partial[..]),
         ),
     ]
 }

@@ -33,8 +33,8 @@ impl Rigid {
 
     fn motion(&self, drive: AxisDrive, name: &'static str) -> Motion {
         let measured = &self.log.axes[0].position;
-        let start = [measured[0], self.axis.velocity[0]];
-        let position = self.axis.replay(&self.axis.forms[self.axis.best], drive, start);
+        let start = [measured[0], self.axis.friction.x[0]];
+        let position = self.axis.replay(self.axis.friction.best(), drive, start);
         Motion {
             drive: name,
             fit: Fit::new(measured, &position),
@@ -51,10 +51,10 @@ impl Joint for Rigid {
             "joint": "rigid",
             "inertia": axis.inertia,
             "inertia_unit": units.inertia(),
-            "friction": curve_json(&axis.friction),
+            "friction": curve_json(&axis.friction.band),
             "extras": axis.extras,
-            "forms": axis.forms.iter().map(|f| fitted_json(f, &units)).collect::<Vec<_>>(),
-            "best_form": axis.forms[axis.best].form,
+            "forms": axis.friction.forms.iter().map(|f| fitted_json(f, &units)).collect::<Vec<_>>(),
+            "best_form": axis.friction.best().form,
             "cut_off": axis.cut_off,
             "highest_frequency": axis.highest,
             "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
@@ -87,7 +87,7 @@ impl Joint for Rigid {
             ),
         ];
         let velocity = format!("{}/s", units.position);
-        lines.push(range_line("friction", &axis.friction, &velocity));
+        lines.push(range_line("friction", &axis.friction.band, &velocity));
         for extra in &axis.extras {
             let value = with_error(estimate(extra));
             lines.push(format!(
@@ -96,8 +96,8 @@ impl Joint for Rigid {
                 units.of_curve(extra.unit, true)
             ));
         }
-        for (i, form) in axis.forms.iter().enumerate() {
-            lines.extend(fitted_lines(form, &units, i == axis.best));
+        for (i, form) in axis.friction.forms.iter().enumerate() {
+            lines.extend(fitted_lines(form, &units, i == axis.friction.best));
         }
         for motion in motions {
             let near = nearness(motion.fit, units.position);
@@ -120,7 +120,7 @@ impl Joint for Rigid {
 
     fn curves(&self) -> flexure::Result<Vec<Curves>> {
         Ok(vec![Curves {
-            friction: curve_record(&self.axis.friction, ["velocity", "torque"])?,
+            friction: curve_record(&self.axis.friction.band, ["velocity", "torque"])?,
             stiffness: None,
         }])
     }

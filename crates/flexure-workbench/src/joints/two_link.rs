@@ -66,7 +66,7 @@ impl Joint for TwoLink {
             lines.push(format!("Joint {}", i + 1));
             lines.extend(axis_lines(axis, "M at q2 = 0"));
             lines.extend(motions.get(i).map(|m| motion_line(m, "torques")));
-            lines.extend(findings(&axis.findings));
+            lines.extend(findings(&axis.link.findings));
         }
         lines
     }

@@ -2,21 +2,10 @@
 
 use super::column_noise::Slopes;
 use super::fourier::Modulation;
+use super::limits::{
+    FRICTION_DENSER, GRID_DENSER, POINTS_IN_INTERVAL, SHARE_IN_INTERVAL, SPLINE_SLOPE_STEP, STIFFNESS_DENSER,
+};
 use crate::nonlinearity::spline::basis::CubicSplines;
-
-/// Points an interval must hold, at least.
-const FEWEST: usize = 20;
-/// And as a share of all points.
-const SHARE: f64 = 1e-3;
-/// How much denser the breakpoints lie at zero than at the ends: of friction, which changes fastest where the velocity
-/// changes sign, and of stiffness, which the torque determines less well the nearer to zero.
-const FRICTION_DENSER: f64 = 100.0;
-const STIFFNESS_DENSER: f64 = 10.0;
-/// The same of the points at which a curve is reported.
-const GRID_DENSER: f64 = 10.0;
-
-/// Half the distance of the points between which a slope is taken, as a share of the range.
-const SLOPE_STEP: f64 = 1e-6;
 
 /// Simpson's weights of a sample and of the middles between it and its neighbours.
 const MIDDLE: f64 = 4.0 / 6.0;
@@ -95,7 +84,7 @@ impl Basis {
         let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
         let spacing = Spacing::new([low, high], denser);
         let count = 2 * pieces;
-        let fewest = FEWEST.max((x.len() as f64 * SHARE) as usize);
+        let fewest = POINTS_IN_INTERVAL.max((x.len() as f64 * SHARE_IN_INTERVAL) as usize);
         let below = |b: f64| sorted.partition_point(|v| *v < b);
         let mut inner: Vec<f64> = Vec::new();
         let mut before = 0;
@@ -161,7 +150,7 @@ impl Basis {
 
     /// The slopes of every spline times the abscissa, at the points x.
     pub fn slopes(&self, modulation: &Modulation, x: &[f64]) -> Slopes {
-        let h = SLOPE_STEP * (self.high - self.low);
+        let h = SPLINE_SLOPE_STEP * (self.high - self.low);
         Slopes::new(modulation, self.len(), |i| {
             let [below, above] = [x[i] - h, x[i] + h].map(|x| (x, self.at(x)));
             let first = below.1.0.min(above.1.0);

@@ -9,19 +9,16 @@ use realfft::RealFftPlanner;
 
 use super::equations::Equations;
 use super::fourier::smooth_from;
+use super::limits::{FEWEST_IN_STRETCH, STRETCHES};
 use crate::linalg::{Complex, Matrix};
 use crate::parallel;
-
-/// Stretches of time, and the fewest points of one.
-pub(super) const STRETCHES: usize = 64;
-const FEWEST: usize = 8;
 
 /// The covariance of the equations' moments by their scatter over time.
 pub(super) fn over_time(equations: &Equations, residuals: &[Vec<Complex<f64>>]) -> Matrix {
     let lines = residuals.iter().map(Vec::len).max().unwrap_or(0);
     // Products reach twice as far in frequency.
     let length = smooth_from(4 * lines.max(1));
-    let stretches = STRETCHES.min(length / FEWEST).max(1);
+    let stretches = STRETCHES.min(length / FEWEST_IN_STRETCH).max(1);
     let inverse = RealFftPlanner::new().plan_fft_inverse(length);
     let in_time = |lines: &[Complex<f64>], noise: &[f64]| -> Vec<f64> {
         let mut spectrum = inverse.make_input_vec();

@@ -1,17 +1,9 @@
 //! The candidate forms of stiffness and friction: where their searches start, and which of them an arm can have.
 
-use super::form_fit::LARGEST_STRIBECK;
-use super::forms::FormName;
+use super::forms::{FormName, is_possible_friction};
+use super::limits::{NORMAL, REFUTED, START_SLOPES, START_STRIBECK_VELOCITIES, START_WINDUP_WIDTHS};
 use super::outcome::Fitted;
-use super::parameters::NORMAL;
 use super::system::{Curve, CurveKind};
-
-/// Slopes of tanh that minima are looked for at, in units of one over the largest velocity.
-const SLOPES: [f64; 4] = [5.0, 20.0, 60.0, 180.0];
-/// Widths of a wind-up that minima are looked for at, as shares of the largest deflection.
-const WINDUP_WIDTHS: [f64; 4] = [0.02, 0.06, 0.2, 0.5];
-/// Stribeck velocities that minima are looked for at, as shares of the largest velocity.
-const STRIBECK_VELOCITIES: [f64; 3] = [0.005, 0.03, 0.2];
 
 /// A form with the logarithms of the shape parameters at which its searches start.
 pub(super) struct Candidate {
@@ -30,7 +22,9 @@ pub(super) fn candidates(curve: &Curve) -> Vec<Candidate> {
 /// The forms of stiffness, for deflections up to the largest one.
 fn stiffness(largest: f64) -> Vec<Candidate> {
     let none = vec![vec![]];
-    let windup = WINDUP_WIDTHS.map(|share| vec![-2.0 * (share * largest).ln()]).to_vec();
+    let windup = START_WINDUP_WIDTHS
+        .map(|share| vec![-2.0 * (share * largest).ln()])
+        .to_vec();
     [
         (FormName::LinearStiffness, none.clone()),
         (FormName::CubicStiffness, none),
@@ -44,12 +38,12 @@ fn stiffness(largest: f64) -> Vec<Candidate> {
 /// The forms of friction, for velocities up to the largest one.
 fn friction(fastest: f64) -> Vec<Candidate> {
     let slope = |share: f64| (share / fastest).ln();
-    let slopes = || SLOPES.iter().copied();
+    let slopes = || START_SLOPES.iter().copied();
     // Minima of (12) lie far from each other: g2 > g3, beside every g5.
     let pairs = slopes().flat_map(|g2| slopes().filter(move |g3| *g3 < g2).map(move |g3| [g2, g3]));
     let triples = pairs.flat_map(|[g2, g3]| slopes().map(move |g5| [g2, g3, 1.4 * g5]));
     let one: Vec<Vec<f64>> = slopes().map(|s| vec![slope(s)]).collect();
-    let velocities = STRIBECK_VELOCITIES.map(|share| vec![(share * fastest).ln()]);
+    let velocities = START_STRIBECK_VELOCITIES.map(|share| vec![(share * fastest).ln()]);
     [
         (FormName::CoulombViscous, vec![vec![]]),
         (FormName::Stribeck, velocities.to_vec()),
@@ -63,11 +57,6 @@ fn friction(fastest: f64) -> Vec<Candidate> {
     .map(|(form, starts)| Candidate { form, starts })
     .into()
 }
-
-/// A form is refuted where its lack of fit is less probable than this: less than is usual, as errors that come in bursts, where friction is
-/// steep, still make small probabilities too frequent on short logs (on ten simulated logs of 20 s three of the 20 tests gave the true
-/// friction less than 0.01, none less than 1e-4).
-pub const REFUTED: f64 = 1e-4;
 
 /// The form of stiffness that an arm can have, one that the free curve does not refute if there is one.
 pub(super) fn stiffness_of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
@@ -84,7 +73,7 @@ pub(super) fn stiffness_of_an_arm(forms: &[Fitted]) -> Option<&Fitted> {
         .or(Some(chosen))
 }
 
-/// Where the cubic term had to be left out, the wind-up is no more certain than beside it.
+/// Where the form has no cubic term, the wind-up is no more certain than beside it.
 pub(super) fn no_more_certain(fitted: &mut Fitted, forms: &[Fitted]) {
     let full = forms.iter().find(|f| f.form == FormName::Windup);
     let Some(full) = full.filter(|_| fitted.form == FormName::LinearWindup) else {
@@ -101,14 +90,10 @@ pub(super) fn no_more_certain(fitted: &mut Fitted, forms: &[Fitted]) {
     }
 }
 
-/// Whether an arm can have this friction: (12) or a part of it, with a Stribeck part that is not the difference of two
-/// large and nearly equal terms.
+/// Whether an arm can have this friction: (12) or a part of it.
 pub(super) fn possible_friction(f: &Fitted) -> bool {
     let value = |s: &str| f.parameter(s).map_or(0.0, |p| p.value);
-    f.form.is_smooth()
-        && ["g1", "g4", "g6"].iter().all(|g| value(g) >= 0.0)
-        && value("g1") <= LARGEST_STRIBECK * value("g4")
-        && value("g2") >= value("g3")
+    f.form.is_smooth() && is_possible_friction(["g1", "g4", "g6"].map(value), ["g2", "g3"].map(value))
 }
 
 /// The form of friction that an arm can have, a `simple` one without a Stribeck part.

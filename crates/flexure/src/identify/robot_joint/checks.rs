@@ -2,48 +2,24 @@
 
 use super::basis::range;
 use super::finding::Finding;
+use super::limits::{
+    CLIPPED_RUN, CLIPPED_SHARE, FEWEST_PLATEAUS, FEWEST_REVERSALS, FEWEST_SAMPLES, MOST_DIFFERENT, MOST_TURNS, ONE_WAY,
+    PLATEAU_DEPTH, PLATEAU_FLAT, PLATEAU_STILL, PLATEAU_TOO_DEEP, PLATEAU_WINDOW, STANDS_STILL, STEEP_NOISE, TOGETHER,
+    TURN_WITHIN,
+};
 use super::smooth::Noise;
 use crate::error::{DataError, Error, Result};
 use crate::record::check_values;
 use crate::sort;
 
-/// The fewest samples that are looked at.
-pub(super) const FEWEST: usize = 200;
-/// A jump by a turn may be off by this share of it.
-const TURN: f64 = 0.2;
-/// A motor that goes this many times as far as the link is not on the link's side of the gear.
-const MOST_DIFFERENT: f64 = 4.0;
-/// The least squared correlation of motor and link at which the ratio of their motions is known.
-const TOGETHER: f64 = 0.5;
-/// Samples in a row at the extreme torque from which on it is clipped, and all of them as a share of the record.
-const CLIPPED_RUN: usize = 5;
-const CLIPPED_SHARE: f64 = 0.002;
-/// A link that turns farther than this may be logged in degrees.
-const MOST_TURNS: f64 = 3.0;
-/// Less of the time than this in one direction is none.
-const ONE_WAY: f64 = 0.02;
-/// Fewer reversals than this do not determine friction.
-const FEWEST_REVERSALS: usize = 6;
-/// A spectrum that still falls by this where only noise should be belongs to the motion.
-const STEEP: f64 = 3.0;
+/// A column of a log with its name.
+pub(super) type Named<'a> = (&'a str, &'a [f64]);
 
-/// Refuses a column of a joint's log that cannot be used at all.
-pub(super) fn column(name: &str, samples: &[f64], length: usize) -> Result<()> {
-    if samples.len() != length {
-        return Err(Error::length(name, samples.len(), length));
+/// Refuses a log of so many samples that cannot be used at all.
+pub(super) fn log(samples: usize, angles: &[Named], others: &[Named], sample_time: f64, level: f64) -> Result<()> {
+    for (name, column) in angles.iter().chain(others) {
+        usable(name, column, samples)?;
     }
-    if length < FEWEST {
-        return Err(Error::too_short("a joint's friction and inertia", FEWEST, length));
-    }
-    check_values(name, samples)?;
-    if samples.iter().all(|v| *v == samples[0]) {
-        return Err(Error::constant(name, samples[0]));
-    }
-    Ok(())
-}
-
-/// Refuses a sample time or a level out of range.
-pub(super) fn settings(sample_time: f64, level: f64) -> Result<()> {
     if !(sample_time > 0.0 && sample_time.is_finite()) {
         let requirement = "positive and finite, in s";
         return Err(Error::parameter("the sample time", sample_time, requirement));
@@ -52,13 +28,32 @@ pub(super) fn settings(sample_time: f64, level: f64) -> Result<()> {
         let requirement = "strictly between 0 and 1, for example 0.95";
         return Err(Error::parameter("the level of a confidence band", level, requirement));
     }
+    angles.iter().try_for_each(|(name, angle)| unwrapped(name, angle))
+}
+
+/// Refuses a column that cannot be used at all.
+fn usable(name: &str, samples: &[f64], length: usize) -> Result<()> {
+    if samples.len() != length {
+        return Err(Error::length(name, samples.len(), length));
+    }
+    if length < FEWEST_SAMPLES {
+        return Err(Error::too_short(
+            "a joint's friction and inertia",
+            FEWEST_SAMPLES,
+            length,
+        ));
+    }
+    check_values(name, samples)?;
+    if samples.iter().all(|v| *v == samples[0]) {
+        return Err(Error::constant(name, samples[0]));
+    }
     Ok(())
 }
 
 /// Refuses an angle that jumps by a turn, in rad or degrees.
-pub(super) fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
+fn unwrapped(name: &str, q: &[f64]) -> Result<()> {
     let steps: Vec<f64> = q.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
-    let jump = |turn: f64| Some((turn, steps.iter().position(|s| (s - turn).abs() < TURN * turn)?));
+    let jump = |turn: f64| Some((turn, steps.iter().position(|s| (s - turn).abs() < TURN_WITHIN * turn)?));
     let jumps: Vec<(f64, usize)> = [2.0 * std::f64::consts::PI, 360.0]
         .into_iter()
         .filter_map(jump)
@@ -120,47 +115,36 @@ struct Clipped {
     value: f64,
 }
 
-/// Samples of a running mean in which plateaus are looked for.
-const WINDOW: usize = 8;
-/// How far below the top a plateau reaches, and how far apart means of neighbouring windows are at most that stand still, in standard
-/// deviations of a mean.
-const DEEP: f64 = 8.0;
-const STILL: f64 = 4.0;
-/// Fewer plateaus than this may be peaks that happen to be flat.
-const FEWEST_PLATEAUS: usize = 3;
-/// Of a peak the outer thirds lie 5 standard deviations below the middle one; of a plateau by less than this.
-const FLAT: f64 = 0.6;
-/// A depth above this share of the torque's range is no plateau's, nor is that of a torque that stands still for this share of the time.
-const TOO_DEEP: f64 = 0.02;
-const STANDS: f64 = 0.85;
-
 /// How long, and about what extreme, a torque with noise stands still: clipped before it was measured.
 fn plateau(tau: &[f64]) -> Option<Clipped> {
     let n = tau.len();
     let bends: Vec<f64> = tau.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
     // The median of the absolute second differences of white noise is 0.6745 sqrt(6) of its standard deviation.
     let noise = sort::median(bends) / (0.6745 * 6.0_f64.sqrt());
-    let unit = noise / (WINDOW as f64).sqrt();
+    let unit = noise / (PLATEAU_WINDOW as f64).sqrt();
     let means: Vec<f64> = tau
-        .windows(WINDOW)
-        .map(|w| w.iter().sum::<f64>() / WINDOW as f64)
+        .windows(PLATEAU_WINDOW)
+        .map(|w| w.iter().sum::<f64>() / PLATEAU_WINDOW as f64)
         .collect();
     let [low, high] = range(&means);
-    let pairs = means.iter().zip(&means[WINDOW..]);
-    let still = pairs.filter(|(a, b)| (*a - *b).abs() < STILL * unit).count();
-    if !(unit > 0.0) || DEEP * unit > TOO_DEEP * (high - low) || still as f64 > STANDS * means.len() as f64 {
+    let pairs = means.iter().zip(&means[PLATEAU_WINDOW..]);
+    let still = pairs.filter(|(a, b)| (*a - *b).abs() < PLATEAU_STILL * unit).count();
+    if !(unit > 0.0)
+        || PLATEAU_DEPTH * unit > PLATEAU_TOO_DEEP * (high - low)
+        || still as f64 > STANDS_STILL * means.len() as f64
+    {
         return None;
     }
     let mut found: Option<Clipped> = None;
     for sign in [1.0, -1.0] {
-        let bottom = if sign > 0.0 { high } else { -low } - DEEP * unit;
+        let bottom = if sign > 0.0 { high } else { -low } - PLATEAU_DEPTH * unit;
         let (mut samples, mut runs, mut level, mut bend) = (0, 0, 0.0, 0.0);
         for run in means.chunk_by(|a, b| (sign * a >= bottom) == (sign * b >= bottom)) {
-            if sign * run[0] < bottom || run.len() < 3 * WINDOW {
+            if sign * run[0] < bottom || run.len() < 3 * PLATEAU_WINDOW {
                 continue;
             }
             // Without the ways up and down.
-            let run = &run[WINDOW / 2..run.len() - WINDOW / 2];
+            let run = &run[PLATEAU_WINDOW / 2..run.len() - PLATEAU_WINDOW / 2];
             let third = run.len() / 3;
             let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
             let (inner, last) = (&run[third..run.len() - third], &run[run.len() - third..]);
@@ -172,7 +156,7 @@ fn plateau(tau: &[f64]) -> Option<Clipped> {
         let count = samples as f64;
         if runs >= FEWEST_PLATEAUS
             && count > CLIPPED_SHARE * n as f64
-            && bend < FLAT * unit * count
+            && bend < PLATEAU_FLAT * unit * count
             && found.is_none_or(|f| samples > f.samples)
         {
             let value = level / count;
@@ -218,7 +202,7 @@ pub(super) fn motion(v: &[f64], resolution: f64) -> Option<Finding> {
 pub(super) fn resolved(noises: &[Noise], samples: usize, step: f64) -> Result<()> {
     match noises.iter().find(|n| n.unresolved) {
         // Long enough for equations below the frequency where the trouble begins.
-        Some(noise) if noise.fall > STEEP || samples < 4 * FEWEST => {
+        Some(noise) if noise.fall > STEEP_NOISE || samples < 4 * FEWEST_SAMPLES => {
             Err(Error::Data(DataError::SampledTooSlowly { step, band: noise.band }))
         }
         _ => Ok(()),

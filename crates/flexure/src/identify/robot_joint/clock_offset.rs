@@ -3,16 +3,10 @@
 use super::equations::Lines;
 use super::finding::Finding;
 use super::fourier::Modulation;
+use super::limits::{HELD_WITHIN, NEGLIGIBLE_OFFSET, SIGNIFICANT};
 use super::motion::Motion;
 use super::smooth::Reflected;
 use crate::linalg::Complex;
-
-/// An offset of less than so many standard errors is taken as zero.
-pub(super) const SIGNIFICANT: f64 = 4.0;
-/// So is one below this share of a sample.
-const NEGLIGIBLE: f64 = 0.03;
-/// A torque held from sample to sample is late by half a sample, within this share of one.
-const HELD_WITHIN: f64 = 0.15;
 
 /// The time by which a signal's samples are late.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +24,7 @@ impl ClockOffset {
         ClockOffset {
             value,
             standard_error,
-            significant: value.abs() > SIGNIFICANT * standard_error && value.abs() > NEGLIGIBLE * step,
+            significant: value.abs() > SIGNIFICANT * standard_error && value.abs() > NEGLIGIBLE_OFFSET * step,
         }
     }
 

@@ -17,26 +17,18 @@
 
 use super::basis::Basis;
 use super::checks;
-use super::clock_offset::{ClockOffset, Clocks, SIGNIFICANT};
+use super::clock_offset::{ClockOffset, Clocks};
 use super::compliance::Compliance;
 use super::equations::Lines;
 use super::fourier::Modulation;
 use super::joint_signals::{JointSignals, of_inertia};
+use super::limits::{
+    CLOCK_PASSES, CLOCK_PASSES_BY_MOTOR, CLOCK_PIECES, CLOCKS_SETTLED, LONGEST_CLOCK_STEP, SIGNIFICANT,
+    STIFFNESS_SLOPE_STEP,
+};
 use super::motion::Motion;
 use super::smooth::Reflected;
 use super::system::System;
-
-/// Passes at most by the motor's equation, and by both.
-const MOTOR_PASSES: usize = 8;
-const PASSES: usize = 6;
-/// The last change in standard errors.
-const SETTLED: f64 = 0.05;
-/// Intervals on either side of zero of the stiffness curve meanwhile.
-const PIECES: usize = 8;
-/// The longest step of the link's offset in samples: a longer one leaves the linear range.
-const LONGEST_STEP: f64 = 20.0;
-/// Half the distance of the points between which a slope of the stiffness curve is taken, as a share of the largest deflection.
-const SLOPE_STEP: f64 = 1e-4;
 
 /// A stiffness curve.
 struct Stiffness {
@@ -47,7 +39,7 @@ struct Stiffness {
 impl Stiffness {
     /// The slopes $\kappa'(d)$ at every sample, by central differences within the range of the basis.
     fn slopes(&self, d: &[f64]) -> Vec<f64> {
-        let h = SLOPE_STEP * d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        let h = STIFFNESS_SLOPE_STEP * d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
         let kappa = |d: f64| self.basis.value(&self.coefficients, d) * d;
         d.iter().map(|d| (kappa(d + h) - kappa(d - h)) / (2.0 * h)).collect()
     }
@@ -93,7 +85,7 @@ pub(super) fn of_motor(motion: &Motion, modulation: &Modulation) -> Option<Clock
     let mut offset = stiff.map_or(0.0, |found| found.link_offset.value);
     let (mut offset_error, mut delay, mut delay_error) = (f64::INFINITY, 0.0, f64::INFINITY);
     let mut curve: Option<Stiffness> = None;
-    for pass in 0..MOTOR_PASSES {
+    for pass in 0..CLOCK_PASSES_BY_MOTOR {
         let q = match offset == 0.0 {
             true => motion.link.to_vec(),
             false => link.shifted(offset),
@@ -101,16 +93,16 @@ pub(super) fn of_motor(motion: &Motion, modulation: &Modulation) -> Option<Clock
         let joint = JointSignals::new(motion, modulation, modulation.of(motion.torque), &q);
         determined &= checks::motion(&joint.v, 0.0).is_none();
         let system = delayed_system(motion, &joint, &rate, curve.as_ref());
-        let splines = system.curves[0].splines(modulation, PIECES);
+        let splines = system.curves[0].splines(modulation, CLOCK_PIECES);
         let solved = system.solve(&[&splines], &noise)?;
         let covariance = solved.equations.robust(&solved.solution).covariance;
         let x = &solved.solution.x;
         (delay, delay_error) = (x[delay_at], covariance.error(delay_at));
         let settled = curve.is_some() && {
             let change = x[delay_at + 1];
-            offset -= change.clamp(-LONGEST_STEP * step, LONGEST_STEP * step);
+            offset -= change.clamp(-LONGEST_CLOCK_STEP * step, LONGEST_CLOCK_STEP * step);
             offset_error = covariance.error(delay_at + 1);
-            pass > 1 && change.abs() < SETTLED * offset_error
+            pass > 1 && change.abs() < CLOCKS_SETTLED * offset_error
         };
         let coefficients = solved.coefficients(0).to_vec();
         noise = system.noise_of(&solved);
@@ -159,7 +151,7 @@ fn refined(motion: &Motion, modulation: &Modulation, clocks: &Clocks) -> Option<
     let motor_velocity = Reflected::new(motion.motor, motion.step).velocity(motion.motor_noise.cut_off());
     let mut offset = clocks.link_offset.value;
     let mut noise = None;
-    for pass in 0..PASSES {
+    for pass in 0..CLOCK_PASSES {
         let torque = clocks.torque(modulation, motion);
         let joint = JointSignals::new(motion, modulation, torque, &link.shifted(offset));
         let system = joint.system();
@@ -183,7 +175,7 @@ fn refined(motion: &Motion, modulation: &Modulation, clocks: &Clocks) -> Option<
             return None;
         }
         offset += change;
-        if pass > 0 && change.abs() < SETTLED * error {
+        if pass > 0 && change.abs() < CLOCKS_SETTLED * error {
             return Some(ClockOffset::new(offset, error, motion.step));
         }
         noise = Some(system.unbiased_noise_of(&solved));

@@ -6,13 +6,9 @@
 //! Fuller 1987).
 
 use super::fourier::Modulation;
+use super::limits::{MOSTLY_NOISE, NOISE_HALVINGS};
 use super::normal::{ridged, scaled, scales};
 use crate::linalg::Matrix;
-
-/// The largest share of the square of any sum of columns that may be noise.
-const MOSTLY_NOISE: f64 = 0.5;
-/// How often the part that is taken off is halved at most, where it would be more.
-const HALVINGS: usize = 12;
 
 /// What noise adds to the product of two columns, or to the square of one, in one block of equations.
 #[derive(Debug, Clone, Copy)]
@@ -183,7 +179,7 @@ pub(super) fn share_of(products: &Matrix, excess: &[Excess]) -> f64 {
     let inside = excess.iter().filter(|e| e.columns.iter().all(|c| *c < scale.len()));
     let excess: Vec<Excess> = inside.copied().collect();
     let mut share = 1.0;
-    for _ in 0..HALVINGS {
+    for _ in 0..NOISE_HALVINGS {
         let of_scaled = excess.iter().map(|&Excess { columns: [i, j], sum }| Excess {
             columns: [i, j],
             sum: share / MOSTLY_NOISE * (sum / (scale[i] * scale[j])),

@@ -14,18 +14,9 @@ use super::clock_offset::ClockOffset;
 use super::equations::{Equations, Lines, Solution};
 use super::finding::Finding;
 use super::fourier::Modulation;
+use super::limits::{CHANCE_OF_SPRING, COMPLIANCE_PASSES, COMPLIANCE_SETTLED, FLEXIBLE, PLAIN};
 use super::motion::Motion;
 use super::smooth::{Noise, Reflected};
-
-/// The least deflection that determines a stiffness, in standard deviations of the encoders' noise.
-const FLEXIBLE: f64 = 3.0;
-/// A deflection larger than this, in the same, needs no smoothing.
-const PLAIN: f64 = 100.0;
-/// The probability with which chance alone may pass for a spring.
-const CHANCE: f64 = 1e-3;
-/// Passes at most that shift the link's angle, and the last change in samples.
-const PASSES: usize = 5;
-const SETTLED: f64 = 1e-3;
 
 /// The deflection as that of a spring, beside an offset of the link's clock.
 pub(super) struct Compliance {
@@ -109,7 +100,7 @@ impl Motion<'_> {
         let reflected = Reflected::new(self.link, self.step);
         let mut offset = 0.0;
         let mut last = None;
-        for _ in 0..PASSES {
+        for _ in 0..COMPLIANCE_PASSES {
             let link = match offset == 0.0 {
                 true => self.link.to_vec(),
                 false => reflected.shifted(offset),
@@ -120,7 +111,7 @@ impl Motion<'_> {
             let change = fit.with.x[0];
             offset += change;
             last = Some(fit);
-            if change.abs() < SETTLED * self.step {
+            if change.abs() < COMPLIANCE_SETTLED * self.step {
                 break;
             }
         }
@@ -136,7 +127,11 @@ impl Motion<'_> {
         let all = 0.5 * modulation.samples() as f64;
         Some(Compliance {
             link_offset: ClockOffset::new(offset, with.covariance.error(0) * spread.sqrt(), self.step),
-            elastic: if chance < CHANCE { (own / all).sqrt() } else { 0.0 },
+            elastic: if chance < CHANCE_OF_SPRING {
+                (own / all).sqrt()
+            } else {
+                0.0
+            },
             noise: self.encoders(),
             stiffness: 1.0 / with.x[1],
         })

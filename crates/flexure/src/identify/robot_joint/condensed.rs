@@ -15,20 +15,12 @@ use super::equations::{Column, Equations};
 use super::forms::{ParametricCurve, Term};
 use super::fourier::Modulation;
 use super::layout::{FormLayout, FormParameter};
-use super::normal::{Normal, RIDGE};
+use super::limits::{ITERATIONS, KNOTS, KNOTS_DENSER, LARGEST_LOG, RIDGE};
+use super::normal::Normal;
 use super::system::{Curve, Splines};
 use crate::linalg::{Matrix, Vector};
 use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
 use crate::parallel;
-
-/// Knots on either side of zero.
-const KNOTS: usize = 70;
-/// How much denser they lie at zero than at the ends.
-const DENSER: f64 = 100.0;
-/// Iterations of a minimisation.
-const ITERATIONS: usize = 60;
-/// The largest logarithm of a shape parameter.
-const LARGEST_LOG: f64 = 40.0;
 
 /// A curve of the equations of motion that is to have a physical form.
 pub(super) struct FormedCurve<'a> {
@@ -309,7 +301,7 @@ fn hold(equations: &mut NormalEquations, number: usize) {
 /// Knots over the range of x, closer to each other near zero, with those at which a sign that is softened within `width` bends.
 fn between(x: &[f64], width: f64) -> Vec<f64> {
     let [low, high] = range(x);
-    let spacing = Spacing::new([low, high], DENSER);
+    let spacing = Spacing::new([low, high], KNOTS_DENSER);
     let mut knots: Vec<f64> = (1..2 * KNOTS)
         .map(|i| spacing.point(i, 2 * KNOTS))
         .chain([-width, 0.0, width])

@@ -6,15 +6,10 @@
 
 use super::bursts::over_time;
 use super::equations::{Equations, Solution};
+use super::limits::{FEWEST_SMOOTHED, LEAST_REMAINDER, SMOOTHED_SHARE};
 use super::normal::Covariance;
 use crate::linalg::{Complex, Matrix, product};
 use crate::parallel;
-
-/// The smallest share of a line that the unknowns are taken to leave to the residual.
-const LEAST_REMAINDER: f64 = 0.05;
-/// Residual powers are averaged over one in so many lines on either side, and over no fewer than the second number.
-const SMOOTHED_SHARE: usize = 100;
-const FEWEST_SMOOTHED: usize = 6;
 
 /// The errors of a solution, whatever the noise's spectrum.
 pub(super) struct Robust {

@@ -2,10 +2,8 @@
 
 use std::cell::OnceCell;
 
+use super::limits::DIVISION_MOVES;
 use super::system::{Curve, Splines, System};
-
-/// Changes of division at most in a round, for each curve.
-const MOVES: usize = 12;
 
 /// The numbers of intervals on either side of zero of a free curve.
 #[derive(Debug)]
@@ -90,7 +88,7 @@ impl<'a> Divisions<'a> {
         let mut best = score(&self.splines(&at))?;
         // Curves in turn, until none has changed since its last turn.
         let (mut curve, mut unchanged, mut moves) = (0, 0, 0);
-        while unchanged < at.len() && moves < MOVES * at.len() {
+        while unchanged < at.len() && moves < DIVISION_MOVES * at.len() {
             let before = at[curve];
             for step in [1, -1] {
                 while let Some(k) = at[curve].checked_add_signed(step)

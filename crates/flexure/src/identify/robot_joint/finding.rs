@@ -1,10 +1,9 @@
 //! What to know of a log before trusting the result.
 
-use serde::Serialize;
+use std::fmt;
 
 /// Something to know before trusting the result; its text names a remedy.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Finding {
     /// The torque stays at its largest or smallest value.
@@ -73,9 +72,9 @@ pub enum Finding {
     },
 }
 
-impl std::fmt::Display for Finding {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
             Finding::ClippedTorque { samples, value } => write!(
                 f,
                 "the torque stays at its extreme {value} for {samples} samples: it is clipped there, and what really \
@@ -83,13 +82,13 @@ impl std::fmt::Display for Finding {
             ),
             Finding::NeverReverses { share } => write!(
                 f,
-                "the joint moves in one direction for {:.1} % of the time: Coulomb friction cannot be told from an \
-                 offset; record motions in both directions",
+                "the joint moves in one direction for {:.1} % of the time: Coulomb friction cannot be distinguished from \
+                 an offset; record motions in both directions",
                 100.0 * (1.0 - share)
             ),
             Finding::FewReversals { reversals } => write!(
                 f,
-                "the joint reverses only {reversals} times: the record is too short to tell friction well; record more \
+                "the joint reverses only {reversals} times: the record is too short to determine friction well; record more \
                  motions in both directions"
             ),
             Finding::SampledTooSlowly { step, band } => write!(
@@ -101,30 +100,7 @@ impl std::fmt::Display for Finding {
             Finding::FastTimeConstant { time_constant, step } => write!(
                 f,
                 "friction stops the joint within {time_constant:.3} s, less than five samples of {step} s: inertia and \
-                 friction cannot be told apart; sample faster"
-            ),
-            Finding::NoFlexibility {
-                deflection,
-                noise,
-                stiffness,
-            } => {
-                write!(
-                    f,
-                    "no flexibility is seen: of the difference between motor and link the torque explains {deflection:.2e} (root mean \
-                     square), less than three times the encoders' noise of {noise:.2e}, which tells no stiffness curve"
-                )?;
-                if stiffness.is_finite() {
-                    write!(f, " (a spring would have about {stiffness:.1e} N m/rad)")?;
-                }
-                write!(f, "; the joint is taken as rigid. Load it more, or measure finer")
-            }
-            Finding::EncoderClocks { offset, standard_error } => write!(
-                f,
-                "the link's samples are {:.3} ms (standard error {:.3} ms) {} than the motor's; they have been shifted \
-                 accordingly",
-                1e3 * offset.abs(),
-                1e3 * standard_error,
-                if *offset > 0.0 { "later" } else { "earlier" }
+                 friction cannot be separated; sample faster"
             ),
             Finding::DifferentAngles { ratio } => write!(
                 f,
@@ -137,18 +113,51 @@ impl std::fmt::Display for Finding {
                  inertias and stiffnesses come out too small by that",
                 span / std::f64::consts::TAU
             ),
-            Finding::TorqueDelay { delay, held: true } => write!(
-                f,
-                "the torque acts {:.3} ms after its sample, as one held from sample to sample does; it has been shifted \
-                 accordingly",
-                1e3 * delay
-            ),
-            Finding::TorqueDelay { delay, held: false } => write!(
-                f,
-                "the torque acts {:.3} ms {} its sample; it has been shifted accordingly",
-                1e3 * delay.abs(),
-                if *delay > 0.0 { "after" } else { "before" }
-            ),
+            Finding::NoFlexibility {
+                deflection,
+                noise,
+                stiffness,
+            } => write_no_flexibility(f, deflection, noise, stiffness),
+            Finding::EncoderClocks { offset, standard_error } => write_encoder_clocks(f, offset, standard_error),
+            Finding::TorqueDelay { delay, held } => write_torque_delay(f, delay, held),
         }
     }
+}
+
+fn write_encoder_clocks(f: &mut fmt::Formatter<'_>, offset: f64, standard_error: f64) -> fmt::Result {
+    let (late, error) = (milliseconds(offset), milliseconds(standard_error));
+    let side = if offset > 0.0 { "later" } else { "earlier" };
+    write!(
+        f,
+        "the link's samples are {late} (standard error {error}) {side} than the motor's; they have been shifted accordingly"
+    )
+}
+
+fn write_torque_delay(f: &mut fmt::Formatter<'_>, delay: f64, held: bool) -> fmt::Result {
+    let (late, side) = (milliseconds(delay), if delay > 0.0 { "after" } else { "before" });
+    let hold = if held {
+        ", as one held from sample to sample does"
+    } else {
+        ""
+    };
+    write!(
+        f,
+        "the torque acts {late} {side} its sample{hold}; it has been shifted accordingly"
+    )
+}
+
+fn milliseconds(time: f64) -> String {
+    format!("{:.3} ms", 1e3 * time.abs())
+}
+
+fn write_no_flexibility(f: &mut fmt::Formatter<'_>, deflection: f64, noise: f64, stiffness: f64) -> fmt::Result {
+    write!(
+        f,
+        "no flexibility is seen: of the difference between motor and link the torque explains {deflection:.2e} (root mean square), \
+         less than three times the encoders' noise of {noise:.2e}, which determines no stiffness curve"
+    )?;
+    if stiffness.is_finite() {
+        write!(f, " (a spring would have about {stiffness:.1e} N m/rad)")?;
+    }
+    write!(f, "; the joint is taken as rigid. Load it more, or measure finer")
 }

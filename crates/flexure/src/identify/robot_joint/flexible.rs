@@ -10,10 +10,10 @@ use super::clock_offset::Clocks;
 use super::clocks;
 use super::finding::Finding;
 use super::free_outcome::{FreeOutcome, torque_band};
-use super::joint_forms::{JointForms, JointPlace, best};
+use super::joint_forms::{JointForms, JointPlace};
 use super::joint_signals::JointSignals;
 use super::motion::{Motion, modulation_of};
-use super::outcome::{Estimated, FlexibleAxis, JointFound, JointModel, RigidAxis};
+use super::outcome::{Estimated, FlexibleAxis, IdentifiedJoint, JointModel, RigidAxis};
 use super::rigid::RigidJoint;
 use super::smooth::Reflected;
 use crate::error::{DataError, Error, Result};
@@ -45,26 +45,23 @@ pub struct FlexibleJoint<'a> {
 
 impl FlexibleJoint<'_> {
     fn check(&self) -> Result<()> {
-        let n = self.link.len();
-        for (name, column) in [("motor", self.motor), ("link", self.link), ("torque", self.torque)] {
-            checks::column(name, column, n)?;
+        let angles = [("motor", self.motor), ("link", self.link)];
+        let torque = [("torque", self.torque)];
+        checks::log(self.link.len(), &angles, &torque, self.sample_time, self.level)?;
+        match self.motor_inertia {
+            Some(value) if !(value > 0.0 && value.is_finite()) => {
+                let requirement = "positive and finite, in kg m^2";
+                Err(Error::parameter("the motor's inertia", value, requirement))
+            }
+            _ => Ok(()),
         }
-        checks::settings(self.sample_time, self.level)?;
-        if let Some(value) = self.motor_inertia
-            && !(value > 0.0 && value.is_finite())
-        {
-            let requirement = "positive and finite, in kg m^2";
-            return Err(Error::parameter("the motor's inertia", value, requirement));
-        }
-        checks::unwrapped("motor", self.motor)?;
-        checks::unwrapped("link", self.link)
     }
 
     /// Identifies the joint, as a rigid one if its motor and link do not move against each other.
     ///
     /// # Errors
     /// As [`RigidJoint::identify`].
-    pub fn identify(&self) -> Result<JointFound> {
+    pub fn identify(&self) -> Result<IdentifiedJoint> {
         self.check()?;
         let motion = Motion {
             motor_inertia: self.motor_inertia,
@@ -74,18 +71,18 @@ impl FlexibleJoint<'_> {
         let modulation = modulation_of(&motions, self.sample_time)?;
         let [motion] = motions;
         if let Some(findings) = motion.no_flexibility(&modulation) {
-            return Ok(JointFound::Rigid(Box::new(self.rigid(findings)?)));
+            return Ok(IdentifiedJoint::Rigid(Box::new(self.rigid(findings)?)));
         }
-        let found = clocks::of_motor(&motion, &modulation).and_then(|clocks| {
+        let axis = clocks::of_motor(&motion, &modulation).and_then(|clocks| {
             let clocks = clocks::of_both(&motion, &modulation, clocks);
             let link = clocks.link(&motion);
             let joint = JointSignals::new(&motion, &modulation, clocks.torque(&modulation, &motion), &link);
             self.outcome(&motion, &joint, &clocks, &link)
         });
-        let axis = found.ok_or(DataError::TooLittleMotion {
+        let axis = axis.ok_or(DataError::TooLittleMotion {
             what: "inertias, stiffness and friction of the joint",
         })?;
-        Ok(JointFound::Flexible(Box::new(axis.distrusted())))
+        Ok(IdentifiedJoint::Flexible(Box::new(axis.distrusted())))
     }
 
     /// The axis of the link alone.
@@ -128,9 +125,8 @@ impl FlexibleJoint<'_> {
             },
             None => joint.motor_inertia_of(outcome.factor(0), link_inertia.value),
         };
-        let comparison = outcome.comparison();
-        let forms = [comparison.forms_of(&place)];
-        let [model] = <[JointModel; 1]>::try_from(comparison.model(&[place], &forms)?.joints).ok()?;
+        let forms = [outcome.forms_of(&place)];
+        let [model] = <[JointModel; 1]>::try_from(outcome.model(&[place], &forms)?.joints).ok()?;
         let [forms] = forms;
         let times = |acceleration: &[f64], inertia: f64| acceleration.iter().map(|a| inertia * a).collect();
         let [of_motor, of_link] = motion.accelerations(link);
@@ -146,7 +142,7 @@ impl FlexibleJoint<'_> {
             forms,
             model,
         };
-        parts.axis(&outcome, &comparison.values[place.stiffness])
+        parts.axis(&outcome)
     }
 }
 
@@ -167,36 +163,36 @@ pub(super) struct AxisParts<'a> {
 }
 
 impl AxisParts<'_> {
-    /// The result, for these elastic torques at every sample.
-    pub fn axis(self, outcome: &FreeOutcome, kappa: &[f64]) -> Option<FlexibleAxis> {
-        let (motion, joint) = (self.motion, self.joint);
-        let (secant, findings) = (outcome.band(self.place.stiffness), self.findings());
+    /// The result; `None` if not even the simplest forms can be fitted.
+    pub fn axis(self, outcome: &FreeOutcome) -> Option<FlexibleAxis> {
+        let (motion, findings) = (self.motion, self.findings());
+        let JointPlace {
+            stiffness, friction, ..
+        } = self.place;
+        let kappa = &outcome.values[stiffness];
         let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
-        let omega = &joint.modulation.omega;
+        let secant = outcome.band(stiffness);
+        let of_stiffness = less(motion.torque, &self.rotor_torque);
+        let of_friction = less(kappa, &self.link_torque);
         Some(FlexibleAxis {
             motor_inertia: self.motor_inertia,
-            link_inertia: self.link_inertia,
-            best_stiffness: best(&self.forms.stiffness)?,
-            best_friction: best(&self.forms.friction)?,
-            stiffness: torque_band(&secant),
+            stiffness: outcome.identified(stiffness, torque_band(&secant), self.forms.stiffness, of_stiffness)?,
             secant,
-            friction: outcome.band(self.place.friction),
-            stiffness_forms: self.forms.stiffness,
-            friction_forms: self.forms.friction,
+            link: RigidAxis {
+                inertia: self.link_inertia,
+                friction: outcome.identified(friction, outcome.band(friction), self.forms.friction, of_friction)?,
+                extras: Vec::new(),
+                cut_off: Some(motion.link_noise.cut_off()),
+                highest: outcome.highest(),
+                sample_time: motion.step,
+                reconstructed: kappa.iter().zip(&self.rotor_torque).map(|(k, r)| k + r).collect(),
+                findings,
+            },
             model: self.model,
-            skew: Estimated {
+            clock_offset: Estimated {
                 value: self.clocks.link_offset.value,
                 standard_error: self.clocks.link_offset.standard_error,
             },
-            cut_off: motion.link_noise.cut_off(),
-            highest: omega[omega.len() - 1] / (2.0 * std::f64::consts::PI),
-            sample_time: motion.step,
-            partial_stiffness: less(motion.torque, &self.rotor_torque),
-            partial_friction: less(kappa, &self.link_torque),
-            reconstructed: kappa.iter().zip(&self.rotor_torque).map(|(k, r)| k + r).collect(),
-            deflection: joint.deflection.d.clone(),
-            velocity: joint.v.clone(),
-            findings,
         })
     }
 

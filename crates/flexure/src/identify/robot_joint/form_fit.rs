@@ -9,24 +9,14 @@ use super::column_noise::Slopes;
 use super::condensed::{Condensed, FormedCurve, Held, Minimum};
 use super::covariance::Robust;
 use super::equations::{Column, Equations, Solution};
-use super::forms::{ParametricCurve, Term};
+use super::forms::{ParametricCurve, Term, is_possible_friction};
 use super::fourier::Modulation;
 use super::lack_of_fit::Departure;
 use super::layout::{FormLayout, FormParameter, Numbers};
+use super::limits::{AS_WELL, LONGEST_LOG_STEP, STRIBECK_SHARES, TERM_SLOPE_STEP};
 use super::normal::Covariance;
 use super::profile;
 use super::system::Splines;
-
-/// The largest step of a logarithm that finishes a minimum of the condensed equations.
-const LONGEST_STEP: f64 = 0.5;
-/// The largest Stribeck factor g1 of friction as a multiple of the Coulomb friction g4.
-pub(super) const LARGEST_STRIBECK: f64 = 5.0;
-/// Stribeck factors g1, as shares of g4, that are tried where the lowest minimum has one that no arm has.
-const STRIBECK_SHARES: [f64; 5] = [0.1, 0.25, 0.5, 1.0, 2.0];
-/// The quantile of 95 % of chi squared with four degrees of freedom: what g1, g2, g3 and g5 take by chance.
-const AS_WELL: f64 = 9.49;
-/// Half the distance of the points between which a slope is taken, as a share of the largest abscissa.
-const SLOPE_STEP: f64 = 1e-6;
 
 /// Equations of motion in which some curves have physical forms.
 pub(super) struct FormEquations<'a> {
@@ -120,7 +110,7 @@ impl<'a> FormEquations<'a> {
                 functions.extend(by_logs);
                 unknowns.extend(own.logs.map(|i| layout.unknown(FormParameter::Log(i))));
             }
-            let h = SLOPE_STEP * curve.largest();
+            let h = TERM_SLOPE_STEP * curve.largest();
             let slope_of = |f: &Function| {
                 let at = |x: f64| f.factor * (f.value)(x);
                 let slope = |x: &f64| (at(x + h) - at(x - h)) / (2.0 * h);
@@ -166,7 +156,7 @@ impl<'a> FormEquations<'a> {
         let departure = self.departure(&equations, &solution)?;
         let steps = &solution.x[linear.x.len()..];
         let (mut end, mut best) = (logs.to_vec(), linear);
-        if !logs.is_empty() && steps.iter().all(|s| s.abs() < LONGEST_STEP) {
+        if !logs.is_empty() && steps.iter().all(|s| s.abs() < LONGEST_LOG_STEP) {
             let moved: Vec<f64> = logs.iter().zip(steps).map(|(t, s)| t + s).collect();
             let there = self.with_forms(&moved, None).solve();
             // Not from a friction that an arm can have to one that none has.
@@ -239,12 +229,10 @@ impl FormEquations<'_> {
         let mut curves = self.numbered();
         let impossible = curves.find(|(formed, own)| {
             let factors = &factors[own.factors.clone()];
-            let ([Term::TanhDifference, ..], [g1, g4, g6, ..]) = (&formed.terms[..], factors) else {
+            let ([Term::TanhDifference, ..], &[g1, g4, g6, ..]) = (&formed.terms[..], factors) else {
                 return false;
             };
-            let [g2, g3] = [0, 1].map(|k| logs[own.logs.start + k]);
-            let positive = [g1, g4, g6].into_iter().all(|g| *g >= 0.0);
-            !(positive && *g1 <= LARGEST_STRIBECK * g4 && g2 >= g3)
+            !is_possible_friction([g1, g4, g6], [0, 1].map(|k| logs[own.logs.start + k]))
         });
         impossible.map(|(_, own)| own.factors.start)
     }

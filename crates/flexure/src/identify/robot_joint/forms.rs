@@ -1,12 +1,13 @@
 //! The physical forms of a joint's curves: what they are made of, and their names.
 
+use super::limits::LARGEST_STRIBECK;
+
 use serde::Serialize;
 
 /// One term of a form: a function of the velocity or deflection x with a factor to be estimated, and shape
 /// parameters inside, of which the logarithms are estimated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Term {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Term {
     /// 1.
     Constant,
     /// x.
@@ -27,16 +28,32 @@ pub enum Term {
 
 impl Term {
     /// The number of shape parameters.
-    pub(super) fn shapes(self) -> usize {
+    pub fn shapes(self) -> usize {
+        self.shape_symbols().0.len()
+    }
+
+    /// The symbols of the shape parameters, and the powers of torque and of x in their unit.
+    pub fn shape_symbols(self) -> (&'static [&'static str], [i32; 2]) {
         match self {
-            Term::Constant | Term::Linear | Term::Cubic | Term::Sign => 0,
-            Term::Tanh | Term::Stribeck | Term::Windup => 1,
-            Term::TanhDifference => 2,
+            Term::Constant | Term::Linear | Term::Cubic | Term::Sign => (&[], [0, 0]),
+            Term::Tanh => (&["g5"], [0, -1]),
+            Term::TanhDifference => (&["g2", "g3"], [0, -1]),
+            Term::Stribeck => (&["vs"], [0, 1]),
+            Term::Windup => (&["asw"], [0, -2]),
+        }
+    }
+
+    /// The powers of torque and of x in the unit of the factor.
+    pub fn unit(self) -> [i32; 2] {
+        match self {
+            Term::Constant | Term::Sign | Term::Tanh | Term::TanhDifference | Term::Stribeck => [1, 0],
+            Term::Linear | Term::Windup => [1, -1],
+            Term::Cubic => [1, -3],
         }
     }
 
     /// The term at x for the logarithms `t` of its shape parameters; `width` softens signs.
-    pub(super) fn value(self, x: f64, t: &[f64], width: f64) -> f64 {
+    pub fn value(self, x: f64, t: &[f64], width: f64) -> f64 {
         match self {
             Term::Constant => 1.0,
             Term::Linear => x,
@@ -50,7 +67,7 @@ impl Term {
     }
 
     /// The derivative of [`Term::value`] by the k-th logarithm.
-    pub(super) fn by_shape(self, x: f64, t: &[f64], k: usize, width: f64) -> f64 {
+    pub fn by_shape(self, x: f64, t: &[f64], k: usize, width: f64) -> f64 {
         let tanh_slope = |t: f64| {
             let z = t.exp() * x;
             z / z.cosh().powi(2)
@@ -149,42 +166,27 @@ impl FormName {
         terms
     }
 
-    /// The symbols of the terms' factors and of the shape parameters, each with the powers of torque and of x in
-    /// its unit.
-    pub(super) fn symbols(self, offset: bool) -> Symbols {
-        const TORQUE: [i32; 2] = [1, 0];
-        const SLOPE: [i32; 2] = [1, -1];
-        let (mut factors, shapes) = match self {
-            FormName::CoulombViscous => (vec![("Fc", TORQUE), ("Fv", SLOPE), ("F0", TORQUE)], vec![]),
-            FormName::Stribeck => (
-                vec![("Fc", TORQUE), ("Fv", SLOPE), ("Fs-Fc", TORQUE), ("F0", TORQUE)],
-                vec![("vs", [0, 1])],
-            ),
-            FormName::SmoothDry => (vec![("g4", TORQUE)], vec![("g5", [0, -1])]),
-            FormName::SmoothCoulomb => (vec![("g4", TORQUE), ("g6", SLOPE)], vec![("g5", [0, -1])]),
-            FormName::SmoothStribeck => (
-                vec![("g1", TORQUE), ("g4", TORQUE), ("g6", SLOPE)],
-                vec![("g2", [0, -1]), ("g3", [0, -1]), ("g5", [0, -1])],
-            ),
-            FormName::LinearStiffness => (vec![("a2", SLOPE)], vec![]),
-            FormName::CubicStiffness => (vec![("a2", SLOPE), ("a1", [1, -3])], vec![]),
-            FormName::LinearWindup => (vec![("a2", SLOPE), ("ksw", SLOPE)], vec![("asw", [0, -2])]),
-            FormName::Windup => (
-                vec![("a2", SLOPE), ("a1", [1, -3]), ("ksw", SLOPE)],
-                vec![("asw", [0, -2])],
-            ),
-        };
-        if offset && self.is_smooth() {
-            factors.push(("F0", TORQUE));
+    /// The symbol of a term's factor.
+    pub(super) fn symbol(self, term: Term) -> &'static str {
+        match term {
+            Term::Constant => "F0",
+            Term::Sign => "Fc",
+            Term::Stribeck => "Fs-Fc",
+            Term::TanhDifference => "g1",
+            Term::Tanh => "g4",
+            Term::Linear if self.is_stiffness() => "a2",
+            Term::Linear if self.is_smooth() => "g6",
+            Term::Linear => "Fv",
+            Term::Cubic => "a1",
+            Term::Windup => "ksw",
         }
-        Symbols { factors, shapes }
     }
 }
 
-/// The parameters' symbols with the powers of torque and of the abscissa in their units.
-pub(super) struct Symbols {
-    pub factors: Vec<(&'static str, [i32; 2])>,
-    pub shapes: Vec<(&'static str, [i32; 2])>,
+/// Whether an arm can have a friction (12) with these factors g1, g4 and g6 and these slopes g2 and g3, or their logarithms: no term is
+/// negative, and the Stribeck part is no small difference of large terms.
+pub(super) fn is_possible_friction([g1, g4, g6]: [f64; 3], [g2, g3]: [f64; 2]) -> bool {
+    [g1, g4, g6].iter().all(|g| *g >= 0.0) && g1 <= LARGEST_STRIBECK * g4 && g2 >= g3
 }
 
 /// A form with its terms' factors and the logarithms of its shape parameters.

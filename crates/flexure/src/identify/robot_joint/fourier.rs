@@ -14,11 +14,9 @@ use std::sync::Arc;
 
 use realfft::{RealFftPlanner, RealToComplex};
 
+use super::limits::RAMP;
 use crate::linalg::Complex;
 use crate::parallel;
-
-/// The longest rise and fall of the window, as a share of the record.
-const RAMP: f64 = 0.02;
 
 /// The window, its derivatives and the frequencies of a record's modulated Fourier integrals.
 pub(super) struct Modulation {

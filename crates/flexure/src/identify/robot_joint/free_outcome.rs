@@ -3,24 +3,22 @@
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::basis::Basis;
-use super::joint_forms::Comparison;
+use super::limits::CURVE_POINTS;
 use super::normal::{Covariance, Part};
-use super::outcome::Estimated;
-use super::parameters::FreeFit;
+use super::outcome::{Estimated, Fitted, IdentifiedCurve};
 use super::system::{FreeCurves, Solved, System};
 use crate::bands::{Band, BandKind};
 
-/// Points of a curve.
-const POINTS: usize = 201;
-
 /// A solution with free curves, to be read off.
 pub(super) struct FreeOutcome<'a> {
-    system: &'a System<'a>,
-    curves: &'a FreeCurves,
+    pub system: &'a System<'a>,
+    pub curves: &'a FreeCurves,
     pub solved: Solved<'a>,
+    /// The torque of each curve at every sample.
+    pub values: Vec<Vec<f64>>,
     covariance: Covariance,
     /// What the unknowns take of the sum of squares by chance.
-    taken: f64,
+    pub taken: f64,
     /// The solution with finer curves.
     finer: Solved<'a>,
     /// The level of the bands.
@@ -32,8 +30,18 @@ impl<'a> FreeOutcome<'a> {
     pub fn new(system: &'a System<'a>, curves: &'a FreeCurves, level: f64) -> Option<Self> {
         let solved = system.solve(&curves.splines, &curves.noise)?;
         let robust = solved.equations.robust(&solved.solution);
+        let values = system
+            .curves
+            .iter()
+            .zip(&curves.splines)
+            .enumerate()
+            .map(|(i, (curve, splines))| {
+                let value = |&x: &f64| curve.value(&splines.basis, solved.coefficients(i), x);
+                curve.x.iter().map(value).collect()
+            });
         Some(FreeOutcome {
             finer: system.solve(&curves.finer, &curves.noise)?,
+            values: values.collect(),
             covariance: robust.covariance,
             taken: robust.taken,
             solved,
@@ -74,21 +82,27 @@ impl<'a> FreeOutcome<'a> {
         widened(band, &|x| finer.value(self.finer.coefficients(curve), x))
     }
 
-    /// The torque of a curve at every sample.
-    fn values(&self, curve: usize) -> Vec<f64> {
-        let (own, basis) = (&self.system.curves[curve], &self.curves.splines[curve].basis);
-        let coefficients = self.solved.coefficients(curve);
-        own.x.iter().map(|&x| own.value(basis, coefficients, x)).collect()
+    /// A curve with this band and these forms, and what the other terms leave for it at every sample; `None` without a form.
+    pub fn identified(
+        &self,
+        curve: usize,
+        band: Band,
+        forms: Vec<Fitted>,
+        partial: Vec<f64>,
+    ) -> Option<IdentifiedCurve> {
+        Some(IdentifiedCurve {
+            band,
+            best: (0..forms.len()).min_by(|&a, &b| forms[a].bic.total_cmp(&forms[b].bic))?,
+            forms,
+            x: self.system.curves[curve].x.to_vec(),
+            partial,
+        })
     }
 
-    /// What forms are fitted beside and compared with.
-    pub fn comparison(&self) -> Comparison<'a> {
-        Comparison {
-            system: self.system,
-            curves: self.curves,
-            fit: FreeFit::new(&self.solved, self.taken),
-            values: (0..self.system.curves.len()).map(|curve| self.values(curve)).collect(),
-        }
+    /// The highest frequency of the equations, Hz.
+    pub fn highest(&self) -> f64 {
+        let omega = &self.system.modulation.omega;
+        omega[omega.len() - 1] / (2.0 * std::f64::consts::PI)
     }
 }
 
@@ -109,7 +123,7 @@ fn widened(mut band: Band, finer: &dyn Fn(f64) -> f64) -> Band {
 
 /// A free curve with its pointwise band.
 fn band(basis: &Basis, coefficients: &[f64], level: f64, covariance: impl Fn(usize, usize) -> f64 + Copy) -> Band {
-    let x = basis.grid(POINTS);
+    let x = basis.grid(CURVE_POINTS);
     let estimate: Vec<f64> = x.iter().map(|&x| basis.value(coefficients, x)).collect();
     let standard_error: Vec<f64> = x.iter().map(|&x| basis.variance(covariance, x).sqrt()).collect();
     let factor = Normal::standard().inverse_cdf(0.5 + 0.5 * level);

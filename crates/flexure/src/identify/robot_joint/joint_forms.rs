@@ -5,9 +5,10 @@ use super::condensed::FormedCurve;
 use super::equations::Equations;
 use super::form_fit::{FormEquations, FormFit};
 use super::forms::Term;
+use super::free_outcome::FreeOutcome;
 use super::outcome::{Estimated, Fitted, JointModel};
-use super::parameters::{FreeFit, Place, Reference, estimated, fitted, retest};
-use super::system::{FreeCurves, System};
+use super::parameters::{Place, estimated, fitted, retest};
+use super::system::System;
 
 /// A curve with the terms of its form.
 struct Formed {
@@ -38,16 +39,8 @@ pub(super) struct ArmModel {
     pub joints: Vec<JointModel>,
 }
 
-/// Equations of motion with free curves: what forms are fitted beside and compared with.
-pub(super) struct Comparison<'a> {
-    pub system: &'a System<'a>,
-    pub curves: &'a FreeCurves,
-    pub fit: FreeFit,
-    /// The free curves at every sample.
-    pub values: Vec<Vec<f64>>,
-}
-
-impl<'a> Comparison<'a> {
+/// What forms are fitted beside and compared with are the free curves.
+impl<'a> FreeOutcome<'a> {
     /// The equations with some curves in forms, the others free.
     fn equations(&self, formed: Vec<Formed>) -> FormEquations<'a> {
         let System { modulation, curves, .. } = self.system;
@@ -79,14 +72,6 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    fn reference(&self, curve: usize) -> Reference<'_> {
-        Reference {
-            free: self.fit,
-            curve: &self.system.curves[curve],
-            values: &self.values[curve],
-        }
-    }
-
     /// All forms of a curve. `offset` adds a constant to those without one; `inertia` is the factor that is reported beside them.
     pub fn forms(&self, curve: usize, offset: bool, inertia: Option<usize>) -> Vec<Fitted> {
         let terms = Vec::new();
@@ -95,16 +80,16 @@ impl<'a> Comparison<'a> {
             return Vec::new();
         };
         let place = Place {
-            curve: 0,
+            in_fit: 0,
+            curve,
             inertia,
-            offset,
         };
         let forms = candidates(&self.system.curves[curve])
             .into_iter()
             .filter_map(|candidate| {
                 equations.curves[0].terms = candidate.form.terms(offset);
                 let fit = equations.fit(&condensed, &candidate.starts)?;
-                Some(fitted(candidate.form, &fit, place, &self.reference(curve)))
+                Some(fitted(candidate.form, &fit, place, self))
             });
         forms.collect()
     }
@@ -119,19 +104,15 @@ impl<'a> Comparison<'a> {
 
     /// All curves in the forms that an arm can have, in all equations.
     pub fn model(&self, joints: &[JointPlace], forms: &[JointForms]) -> Option<ArmModel> {
-        let all = vec![true; joints.len()];
-        let simple = match self.model_with(joints, forms, &vec![false; joints.len()]) {
-            None => all,
-            Some(model) => {
-                let impossible = model.joints.iter().map(|joint| !possible_friction(&joint.friction));
-                let impossible: Vec<bool> = impossible.collect();
-                if !impossible.contains(&true) {
-                    return Some(model);
-                }
-                impossible
-            }
+        let Some(model) = self.model_with(joints, forms, &vec![false; joints.len()]) else {
+            return self.model_with(joints, forms, &vec![true; joints.len()]);
         };
-        self.model_with(joints, forms, &simple)
+        let friction = model.joints.iter().map(|joint| &joint.friction);
+        let simple: Vec<bool> = friction.map(|friction| !possible_friction(friction)).collect();
+        match simple.contains(&true) {
+            true => self.model_with(joints, forms, &simple),
+            false => Some(model),
+        }
     }
 
     /// The same, of joints of which some have a `simple` friction without a Stribeck part.
@@ -157,9 +138,12 @@ impl<'a> Comparison<'a> {
         let equations = self.equations(formed(&all));
         let fit = equations.fit(&equations.condensed()?, &[logs(&all)])?;
         let read = |curve: usize, inertia| {
-            let offset = false;
-            let place = Place { curve, inertia, offset };
-            fitted(chosen[curve].form, &fit, place, &self.reference(curve))
+            let place = Place {
+                in_fit: curve,
+                curve,
+                inertia,
+            };
+            fitted(chosen[curve].form, &fit, place, self)
         };
         let of_joint = |(place, forms): (&JointPlace, &JointForms)| {
             let mut model = JointModel {
@@ -184,9 +168,4 @@ impl<'a> Comparison<'a> {
             joints: joints.iter().zip(forms).map(of_joint).collect::<Option<_>>()?,
         })
     }
-}
-
-/// The number of the form with the smallest criterion of Schwarz.
-pub(super) fn best(forms: &[Fitted]) -> Option<usize> {
-    (0..forms.len()).min_by(|&a, &b| forms[a].bic.total_cmp(&forms[b].bic))
 }

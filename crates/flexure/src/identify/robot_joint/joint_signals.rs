@@ -10,18 +10,12 @@ use super::covariance::fitted_noise;
 use super::division::{FRICTION, STIFFNESS};
 use super::equations::Lines;
 use super::fourier::Modulation;
+use super::limits::{MOTOR_ROUNDS, NOISE_ROUNDS, RESOLVED_DEFLECTION};
 use super::motion::Motion;
 use super::outcome::Estimated;
 use super::smooth::Reflected;
 use super::system::{Curve, CurveKind, FreeCurves, Splines, System, low_frequencies};
 use crate::linalg::Complex;
-
-/// Rounds of estimating the noise and solving again.
-pub(super) const ROUNDS: usize = 4;
-/// Rounds for the motor's equation.
-const MOTOR_ROUNDS: usize = 2;
-/// The smallest difference of deflections that the data resolve, as a share of the largest one.
-const RESOLVED_DEFLECTION: f64 = 1e-3;
 
 /// The transformed log of a flexible joint.
 pub(super) struct JointSignals<'a> {
@@ -271,7 +265,7 @@ impl<'a> JointSignals<'a> {
         let coarse = splines(FRICTION.coarse);
         let mut noise = vec![low_frequencies(self.modulation, motion.link_noise.band)];
         let mut unknowns = Vec::new();
-        for _ in 0..ROUNDS {
+        for _ in 0..NOISE_ROUNDS {
             let solved = sum.solve(&[&coarse], &noise)?;
             // The columns of the link have the sign that they have in its own equation.
             let of_link = &solved.solution.x[self.link_factor()..];

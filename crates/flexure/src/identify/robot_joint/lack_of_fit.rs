@@ -8,14 +8,12 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::bursts::{STRETCHES, over_time};
+use super::bursts::over_time;
 use super::column_noise::Noisy;
 use super::equations::{Column, Equations, Lines, Solution};
+use super::limits::{OF_THE_FORM, STRETCHES};
 use super::normal::{ridged, scaled, scales};
 use crate::linalg::{self, Complex, Matrix, product};
-
-/// Sums of splines that the form's columns explain up to this share belong to the form.
-const OF_THE_FORM: f64 = 1e-7;
 
 /// What splines beside a form explain.
 #[derive(Debug, Clone, Copy)]

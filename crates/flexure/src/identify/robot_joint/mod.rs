@@ -38,17 +38,32 @@
 //! | [`RigidAxis`], [`FlexibleAxis`], [`TwoLinkArm`] | the results |
 //! | [`Finding`] | what to know before trusting them |
 //!
-//! | step | file |
+//! The files, in the order of the method:
+//!
+//! | file | what it is for |
 //! |---|---|
-//! | the paper's equations: links (4)-(7) and motors (8)-(9) | `two_link/links.rs`, `two_link/mod.rs`; of one joint `joint_signals.rs` |
-//! | stiffness (10)-(11), friction (12) and the textbook forms | `forms.rs` |
-//! | checks of the log; the encoders' noise; whether the joint is flexible | `checks.rs`, `smooth.rs`, `compliance.rs` |
-//! | the clocks of torque and encoders | `clocks.rs`, `clock_offset.rs` |
-//! | Fourier transforms of the equations of motion, with unknown factors and curves | `fourier.rs`, `system.rs`, `layout.rs` |
-//! | weighted least squares; noisy columns; standard errors | `equations.rs`, `column_noise.rs`, `covariance.rs`, `bursts.rs` |
-//! | splines of the free curves and their number | `basis.rs`, `division.rs` |
-//! | forms: starts, search, test, intervals, what is identifiable | `candidates.rs`, `condensed.rs`, `form_fit.rs`, `lack_of_fit.rs`, `profile.rs`, `parameters.rs` |
-//! | results | `free_outcome.rs`, `joint_forms.rs`, `outcome.rs`, `finding.rs`, `replay.rs` |
+//! | `rigid.rs`, `flexible.rs`, `two_link/` | the three kinds of log: their equations put together, and the result |
+//! | `joint_signals.rs`, `two_link/links.rs` | the equations of one flexible joint, and of two links: (4)-(7) under the motors' (8)-(9) |
+//! | `limits.rs` | every threshold |
+//! | `checks.rs` | what is refused, and what is warned of, in a log |
+//! | `smooth.rs` | the noise of an encoder from its spectrum; zero-phase smoothing; shifts by a part of a sample |
+//! | `fourier.rs` | modulated Fourier integrals: derivatives without differentiating |
+//! | `motion.rs` | a log with the noise of its encoders, and the frequencies of the equations |
+//! | `compliance.rs` | whether the joint is flexible |
+//! | `clock_offset.rs`, `clocks.rs` | offsets of the clocks of torque and encoders, and how they are estimated |
+//! | `basis.rs` | the splines of a free curve |
+//! | `system.rs`, `layout.rs` | equations of motion with unknown factors and curves, and the order of the unknowns |
+//! | `equations.rs`, `normal.rs` | weighted least squares over complex equations; scaled normal equations |
+//! | `column_noise.rs` | what the encoders' noise adds to the inner products of noisy columns |
+//! | `covariance.rs`, `bursts.rs` | standard errors whatever the noise's spectrum is, and where it comes in bursts |
+//! | `division.rs` | how finely the free curves are divided |
+//! | `free_outcome.rs` | the solution with free curves: factors with standard errors, curves with bands |
+//! | `forms.rs`, `candidates.rs` | the physical forms: stiffness (10)-(11), friction (12), textbook forms; where their searches start |
+//! | `condensed.rs`, `form_fit.rs` | the search in equations condensed to inner products, and the fit in the equations themselves |
+//! | `lack_of_fit.rs`, `profile.rs` | the test of a form; intervals by the likelihood's profile |
+//! | `parameters.rs`, `joint_forms.rs` | which parameters the data determine; the forms of all curves together |
+//! | `outcome.rs`, `finding.rs` | the results, and what to know before trusting them |
+//! | `replay.rs` | the motion that an identified axis would make |
 
 mod basis;
 mod bursts;
@@ -72,6 +87,7 @@ mod joint_forms;
 mod joint_signals;
 mod lack_of_fit;
 mod layout;
+mod limits;
 mod motion;
 mod normal;
 mod outcome;
@@ -86,11 +102,13 @@ mod two_link;
 #[cfg(test)]
 mod tests;
 
-pub use candidates::REFUTED;
 pub use finding::Finding;
 pub use flexible::FlexibleJoint;
-pub use forms::{FormName, Term};
-pub use outcome::{Estimated, Fitted, FlexibleAxis, JointFound, JointModel, LackOfFit, Parameter, RigidAxis};
+pub use forms::FormName;
+pub use limits::REFUTED;
+pub use outcome::{
+    Estimated, Fitted, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, LackOfFit, Parameter, RigidAxis,
+};
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};
 pub use two_link::{TwoLinkArm, TwoLinkLog};

@@ -3,25 +3,16 @@
 use super::checks;
 use super::equations::Lines;
 use super::fourier::Modulation;
+use super::limits::{BAND_MARGIN, BANDS, FEWEST_LINES, HIGHEST_FLEXIBLE, RESOLVED};
 use super::smooth::{Noise, Reflected};
 use crate::error::{Error, Result};
-
-/// The fewest frequencies that make equations.
-const FEWEST_LINES: usize = 60;
-/// The least band of the equations in bands that just have these frequencies.
-const MARGIN: f64 = 1.2;
-/// The highest frequency of the equations of flexible joints as a share of the sampling rate, and in bands of the motion.
-const HIGHEST: f64 = 0.1;
-const BANDS: f64 = 3.0;
-/// Velocities within so many standard deviations of their noise cannot be distinguished.
-pub(super) const RESOLVED: f64 = 3.0;
 
 /// The frequencies of the equations of motion: up to `band` Hz, or as many as it takes, but not above a share of the sampling rate.
 ///
 /// # Errors
 /// [`Error::Data`]: `TooShort`.
 pub(super) fn modulation(samples: usize, step: f64, share: f64, band: f64) -> Result<Modulation> {
-    let least = MARGIN * FEWEST_LINES as f64 / (samples as f64 * step);
+    let least = BAND_MARGIN * FEWEST_LINES as f64 / (samples as f64 * step);
     let highest = (share / step).min(band.max(least));
     let modulation = Modulation::new(samples, step, highest);
     if modulation.len() < FEWEST_LINES {
@@ -41,7 +32,7 @@ pub(super) fn modulation_of(motions: &[Motion], step: f64) -> Result<Modulation>
     let noises: Vec<Noise> = motions.iter().flat_map(|m| [m.motor_noise, m.link_noise]).collect();
     checks::resolved(&noises, samples, step)?;
     let widest = noises.iter().map(|noise| noise.band).fold(0.0, f64::max);
-    modulation(samples, step, HIGHEST, BANDS * widest)
+    modulation(samples, step, HIGHEST_FLEXIBLE, BANDS * widest)
 }
 
 /// A joint's log with the noise of its encoders.

@@ -1,9 +1,7 @@
 //! Normal equations, scaled so that their diagonal is one, and the covariance that they give.
 
+use super::limits::RIDGE;
 use crate::linalg::{Cholesky, Matrix};
-
-/// Added to the diagonal of the scaled normal equations: directions that the data do not determine stay finite.
-pub(super) const RIDGE: f64 = 1e-10;
 
 /// The square roots of the diagonal entries of a matrix, 1 where there is none.
 pub(super) fn scales(matrix: &Matrix) -> Vec<f64> {

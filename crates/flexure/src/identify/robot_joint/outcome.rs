@@ -1,9 +1,9 @@
-//! What is found out about a joint.
+//! The results: an identified axis, a flexible joint, and their parts.
 
 use serde::Serialize;
 
 use super::finding::Finding;
-use super::forms::{FormName, ParametricCurve, Term};
+use super::forms::{FormName, ParametricCurve};
 use crate::bands::Band;
 
 /// A number with its standard error.
@@ -50,7 +50,7 @@ pub struct LackOfFit {
 }
 
 /// A physical form fitted to a curve.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Fitted {
     /// Which form.
     pub form: FormName,
@@ -62,7 +62,6 @@ pub struct Fitted {
     pub lack_of_fit: LackOfFit,
     /// Schwarz's criterion; the smallest is best.
     pub bic: f64,
-    #[serde(skip)]
     pub(super) curve: ParametricCurve,
 }
 
@@ -75,12 +74,6 @@ impl Fitted {
     /// The parameter of this symbol.
     pub fn parameter(&self, symbol: &str) -> Option<&Parameter> {
         self.parameters.iter().find(|p| p.symbol == symbol)
-    }
-
-    /// The constant that the form adds to the torque.
-    pub fn offset(&self) -> f64 {
-        let terms = self.curve.terms.iter().zip(&self.curve.factors);
-        terms.filter(|(t, _)| **t == Term::Constant).map(|(_, c)| c).sum()
     }
 }
 
@@ -122,117 +115,100 @@ impl Parameter {
     }
 }
 
-/// Removes the standard errors of everything that the findings make untrustworthy: these are about chance alone.
-fn distrusted<'a>(
-    findings: &[Finding],
-    inertias: impl IntoIterator<Item = &'a mut Estimated>,
-    extras: &mut [Parameter],
-    forms: impl IntoIterator<Item = &'a mut Fitted>,
-) {
-    let clipped = findings.iter().any(|f| matches!(f, Finding::ClippedTorque { .. }));
-    let one_way = findings.iter().any(|f| matches!(f, Finding::NeverReverses { .. }));
-    if clipped {
-        inertias.into_iter().for_each(Estimated::unsure);
-        extras.iter_mut().for_each(|extra| extra.distrust(CLIPPED));
+/// What the findings make untrustworthy: standard errors are about chance alone.
+struct Doubt {
+    clipped: bool,
+    one_way: bool,
+}
+
+impl Doubt {
+    fn new(findings: &[Finding]) -> Self {
+        Doubt {
+            clipped: findings.iter().any(|f| matches!(f, Finding::ClippedTorque { .. })),
+            one_way: findings.iter().any(|f| matches!(f, Finding::NeverReverses { .. })),
+        }
     }
-    for form in forms {
-        if clipped {
-            form.parameters.iter_mut().for_each(|p| p.distrust(CLIPPED));
-            form.inertia.unsure();
-        } else if one_way {
-            let dry = form
-                .parameters
-                .iter_mut()
-                .filter(|p| DRY_FRICTION.contains(&p.symbol.as_str()));
-            dry.for_each(|p| p.distrust(ONE_WAY));
+
+    fn of_inertia(&self, inertia: &mut Estimated) {
+        if self.clipped {
+            inertia.unsure();
+        }
+    }
+
+    fn of_form(&self, form: &mut Fitted) {
+        self.of_inertia(&mut form.inertia);
+        for parameter in &mut form.parameters {
+            if self.clipped {
+                parameter.distrust(CLIPPED);
+            } else if self.one_way && DRY_FRICTION.contains(&parameter.symbol.as_str()) {
+                parameter.distrust(ONE_WAY);
+            }
         }
     }
 }
 
-/// A rigid axis: `tau = M q'' + f(q') + ...`.
-#[derive(Debug, Clone, Serialize)]
-pub struct RigidAxis {
-    /// The inertia (or mass) M beside the free friction curve.
-    pub inertia: Estimated,
-    /// The free friction curve f over the velocities visited, with its band; it contains any offset.
-    pub friction: Band,
-    /// Position-dependent terms, where they were asked for.
-    pub extras: Vec<Parameter>,
-    /// The physical forms, as they were fitted.
+/// A free curve with the physical forms that were fitted to it.
+#[derive(Debug, Clone)]
+pub struct IdentifiedCurve {
+    /// The curve as a torque over the velocities or deflections visited, with its band.
+    pub band: Band,
+    /// The physical forms, each fitted while all other curves are free.
     pub forms: Vec<Fitted>,
     /// The one with the smallest BIC.
     pub best: usize,
+    /// The velocity or deflection at every sample.
+    pub x: Vec<f64>,
+    /// The torque that all other terms leave at every sample: the data of the curve.
+    pub partial: Vec<f64>,
+}
+
+impl IdentifiedCurve {
+    /// The form with the smallest BIC.
+    pub fn best(&self) -> &Fitted {
+        &self.forms[self.best]
+    }
+}
+
+/// A rigid axis: `tau = M q'' + f(q') + ...`.
+#[derive(Debug, Clone)]
+pub struct RigidAxis {
+    /// The inertia (or mass) M beside the free curves.
+    pub inertia: Estimated,
+    /// The friction f; it contains any offset.
+    pub friction: IdentifiedCurve,
+    /// Position-dependent terms, where they were asked for.
+    pub extras: Vec<Parameter>,
     /// The cut-off of the smoothing of velocities, Hz; `None` if these were given.
     pub cut_off: Option<f64>,
     /// The highest frequency of the equations, Hz.
     pub highest: f64,
     /// The sample time, s.
     pub sample_time: f64,
-    /// The velocity at every sample.
-    #[serde(skip)]
-    pub velocity: Vec<f64>,
-    /// The torque less inertia and position-dependent terms at every sample: the data of the friction curve.
-    #[serde(skip)]
-    pub partial: Vec<f64>,
-    /// The torque that the free curve, inertia and motion make.
-    #[serde(skip)]
+    /// The torque that the free curves, the inertias and the motion make.
     pub reconstructed: Vec<f64>,
     /// What to know before trusting it.
     pub findings: Vec<Finding>,
 }
 
 /// A flexible joint: `tau = Jm qm'' + kappa(d)`, `kappa(d) = M q'' + f(q')`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone)]
 pub struct FlexibleAxis {
     /// The motor's inertia Jm, on the link's side; with a standard error of 0 if it was given.
     pub motor_inertia: Estimated,
-    /// The link's inertia M.
-    pub link_inertia: Estimated,
-    /// The free stiffness curve as the torque kappa over the deflection, with its band.
-    pub stiffness: Band,
+    /// The stiffness, as the torque kappa over the deflection.
+    pub stiffness: IdentifiedCurve,
     /// The same as k(d) = kappa(d) / d, which shows a soft wind-up as a dip at zero.
     pub secant: Band,
-    /// The free friction curve over the link's velocities, with its band.
-    pub friction: Band,
-    /// The physical forms of the stiffness, each fitted by itself to the motor's equation.
-    pub stiffness_forms: Vec<Fitted>,
-    /// The one of them with the smallest BIC.
-    pub best_stiffness: usize,
-    /// The physical forms of the friction, each fitted by itself to the link's equation.
-    pub friction_forms: Vec<Fitted>,
-    /// The one of them with the smallest BIC.
-    pub best_friction: usize,
+    /// The link as an axis under the elastic torque; `reconstructed` is the motor's torque, and the findings are those of the joint.
+    pub link: RigidAxis,
     /// The forms that an arm can have, fitted together to both equations.
     pub model: JointModel,
     /// The time by which the link's samples are late, s; corrected where the findings say so.
-    pub skew: Estimated,
-    /// The cut-off of the smoothing of the link's velocity, Hz.
-    pub cut_off: f64,
-    /// The highest frequency of the equations, Hz.
-    pub highest: f64,
-    /// The sample time, s.
-    pub sample_time: f64,
-    /// The deflection at every sample.
-    #[serde(skip)]
-    pub deflection: Vec<f64>,
-    /// The link's velocity at every sample.
-    #[serde(skip)]
-    pub velocity: Vec<f64>,
-    /// The torque less the motor's inertial one at every sample: the data of the stiffness curve.
-    #[serde(skip)]
-    pub partial_stiffness: Vec<f64>,
-    /// The elastic torque less the link's inertial one at every sample: the data of the friction curve.
-    #[serde(skip)]
-    pub partial_friction: Vec<f64>,
-    /// The torque that the free stiffness curve, the motor's inertia and the motion make.
-    #[serde(skip)]
-    pub reconstructed: Vec<f64>,
-    /// What to know before trusting it.
-    pub findings: Vec<Finding>,
+    pub clock_offset: Estimated,
 }
 
 /// A flexible joint in the forms that an arm can have.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone)]
 pub struct JointModel {
     /// The stiffness, (10)-(11) or simpler; `inertia` is the motor's (NaN if it was given).
     pub stiffness: Fitted,
@@ -243,7 +219,12 @@ pub struct JointModel {
 impl RigidAxis {
     /// With the standard errors that its findings leave it.
     pub(super) fn distrusted(mut self) -> Self {
-        distrusted(&self.findings, [&mut self.inertia], &mut self.extras, &mut self.forms);
+        let doubt = Doubt::new(&self.findings);
+        doubt.of_inertia(&mut self.inertia);
+        if doubt.clipped {
+            self.extras.iter_mut().for_each(|extra| extra.distrust(CLIPPED));
+        }
+        self.friction.forms.iter_mut().for_each(|form| doubt.of_form(form));
         self
     }
 }
@@ -251,22 +232,19 @@ impl RigidAxis {
 impl FlexibleAxis {
     /// With the standard errors that its findings leave it.
     pub(super) fn distrusted(mut self) -> Self {
-        let forms = self.stiffness_forms.iter_mut().chain(&mut self.friction_forms);
+        let doubt = Doubt::new(&self.link.findings);
+        doubt.of_inertia(&mut self.motor_inertia);
+        let forms = self.stiffness.forms.iter_mut();
         let forms = forms.chain([&mut self.model.stiffness, &mut self.model.friction]);
-        distrusted(
-            &self.findings,
-            [&mut self.motor_inertia, &mut self.link_inertia],
-            &mut [],
-            forms,
-        );
+        forms.for_each(|form| doubt.of_form(form));
+        self.link = self.link.distrusted();
         self
     }
 }
 
-/// What a log of motor, link and torque turned out to be.
-#[derive(Debug, Clone, Serialize)]
-#[serde(tag = "joint", rename_all = "snake_case")]
-pub enum JointFound {
+/// An identified joint of a log of motor, link and torque.
+#[derive(Debug, Clone)]
+pub enum IdentifiedJoint {
     /// Motor and link do not move against each other: the link's axis, with the finding that says so.
     Rigid(Box<RigidAxis>),
     /// A flexible joint.

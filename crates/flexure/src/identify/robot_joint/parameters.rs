@@ -2,67 +2,32 @@
 
 use super::form_fit::FormFit;
 use super::forms::{FormName, Term};
+use super::free_outcome::FreeOutcome;
 use super::lack_of_fit::Departure;
 use super::layout::FormParameter;
+use super::limits::{ALIKE, COLLINEAR, FAR, FARTHEST, LARGEST_ERROR, NORMAL};
 use super::normal::Covariance;
 use super::outcome::{Estimated, Fitted, LackOfFit, Parameter};
-use super::system::{Curve, Solved};
-
-/// The data do not determine a parameter whose standard error is this share of it.
-const LARGEST_ERROR: f64 = 0.5;
-/// Nor one with values farther away than this that fit as well, relatively or in its logarithm.
-const FAR: f64 = 1.2;
-/// Logarithms of shape parameters farther than this from the estimate are no limits.
-const FARTHEST: f64 = 6.0;
-/// Slopes whose logarithms are nearer than this make terms that are alike.
-const ALIKE: f64 = 0.3;
-/// Terms can be distinguished if the standard error of their factor is no more than this share of it.
-const COLLINEAR: f64 = 0.15;
-/// Half the width of an interval of 95 %, in standard errors.
-pub(super) const NORMAL: f64 = 1.959_963_984_540_054;
+use super::system::Curve;
 
 /// Why a parameter is not identifiable.
 const FITS_AS_WELL: &str = "values far from each other fit these data as well";
 
-/// What equations with free curves leave.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct FreeFit {
-    /// The weighted sum of squares.
-    squares: f64,
-    /// What the solution minimises.
-    objective: f64,
-    /// The number of unknowns.
-    unknowns: usize,
-    /// What the unknowns take of the sum of squares by chance.
-    taken: f64,
-}
-
-impl FreeFit {
-    /// By a solution and what its unknowns take of the sum of squares by chance.
-    pub fn new(solved: &Solved, taken: f64) -> FreeFit {
-        FreeFit {
-            squares: solved.solution.squares,
-            objective: solved.solution.objective,
-            unknowns: solved.solution.x.len(),
-            taken,
-        }
-    }
-
-    /// Schwarz's criterion of a form fitted instead of one of the curves.
-    ///
-    /// Where the errors are not those that the weights say, what chance takes is a sum of squares of another mean: the form's is made
-    /// what it would be if they were.
-    fn schwarz(&self, fit: &FormFit) -> f64 {
-        let unknowns = fit.solution.x.len() as f64;
-        let observations = 2.0 * fit.solution.lines() as f64;
-        let extra = (self.unknowns as f64 - unknowns).max(1.0);
-        let remaining = (observations - self.unknowns as f64).max(1.0);
-        // Never less than the weights say.
-        let mean = (self.taken - fit.taken).max(extra * self.squares / remaining);
-        let statistic = (fit.solution.objective - self.objective).max(0.0) / mean;
-        let squares = self.squares * (1.0 + statistic * extra / remaining);
-        observations * (squares / observations).ln() + unknowns * observations.ln()
-    }
+/// Schwarz's criterion of a form fitted instead of one of the free curves.
+///
+/// Where the errors are not those that the weights say, what chance takes is a sum of squares of another mean: the form's is made
+/// what it would be if they were.
+fn schwarz(fit: &FormFit, free: &FreeOutcome) -> f64 {
+    let (form, taken, free) = (&fit.solution, free.taken, &free.solved.solution);
+    let [of_form, of_free] = [form, free].map(|solution| solution.x.len() as f64);
+    let observations = 2.0 * form.lines() as f64;
+    let extra = (of_free - of_form).max(1.0);
+    let remaining = (observations - of_free).max(1.0);
+    // Never less than the weights say.
+    let mean = (taken - fit.taken).max(extra * free.squares / remaining);
+    let statistic = (form.objective - free.objective).max(0.0) / mean;
+    let squares = free.squares * (1.0 + statistic * extra / remaining);
+    observations * (squares / observations).ln() + of_form * observations.ln()
 }
 
 /// Takes the test of a form from a fit in which less of the equations has a form.
@@ -84,43 +49,35 @@ fn lack_of_fit(fit: &FormFit, distance: f64) -> LackOfFit {
     }
 }
 
-/// What a form is compared with.
-pub(super) struct Reference<'a> {
-    /// What the free curves leave.
-    pub free: FreeFit,
-    pub curve: &'a Curve<'a>,
-    /// The free curve at the data.
-    pub values: &'a [f64],
-}
-
 /// Which part of a fit is read.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     /// The number of the curve among those that have a form.
+    pub in_fit: usize,
+    /// Its number among all curves.
     pub curve: usize,
     /// The number of the factor that is reported beside it: an inertia.
     pub inertia: Option<usize>,
-    /// Whether the form has a constant of its own.
-    pub offset: bool,
 }
 
 /// The form of one curve of a fit, with its parameters.
-pub(super) fn fitted(form: FormName, fit: &FormFit, place: Place, reference: &Reference) -> Fitted {
-    let curve = &fit.curves[place.curve];
-    let both = reference.curve.x.iter().zip(reference.values);
+pub(super) fn fitted(form: FormName, fit: &FormFit, place: Place, free: &FreeOutcome) -> Fitted {
+    let curve = &fit.curves[place.in_fit];
+    let (abscissa, values) = (&free.system.curves[place.curve], &free.values[place.curve]);
+    let both = abscissa.x.iter().zip(values);
     let (off, size) = both.fold((0.0, 0.0), |(off, size), (&x, &y)| {
         (off + (curve.value(x) - y).powi(2), size + y * y)
     });
     let inertia = place.inertia.map(|i| estimated(&fit.solution.x, &fit.covariance, i));
     Fitted {
         form,
-        parameters: parameters(form, fit, place, reference),
+        parameters: parameters(form, fit, place, abscissa, values),
         inertia: inertia.unwrap_or(Estimated {
             value: f64::NAN,
             standard_error: f64::NAN,
         }),
         lack_of_fit: lack_of_fit(fit, (off / size.max(f64::MIN_POSITIVE)).sqrt()),
-        bic: reference.free.schwarz(fit),
+        bic: schwarz(fit, free),
         curve: curve.clone(),
     }
 }
@@ -133,29 +90,31 @@ pub(super) fn estimated(x: &[f64], covariance: &Covariance, i: usize) -> Estimat
     }
 }
 
-/// The parameters of one curve of a fit.
-fn parameters(form: FormName, fit: &FormFit, place: Place, reference: &Reference) -> Vec<Parameter> {
-    let curve = &fit.curves[place.curve];
-    let symbols = form.symbols(place.offset);
-    let largest = reference.values.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
+/// The parameters of one curve of a fit; `free` are the values of the free curve over this abscissa.
+fn parameters(form: FormName, fit: &FormFit, place: Place, abscissa: &Curve, free: &[f64]) -> Vec<Parameter> {
+    let (curve, numbers) = (&fit.curves[place.in_fit], &fit.layout.curves[place.in_fit]);
+    let largest = free.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
     let uncertain = |value: f64, parameter: FormParameter| {
         let at = fit.layout.unknown(parameter);
         Uncertain::new(value, fit.covariance.error(at), fit.intervals[at])
     };
-    let numbers = fit.layout.curves[place.curve].factors.clone();
-    let factors = symbols.factors.iter().zip(&curve.factors).zip(numbers);
-    let factors = factors.map(|(((symbol, unit), &value), number)| {
-        let size = (*symbol == "F0").then_some(largest);
-        factor(symbol, *unit, uncertain(value, FormParameter::Factor(number)), size)
+    let factors = curve.terms.iter().zip(&curve.factors).zip(numbers.factors.clone());
+    let factors = factors.map(|((&term, &value), number)| {
+        let size = (term == Term::Constant).then_some(largest);
+        let value = uncertain(value, FormParameter::Factor(number));
+        factor(form.symbol(term), term.unit(), value, size)
     });
-    let numbers = fit.layout.curves[place.curve].logs.clone();
-    let shapes = symbols.shapes.iter().zip(&curve.logs).zip(numbers);
+    let symbols = curve.terms.iter().flat_map(|term| {
+        let (symbols, unit) = term.shape_symbols();
+        symbols.iter().map(move |symbol| (symbol, unit))
+    });
+    let shapes = symbols.zip(&curve.logs).zip(numbers.logs.clone());
     let shapes = shapes.map(|(((symbol, unit), &log), number)| {
-        shape(symbol, *unit, uncertain(log, FormParameter::Log(number)), reference)
+        shape(symbol, unit, uncertain(log, FormParameter::Log(number)), abscissa)
     });
     let mut parameters: Vec<Parameter> = factors.chain(shapes).collect();
     if form == FormName::Stribeck {
-        breakaway(&mut parameters, fit, place.curve);
+        breakaway(&mut parameters, fit, place.in_fit);
     }
     if form == FormName::SmoothStribeck {
         collinear(&mut parameters);
@@ -205,7 +164,7 @@ fn factor(symbol: &str, unit: [i32; 2], uncertain: Uncertain, size: Option<f64>)
     let identifiable = !zero && uncertain.within(FAR * size) && uncertain.error < LARGEST_ERROR * size;
     let remark = match (identifiable, zero) {
         (true, _) => "",
-        (false, true) => "not told from zero by these data",
+        (false, true) => "these data do not distinguish it from zero",
         (false, false) => FITS_AS_WELL,
     };
     Parameter {
@@ -222,9 +181,9 @@ fn factor(symbol: &str, unit: [i32; 2], uncertain: Uncertain, size: Option<f64>)
 }
 
 /// A shape parameter from its logarithm.
-fn shape(symbol: &str, unit: [i32; 2], log: Uncertain, reference: &Reference) -> Parameter {
+fn shape(symbol: &str, unit: [i32; 2], log: Uncertain, abscissa: &Curve) -> Parameter {
     let value = log.value.exp();
-    let (longest, resolution) = (2.0 * reference.curve.largest(), reference.curve.resolution);
+    let (longest, resolution) = (2.0 * abscissa.largest(), abscissa.resolution);
     // The distance over which the term changes, whatever the parameter's unit.
     let power = unit[1];
     let distance = value.powf(1.0 / f64::from(power));
@@ -261,7 +220,7 @@ fn slope_only(parameters: &mut [Parameter]) {
     let straight = |p: &Parameter| p.symbol == "g5" && !p.identifiable && p.range[0].is_nan() && p.range[1].is_finite();
     if parameters.iter().any(straight) {
         let factors = parameters.iter_mut().filter(|p| p.symbol == "g4");
-        factors.for_each(|p| p.withdraw("the data tell only the product g4 g5, a slope"));
+        factors.for_each(|p| p.withdraw("these data determine only the product g4 g5, a slope"));
     }
 }
 
@@ -281,7 +240,7 @@ fn collinear(parameters: &mut [Parameter]) {
     for parameter in parameters.iter_mut().filter(|p| group.contains(&p.symbol.as_str())) {
         if parameter.identifiable || alike {
             parameter.identifiable = false;
-            parameter.remark = "g1, g2, g3 and g5 make up for each other: only the curve is told".to_owned();
+            parameter.remark = "g1, g2, g3 and g5 make up for each other: the data determine only the curve".to_owned();
         }
         // Between terms that are alike the profile is that of their sum.
         if alike {
@@ -298,7 +257,7 @@ fn shapeless(parameters: &mut [Parameter], factor: &str, shapes: &[&str]) {
     let shapes = parameters
         .iter_mut()
         .filter(|p| p.identifiable && shapes.contains(&p.symbol.as_str()));
-    shapes.for_each(|p| p.withdraw(&format!("{factor}, whose term it shapes, is not told by these data")));
+    shapes.for_each(|p| p.withdraw(&format!("these data do not determine {factor}, whose term it shapes")));
 }
 
 /// Replaces Fs - Fc by the static friction Fs.
@@ -314,7 +273,7 @@ fn breakaway(parameters: &mut [Parameter], fit: &FormFit, curve: usize) {
         true => sum,
         false => Parameter {
             identifiable: false,
-            remark: "not told from Fc by these data".to_owned(),
+            remark: "these data do not distinguish it from Fc".to_owned(),
             ..sum
         },
     };

@@ -7,13 +7,7 @@
 use super::condensed::{Condensed, FormedCurve, Held, Minimum};
 use super::form_fit::FormFit;
 use super::layout::FormParameter;
-
-/// The quantile of 95 % of chi squared with one degree of freedom.
-const CHI_SQUARED: f64 = 3.841_458_820_694_124;
-/// Distances from the minimum: of logarithms, and of factors as shares of them. What is not refuted at the last has no limit.
-const STEPS: [f64; 9] = [0.02, 0.05, 0.12, 0.3, 0.6, 1.0, 1.8, 3.0, 4.6];
-/// A factor's distances are shares of no less than this many of its standard errors.
-const LEAST_UNIT: f64 = 4.0;
+use super::limits::{CHI_SQUARED, LEAST_UNIT, PROFILE_STEPS};
 
 /// The intervals of all unknowns of a fit whose condensed minimum is `best`; other `minima` that fit as well are in them.
 pub(super) fn intervals(
@@ -40,7 +34,7 @@ pub(super) fn intervals(
         let end = |sign: f64| -> f64 {
             let mut start = best.logs.clone();
             let (mut last_step, mut last_root) = (0.0, 0.0);
-            for step in STEPS {
+            for step in PROFILE_STEPS {
                 let held = Held {
                     parameter,
                     value: value + sign * step * unit,

@@ -12,20 +12,13 @@ use super::equations::Lines;
 use super::finding::Finding;
 use super::fourier::Modulation;
 use super::free_outcome::FreeOutcome;
-use super::joint_forms::best;
-use super::joint_signals::{ROUNDS, of_inertia};
-use super::motion::{RESOLVED, modulation};
+use super::joint_signals::of_inertia;
+use super::limits::{EXTRA_INTERVAL, HIGHEST_RIGID, NOISE_ROUNDS, RESOLVED, SAMPLES_A_CONSTANT};
+use super::motion::modulation;
 use super::outcome::{Parameter, RigidAxis};
 use super::smooth::{Noise, Reflected};
 use super::system::{Curve, CurveKind, FreeCurves, System, low_frequencies};
 use crate::error::{DataError, Result};
-
-/// The highest frequency of the equations as a share of the sampling rate.
-const HIGHEST: f64 = 0.2;
-/// Fewer samples within the mechanical time constant do not separate inertia from friction.
-const SAMPLES_A_CONSTANT: f64 = 5.0;
-/// Half the width of the intervals of position-dependent terms, in standard errors.
-const EXTRA_INTERVAL: f64 = 1.96;
 
 /// A position-dependent term of a rigid axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,14 +79,10 @@ const INERTIA: usize = 0;
 
 impl RigidJoint<'_> {
     fn check(&self) -> Result<()> {
-        checks::settings(self.sample_time, self.level)?;
-        let n = self.position.len();
-        checks::column("position", self.position, n)?;
-        checks::column("torque", self.torque, n)?;
-        if let Some(v) = self.velocity {
-            checks::column("velocity", v, n)?;
-        }
-        checks::unwrapped("position", self.position)
+        let velocity = self.velocity.map(|v| ("velocity", v));
+        let others: Vec<_> = [("torque", self.torque)].into_iter().chain(velocity).collect();
+        let angles = [("position", self.position)];
+        checks::log(self.position.len(), &angles, &others, self.sample_time, self.level)
     }
 
     /// Identifies the axis.
@@ -115,7 +104,7 @@ impl RigidJoint<'_> {
 
     fn signals(&self, noise: &Noise) -> Result<Signals> {
         let (q, step) = (self.position, self.sample_time);
-        let modulation = modulation(q.len(), step, HIGHEST, noise.band)?;
+        let modulation = modulation(q.len(), step, HIGHEST_RIGID, noise.band)?;
         let velocity = match self.velocity {
             Some(v) => v.to_vec(),
             None => Reflected::new(q, step).velocity(noise.cut_off()),
@@ -165,32 +154,30 @@ impl RigidJoint<'_> {
 
     /// The result; `None` if not even the simplest form can be fitted.
     fn outcome(&self, signals: &Signals, outcome: &FreeOutcome, noise: &Noise) -> Option<RigidAxis> {
-        let comparison = outcome.comparison();
-        let forms = comparison.forms(0, true, Some(INERTIA));
-        let best = best(&forms)?;
-        let curve = &comparison.values[0];
+        let forms = outcome.forms(0, true, Some(INERTIA));
+        let viscous = forms
+            .first()?
+            .parameter("Fv")
+            .filter(|p| p.identifiable)
+            .map(|p| p.value);
+        let curve = &outcome.values[0];
         let factors = outcome.solved.factors();
         let acceleration = Reflected::new(&signals.velocity, self.sample_time).velocity(noise.cut_off());
-        let rest = |i: usize| {
+        let others = |i: usize| {
             let extras = signals.extras.iter().zip(&factors[1..]);
             let position_dependent: f64 = extras.map(|(extra, c)| c * extra.values[i]).sum();
             factors[INERTIA] * acceleration[i] + position_dependent
         };
-        let omega = &signals.modulation.omega;
-        let viscous = forms[0].parameter("Fv").filter(|p| p.identifiable).map(|p| p.value);
+        let partial = (0..curve.len()).map(|i| self.torque[i] - others(i)).collect();
         Some(RigidAxis {
             inertia: outcome.factor(INERTIA),
-            friction: outcome.band(0),
+            friction: outcome.identified(0, outcome.band(0), forms, partial)?,
             extras: signals.extra_parameters(outcome),
-            best,
             cut_off: self.velocity.is_none().then(|| noise.cut_off()),
-            highest: omega[omega.len() - 1] / (2.0 * std::f64::consts::PI),
+            highest: outcome.highest(),
             sample_time: self.sample_time,
-            partial: (0..curve.len()).map(|i| self.torque[i] - rest(i)).collect(),
-            reconstructed: (0..curve.len()).map(|i| curve[i] + rest(i)).collect(),
+            reconstructed: (0..curve.len()).map(|i| curve[i] + others(i)).collect(),
             findings: self.findings(signals, noise, viscous.map(|v| factors[INERTIA] / v)),
-            velocity: signals.velocity.clone(),
-            forms,
         })
     }
 
@@ -237,7 +224,7 @@ impl Signals {
     fn weights(&self, band: f64) -> Option<Vec<Vec<f64>>> {
         let system = self.system();
         let splines = system.curves[0].splines(&self.modulation, RIGID_FRICTION.coarse);
-        system.reweighted(&[splines], vec![low_frequencies(&self.modulation, band)], ROUNDS)
+        system.reweighted(&[splines], vec![low_frequencies(&self.modulation, band)], NOISE_ROUNDS)
     }
 
     /// The time from a torque's sample to its effect.

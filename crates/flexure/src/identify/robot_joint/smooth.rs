@@ -2,22 +2,8 @@
 
 use realfft::RealFftPlanner;
 
+use super::limits::{CUT_OFF_MARGIN, FLAT_NOISE, NEIGHBOURS, NOISE_FROM, SEGMENT, STANDS_OUT, STEEPNESS};
 use crate::linalg::Complex;
-
-/// Half the order of the smoothing filter's squared gain, 1 / (1 + (f / fc)^16): flat, with little ringing.
-const STEEPNESS: i32 = 16;
-/// The cut-off in units of the frequency up to which the signal stands out of the noise.
-const MARGIN: f64 = 1.5;
-/// Samples of a segment of the averaged periodogram, at most.
-const SEGMENT: usize = 16_384;
-/// From this share of the sampling rate on, the periodogram is taken for noise.
-const NOISE_FROM: f64 = 0.35;
-/// A line this many times the noise belongs to the signal.
-const STANDS_OUT: f64 = 2.0;
-/// Lines on either side among which most must stand out.
-const NEIGHBOURS: usize = 3;
-/// White noise's spectrum does not fall by more than this from the lower to the upper half of where it is looked for.
-const FLAT: f64 = 1.5;
 
 /// The noise of an encoder's angle, from its spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,14 +52,14 @@ impl Noise {
         Noise {
             sd: floor.sqrt(),
             band: share(last + 1) / step,
-            unresolved: share(last + 1) > NOISE_FROM - 0.1 && fall > FLAT,
+            unresolved: share(last + 1) > NOISE_FROM - 0.1 && fall > FLAT_NOISE,
             fall,
         }
     }
 
     /// The cut-off of the smoothing filter, Hz.
     pub fn cut_off(&self) -> f64 {
-        MARGIN * self.band
+        CUT_OFF_MARGIN * self.band
     }
 
     /// The standard deviation of the smoothed velocity's noise.

@@ -17,10 +17,8 @@ use super::division::{Division, Divisions};
 use super::equations::{Column, Equations, Lines, Solution};
 use super::fourier::Modulation;
 use super::layout::Layout;
+use super::limits::DIVISION_ROUNDS;
 use crate::linalg::Complex;
-
-/// How often the divisions of all curves and the noise are estimated again.
-const ROUNDS: usize = 2;
 
 /// What a curve is a function of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -271,7 +269,7 @@ impl<'a> System<'a> {
     /// The motor's equation has the noise of its torque; the link's has none, and shows far finer detail of the stiffness.
     pub fn refined(&self, mut splines: Vec<Splines>, mut noise: Vec<Vec<f64>>) -> Option<FreeCurves> {
         let mut finer = Vec::new();
-        for _ in 0..ROUNDS {
+        for _ in 0..DIVISION_ROUNDS {
             noise = self.unbiased_noise_of(&self.solve(&splines, &noise)?);
             let divisions = Divisions::new(self);
             let best = divisions.best(&|splines| Some(self.solve(splines, &noise)?.akaike()))?;

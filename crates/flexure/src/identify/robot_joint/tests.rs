@@ -75,8 +75,8 @@ fn flexible<'a>([motor, link, torque]: &'a [Vec<f64>; 3]) -> FlexibleJoint<'a> {
 
 fn found(joint: FlexibleJoint) -> FlexibleAxis {
     match joint.identify().unwrap() {
-        JointFound::Flexible(axis) => *axis,
-        JointFound::Rigid(axis) => panic!("{:?}", axis.findings),
+        IdentifiedJoint::Flexible(axis) => *axis,
+        IdentifiedJoint::Rigid(axis) => panic!("{:?}", axis.findings),
     }
 }
 
@@ -103,13 +103,13 @@ fn the_space_arms_elbow_is_found_with_its_wind_up() {
         );
     };
     near("Jm", axis.motor_inertia.value, 1.0, 0.002);
-    near("M", axis.link_inertia.value, inertia, 0.002);
+    near("M", axis.link.inertia.value, inertia, 0.002);
     let arm = space_arm(Model::Nonlinear).joints[1];
     let kappa = arm.nonlinear_stiffness();
     let friction = arm.friction.unwrap();
     for (name, (off, covered)) in [
-        ("kappa", distance(&axis.stiffness, |d| kappa.torque(d))),
-        ("friction", distance(&axis.friction, |v| friction.torque(v))),
+        ("kappa", distance(&axis.stiffness.band, |d| kappa.torque(d))),
+        ("friction", distance(&axis.link.friction.band, |v| friction.torque(v))),
     ] {
         assert!(off < 0.01, "{name} is {off} from the truth");
         assert!(covered > 0.8, "the band of {name} covers {covered}");
@@ -120,16 +120,17 @@ fn the_space_arms_elbow_is_found_with_its_wind_up() {
     near("asw", model.stiffness.parameter("asw").unwrap().value, 3000.0, 0.15);
     // The forms without wind-up are refuted.
     let cubic = axis
-        .stiffness_forms
+        .stiffness
+        .forms
         .iter()
         .find(|f| f.form == FormName::CubicStiffness)
         .unwrap();
     assert!(cubic.lack_of_fit.p_value < REFUTED, "{:?}", cubic.lack_of_fit);
     // The torque is held: half a sample late, which is said.
     assert!(
-        matches!(axis.findings[..], [Finding::TorqueDelay { held: true, .. }]),
+        matches!(axis.link.findings[..], [Finding::TorqueDelay { held: true, .. }]),
         "{:?}",
-        axis.findings
+        axis.link.findings
     );
 }
 
@@ -138,13 +139,17 @@ fn a_skew_between_the_encoders_is_found_and_taken_back() {
     let (log, _) = elbow(30.0);
     let axis = found(flexible(&skewed(&log, 4)));
     // The link's equation has no torque and so no noise of it: it determines far more than the motor's, whose 0.1 ms would bend the friction.
-    assert!((axis.skew.value - 0.004).abs() < 2e-5, "{:?}", axis.skew);
-    assert!(axis.skew.standard_error < 2e-5, "{:?}", axis.skew);
+    assert!(
+        (axis.clock_offset.value - 0.004).abs() < 2e-5,
+        "{:?}",
+        axis.clock_offset
+    );
+    assert!(axis.clock_offset.standard_error < 2e-5, "{:?}", axis.clock_offset);
     let lack = axis.model.friction.lack_of_fit;
     assert!(lack.distance < 0.03 && lack.p_value > REFUTED, "{lack:?}");
     let a2 = axis.model.stiffness.parameter("a2").unwrap().value;
     assert!((a2 - 500.0).abs() < 2.0, "{a2}");
-    let said = axis.findings.iter().map(ToString::to_string).collect::<String>();
+    let said = axis.link.findings.iter().map(ToString::to_string).collect::<String>();
     assert!(
         said.contains("the link's samples are") && said.contains("later than the motor's"),
         "{said}"
@@ -182,9 +187,14 @@ fn a_rigid_axis_has_its_inertia_and_friction() {
     let (position, torque) = axis(40_000, 0.0);
     let found = rigid(&position, &torque).identify().unwrap();
     assert!((found.inertia.value - 20.0).abs() < 0.05, "{:?}", found.inertia);
-    let (off, covered) = distance(&found.friction, |v| 2.0 * (200.0 * v).tanh() + 4.0 * v);
+    let (off, covered) = distance(&found.friction.band, |v| 2.0 * (200.0 * v).tanh() + 4.0 * v);
     assert!(off < 0.02 && covered > 0.8, "{off} {covered}");
-    let form = found.forms.iter().find(|f| f.form == FormName::SmoothCoulomb).unwrap();
+    let form = found
+        .friction
+        .forms
+        .iter()
+        .find(|f| f.form == FormName::SmoothCoulomb)
+        .unwrap();
     for (symbol, truth, tolerance) in [
         ("g4", 2.0, 0.02),
         ("g6", 4.0, 0.1),
@@ -205,8 +215,13 @@ fn a_rigid_axis_has_its_inertia_and_friction() {
     let twice = rigid(&position, &double).identify().unwrap();
     assert!((twice.inertia.value - 2.0 * found.inertia.value).abs() < 1e-3 * found.inertia.value);
     // The same motion comes back.
-    let start = [position[0], found.velocity[0]];
-    let smooth = found.forms.iter().find(|f| f.form == FormName::SmoothCoulomb).unwrap();
+    let start = [position[0], found.friction.x[0]];
+    let smooth = found
+        .friction
+        .forms
+        .iter()
+        .find(|f| f.form == FormName::SmoothCoulomb)
+        .unwrap();
     let replayed = found.replay(smooth, AxisDrive::Torque(&torque), start);
     let error: f64 = replayed.iter().zip(&position).map(|(a, b)| (a - b).powi(2)).sum();
     assert!((error / position.len() as f64).sqrt() < 0.05, "{error}");
@@ -223,7 +238,7 @@ fn a_rigid_joint_is_no_flexible_one_even_with_skewed_encoders() {
             clean[..n - late].to_vec(),
             torque[late..].to_vec(),
         ];
-        let JointFound::Rigid(axis) = flexible(&log).identify().unwrap() else {
+        let IdentifiedJoint::Rigid(axis) = flexible(&log).identify().unwrap() else {
             panic!("a flexible joint was seen");
         };
         assert!((axis.inertia.value - 20.0).abs() < 0.1, "{:?}", axis.inertia);
@@ -252,7 +267,7 @@ fn a_joint_as_stiff_as_its_encoders_are_coarse_is_no_flexible_one() {
         (500.0, 0.02, 3, 0),
     ] {
         let (log, _) = elbow_of(30.0, linear, encoder, run);
-        let JointFound::Rigid(axis) = flexible(&skewed(&log, late)).identify().unwrap() else {
+        let IdentifiedJoint::Rigid(axis) = flexible(&skewed(&log, late)).identify().unwrap() else {
             panic!("a flexible joint was seen at {linear} N m/rad");
         };
         let Finding::NoFlexibility { stiffness, .. } = axis.findings[0] else {
@@ -284,11 +299,11 @@ fn a_stiff_joint_is_found_near_the_encoders_noise_and_with_their_skew() {
         // The same noise is in the deflection and in the motor's acceleration: a bias, which its error allows for.
         assert!(off < 0.06 && off < 3.0 * motor.standard_error, "{motor:?}");
         assert!(
-            (axis.link_inertia.value - inertia).abs() < 0.02 * inertia,
+            (axis.link.inertia.value - inertia).abs() < 0.02 * inertia,
             "{:?}",
-            axis.link_inertia
+            axis.link.inertia
         );
-        let skew = axis.skew.value;
+        let skew = axis.clock_offset.value;
         assert!((skew - late as f64 * STEP).abs() < 2e-4, "{skew}");
     }
 }
@@ -325,8 +340,8 @@ fn what_is_told_of_the_forms_is_true() {
         }
         let true_forms = |forms: &[Fitted], form| forms.iter().find(|f| f.form == form).unwrap().lack_of_fit;
         for lack in [
-            true_forms(&axis.stiffness_forms, FormName::Windup),
-            true_forms(&axis.friction_forms, FormName::SmoothStribeck),
+            true_forms(&axis.stiffness.forms, FormName::Windup),
+            true_forms(&axis.link.friction.forms, FormName::SmoothStribeck),
         ] {
             assert!(lack.p_value > REFUTED, "run {run}: {lack:?}");
         }

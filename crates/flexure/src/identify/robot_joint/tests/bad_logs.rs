@@ -14,7 +14,7 @@ fn a_torque_clipped_before_its_noise_and_angles_in_degrees_are_said() {
             .any(|f| matches!(f, Finding::ClippedTorque { .. }));
         // What a clipped torque makes wrong has no standard error.
         assert_eq!(clipped, found.inertia.standard_error.is_nan());
-        for form in &found.forms {
+        for form in &found.friction.forms {
             assert!(!clipped || form.parameters.iter().all(|p| !p.identifiable), "{form:?}");
         }
         clipped
@@ -103,12 +103,17 @@ fn bad_logs_are_refused_or_remarked_on() {
     );
     // Friction and offset are alike: no form has a size of either.
     for symbol in ["Fc", "Fs", "F0", "g4"] {
-        for p in found.forms.iter().filter_map(|f| f.parameter(symbol)) {
+        for p in found.friction.forms.iter().filter_map(|f| f.parameter(symbol)) {
             assert!(!p.identifiable && p.standard_error.is_nan(), "{p:?}");
         }
     }
     // A slope alone has no size.
-    let smooth = found.forms.iter().find(|f| f.form == FormName::SmoothDry).unwrap();
+    let smooth = found
+        .friction
+        .forms
+        .iter()
+        .find(|f| f.form == FormName::SmoothDry)
+        .unwrap();
     let [g4, g5] = ["g4", "g5"].map(|name| smooth.parameter(name).unwrap());
     assert!(g5.identifiable || !g4.identifiable, "{g4:?} {g5:?}");
     // Nonsense.
@@ -134,10 +139,10 @@ fn a_motor_on_the_other_side_of_its_gear_is_said() {
         ..flexible(&log)
     }
     .identify();
-    let Ok(JointFound::Flexible(axis)) = found else {
+    let Ok(IdentifiedJoint::Flexible(axis)) = found else {
         panic!("{found:?}");
     };
-    let said: Vec<String> = axis.findings.iter().map(ToString::to_string).collect();
+    let said: Vec<String> = axis.link.findings.iter().map(ToString::to_string).collect();
     assert!(
         said[0].contains("times as far as the link") && said[0].contains("gear ratio"),
         "{said:?}"

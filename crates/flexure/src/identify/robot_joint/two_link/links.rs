@@ -13,7 +13,8 @@ use super::super::column_noise::Noisy;
 use super::super::division::FRICTION;
 use super::super::equations::{Column, Lines};
 use super::super::fourier::Modulation;
-use super::super::joint_signals::{JointSignals, ROUNDS};
+use super::super::joint_signals::JointSignals;
+use super::super::limits::NOISE_ROUNDS;
 use super::super::smooth::{Noise, gain};
 use super::super::system::{Splines, System, low_frequencies};
 use crate::linalg::Complex;
@@ -148,7 +149,7 @@ pub(super) fn start(system: &System, band: f64) -> Option<FreeLinks> {
     let splines = |joint: usize, pieces: usize| system.curves[joint].splines(system.modulation, pieces);
     let coarse = [0, 1].map(|joint| splines(joint, FRICTION.coarse));
     let start = vec![low_frequencies(system.modulation, band); 2];
-    let mut noise = system.reweighted(&coarse, start, ROUNDS)?;
+    let mut noise = system.reweighted(&coarse, start, NOISE_ROUNDS)?;
     let chosen = |joint: usize| {
         FRICTION.undersmoothed(|pieces| {
             let own = splines(joint, pieces);

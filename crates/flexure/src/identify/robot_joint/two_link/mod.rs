@@ -54,7 +54,7 @@ pub struct TwoLinkLog<'a> {
 ///
 /// A motion determines the three constants of [`LinkDynamics`](crate::manipulator::LinkDynamics);
 /// masses, lengths and centres of mass cannot be determined by themselves.
-#[derive(Debug, Clone, serde::Serialize)]
+#[derive(Debug, Clone)]
 pub struct TwoLinkArm {
     /// `m1 lc1^2 + m2 (l1^2 + lc2^2) + I1 + I2`, beside the free curves.
     pub shoulder: Estimated,
@@ -70,9 +70,6 @@ pub struct TwoLinkArm {
     /// with the other joint's friction as its free curve has it.
     pub joints: [FlexibleAxis; 2],
 }
-
-/// The names of the columns of each joint in errors.
-const NAMES: [[&str; 3]; 2] = [["motor 1", "link 1", "torque 1"], ["motor 2", "link 2", "torque 2"]];
 
 /// The unknown factors in the equations of an arm.
 mod factor {
@@ -114,19 +111,15 @@ struct ArmSignals<'a> {
 
 impl TwoLinkLog<'_> {
     fn check(&self) -> Result<()> {
-        let n = self.link[0].len();
-        for (joint, names) in NAMES.iter().enumerate() {
-            let columns = [self.motor[joint], self.link[joint], self.torque[joint]];
-            for (name, column) in names.iter().zip(columns) {
-                checks::column(name, column, n)?;
-            }
-        }
-        checks::settings(self.sample_time, self.level)?;
-        for (joint, [motor, link, _]) in NAMES.iter().enumerate() {
-            checks::unwrapped(motor, self.motor[joint])?;
-            checks::unwrapped(link, self.link[joint])?;
-        }
-        Ok(())
+        let [motor, link, torque] = [self.motor, self.link, self.torque];
+        let angles = [
+            ("motor 1", motor[0]),
+            ("link 1", link[0]),
+            ("motor 2", motor[1]),
+            ("link 2", link[1]),
+        ];
+        let torques = [("torque 1", torque[0]), ("torque 2", torque[1])];
+        checks::log(link[0].len(), &angles, &torques, self.sample_time, self.level)
     }
 
     /// Identifies the arm.

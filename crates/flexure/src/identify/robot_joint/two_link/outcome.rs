@@ -21,15 +21,14 @@ impl ArmSignals<'_> {
         let system = self.system();
         let free = self.free(&system)?;
         let outcome = FreeOutcome::new(&system, &free, level)?;
-        let comparison = outcome.comparison();
         let places = [0, 1].map(|joint| JointPlace {
             stiffness: curve::STIFFNESS[joint],
             friction: curve::FRICTION[joint],
             motor: Some(factor::MOTORS[joint]),
             link: None,
         });
-        let forms = places.map(|place| comparison.forms_of(&place));
-        let model = comparison.model(&places, &forms)?;
+        let forms = places.map(|place| outcome.forms_of(&place));
+        let model = outcome.model(&places, &forms)?;
         let models = <[JointModel; 2]>::try_from(model.joints).ok()?;
         let InertialTorques { rotors, links } = self.inertial_torques(&outcome.solved.factors());
         let part = |unknown, factor| Part { unknown, factor };
@@ -57,7 +56,7 @@ impl ArmSignals<'_> {
                     rotor_torque,
                     link_torque,
                 };
-                Some(parts.axis(&outcome, &comparison.values[place.stiffness])?.distrusted())
+                Some(parts.axis(&outcome)?.distrusted())
             });
         let joints: Vec<FlexibleAxis> = joints.collect::<Option<_>>()?;
         let beside_forms = |i: usize| model.factors[i];

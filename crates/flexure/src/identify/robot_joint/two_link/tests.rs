@@ -66,7 +66,7 @@ fn an_arm_is_found_as_a_whole() {
         ("coupling", arm.coupling, truth.coupling),
         ("motor 1", arm.joints[0].motor_inertia, 1.0),
         ("motor 2", arm.joints[1].motor_inertia, 1.0),
-        ("M11", arm.joints[0].link_inertia, truth.shoulder + 2.0 * truth.coupling),
+        ("M11", arm.joints[0].link.inertia, truth.shoulder + 2.0 * truth.coupling),
         ("shoulder beside the forms", arm.model[0], truth.shoulder),
         ("coupling beside the forms", arm.model[2], truth.coupling),
     ] {
@@ -79,8 +79,8 @@ fn an_arm_is_found_as_a_whole() {
     let friction = joint.friction.unwrap();
     for (i, axis) in arm.joints.iter().enumerate() {
         for (name, (off, covered)) in [
-            ("stiffness", distance(&axis.stiffness, |d| kappa.torque(d))),
-            ("friction", distance(&axis.friction, |v| friction.torque(v))),
+            ("stiffness", distance(&axis.stiffness.band, |d| kappa.torque(d))),
+            ("friction", distance(&axis.link.friction.band, |v| friction.torque(v))),
         ] {
             println!("joint {}: {name} {off:.5} from the truth, covered {covered:.2}", i + 1);
             assert!(off < 0.02, "{name} of joint {} is {off} from the truth", i + 1);
@@ -108,8 +108,8 @@ fn bands_cover_the_truth() {
     for run in 0..4 {
         let arm = identified(&log_of(20.0, 1.0, run)).unwrap();
         for axis in &arm.joints {
-            covered[0].push(distance(&axis.stiffness, |d| kappa.torque(d)).1);
-            covered[1].push(distance(&axis.friction, |v| friction.torque(v)).1);
+            covered[0].push(distance(&axis.stiffness.band, |d| kappa.torque(d)).1);
+            covered[1].push(distance(&axis.link.friction.band, |v| friction.torque(v)).1);
         }
     }
     for (name, shares) in ["stiffness", "friction"].into_iter().zip(covered) {

@@ -1,0 +1,218 @@
+//! Every threshold of the method, in the order of its steps.
+//!
+//! Where no source is given, the value is a convention. `examples/joint_bands.rs` and the tests measure on simulated joints and arms what
+//! all of them together give: how often the bands cover the truth, and how often true forms are refuted.
+
+// The log.
+
+/// The fewest samples that are looked at.
+pub const FEWEST_SAMPLES: usize = 200;
+/// A jump by a turn may be off by this share of it.
+pub const TURN_WITHIN: f64 = 0.2;
+/// A motor that goes this many times as far as the link is not on the link's side of the gear.
+pub const MOST_DIFFERENT: f64 = 4.0;
+/// The least squared correlation of motor and link at which the ratio of their motions is known.
+pub const TOGETHER: f64 = 0.5;
+/// Samples in a row at the extreme torque from which on it is clipped, and all of them as a share of the record.
+pub const CLIPPED_RUN: usize = 5;
+pub const CLIPPED_SHARE: f64 = 0.002;
+/// A link that turns farther than this may be logged in degrees.
+pub const MOST_TURNS: f64 = 3.0;
+/// A share of the time in one direction below this counts as none.
+pub const ONE_WAY: f64 = 0.02;
+/// Fewer reversals than this do not determine friction.
+pub const FEWEST_REVERSALS: usize = 6;
+/// A spectrum that still falls by this where only noise should be belongs to the motion.
+pub const STEEP_NOISE: f64 = 3.0;
+/// Samples of a running mean in which plateaus are looked for.
+pub const PLATEAU_WINDOW: usize = 8;
+/// How far below the top a plateau reaches, and how far apart means of neighbouring windows are at most that stand still, in standard
+/// deviations of a mean.
+pub const PLATEAU_DEPTH: f64 = 8.0;
+pub const PLATEAU_STILL: f64 = 4.0;
+/// Fewer plateaus than this may be peaks that happen to be flat.
+pub const FEWEST_PLATEAUS: usize = 3;
+/// Of a peak the outer thirds lie 5 standard deviations below the middle one; of a plateau by less than this.
+pub const PLATEAU_FLAT: f64 = 0.6;
+/// A depth above this share of the torque's range is no plateau's, nor is that of a torque that stands still for this share of the time.
+pub const PLATEAU_TOO_DEEP: f64 = 0.02;
+pub const STANDS_STILL: f64 = 0.85;
+
+// The encoders' noise, and smoothing.
+
+/// Half the order of the smoothing filter's squared gain, 1 / (1 + (f / fc)^16): flat, with little ringing.
+pub const STEEPNESS: i32 = 16;
+/// The cut-off in units of the frequency up to which the signal stands out of the noise.
+pub const CUT_OFF_MARGIN: f64 = 1.5;
+/// Samples of a segment of the averaged periodogram, at most.
+pub const SEGMENT: usize = 16_384;
+/// From this share of the sampling rate on, the periodogram is taken for noise.
+pub const NOISE_FROM: f64 = 0.35;
+/// A line this many times the noise belongs to the signal.
+pub const STANDS_OUT: f64 = 2.0;
+/// Lines on either side among which most must stand out.
+pub const NEIGHBOURS: usize = 3;
+/// White noise's spectrum does not fall by more than this from the lower to the upper half of where it is looked for.
+pub const FLAT_NOISE: f64 = 1.5;
+
+// Fourier transforms, and their frequencies.
+
+/// The longest rise and fall of the window, as a share of the record.
+pub const RAMP: f64 = 0.02;
+
+/// The fewest frequencies that make equations.
+pub const FEWEST_LINES: usize = 60;
+/// The least band of the equations in bands that just have these frequencies.
+pub const BAND_MARGIN: f64 = 1.2;
+/// The highest frequency of the equations of flexible joints as a share of the sampling rate, and in bands of the motion.
+pub const HIGHEST_FLEXIBLE: f64 = 0.1;
+pub const BANDS: f64 = 3.0;
+/// Velocities within so many standard deviations of their noise cannot be distinguished.
+pub const RESOLVED: f64 = 3.0;
+
+/// The highest frequency of the equations of rigid axes as a share of the sampling rate.
+pub const HIGHEST_RIGID: f64 = 0.2;
+/// Fewer samples than this within the mechanical time constant do not separate inertia from friction.
+pub const SAMPLES_A_CONSTANT: f64 = 5.0;
+/// Half the width of the intervals of position-dependent terms, in standard errors.
+pub const EXTRA_INTERVAL: f64 = 1.96;
+
+// Whether the joint is flexible.
+
+/// The least deflection that determines a stiffness, in standard deviations of the encoders' noise.
+pub const FLEXIBLE: f64 = 3.0;
+/// A deflection of more standard deviations than this needs no smoothing.
+pub const PLAIN: f64 = 100.0;
+/// The probability with which chance alone may pass for a spring.
+pub const CHANCE_OF_SPRING: f64 = 1e-3;
+/// Passes at most that shift the link's angle, and the last change in samples.
+pub const COMPLIANCE_PASSES: usize = 5;
+pub const COMPLIANCE_SETTLED: f64 = 1e-3;
+
+/// Rounds of estimating the noise and solving again.
+pub const NOISE_ROUNDS: usize = 4;
+/// Rounds for the motor's equation.
+pub const MOTOR_ROUNDS: usize = 2;
+/// The smallest difference of deflections that the data resolve, as a share of the largest one.
+pub const RESOLVED_DEFLECTION: f64 = 1e-3;
+
+// The clocks.
+
+/// An offset of less than so many standard errors is taken as zero.
+pub const SIGNIFICANT: f64 = 4.0;
+/// An offset below this share of a sample is taken as zero.
+pub const NEGLIGIBLE_OFFSET: f64 = 0.03;
+/// A torque held from sample to sample is late by half a sample, within this share of one.
+pub const HELD_WITHIN: f64 = 0.15;
+
+/// Passes at most by the motor's equation, and by both.
+pub const CLOCK_PASSES_BY_MOTOR: usize = 8;
+pub const CLOCK_PASSES: usize = 6;
+/// The last change of an offset, in standard errors.
+pub const CLOCKS_SETTLED: f64 = 0.05;
+/// Intervals on either side of zero of the stiffness curve while the clocks are estimated.
+pub const CLOCK_PIECES: usize = 8;
+/// The longest step of the link's offset in samples: a longer one leaves the linear range.
+pub const LONGEST_CLOCK_STEP: f64 = 20.0;
+/// Half the distance of the points between which a slope of the stiffness curve is taken, as a share of the largest deflection.
+pub const STIFFNESS_SLOPE_STEP: f64 = 1e-4;
+
+// Least squares.
+
+/// Added to the diagonal of the scaled normal equations: directions that the data do not determine stay finite.
+pub const RIDGE: f64 = 1e-10;
+
+/// The largest share of the square of any sum of columns that may be noise.
+pub const MOSTLY_NOISE: f64 = 0.5;
+/// How often the part that is taken off is halved at most, where it would be more.
+pub const NOISE_HALVINGS: usize = 12;
+
+/// The smallest share of a line that the unknowns are taken to leave to the residual.
+pub const LEAST_REMAINDER: f64 = 0.05;
+/// Residual powers are averaged over one in so many lines on either side, and over no fewer than the second number.
+pub const SMOOTHED_SHARE: usize = 100;
+pub const FEWEST_SMOOTHED: usize = 6;
+
+/// Stretches of time, and the fewest points of one.
+pub const STRETCHES: usize = 64;
+pub const FEWEST_IN_STRETCH: usize = 8;
+
+// The free curves.
+
+/// The fewest points of an interval between breakpoints.
+pub const POINTS_IN_INTERVAL: usize = 20;
+/// The least share of all points that an interval must hold.
+pub const SHARE_IN_INTERVAL: f64 = 1e-3;
+/// How much denser the breakpoints lie at zero than at the ends: of friction, which changes fastest where the velocity
+/// changes sign, and of stiffness, which the torque determines less well the nearer to zero.
+pub const FRICTION_DENSER: f64 = 100.0;
+pub const STIFFNESS_DENSER: f64 = 10.0;
+/// How much denser at zero the points lie at which a curve is reported.
+pub const GRID_DENSER: f64 = 10.0;
+/// Half the distance of the points between which a slope is taken, as a share of the range.
+pub const SPLINE_SLOPE_STEP: f64 = 1e-6;
+
+/// Changes of division at most in a round, for each curve.
+pub const DIVISION_MOVES: usize = 12;
+
+/// How often the divisions of all curves and the noise are estimated again.
+pub const DIVISION_ROUNDS: usize = 2;
+
+/// Points at which a curve is reported.
+pub const CURVE_POINTS: usize = 201;
+
+// The physical forms.
+
+/// Slopes of tanh that minima are looked for at, in units of one over the largest velocity.
+pub const START_SLOPES: [f64; 4] = [5.0, 20.0, 60.0, 180.0];
+/// Widths of a wind-up that minima are looked for at, as shares of the largest deflection.
+pub const START_WINDUP_WIDTHS: [f64; 4] = [0.02, 0.06, 0.2, 0.5];
+/// Stribeck velocities that minima are looked for at, as shares of the largest velocity.
+pub const START_STRIBECK_VELOCITIES: [f64; 3] = [0.005, 0.03, 0.2];
+/// A form is refuted where its lack of fit is less probable than this: less than is usual, as errors that come in bursts, where friction is
+/// steep, still make small probabilities too frequent on short logs (on ten simulated logs of 20 s three of the 20 tests gave the true
+/// friction less than 0.01, none less than 1e-4).
+pub const REFUTED: f64 = 1e-4;
+
+/// Knots of the hat functions on either side of zero.
+pub const KNOTS: usize = 70;
+/// How much denser the knots lie at zero than at the ends.
+pub const KNOTS_DENSER: f64 = 100.0;
+/// Iterations of a minimisation.
+pub const ITERATIONS: usize = 60;
+/// The largest logarithm of a shape parameter.
+pub const LARGEST_LOG: f64 = 40.0;
+
+/// The largest step of a logarithm that finishes a minimum of the condensed equations.
+pub const LONGEST_LOG_STEP: f64 = 0.5;
+/// The largest Stribeck factor g1 of friction as a multiple of the Coulomb friction g4.
+pub const LARGEST_STRIBECK: f64 = 5.0;
+/// Stribeck factors g1, as shares of g4, that are tried where the lowest minimum has one that no arm has.
+pub const STRIBECK_SHARES: [f64; 5] = [0.1, 0.25, 0.5, 1.0, 2.0];
+/// The quantile of 95 % of chi squared with four degrees of freedom: what g1, g2, g3 and g5 take by chance.
+pub const AS_WELL: f64 = 9.49;
+/// Half the distance of the points between which a slope is taken, as a share of the largest abscissa.
+pub const TERM_SLOPE_STEP: f64 = 1e-6;
+
+/// Sums of splines that the form's columns explain up to this share belong to the form.
+pub const OF_THE_FORM: f64 = 1e-7;
+
+/// The quantile of 95 % of chi squared with one degree of freedom.
+pub const CHI_SQUARED: f64 = 3.841_458_820_694_124;
+/// Distances from the minimum: of logarithms, and of factors as shares of them. What is not refuted at the last has no limit.
+pub const PROFILE_STEPS: [f64; 9] = [0.02, 0.05, 0.12, 0.3, 0.6, 1.0, 1.8, 3.0, 4.6];
+/// A factor's distances are shares of no less than this many of its standard errors.
+pub const LEAST_UNIT: f64 = 4.0;
+
+/// The data do not determine a parameter whose standard error is this share of it.
+pub const LARGEST_ERROR: f64 = 0.5;
+/// Nor do they determine one with values farther away than this that fit as well, relatively or in its logarithm.
+pub const FAR: f64 = 1.2;
+/// Logarithms of shape parameters farther than this from the estimate are no limits.
+pub const FARTHEST: f64 = 6.0;
+/// Slopes whose logarithms are nearer than this make terms that are alike.
+pub const ALIKE: f64 = 0.3;
+/// Terms can be distinguished if the standard error of their factor is no more than this share of it.
+pub const COLLINEAR: f64 = 0.15;
+/// Half the width of an interval of 95 %, in standard errors.
+pub const NORMAL: f64 = 1.959_963_984_540_054;
