@@ -123,7 +123,7 @@ fn clock_offset(axis: &FlexibleAxis) -> Fact {
     {
         true => "by which the link's samples are late; corrected".to_owned(),
         false => format!(
-            "not told from none (standard error {:.3} ms)",
+            "not distinguished from zero (standard error {:.3} ms)",
             1e3 * axis.clock_offset.standard_error
         ),
     };

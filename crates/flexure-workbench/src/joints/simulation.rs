@@ -76,7 +76,7 @@ pub fn motions(
         Ok(Motion {
             drive: "under the recorded torque",
             fit: Fit::new(&log.axes[i].position, &position),
-            velocity_fit_percent: Fit::new(&joint.velocity, velocity).percent,
+            velocity_fit_percent: Fit::new(&joint.link.friction.x, velocity).percent,
             position,
         })
     };

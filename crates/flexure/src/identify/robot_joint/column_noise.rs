@@ -2,8 +2,8 @@
 //!
 //! To first order an angle off by e makes an acceleration off by $-\omega^2 e$, and a function f of the deflection off by
 //! $f'(d)\,e$. Least squares take that for signal: inertias come out too small, and where two columns have the noise of the same
-//! encoder, one comes out at the other's cost. The mean of it is known, and is taken off the products again (errors in variables;
-//! Fuller 1987).
+//! encoder, one factor comes out too large and the other too small. The mean of what the noise adds is known, and is subtracted from
+//! the products (errors in variables; Fuller 1987).
 
 use super::fourier::Modulation;
 use super::limits::{MOSTLY_NOISE, NOISE_HALVINGS};
@@ -172,8 +172,8 @@ pub(super) fn square(excess: &[Excess], x: &[f64]) -> f64 {
     excess.iter().map(part).sum()
 }
 
-/// The share of the excess that can be taken off the products of columns: all of it, unless a sum of the columns would then be mostly
-/// noise.
+/// The share of the excess that can be subtracted from the products of columns: all of it, unless more than half of the square of a
+/// sum of columns would then be subtracted.
 pub(super) fn share_of(products: &Matrix, excess: &[Excess]) -> f64 {
     let scale = scales(products);
     let inside = excess.iter().filter(|e| e.columns.iter().all(|c| *c < scale.len()));

@@ -5,7 +5,7 @@
 //! $$ \sum_j a_{bj}(\omega)\, x_j = r_b(\omega) + e_b(\omega), \qquad \mathrm{E}\,|e_b(\omega)|^2 = s_b(\omega). $$
 //!
 //! The solution minimises the sum of $2 |e_b|^2 / s_b$, as the real and the imaginary part each have half of the noise. Where
-//! columns are noisy themselves, the mean of what their noise adds to the normal equations is taken off first.
+//! columns are noisy themselves, the mean of what their noise adds to the normal equations is subtracted first.
 
 use super::column_noise::{Excess, Noisy, excess, less, share_of, square};
 use super::normal::{Covariance, Normal};
@@ -34,7 +34,7 @@ pub(super) struct Equations<'a> {
 /// The weighted inner products of columns without the part that the columns' noise adds.
 pub(super) struct Gram {
     pub products: Matrix,
-    /// The part that was taken off.
+    /// The part that was subtracted.
     pub excess: Vec<Excess>,
 }
 

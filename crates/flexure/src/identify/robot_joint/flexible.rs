@@ -2,8 +2,8 @@
 //!
 //! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad 0 = \kappa(d) - M \ddot q - f(\dot q), \qquad \kappa(d) = k(d)\, d. $$
 //!
-//! The motor's equation alone determines kappa, the sum of both M and f. Both together, each line with the weight of its
-//! noise, determine all of them best: the second equation has no torque in it, and so none of its noise.
+//! The motor's equation alone determines kappa; the sum of both equations determines M and f. Both together, each line with the
+//! weight of its noise, determine all of them best: the second equation has no torque in it, and so none of its noise.
 
 use super::checks;
 use super::clock_offset::Clocks;

@@ -59,7 +59,7 @@ fn terms<'a>(formed: &'a FormedCurve, logs: &'a [f64]) -> Vec<Function<'a>> {
     formed.split(logs).map(term).collect()
 }
 
-/// Their derivatives by each of the logarithms, for the terms' factors.
+/// The derivatives of the terms by each of the logarithms, for these factors of the terms.
 fn derivatives<'a>(formed: &'a FormedCurve, logs: &'a [f64], factors: &[f64]) -> Vec<Function<'a>> {
     let width = formed.curve.sign_width();
     let of_term = |((term, t), &factor): ((Term, &'a [f64]), &f64)| {
@@ -130,7 +130,7 @@ impl<'a> FormEquations<'a> {
 
     /// The best of the minima reached from several starts, with what else fits as well; `None` if there is none.
     ///
-    /// `condensed` is that of the same equations with any terms. The intervals of the parameters are not known yet.
+    /// `condensed` is that of the same equations with any terms.
     pub fn fit(&self, condensed: &Condensed, starts: &[Vec<f64>]) -> Option<FormFit> {
         let logs = self.layout().logs();
         let starts = starts.iter().filter(|s| s.len() == logs);
@@ -146,7 +146,7 @@ impl<'a> FormEquations<'a> {
         Some(fit)
     }
 
-    /// The fit next to these logarithms, a Gauss-Newton step away: condensed equations are off by little.
+    /// The fit one Gauss-Newton step from these logarithms, which come from the condensed equations and are off by little.
     pub fn near(&self, logs: &[f64]) -> Option<FormFit> {
         let linear = self.with_forms(logs, None).solve()?;
         let fixed = self.fixed.columns.len();
@@ -206,7 +206,7 @@ impl<'a> FormEquations<'a> {
 
 /// Which minima are frictions that an arm can have.
 impl FormEquations<'_> {
-    /// The same curves with no negative factor of a difference of two alike: with the two exchanged instead.
+    /// The same curves with g1 positive: where it is negative, its sign changes and g2 and g3 are exchanged.
     fn in_order(&self, mut minimum: Minimum) -> Minimum {
         for (formed, own) in self.numbered() {
             let (factor, log) = (own.factors.start, own.logs.start);
@@ -223,8 +223,7 @@ impl FormEquations<'_> {
         self.impossible(factors, logs).is_none()
     }
 
-    /// The number of the factor g1 of the first friction (12) that no arm has: one with a negative term, or with a Stribeck part that
-    /// is the small difference of large terms.
+    /// The number of the factor g1 of the first friction (12) that no arm has; see [`is_possible_friction`].
     fn impossible(&self, factors: &[f64], logs: &[f64]) -> Option<usize> {
         let mut curves = self.numbered();
         let impossible = curves.find(|(formed, own)| {
@@ -237,8 +236,8 @@ impl FormEquations<'_> {
         impossible.map(|(_, own)| own.factors.start)
     }
 
-    /// Instead of a minimum that no arm has, one that an arm can have and that fits as well but for chance: the terms of (12) make up
-    /// for each other, and the lowest of their sums may be of terms that no friction has.
+    /// A minimum that an arm can have and that fits as well but for chance, in place of one that no arm can have. The terms of (12) can
+    /// replace each other, so that the lowest sum of squares may belong to terms that no friction has.
     fn possible_instead(&self, condensed: &Condensed, lowest: &Minimum, minima: &[Minimum]) -> Option<Minimum> {
         let g1 = self.impossible(&lowest.factors, &lowest.logs)?;
         let lines: usize = self.fixed.right.iter().map(Vec::len).sum();

@@ -2,7 +2,7 @@
 //!
 //! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad 0 = \kappa(d) - M \ddot q - f(\dot q). $$
 //!
-//! The motor's equation alone determines kappa, the sum of both M and f. From there both together are refined.
+//! The motor's equation alone determines kappa; the sum of both equations determines M and f. Both together then refine all of them.
 
 use super::column_noise::{AbscissaNoise, Noisy};
 use super::compliance::Deflection;
@@ -116,8 +116,8 @@ impl<'a> JointSignals<'a> {
         }
     }
 
-    /// The noise of the deflection in these blocks of equations, beside that which it shares with accelerations, where it counts:
-    /// taken off a smoothed deflection, it made the inertias of stiff joints worse.
+    /// The noise of the deflection in these blocks of equations, with that which it shares with accelerations. A smoothed deflection
+    /// counts as free of noise: to subtract its noise made the inertias of stiff joints worse.
     pub fn deflection_noise<'b>(
         &'b self,
         blocks: &[usize],
@@ -135,8 +135,8 @@ impl<'a> JointSignals<'a> {
         own.chain(shared).collect()
     }
 
-    /// The motor's inertia with an allowance for the noise of the deflection, beside a link of this inertia: what is missing of the
-    /// elastic torque, the motor's inertia makes up for where both angles accelerate alike.
+    /// The motor's inertia with an allowance for the noise of the deflection, beside a link of this inertia. Where both angles accelerate
+    /// alike, the motor's inertia replaces what is missing of the elastic torque.
     pub fn motor_inertia_of(&self, estimated: Estimated, link_inertia: f64) -> Estimated {
         estimated
             .or_off_by(link_inertia * self.deflection.attenuation)
@@ -163,8 +163,8 @@ impl<'a> JointSignals<'a> {
         motor.into_iter().chain([link]).collect()
     }
 
-    /// The noise that the deflection shares with the motor's acceleration: the deflection has plus the motor's noise; so has, but for a
-    /// positive factor, minus the motor's acceleration.
+    /// The noise that the deflection shares with the motor's acceleration. The motor's noise enters the deflection with a plus; it enters
+    /// minus the motor's acceleration with a plus too, times a positive factor.
     fn shared_with_motor(&self) -> Option<AbscissaNoise<'_>> {
         let shared = self.shared_noise(0, 0, -self.variances[0]);
         self.motor.is_some().then_some(shared)
@@ -217,7 +217,7 @@ impl<'a> JointSignals<'a> {
     pub fn system(&self) -> System<'_> {
         let link = self.link_factor();
         let motor = self.motor.clone().map(|m| vec![Some(m), None]);
-        // The deflection has minus the link's noise; so has, but for a positive factor, minus the link's acceleration.
+        // The link's noise enters the deflection with a minus, and the column of the link, minus its acceleration, with a plus.
         let with_link = self.shared_noise(link, 1, -self.variances[1]);
         let noise = self.deflection_noise(&[0, 1], self.shared_with_motor().into_iter().chain([with_link]));
         let zero = vec![Complex::new(0.0, 0.0); self.torque.len()];

@@ -124,7 +124,7 @@ pub const RIDGE: f64 = 1e-10;
 
 /// The largest share of the square of any sum of columns that may be noise.
 pub const MOSTLY_NOISE: f64 = 0.5;
-/// How often the part that is taken off is halved at most, where it would be more.
+/// How often the part that is subtracted is halved at most, where it would be more.
 pub const NOISE_HALVINGS: usize = 12;
 
 /// The smallest share of a line that the unknowns are taken to leave to the residual.

@@ -13,9 +13,9 @@
 //! The physical forms, friction (12) and stiffness (10)-(11) beside the textbook ones, are fitted to the same equations with
 //! the same weights, and tested beside splines of a fixed division; one whose lack of fit has p < [`REFUTED`] is refuted.
 //!
-//! Each form is fitted beside all other curves as they are free, from many starts, in equations condensed to inner products; a
+//! Each form is fitted while all other curves are free, from many starts, in equations condensed to inner products; a
 //! parameter with values far away that fit as well, by the likelihood's profile, is reported as not identifiable. The test for lack of fit and
-//! all standard errors allow for noise whose spectrum is not that of the weights, and the latter for noise that comes in bursts.
+//! all standard errors allow for noise whose spectrum is not that of the weights, and the standard errors also for noise that comes in bursts.
 //!
 //! A joint is flexible if the torque explains a deflection of three times the encoders' noise, beyond what an offset of their
 //! clocks makes. A torque that stands still at its extremes, noise or not, is clipped: what is estimated then has no standard error.

@@ -15,8 +15,8 @@ const FITS_AS_WELL: &str = "values far from each other fit these data as well";
 
 /// Schwarz's criterion of a form fitted instead of one of the free curves.
 ///
-/// Where the errors are not those that the weights say, what chance takes is a sum of squares of another mean: the form's is made
-/// what it would be if they were.
+/// The errors may be other than the weights say. The sum of squares that chance takes then has another mean, and the sum of squares of the
+/// form is corrected to the value that it would have with errors as the weights say.
 fn schwarz(fit: &FormFit, free: &FreeOutcome) -> f64 {
     let (form, taken, free) = (&fit.solution, free.taken, &free.solved.solution);
     let [of_form, of_free] = [form, free].map(|solution| solution.x.len() as f64);
@@ -141,7 +141,7 @@ struct Uncertain {
 }
 
 impl Uncertain {
-    /// Of the curvature at the minimum and the profile beyond, the less certain counts.
+    /// The less certain of two counts: the curvature at the minimum, and the profile beyond it.
     fn new(value: f64, error: f64, profile: [f64; 2]) -> Uncertain {
         let near = NORMAL * error;
         Uncertain {
@@ -215,7 +215,7 @@ fn shape(symbol: &str, unit: [i32; 2], log: Uncertain, abscissa: &Curve) -> Para
     }
 }
 
-/// If a tanh is a straight line over all of the data, they determine its slope alone.
+/// Where a tanh is a straight line over all of the data, the data determine only its slope.
 fn slope_only(parameters: &mut [Parameter]) {
     let straight = |p: &Parameter| p.symbol == "g5" && !p.identifiable && p.range[0].is_nan() && p.range[1].is_finite();
     if parameters.iter().any(straight) {
@@ -249,7 +249,7 @@ fn collinear(parameters: &mut [Parameter]) {
     }
 }
 
-/// Without its factor a term has no shape.
+/// The shape parameters of a term are not identifiable where its factor is not.
 fn shapeless(parameters: &mut [Parameter], factor: &str, shapes: &[&str]) {
     if !parameters.iter().any(|p| p.symbol == factor && !p.identifiable) {
         return;
