@@ -139,11 +139,10 @@ impl Signals {
 
 /// A signal at zero mean and unit variance; all zero where it does not vary.
 pub(in crate::identify) fn standardised(v: &[f64]) -> Vec<f64> {
-    let scale = Scale::new(v);
-    match scale.spread > 0.0 && scale.spread.is_finite() {
-        true => scale.standardised(v),
-        false => vec![0.0; v.len()],
-    }
+    let Scale { mean, spread } = Scale::new(v);
+    let varies = spread > 0.0 && spread.is_finite();
+    let scale = if varies { 1.0 / spread } else { 0.0 };
+    v.iter().map(|x| scale * (x - mean)).collect()
 }
 
 /// A signal `lag` samples later, times `sign`; zero before its start.
