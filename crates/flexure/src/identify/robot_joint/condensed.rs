@@ -244,15 +244,14 @@ impl Condensed {
     pub fn minimum(&self, curves: &[FormedCurve], start: &[f64], held: Option<Held>) -> Option<Minimum> {
         let (mut factor, mut log) = (None, None);
         let mut logs = start.to_vec();
-        match held {
-            Some(Held { parameter, value }) => match parameter {
+        if let Some(Held { parameter, value }) = held {
+            match parameter {
                 FormParameter::Factor(term) => factor = Some(HeldFactor { term, value }),
                 FormParameter::Log(number) => {
                     logs[number] = value;
                     log = Some(number);
                 }
-            },
-            None => {}
+            }
         }
         if logs.len() > usize::from(log.is_some()) {
             let minimum = minimise_squares(logs, ITERATIONS, |logs| {
