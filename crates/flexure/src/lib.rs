@@ -21,6 +21,8 @@
 //!
 //! # Map
 //!
+//! [`identify::hammerstein`] has a table of every equation and theorem of the paper, with the file that has it.
+//!
 //! | module | what |
 //! |---|---|
 //! | [`record`] | named, sampled signals |

@@ -8,7 +8,7 @@
 //!
 //! It is factorised as \\(L D L^T\\) in the order qm1, qm2, q2, q1: the motors' block is diagonal
 //! and `S` has one element, so that only `M11` and the first right-hand side change when the
-//! motors are eliminated, and two divisions remain.
+//! motors are eliminated.
 
 use super::State;
 use super::arm::{Arm, Model};
@@ -136,6 +136,7 @@ impl Arm {
         [[m11, m12 + self.coupling], [m12, m22]]
     }
 
+    /// The elements M11, M12 and M22 of the inertia matrix (5).
     #[inline(always)]
     fn link_inertia(&self, cos: f64) -> (f64, f64, f64) {
         let swing = self.links.coupling * cos;
@@ -146,7 +147,7 @@ impl Arm {
         )
     }
 
-    /// `C(q, q') q'`.
+    /// `C(q, q') q'`, with the matrix of (6).
     #[inline(always)]
     fn coriolis_torque(&self, sin: f64, dq: [f64; 2]) -> [f64; 2] {
         let factor = self.links.coupling * sin;
@@ -164,7 +165,8 @@ impl Arm {
         }
     }
 
-    /// The elastic torques at the deflections `d` and the friction torques at the velocities `v`.
+    /// The elastic torques (10), (11) at the deflections `d` and the friction torques (12) at the velocities `v`, for both joints
+    /// at once; `joint.rs` has the plain formulas.
     #[inline(always)]
     fn joint_torques(&self, d: [f64; 2], v: [f64; 2]) -> ([f64; 2], [f64; 2]) {
         let [s1, s2] = &self.stiffness;

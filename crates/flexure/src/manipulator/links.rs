@@ -47,13 +47,14 @@ impl LinkDynamics {
         }
     }
 
-    /// The inertia matrix `M(q)` of (5), symmetric, kg m^2.
+    /// The inertia matrix `M(q)` of (5), symmetric, kg m^2. A simulation takes its elements from `Arm::link_inertia`.
     pub fn inertia(&self, q2: f64) -> [[f64; 2]; 2] {
         let off = self.elbow + self.coupling * q2.cos();
         [[self.shoulder + 2.0 * self.coupling * q2.cos(), off], [off, self.elbow]]
     }
 
-    /// The matrix `C(q, q')` of (6), for which `M' - 2C` is skew-symmetric, kg m^2/s.
+    /// The matrix `C(q, q')` of (6), for which `M' - 2C` is skew-symmetric, kg m^2/s. A simulation takes
+    /// `C q'` from `Arm::coriolis_torque`.
     pub fn coriolis(&self, q2: f64, dq: [f64; 2]) -> [[f64; 2]; 2] {
         let factor = -self.coupling * q2.sin();
         [[factor * dq[1], factor * (dq[0] + dq[1])], [-factor * dq[0], 0.0]]

@@ -1,9 +1,9 @@
 //! Theorems 1 and 2 as an experiment.
 //!
-//! Both say that the kernel estimate (13) with h_n ~ n^(-1/(2p+d)) has the error O(n^(-p/(2p+d))) in
-//! probability where m is Lipschitz of order p, and n^(-2/(4+d)) where it is twice differentiable and the kernel
-//! symmetric: Theorem 1 for independent pairs, Theorem 2 for the Hammerstein system's correlated ones.
-//! Here d = 1, and the error over n is measured by Monte Carlo.
+//! Both say that the kernel estimate (13) has the error O(n^(-p/(2p+d))) in probability where m is Lipschitz of order p:
+//! Theorem 1 for independent pairs, Theorem 2 for the correlated ones of a Hammerstein system. The bandwidth
+//! h_n ~ n^(-1/(2p+d)) balances bias and variance. Beyond the paper, the error is O(n^(-2/(4+d))) where m is twice
+//! differentiable and the kernel is symmetric. Here d = 1, and the error over n is measured by Monte Carlo.
 //!
 //! # Which error
 //!

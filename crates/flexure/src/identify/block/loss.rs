@@ -1,12 +1,18 @@
 //! The simulation error of a system and its exact derivatives, all by filtering.
 //!
-//! With $w = G u$, $z = f(w)$, $x = \sum (o + H z)$, $y = g(x)$, every derivative of x is a filtered signal times $g'(x)$:
+//! With $w = G u$, $z = f(w)$, $x = \sum (o + H z)$, $y = g(x)$, every derivative of y by a parameter of a branch is
+//! that of x, a filtered signal, times $g'(x)$:
 //!
 //! - by a parameter p of a front G: $H\,[f'(w)\,\partial w/\partial p]$;
-//! - by a coefficient of f: its B-spline through H;
-//! - by a coefficient $a_k$ of a section A of either linear block: $\partial G/\partial a_k = -z^{-k} G / A$.
+//! - by a coefficient of f: its B-spline through H; by a kink's place or bend: the kink's derivative through H;
+//! - by the k-th coefficient of a numerator: what enters the numerator, k samples later;
+//! - by a coefficient $a_k$ of a section A of either linear block: $\partial G/\partial a_k = -z^{-k} G / A$;
+//! - by an offset o: 1.
 //!
-//! With an instant between the samples, x has two such terms, each through numerators of its own.
+//! The derivative by a parameter of g is that of g itself at x.
+//!
+//! Where f also acts between the samples ([`Branch::between`]), a branch has two terms H z, with numerators of their own and common
+//! denominators.
 
 use super::descent::Residuals;
 use super::rational::Rational;
@@ -16,7 +22,8 @@ use super::system::{Branch, Level, Numerators, System};
 use crate::linear::levenberg_marquardt::Linearisation;
 use crate::parallel;
 
-/// A static gain below this share of the largest possible one passes hardly anything of a constant.
+/// A static gain passes hardly anything of a constant if it is below this share of what it would be if all numerator coefficients
+/// had one sign.
 const HARDLY: f64 = 1e-3;
 
 /// One column of the Jacobian.
@@ -31,14 +38,27 @@ enum Column {
 
 #[derive(Clone, Copy)]
 enum BranchColumn {
-    FrontNumerator { instant: usize, lag: usize },
-    FrontSection { section: usize, lag: usize },
+    /// The instant is 0 at the samples and 1 between them.
+    FrontNumerator {
+        instant: usize,
+        lag: usize,
+    },
+    FrontSection {
+        section: usize,
+        lag: usize,
+    },
     Nonlinearity(usize),
-    BackNumerator { instant: usize, lag: usize },
-    BackSection { section: usize, lag: usize },
+    BackNumerator {
+        instant: usize,
+        lag: usize,
+    },
+    BackSection {
+        section: usize,
+        lag: usize,
+    },
 }
 
-/// The simulation error of a system over its free parameters: all but those that fix scales and levels.
+/// The simulation error of a system over its free parameters: all but those that are held so that scales and levels are unique.
 pub(in crate::identify) struct Loss<'a> {
     data: &'a Signals,
     at: System,
@@ -95,32 +115,37 @@ impl Residuals for Loss<'_> {
         let mut x = vec![0.0; y.len()];
         parts.iter().for_each(|p| add(&mut x, &p.output));
         let last = s.output.as_ref().map(|g| Static::new(g, x.clone()));
-        let outward = |mut column: Vec<f64>| {
+        let through_last = |mut column: Vec<f64>| {
             if let Some(last) = &last {
                 column.iter_mut().zip(&last.slopes).for_each(|(c, d)| *c *= d);
             }
             column
         };
-        let column = |column: &Column| match (*column, &last) {
-            (Column::Branch(i, column), _) => outward(parts[i].column(column)),
-            (Column::Offset, _) => outward(vec![1.0; y.len()]),
+        let derivative_by = |column: &Column| match (*column, &last) {
+            (Column::Branch(i, column), _) => through_last(parts[i].column(column)),
+            (Column::Offset, _) => through_last(vec![1.0; y.len()]),
             (Column::Output(j), Some(last)) => last.by_parameter(j),
+            // There is no such column without a last nonlinearity.
             (Column::Output(_), None) => vec![0.0; y.len()],
         };
         let output = last.as_ref().map_or(&x, |last| &last.values);
         Linearisation {
             residuals: output.iter().zip(y).map(|(p, y)| p - y).collect(),
-            jacobian: parallel::batch(&self.columns, column),
+            jacobian: parallel::batch(&self.columns, derivative_by),
         }
     }
 }
 
-/// The columns of all parameters, `None` for those that are fixed.
+/// The columns of all parameters in the order of [`System::parameters`], `None` for those that are held.
 ///
-/// - The back's largest numerator coefficient fixes the nonlinearity's scale; the breakpoints fix the front's. A front that is only
-///   a gain has nothing else.
-/// - The coefficient in the middle fixes the nonlinearity's level, unless that has the level of all.
-/// - The last nonlinearity's breakpoints fix scale and level of what enters it.
+/// - The back's largest numerator coefficient is held: the nonlinearity has the scale. No coefficient of the front needs to be held,
+///   as the breakpoints do not move: with another scale of w the curve is another. A front that is only a gain is held, because the
+///   nonlinearity has that gain as well.
+/// - The coefficient of the middle B-spline is held: an offset has the level. It is free in the first branch if that branch's
+///   nonlinearity has the mean of the sum ([`Level::Nonlinearity`]).
+/// - The first branch's offset is free under [`Level::Offset`]; under [`Level::Nonlinearity`] those are free that stand behind a back
+///   which hardly passes a constant.
+/// - The last nonlinearity's breakpoints do not move either, so that scale and level of what enters it need none held.
 fn columns(s: &System) -> Vec<Option<Column>> {
     let mut all = Vec::new();
     for (i, branch) in s.branches.iter().enumerate() {
@@ -201,16 +226,16 @@ impl<'a> Static<'a> {
 struct Instant<'a> {
     nonlinearity: Static<'a>,
     /// The nonlinearity's output through the back's denominator.
-    back_pole: Vec<f64>,
+    through_denominator: Vec<f64>,
     /// The back's numerator.
-    back: &'a [f64],
+    numerator: &'a [f64],
 }
 
 /// A branch and the signals that its derivatives are made of.
 struct Linearised<'a> {
     branch: &'a Branch,
     /// The input through the front's denominator.
-    front_pole: Vec<f64>,
+    through_front_denominator: Vec<f64>,
     instants: Vec<Instant<'a>>,
     /// For every section of the front, the intermediate signal of every instant through it once more.
     front_sections: Vec<Vec<Vec<f64>>>,
@@ -221,19 +246,19 @@ struct Linearised<'a> {
 
 impl<'a> Linearised<'a> {
     fn new(branch: &'a Branch, u: &[Vec<f64>]) -> Self {
-        let front_pole = branch.front.all_pole(&branch.delayed(u));
+        let through_front_denominator = branch.front.all_pole(&branch.delayed(u));
         let instant = |Numerators { front, back }: Numerators<'a>| {
-            let nonlinearity = Static::new(&branch.spline, convolved(front, &front_pole));
+            let nonlinearity = Static::new(&branch.spline, convolved(front, &through_front_denominator));
             Instant {
-                back_pole: branch.back.all_pole(&nonlinearity.values),
+                through_denominator: branch.back.all_pole(&nonlinearity.values),
                 nonlinearity,
-                back,
+                numerator: back,
             }
         };
         let instants: Vec<Instant> = branch.instants().map(instant).collect();
-        let mut output = vec![branch.offset; front_pole.len()];
+        let mut output = vec![branch.offset; through_front_denominator.len()];
         for i in &instants {
-            add(&mut output, &convolved(i.back, &i.back_pole));
+            add(&mut output, &convolved(i.numerator, &i.through_denominator));
         }
         let response: Vec<f64> = output.iter().map(|y| y - branch.offset).collect();
         let front_sections = parallel::batch(&branch.front.sections, |a| {
@@ -241,7 +266,7 @@ impl<'a> Linearised<'a> {
         });
         Linearised {
             branch,
-            front_pole,
+            through_front_denominator,
             front_sections,
             back_sections: parallel::batch(&branch.back.sections, |a| a.run(&response)),
             instants,
@@ -252,22 +277,30 @@ impl<'a> Linearised<'a> {
     /// The derivative of the output.
     fn column(&self, column: BranchColumn) -> Vec<f64> {
         match column {
-            BranchColumn::FrontNumerator { instant, lag } => {
-                self.of_front(std::iter::once((&self.instants[instant], &self.front_pole)), lag, 1.0)
-            }
+            BranchColumn::FrontNumerator { instant, lag } => self.of_front(
+                std::iter::once((&self.instants[instant], &self.through_front_denominator)),
+                lag,
+                1.0,
+            ),
             BranchColumn::FrontSection { section, lag } => {
                 self.of_front(self.instants.iter().zip(&self.front_sections[section]), lag, -1.0)
             }
             BranchColumn::Nonlinearity(j) => {
-                let each = self.instants.iter().map(|i| (i.back, i.nonlinearity.by_parameter(j)));
+                let each = self
+                    .instants
+                    .iter()
+                    .map(|i| (i.numerator, i.nonlinearity.by_parameter(j)));
                 through_back(&self.branch.back, each)
             }
-            BranchColumn::BackNumerator { instant, lag } => delayed(&self.instants[instant].back_pole, lag, 1.0),
+            BranchColumn::BackNumerator { instant, lag } => {
+                delayed(&self.instants[instant].through_denominator, lag, 1.0)
+            }
             BranchColumn::BackSection { section, lag } => delayed(&self.back_sections[section], lag, -1.0),
         }
     }
 
-    /// What changes of the intermediate signals, `lag` samples later and times `sign`, do to the output.
+    /// The output's derivative by a parameter of the front. `changes` are the derivatives of the intermediate signals, but for the
+    /// lag and the sign.
     fn of_front<'i>(
         &'i self,
         changes: impl Iterator<Item = (&'i Instant<'a>, &'i Vec<f64>)>,
@@ -278,7 +311,7 @@ impl<'a> Linearised<'a> {
             let mut inner = delayed(change, lag, sign);
             let slopes = &instant.nonlinearity.slopes;
             inner.iter_mut().zip(slopes).for_each(|(i, d)| *i *= d);
-            (instant.back, inner)
+            (instant.numerator, inner)
         });
         through_back(&self.branch.back, each)
     }

@@ -25,12 +25,14 @@
 //! |---|---|---|
 //! | (1) to (3) | Lagrange's equations, from which (4) to (9) follow | |
 //! | (4) to (6) | the rigid arm | `manipulator/links.rs`, `manipulator/dynamics.rs` |
-//! | (7) to (9) | the arm with flexible joints | `manipulator/dynamics.rs` |
+//! | (7), (8) | the arm with flexible joints | `manipulator/dynamics.rs` |
 //! | (10) to (12) | a joint's stiffness and friction | `manipulator/joint.rs` |
-//! | (13), theorem 1 | the kernel estimate of independent pairs | `nonlinearity/kernel/mod.rs`, `nonlinearity/kernel/regression.rs` |
+//! | (9) | the matrix S | `manipulator/arm.rs`, `rotor_coupling` |
+//! | (13), theorem 1 | the kernel estimate of independent pairs | `nonlinearity/kernel/mod.rs`; the quotient: `nonlinearity/kernel/sums.rs` |
+//! | (13), (21) with d > 1 | in several columns; in a system with several inputs | `nonlinearity/kernel/product/`; `identify/surface/` |
 //! | (14), (17) | the Hammerstein system | above |
 //! | (15) | its linear part | `realisation.rs` |
-//! | (16), (21), (22), theorem 2 | the kernel estimate of the system's nonlinearity | `regression.rs` |
+//! | (16), (21) to (23), theorem 2 | the kernel estimate of the system's nonlinearity | `regression.rs` |
 //! | (18) to (20) | its conditions: a stable linear part, phi(X) of finite variance | `regression.rs` |
 //! | both theorems | their rates, measured | `study/rates.rs` |
 //!

@@ -2,10 +2,11 @@
 //!
 //! For a white input,
 //! $$ m(x) = E(Y_{n+j} \mid X_n = x) = k_{j-s}\, \varphi(x) + \text{const}, \quad (16) $$
-//! because the other terms of (17) do not depend on $X_n$. The linear part need not be known. The regression is estimated by
+//! because the other terms of (17) do not depend on $X_n$. The coefficient is the paper's d1 for j = s = 0. The linear part need
+//! not be known. The regression is estimated by
 //! $$ m_n(x) = \frac{\sum_i Y_{i+j} K((x - X_i)/h)}{\sum_i K((x - X_i)/h)} \quad (21) $$
-//! or by any other estimator of one variable. Theorem 2: m_n(x) converges to m(x) in probability for almost all x if h -> 0 and
-//! n h -> infinity (22); the error is $O(n^{-p/(2p+1)})$ for phi and density Lipschitz of order p. It needs a stable linear part and
+//! or by any other estimator of one variable; the quotient itself is in `nonlinearity/kernel/sums.rs`. Theorem 2: m_n(x)
+//! converges to m(x) in probability for almost all x if h -> 0 (22) and n h -> infinity (23); the error is $O(n^{-p/(2p+1)})$ for phi and density Lipschitz of order p. It needs a stable linear part and
 //! an output of finite variance, (18) to (20).
 
 use super::PlainHammerstein;

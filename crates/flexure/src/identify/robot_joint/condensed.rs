@@ -68,21 +68,21 @@ impl Minimum {
 /// The hat functions of a curve.
 struct Hats {
     knots: Vec<f64>,
-    /// The numbers of their columns.
+    /// Their rows in [`Condensed::gram`].
     columns: Range<usize>,
 }
 
 /// The inner products.
 pub(super) struct Condensed {
-    /// Of the hats of each curve and the right-hand side, without what the fixed columns take of them.
+    /// Of the hats of each curve and, last, the right-hand side, without what the fixed columns take of them.
     gram: Matrix,
     /// Of each curve.
     hats: Vec<Hats>,
 }
 
-/// A parameter's derivative of a curve.
+/// A term's derivative by the logarithm of one of its shape parameters, without the term's factor.
 struct Slope {
-    /// The number of the term whose shape parameter it is.
+    /// The number of the term whose shape parameter it is, counted with the one whose factor is held.
     term: usize,
     /// The derivative as a sum of hats.
     hats: Vector,
@@ -106,7 +106,7 @@ struct HeldFactor {
 
 /// The best factors for given logarithms.
 struct Projected {
-    normal: NormalEquations,
+    equations: NormalEquations,
     factors: Vec<f64>,
 }
 
@@ -114,9 +114,9 @@ impl Condensed {
     /// The inner products of these equations, whatever the forms of these curves; `None` if the work was asked to stop.
     pub fn new(fixed: &Equations, curves: &[FormedCurve], modulation: &Modulation) -> Option<Condensed> {
         let mut equations = fixed.clone();
-        let (fixed, mut hats) = (fixed.columns.len(), Vec::new());
+        let (fixed_columns, mut hats) = (fixed.columns.len(), Vec::new());
         for FormedCurve { curve, .. } in curves {
-            let knots = between(curve.x, curve.sign_width());
+            let knots = knots_over(curve.x, curve.sign_width());
             let first = equations.columns.len();
             let noisy = curve.noisy(|| slopes(modulation, &knots, curve.x), |k| first + k, None);
             equations.noisy.extend(noisy);
@@ -126,16 +126,19 @@ impl Condensed {
             });
             equations.columns.extend(own);
             hats.push(Hats {
-                columns: first - fixed..equations.columns.len() - fixed,
+                columns: first - fixed_columns..equations.columns.len() - fixed_columns,
                 knots,
             });
         }
         let right: Column = std::mem::take(&mut equations.right).into_iter().map(Some).collect();
         equations.columns.push(right);
-        let mut gram = equations.gram(fixed)?.products;
-        (0..fixed).for_each(|i| gram[(i, i)] *= 1.0 + RIDGE);
+        // The noise is taken off the sums of the fixed columns alone: a single hat may be mostly noise.
+        let mut gram = equations.gram(fixed_columns)?.products;
+        // The ridge that `Normal` adds once its diagonal is one.
+        (0..fixed_columns).for_each(|i| gram[(i, i)] *= 1.0 + RIDGE);
         Some(Condensed {
-            gram: beside(gram, fixed).transpose(),
+            // Symmetric but for rounding: the rows of the elimination become the columns.
+            gram: without_first(gram, fixed_columns).transpose(),
             hats,
         })
     }
@@ -145,7 +148,8 @@ impl Condensed {
         let layout = FormLayout::new(0, curves.iter().map(|c| &c.terms[..]));
         let mut sums = Sums::default();
         for ((formed, hats), own) in curves.iter().zip(&self.hats).zip(layout.curves) {
-            let over = |f: &dyn Fn(f64) -> f64| {
+            // A function as a sum of hats: its values at the knots are the factors.
+            let in_hats = |f: &dyn Fn(f64) -> f64| {
                 let mut sum = Vector::zeros(self.gram.nrows());
                 for (column, knot) in hats.columns.clone().zip(&hats.knots) {
                     sum[column] = f(*knot);
@@ -156,10 +160,10 @@ impl Condensed {
             for (term, t) in formed.split(&logs[own.logs]) {
                 let slopes = (0..t.len()).map(|k| Slope {
                     term: sums.terms.len(),
-                    hats: over(&|x| term.by_shape(x, t, k, width)),
+                    hats: in_hats(&|x| term.by_shape(x, t, k, width)),
                 });
                 sums.slopes.extend(slopes);
-                sums.terms.push(over(&|x| term.value(x, t, width)));
+                sums.terms.push(in_hats(&|x| term.value(x, t, width)));
             }
         }
         sums
@@ -186,7 +190,7 @@ impl Condensed {
         }
         let Sums { mut terms, slopes } = self.sums(curves, logs);
         let of_held = held.map(|held| terms.remove(held.term));
-        // The free terms, the derivatives and the right-hand side, in this order.
+        // The free terms, the derivatives, the right-hand side and, if there is one, the held term, in this order.
         let (free, right) = (terms.len(), terms.len() + slopes.len());
         let mut columns = terms;
         columns.extend(slopes.iter().map(|slope| slope.hats.clone()));
@@ -213,6 +217,8 @@ impl Condensed {
         // What they take of the product of two columns.
         let taken = |i: usize, j: usize| -> f64 { (0..free).map(|t| nearest[(t, i - free)] * g[(t, j)]).sum() };
         let x: Vec<f64> = (0..free).map(|t| nearest[(t, right - free)]).collect();
+        // The square of the right-hand side less the sum of the terms times x. The ridge keeps x a little off the minimum, where
+        // "square less what is taken" would not be that.
         let along = (0..free).map(|i| {
             let with: f64 = (0..free).map(|j| g[(i, j)] * x[j]).sum();
             x[i] * (with - 2.0 * g[(i, right)])
@@ -227,7 +233,7 @@ impl Condensed {
         let derivatives = || free..right;
         let pairs = derivatives().flat_map(|i| derivatives().map(move |j| (i, j)));
         Some(Projected {
-            normal: NormalEquations {
+            equations: NormalEquations {
                 cost,
                 descent: derivatives()
                     .map(|i| factor(i) * (g[(i, right)] - taken(right, i)))
@@ -253,9 +259,10 @@ impl Condensed {
                 }
             }
         }
-        if logs.len() > usize::from(log.is_some()) {
+        let any_free = logs.len() > usize::from(log.is_some());
+        if any_free {
             let minimum = minimise_squares(logs, ITERATIONS, |logs| {
-                let mut equations = self.projected(curves, logs, factor)?.normal;
+                let mut equations = self.projected(curves, logs, factor)?.equations;
                 log.into_iter().for_each(|number| hold(&mut equations, number));
                 Some(equations)
             })?;
@@ -263,7 +270,7 @@ impl Condensed {
         }
         let end = self.projected(curves, &logs, factor)?;
         Some(Minimum {
-            objective: end.normal.cost,
+            objective: end.equations.cost,
             factors: end.factors,
             logs,
         })
@@ -271,12 +278,12 @@ impl Condensed {
 }
 
 /// The inner products of the other columns without what the first `fixed` columns take of them (a Schur complement).
-fn beside(mut gram: Matrix, fixed: usize) -> Matrix {
+fn without_first(mut gram: Matrix, fixed: usize) -> Matrix {
     let size = gram.nrows();
     for k in 0..fixed {
         let after = size - k - 1;
         let row = gram.row(k).columns(k + 1, after).transpose();
-        // The diagonal entry has shrunk; a column that is a sum of the ones before takes nothing.
+        // What the columns before leave of this one's square: not positive where it is a sum of them, but for rounding.
         let pivot = gram[(k, k)];
         if pivot > 0.0 {
             let mut others = gram.view_mut((k + 1, k + 1), (after, after));
@@ -297,8 +304,9 @@ fn hold(equations: &mut NormalEquations, number: usize) {
     equations.normal[number * n + number] = 1.0;
 }
 
-/// Knots over the range of x, closer to each other near zero, with those at which a sign that is softened within `width` bends.
-fn between(x: &[f64], width: f64) -> Vec<f64> {
+/// Knots over the range of x, closer to each other near zero; with zero, where a sign jumps, and -width and width, where a softened
+/// one bends.
+fn knots_over(x: &[f64], width: f64) -> Vec<f64> {
     let [low, high] = range(x);
     let spacing = Spacing::new([low, high], KNOTS_DENSER);
     let mut knots: Vec<f64> = (1..2 * KNOTS)
@@ -312,7 +320,7 @@ fn between(x: &[f64], width: f64) -> Vec<f64> {
     knots
 }
 
-/// The hat function that is 1 at a knot and 0 at all others.
+/// The hat function that is 1 at a knot and 0 at all others; the outermost stay 1 beyond the range.
 fn hat(knots: &[f64], k: usize, x: f64) -> f64 {
     if k > 0 && x < knots[k] {
         ((x - knots[k - 1]) / (knots[k] - knots[k - 1])).max(0.0)

@@ -3,8 +3,12 @@
 
 use std::ops::Range;
 
-use super::sums::{Local, NO_EXTENT};
+use super::sums::Local;
 use super::{Degree, Product};
+
+/// If the standard deviation of the points in reach is below this share of the bandwidth in some direction, the points have
+/// no extent in it.
+const NO_EXTENT: f64 = 1e-8;
 
 /// Points in reach, with their weights times the kernel.
 struct Near<const D: usize> {

@@ -9,10 +9,8 @@ use super::super::{Degree, Kernel};
 use super::profile;
 use crate::wide::widest;
 
-/// If the standard deviation of the points in reach is below this share of the bandwidth in some direction, the points have
-/// no extent in it.
-pub const NO_EXTENT: f64 = 1e-8;
-/// A sum about the points' mean has lost too many digits if it is below this share of the sum about the point.
+/// A coordinate's sum of squares about the mean, less its part along the coordinates before, has lost too many digits if it is below
+/// this share of the sum about the window's centre.
 const RELIABLE: f64 = 1e-3;
 
 /// Points column by column.
@@ -40,8 +38,9 @@ pub struct Window<const D: usize> {
     pub per_h: [f64; D],
 }
 
-/// sum w K, sum w K u_j, sum w K u_j u_k (j <= k), u = (X - q)/h, and the first two times the centred ordinates,
-/// in L parts. For the local constant fit the sums with u are zero.
+/// sum w K, sum w K u_j, sum w K u_j u_k (`s2[j][k]`, j <= k), and the first two times the centred ordinates, with
+/// u = (X - at)/h of the [`Window`]. Each is in L partial sums, of every L-th point. For the local constant fit the sums with u are
+/// zero.
 #[derive(Clone, Copy)]
 pub struct Sums<const D: usize, const L: usize> {
     pub s0: [f64; L],
@@ -97,13 +96,14 @@ impl<const D: usize, const L: usize> Sums<D, L> {
     }
 }
 
-/// Points whose weights are found together, and the capacity of a block.
+/// Points whose weights are found together.
 const BLOCK: usize = 64;
-const CAPACITY: usize = BLOCK + LANES;
+/// What a block holds: a part is filled in whole registers and may end that much behind the block.
+const CAPACITY: usize = BLOCK + REGISTER;
 /// Points that the local constant adds at a time.
-const LANES: usize = 8;
+const REGISTER: usize = 8;
 /// Points that the local plane, with its many sums, adds at a time.
-const PLANE_LANES: usize = 4;
+const PLANE_REGISTER: usize = 4;
 
 /// The sums over the runs of points, a block at a time: first the weights of its points, then the sums over them.
 ///
@@ -128,8 +128,9 @@ fn over_runs<const D: usize, const L: usize, const LINEAR: bool>(
         let mut first = run.start;
         while first < run.end {
             let count = (run.end - first).min(BLOCK - filled);
-            // Whole registers are filled. What is too much is overwritten by what follows.
-            let part = first..(first + count.next_multiple_of(LANES)).min(n);
+            // Whole registers are filled, so the last one may hold points behind the run. `filled` does not count them: the next part
+            // overwrites them, or they get the weight zero below.
+            let part = first..(first + count.next_multiple_of(REGISTER)).min(n);
             let to = filled..filled + part.len();
             first += count;
             filled += count;
@@ -153,7 +154,7 @@ fn over_runs<const D: usize, const L: usize, const LINEAR: bool>(
     let rest = filled..filled.next_multiple_of(L);
     k[rest.clone()].fill(0.0);
     if LINEAR {
-        // A point may be too far away for a finite coordinate.
+        // A point may be too far away for a finite coordinate, and zero times infinity is no number.
         u.iter_mut().for_each(|u| u[rest.clone()].fill(0.0));
     }
     add_block::<D, L, LINEAR>(&mut sums, &k, &u, &y, rest.end / L);
@@ -173,21 +174,23 @@ fn over_runs_of_parabolas<S: Simd, const D: usize>(
     let lanes = f64x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     let (mut s, mut t) = (none, none);
     for run in runs.iter().filter(|run| !run.is_empty()) {
-        let eights = (run.len() - 1) / LANES;
-        let last = run.start + eights * LANES;
-        let x: [_; D] = std::array::from_fn(|j| &points.x[j][run.start..last].as_chunks::<LANES>().0[..eights]);
-        let y = &points.y[run.start..last].as_chunks::<LANES>().0[..eights];
+        // One to eight points remain for the last register.
+        let eights = (run.len() - 1) / REGISTER;
+        let last = run.start + eights * REGISTER;
+        let x: [_; D] = std::array::from_fn(|j| &points.x[j][run.start..last].as_chunks::<REGISTER>().0[..eights]);
+        let y = &points.y[run.start..last].as_chunks::<REGISTER>().0[..eights];
         for c in 0..eights {
             let mut k = parabolas(simd, std::array::from_fn(|j| &x[j][c][..]), window);
             if !points.w.is_empty() {
-                k *= f64x8::from_slice(simd, &points.w[run.start + c * LANES..][..LANES]);
+                k *= f64x8::from_slice(simd, &points.w[run.start + c * REGISTER..][..REGISTER]);
             }
             s += k;
             t += k * f64x8::from_slice(simd, &y[c]);
         }
-        // The last points of the run, in a register with points that may belong to other runs.
-        let first = last.min(points.y.len() - LANES);
-        let eight = first..first + LANES;
+        // The last points of the run, in a register with points that may belong to other runs. At the data's end the register starts
+        // earlier. Only lanes from `from` to before `end` count: those before are added already.
+        let first = last.min(points.y.len() - REGISTER);
+        let eight = first..first + REGISTER;
         let mut k = parabolas(simd, std::array::from_fn(|j| &points.x[j][eight.clone()]), window);
         if !points.w.is_empty() {
             k *= f64x8::from_slice(simd, &points.w[eight.clone()]);
@@ -228,11 +231,11 @@ fn add_block<const D: usize, const L: usize, const LINEAR: bool>(
     let chunks_of = |values| -> &[[f64; L]] { <[f64]>::as_chunks(values).0 };
     let (k, y) = (chunks_of(&k[..]), chunks_of(&y[..]));
     let u: [_; D] = std::array::from_fn(|j| chunks_of(&u[j][..]));
-    let mut lanes = *sums;
+    let mut local = *sums;
     for c in 0..chunks.min(BLOCK / L) {
-        lanes.add::<LINEAR>(&k[c], std::array::from_fn(|j| &u[j][c]), &y[c]);
+        local.add::<LINEAR>(&k[c], std::array::from_fn(|j| &u[j][c]), &y[c]);
     }
-    *sums = lanes;
+    *sums = local;
 }
 
 /// The products of the kernels.
@@ -320,9 +323,11 @@ impl<const D: usize> Sums<D, 1> {
     /// By Cholesky's decomposition of the sums about the points' mean.
     #[inline(always)]
     fn plane(&self, mean: Local<D>) -> Outcome<D> {
-        let centre: [f64; D] = std::array::from_fn(|j| self.s1[j][0] * mean.leverage);
+        let per_s0 = mean.leverage;
+        let centre: [f64; D] = std::array::from_fn(|j| self.s1[j][0] * per_s0);
+        // With the Cholesky factor, lower a = -centre, the way from the points' mean to the window's centre, and
+        // lower b = t1 - t0 centre. Then a'b is the plane's rise along that way, and a'a what it adds to the leverage.
         let mut lower = [[0.0; D]; D];
-        // L a = the centre's and L b = the ordinates' sums.
         let (mut a, mut b) = ([0.0; D], [0.0; D]);
         for j in 0..D {
             for i in 0..=j {
@@ -379,16 +384,16 @@ impl<const D: usize> SumsOver<D> {
     #[inline(never)]
     pub fn over(&self, points: &Columns, runs: &[Range<usize>], window: &Window<D>) -> Sums<D, 1> {
         match self.degree {
-            Degree::Constant if self.kernel == Kernel::Epanechnikov && points.y.len() >= LANES => {
+            Degree::Constant if self.kernel == Kernel::Epanechnikov && points.y.len() >= REGISTER => {
                 dispatch!(Level::new(), simd => over_runs_of_parabolas(simd, points, runs, window))
             }
             Degree::Constant => widest(
                 #[inline(always)]
-                || over_runs::<D, LANES, false>(self.kernel, points, runs, window),
+                || over_runs::<D, REGISTER, false>(self.kernel, points, runs, window),
             ),
             Degree::Linear => widest(
                 #[inline(always)]
-                || over_runs::<D, PLANE_LANES, true>(self.kernel, points, runs, window),
+                || over_runs::<D, PLANE_REGISTER, true>(self.kernel, points, runs, window),
             ),
         }
     }
@@ -417,7 +422,7 @@ mod tests {
             points.w = weights;
             for length in 0..30 {
                 let runs = [3..3 + length, 36..37, 61 - length..61];
-                let blocks = over_runs::<3, LANES, false>(Kernel::Epanechnikov, &points, &runs, &window);
+                let blocks = over_runs::<3, REGISTER, false>(Kernel::Epanechnikov, &points, &runs, &window);
                 for level in [Level::new(), Level::baseline()] {
                     let sums = dispatch!(level, simd => over_runs_of_parabolas(simd, &points, &runs, &window));
                     for (a, b) in [(sums.s0, blocks.s0), (sums.t0, blocks.t0)] {
