@@ -45,19 +45,19 @@ def html(model: System) -> str:
     return (
         f'<div style="font-family:sans-serif;font-size:13px"><b>{title}</b>, fit on fresh data '
         f"{model.verdict_.fit_percent:.2f} %" + "".join(rows) + f'<div style="color:{colour};max-width:60em">'
-        f"{escape(model.verdict_.words)}</div>" + (f'<ul style="margin:4px 0">{warnings}</ul>' if warnings else "") + "</div>"
+        f"{escape(model.verdict_.text)}</div>" + (f'<ul style="margin:4px 0">{warnings}</ul>' if warnings else "") + "</div>"
     )
 
 
 def _cell(name: str, block: Block) -> str:
     if isinstance(block, Surface):
-        drawing, words = _map(block), " by ".join(str(pieces) for *_, pieces in block.axes) + " pieces"
+        drawing, caption = _map(block), " by ".join(str(pieces) for *_, pieces in block.axes) + " pieces"
     elif isinstance(block, Nonlinearity):
-        drawing, words = _curve(block), f"{_range(block.x)}\nonto {_range(block.y)}"
+        drawing, caption = _curve(block), f"{_range(block.x)}\nonto {_range(block.y)}"
     else:
         drawing, ranges = _bode(block)
-        words = f"order {block.order}, delay {block.delay}, gain {block.static_gain:.3g}\n{ranges}"
-    label, lines = escape(name.replace("_", " ")), escape(words).replace("\n", "<br/>")
+        caption = f"order {block.order}, delay {block.delay}, gain {block.static_gain:.3g}\n{ranges}"
+    label, lines = escape(name.replace("_", " ")), escape(caption).replace("\n", "<br/>")
     return f'<div style="{_STYLE}"><div>{label}</div>{drawing}<div style="color:#666;font-size:11px">{lines}</div></div>'
 
 
@@ -100,7 +100,7 @@ def _curve(block: Nonlinearity) -> str:
 
 
 def _bode(block: LinearPart) -> tuple[str, str]:
-    """Gain above phase over three decades of frequency, and their ranges in words."""
+    """Gain above phase over three decades of frequency, and their ranges as text."""
     highest = np.pi / (block.dt or 1.0)
     omega = np.logspace(np.log10(highest) - 3, np.log10(highest), _POINTS)
     response = block.frequency_response(omega)

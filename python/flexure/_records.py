@@ -35,16 +35,16 @@ def signals(
     """
     given, dt, u, y = _given(input, several), times.given_step(dt), _plain(u), _plain(y)
     if y is None:
-        parts, y, told, inputs, output = _columns(u, given, output)
+        parts, y, instants, inputs, output = _columns(u, given, output)
     else:
         parts, inputs = _parts(u, given, several)
-        told = times.instants_of(u)
+        instants = times.instants_of(u)
         output = output or _name(y) or "y"
         if inputs == [output]:
             inputs, output = ["u"], "y"
     own = times.instants_of(y)
-    step = times.step_of(own if told is None else told)
-    times.check_same_instants(told, own, output)
+    step = times.step_of(own if instants is None else instants)
+    times.check_same_instants(instants, own, output)
     times.check_same_step(step, dt, "the record's sample time is {:g} s, but dt is {:g} s; leave dt out, or correct the times")
     columns = [samples(part, name) for part, name in zip(parts, inputs, strict=True)]
     signal = Signals(columns, samples(y, output), inputs, output, dt if dt is not None else step)
@@ -60,11 +60,11 @@ def input_signals(u: Any, names: Sequence[str], several: bool, dt: float | None 
     """The inputs out of arrays or series, or the columns of these names out of a table; sampled as the model is."""
     u = _plain(u)
     parts = [_take(u, name) for name in names] if _is_table(u) else _parts(u, None, several)[0]
-    told = times.instants_of(u)
-    if told is None and _is_table(u) and not _is_response(u):
-        told = _instants_within(u, parts[0], names)
-    if dt is not None and told is not None:
-        check_sampled_as(dt, times.step_of(told))
+    instants = times.instants_of(u)
+    if instants is None and _is_table(u) and not _is_response(u):
+        instants = _instants_within(u, parts[0], names)
+    if dt is not None and instants is not None:
+        check_sampled_as(dt, times.step_of(instants))
     if len(parts) != len(names):
         raise DataError(f"the model has the {len(names)} inputs {', '.join(names)}, but {len(parts)} were given")
     return [samples(part, name) for part, name in zip(parts, names, strict=True)]
@@ -88,8 +88,8 @@ def named_columns(data: Any, names: dict[str, Any]) -> tuple[dict[str, Any], Any
 
 def check_sampled_as(model: float | None, record: float | None) -> None:
     """A record whose sample time is known must have the model's."""
-    words = "the model's sample time is {:g} s, but the record's is {:g} s; resample the record, or identify a model at its sample time"
-    times.check_same_step(model, record, words)
+    message = "the model's sample time is {:g} s, but the record's is {:g} s; resample the record, or identify a model at its sample time"
+    times.check_same_step(model, record, message)
 
 
 def check_same_times(u: Any, y: Any, output: str) -> None:
@@ -173,11 +173,11 @@ def _columns(data: Any, given: list[str] | None, output: str | None) -> tuple[li
 
 def _instants_within(data: Any, column: Any, used: Sequence[str]) -> Any:
     """The instants of a table: those of a column's index, or the column that has the name of time."""
-    told = times.instants_of(column)
+    instants = times.instants_of(column)
     for name in _names(data):
-        if told is None and times.is_time(name) and name not in used:
-            told = times.column_of_time(_take(data, name), name)
-    return told
+        if instants is None and times.is_time(name) and name not in used:
+            instants = times.column_of_time(_take(data, name), name)
+    return instants
 
 
 def _labelled(response: Any, what: str, name: str | None) -> tuple[str, Any]:
@@ -210,8 +210,8 @@ def _take(data: Any, name: str) -> Any:
     keys = _keys(data)
     found = [key for key in keys if str(key) == name]
     if len(found) != 1:
-        told = "no column" if not found else f"{len(found)} columns are called"
-        raise DataError(f"{told} '{name}'; the columns are: {', '.join(map(str, keys))}")
+        what = "no column" if not found else f"{len(found)} columns are called"
+        raise DataError(f"{what} '{name}'; the columns are: {', '.join(map(str, keys))}")
     return data[found[0]]
 
 

@@ -107,8 +107,8 @@ def check_same_instants(first: npt.NDArray[Any] | None, second: npt.NDArray[Any]
         )
 
 
-def check_same_step(step: float | None, other: float | None, words: str) -> None:
-    """Two sample times that are both known must be the same; `words` has places for both.
+def check_same_step(step: float | None, other: float | None, message: str) -> None:
+    """Two sample times that are both known must be the same; `message` has places for both.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def check_same_step(step: float | None, other: float | None, words: str) -> None
         Where they are not.
     """
     if step is not None and other is not None and abs(step - other) > _SAME * step:
-        raise DataError(words.format(step, other))
+        raise DataError(message.format(step, other))
 
 
 def _seconds(times: npt.NDArray[Any], origin: Any) -> Array:

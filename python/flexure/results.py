@@ -289,7 +289,7 @@ class Verdict:
 
     holds: bool
     """Whether no test refutes the model."""
-    words: str
+    text: str
     """The verdict in sentences."""
     fit_percent: float
     """``100 (1 - |y - yh| / |y - mean y|)`` of the free run."""
@@ -301,7 +301,7 @@ class Verdict:
     """The tests of the residual."""
 
     def __str__(self) -> str:
-        return self.words
+        return self.text
 
     def to_frame(self, library: str = "pandas") -> Any:
         """The tests, one a row, as a frame of "pandas" or "polars"."""

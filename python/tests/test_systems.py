@@ -89,7 +89,7 @@ def test_the_numbers_are_the_command_lines(case, tmp_path, command):
     path = write("fresh.csv", fresh)
     judged = json.loads(command("validate", model, path, *inputs, "--output", "y", "--json").stdout)
     verdict = fit.validate(fresh.u, fresh.y)
-    assert (verdict.fit_percent, verdict.rms, verdict.words) == (judged["fit_percent"], judged["rms"], judged["verdict"])
+    assert (verdict.fit_percent, verdict.rms, verdict.text) == (judged["fit_percent"], judged["rms"], judged["verdict"])
     assert fit.score(fresh.u, fresh.y) == judged["r_squared"]
     for horizon in (None, 1, 5):
         out = tmp_path / "out.csv"

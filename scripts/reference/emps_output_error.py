@@ -55,12 +55,12 @@ def main():
         error = simulate(parameters, force[first:last], step, q[first], start) - q[first:last]
         return 1e3 * np.sqrt(np.mean(error**2))
 
-    def told(name, parameters):
+    def report(name, parameters):
         quarters = [rms(parameters, k * n // 4, (k + 1) * n // 4, velocity[k * n // 4]) for k in range(4)]
         print(f"{name}: {np.round(parameters, 3)}")
         print(f"  whole record {rms(parameters, 0, n, 0.0):.2f} mm, quarters from their own starts {np.round(quarters, 2)} mm")
 
-    told("equations of motion", EQUATIONS)
+    report("equations of motion", EQUATIONS)
     for name, last in (("output error, whole record", n), ("output error, first half", n // 2)):
         fit = least_squares(
             lambda p: 1e3 * (simulate(p, force[:last], step, q[0], 0.0) - q[:last]),
@@ -68,7 +68,7 @@ def main():
             x_scale=np.abs(EQUATIONS),
             diff_step=1e-4,
         )
-        told(name, fit.x)
+        report(name, fit.x)
 
 
 main()

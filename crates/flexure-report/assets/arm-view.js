@@ -35,10 +35,10 @@ class ArmView {
     const { q, qm } = this.arm;
     let largest = 0;
     for (const k of [0, 1]) qm[k].forEach((m, i) => { largest = Math.max(largest, Math.abs(m - q[k][i]) || 0); });
-    const room = 0.5 / largest;
-    if (!(largest > 0) || room < 2) return 1;
-    const power = 10 ** Math.floor(Math.log10(Math.min(room, 1000)));
-    return power * [5, 2, 1].find((f) => f * power <= room);
+    const available = 0.5 / largest;
+    if (!(largest > 0) || available < 2) return 1;
+    const power = 10 ** Math.floor(Math.log10(Math.min(available, 1000)));
+    return power * [5, 2, 1].find((f) => f * power <= available);
   }
 
   /** A square around all the motion and the shoulder. */

@@ -45,7 +45,7 @@ function axis(scale, label, { log, ticks = true, step } = {}, group) {
     stroke: () => colour("--muted"),
     grid: { stroke: () => colour("--grid"), width: 1 },
     ticks: { show: ticks || vertical, stroke: () => colour("--line"), width: 1, size: 5 },
-    space: vertical ? (u, i, low, high, room) => (room < 150 ? 20 : 28) : step ? 36 : 62,
+    space: vertical ? (u, i, low, high, available) => (available < 150 ? 20 : 28) : step ? 36 : 62,
     ...(step && { incrs: step }),
     ...(log && { splits: logSplits, filter: (u, splits) => splits }),
     values: !vertical && !ticks ? (u, splits) => splits.map(() => "") : log ? logLabels : tickLabels,
@@ -157,19 +157,19 @@ function drawStems(u, index, colourName, limit = Infinity) {
   const ratio = devicePixelRatio;
   const zero = u.valToPos(0, "y", true);
   const { min, max } = u.scales.x;
-  const room = u.bbox.width / ratio / Math.max(1, max - min);
+  const available = u.bbox.width / ratio / Math.max(1, max - min);
   ctx.save();
   ctx.beginPath();
   ctx.rect(u.bbox.left - 4 * ratio, u.bbox.top, u.bbox.width + 8 * ratio, u.bbox.height);
   ctx.clip();
   ctx.setLineDash([]);
-  ctx.lineWidth = Math.min(2, Math.max(1, room / 3)) * ratio;
+  ctx.lineWidth = Math.min(2, Math.max(1, available / 3)) * ratio;
   u.data[0].forEach((x, i) => {
     const v = u.data[index][i];
     if (v == null || x < min || x > max) return;
     const beyond = Math.abs(v) > limit;
     const [px, py] = [u.valToPos(x, "x", true), u.valToPos(v, "y", true)];
-    const r = Math.min(3.4, Math.max(1.2, room / 3)) * ratio;
+    const r = Math.min(3.4, Math.max(1.2, available / 3)) * ratio;
     ctx.strokeStyle = ctx.fillStyle = colour(beyond ? "--truth" : colourName);
     ctx.beginPath();
     ctx.moveTo(px, zero);

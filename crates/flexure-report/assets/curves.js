@@ -42,9 +42,9 @@ function plotCurve(host, n, cloud, dashed = "truth") {
 /** Room for the curves, and for the band as far as that does not flatten them. */
 function curveRange(n) {
   const [low, high] = extent(n.y, n.truth);
-  const room = 0.4 * (high - low || 1);
+  const available = 0.4 * (high - low || 1);
   const band = n.lower.length ? extent(n.lower, n.upper) : [low, high];
-  return widened([Math.max(Math.min(band[0], low), low - room), Math.min(Math.max(band[1], high), high + room)]);
+  return widened([Math.max(Math.min(band[0], low), low - available), Math.min(Math.max(band[1], high), high + available)]);
 }
 
 /** Stems over lags with the limits of a single one. */

@@ -96,8 +96,8 @@ function drawFresh(u, from, worded) {
   ctx.fillRect(edge, bbox.top, right - edge, bbox.height);
   ctx.restore();
   if (edge > left && edge < right) drawLevel(u, "x", from, "--model", [4, 4]);
-  const room = 60 * devicePixelRatio;
+  const available = 60 * devicePixelRatio;
   const gap = 6 * devicePixelRatio;
-  if (worded && right - edge > room) drawWord(u, "fresh", edge + gap, bbox.top + gap / 2, "--model");
-  if (worded && edge - left > room) drawWord(u, "fit", edge - gap, bbox.top + gap / 2, "--muted", "right");
+  if (worded && right - edge > available) drawWord(u, "fresh", edge + gap, bbox.top + gap / 2, "--model");
+  if (worded && edge - left > available) drawWord(u, "fit", edge - gap, bbox.top + gap / 2, "--muted", "right");
 }

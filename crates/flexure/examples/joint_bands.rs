@@ -83,7 +83,7 @@ fn identified(setting: &Setting, motion: &Record, seed: u64) -> flexure::Result<
 }
 
 /// The result of one log for a curve.
-struct Told {
+struct Summary {
     motion: u64,
     covers: f64,
     own: f64,
@@ -94,7 +94,7 @@ struct Told {
     refuted: [bool; 2],
 }
 
-fn told(motion: u64, band: &Band, truth: impl Fn(f64) -> f64, forms: &[Fitted], names: [FormName; 2]) -> Told {
+fn summary(motion: u64, band: &Band, truth: impl Fn(f64) -> f64, forms: &[Fitted], names: [FormName; 2]) -> Summary {
     let x = &band.x[0];
     let (from, to) = (x[0], x[x.len() - 1]);
     let (mut covered, mut off, mut size, mut z) = (0, 0.0, 0.0, Vec::new());
@@ -114,7 +114,7 @@ fn told(motion: u64, band: &Band, truth: impl Fn(f64) -> f64, forms: &[Fitted], 
         let form = forms.iter().find(|f| f.form == name);
         form.is_some_and(|f| f.lack_of_fit.p_value < REFUTED)
     };
-    Told {
+    Summary {
         motion,
         own: own.count() as f64 / x.len() as f64,
         covers: covered as f64 / POINTS as f64,
@@ -125,10 +125,10 @@ fn told(motion: u64, band: &Band, truth: impl Fn(f64) -> f64, forms: &[Fitted], 
 }
 
 /// The root mean square over the points of the mean over a motion's draws, in standard errors of that mean.
-fn bias(all: &[Told], setting: &Setting) -> f64 {
+fn bias(all: &[Summary], setting: &Setting) -> f64 {
     let mut sum = 0.0;
     for motion in 0..setting.motions {
-        let own: Vec<&Told> = all.iter().filter(|t| t.motion == motion).collect();
+        let own: Vec<&Summary> = all.iter().filter(|t| t.motion == motion).collect();
         let n = own.len() as f64;
         for point in 0..POINTS {
             let mean = own.iter().map(|t| t.z[point]).sum::<f64>() / n;
@@ -146,7 +146,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let kappa = joint.nonlinear_stiffness();
     let friction = joint.friction.unwrap_or_default();
     let truths = [1.0, 1.0, links.shoulder, links.elbow, links.coupling];
-    let mut all: [Vec<Told>; 4] = Default::default();
+    let mut all: [Vec<Summary>; 4] = Default::default();
     let mut inertias: [Vec<f64>; 5] = Default::default();
     for number in 0..setting.motions {
         let clean = motion(&setting, number)?;
@@ -158,14 +158,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let forms = [FormName::Windup, FormName::CubicStiffness];
                 let rubs = [FormName::SmoothStribeck, FormName::SmoothCoulomb];
                 let found = match i {
-                    0 | 1 => told(
+                    0 | 1 => summary(
                         number,
                         &axis.stiffness.band,
                         |d| kappa.torque(d),
                         &axis.stiffness.forms,
                         forms,
                     ),
-                    _ => told(
+                    _ => summary(
                         number,
                         &axis.link.friction.band,
                         |v| friction.torque(v),
@@ -194,11 +194,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "{:<12}  covers   least     own     off     z  bias  refuted: true, false",
         ""
     );
-    for (name, told) in CURVES.iter().zip(&all) {
-        let mean = |of: &dyn Fn(&Told) -> f64| told.iter().map(of).sum::<f64>() / told.len() as f64;
+    for (name, summaries) in CURVES.iter().zip(&all) {
+        let mean = |of: &dyn Fn(&Summary) -> f64| summaries.iter().map(of).sum::<f64>() / summaries.len() as f64;
         let share = |i: usize| 100.0 * mean(&|t| f64::from(u8::from(t.refuted[i])));
-        let least = told.iter().map(|t| t.covers).fold(1.0, f64::min);
-        let square = |t: &Told| t.z.iter().map(|z| z * z).sum::<f64>() / POINTS as f64;
+        let least = summaries.iter().map(|t| t.covers).fold(1.0, f64::min);
+        let square = |t: &Summary| t.z.iter().map(|z| z * z).sum::<f64>() / POINTS as f64;
         println!(
             "{name:<12} {:5.1} % {:5.1} % {:5.1} % {:5.2} %  {:4.2}  {:4.2}  {:5.1} % {:5.1} %",
             100.0 * mean(&|t| t.covers),
@@ -206,7 +206,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             100.0 * mean(&|t| t.own),
             100.0 * mean(&|t| t.off),
             mean(&square).sqrt(),
-            bias(told, &setting),
+            bias(summaries, &setting),
             share(0),
             share(1)
         );

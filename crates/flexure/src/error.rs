@@ -236,7 +236,7 @@ pub enum DataError {
     },
     /// A motion does not determine what is to be identified.
     #[error(
-        "the motion does not tell {what}: it is too slow, too regular or too short; move at several speeds in both directions"
+        "the motion does not determine {what}: it is too slow, too regular or too short; move at several speeds in both directions"
     )]
     TooLittleMotion {
         /// What it should determine.
@@ -245,7 +245,7 @@ pub enum DataError {
     /// A joint of an arm with flexible joints shows no deflection.
     #[error(
         "no flexibility is seen at joint {joint}: of the difference between motor and link the torque explains {deflection:.2e} rad \
-         (root mean square), less than three times the encoders' noise of {noise:.2e} rad, which tells no stiffness curve; load it more, measure finer, or lock this joint and identify the \
+         (root mean square), less than three times the encoders' noise of {noise:.2e} rad, which determines no stiffness curve; load it more, measure finer, or lock this joint and identify the \
          other one by itself"
     )]
     RigidJointInArm {

@@ -102,7 +102,7 @@ impl Subject<'_> {
             bandwidth.is_some_and(|h| high > low && h * FLAT > high - low)
         };
         (fit.name == EstimatorName::LocalLinear && (0..self.data.x.len()).all(flat)).then(|| {
-            "the bandwidth is so much wider than the data that no slope can be told: the fit is constant; take a bandwidth of the data's size"
+            "the bandwidth is so much wider than the data that no slope can be determined: the fit is constant; take a bandwidth of the data's size"
                 .to_owned()
         })
     }
@@ -195,7 +195,7 @@ impl Subject<'_> {
         (wide > 0).then(|| {
             format!(
                 "at {wide} of the {} points of the result the band is wider than all values of '{}' together: too few rows are within reach \
-                 to tell anything there",
+                 to determine anything there",
                 evaluation.y.len(),
                 self.data.names.y
             )

@@ -107,7 +107,7 @@ impl Periodic {
                 decibels(&noise)
             ),
             (true, false) | (true, true) if !best.total.is_empty() => format!(
-                "noise and nonlinear distortion together {} of the response; more periods would tell them apart",
+                "noise and nonlinear distortion together {} of the response; more periods would separate them",
                 decibels(&self.single(&best.total))
             ),
             _ => "one period of one realisation shows no levels".to_owned(),

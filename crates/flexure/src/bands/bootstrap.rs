@@ -126,7 +126,7 @@ impl BootstrapBand {
     /// `progress` is called now and then with the resamples done and in all, and stops the computation by
     /// returning [`ControlFlow::Break`]. The result depends neither on it nor on the number of threads.
     ///
-    /// NaN where the estimate is, and where it is so for more than half of the resamples.
+    /// The band is NaN where the estimate is NaN, and where more than half of the resampled estimates are.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a parameter outside its range, [`Error::Data`]: `TooShort` with fewer than 5 points,

@@ -21,7 +21,7 @@ pub enum Warning {
     /// The input takes few values.
     #[error(
         "the input has only {levels} levels: the nonlinearity is known at those and drawn straight between them{}",
-        if *.levels == 2 { "; with two, it cannot be told from a straight line" } else { "" }
+        if *.levels == 2 { "; with two, it cannot be distinguished from a straight line" } else { "" }
     )]
     FewLevels {
         /// The number of distinct values.
@@ -79,7 +79,7 @@ pub enum Warning {
     /// The input's samples depend on one another, which the refined estimate allows.
     #[error(
         "the input is not white (its largest autocorrelation is {largest:.2} at lag {lag}): the refined estimate does not \
-         need it to be, but the blocks are told apart less well"
+         need it to be, but the blocks are separated less well"
     )]
     ColouredInput {
         /// The largest autocorrelation in absolute value.
@@ -269,8 +269,8 @@ impl Verdict {
                 test.limit
             ),
             None if self.is_open() => format!(
-                "{explains} No test refutes the model, but its error is large and not white: whether that is coloured \
-                 noise or something that the model misses, these data do not tell."
+                "{explains} No test refutes the model, but its error is large and not white. That is coloured \
+                 noise or something that the model misses: these data do not show which."
             ),
             None if white => {
                 format!("{explains} The model holds: no residual test finds anything that it leaves unexplained.")

@@ -35,7 +35,7 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) 
     for i in &judgement.ties {
         let other = candidates[*i].structure;
         all.push(format!(
-            "{other} predicts as well as {name}: these data do not tell them apart."
+            "{other} predicts as well as {name}: these data do not distinguish them."
         ));
     }
     for c in candidates.iter().filter(|c| !c.refuted_by.is_empty()) {

@@ -131,7 +131,7 @@ fn a_static_system_is_as_much_hammerstein_as_wiener() {
         result.reasons
     );
     assert_eq!(result.as_good.len(), 1);
-    assert!(result.reasons.iter().any(|r| r.contains("do not tell them apart")));
+    assert!(result.reasons.iter().any(|r| r.contains("do not distinguish them")));
 }
 
 #[test]

@@ -129,10 +129,10 @@ fn without(roots: &[Root], index: usize) -> Vec<Complex<f64>> {
     with_conjugates(rest.map(|(_, root)| root))
 }
 
-/// Without its fastest real pole, whose response goes on in the numerator, as far as that reaches.
+/// Removes the fastest real pole. The numerator takes over the first samples of its response.
 ///
-/// A pole near the origin imitates a numerator coefficient; taken away together with a zero, as poles otherwise are, it takes one with
-/// it that the system needs.
+/// Other poles are removed together with a zero. A pole near the origin stands for a numerator coefficient, and the system has no
+/// zero to spare for it.
 fn without_fastest(g: &Rational) -> Option<Rational> {
     let all = groups(&g.poles());
     let real = all.iter().enumerate().filter(|(_, p)| !p.pair);

@@ -10,8 +10,10 @@ use super::system::{Between, System};
 /// Samples on either side from which one half-way between is interpolated.
 const REACH: usize = 32;
 
-/// The first branch with a second instant half-way between the samples: the front's numerator for it is the one whose output is nearest
-/// to the interpolated intermediate signal, the back's numerators for both those that fit the output best.
+/// The first branch with a second instant half-way between the samples.
+///
+/// The front's numerator for that instant is the one whose output is nearest to the interpolated intermediate signal. The back's
+/// numerators for both instants are those that fit the output best.
 ///
 /// `None` on a record too short to interpolate, or where the least squares have no solution.
 pub(super) fn with_instant_between(system: &System, data: &Signals) -> Option<Candidate> {

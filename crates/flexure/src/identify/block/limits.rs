@@ -50,8 +50,8 @@ pub const SAMPLES_IN_COARSE_PIECE: usize = 12;
 pub const OUTERMOST: usize = 2;
 /// The share of the breakpoints that are spread evenly.
 pub const EVEN: f64 = 0.3;
-/// A fit with breakpoints brought back may have a sum of squares this many times that of the fit before.
-pub const DEARER: f64 = 1.05;
+/// Outer breakpoints are moved back into the data's range if that raises the sum of squares by at most 5 %.
+pub const LARGEST_RISE: f64 = 1.05;
 
 /// Shares of the samples below the places at which a kink is tried.
 pub const KINK_PLACES: usize = 40;

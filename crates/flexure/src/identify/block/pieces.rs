@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::least_squares::least_squares;
-use super::limits::{DEARER, EVEN, FINEST_PIECES, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
+use super::limits::{LARGEST_RISE, EVEN, FINEST_PIECES, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
 use super::loss::through_back;
 use super::signals::{Signals, add, convolved};
 use super::spline::{KinkedSpline, Local, Roughness, Tangent, thinned};
@@ -171,7 +171,7 @@ pub(super) fn with_output(system: &System, pieces: usize, data: &Signals) -> Opt
 pub(super) fn anchored(mut c: Candidate, data: &Signals) -> Candidate {
     for branch in 0..c.system.branches.len() {
         // A slightly larger error is the price of what the pieces outside did for samples inside.
-        let moved = with_ends_inside(&c.system, branch, data).filter(|m| m.squares <= DEARER * c.squares);
+        let moved = with_ends_inside(&c.system, branch, data).filter(|m| m.squares <= LARGEST_RISE * c.squares);
         c = moved.unwrap_or(c);
     }
     c

@@ -1,8 +1,8 @@
 //! Where the search for a sum of branches starts.
 //!
-//! Both starts come from an equation that is linear in products of a nonlinearity's coefficients and a numerator's: of such
-//! products there are as many as branches, so that the matrix of all has their number as its rank (nearly), and its
-//! dominant parts are the branches up to a mixing that the joint fit is free to change.
+//! Both starts come from an equation that is linear in the products of a nonlinearity's coefficients and a numerator's. These
+//! unknowns form a matrix whose rank is about the number of branches. Its largest singular parts are the starts. They may mix the
+//! branches; the joint fit separates them.
 
 use super::candidate::Candidate;
 use super::cascade::with_unit_variance;

@@ -152,7 +152,7 @@ pub(super) fn excess(noisy: &[Noisy], weights: &[Vec<f64>]) -> Vec<Excess> {
     noisy.iter().map(sum).collect()
 }
 
-/// The products of columns less this.
+/// Subtracts the noise's part from the inner products of the columns.
 pub(super) fn less(mut products: Matrix, excess: &[Excess]) -> Matrix {
     for &Excess { columns: [i, j], sum } in excess {
         products[(i, j)] -= sum;
@@ -163,7 +163,7 @@ pub(super) fn less(mut products: Matrix, excess: &[Excess]) -> Matrix {
     products
 }
 
-/// What this adds to the square of the columns' sum with these factors.
+/// The noise's part in the square of the columns' sum with these factors.
 pub(super) fn square(excess: &[Excess], x: &[f64]) -> f64 {
     let part = |Excess { columns: [i, j], sum }: &Excess| {
         let both = if i == j { 1.0 } else { 2.0 };

@@ -86,7 +86,7 @@ const ONE_WAY: &str = "the joint moves in one direction only, in which Coulomb f
 const DRY_FRICTION: [&str; 9] = ["Fc", "Fs", "vs", "F0", "g1", "g2", "g3", "g4", "g5"];
 
 impl Estimated {
-    /// With an error that is not chance's beside the one that is.
+    /// Adds a systematic error to the standard error, as the root of the sum of squares.
     pub(super) fn or_off_by(self, error: f64) -> Self {
         Estimated {
             standard_error: self.standard_error.hypot(error),
@@ -94,7 +94,7 @@ impl Estimated {
         }
     }
 
-    /// Without a standard error: chance is not what is wrong with it.
+    /// Removes the standard error: the error is systematic, which a standard error does not measure.
     fn unsure(&mut self) {
         self.standard_error = f64::NAN;
     }
@@ -108,7 +108,7 @@ impl Parameter {
         self.remark = remark.to_owned();
     }
 
-    /// Nor has it a standard error.
+    /// Marks the parameter as not identifiable and removes its standard error.
     fn distrust(&mut self, remark: &str) {
         self.withdraw(remark);
         self.standard_error = f64::NAN;

@@ -1,9 +1,8 @@
 //! Intervals of parameters by the likelihood's profile: what else fits as well.
 //!
-//! A standard error is the curvature at the minimum. Where two terms are nearly alike, a valley runs from there to values far
-//! away, or the minimum has neighbours, and a standard error says nothing of either. Each parameter is therefore
-//! moved away step by step, and all others are fitted again, until the objective has grown by more than chance (Venzon &
-//! Moolgavkar 1988).
+//! A standard error follows from the curvature at the minimum. If two terms are nearly alike, very different values fit equally
+//! well, or there are several minima. A standard error shows neither. Therefore each parameter is moved away step by step, and all
+//! others are fitted again, until the objective has grown by more than chance (Venzon & Moolgavkar 1988).
 
 use super::condensed::{Condensed, FormedCurve, Held, Minimum};
 use super::form_fit::FormFit;

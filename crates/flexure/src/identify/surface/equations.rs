@@ -10,10 +10,11 @@ use crate::nonlinearity::{SurfaceAxis, products};
 const SEGMENT: usize = 8192;
 /// A response to what lies before a segment has fallen to this share.
 const FORGOTTEN: f64 = 1e-7;
-/// Steps of the penalties, the share by which they go farther than the formula (whose steps are short where penalties grow
-/// large), and the relative change of the effective parameters at which they have settled.
+/// Most steps of the penalties.
 const PENALTY_STEPS: usize = 25;
+/// The factor on each step of the penalties: the formula's steps are too short where penalties grow large.
 const OVERSTEP: f64 = 1.5;
+/// The relative change of the effective parameters at which the penalties have settled.
 const SETTLED: f64 = 5e-3;
 /// Bounds of the penalties, relative to the information that the data have of a coefficient on average.
 const PENALTIES: [f64; 2] = [1e-7, 1e5];

@@ -37,7 +37,7 @@ const FEWEST: usize = 50;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LocalRule {
     /// By growing windows, to both sides and to one, as long as their estimates agree (Lepski 1990; Goldenshluger and
-    /// Nemirovski 1997): follows jumps and kinks, and whether it serves at all is asked of the data.
+    /// Nemirovski 1997): follows jumps and kinks. Validation on the data decides whether it is used at all.
     #[default]
     Lepski,
     /// By the asymptotic error's minimum at x, in which the noise, the density and m'' around x count (Fan and Gijbels

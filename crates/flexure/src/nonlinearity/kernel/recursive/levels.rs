@@ -8,7 +8,8 @@ use crate::parallel;
 use crate::selection::Candidate;
 use crate::sort::order;
 
-/// If the others have less than this share of the sums at a point, the sums without the point have lost their digits.
+/// A point is left out by subtraction. If the other points contribute less than this share of the sums, rounding spoils the
+/// difference, and they are summed again.
 const FEW: f64 = 1e-3;
 /// Abscissas whose standard deviation is below this share of the widest bandwidth determine no slope.
 const ONE_ABSCISSA: f64 = 1e-9;
