@@ -17,6 +17,7 @@ use super::monitor::Monitor;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::whitening;
 use crate::linear::levenberg_marquardt::Linearisation;
+use crate::parallel;
 
 /// Samples for each coefficient of the autoregression.
 const SAMPLES_A_COEFFICIENT: usize = 50;
@@ -27,7 +28,6 @@ const RULE: StopRule = StopRule {
     steps: 20,
     tolerance: 1e-7,
 };
-use crate::parallel;
 
 /// The parameters of generalised least squares, started from those of least squares, and their sum of squared simulation errors.
 /// `None` where `at` is kept: its error is white, or the sum rises by more than two estimates of one true model differ.

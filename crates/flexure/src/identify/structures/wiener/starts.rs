@@ -8,6 +8,7 @@ use super::super::super::block::{
 use super::super::super::hammerstein::delay::Dependence;
 use super::WienerStart;
 use super::directions::directions;
+use crate::sort;
 
 /// Lags of the impulse responses from higher moments, and the samples that a lag needs.
 const LAGS: usize = 80;
@@ -19,7 +20,6 @@ const RULE: StopRule = StopRule {
     steps: 15,
     tolerance: 1e-3,
 };
-use crate::sort;
 /// Rational blocks that are kept, the best by Schwarz's criterion.
 const KEPT: usize = 4;
 /// The longest pure delay that is looked for, and the samples by which it stays shorter, for the numerators.
