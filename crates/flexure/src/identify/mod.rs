@@ -18,6 +18,9 @@
 //! | a sum of linear, static, linear | [`PARALLEL`] | beside others | yes | no | no |
 //! | static, linear, of every input | [`MULTIPLE_INPUTS`] | yes | yes | no | no |
 //! | static of all inputs, linear | [`JOINT_INPUTS`] | yes | yes | no | no |
+//! | delay, static | [`Structure::by_name`]`("static")` | yes | yes | no | no |
+//! | no blocks: past outputs and inputs | [`NARX`] | yes | yes | no | no |
+//! | no blocks: past inputs | [`VOLTERRA`] | yes | yes | no | no |
 //! | any of the first five, or none | [`AUTO`] | all but the last | yes | that of the chosen | no |
 
 mod auto;
@@ -45,7 +48,5 @@ pub use reference::{DecayPrior, NARX, VOLTERRA};
 pub use registry::structures;
 pub use request::{HammersteinMethod, Options, Progress, Request, Structure};
 pub use result::{Identification, StructureName};
-pub use structures::{
-    DELAYED_STATIC, HAMMERSTEIN_WIENER, LINEAR, MULTIPLE_INPUTS, PARALLEL, WIENER, WIENER_HAMMERSTEIN,
-};
+pub use structures::{HAMMERSTEIN_WIENER, LINEAR, MULTIPLE_INPUTS, PARALLEL, WIENER, WIENER_HAMMERSTEIN};
 pub use surface::JOINT_INPUTS;

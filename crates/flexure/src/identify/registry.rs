@@ -1,36 +1,15 @@
-//! The list of the structures that can be identified.
+//! The structures that can be identified, as a list and by name.
 //!
-//! The command line, its help, the model files, the pages and the Python package take the structures from [`structures`]: a
-//! structure made of existing blocks needs its own file and one row there.
+//! The command line, its help, the model files, the pages and the Python package take the structures from [`structures`]. A
+//! structure made of existing blocks needs its own file, and its `mod` and its row in `structures/mod.rs`; nothing here.
 
-use super::auto::AUTO;
-use super::hammerstein::HAMMERSTEIN;
-use super::reference::{NARX, VOLTERRA};
 use super::request::Structure;
-use super::structures::{
-    DELAYED_STATIC, HAMMERSTEIN_WIENER, LINEAR, MULTIPLE_INPUTS, PARALLEL, WIENER, WIENER_HAMMERSTEIN,
-};
-use super::surface::JOINT_INPUTS;
+use super::structures::STRUCTURES;
 
 /// All structures, in the order of lists.
 pub fn structures() -> &'static [Structure] {
-    &STRUCTURES
+    STRUCTURES
 }
-
-static STRUCTURES: [Structure; 12] = [
-    AUTO,
-    LINEAR,
-    HAMMERSTEIN,
-    WIENER,
-    WIENER_HAMMERSTEIN,
-    HAMMERSTEIN_WIENER,
-    PARALLEL,
-    MULTIPLE_INPUTS,
-    JOINT_INPUTS,
-    DELAYED_STATIC,
-    NARX,
-    VOLTERRA,
-];
 
 impl Structure {
     /// The structure of this name.

@@ -1,4 +1,4 @@
-//! The block structures, a file each: where its search starts, and which parts it has.
+//! The block structures, a file each: where its search starts, and which parts it has; and the list of all structures.
 
 mod delayed_static;
 mod hammerstein_wiener;
@@ -10,10 +10,31 @@ mod tests;
 mod wiener;
 mod wiener_hammerstein;
 
-pub use delayed_static::ROW as DELAYED_STATIC;
+use super::auto::AUTO;
+use super::hammerstein::HAMMERSTEIN;
+use super::reference::{NARX, VOLTERRA};
+use super::request::Structure;
+use super::surface::JOINT_INPUTS;
+
 pub use hammerstein_wiener::ROW as HAMMERSTEIN_WIENER;
 pub use linear::ROW as LINEAR;
 pub use multiple_inputs::ROW as MULTIPLE_INPUTS;
 pub use parallel::ROW as PARALLEL;
 pub use wiener::ROW as WIENER;
 pub use wiener_hammerstein::ROW as WIENER_HAMMERSTEIN;
+
+/// All structures, in the order of lists.
+pub(super) static STRUCTURES: &[Structure] = &[
+    AUTO,
+    LINEAR,
+    HAMMERSTEIN,
+    WIENER,
+    WIENER_HAMMERSTEIN,
+    HAMMERSTEIN_WIENER,
+    PARALLEL,
+    MULTIPLE_INPUTS,
+    JOINT_INPUTS,
+    delayed_static::ROW,
+    NARX,
+    VOLTERRA,
+];
