@@ -12,6 +12,12 @@ pub fn kernel_text(name: EstimatorName, kernel: Kernel, before: &str, after: &st
     }
 }
 
+/// A level in percent.
+pub fn percent(level: f64) -> String {
+    let rounded = (level * 1e4).round() / 1e2;
+    rounded.to_string()
+}
+
 /// Values of a parameter for reading: whole numbers as they are.
 pub fn list(values: &[f64]) -> String {
     values.iter().map(|&v| short(v)).collect::<Vec<_>>().join(", ")

@@ -8,7 +8,7 @@ use anyhow::Result;
 use flexure::error::ParameterError;
 use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Outside, Rule, Tuning};
 use flexure_io::{RecordFile, read_record, write_record};
-use flexure_workbench::regression::{BandMethod, BandOptions, Columns, Data, Regression, Report};
+use flexure_workbench::regression::{self, BandMethod, BandOptions, Columns, Data, Regression, Report};
 
 use crate::arguments::{self, Auto, Usage};
 use crate::files::{name_json, prepare, write_text, wrote};
@@ -139,7 +139,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let page = match &arguments.report {
         None => None,
         Some(path) => {
-            let html = spinning("drawing", || report.html(arguments.at.is_none(), Some(this_command())))?;
+            let html = spinning("drawing", || {
+                regression::html(&report, arguments.at.is_none(), Some(this_command()))
+            })?;
             Some((path, html))
         }
     };

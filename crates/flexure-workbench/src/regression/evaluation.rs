@@ -6,8 +6,8 @@ use flexure::Record;
 use flexure::bands::BandKind;
 
 use super::band::BandMaker;
-use super::text::percent;
 use super::{BandOptions, Data, Regression, slices};
+use crate::text::percent;
 
 /// The estimate at some points.
 pub struct Evaluation {

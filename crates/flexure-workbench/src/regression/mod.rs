@@ -23,6 +23,7 @@ pub use band::{BandMethod, BandOptions};
 pub use data::{Columns, Data};
 pub use diagnosis::Diagnosis;
 pub use evaluation::{BandDescription, Evaluation};
+pub use page::html;
 pub use report::Report;
 pub use validation::Validation;
 

@@ -1,13 +1,14 @@
 //! A regression as the page that shows it.
 
+use anyhow::{Context as _, Result};
 use flexure::identify::result::Score;
 use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
 
-use super::text::{FELL_BACK, fell_back, local_range, local_rule, percent, places, predicted_by, why};
+use super::text::{FELL_BACK, fell_back, local_range, local_rule, places, predicted_by, why};
 use super::{BandDescription, Data, Evaluation, Regression, Report};
 use crate::plots::median;
 use crate::systems::{labelled, score_curve};
-use crate::text::{capitalised, kernel_text, list, number};
+use crate::text::{capitalised, kernel_text, list, number, percent};
 
 /// Points of the curve.
 const CURVE: usize = 301;
@@ -18,8 +19,14 @@ const SLICE: usize = 121;
 /// Places of the residuals' running mean and spread.
 const RUNNING: usize = 41;
 
+/// The page that shows everything that a report says. `own_grid` says that the points that were asked for are a grid over the data,
+/// which the page then shows; `command` makes the page again.
+pub fn html(report: &Report, own_grid: bool, command: Option<String>) -> Result<String> {
+    flexure_report::render_regression(&page(report, own_grid, command)?).context("the report")
+}
+
 /// Fills in the page; the evaluation of the report is its curve where that is a grid over the data's range.
-pub fn page(report: &Report, own_grid: bool, command: Option<String>) -> flexure::Result<RegressionPage> {
+fn page(report: &Report, own_grid: bool, command: Option<String>) -> flexure::Result<RegressionPage> {
     let (data, rows) = (report.data, &report.diagnosis.rows);
     let (x_names, y_name) = (data.names.x.join(", "), &data.names.y);
     let one = data.x.len() == 1;
@@ -78,7 +85,10 @@ fn facts(report: &Report, band: Option<&BandDescription>) -> Vec<Fact> {
         known if known.is_finite() => format!("{known:.3}"),
         _ => "not known".to_owned(),
     };
-    let share = format!("share of the variance that is predicted, by {}", predicted_by(report));
+    let share = format!(
+        "share of the variance that is predicted, by {}",
+        predicted_by(validation, &report.diagnosis)
+    );
     let by = format!("root mean square, by {}", validation.by);
     let mut facts = vec![
         Fact::new("R squared", r_squared, share),

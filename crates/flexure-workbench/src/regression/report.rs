@@ -1,15 +1,14 @@
-//! A regression with all that is said of it: as text, JSON, page and record.
+//! A regression with all that is said of it: as text and JSON.
 
-use anyhow::{Context as _, Result};
 use flexure::identify::result::Values;
 use flexure::nonlinearity::{LocalWindow, Side, Tuning};
 use serde_json::{Value, json};
 
-use super::text::{FELL_BACK, fell_back, judged, local_range, local_rule, percent, places, why};
+use super::text::{FELL_BACK, fell_back, judged, local_range, local_rule, places, why};
 use super::warnings::Subject;
-use super::{BandOptions, Data, Diagnosis, Evaluation, Regression, Validation, page};
+use super::{BandOptions, Data, Diagnosis, Evaluation, Regression, Validation};
 use crate::Spelling;
-use crate::text::{capitalised, kernel_text, list, number};
+use crate::text::{capitalised, kernel_text, list, number, percent};
 
 /// A regression, and what a reader needs to judge it.
 pub struct Report<'a> {
@@ -63,12 +62,6 @@ impl<'a> Report<'a> {
     /// The estimate at other points.
     pub(super) fn evaluate(&self, at: Vec<Vec<f64>>) -> flexure::Result<Evaluation> {
         self.regression.evaluate(self.data, &self.band, at)
-    }
-
-    /// The page that shows everything. `own_grid` says that the points that were asked for are a grid over the data, which the page then
-    /// shows; `command` makes the page again.
-    pub fn html(&self, own_grid: bool, command: Option<String>) -> Result<String> {
-        flexure_report::render_regression(&page::page(self, own_grid, command)?).context("the report")
     }
 
     /// The object that `flexure regress --json` prints, without its files.
@@ -161,7 +154,7 @@ impl<'a> Report<'a> {
             lines.push(format!("  local bandwidths    {FELL_BACK}"));
         }
         lines.extend([
-            format!("  R squared           {}", judged(self)),
+            format!("  R squared           {}", judged(&self.validation, &self.diagnosis)),
             format!(
                 "  residuals           standard deviation {}, {} rows",
                 number(self.validation.residual_sd),

@@ -2,7 +2,7 @@
 
 use flexure::nonlinearity::{EstimatorName, LocalBandwidths, Tuning};
 
-use super::{Regression, Report};
+use super::{Diagnosis, Regression, Validation};
 use crate::plots::extent;
 use crate::text::number;
 
@@ -58,22 +58,22 @@ pub fn local_range(local: &LocalBandwidths) -> String {
 }
 
 /// R squared with what has to be known with it.
-pub fn judged(report: &Report) -> String {
-    let r_squared = report.validation.r_squared;
+pub fn judged(validation: &Validation, diagnosis: &Diagnosis) -> String {
+    let r_squared = validation.r_squared;
     if !r_squared.is_finite() {
         return "not known  (too few rows to predict any of them from the others)".to_owned();
     }
     format!(
         "{r_squared:.4}  ({}; RMS error {})",
-        predicted_by(report),
-        number(report.validation.rms)
+        predicted_by(validation, diagnosis),
+        number(validation.rms)
     )
 }
 
 /// How rows were predicted from the others, and which were not.
-pub fn predicted_by(report: &Report) -> String {
-    let (by, unpredicted) = (report.validation.by, report.validation.unpredicted);
-    let (alone, rows) = (report.diagnosis.alone, report.diagnosis.rows.len());
+pub fn predicted_by(validation: &Validation, diagnosis: &Diagnosis) -> String {
+    let (by, unpredicted) = (validation.by, validation.unpredicted);
+    let (alone, rows) = (diagnosis.alone, diagnosis.rows.len());
     match (alone, unpredicted) {
         (0, 0) => by.to_owned(),
         (0, _) => format!("{by}, without the {unpredicted} of {rows} rows that could not be predicted"),
@@ -88,10 +88,4 @@ pub fn why(regression: &Regression) -> String {
         (_, Some(scores)) => scores.smallest(scores.criterion),
         (Tuning::FromData(_), None) => "by the plug-in rule".to_owned(),
     }
-}
-
-/// A level in percent.
-pub fn percent(level: f64) -> String {
-    let rounded = (level * 1e4).round() / 1e2;
-    rounded.to_string()
 }
