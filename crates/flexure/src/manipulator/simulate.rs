@@ -92,120 +92,165 @@ pub fn simulate_watched(
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Record> {
     arm.check_initial(&options.initial)?;
-    let SimulationOptions {
-        sampling,
-        initial,
-        tolerances,
-    } = options;
-    let mut rows = Rows::default();
     let flexible = arm.model() != Model::Rigid;
-    let links = [initial.q[0], initial.q[1], initial.dq[0], initial.dq[1]];
-    match drive {
-        Drive::Held(torque) => {
-            check_samples(["tau1", "tau2"], torque, sampling.rows())?;
-            let input = |k: usize| [torque[0][k], torque[1][k]];
-            if flexible {
-                run_held(
-                    &mut Dop853::new(0.0, initial.to_array(), *tolerances)?,
-                    |x, tau: &[f64; 2]| arm.derivative(x, *tau),
-                    |k, _| input(k),
-                    sampling,
-                    &mut |_, x, tau| rows.push(*tau, State::from_array(*x)),
-                    watch,
-                )?;
-            } else {
-                run_held(
-                    &mut Dop853::new(0.0, links, *tolerances)?,
-                    |x, tau: &[f64; 2]| arm.rigid_derivative(x, *tau),
-                    |k, _| input(k),
-                    sampling,
-                    &mut |_, x, tau| rows.push(*tau, link_state(x)),
-                    watch,
-                )?;
-            }
-        }
-        Drive::Servo { reference, gains } => {
-            check_samples(["r1", "r2"], reference, sampling.rows())?;
-            let servo = |k: usize, q: [f64; 2], dq: [f64; 2]| {
-                [0, 1].map(|i| gains[i][0] * (reference[i][k] - q[i]) - gains[i][1] * dq[i])
-            };
-            if flexible {
-                run_held(
-                    &mut Dop853::new(0.0, initial.to_array(), *tolerances)?,
-                    |x, tau: &[f64; 2]| arm.derivative(x, *tau),
-                    |k, x| servo(k, [x[2], x[3]], [x[6], x[7]]),
-                    sampling,
-                    &mut |_, x, tau| rows.push(*tau, State::from_array(*x)),
-                    watch,
-                )?;
-            } else {
-                run_held(
-                    &mut Dop853::new(0.0, links, *tolerances)?,
-                    |x, tau: &[f64; 2]| arm.rigid_derivative(x, *tau),
-                    |k, x| servo(k, [x[0], x[1]], [x[2], x[3]]),
-                    sampling,
-                    &mut |_, x, tau| rows.push(*tau, link_state(x)),
-                    watch,
-                )?;
-            }
-        }
-        Drive::Torque(torque) => {
-            if flexible {
-                run_continuous(
-                    &mut Dop853::new(0.0, initial.to_array(), *tolerances)?,
-                    |t, x| arm.derivative(x, torque(t)),
-                    sampling,
-                    &mut |k, x| rows.push(torque(sampling.instant(k)), State::from_array(*x)),
-                    watch,
-                )?;
-            } else {
-                run_continuous(
-                    &mut Dop853::new(0.0, links, *tolerances)?,
-                    |t, x| arm.rigid_derivative(x, torque(t)),
-                    sampling,
-                    &mut |k, x| rows.push(torque(sampling.instant(k)), link_state(x)),
-                    watch,
-                )?;
-            }
-        }
-        Drive::Deflection(deflection) => {
-            arm.check_deflection()?;
-            check_samples(["d1", "d2"], deflection, sampling.rows())?;
-            let command = |k: usize| {
-                [0, 1].map(|i| {
-                    if arm.free[i] {
-                        deflection[i][k]
-                    } else {
-                        initial.qm[i] - initial.q[i]
-                    }
-                })
-            };
-            run_held(
-                &mut Dop853::new(0.0, links, *tolerances)?,
-                |x, d: &[f64; 2]| arm.deflected_derivative(x, *d),
-                |k, _| command(k),
-                sampling,
-                &mut |_, x, d| {
-                    let [_, _, a1, a2] = arm.deflected_derivative(x, *d);
-                    let mut state = link_state(x);
-                    state.qm = [state.q[0] + d[0], state.q[1] + d[1]];
-                    state.dqm = state.dq;
-                    rows.push(arm.holding_torque([a1, a2], *d), state);
-                },
-                watch,
-            )?;
-        }
-    }
-    rows.into_record(sampling, flexible)
+    let rows = match flexible {
+        true => driven(&Flexible(arm), drive, options, watch)?,
+        false => driven(&Rigid(arm), drive, options, watch)?,
+    };
+    rows.into_record(&options.sampling, flexible)
 }
 
-/// The links' part of a state, from `[q1, q2, q1', q2']`.
-fn link_state(x: &[f64; 4]) -> State {
-    State {
-        q: [x[0], x[1]],
-        dq: [x[2], x[3]],
-        ..State::default()
+/// The equations of motion of an arm, in a state vector of `N` components.
+trait EquationsOfMotion<const N: usize> {
+    /// The arm that moves.
+    fn arm(&self) -> &Arm;
+
+    /// The derivative of the state under the torques `tau`.
+    fn derivative(&self, x: &[f64; N], tau: [f64; 2]) -> [f64; N];
+
+    /// The components of a state.
+    fn vector(state: &State) -> [f64; N];
+
+    /// The state with these components.
+    fn state(x: &[f64; N]) -> State;
+}
+
+/// An arm of flexible joints: x = `[q1, q2, qm1, qm2, q1', q2', qm1', qm2']`.
+struct Flexible<'a>(&'a Arm);
+
+impl EquationsOfMotion<8> for Flexible<'_> {
+    fn arm(&self) -> &Arm {
+        self.0
     }
+
+    fn derivative(&self, x: &[f64; 8], tau: [f64; 2]) -> [f64; 8] {
+        self.0.derivative(x, tau)
+    }
+
+    fn vector(state: &State) -> [f64; 8] {
+        state.to_array()
+    }
+
+    fn state(x: &[f64; 8]) -> State {
+        State::from_array(*x)
+    }
+}
+
+/// An arm of rigid joints, whose motors move with the links: x = `[q1, q2, q1', q2']`.
+struct Rigid<'a>(&'a Arm);
+
+impl EquationsOfMotion<4> for Rigid<'_> {
+    fn arm(&self) -> &Arm {
+        self.0
+    }
+
+    fn derivative(&self, x: &[f64; 4], tau: [f64; 2]) -> [f64; 4] {
+        self.0.rigid_derivative(x, tau)
+    }
+
+    fn vector(state: &State) -> [f64; 4] {
+        [state.q[0], state.q[1], state.dq[0], state.dq[1]]
+    }
+
+    fn state(x: &[f64; 4]) -> State {
+        let (q, dq) = ([x[0], x[1]], [x[2], x[3]]);
+        State { q, qm: q, dq, dqm: dq }
+    }
+}
+
+/// The rows of an arm that `drive` moves.
+fn driven<const N: usize>(
+    equations: &impl EquationsOfMotion<N>,
+    drive: &Drive,
+    options: &SimulationOptions,
+    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Rows> {
+    let rows = options.sampling.rows();
+    match drive {
+        Drive::Held(torque) => {
+            check_samples(["tau1", "tau2"], torque, rows)?;
+            held(equations, |k, _| [torque[0][k], torque[1][k]], options, watch)
+        }
+        Drive::Servo { reference, gains } => {
+            check_samples(["r1", "r2"], reference, rows)?;
+            let servo = |k: usize, at: State| {
+                [0, 1].map(|i| gains[i][0] * (reference[i][k] - at.qm[i]) - gains[i][1] * at.dqm[i])
+            };
+            held(equations, servo, options, watch)
+        }
+        Drive::Torque(torque) => continuous(equations, torque, options, watch),
+        Drive::Deflection(deflection) => deflected(equations.arm(), deflection, options, watch),
+    }
+}
+
+/// Torques that are held over each row; `torque` gives those of a row in the state at its instant.
+fn held<const N: usize, E: EquationsOfMotion<N>>(
+    equations: &E,
+    torque: impl Fn(usize, State) -> [f64; 2],
+    options: &SimulationOptions,
+    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Rows> {
+    let mut rows = Rows::default();
+    run_held(
+        &mut Dop853::new(0.0, E::vector(&options.initial), options.tolerances)?,
+        |x, tau: &[f64; 2]| equations.derivative(x, *tau),
+        |k, x| torque(k, E::state(x)),
+        &options.sampling,
+        &mut |_, x, tau| rows.push(*tau, E::state(x)),
+        watch,
+    )?;
+    Ok(rows)
+}
+
+/// Torques that are a continuous function of the time.
+fn continuous<const N: usize, E: EquationsOfMotion<N>>(
+    equations: &E,
+    torque: &(dyn Fn(f64) -> [f64; 2] + Sync),
+    options: &SimulationOptions,
+    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Rows> {
+    let mut rows = Rows::default();
+    run_continuous(
+        &mut Dop853::new(0.0, E::vector(&options.initial), options.tolerances)?,
+        |t, x| equations.derivative(x, torque(t)),
+        &options.sampling,
+        &mut |k, x| rows.push(torque(options.sampling.instant(k)), E::state(x)),
+        watch,
+    )?;
+    Ok(rows)
+}
+
+/// Deflections that are held over each row. The links have the state of a rigid arm, and the motors follow them.
+fn deflected(
+    arm: &Arm,
+    deflection: &[&[f64]; 2],
+    options: &SimulationOptions,
+    watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Rows> {
+    arm.check_deflection()?;
+    check_samples(["d1", "d2"], deflection, options.sampling.rows())?;
+    let initial = &options.initial;
+    let command = |k: usize| {
+        [0, 1].map(|i| match arm.free[i] {
+            true => deflection[i][k],
+            false => initial.qm[i] - initial.q[i],
+        })
+    };
+    let mut rows = Rows::default();
+    run_held(
+        &mut Dop853::new(0.0, Rigid::vector(initial), options.tolerances)?,
+        |x, d: &[f64; 2]| arm.deflected_derivative(x, *d),
+        |k, _| command(k),
+        &options.sampling,
+        &mut |_, x, d| {
+            let [_, _, a1, a2] = arm.deflected_derivative(x, *d);
+            let links = Rigid::state(x);
+            let qm = [links.q[0] + d[0], links.q[1] + d[1]];
+            rows.push(arm.holding_torque([a1, a2], *d), State { qm, ..links });
+        },
+        watch,
+    )?;
+    Ok(rows)
 }
 
 impl Arm {
