@@ -140,46 +140,81 @@ pub fn choose_bandwidth(
     if let Some(weights) = weights {
         check_weights(weights, x.len(), 3)?;
     }
-    let sorted = || Sorted::new(x, y, weights);
-    let made = |rule, search, score, details| BandwidthChoice {
-        rule,
+    let problem = BandwidthProblem {
         kernel,
         degree,
-        search,
-        score,
-        details,
+        x,
+        y,
+        weights,
     };
-    Ok(match rule {
-        BandwidthRule::LeaveOneOut => made(
-            rule,
-            BandwidthSearch::search(kernel, degree, x, y, weights)?,
+    match rule {
+        BandwidthRule::LeaveOneOut => problem.leave_one_out(),
+        BandwidthRule::Generalized => Ok(problem.generalized()),
+        BandwidthRule::HBlock { gap } => problem.h_block(gap),
+        BandwidthRule::PlugIn => problem.plug_in(),
+        BandwidthRule::WildBootstrap => problem.wild_bootstrap(),
+        BandwidthRule::BlockBootstrap {
+            block,
+            replicates,
+            seed,
+        } => problem.block_bootstrap(BlockResampling {
+            block,
+            replicates,
+            seed,
+        }),
+    }
+}
+
+/// The estimate whose bandwidth is to be chosen, and its points.
+struct BandwidthProblem<'a> {
+    kernel: Kernel,
+    degree: Degree,
+    x: &'a [f64],
+    y: &'a [f64],
+    weights: Option<&'a [f64]>,
+}
+
+impl BandwidthProblem<'_> {
+    fn leave_one_out(&self) -> Result<BandwidthChoice> {
+        Ok(self.made(
+            BandwidthRule::LeaveOneOut,
+            BandwidthSearch::search(self.kernel, self.degree, self.x, self.y, self.weights)?,
             "leave-one-out error",
             "smallest exact leave-one-out cross-validation error".to_owned(),
-        ),
-        BandwidthRule::Generalized => made(
-            rule,
-            generalized(kernel, degree, &sorted()),
+        ))
+    }
+
+    fn generalized(&self) -> BandwidthChoice {
+        self.made(
+            BandwidthRule::Generalized,
+            generalized(self.kernel, self.degree, &self.sorted()),
             "generalised cross-validation score",
             "smallest generalised cross-validation score".to_owned(),
-        ),
-        BandwidthRule::HBlock { gap } => {
-            let from = if gap.is_some() {
-                "as given"
-            } else {
-                "from the autocorrelation"
-            };
-            let gap = gap.unwrap_or_else(|| gap_from_data(x, y).min((x.len() / 2).saturating_sub(2)));
-            made(
-                BandwidthRule::HBlock { gap: Some(gap) },
-                InTime::new(x, y, weights, gap)?.search(kernel, degree),
-                "h-block cross-validation error",
-                format!(
-                    "smallest cross-validation error when every sample is predicted from those more than {gap} samples \
-                     away in time (the gap {from})"
-                ),
-            )
-        }
-        BandwidthRule::PlugIn if degree != Degree::Linear => {
+        )
+    }
+
+    fn h_block(&self, gap: Option<usize>) -> Result<BandwidthChoice> {
+        let from = if gap.is_some() {
+            "as given"
+        } else {
+            "from the autocorrelation"
+        };
+        let (x, y) = (self.x, self.y);
+        let gap = gap.unwrap_or_else(|| gap_from_data(x, y).min((x.len() / 2).saturating_sub(2)));
+        Ok(self.made(
+            BandwidthRule::HBlock { gap: Some(gap) },
+            InTime::new(x, y, self.weights, gap)?.search(self.kernel, self.degree),
+            "h-block cross-validation error",
+            format!(
+                "smallest cross-validation error when every sample is predicted from those more than {gap} samples \
+                 away in time (the gap {from})"
+            ),
+        ))
+    }
+
+    fn plug_in(&self) -> Result<BandwidthChoice> {
+        let rule = BandwidthRule::PlugIn;
+        if self.degree != Degree::Linear {
             return Err(Error::Parameter(ParameterError::RuleUnsuited {
                 rule: rule.name(),
                 estimator: "kernel regression",
@@ -187,41 +222,56 @@ pub fn choose_bandwidth(
                 instead: "it is made for the local line; take that, or another rule",
             }));
         }
-        BandwidthRule::PlugIn => {
-            let found = PlugIn::from_data(&sorted())?;
-            let bandwidth = found.bandwidth_for(kernel);
-            let search = BandwidthSearch {
-                bandwidth,
-                curve: Vec::<Score>::new(),
-                at_edge: found.at_edge,
-                binning: None,
-            };
-            made(rule, search, "", found.description())
-        }
-        BandwidthRule::WildBootstrap => {
-            let (search, details) = bootstrap::wild(kernel, degree, x, y, weights)?;
-            made(rule, search, "wild bootstrap's mean squared error", details)
-        }
-        BandwidthRule::BlockBootstrap {
+        let plug_in = PlugIn::from_data(&self.sorted())?;
+        let search = BandwidthSearch {
+            bandwidth: plug_in.bandwidth_for(self.kernel),
+            curve: Vec::<Score>::new(),
+            at_edge: plug_in.at_edge,
+            binning: None,
+        };
+        Ok(self.made(rule, search, "", plug_in.description()))
+    }
+
+    fn wild_bootstrap(&self) -> Result<BandwidthChoice> {
+        let (search, details) = bootstrap::wild(self.kernel, self.degree, self.x, self.y, self.weights)?;
+        let score = "wild bootstrap's mean squared error";
+        Ok(self.made(BandwidthRule::WildBootstrap, search, score, details))
+    }
+
+    fn block_bootstrap(&self, resampling: BlockResampling) -> Result<BandwidthChoice> {
+        let seed = resampling.seed;
+        let (search, used, details) =
+            bootstrap::moving_block(resampling, self.kernel, self.degree, [self.x, self.y], self.weights)?;
+        let [block, replicates] = used.map(Some);
+        let rule = BandwidthRule::BlockBootstrap {
             block,
             replicates,
             seed,
-        } => {
-            let resampling = BlockResampling {
-                block,
-                replicates,
-                seed,
-            };
-            let (search, used, details) = bootstrap::moving_block(resampling, kernel, degree, [x, y], weights)?;
-            let [block, replicates] = used.map(Some);
-            let rule = BandwidthRule::BlockBootstrap {
-                block,
-                replicates,
-                seed,
-            };
-            made(rule, search, "block bootstrap's mean squared error", details)
+        };
+        Ok(self.made(rule, search, "block bootstrap's mean squared error", details))
+    }
+
+    fn sorted(&self) -> Sorted {
+        Sorted::new(self.x, self.y, self.weights)
+    }
+
+    /// The choice by a rule, whose score has this name.
+    fn made(
+        &self,
+        rule: BandwidthRule,
+        search: BandwidthSearch,
+        score: &'static str,
+        details: String,
+    ) -> BandwidthChoice {
+        BandwidthChoice {
+            rule,
+            kernel: self.kernel,
+            degree: self.degree,
+            search,
+            score,
+            details,
         }
-    })
+    }
 }
 
 #[cfg(test)]
