@@ -162,38 +162,33 @@ impl BootstrapBand {
             scheme: self.scheme,
             block,
         };
-        let total = 2 * PROBES + self.resamples;
         let mut rounds = Rounds {
             done: 0,
-            total,
+            total: 2 * PROBES + self.resamples,
             progress,
         };
         let probes = rounds.run(PROBES, 2, |k| world.probe(&sample, seed_of(!self.seed, k)))?;
-        let known = Known::new(
-            &probes,
-            block.map_or(f64::INFINITY, |length| y.len() as f64 / length as f64),
-        );
+        let blocks = block.map_or(f64::INFINITY, |length| y.len() as f64 / length as f64);
+        let known = Known::new(&probes, blocks);
         let resamples = rounds.run(self.resamples, 1, |k| world.resample(&sample, seed_of(self.seed, k)))?;
         let deviation = |(v, m): (&f64, &f64)| known.widening * (v - m);
-        let deviations: Vec<Vec<f64>> = resamples
-            .iter()
-            .map(|values| values.iter().zip(&original.at).map(deviation).collect())
-            .collect();
-        let errors: Vec<f64> = (0..original.at.len()).map(|j| spread(&deviations, j)).collect();
-        let factors = self.factors(&deviations, &errors);
-        let factor: Vec<f64> = factors
-            .iter()
-            .zip(&known.freedom)
-            .map(|(f, n)| student(*f, *n))
-            .collect();
-        let points = at.iter().map(|column| column.to_vec()).collect();
-        Ok(Band::around(
-            points,
-            [estimate, original.at, errors],
-            &factor,
-            (self.level, self.kind),
-            self.description(block),
-        ))
+        let of_resample = |values: &Vec<f64>| values.iter().zip(&original.at).map(deviation).collect();
+        let deviations: Vec<Vec<f64>> = resamples.iter().map(of_resample).collect();
+        let band = Band {
+            x: at.iter().map(|column| column.to_vec()).collect(),
+            estimate,
+            standard_error: (0..original.at.len()).map(|j| spread(&deviations, j)).collect(),
+            centre: original.at,
+            lower: Vec::new(),
+            upper: Vec::new(),
+            level: self.level,
+            kind: self.kind,
+            method: self.description(block),
+        };
+        let factors = self.factors(&deviations, &band.standard_error);
+        let factors = factors.iter().zip(&known.freedom).map(|(f, n)| student(*f, *n));
+        let factors: Vec<f64> = factors.collect();
+        Ok(band.with_limits(&factors))
     }
 
     fn block_length(&self, residuals: &[f64]) -> Result<Option<usize>> {

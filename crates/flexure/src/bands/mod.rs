@@ -106,28 +106,16 @@ pub struct Band {
 }
 
 impl Band {
-    /// Limits `factor` standard errors on either side of the centre.
-    fn around(
-        x: Vec<Vec<f64>>,
-        [estimate, centre, standard_error]: [Vec<f64>; 3],
-        factor: &[f64],
-        (level, kind): (f64, BandKind),
-        method: String,
-    ) -> Self {
+    /// This band with its limits `factor` standard errors on either side of its centre.
+    fn with_limits(self, factor: &[f64]) -> Self {
         let limit = |sign: f64| -> Vec<f64> {
-            let widths = standard_error.iter().zip(factor).map(|(e, f)| sign * e * f);
-            centre.iter().zip(widths).map(|(c, w)| c + w).collect()
+            let widths = self.standard_error.iter().zip(factor).map(|(e, f)| sign * e * f);
+            self.centre.iter().zip(widths).map(|(c, w)| c + w).collect()
         };
         Band {
-            x,
             lower: limit(-1.0),
             upper: limit(1.0),
-            estimate,
-            centre,
-            standard_error,
-            level,
-            kind,
-            method,
+            ..self
         }
     }
 }

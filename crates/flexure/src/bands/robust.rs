@@ -123,17 +123,18 @@ impl RobustBand {
         let of = |f: &dyn Fn(&Corrected) -> f64| -> Vec<f64> {
             corrected.iter().map(|c| c.as_ref().map_or(f64::NAN, f)).collect()
         };
-        Ok(Band::around(
-            vec![at.to_vec()],
-            [
-                fit.predict(at),
-                of(&|c| data.mean + c.value),
-                of(&|c| c.variance.sqrt()),
-            ],
-            &of(&|c| student(normal_quantile, c.freedom)),
-            (self.level, self.kind),
-            self.description(),
-        ))
+        let band = Band {
+            x: vec![at.to_vec()],
+            estimate: fit.predict(at),
+            centre: of(&|c| data.mean + c.value),
+            standard_error: of(&|c| c.variance.sqrt()),
+            lower: Vec::new(),
+            upper: Vec::new(),
+            level: self.level,
+            kind: self.kind,
+            method: self.description(),
+        };
+        Ok(band.with_limits(&of(&|c| student(normal_quantile, c.freedom))))
     }
 
     /// The parameters must be in their ranges.
@@ -215,7 +216,11 @@ impl Smoother<'_> {
                 q,
                 range: wide.range.clone(),
                 narrow: None,
-                wide: (self.wide, wide, at),
+                wide: Part {
+                    window: self.wide,
+                    polynomial: wide,
+                    dual: at,
+                },
             });
         }
         let degree = match self.degree {
@@ -235,8 +240,16 @@ impl Smoother<'_> {
         Some(Weights {
             q,
             range: wide.range.start.min(narrow.range.start)..wide.range.end.max(narrow.range.end),
-            narrow: Some((self.narrow, narrow, narrow_at)),
-            wide: (self.wide, wide, correction),
+            narrow: Some(Part {
+                window: self.narrow,
+                polynomial: narrow,
+                dual: narrow_at,
+            }),
+            wide: Part {
+                window: self.wide,
+                polynomial: wide,
+                dual: correction,
+            },
         })
     }
 }
@@ -251,22 +264,34 @@ struct Weights<'a> {
     wide: Part<'a>,
 }
 
-/// A window, its polynomial, and by how much each of the basis functions counts.
-type Part<'a> = (Window<'a>, LocalPolynomial, [f64; 3]);
+/// What a local polynomial contributes to the weights.
+struct Part<'a> {
+    window: Window<'a>,
+    polynomial: LocalPolynomial,
+    /// By how much each of the basis functions counts.
+    dual: [f64; 3],
+}
+
+impl Part<'_> {
+    /// The share of the weight at `q` of an ordinate at `x`.
+    #[inline(always)]
+    fn at(&self, q: f64, x: f64) -> f64 {
+        self.window.kernel.weight((q - x) / self.window.h) * dot(self.polynomial.basis(x), self.dual)
+    }
+}
 
 impl Weights<'_> {
     /// The weight of an ordinate at `x` of weight 1.
     #[inline(always)]
     fn at(&self, x: f64) -> f64 {
-        let of =
-            |(window, fit, dual): &Part<'_>| window.kernel.weight((self.q - x) / window.h) * dot(fit.basis(x), *dual);
+        let of = |part: &Part<'_>| part.at(self.q, x);
         of(&self.wide) + self.narrow.as_ref().map_or(0.0, of)
     }
 
     /// The weight of ordinate `i`.
     #[inline(always)]
     fn of(&self, i: usize) -> f64 {
-        let data = self.wide.0.data;
+        let data = self.wide.window.data;
         data.weight(i) * self.at(data.x[i])
     }
 }
