@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::data::{ArmMotion, Choice, Fact, LinearPart, Page, ScoreCurve, Table, Test, Verdict};
+use crate::data::{ArmMotion, Choice, Fact, LinearPart, Page, Residuals, ScoreCurve, Table, Test, Verdict};
 use crate::limits;
 use crate::payload::Payload;
 
@@ -118,18 +118,13 @@ struct ArmText {
 
 /// The page's text; `payload` says which plots there will be.
 pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
-    let residuals = &page.residuals;
-    let (auto, cross) = (
-        residuals.autocorrelation.len() > 1,
-        !residuals.cross_correlation.is_empty(),
-    );
     Text {
         title: &page.title,
         subtitle: &page.subtitle,
         verdict: &page.verdict,
         facts: &page.facts,
         warnings: &page.warnings,
-        tests: residuals.tests.iter().map(row).collect(),
+        tests: page.residuals.tests.iter().map(row).collect(),
         choices: choices(&page.choices, &payload.scores),
         nonlinearity: payload
             .nonlinearity
@@ -165,11 +160,7 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             samples: count(page.prediction.measured.len()),
             bucket: plot.time.bucket,
         }),
-        residuals: ResidualText {
-            any: auto || cross || !residuals.tests.is_empty(),
-            auto,
-            cross,
-        },
+        residuals: residuals(&page.residuals),
         record: payload.record.as_ref().map(|plot| record(page, plot.time.bucket)),
         arm: payload
             .arm
@@ -178,6 +169,18 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             .map(|(_, motion)| arm(motion)),
         command: page.command.as_deref(),
         version: env!("CARGO_PKG_VERSION"),
+    }
+}
+
+fn residuals(residuals: &Residuals) -> ResidualText {
+    let (auto, cross) = (
+        residuals.autocorrelation.len() > 1,
+        !residuals.cross_correlation.is_empty(),
+    );
+    ResidualText {
+        any: auto || cross || !residuals.tests.is_empty(),
+        auto,
+        cross,
     }
 }
 
