@@ -42,11 +42,13 @@ mod surface;
 
 pub use crate::model::{NarxModel, NarxTerm, VolterraModel};
 pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison};
-pub use hammerstein::{Calibration, HAMMERSTEIN, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag};
+pub use hammerstein::{
+    Calibration, HAMMERSTEIN, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag,
+};
 pub use outcome::{Verdict, Warning};
 pub use reference::{DecayPrior, NARX, VOLTERRA};
 pub use registry::structures;
-pub use request::{HammersteinMethod, Options, Progress, Request, Structure};
+pub use request::{Options, Progress, Request, Structure};
 pub use result::{Identification, StructureName};
 pub use structures::{HAMMERSTEIN_WIENER, LINEAR, MULTIPLE_INPUTS, PARALLEL, WIENER, WIENER_HAMMERSTEIN};
 pub use surface::JOINT_INPUTS;

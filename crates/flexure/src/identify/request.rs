@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::ops::{ControlFlow, RangeInclusive};
 
 use super::block::{Monitor, Prepared};
-use super::hammerstein::{PlainHammerstein, RefinedHammerstein};
+use super::hammerstein::options::{HammersteinMethod, RefinedHammerstein};
 use super::result::{Identification, StructureName};
 use super::samples::{Samples, refuse_repeated};
 use crate::error::{Error, Result};
@@ -168,13 +168,4 @@ impl Default for Options {
     fn default() -> Self {
         Options::with_fresh_share(0.25)
     }
-}
-
-/// A method for a Hammerstein system with the choices that were given; the others are made from data.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum HammersteinMethod {
-    /// Prediction error over both blocks.
-    Refined(RefinedHammerstein),
-    /// The paper's.
-    Plain(PlainHammerstein),
 }

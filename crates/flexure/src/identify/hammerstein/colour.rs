@@ -11,11 +11,12 @@
 
 use std::ops::Range;
 
+use super::Estimate;
 use super::correlation::{ImpulseResponse, Psi};
 use super::delay::Lags;
 use super::limits::{COLOUR_PASSES, LARGEST_ORDER, LIMIT_QUANTILE, MOST_DECONVOLVED, RIDGE, SAMPLES_PER_UNKNOWN};
+use super::options::PlainHammerstein;
 use super::regression::NonlinearityEstimate;
-use super::{Estimate, PlainHammerstein};
 use crate::error::Result;
 use crate::linalg;
 use crate::linear::correlation::{cross_covariance, variance};

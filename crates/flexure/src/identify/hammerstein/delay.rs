@@ -12,34 +12,10 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::PlainHammerstein;
 use super::limits::{CLIP, DEGREES, DEPENDENT, FALSE_ALARM, MOST_LAGS, SAMPLES_PER_LAG};
+use super::options::{PlainHammerstein, RegressionLag};
 use crate::identify::outcome::Warning;
 use crate::linear::correlation::{cross_covariance, mean, variance};
-
-/// Which lag the output is regressed at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum RegressionLag {
-    /// The lag of the strongest dependence: every lag gives phi up to scale and offset, this one with
-    /// the least noise.
-    #[default]
-    Strongest,
-    /// The delay itself, as in the paper.
-    Delay,
-    /// A given lag.
-    At(usize),
-}
-
-impl RegressionLag {
-    /// The lag, where the dependence is strongest at `strongest`.
-    pub(super) fn resolve(self, strongest: usize, delay: usize) -> usize {
-        match self {
-            RegressionLag::Strongest => strongest.max(delay),
-            RegressionLag::Delay => delay,
-            RegressionLag::At(j) => j,
-        }
-    }
-}
 
 /// The lags that the following steps work at.
 pub(super) struct Lags {

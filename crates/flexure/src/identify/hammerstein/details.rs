@@ -1,8 +1,9 @@
 //! What a reader is shown of the steps: parameter, delay, correlation and order, each with the reason for its choice.
 
+use super::Estimate;
 use super::correlation::Psi;
+use super::options::{PlainHammerstein, RegressionLag};
 use super::realisation::ChosenOrder;
-use super::{Estimate, PlainHammerstein, RegressionLag};
 use crate::identify::result::{BlockKind, Detail, LinearBlock, NamedBlock, Place, Score, StaticBlock, Values};
 use crate::text::{capitalised, number, short};
 

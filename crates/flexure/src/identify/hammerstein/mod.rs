@@ -45,13 +45,14 @@ mod correlation;
 pub(super) mod delay;
 mod details;
 mod limits;
+pub(super) mod options;
 mod realisation;
 mod refined;
 mod regression;
 
 use super::checks::{self, both_vary, fresh_part, warn_if_useless, warn_of_levels, warn_of_range};
 use super::outcome::{Verdict, Warning};
-use super::request::{HammersteinMethod, Options, Progress, Request, Structure};
+use super::request::{Options, Progress, Request, Structure};
 use super::result::{Identification, ImpulseEstimate, LinearBlock, StaticBlock, StructureName};
 use super::run::{Run, announce, path};
 use super::samples::Samples;
@@ -59,16 +60,15 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
-use crate::nonlinearity::{EstimatorName, Kernel};
 use crate::record::Record;
 pub use calibration::Calibration;
 use calibration::{Calibrated, Uncalibrated};
 use delay::Lags;
-pub use delay::RegressionLag;
 use limits::BAND_QUANTILE;
 pub use limits::{FEWEST_SAMPLES, LARGEST_ORDER, MOST_ORDER};
+pub use options::{HammersteinMethod, PlainHammerstein, RefinedHammerstein, RegressionLag};
 use realisation::Realisation;
-pub use refined::{PhysicalForm, RefinedHammerstein};
+pub use refined::PhysicalForm;
 use regression::NonlinearityEstimate;
 
 /// What the band of a kernel estimate allows for.
@@ -107,46 +107,6 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     match &request.options.hammerstein {
         HammersteinMethod::Plain(method) => method.identified(request),
         HammersteinMethod::Refined(method) => method.identified(request),
-    }
-}
-
-/// The paper's algorithm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlainHammerstein {
-    /// The estimator of the nonlinearity; by default the paper's, the kernel's of (21).
-    pub estimator: EstimatorName,
-    /// The weight function of an estimator with a kernel; by default Epanechnikov's.
-    pub kernel: Kernel,
-    /// The estimator's tuning parameter, see [`EstimatorName::parameter`]: for (21) the bandwidth h, in the input's unit. Else it is
-    /// chosen by leave-one-out cross-validation.
-    pub parameter: Option<f64>,
-    /// The order l of the linear part, 0 to 50; else 0 to 8 by Schwarz's criterion.
-    pub order: Option<usize>,
-    /// The delay s in samples, below a quarter of the fitted ones; else the first lag with a significant dependence.
-    pub delay: Option<usize>,
-    /// The lag of the regression; by default that of the strongest dependence.
-    pub regression_lag: RegressionLag,
-    /// The convention for scale and offset; by default unit static gain.
-    pub calibration: Calibration,
-    /// Whether to treat an input that is not white as if it were, as the paper does.
-    pub ignore_colour: bool,
-    /// The share of the record, at its end, that the verdict is made on, 0.05 to 0.9; by default 0.25.
-    pub fresh_share: f64,
-}
-
-impl Default for PlainHammerstein {
-    fn default() -> Self {
-        PlainHammerstein {
-            estimator: EstimatorName::Kernel,
-            kernel: Kernel::default(),
-            parameter: None,
-            order: None,
-            delay: None,
-            regression_lag: RegressionLag::default(),
-            calibration: Calibration::default(),
-            ignore_colour: false,
-            fresh_share: 0.25,
-        }
     }
 }
 

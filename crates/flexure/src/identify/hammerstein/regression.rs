@@ -9,7 +9,7 @@
 //! converges to m(x) in probability for almost all x if h -> 0 (22) and n h -> infinity (23); the error is $O(n^{-p/(2p+1)})$ for phi and density Lipschitz of order p. It needs a stable linear part and
 //! an output of finite variance, (18) to (20).
 
-use super::PlainHammerstein;
+use super::options::PlainHammerstein;
 use crate::error::Result;
 use crate::identify::outcome::Warning;
 use crate::interrupt;

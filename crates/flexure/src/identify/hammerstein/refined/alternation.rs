@@ -8,8 +8,8 @@
 //! fraction is the least-squares estimate, from all these samples, of how far phi(u_n) is from the model. z is what a regression that
 //! knows the linear part would see: the value of phi plus noise that does not depend on the input.
 
+use super::super::options::RefinedHammerstein;
 use super::super::realisation::ChosenOrder;
-use super::RefinedHammerstein;
 use super::basis::select;
 use super::blocks::{Blocks, Observed};
 use super::cells::Cells;

@@ -1,8 +1,8 @@
 //! What a reader is shown of the refined estimate: delay, breakpoints, noise and form, each with the reason for its choice.
 
 use super::super::details::{given_or, of_order};
+use super::super::options::RefinedHammerstein;
 use super::super::realisation::ChosenOrder;
-use super::RefinedHammerstein;
 use super::alternation::Minimum;
 use super::calibrated::CalibratedBlocks;
 use super::form_fit::{FormFit, MemoryRemoved};

@@ -30,7 +30,7 @@ mod descent;
 mod details;
 mod experiments;
 mod form_fit;
-mod forms;
+pub(super) mod forms;
 mod limits;
 mod linear_part;
 mod loss;
@@ -40,18 +40,18 @@ mod stepwise;
 
 use super::calibration::Calibration;
 use super::details::named;
+use super::options::{HammersteinMethod, PlainHammerstein, RefinedHammerstein};
 use super::realisation::ChosenOrder;
-use super::{HAMMERSTEIN, MOST_ORDER, PlainHammerstein};
+use super::{HAMMERSTEIN, MOST_ORDER};
 use crate::error::{Error, Result};
 use crate::identify::checks::{colour, warn_if_useless, warn_of_range};
 use crate::identify::outcome::{Verdict, Warning};
-use crate::identify::request::{HammersteinMethod, Options, Request};
+use crate::identify::request::{Options, Request};
 use crate::identify::result::{BlockKind, Identification, LinearBlock, StaticBlock};
 use crate::identify::run::{Run, path};
 use crate::interrupt;
 use crate::linear::correlation::mean;
 use crate::model::Block;
-use crate::nonlinearity::EstimatorName;
 use crate::record::Record;
 use crate::validation::Estimated;
 use alternation::{Alternation, Minimum, memory};
@@ -62,54 +62,6 @@ use experiments::Experiments;
 pub use forms::PhysicalForm;
 use limits::{OVERFITTED, OVERFITTED_SAMPLES, START_SAMPLES};
 use linear_part::LinearPart;
-
-/// The refined identification of a Hammerstein system.
-///
-/// ```
-/// use flexure::identify::RefinedHammerstein;
-/// use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
-///
-/// let [linear, _] = known_linear_parts();
-/// let system = KnownHammerstein::usual(KnownNonlinearity::DeadZone, linear);
-/// let result = RefinedHammerstein::default().identify(&system.simulate(20_000, 2), "u", "y")?;
-/// assert_eq!((result.delay, result.order), (0, 2));
-/// assert_eq!(result.detail("breakpoints").unwrap().list().len(), 2); // the dead zone's two kinks
-/// # Ok::<(), flexure::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RefinedHammerstein {
-    /// The order of the linear part, 0 to 50; else 0 to 8 by Schwarz's criterion.
-    pub order: Option<usize>,
-    /// The delay s in samples, below a quarter of the fitted ones; else the first clear lag.
-    pub delay: Option<usize>,
-    /// The convention for scale and offset; by default unit static gain.
-    pub calibration: Calibration,
-    /// The estimator of the nonlinearity that the refinement starts from; by default the kernel's, as in (21).
-    pub start: EstimatorName,
-    /// Whether to whiten the output error by an autoregression; by default it is.
-    pub noise_model: bool,
-    /// Whether NaN in the output are missing samples, which are else refused. The error is then not whitened.
-    pub missing: bool,
-    /// The form to fit to the nonlinearity and to test.
-    pub form: Option<PhysicalForm>,
-    /// The share of the samples, at their end, that the verdict is made on, 0.05 to 0.9; by default 0.25.
-    pub fresh_share: f64,
-}
-
-impl Default for RefinedHammerstein {
-    fn default() -> Self {
-        RefinedHammerstein {
-            order: None,
-            delay: None,
-            calibration: Calibration::default(),
-            start: EstimatorName::Kernel,
-            noise_model: true,
-            missing: false,
-            form: None,
-            fresh_share: 0.25,
-        }
-    }
-}
 
 impl RefinedHammerstein {
     /// Identifies the system from `input` to `output`.

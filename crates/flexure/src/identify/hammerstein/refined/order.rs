@@ -3,8 +3,8 @@
 use super::super::LARGEST_ORDER;
 use super::super::colour::deconvolve;
 use super::super::limits::{MOST_DECONVOLVED, SAMPLES_PER_UNKNOWN};
+use super::super::options::RefinedHammerstein;
 use super::super::realisation::{ChosenOrder, OrderSearch, times_upper};
-use super::RefinedHammerstein;
 use super::blocks::Observed;
 use super::limits::{LAGS_BEFORE_DELAY, ORDERS_BEYOND};
 use super::linear_part::LinearPart;
