@@ -7,7 +7,7 @@ use flexure::identify::{
     Calibration, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag, Structure,
 };
 use flexure_io::RecordFile;
-use flexure_workbench::systems::{Decoration, Identified, Task, form};
+use flexure_workbench::systems::{Decoration, Identified, SystemColumns, Task, form};
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, array};
@@ -160,7 +160,11 @@ impl Identification {
             drop(inputs);
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             let stage = |_: &str| interrupt.flow();
-            let identified = task.identify(&file, (&names, &output), sample_time, &experiments, &stage)?;
+            let columns = SystemColumns {
+                inputs: &names,
+                output: &output,
+            };
+            let identified = task.identify(&file, columns, sample_time, &experiments, &stage)?;
             Ok(Session { file, identified })
         })?;
         session

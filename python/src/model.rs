@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::Result;
 use flexure::Record;
 use flexure_io::{ModelFile, RecordFile, model_text, parse_model, read_model, write_model};
-use flexure_workbench::systems::{Judged, predict, simulate};
+use flexure_workbench::systems::{Judged, SystemColumns, predict, simulate};
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, array};
@@ -33,7 +33,7 @@ impl Model {
         py: Python<'_>,
         inputs: Vec<Column>,
         output: Option<Column>,
-        work: impl FnOnce(&ModelFile, &RecordFile, (&[&str], &str)) -> Result<T> + Send + 'static,
+        work: impl FnOnce(&ModelFile, &RecordFile, SystemColumns) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
         let (model, names) = (Arc::clone(&self.0), self.0.inputs.clone());
         let result = interruptible(py, move |_| {
@@ -44,7 +44,11 @@ impl Model {
             }
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             let file = RecordFile::in_memory(record, RECORD);
-            work(&model, &file, (&names, &model.output))
+            let columns = SystemColumns {
+                inputs: &names,
+                output: &model.output,
+            };
+            work(&model, &file, columns)
         })?;
         result.map_err(|error| of_any(&error))
     }
@@ -84,8 +88,8 @@ impl Model {
 
     /// The free run from the steady state of the mean inputs.
     fn simulate<'py>(&self, py: Python<'py>, inputs: Vec<Column>) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.with_record(py, inputs, None, |model, file, (inputs, _)| {
-            simulate(&model.block, file, inputs)
+        let values = self.with_record(py, inputs, None, |model, file, columns| {
+            simulate(&model.block, file, columns.inputs)
         })?;
         array(py, &values)
     }
@@ -99,8 +103,8 @@ impl Model {
         output: Column,
         horizon: Option<usize>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.with_record(py, inputs, Some(output), move |model, file, names| {
-            predict(model, file, names, horizon)
+        let values = self.with_record(py, inputs, Some(output), move |model, file, columns| {
+            predict(model, file, columns, horizon)
         })?;
         array(py, &values)
     }
@@ -108,8 +112,8 @@ impl Model {
     /// The object that `flexure validate --json` prints, as text.
     #[pyo3(signature = (inputs, output, skip=None))]
     fn validate(&self, py: Python<'_>, inputs: Vec<Column>, output: Column, skip: Option<usize>) -> PyResult<String> {
-        self.with_record(py, inputs, Some(output), move |model, file, names| {
-            Ok(Judged::new(model, file, names, skip, None)?.json().to_string())
+        self.with_record(py, inputs, Some(output), move |model, file, columns| {
+            Ok(Judged::new(model, file, columns, skip, None)?.json().to_string())
         })
     }
 }

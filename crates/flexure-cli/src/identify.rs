@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use flexure::identify::{Calibration, Options, RefinedHammerstein, Structure, structures};
 use flexure_io::{RecordFile, model_text, read_record};
 use flexure_report::data::ArmMotion;
-use flexure_workbench::systems::{Decoration, Identified, Task, arm_motion};
+use flexure_workbench::systems::{Decoration, Identified, SystemColumns, Task, arm_motion};
 
 use crate::arguments::{self, Auto, Usage};
 use crate::experiments::{self, Experiments};
@@ -226,7 +226,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         samples,
         sample_time,
     } = spinning("reading", || arguments.read(&inputs, task.skips_missing()))?;
-    let columns = (&inputs[..], arguments.output.as_str());
+    let columns = SystemColumns {
+        inputs: &inputs,
+        output: &arguments.output,
+    };
     let periodic = match samples.len() {
         1 => arguments.periods.approximate(&file, columns, sample_time)?,
         _ => None,
@@ -268,9 +271,11 @@ pub fn hammerstein(file: &RecordFile, input: &str, output: &str, sample_time: f6
     let structure = Structure::by_name("hammerstein").context("there is no structure 'hammerstein'")?;
     let options = Options::default();
     let task = Task { structure, options };
+    let columns = SystemColumns {
+        inputs: &[input],
+        output,
+    };
     spinning("identifying", || {
-        task.identify(file, (&[input], output), Some(sample_time), &[], &|_| {
-            ControlFlow::Continue(())
-        })
+        task.identify(file, columns, Some(sample_time), &[], &|_| ControlFlow::Continue(()))
     })
 }

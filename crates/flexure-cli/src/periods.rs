@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use flexure_io::RecordFile;
-use flexure_workbench::systems::{Periodic, period};
+use flexure_workbench::systems::{Periodic, SystemColumns, period};
 
 use crate::arguments::{self, Auto, Usage};
 
@@ -35,7 +35,7 @@ impl PeriodOptions {
     pub fn approximate(
         &self,
         file: &RecordFile,
-        (inputs, output): (&[&str], &str),
+        SystemColumns { inputs, output }: SystemColumns,
         sample_time: Option<f64>,
     ) -> Result<Option<Periodic>> {
         let &[input] = inputs else {

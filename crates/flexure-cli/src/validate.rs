@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use flexure_io::{read_model, read_record};
-use flexure_workbench::systems::{Judged, Start};
+use flexure_workbench::systems::{Judged, Start, SystemColumns};
 
 use crate::arguments;
 use crate::output::print;
@@ -56,7 +56,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             file.record.len()
         );
     }
-    let columns = (&inputs[..], arguments.output.as_str());
+    let columns = SystemColumns {
+        inputs: &inputs,
+        output: &arguments.output,
+    };
     let judged = Judged::new(&model, &file, columns, arguments.skip, arguments.initial_state)?;
     match arguments.json {
         true => print(&judged.json().to_string()),

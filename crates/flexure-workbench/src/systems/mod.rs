@@ -1,5 +1,6 @@
 //! What `flexure identify`, `predict` and `validate` do between reading and writing, with a record in memory.
 
+mod columns;
 mod comparison;
 mod file;
 mod form;
@@ -11,6 +12,7 @@ mod summary;
 mod task;
 mod validation;
 
+pub use columns::SystemColumns;
 pub use form::form;
 pub use page::{Decoration, Truth, arm_motion, labelled, score_curve};
 pub use periods::{Periodic, period};

@@ -9,6 +9,7 @@ use flexure::validation::{estimate_initial_state_of_inputs, predict_ahead};
 use flexure_io::{ModelFile, RecordFile};
 
 use crate::named::{Named, NamedValue};
+use crate::systems::columns::SystemColumns;
 
 /// The state in which a model starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -168,7 +169,7 @@ pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec
 pub fn predict(
     model: &ModelFile,
     file: &RecordFile,
-    (inputs, output): (&[&str], &str),
+    SystemColumns { inputs, output }: SystemColumns,
     horizon: Option<usize>,
 ) -> Result<Vec<f64>> {
     let measured = file.finite(output)?;

@@ -7,6 +7,7 @@ use flexure::Record;
 use flexure::identify::{HammersteinMethod, Identification, Options, Request, Structure};
 use flexure_io::RecordFile;
 
+use super::columns::SystemColumns;
 use super::periods::Periodic;
 
 /// What is to be identified, with the choices that were given.
@@ -50,7 +51,7 @@ impl Task {
     pub fn identify(
         &self,
         file: &RecordFile,
-        (inputs, output): (&[&str], &str),
+        SystemColumns { inputs, output }: SystemColumns,
         sample_time: Option<f64>,
         experiments: &[usize],
         stage: &dyn Fn(&str) -> ControlFlow<()>,

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use crate::named::Named;
 use crate::plots::extent;
 use crate::systems::SETTLED;
+use crate::systems::columns::SystemColumns;
 use crate::systems::json::tests;
 use crate::systems::prediction::{self, FreeRun, Outside, Start};
 use crate::text::number;
@@ -31,7 +32,7 @@ impl Judged {
     pub fn new(
         model: &ModelFile,
         file: &RecordFile,
-        (inputs, output): (&[&str], &str),
+        SystemColumns { inputs, output }: SystemColumns,
         skip: Option<usize>,
         initial_state: Option<Start>,
     ) -> Result<Self> {
