@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Column, array};
 use crate::errors::{DataError, ParameterError, of_any};
-use crate::model::Model;
+use crate::model::PyModel;
 use crate::names::{estimator, kernel, known};
 use crate::run::{briefly, interruptible};
 
@@ -183,8 +183,8 @@ impl Identification {
     }
 
     /// The model.
-    fn model(&self) -> Model {
-        Model::new(self.0.identified.model())
+    fn model(&self) -> PyModel {
+        PyModel::new(self.0.identified.model())
     }
 
     /// The free-run output over the record.

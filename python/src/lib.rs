@@ -30,7 +30,7 @@ mod _core {
     #[pymodule_export]
     use crate::joint::{Joint, identify_joint};
     #[pymodule_export]
-    use crate::model::Model;
+    use crate::model::PyModel;
     #[pymodule_export]
     use crate::regression::Regression;
 

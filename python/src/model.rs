@@ -18,13 +18,13 @@ use crate::run::interruptible;
 const MODEL: &str = "the model";
 
 /// A model of one output.
-#[pyclass(frozen, module = "flexure._core")]
-pub struct Model(Arc<ModelFile>);
+#[pyclass(frozen, name = "Model", module = "flexure._core")]
+pub struct PyModel(Arc<ModelFile>);
 
-impl Model {
+impl PyModel {
     /// Of what a file holds.
     pub fn new(file: ModelFile) -> Self {
-        Model(Arc::new(file))
+        PyModel(Arc::new(file))
     }
 
     /// Runs `work` with the columns as a record whose names are the model's.
@@ -55,19 +55,21 @@ impl Model {
 }
 
 #[pymethods]
-impl Model {
+impl PyModel {
     /// Reads the text of a model file.
     #[staticmethod]
     fn from_json(text: &str) -> PyResult<Self> {
         parse_model(text.as_bytes(), Path::new(MODEL))
-            .map(Model::new)
+            .map(PyModel::new)
             .map_err(|error| of_any(&error.into()))
     }
 
     /// Reads a model file.
     #[staticmethod]
     fn read(path: std::path::PathBuf) -> PyResult<Self> {
-        read_model(path).map(Model::new).map_err(|error| of_any(&error.into()))
+        read_model(path)
+            .map(PyModel::new)
+            .map_err(|error| of_any(&error.into()))
     }
 
     /// The text of a model file.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use flexure::nonlinearity::{NamedEstimator, Tuning};
-use flexure_workbench::regression::{BandOptions, Data, Regression as Fit};
+use flexure_workbench::regression::{BandOptions, Regression as Fit, RegressionData};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -34,11 +34,11 @@ struct Columns {
 }
 
 impl Columns {
-    fn data(&self) -> Data<'_> {
+    fn data(&self) -> RegressionData<'_> {
         let weights = self.weights.as_ref().map(Column::samples);
-        Data {
+        RegressionData {
             repeated: self.repeated,
-            ..Data::in_memory(slices(&self.x), self.y.samples(), weights)
+            ..RegressionData::in_memory(slices(&self.x), self.y.samples(), weights)
         }
     }
 }

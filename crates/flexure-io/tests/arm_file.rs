@@ -1,7 +1,7 @@
 //! Arm files: reading, writing back, every bad value's message, running.
 
 use flexure::Record;
-use flexure::manipulator::{Model, Parts, space_arm};
+use flexure::manipulator::{JointKind, Parts, space_arm};
 use flexure_io::arm::{ArmError, ArmFile, PRESETS, preset, preset_text, run};
 
 fn no_record(name: &str) -> Result<Record, String> {
@@ -27,7 +27,7 @@ fn read(text: &str) -> ArmFile {
 
 #[test]
 fn the_space_arm_is_the_librarys() {
-    assert_eq!(preset("space-arm").unwrap().arm, space_arm(Model::Nonlinear));
+    assert_eq!(preset("space-arm").unwrap().arm, space_arm(JointKind::Nonlinear));
     for name in ["rigid", "linear"] {
         let arm = read(&changed("\"nonlinear\"  ", &format!("\"{name}\"  "))).arm;
         assert_eq!(arm, space_arm(arm.model));

@@ -35,13 +35,13 @@ pub(crate) struct Text<'a> {
     verdict: &'a Verdict,
     facts: &'a [Fact],
     warnings: &'a [String],
-    sections: Vec<Section<'a>>,
+    sections: Vec<PagePart<'a>>,
     command: Option<&'a str>,
     version: &'static str,
 }
 
 #[derive(Serialize)]
-struct Section<'a> {
+struct PagePart<'a> {
     heading: &'a str,
     short: &'a str,
     lead: &'a str,
@@ -101,7 +101,7 @@ pub(crate) fn text(page: &StudyPage) -> Text<'_> {
     let sections = page.sections.iter().map(|section| {
         let first = before;
         before += section.plots.len();
-        Section {
+        PagePart {
             heading: &section.heading,
             short: &section.short,
             lead: &section.lead,

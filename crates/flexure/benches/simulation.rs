@@ -6,7 +6,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use flexure::manipulator::{Arm, Drive, Model, SimulationOptions, simulate, space_arm};
+use flexure::manipulator::{Arm, Drive, JointKind, SimulationOptions, simulate, space_arm};
 use flexure::simulation::{Dop853, Tolerances, batch};
 
 /// The least time of several runs, s.
@@ -39,7 +39,7 @@ fn integrate(arm: &Arm, rtol: f64, atol: f64) -> flexure::Result<Dop853<8>> {
 }
 
 fn main() -> flexure::Result<()> {
-    let arm = Arm::new(space_arm(Model::Nonlinear))?;
+    let arm = Arm::new(space_arm(JointKind::Nonlinear))?;
 
     let calls = 1_000_000;
     let seconds = least_time(5, || {

@@ -20,7 +20,7 @@
 
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{Estimated, Fitted, FormName, REFUTED, TwoLinkArm, TwoLinkLog};
-use flexure::manipulator::{Arm, Drive, LinkDynamics, Model, SimulationOptions, add_noise, simulate, space_arm};
+use flexure::manipulator::{Arm, Drive, JointKind, LinkDynamics, SimulationOptions, add_noise, simulate, space_arm};
 use flexure::record::Record;
 use flexure::signal::{Phases, multisine};
 
@@ -53,7 +53,7 @@ fn setting() -> Result<Setting, Box<dyn std::error::Error>> {
 }
 
 fn motion(setting: &Setting, motion: u64) -> flexure::Result<Record> {
-    let arm = Arm::new(space_arm(Model::Nonlinear))?;
+    let arm = Arm::new(space_arm(JointKind::Nonlinear))?;
     let options = SimulationOptions::new(setting.seconds, setting.step)?;
     let rows = options.sampling.rows();
     let torque = |joint: usize| {
@@ -140,7 +140,7 @@ fn bias(all: &[Summary], setting: &Setting) -> f64 {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let setting = setting()?;
-    let parameters = space_arm(Model::Nonlinear);
+    let parameters = space_arm(JointKind::Nonlinear);
     let links = LinkDynamics::new(&parameters.links);
     let joint = parameters.joints[0];
     let kappa = joint.nonlinear_stiffness();

@@ -13,7 +13,7 @@ use crate::identify::{
     AUTO, HAMMERSTEIN_WIENER, JOINT_INPUTS, MULTIPLE_INPUTS, NARX, Options, PARALLEL, PlainHammerstein,
     RefinedHammerstein, Request, VOLTERRA, WIENER, WIENER_HAMMERSTEIN,
 };
-use crate::manipulator::{Arm, Drive, Model, SimulationOptions, add_noise, simulate, space_arm};
+use crate::manipulator::{Arm, Drive, JointKind, SimulationOptions, add_noise, simulate, space_arm};
 use crate::nonlinearity::{EstimatorName, NamedEstimator, Rule, Tuning};
 use crate::record::Record;
 use crate::signal::{Phases, multisine};
@@ -193,9 +193,9 @@ fn joints_stop() {
     };
     let columns = |record: &Record, names: [&str; 2]| names.map(|name| record.column(name).unwrap().to_vec());
     let (axis, joint, arm) = (
-        run(true, Model::Rigid),
-        run(true, Model::Nonlinear),
-        run(false, Model::Nonlinear),
+        run(true, JointKind::Rigid),
+        run(true, JointKind::Nonlinear),
+        run(false, JointKind::Nonlinear),
     );
     stops("rigid axis", || {
         let joint = RigidJoint {

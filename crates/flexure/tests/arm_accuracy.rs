@@ -6,15 +6,16 @@ use flexure::error::{ArmError, SimulationError, Stopped};
 use std::ops::ControlFlow;
 
 use flexure::manipulator::{
-    Arm, ArmParameters, Drive, Friction, Model, Parts, SimulationOptions, State, simulate, simulate_watched, space_arm,
+    Arm, ArmParameters, Drive, Friction, JointKind, Parts, SimulationOptions, State, simulate, simulate_watched,
+    space_arm,
 };
 use flexure::simulation::{Tolerances, batch};
 use flexure::{Error, Record};
 
-const MODELS: [(&str, Model); 3] = [
-    ("rigid", Model::Rigid),
-    ("linear", Model::Linear),
-    ("nonlinear", Model::Nonlinear),
+const MODELS: [(&str, JointKind); 3] = [
+    ("rigid", JointKind::Rigid),
+    ("linear", JointKind::Linear),
+    ("nonlinear", JointKind::Nonlinear),
 ];
 
 /// The numbers of the reference rows that begin with these two words.
@@ -44,7 +45,7 @@ fn held(rows: usize) -> [Vec<f64>; 2] {
     torque
 }
 
-fn arm(model: Model) -> Arm {
+fn arm(model: JointKind) -> Arm {
     Arm::new(space_arm(model)).unwrap()
 }
 
@@ -95,7 +96,7 @@ fn all_models_follow_the_reference_under_held_random_torque() {
     }
 }
 
-fn frictionless(model: Model) -> ArmParameters {
+fn frictionless(model: JointKind) -> ArmParameters {
     let mut parameters = space_arm(model);
     parameters.parts.friction = false;
     parameters
@@ -119,7 +120,7 @@ fn wound_up(duration: f64, sample_time: f64, rtol: f64) -> SimulationOptions {
 }
 
 fn energies(arm: &Arm, record: &Record) -> Vec<f64> {
-    let rigid = arm.model() == Model::Rigid;
+    let rigid = arm.model() == JointKind::Rigid;
     (0..record.len())
         .map(|k| {
             let x = row(record, k);
@@ -158,7 +159,7 @@ fn energy_is_kept_without_friction_for_a_thousand_seconds() {
 #[test]
 fn friction_never_lets_the_energy_grow() {
     let zeros = vec![0.0; 2001];
-    let arm = arm(Model::Nonlinear);
+    let arm = arm(JointKind::Nonlinear);
     let record = simulate(&arm, &Drive::Held([&zeros, &zeros]), &wound_up(20.0, 0.01, 1e-10)).unwrap();
     let e = energies(&arm, &record);
     assert!(e.windows(2).all(|w| w[1] <= w[0] + 1e-10 * e[0]));
@@ -167,23 +168,23 @@ fn friction_never_lets_the_energy_grow() {
 
 #[test]
 fn a_nonlinear_joint_without_its_nonlinear_parts_is_the_linear_joint() {
-    let mut parameters = space_arm(Model::Nonlinear);
-    parameters.parts = Parts::of(Model::Linear);
+    let mut parameters = space_arm(JointKind::Nonlinear);
+    parameters.parts = Parts::of(JointKind::Linear);
     let run = |arm: &Arm| simulate(arm, &Drive::Torque(&chirp), &bent(5.0, 0.01)).unwrap();
-    assert_eq!(run(&Arm::new(parameters).unwrap()), run(&arm(Model::Linear)));
+    assert_eq!(run(&Arm::new(parameters).unwrap()), run(&arm(JointKind::Linear)));
     // Zero values are the same as switched-off parts.
-    let mut zeroed = space_arm(Model::Nonlinear);
+    let mut zeroed = space_arm(JointKind::Nonlinear);
     zeroed.parts.coupling = false;
     for joint in &mut zeroed.joints {
         (joint.cubic, joint.windup, joint.friction) = (0.0, 0.0, Some(Friction([0.0; 6])));
     }
-    assert_eq!(run(&Arm::new(zeroed).unwrap()), run(&arm(Model::Linear)));
+    assert_eq!(run(&Arm::new(zeroed).unwrap()), run(&arm(JointKind::Linear)));
 }
 
 #[test]
 fn a_stiffer_and_stiffer_arm_tends_to_the_rigid_one_with_its_rotors() {
     let torque = |t: f64| [(1.3 * t).sin().powi(2), -0.5 * (0.9 * t).sin().powi(2)];
-    let mut rigid = space_arm(Model::Rigid);
+    let mut rigid = space_arm(JointKind::Rigid);
     rigid.parts.rotors = true;
     rigid.parts.coupling = true;
     rigid.parts.friction = true;
@@ -191,7 +192,7 @@ fn a_stiffer_and_stiffer_arm_tends_to_the_rigid_one_with_its_rotors() {
     let limit = run(rigid);
     let mut errors = Vec::new();
     for k in [1e4, 1e5, 1e6] {
-        let mut flexible = space_arm(Model::Nonlinear);
+        let mut flexible = space_arm(JointKind::Nonlinear);
         for joint in &mut flexible.joints {
             (joint.linear, joint.cubic, joint.windup) = (k, 0.0, 0.0);
         }
@@ -214,7 +215,7 @@ fn modal_frequencies_are_those_of_the_eigenproblem() {
             );
         }
     }
-    assert!(arm(Model::Rigid).modal_frequencies(0.0, [0.0; 2]).is_empty());
+    assert!(arm(JointKind::Rigid).modal_frequencies(0.0, [0.0; 2]).is_empty());
 }
 
 /// The circular frequency of the zero crossings of `signal`, interpolated linearly.
@@ -233,7 +234,7 @@ fn crossing_frequency(signal: &[f64], sample_time: f64) -> f64 {
 fn small_vibrations_have_the_modal_frequencies() {
     // One joint locked: a single mode, seen in the deflection of the other.
     for free in [0, 1] {
-        let mut parameters = frictionless(Model::Nonlinear);
+        let mut parameters = frictionless(JointKind::Nonlinear);
         parameters.joints[1 - free].locked = true;
         let arm = Arm::new(parameters).unwrap();
         let mut options = SimulationOptions::new(20.0, 0.001).unwrap();
@@ -252,7 +253,7 @@ fn small_vibrations_have_the_modal_frequencies() {
         assert!(other.iter().all(|v| *v == other[0]), "the locked joint moves");
     }
     // Both free: d satisfies the fourth-order recursion whose roots are the two frequencies.
-    let arm = Arm::new(frictionless(Model::Nonlinear)).unwrap();
+    let arm = Arm::new(frictionless(JointKind::Nonlinear)).unwrap();
     let step = 0.01;
     let mut options = SimulationOptions::new(5.0, step).unwrap();
     options.initial.q = [0.0, 0.7];
@@ -272,7 +273,7 @@ fn small_vibrations_have_the_modal_frequencies() {
 #[test]
 fn commanded_deflections_make_an_exact_hammerstein_system() {
     let (g6, step) = (0.5, 0.05);
-    let mut parameters = space_arm(Model::Nonlinear);
+    let mut parameters = space_arm(JointKind::Nonlinear);
     for joint in &mut parameters.joints {
         joint.friction = Some(Friction([0.0, 0.0, 0.0, 0.0, 0.0, g6]));
     }
@@ -305,7 +306,7 @@ fn commanded_deflections_make_an_exact_hammerstein_system() {
 #[test]
 fn commanded_deflections_agree_with_the_torques_they_need() {
     // A constant deflection: driving by the torque it needs, as a function of time, keeps it.
-    let arm = arm(Model::Nonlinear);
+    let arm = arm(JointKind::Nonlinear);
     let mut options = SimulationOptions::new(2.0, 0.001).unwrap();
     options.initial = State {
         q: [0.0, 0.5],
@@ -331,7 +332,7 @@ fn commanded_deflections_agree_with_the_torques_they_need() {
 #[test]
 fn a_batch_is_the_same_for_any_number_of_threads() {
     let seeds: Vec<u64> = (0..12).collect();
-    let arm = arm(Model::Nonlinear);
+    let arm = arm(JointKind::Nonlinear);
     let options = bent(1.0, 0.01);
     let job = |seed: &u64| {
         let u = flexure::signal::white_uniform(options.sampling.rows(), 30.0, *seed).unwrap();
@@ -352,7 +353,7 @@ fn failures_say_when_and_why_and_nothing_hangs() {
     let still = Drive::Held([&zeros, &zeros]);
 
     // Viscous friction so great that the equations are stiff.
-    let mut steep = space_arm(Model::Nonlinear);
+    let mut steep = space_arm(JointKind::Nonlinear);
     steep.joints[0].friction = Some(Friction([0.0, 0.0, 0.0, 0.0, 0.0, 1e7]));
     options.tolerances.max_steps = 20_000;
     let message = simulate(&Arm::new(steep).unwrap(), &Drive::Torque(&chirp), &options)
@@ -365,14 +366,14 @@ fn failures_say_when_and_why_and_nothing_hangs() {
 
     // A torque that is not finite from some time on.
     let broken = |t: f64| [if t < 0.35 { 1.0 } else { f64::NAN }, 0.0];
-    match simulate(&arm(Model::Linear), &Drive::Torque(&broken), &options).unwrap_err() {
+    match simulate(&arm(JointKind::Linear), &Drive::Torque(&broken), &options).unwrap_err() {
         Error::Simulation(SimulationError { time, .. }) => assert!(time > 0.2 && time < 0.36, "{time}"),
         other => panic!("{other}"),
     }
 
     // Stopped from outside.
     let mut calls = 0;
-    let result = simulate_watched(&arm(Model::Linear), &still, &options, &mut |t| {
+    let result = simulate_watched(&arm(JointKind::Linear), &still, &options, &mut |t| {
         calls += 1;
         if t >= 2.0 {
             ControlFlow::Break(())
@@ -384,17 +385,17 @@ fn failures_say_when_and_why_and_nothing_hangs() {
     assert_eq!(calls, 2);
 
     // Samples that do not fit.
-    let few = simulate(&arm(Model::Linear), &Drive::Held([&zeros, &zeros[1..]]), &options).unwrap_err();
+    let few = simulate(&arm(JointKind::Linear), &Drive::Held([&zeros, &zeros[1..]]), &options).unwrap_err();
     assert!(few.to_string().contains("'tau2' has 10 samples where 11"), "{few}");
     let mut holed = zeros.clone();
     holed[3] = f64::NAN;
-    let nan = simulate(&arm(Model::Linear), &Drive::Held([&holed, &zeros]), &options).unwrap_err();
+    let nan = simulate(&arm(JointKind::Linear), &Drive::Held([&holed, &zeros]), &options).unwrap_err();
     assert!(nan.to_string().contains("'tau1' is NaN at sample 3"), "{nan}");
 
     // What makes no sense to simulate.
-    let rigid = simulate(&arm(Model::Rigid), &Drive::Deflection([&zeros, &zeros]), &options).unwrap_err();
+    let rigid = simulate(&arm(JointKind::Rigid), &Drive::Deflection([&zeros, &zeros]), &options).unwrap_err();
     assert_eq!(rigid, Error::Arm(ArmError::RigidDeflection));
-    let mut locked = space_arm(Model::Linear);
+    let mut locked = space_arm(JointKind::Linear);
     locked.joints[1].locked = true;
     options.initial.dqm[1] = 1.0;
     let moving = simulate(&Arm::new(locked).unwrap(), &still, &options).unwrap_err();
@@ -404,6 +405,6 @@ fn failures_say_when_and_why_and_nothing_hangs() {
     );
     options.initial.dqm[1] = 0.0;
     options.tolerances.rtol = 0.0;
-    let tolerance = simulate(&arm(Model::Linear), &still, &options).unwrap_err();
+    let tolerance = simulate(&arm(JointKind::Linear), &still, &options).unwrap_err();
     assert!(tolerance.to_string().contains("rtol is 0"), "{tolerance}");
 }

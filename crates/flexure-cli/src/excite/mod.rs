@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use clap::{ArgGroup, ValueEnum};
 use flexure::Record;
-use flexure::manipulator::{Arm, LinkDynamics, Model, SimulationOptions};
+use flexure::manipulator::{Arm, JointKind, LinkDynamics, SimulationOptions};
 use flexure_io::arm::ArmFile;
 use flexure_io::write_record;
 use serde_json::{Value, json};
@@ -148,7 +148,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let limits = Extremes::limits(arguments)?;
     let file = Source::new(&arguments.arm, &arguments.preset)?.arm()?;
     let arm = Arm::new(file.arm)?;
-    if arm.model() == Model::Rigid {
+    if arm.model() == JointKind::Rigid {
         bail!(
             "the arm's joints are rigid; `flexure excite` rehearses the identification of flexible ones (model = \"nonlinear\" or \"linear\")"
         );

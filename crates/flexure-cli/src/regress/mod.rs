@@ -8,7 +8,7 @@ use anyhow::Result;
 use flexure::error::ParameterError;
 use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Outside, Rule, Tuning};
 use flexure_io::{RecordFile, read_record, write_record};
-use flexure_workbench::regression::{self, BandMethod, BandOptions, Columns, Data, Regression, Report};
+use flexure_workbench::regression::{self, BandMethod, BandOptions, Columns, Regression, RegressionData, Report};
 
 use crate::arguments::{self, Auto, Usage};
 use crate::files::{name_json, prepare, write_text, wrote};
@@ -111,7 +111,7 @@ impl Arguments {
     }
 
     /// The points at which to evaluate, column by column.
-    fn points(&self, data: &Data) -> Result<Vec<Vec<f64>>> {
+    fn points(&self, data: &RegressionData) -> Result<Vec<Vec<f64>>> {
         let Some(path) = &self.at else {
             return Ok(data.grid(self.grid.map(|n| n as usize)));
         };
@@ -127,7 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let inputs = [&arguments.record].into_iter().chain(&arguments.at);
     prepare(inputs, &arguments.out, &arguments.report)?;
     let file = spinning("reading", || read_record(&arguments.record))?;
-    let data = Data::read(&file, arguments.columns())?;
+    let data = RegressionData::read(&file, arguments.columns())?;
     let at = arguments.points(&data)?;
     let report = spinning("estimating", || -> Result<Report> {
         let regression = fitted(estimator, &data, &file)?;
@@ -164,7 +164,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Fits the estimator; a parameter that was given and can be none, whatever the data, is wrong usage.
-fn fitted(estimator: NamedEstimator, data: &Data, file: &RecordFile) -> Result<Regression> {
+fn fitted(estimator: NamedEstimator, data: &RegressionData, file: &RecordFile) -> Result<Regression> {
     let fixed = matches!(estimator.tuning, Tuning::Fixed(_));
     Regression::new(estimator, data).map_err(|error| match error {
         flexure::Error::Parameter(ParameterError::OutOfRange { .. }) if fixed => Usage(error.to_string()).into(),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use flexure::Error;
 use flexure::error::{self, ParameterError};
 use flexure::manipulator::{
-    Arm, ArmParameters, Friction, JointParameters, Link, Model, Parts, SimulationOptions, State,
+    Arm, ArmParameters, Friction, JointKind, JointParameters, Link, Parts, SimulationOptions, State,
 };
 use flexure::simulation::{Sampling, Tolerances};
 use serde::{Deserialize, Serialize};
@@ -89,7 +89,7 @@ struct FileTable {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ArmTable {
-    model: Model,
+    model: JointKind,
     friction: Option<bool>,
     cubic: Option<bool>,
     windup: Option<bool>,
@@ -283,7 +283,7 @@ impl ArmFile {
                 .map_err(|e| source.locate("excitation", e))?;
         }
         for (column, &std) in self.noise.iter().flat_map(|n| &n.std) {
-            let flexible = self.arm.model != Model::Rigid;
+            let flexible = self.arm.model != JointKind::Rigid;
             let known = flexure::manipulator::record_columns(self.arm.model);
             if column == "t" || !known.contains(&column.as_str()) {
                 let what = if flexible { "the arm's" } else { "a rigid arm's" };
@@ -324,13 +324,17 @@ fn arm_parameters(source: &Source, table: ArmTable) -> Result<ArmParameters, Arm
         rotor_in_link_inertia: table.rotor_in_link_inertia.unwrap_or(defaults.rotor_in_link_inertia),
         rotors: table.rotors.unwrap_or(defaults.rotors),
     };
-    let flexible = model != Model::Rigid;
+    let flexible = model != JointKind::Rigid;
     for (i, j) in joints.iter().enumerate() {
         let rotors = flexible || parts.rotors || parts.rotor_in_link_inertia;
         for (key, missing, unit) in [
             ("motor_inertia", rotors && j.motor_inertia.is_none(), "kg m^2"),
-            ("stiffness", model == Model::Linear && j.stiffness.is_none(), "N m/rad"),
-            ("linear", model == Model::Nonlinear && j.linear.is_none(), "N m/rad"),
+            (
+                "stiffness",
+                model == JointKind::Linear && j.stiffness.is_none(),
+                "N m/rad",
+            ),
+            ("linear", model == JointKind::Nonlinear && j.linear.is_none(), "N m/rad"),
         ] {
             if missing {
                 let reason = format!("missing; this model needs it, positive, in {unit}");

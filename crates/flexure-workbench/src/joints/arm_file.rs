@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use flexure::identify::robot_joint::{Fitted, FlexibleAxis, FormName, RigidAxis, TwoLinkArm};
-use flexure::manipulator::{ArmParameters, Friction, JointParameters, Link, LinkDynamics, Model, Parts, State};
+use flexure::manipulator::{ArmParameters, Friction, JointKind, JointParameters, Link, LinkDynamics, Parts, State};
 use flexure_io::arm::{ArmFile, DriveKind, Excitation, Kind, Run};
 
 use super::Log;
@@ -81,7 +81,7 @@ fn joint(axis: &FlexibleAxis) -> JointParameters {
 }
 
 /// An arm of which one joint moves, with a link of this inertia about it; the other is locked at zero.
-fn single(moving: usize, inertia: f64, joint: JointParameters, model: Model) -> ArmParameters {
+fn single(moving: usize, inertia: f64, joint: JointParameters, model: JointKind) -> ArmParameters {
     let mut links = [placeholder(0.0); 2];
     // What the placeholders have about the shoulder is taken off.
     links[moving] = placeholder(inertia - if moving == 0 { NOTHING } else { 0.0 });
@@ -101,7 +101,7 @@ fn single(moving: usize, inertia: f64, joint: JointParameters, model: Model) -> 
 /// The arm of the template with the identified joint, whose link gets the moment of inertia that its geometry leaves open.
 fn with_joint(mut arm: ArmParameters, moving: usize, axis: &FlexibleAxis) -> Result<ArmParameters> {
     let inertia = axis.model.friction.inertia.value;
-    arm.model = Model::Nonlinear;
+    arm.model = JointKind::Nonlinear;
     arm.joints[moving] = joint(axis);
     arm.joints[1 - moving].locked = true;
     let mass = LinkDynamics::new(&arm.links).inertia(0.0)[moving][moving];
@@ -119,7 +119,7 @@ fn with_joint(mut arm: ArmParameters, moving: usize, axis: &FlexibleAxis) -> Res
 
 /// The joint alone, as joint 1 of an arm whose other joint is locked, and the state in which its log starts.
 pub fn alone(axis: &FlexibleAxis, log: &Log) -> (ArmParameters, State) {
-    let arm = single(0, axis.model.friction.inertia.value, joint(axis), Model::Nonlinear);
+    let arm = single(0, axis.model.friction.inertia.value, joint(axis), JointKind::Nonlinear);
     (arm, started(log, 0, &[axis]))
 }
 
@@ -128,7 +128,10 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, place: Place) -> Result<String> 
     let inertia = axis.model.friction.inertia.value;
     let (header, arm) = match place.template {
         Some(template) => ("", with_joint(template, place.joint, axis)?),
-        None => (FLEXIBLE, single(place.joint, inertia, joint(axis), Model::Nonlinear)),
+        None => (
+            FLEXIBLE,
+            single(place.joint, inertia, joint(axis), JointKind::Nonlinear),
+        ),
     };
     text(header, arm, started(log, place.joint, &[axis]), log, place.excitation)
 }
@@ -150,7 +153,7 @@ pub fn rigid(axis: &RigidAxis, prismatic: bool, log: &Log, place: Place) -> Resu
         friction: Some(Friction(g)),
         ..JointParameters::default()
     };
-    let arm = single(place.joint, form.inertia.value, joint, Model::Rigid);
+    let arm = single(place.joint, form.inertia.value, joint, JointKind::Rigid);
     let initial = state(log, place.joint, &[axis.friction.x[0]]);
     let mut header = RIGID.to_owned();
     if prismatic {
@@ -206,10 +209,10 @@ pub fn two_link_arm(arm: &TwoLinkArm, log: &Log, template: Option<[Link; 2]>) ->
         coupling,
     };
     let parameters = ArmParameters {
-        model: Model::Nonlinear,
+        model: JointKind::Nonlinear,
         links: links(dynamics, template)?,
         joints,
-        parts: Parts::of(Model::Nonlinear),
+        parts: Parts::of(JointKind::Nonlinear),
     };
     Ok((parameters, started(log, 0, &[first, second])))
 }

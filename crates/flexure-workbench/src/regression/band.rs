@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use flexure::bands::{Band, BandKind, BootstrapBand, RobustBand, Scheme};
 use flexure::nonlinearity::{EstimatorName, Outside, Tuning};
 
-use super::{Data, Regression, slices};
+use super::{Regression, RegressionData, slices};
 use crate::named::{Named, NamedValue};
 
 /// With more rows, refits for a band are only made when they are asked for.
@@ -102,7 +102,7 @@ pub enum BandMaker {
 
 impl BandMaker {
     /// The band that the options ask for, if any.
-    pub fn new(options: &BandOptions, regression: &Regression, data: &Data) -> Option<Self> {
+    pub fn new(options: &BandOptions, regression: &Regression, data: &RegressionData) -> Option<Self> {
         let kind = match options.simultaneous {
             true => BandKind::Simultaneous,
             false => BandKind::Pointwise,
@@ -156,7 +156,7 @@ impl BandMaker {
     fn band(
         self,
         regression: &Regression,
-        data: &Data,
+        data: &RegressionData,
         at: &[Vec<f64>],
         go_on: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
     ) -> flexure::Result<Band> {
@@ -177,7 +177,7 @@ impl BandMaker {
 }
 
 /// The method that `asked` comes to.
-fn chosen(asked: BandMethod, regression: &Regression, data: &Data, rows: usize) -> BandMethod {
+fn chosen(asked: BandMethod, regression: &Regression, data: &RegressionData, rows: usize) -> BandMethod {
     let blocks = matches!(regression.estimator.tuning, Tuning::FromData(rule) if rule.in_time());
     let slow = matches!(
         regression.fit.name,
@@ -198,7 +198,7 @@ impl Regression {
     /// then; [`ControlFlow::Break`] stops the work.
     pub fn band(
         &self,
-        data: &Data,
+        data: &RegressionData,
         options: &BandOptions,
         at: &[Vec<f64>],
         go_on: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,

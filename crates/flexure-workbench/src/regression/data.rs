@@ -23,7 +23,7 @@ pub struct Columns {
 }
 
 /// What a regression is made from.
-pub struct Data<'a> {
+pub struct RegressionData<'a> {
     /// The file's name without its folder.
     pub file: String,
     /// The columns' names.
@@ -38,7 +38,7 @@ pub struct Data<'a> {
     pub repeated: bool,
 }
 
-impl<'a> Data<'a> {
+impl<'a> RegressionData<'a> {
     /// The columns of these names, which must be finite; x and y must vary.
     ///
     /// # Errors
@@ -54,7 +54,7 @@ impl<'a> Data<'a> {
         if let (Some(weights), Some(name)) = (weights, &names.weights) {
             check_weights(file, name, weights)?;
         }
-        let data = Data {
+        let data = RegressionData {
             file: file.name(),
             names,
             x,
@@ -69,7 +69,7 @@ impl<'a> Data<'a> {
 
     /// Columns that are in memory, and are finite.
     pub fn in_memory(x: Vec<&'a [f64]>, y: &'a [f64], weights: Option<&'a [f64]>) -> Self {
-        Data {
+        RegressionData {
             file: String::new(),
             names: Columns {
                 x: (1..=x.len()).map(|j| format!("x{j}")).collect(),

@@ -6,7 +6,7 @@
 use flexure::nonlinearity::{Degree, EstimatorName, NamedEstimator};
 use flexure::selection::{BandwidthRule, BlockFolds, choose_bandwidth};
 
-use super::Data;
+use super::RegressionData;
 
 /// Fewer rows do not show a dependence.
 const FEWEST_ROWS: usize = 50;
@@ -30,7 +30,12 @@ const FAR_APART: usize = 5;
 const ROUGHER: f64 = 1.3;
 
 /// Whether rows depend on their neighbours; `residuals` are those of `rows`.
-pub fn depend(estimator: &NamedEstimator, data: &Data, rows: &[usize], residuals: &[f64]) -> flexure::Result<bool> {
+pub fn depend(
+    estimator: &NamedEstimator,
+    data: &RegressionData,
+    rows: &[usize],
+    residuals: &[f64],
+) -> flexure::Result<bool> {
     Ok(correlated(residuals) || follows_noise(estimator, data, rows)?)
 }
 
@@ -49,7 +54,7 @@ fn correlated(residuals: &[f64]) -> bool {
 }
 
 /// Whether leave-one-out follows noise that depends on itself in time.
-fn follows_noise(estimator: &NamedEstimator, data: &Data, rows: &[usize]) -> flexure::Result<bool> {
+fn follows_noise(estimator: &NamedEstimator, data: &RegressionData, rows: &[usize]) -> flexure::Result<bool> {
     let ([_], true) = (data.x.as_slice(), rows.len() >= FEWEST_ROWS) else {
         return Ok(false);
     };

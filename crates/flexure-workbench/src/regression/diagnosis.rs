@@ -2,7 +2,7 @@
 
 use flexure::nonlinearity::{EstimatorName, NamedEstimator, Outside, Tuning};
 
-use super::{Data, Regression, dependence, slices};
+use super::{Regression, RegressionData, dependence, slices};
 
 /// Estimate and ordinate that differ by no more than this share of the ordinates' size are the same.
 const REPEATED: f64 = 1e-9;
@@ -23,7 +23,7 @@ pub struct Diagnosis {
 
 impl Diagnosis {
     /// Looks at the residuals of the rows that were fitted.
-    pub fn new(regression: &Regression, data: &Data) -> flexure::Result<Self> {
+    pub fn new(regression: &Regression, data: &RegressionData) -> flexure::Result<Self> {
         let rows = data.rows();
         let fitted = regression.fit.regression.predict(&slices(&data.x_at(&rows)))?;
         let residuals: Vec<f64> = rows.iter().zip(&fitted).map(|(&i, m)| data.y[i] - m).collect();
@@ -39,7 +39,7 @@ impl Diagnosis {
 
 /// The number of rows that have no other row in their windows: those at which a local constant repeats whatever ordinates
 /// it is given.
-fn alone(regression: &Regression, data: &Data, rows: &[usize], residuals: &[f64]) -> flexure::Result<usize> {
+fn alone(regression: &Regression, data: &RegressionData, rows: &[usize], residuals: &[f64]) -> flexure::Result<usize> {
     let name = match regression.fit.name {
         EstimatorName::Kernel | EstimatorName::LocalLinear => EstimatorName::Kernel,
         EstimatorName::Recursive => EstimatorName::Recursive,

@@ -6,7 +6,7 @@ use flexure::Record;
 use flexure::bands::BandKind;
 
 use super::band::BandMaker;
-use super::{BandOptions, Data, Regression, slices};
+use super::{BandOptions, Regression, RegressionData, slices};
 use crate::text::percent;
 
 /// The estimate at some points.
@@ -45,7 +45,12 @@ impl BandDescription {
 
 impl Regression {
     /// The estimate and its band at the points with these coordinates, column by column.
-    pub fn evaluate(&self, data: &Data, options: &BandOptions, x: Vec<Vec<f64>>) -> flexure::Result<Evaluation> {
+    pub fn evaluate(
+        &self,
+        data: &RegressionData,
+        options: &BandOptions,
+        x: Vec<Vec<f64>>,
+    ) -> flexure::Result<Evaluation> {
         let y = self.fit.regression.predict(&slices(&x))?;
         let Some(band) = self.band(data, options, &x, &mut |_, _| ControlFlow::Continue(()))? else {
             let none = vec![f64::NAN; y.len()];
@@ -84,7 +89,7 @@ impl Evaluation {
     ///
     /// # Errors
     /// Where a column of x has one of these names.
-    pub fn record(&self, data: &Data) -> flexure::Result<Record> {
+    pub fn record(&self, data: &RegressionData) -> flexure::Result<Record> {
         let x = data.names.x.iter().cloned().zip(self.x.iter().cloned());
         let rest = [("y", &self.y), ("lower", &self.lower), ("upper", &self.upper)];
         let rest = rest.map(|(name, values)| (name.to_owned(), values.clone()));

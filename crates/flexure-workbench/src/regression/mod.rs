@@ -20,7 +20,7 @@ use crate::Spelling;
 use warnings::Subject;
 
 pub use band::{BandMethod, BandOptions};
-pub use data::{Columns, Data};
+pub use data::{Columns, RegressionData};
 pub use diagnosis::Diagnosis;
 pub use evaluation::{BandDescription, Evaluation};
 pub use page::html;
@@ -37,13 +37,13 @@ pub struct Regression {
 
 impl Regression {
     /// Fits the estimator.
-    pub fn new(estimator: NamedEstimator, data: &Data) -> flexure::Result<Self> {
+    pub fn new(estimator: NamedEstimator, data: &RegressionData) -> flexure::Result<Self> {
         let fit = estimator.fit(&data.x, data.y, data.weights)?;
         Ok(Regression { estimator, fit })
     }
 
     /// Fits the estimator with a parameter that its rule chose from data before.
-    pub fn with_chosen(estimator: NamedEstimator, parameter: Vec<f64>, data: &Data) -> flexure::Result<Self> {
+    pub fn with_chosen(estimator: NamedEstimator, parameter: Vec<f64>, data: &RegressionData) -> flexure::Result<Self> {
         let fixed = NamedEstimator {
             tuning: Tuning::Fixed(parameter),
             ..estimator.clone()
@@ -53,7 +53,7 @@ impl Regression {
     }
 
     /// What to know before trusting the fit, whatever points it is evaluated at; a sentence each.
-    pub fn warnings(&self, data: &Data, spelling: Spelling) -> flexure::Result<Vec<String>> {
+    pub fn warnings(&self, data: &RegressionData, spelling: Spelling) -> flexure::Result<Vec<String>> {
         let subject = Subject {
             regression: self,
             data,

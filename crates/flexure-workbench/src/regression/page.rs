@@ -5,7 +5,7 @@ use flexure::identify::result::Score;
 use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
 
 use super::text::{FELL_BACK, fell_back, local_range, local_rule, places, predicted_by, why};
-use super::{BandDescription, Data, Evaluation, Regression, Report};
+use super::{BandDescription, Evaluation, Regression, RegressionData, Report};
 use crate::plots::median;
 use crate::systems::{labelled, score_curve};
 use crate::text::{capitalised, kernel_text, list, number, percent};
@@ -120,7 +120,7 @@ fn facts(report: &Report, band: Option<&BandDescription>) -> Vec<Fact> {
 }
 
 /// An estimate along column `along` as the page draws it.
-fn curve(at: &Evaluation, along: usize, data: &Data) -> Nonlinearity {
+fn curve(at: &Evaluation, along: usize, data: &RegressionData) -> Nonlinearity {
     let band = at.band.as_ref();
     let edge = |values: &[f64]| if band.is_some() { values.to_vec() } else { Vec::new() };
     Nonlinearity {
@@ -241,7 +241,7 @@ fn fill_running(residuals: &mut RegressionResiduals) {
     }
 }
 
-fn choice(regression: &Regression, data: &Data) -> Choice {
+fn choice(regression: &Regression, data: &RegressionData) -> Choice {
     let fit = &regression.fit;
     let kernel = kernel_text(fit.name, regression.estimator.kernel, " (", ")");
     let value = format!("{}{kernel}", list(&fit.parameter));

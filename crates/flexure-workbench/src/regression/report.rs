@@ -6,14 +6,14 @@ use serde_json::{Value, json};
 
 use super::text::{FELL_BACK, fell_back, judged, local_range, local_rule, places, why};
 use super::warnings::Subject;
-use super::{BandOptions, Data, Diagnosis, Evaluation, Regression, Validation};
+use super::{BandOptions, Diagnosis, Evaluation, Regression, RegressionData, Validation};
 use crate::Spelling;
 use crate::text::{capitalised, kernel_text, list, number, percent};
 
 /// A regression, and what a reader needs to judge it.
 pub struct Report<'a> {
     /// The data.
-    pub data: &'a Data<'a>,
+    pub data: &'a RegressionData<'a>,
     /// The fit.
     pub regression: Regression,
     /// What was asked of bands.
@@ -32,7 +32,7 @@ impl<'a> Report<'a> {
     /// Judges a fit, and evaluates it at the points with the coordinates `at`, column by column.
     pub fn new(
         regression: Regression,
-        data: &'a Data,
+        data: &'a RegressionData,
         band: BandOptions,
         at: Vec<Vec<f64>>,
         spelling: Spelling,

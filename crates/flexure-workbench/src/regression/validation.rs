@@ -2,7 +2,7 @@
 
 use flexure::nonlinearity::{NamedEstimator, Outside, Rule, Tuning};
 
-use super::{Data, Diagnosis, Regression, slices};
+use super::{Diagnosis, Regression, RegressionData, slices};
 
 /// Folds of the cross-validation where the leave-one-out error is not known.
 const FOLDS: usize = 10;
@@ -23,7 +23,7 @@ pub struct Validation {
 
 impl Validation {
     /// By the error that is known from the choice of the parameter, else by cross-validation.
-    pub fn new(regression: &Regression, data: &Data, diagnosis: &Diagnosis) -> flexure::Result<Self> {
+    pub fn new(regression: &Regression, data: &RegressionData, diagnosis: &Diagnosis) -> flexure::Result<Self> {
         let rows = &diagnosis.rows;
         let weights: Vec<f64> = rows.iter().map(|&i| data.weight(i)).collect();
         let y: Vec<f64> = rows.iter().map(|&i| data.y[i]).collect();
@@ -71,7 +71,7 @@ fn known_error(regression: &Regression) -> Option<(f64, &'static str)> {
 }
 
 /// The residuals of every tenth row from the others; NaN where these do not allow a fit.
-fn residuals_of_folds(regression: &Regression, data: &Data, rows: &[usize]) -> flexure::Result<Vec<f64>> {
+fn residuals_of_folds(regression: &Regression, data: &RegressionData, rows: &[usize]) -> flexure::Result<Vec<f64>> {
     let estimator = NamedEstimator {
         outside: Outside::Nearest,
         ..regression.estimator.fixed(&regression.fit)

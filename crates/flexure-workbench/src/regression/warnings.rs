@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use flexure::nonlinearity::{EstimatorName, Outside, Tuning};
 
 use super::band::{BandMaker, FEWEST_ROWS};
-use super::{BandMethod, BandOptions, Data, Diagnosis, Evaluation, Regression};
+use super::{BandMethod, BandOptions, Diagnosis, Evaluation, Regression, RegressionData};
 use crate::Spelling;
 use crate::plots::extent;
 use crate::text::list;
@@ -29,7 +29,7 @@ const MANY_LEVELS: usize = 10;
 /// What the warnings are about.
 pub struct Subject<'a> {
     pub regression: &'a Regression,
-    pub data: &'a Data<'a>,
+    pub data: &'a RegressionData<'a>,
     pub diagnosis: &'a Diagnosis,
     /// The evaluation with the band that was asked for, if there is one.
     pub evaluation: Option<(&'a Evaluation, &'a BandOptions)>,
@@ -250,7 +250,7 @@ impl Subject<'_> {
 
 /// The share of rows that repeat another one, where it is large among values of which there are many: rounded values
 /// repeat of themselves.
-fn share_of_copies(data: &Data) -> Option<f64> {
+fn share_of_copies(data: &RegressionData) -> Option<f64> {
     if data.repeated {
         return None;
     }

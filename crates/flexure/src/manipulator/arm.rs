@@ -7,10 +7,10 @@ use super::joint::{Friction, Stiffness};
 use super::links::{Link, LinkDynamics};
 use crate::error::Result;
 
-/// Which equations of motion an arm follows.
+/// How the joints of an arm move its links, and so which equations of motion it follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Model {
+pub enum JointKind {
     /// Rigid joints, (4)-(6).
     Rigid,
     /// Linear flexible joints (Spong).
@@ -52,8 +52,8 @@ pub struct Parts {
 
 impl Parts {
     /// The parts that belong to a model as the paper states it.
-    pub fn of(model: Model) -> Self {
-        let nonlinear = model == Model::Nonlinear;
+    pub fn of(model: JointKind) -> Self {
+        let nonlinear = model == JointKind::Nonlinear;
         Parts {
             friction: nonlinear,
             cubic: nonlinear,
@@ -103,7 +103,7 @@ impl JointParameters {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmParameters {
     /// The equations of motion.
-    pub model: Model,
+    pub model: JointKind,
     /// Link 1 (from the shoulder to the elbow) and link 2.
     pub links: [Link; 2],
     /// The shoulder and the elbow.
@@ -115,7 +115,7 @@ pub struct ArmParameters {
 /// The two-link space manipulator with values commonly quoted for Ulrich & Sasiadek's arm.
 ///
 /// They could not be checked against the original papers.
-pub fn space_arm(model: Model) -> ArmParameters {
+pub fn space_arm(model: JointKind) -> ArmParameters {
     let link = Link {
         mass: 1.5075,
         length: 4.5,
@@ -178,12 +178,12 @@ impl Arm {
             links.shoulder += motor[1];
         }
         let stiffness = joints.map(|j| match model {
-            Model::Rigid => Stiffness::default(),
-            Model::Linear => Stiffness {
+            JointKind::Rigid => Stiffness::default(),
+            JointKind::Linear => Stiffness {
                 linear: j.stiffness,
                 ..Stiffness::default()
             },
-            Model::Nonlinear => Stiffness {
+            JointKind::Nonlinear => Stiffness {
                 cubic: if parts.cubic { j.cubic } else { 0.0 },
                 linear: j.linear,
                 windup: if parts.windup { j.windup } else { 0.0 },
@@ -215,7 +215,7 @@ impl Arm {
     }
 
     /// The equations of motion it follows.
-    pub fn model(&self) -> Model {
+    pub fn model(&self) -> JointKind {
         self.parameters.model
     }
 

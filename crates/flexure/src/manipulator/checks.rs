@@ -1,6 +1,6 @@
 //! Whether an arm is physical.
 
-use super::arm::{Arm, ArmParameters, JointParameters, Model};
+use super::arm::{Arm, ArmParameters, JointKind, JointParameters};
 use crate::error::{ArmError, Error, Result};
 
 /// Checks every value that the model uses against its range.
@@ -20,13 +20,13 @@ pub(super) fn ranges(arm: &ArmParameters) -> Result<()> {
 
 fn joint_ranges(arm: &ArmParameters, part: &Part, joint: &JointParameters) -> Result<()> {
     let parts = arm.parts;
-    if arm.model != Model::Rigid || parts.rotors || parts.rotor_in_link_inertia {
+    if arm.model != JointKind::Rigid || parts.rotors || parts.rotor_in_link_inertia {
         part.positive("motor_inertia", joint.motor_inertia, "kg m^2")?;
     }
     match arm.model {
-        Model::Rigid => {}
-        Model::Linear => part.positive("stiffness", joint.stiffness, "N m/rad")?,
-        Model::Nonlinear => {
+        JointKind::Rigid => {}
+        JointKind::Linear => part.positive("stiffness", joint.stiffness, "N m/rad")?,
+        JointKind::Nonlinear => {
             part.positive("linear", joint.linear, "N m/rad")?;
             if parts.cubic {
                 part.not_negative("cubic", joint.cubic, "N m/rad^3")?;
@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     fn message(change: impl Fn(&mut ArmParameters)) -> String {
-        let mut parameters = space_arm(Model::Nonlinear);
+        let mut parameters = space_arm(JointKind::Nonlinear);
         change(&mut parameters);
         Arm::new(parameters).unwrap_err().to_string()
     }
@@ -214,8 +214,8 @@ mod tests {
         assert!(text.contains("coupling S"), "{text}");
         // A second link without extent.
         let text = message(|p| {
-            p.parts = Parts::of(Model::Rigid);
-            p.model = Model::Rigid;
+            p.parts = Parts::of(JointKind::Rigid);
+            p.model = JointKind::Rigid;
             p.links[1].com = 0.0;
             p.links[1].inertia = 0.0;
         });
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn what_the_model_does_not_use_is_not_checked() {
-        let mut parameters = space_arm(Model::Linear);
+        let mut parameters = space_arm(JointKind::Linear);
         parameters.joints[0].windup = -1.0;
         parameters.joints[0].friction = Some(super::super::Friction([-1.0; 6]));
         assert!(Arm::new(parameters).is_ok());

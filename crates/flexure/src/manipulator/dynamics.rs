@@ -11,7 +11,7 @@
 //! motors are eliminated.
 
 use super::State;
-use super::arm::{Arm, Model};
+use super::arm::{Arm, JointKind};
 use super::elementary;
 
 /// Solves `m a = r` by elimination of the second unknown.
@@ -27,7 +27,7 @@ impl Arm {
     /// under the motor torques `tau`. (A rigid arm's motors are taken to be locked to its links.)
     #[inline]
     pub fn derivative(&self, x: &[f64; 8], tau: [f64; 2]) -> [f64; 8] {
-        if self.model() == Model::Rigid {
+        if self.model() == JointKind::Rigid {
             let [v1, v2, a1, a2] = self.rigid_derivative(&[x[0], x[1], x[4], x[5]], tau);
             return [v1, v2, v1, v2, a1, a2, a1, a2];
         }
@@ -101,7 +101,7 @@ impl Arm {
         let form = |m: [[f64; 2]; 2], v: [f64; 2]| {
             m[0][0] * v[0] * v[0] + (m[0][1] + m[1][0]) * v[0] * v[1] + m[1][1] * v[1] * v[1]
         };
-        if self.model() == Model::Rigid {
+        if self.model() == JointKind::Rigid {
             return 0.5 * form(self.mass_terms(q[1].cos()), dq);
         }
         let rotors = self.motor[0] * dqm[0] * dqm[0] + self.motor[1] * dqm[1] * dqm[1];
@@ -117,7 +117,7 @@ impl Arm {
     #[inline(always)]
     pub(super) fn mass_terms(&self, cos: f64) -> [[f64; 2]; 2] {
         let (m11, m12, m22) = self.link_inertia(cos);
-        if self.model() == Model::Rigid {
+        if self.model() == JointKind::Rigid {
             if !self.parameters.parts.rotors {
                 return [[m11, m12], [m12, m22]];
             }

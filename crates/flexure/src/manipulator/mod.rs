@@ -12,9 +12,9 @@
 //! | [`simulate()`], [`Drive`] | an arm in time, under torque or with commanded deflections | |
 //!
 //! ```
-//! use flexure::manipulator::{Arm, Drive, Model, SimulationOptions, simulate, space_arm};
+//! use flexure::manipulator::{Arm, Drive, JointKind, SimulationOptions, simulate, space_arm};
 //!
-//! let arm = Arm::new(space_arm(Model::Nonlinear))?;
+//! let arm = Arm::new(space_arm(JointKind::Nonlinear))?;
 //! let options = SimulationOptions::new(1.0, 0.01)?;
 //! let torque = |t: f64| [5.0 * (2.0 * t).sin(), 0.0];
 //! let record = simulate(&arm, &Drive::Torque(&torque), &options)?;
@@ -32,7 +32,7 @@ mod modal;
 mod noise;
 mod simulate;
 
-pub use arm::{Arm, ArmParameters, JointParameters, Model, Parts, space_arm};
+pub use arm::{Arm, ArmParameters, JointKind, JointParameters, Parts, space_arm};
 pub use joint::{Friction, Stiffness};
 pub use links::{Link, LinkDynamics};
 pub use noise::add_noise;

@@ -9,7 +9,7 @@
 //!
 //! with \\(K = \mathrm{diag}\, \kappa'(d_i)\\).
 
-use super::arm::{Arm, Model};
+use super::arm::{Arm, JointKind};
 
 impl Arm {
     /// The circular frequencies in rad/s, increasing, of the small free vibrations without friction
@@ -18,7 +18,7 @@ impl Arm {
     /// One for each joint that is flexible and free; none for a rigid arm. NaN where the stiffness
     /// is negative.
     pub fn modal_frequencies(&self, q2: f64, d: [f64; 2]) -> Vec<f64> {
-        if self.model() == Model::Rigid {
+        if self.model() == JointKind::Rigid {
             return Vec::new();
         }
         let k = [self.stiffness[0].tangent(d[0]), self.stiffness[1].tangent(d[1])];

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::arm::{Arm, Model};
+use super::arm::{Arm, JointKind};
 use super::{State, checks};
 use crate::error::{ArmError, Error, Result};
 use crate::record::Record;
@@ -92,7 +92,7 @@ pub fn simulate_watched(
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Record> {
     arm.check_initial(&options.initial)?;
-    let flexible = arm.model() != Model::Rigid;
+    let flexible = arm.model() != JointKind::Rigid;
     let rows = match flexible {
         true => driven(&Flexible(arm), drive, options, watch)?,
         false => driven(&Rigid(arm), drive, options, watch)?,
@@ -281,7 +281,7 @@ impl Arm {
     /// [`Error::Arm`] for a rigid arm, [`Error::Arm`] if `M + S` is not
     /// positive for every `q2`.
     pub fn check_deflection(&self) -> Result<()> {
-        if self.model() == Model::Rigid {
+        if self.model() == JointKind::Rigid {
             return Err(Error::Arm(ArmError::RigidDeflection));
         }
         checks::deflection_inertia(self)
@@ -289,8 +289,8 @@ impl Arm {
 }
 
 /// The columns of a simulated record.
-pub fn record_columns(model: Model) -> Vec<&'static str> {
-    let kept = |name: &&str| model != Model::Rigid || !name.contains("qm");
+pub fn record_columns(model: JointKind) -> Vec<&'static str> {
+    let kept = |name: &&str| model != JointKind::Rigid || !name.contains("qm");
     ["t"].into_iter().chain(Rows::NAMES).filter(kept).collect()
 }
 

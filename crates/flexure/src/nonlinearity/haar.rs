@@ -8,7 +8,7 @@
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
 use crate::error::{Error, Result};
-use crate::selection::{Candidate, Search};
+use crate::selection::{ScoredParameter, Search};
 
 /// The most levels: 2^20 cells.
 const MOST_LEVELS: usize = 20;
@@ -130,7 +130,7 @@ impl Tree {
             .map_or(f64::NAN, |s| self.offset + s.1 / s.0)
     }
 
-    fn score(&self, points: &Points, levels: usize) -> Candidate<usize> {
+    fn score(&self, points: &Points, levels: usize) -> ScoredParameter<usize> {
         let (mut trace, mut left_out, mut residual) = (0.0, 0.0, 0.0);
         for ((x, y), w) in points.x[0].iter().zip(&points.y).zip(&points.w) {
             let (cell, y) = (self.grid.cell(*x, levels), y - self.offset);
@@ -143,7 +143,7 @@ impl Tree {
                 .find(|s| s.0 - w > ALONE * s.0);
             left_out += w * others.map_or(f64::INFINITY, |s| ((y * s.0 - s.1) / (s.0 - w)).powi(2));
         }
-        Candidate::new(levels, trace, left_out, residual, points.total_weight(), points.len())
+        ScoredParameter::new(levels, trace, left_out, residual, points.total_weight(), points.len())
     }
 }
 

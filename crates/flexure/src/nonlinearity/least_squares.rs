@@ -9,7 +9,7 @@
 use super::blocks::{BLOCK, Row, add_products, dot, load, rows, sum_over};
 use super::estimator::Points;
 use super::functions::Functions;
-use crate::selection::{Candidate, UNDETERMINED};
+use crate::selection::{ScoredParameter, UNDETERMINED};
 
 /// A function counts as a combination of those before it when no more than this share of its square is left.
 const DEPENDENT: f64 = 1e-12;
@@ -78,7 +78,7 @@ impl Nested {
     }
 
     /// Both scores for 1, 2, ... terms.
-    pub fn scores(&self, points: &Points) -> Vec<Candidate<usize>> {
+    pub fn scores(&self, points: &Points) -> Vec<ScoredParameter<usize>> {
         let terms = self.terms();
         let scratch = || rows(terms);
         let sums = sum_over(points.len(), 2 * terms, scratch, |q, range, total| {
@@ -107,7 +107,7 @@ impl Nested {
         (0..terms)
             .map(|k| {
                 let (residual, left_out) = (sums[k], sums[terms + k]);
-                Candidate::new(k + 1, (k + 1) as f64, left_out, residual, weight, points.len())
+                ScoredParameter::new(k + 1, (k + 1) as f64, left_out, residual, weight, points.len())
             })
             .collect()
     }

@@ -1,7 +1,7 @@
 //! The bandwidth by generalised cross-validation (Craven and Wahba 1979), for the kernel estimates.
 
 use super::grid::Grid;
-use super::{BandwidthSearch, Candidate};
+use super::{BandwidthSearch, ScoredParameter};
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, for_each_sum};
 
 /// Minimises the mean squared residual over (1 - df/n)^2, where df is the trace of the hat matrix: the sum of
@@ -16,7 +16,7 @@ pub(crate) fn generalized_score(data: &Sorted, kernel: Kernel, degree: Degree, h
 }
 
 /// One bandwidth, exact, in O(n).
-fn score(data: &Sorted, kernel: Kernel, degree: Degree, h: f64) -> Candidate<f64> {
+fn score(data: &Sorted, kernel: Kernel, degree: Degree, h: f64) -> ScoredParameter<f64> {
     let (mut squares, mut trace, mut total) = (0.0, 0.0, 0.0);
     for_each_sum(data, kernel, degree, h, &data.x, |i, sums| {
         let w = data.weight(i);
@@ -27,7 +27,7 @@ fn score(data: &Sorted, kernel: Kernel, degree: Degree, h: f64) -> Candidate<f64
         }
         total += w;
     });
-    Candidate::new(h, trace, f64::INFINITY, squares, total, data.len())
+    ScoredParameter::new(h, trace, f64::INFINITY, squares, total, data.len())
 }
 
 #[cfg(test)]

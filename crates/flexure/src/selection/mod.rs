@@ -42,5 +42,5 @@ pub(crate) use generalized::{generalized, generalized_score};
 pub(crate) use grid::{Grid, bulk};
 pub(crate) use plug_in::{Bend, PlugIn, canonical};
 pub use rule::{BandwidthChoice, BandwidthRule, choose_bandwidth};
-pub use search::{Candidate, Criterion, Search};
+pub use search::{Criterion, ScoredParameter, Search};
 pub(crate) use search::{UNDETERMINED, lowest};

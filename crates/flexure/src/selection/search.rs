@@ -12,9 +12,9 @@ pub enum Criterion {
     Generalized,
 }
 
-/// A candidate for a parameter, and both its scores.
+/// A value that was tried for a parameter, and both its scores.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate<P> {
+pub struct ScoredParameter<P> {
     /// The parameter's value.
     pub parameter: P,
     /// The trace of the hat matrix, by which the ordinates determine the fitted values.
@@ -27,7 +27,7 @@ pub struct Candidate<P> {
     pub generalized: f64,
 }
 
-impl<P> Candidate<P> {
+impl<P> ScoredParameter<P> {
     /// The score by this criterion.
     pub fn score(&self, criterion: Criterion) -> f64 {
         match criterion {
@@ -40,7 +40,7 @@ impl<P> Candidate<P> {
     pub(crate) fn new(parameter: P, trace: f64, left_out: f64, residual: f64, weight: f64, n: usize) -> Self {
         let rest = 1.0 - trace / n as f64;
         let finite = |score: f64| if score.is_finite() { score } else { f64::INFINITY };
-        Candidate {
+        ScoredParameter {
             parameter,
             degrees_of_freedom: trace,
             leave_one_out: finite(left_out / weight),
@@ -70,7 +70,7 @@ pub struct Search<P> {
     /// The score that was minimised.
     pub criterion: Criterion,
     /// All candidates in order of the parameter.
-    pub curve: Vec<Candidate<P>>,
+    pub curve: Vec<ScoredParameter<P>>,
     /// Whether the best candidate is the first or the last one tried where more could have been tried, so
     /// that the minimum may lie beyond.
     pub at_edge: bool,
@@ -87,9 +87,9 @@ impl<P: Copy> Search<P> {
 
     /// The best of a curve that is not empty. `open` says whether values below the first and above the last
     /// would have been possible; `size` is the ordinates' root mean square.
-    pub(crate) fn best(criterion: Criterion, curve: Vec<Candidate<P>>, open: (bool, bool), size: f64) -> Self {
+    pub(crate) fn best(criterion: Criterion, curve: Vec<ScoredParameter<P>>, open: (bool, bool), size: f64) -> Self {
         let floor = (ROUNDING * size).powi(2);
-        let score = |c: &Candidate<P>| c.score(criterion).max(floor);
+        let score = |c: &ScoredParameter<P>| c.score(criterion).max(floor);
         let best = lowest(&curve, score);
         let last = curve.len() - 1;
         let steeper = |i: usize| score(&curve[i]) - score(&curve[best]) > FLAT * score(&curve[i]);
@@ -104,7 +104,7 @@ impl<P: Copy> Search<P> {
 }
 
 /// The index of the lowest score; of equal ones that with the fewest degrees of freedom.
-pub(crate) fn lowest<P>(curve: &[Candidate<P>], score: impl Fn(&Candidate<P>) -> f64) -> usize {
+pub(crate) fn lowest<P>(curve: &[ScoredParameter<P>], score: impl Fn(&ScoredParameter<P>) -> f64) -> usize {
     (0..curve.len())
         .min_by(|&i, &j| {
             let (a, b) = (&curve[i], &curve[j]);

@@ -6,13 +6,13 @@ use super::outcome::Fitted;
 use super::system::{Curve, CurveKind};
 
 /// A form with the logarithms of the shape parameters at which its searches start.
-pub(super) struct Candidate {
+pub(super) struct FormStart {
     pub form: FormName,
     pub starts: Vec<Vec<f64>>,
 }
 
 /// The forms of a curve.
-pub(super) fn candidates(curve: &Curve) -> Vec<Candidate> {
+pub(super) fn candidates(curve: &Curve) -> Vec<FormStart> {
     match curve.kind {
         CurveKind::Stiffness => stiffness(curve.largest()),
         CurveKind::Friction => friction(curve.largest()),
@@ -20,7 +20,7 @@ pub(super) fn candidates(curve: &Curve) -> Vec<Candidate> {
 }
 
 /// The forms of stiffness, for deflections up to the largest one.
-fn stiffness(largest: f64) -> Vec<Candidate> {
+fn stiffness(largest: f64) -> Vec<FormStart> {
     let none = vec![vec![]];
     let windup = START_WINDUP_WIDTHS
         .map(|share| vec![-2.0 * (share * largest).ln()])
@@ -31,12 +31,12 @@ fn stiffness(largest: f64) -> Vec<Candidate> {
         (FormName::LinearWindup, windup.clone()),
         (FormName::Windup, windup),
     ]
-    .map(|(form, starts)| Candidate { form, starts })
+    .map(|(form, starts)| FormStart { form, starts })
     .into()
 }
 
 /// The forms of friction, for velocities up to the largest one.
-fn friction(fastest: f64) -> Vec<Candidate> {
+fn friction(fastest: f64) -> Vec<FormStart> {
     let slope = |share: f64| (share / fastest).ln();
     let slopes = || START_SLOPES.iter().copied();
     // Minima of (12) lie far from each other: g2 > g3, beside every g5.
@@ -54,7 +54,7 @@ fn friction(fastest: f64) -> Vec<Candidate> {
             triples.map(|t| t.map(slope).to_vec()).collect(),
         ),
     ]
-    .map(|(form, starts)| Candidate { form, starts })
+    .map(|(form, starts)| FormStart { form, starts })
     .into()
 }
 

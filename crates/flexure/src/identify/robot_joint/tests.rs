@@ -6,7 +6,7 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::Error;
-use crate::manipulator::{Arm, Drive, Model, SimulationOptions, simulate, space_arm};
+use crate::manipulator::{Arm, Drive, JointKind, SimulationOptions, simulate, space_arm};
 
 mod bad_logs;
 
@@ -44,12 +44,12 @@ fn noisy(x: &[f64], sd: f64, seed: u64) -> Vec<f64> {
 
 /// Motor angle, link angle and torque of the space arm's elbow with its shoulder locked, with noise; the link's inertia.
 fn elbow(seconds: f64) -> ([Vec<f64>; 3], f64) {
-    elbow_of(seconds, space_arm(Model::Nonlinear).joints[1].linear, 1e-5, 0)
+    elbow_of(seconds, space_arm(JointKind::Nonlinear).joints[1].linear, 1e-5, 0)
 }
 
 /// The same with this linear stiffness and this noise of the encoders, another one in each `run`.
 fn elbow_of(seconds: f64, linear: f64, encoder: f64, run: u64) -> ([Vec<f64>; 3], f64) {
-    let mut parameters = space_arm(Model::Nonlinear);
+    let mut parameters = space_arm(JointKind::Nonlinear);
     parameters.joints[0].locked = true;
     parameters.joints[1].linear = linear;
     let arm = Arm::new(parameters).unwrap();
@@ -104,7 +104,7 @@ fn the_space_arms_elbow_is_found_with_its_wind_up() {
     };
     near("Jm", axis.motor_inertia.value, 1.0, 0.002);
     near("M", axis.link.inertia.value, inertia, 0.002);
-    let arm = space_arm(Model::Nonlinear).joints[1];
+    let arm = space_arm(JointKind::Nonlinear).joints[1];
     let kappa = arm.nonlinear_stiffness();
     let friction = arm.friction.unwrap();
     for (name, (off, covered)) in [
@@ -311,7 +311,7 @@ fn a_stiff_joint_is_found_near_the_encoders_noise_and_with_their_skew() {
 /// Where g1, g2, g3 and g5 make up for each other no small error may stand beside a wrong value; and true forms agree.
 #[test]
 fn what_is_said_of_the_forms_is_true() {
-    let joint = space_arm(Model::Nonlinear).joints[1];
+    let joint = space_arm(JointKind::Nonlinear).joints[1];
     let [g1, g2, g3, g4, g5, g6] = joint.friction.unwrap().0;
     let truths = [
         ("g1", g1),

@@ -8,10 +8,18 @@ use crate::nonlinearity::{
     Basis, Decay, HaarFit, HaarRegression, NearestNeighbours, NeighboursFit, NetworkFit, NetworkRegression,
     PolynomialRegression, SeriesFit, SeriesRegression, SplineFit, SplineRegression,
 };
-use crate::selection::{BlockFolds, Candidate, Criterion, Search};
+use crate::selection::{BlockFolds, Criterion, ScoredParameter, Search};
 
-/// The columns of x, the ordinates and the weights.
-pub(super) type Data<'a> = (&'a [&'a [f64]], &'a [f64], Option<&'a [f64]>);
+/// What a regression is estimated from, as it was given.
+#[derive(Clone, Copy)]
+pub(super) struct Observations<'a> {
+    /// The columns of x.
+    pub x: &'a [&'a [f64]],
+    /// The ordinates.
+    pub y: &'a [f64],
+    /// The weights of the points; each counts once without them.
+    pub weights: Option<&'a [f64]>,
+}
 
 pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NamedFit> {
     if let Tuning::FromData(rule) = method.tuning
@@ -27,7 +35,7 @@ pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Opt
             },
         }));
     }
-    let data = (x, y, weights);
+    let data = Observations { x, y, weights };
     match method.name {
         EstimatorName::Kernel => kernels::fit(method, Degree::Constant, data),
         EstimatorName::LocalLinear => kernels::fit(method, Degree::Linear, data),
@@ -90,7 +98,7 @@ pub(super) struct Shown<F, P> {
 /// Fits `make(choice)`, the choice being the one that the method asks for.
 pub(super) fn tuned<E, P>(
     method: &NamedEstimator,
-    (x, y, weights): Data,
+    Observations { x, y, weights }: Observations,
     choice: Choice<P>,
     make: impl Fn(Choice<P>) -> E + Sync,
     shown: &Shown<E::Fit, P>,
@@ -126,7 +134,7 @@ where
     Ok(named(method, (shown.value)(&fit), fit, Some(scores), None))
 }
 
-fn chosen<P: Copy + PartialEq>(search: &Search<P>) -> Option<Candidate<P>> {
+fn chosen<P: Copy + PartialEq>(search: &Search<P>) -> Option<ScoredParameter<P>> {
     search.curve.iter().find(|c| c.parameter == search.parameter).copied()
 }
 
@@ -157,7 +165,7 @@ pub(super) fn criterion_name(criterion: Criterion) -> &'static str {
     }
 }
 
-fn neighbours(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+fn neighbours(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
     let make = |neighbours| NearestNeighbours {
         neighbours,
         outside: method.outside,
@@ -170,7 +178,7 @@ fn neighbours(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
     tuned(method, data, count(method)?, make, &shown)
 }
 
-fn series(method: &NamedEstimator, basis: Basis, data: Data) -> Result<NamedFit> {
+fn series(method: &NamedEstimator, basis: Basis, data: Observations) -> Result<NamedFit> {
     let make = |terms| SeriesRegression {
         basis,
         terms,
@@ -184,7 +192,7 @@ fn series(method: &NamedEstimator, basis: Basis, data: Data) -> Result<NamedFit>
     tuned(method, data, count(method)?, make, &shown)
 }
 
-fn polynomial(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+fn polynomial(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
     // Searches count terms, of which there is one more than the degree says.
     let terms = match count(method)? {
         Choice::Fixed(degree) => Choice::Fixed(degree + 1),
@@ -205,7 +213,7 @@ fn polynomial(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
     tuned(method, data, terms, make, &shown)
 }
 
-fn haar(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+fn haar(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
     let make = |levels| HaarRegression {
         levels,
         outside: method.outside,
@@ -218,7 +226,7 @@ fn haar(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
     tuned(method, data, count(method)?, make, &shown)
 }
 
-fn spline(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+fn spline(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
     let make = |penalty| SplineRegression {
         penalty,
         outside: method.outside,
@@ -232,7 +240,7 @@ fn spline(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
     tuned(method, data, number(method)?, make, &shown)
 }
 
-fn network(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+fn network(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
     let make = |units| NetworkRegression {
         units,
         decay: Decay::default(),

@@ -1,6 +1,6 @@
 //! The kernel estimates by name: in one column by any rule, in several by those that know them.
 
-use super::fit::{BLOCK_CRITERION, Data, criterion_name, named, single};
+use super::fit::{BLOCK_CRITERION, Observations, criterion_name, named, single};
 use super::{EstimatorName, LocalBandwidths, NamedEstimator, NamedFit, Rule, Scores, Tuning};
 use crate::error::Result;
 use crate::nonlinearity::estimator::Estimator;
@@ -16,19 +16,16 @@ const FACTORS: std::ops::RangeInclusive<i32> = -4..=6;
 /// Values of a profile over several bandwidths.
 const PROFILE: usize = 24;
 
-pub(super) fn fit(method: &NamedEstimator, degree: Degree, data: Data) -> Result<NamedFit> {
-    match data.0 {
-        [x] => line(method, degree, (x, data.1, data.2)),
+pub(super) fn fit(method: &NamedEstimator, degree: Degree, data: Observations) -> Result<NamedFit> {
+    match data.x {
+        [x] => line(method, degree, x, data),
         _ => product(method, degree, data),
     }
 }
 
 /// One column.
-fn line(
-    method: &NamedEstimator,
-    degree: Degree,
-    (x, y, weights): (&[f64], &[f64], Option<&[f64]>),
-) -> Result<NamedFit> {
+fn line(method: &NamedEstimator, degree: Degree, x: &[f64], observed: Observations) -> Result<NamedFit> {
+    let Observations { y, weights, .. } = observed;
     let need = if let Tuning::Fixed(_) = method.tuning { 1 } else { 3 };
     check_points(x, y, need)?;
     if let Some(weights) = weights {
@@ -53,12 +50,12 @@ fn line(
         }
     };
     let line = one_bandwidth(method, data, bandwidth, degree)?;
-    one_line(method, line, scores, (x, y, weights))
+    one_line(method, line, scores, observed)
 }
 
 /// The local line with local bandwidths; by Lepski's rule that with one bandwidth where local ones do not predict clearly
 /// better.
-pub(super) fn local_bandwidth(method: &NamedEstimator, (columns, y, weights): Data) -> Result<NamedFit> {
+pub(super) fn local_bandwidth(method: &NamedEstimator, observed: Observations) -> Result<NamedFit> {
     let estimator = LocalKernel {
         kernel: method.kernel,
         rule: match method.tuning {
@@ -67,7 +64,7 @@ pub(super) fn local_bandwidth(method: &NamedEstimator, (columns, y, weights): Da
         },
         outside: method.outside,
     };
-    let (x, data) = estimator.sorted(columns, y, weights)?;
+    let (_, data) = estimator.sorted(observed.x, observed.y, observed.weights)?;
     let fit = estimator.fit_sorted(&data)?;
     let global = fit.global();
     // The plug-in rule has no scores.
@@ -78,7 +75,7 @@ pub(super) fn local_bandwidth(method: &NamedEstimator, (columns, y, weights): Da
             name: EstimatorName::LocalLinear,
             ..method.clone()
         };
-        return one_line(&one, line, scores, (x, y, weights));
+        return one_line(&one, line, scores, observed);
     }
     let local = LocalBandwidths {
         windows: fit.table(),
@@ -108,7 +105,7 @@ fn one_line(
     method: &NamedEstimator,
     fit: KernelFit,
     scores: Option<Scores>,
-    (x, y, weights): (&[f64], &[f64], Option<&[f64]>),
+    observed: Observations,
 ) -> Result<NamedFit> {
     let (bandwidth, degree) = (fit.method().bandwidth, fit.degree());
     let left_out = match &scores {
@@ -126,7 +123,7 @@ fn one_line(
         bandwidth: Bandwidth::Fixed(vec![bandwidth]),
         outside: method.outside,
     };
-    let fit = estimator.fit(&[x], y, weights)?;
+    let fit = estimator.fit(observed.x, observed.y, observed.weights)?;
     Ok(named(method, bandwidth, fit, scores, left_out))
 }
 
@@ -152,7 +149,7 @@ pub(super) fn scores(search: &BandwidthSearch, criterion: &'static str) -> Score
 }
 
 /// Several columns.
-fn product(method: &NamedEstimator, degree: Degree, (x, y, weights): Data) -> Result<NamedFit> {
+fn product(method: &NamedEstimator, degree: Degree, Observations { x, y, weights }: Observations) -> Result<NamedFit> {
     let with = |bandwidth| KernelEstimator {
         kernel: method.kernel,
         degree,

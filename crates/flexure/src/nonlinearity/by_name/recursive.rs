@@ -1,13 +1,13 @@
 //! The recursive kernel estimate by name, over the points in the order in which they came.
 
-use super::fit::{Data, Shown, named, number, tuned};
+use super::fit::{Observations, Shown, named, number, tuned};
 use super::{NamedEstimator, NamedFit, Rule, Scores, Tuning};
 use crate::error::Result;
 use crate::nonlinearity::kernel::Degree;
 use crate::nonlinearity::{Choice, Estimator, RecursiveFit, RecursiveRegression};
 use crate::selection::choose_bandwidth;
 
-pub(super) fn fit(method: &NamedEstimator, data: Data) -> Result<NamedFit> {
+pub(super) fn fit(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
     let make = |bandwidth| RecursiveRegression {
         kernel: method.kernel,
         bandwidth,
@@ -33,7 +33,7 @@ fn resampled(
     method: &NamedEstimator,
     rule: Rule,
     make: impl Fn(Choice<f64>) -> RecursiveRegression,
-    (x, y, weights): Data,
+    Observations { x, y, weights }: Observations,
 ) -> Result<NamedFit> {
     // Its scale does not matter; the data are checked by it as for every other rule.
     let first = make(Choice::Fixed(1.0)).fit(x, y, weights)?;

@@ -8,7 +8,7 @@ use super::{Degree, Kernel, Sorted, leave_one_out};
 use crate::error::Result;
 use crate::nonlinearity::estimator::{Checked, Points};
 use crate::nonlinearity::neighbours::Tree;
-use crate::selection::{BandwidthSearch, Candidate, Criterion, Score, generalized, generalized_score};
+use crate::selection::{BandwidthSearch, Criterion, Score, ScoredParameter, generalized, generalized_score};
 
 /// The bandwidths of a kernel estimate: given, or chosen from the data.
 #[derive(Debug, Clone, PartialEq)]
@@ -160,7 +160,7 @@ impl Errors {
 
     /// The score of these bandwidths.
     pub fn score(&self, bandwidths: &[f64], criterion: Criterion) -> KernelScore {
-        let of = Candidate::new((), self.trace, self.left_out, self.residual, self.weight, self.points);
+        let of = ScoredParameter::new((), self.trace, self.left_out, self.residual, self.weight, self.points);
         KernelScore {
             bandwidths: bandwidths.to_vec(),
             score: of.score(criterion),

@@ -12,7 +12,7 @@ use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
 use crate::error::{Error, ParameterError, Result};
 use crate::parallel;
-use crate::selection::{Candidate, Criterion, Search};
+use crate::selection::{Criterion, ScoredParameter, Search};
 use crate::sort;
 use line::Line;
 pub(super) use tree::Tree;
@@ -174,7 +174,7 @@ impl Index {
             Index::Tree(_) => possible.min((2.0 * (points.len() as f64).powf(4.0 / (4.0 + d))).ceil() as usize),
         };
         let mut curve = self.scores(points, &between(1, most, GRID));
-        let score = |c: &Candidate<usize>| c.score(criterion);
+        let score = |c: &ScoredParameter<usize>| c.score(criterion);
         let best = crate::selection::lowest(&curve, score);
         let below = curve[best.saturating_sub(1)].parameter;
         let above = curve[(best + 1).min(curve.len() - 1)].parameter;
@@ -189,7 +189,7 @@ impl Index {
     }
 
     /// The candidates for these increasing numbers of neighbours.
-    fn scores(&self, points: &Points, numbers: &[usize]) -> Vec<Candidate<usize>> {
+    fn scores(&self, points: &Points, numbers: &[usize]) -> Vec<ScoredParameter<usize>> {
         let sums = match self {
             Index::Line(line) => parallel::batch(numbers, |&k| line.scores(k as f64)),
             Index::Tree(tree) => tree.scores(numbers),
@@ -197,7 +197,7 @@ impl Index {
         let (weight, n) = (points.total_weight(), points.len());
         let candidates = numbers.iter().zip(sums);
         candidates
-            .map(|(&k, s): (_, Scores)| Candidate::new(k, s.trace, s.left_out, s.residual, weight, n))
+            .map(|(&k, s): (_, Scores)| ScoredParameter::new(k, s.trace, s.left_out, s.residual, weight, n))
             .collect()
     }
 }

@@ -10,7 +10,7 @@ use super::layer::Layer;
 use super::sample::Sample;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::{Minimum, NormalEquations, minimise_squares};
-use crate::selection::{Candidate, UNDETERMINED};
+use crate::selection::{ScoredParameter, UNDETERMINED};
 
 /// The starts compete on at most so many points.
 const START_POINTS: usize = 2000;
@@ -223,11 +223,11 @@ impl Trained {
     }
 
     /// Both scores, exact for the network linearised at the optimum, in the squared unit of y of scale `unit`.
-    pub fn score(&self, sample: &Sample, unit: f64) -> Candidate<usize> {
+    pub fn score(&self, sample: &Sample, unit: f64) -> ScoredParameter<usize> {
         let (layer, p) = (self.layer, self.layer.parameters());
         let Some(inverse) = &self.inverse else {
             let never = f64::INFINITY;
-            return Candidate::new(layer.units, p as f64, never, never, sample.total, sample.len());
+            return ScoredParameter::new(layer.units, p as f64, never, never, sample.total, sample.len());
         };
         let sums = sum_over(
             sample.len(),
@@ -256,7 +256,7 @@ impl Trained {
             },
         );
         let square = unit * unit;
-        Candidate::new(
+        ScoredParameter::new(
             layer.units,
             self.degrees_of_freedom(),
             sums[1] * square,

@@ -13,7 +13,7 @@ use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
 use crate::error::{DataError, Error, ParameterError, Result};
 use crate::parallel;
-use crate::selection::{Candidate, Search, UNDETERMINED, lowest};
+use crate::selection::{ScoredParameter, Search, UNDETERMINED, lowest};
 use crate::sort;
 use banded::{Banded, Factor};
 use basis::CubicSplines;
@@ -207,7 +207,7 @@ impl<'a> Problem<'a> {
 
     /// Both scores and the degrees of freedom for one penalty; `None` where the normal equations are singular to
     /// working precision.
-    fn candidate(&self, penalty: f64) -> Option<Candidate<f64>> {
+    fn candidate(&self, penalty: f64) -> Option<ScoredParameter<f64>> {
         let (n, weight) = (self.points.len(), self.points.total_weight());
         let (factor, c) = self.solve(penalty)?;
         let inverse = factor.inverse_band();
@@ -231,11 +231,11 @@ impl<'a> Problem<'a> {
         }
         // A straight line has two.
         let sound = trace > 2.0 - ROUNDING && trace < n as f64 + ROUNDING;
-        sound.then(|| Candidate::new(penalty, trace, left_out, residual, weight, n))
+        sound.then(|| ScoredParameter::new(penalty, trace, left_out, residual, weight, n))
     }
 
     /// A logarithmic grid of penalties, from interpolation to a straight line, refined around the best.
-    fn curve(&self, score: impl Fn(&Candidate<f64>) -> f64 + Copy) -> Vec<Candidate<f64>> {
+    fn curve(&self, score: impl Fn(&ScoredParameter<f64>) -> f64 + Copy) -> Vec<ScoredParameter<f64>> {
         let heaviest = LARGEST * self.points.total_weight() * self.unit();
         let candidate = |t: &f64| Some((*t, self.candidate(heaviest * t.exp())?));
         let candidates = |at: &[f64]| parallel::batch(at, candidate).into_iter().flatten();
@@ -243,7 +243,7 @@ impl<'a> Problem<'a> {
         let start = (SMALLEST * shortest.powi(4) / LARGEST).ln();
         let mut step = -start / (GRID - 1) as f64;
         let grid: Vec<f64> = (0..GRID).map(|i| start + step * i as f64).collect();
-        let mut tried: Vec<(f64, Candidate<f64>)> = candidates(&grid).collect();
+        let mut tried: Vec<(f64, ScoredParameter<f64>)> = candidates(&grid).collect();
         for _ in 0..2 {
             if tried.is_empty() {
                 break;

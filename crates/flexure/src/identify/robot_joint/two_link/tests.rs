@@ -4,7 +4,7 @@ use super::TwoLinkLog;
 use crate::bands::Band;
 use crate::error::DataError;
 use crate::identify::robot_joint::{FormName, TwoLinkArm};
-use crate::manipulator::{Arm, Drive, LinkDynamics, Model, SimulationOptions, add_noise, simulate, space_arm};
+use crate::manipulator::{Arm, Drive, JointKind, LinkDynamics, SimulationOptions, add_noise, simulate, space_arm};
 use crate::record::Record;
 use crate::signal::{Phases, multisine};
 use crate::{Error, Result};
@@ -18,7 +18,7 @@ fn log(seconds: f64, factor: f64) -> Record {
 
 /// Other multisines with other noise for each `run`.
 fn log_of(seconds: f64, factor: f64, run: u64) -> Record {
-    let mut parameters = space_arm(Model::Nonlinear);
+    let mut parameters = space_arm(JointKind::Nonlinear);
     parameters.joints[1].linear *= factor;
     let arm = Arm::new(parameters).unwrap();
     let options = SimulationOptions::new(seconds, STEP).unwrap();
@@ -58,7 +58,7 @@ fn distance(band: &Band, truth: impl Fn(f64) -> f64) -> (f64, f64) {
 #[test]
 fn an_arm_is_found_as_a_whole() {
     let arm = identified(&log(40.0, 1.0)).unwrap();
-    let parameters = space_arm(Model::Nonlinear);
+    let parameters = space_arm(JointKind::Nonlinear);
     let truth = LinkDynamics::new(&parameters.links);
     for (name, found, truth) in [
         ("shoulder", arm.shoulder, truth.shoulder),
@@ -101,7 +101,7 @@ fn an_arm_is_found_as_a_whole() {
 /// Errors at neighbouring points are alike, and so single runs lie far apart: four runs, and all of their curves.
 #[test]
 fn bands_cover_the_truth() {
-    let joint = space_arm(Model::Nonlinear).joints[0];
+    let joint = space_arm(JointKind::Nonlinear).joints[0];
     let kappa = joint.nonlinear_stiffness();
     let friction = joint.friction.unwrap();
     let mut covered = [Vec::new(), Vec::new()];

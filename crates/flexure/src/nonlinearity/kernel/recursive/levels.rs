@@ -5,7 +5,7 @@ use super::super::{Degree, Sorted, for_each_sum};
 use super::RecursiveKernel;
 use crate::nonlinearity::estimator::Checked;
 use crate::parallel;
-use crate::selection::Candidate;
+use crate::selection::ScoredParameter;
 use crate::sort::order;
 
 /// A point is left out by subtraction. If the other points contribute less than this share of the sums, rounding spoils the
@@ -162,7 +162,7 @@ impl Levels {
 
     /// The scores of c over these points, in order of x. Each is predicted from all others, whose bandwidths stay, or by its
     /// nearest neighbours if no other is in reach.
-    pub fn candidate(&self, method: &RecursiveKernel, points: &[Own]) -> Candidate<f64> {
+    pub fn candidate(&self, method: &RecursiveKernel, points: &[Own]) -> ScoredParameter<f64> {
         let at: Vec<f64> = points.iter().map(|p| p.x).collect();
         let factors: Vec<f64> = self.each(method).map(|(_, _, factor)| factor).collect();
         let (mut trace, mut left_out, mut squares, mut total) = (0.0, 0.0, 0.0, 0.0);
@@ -186,7 +186,7 @@ impl Levels {
             squares += point.weight * (y - sum.value()).powi(2);
             total += point.weight;
         }
-        Candidate::new(method.bandwidth, trace, left_out, squares, total, points.len())
+        ScoredParameter::new(method.bandwidth, trace, left_out, squares, total, points.len())
     }
 
     /// The sums at a point over all others, one by one.
