@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::least_squares::least_squares;
-use super::limits::{LARGEST_RISE, EVEN, FINEST_PIECES, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
+use super::limits::{EVEN, FINEST_PIECES, LARGEST_RISE, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
 use super::loss::through_back;
 use super::signals::{Signals, add, convolved};
 use super::spline::{KinkedSpline, Local, Roughness, Tangent, thinned};
