@@ -8,7 +8,7 @@
 //! |---|---|
 //! | [`sums`] | the kernel sums at a point, and the local constant or the local line that follows from them |
 //! | [`polynomials`] | kernels of bounded support: sums of K by the moments of a window |
-//! | [`window_sums`] | the moments of a window that slides over the data |
+//! | [`moments`], [`window_sums`], [`window_bounds`] | moments over a window that slides over the data, and where windows begin and end |
 //! | [`gaussian`] | the Gaussian: sums by a fast Gauss transform |
 //! | [`leave_one_out`](mod@leave_one_out) | exact scores of bandwidths |
 //! | [`bin`], [`binned`] | scores from data in bins, for searches among many points |
@@ -29,12 +29,14 @@ mod estimator;
 mod gaussian;
 mod leave_one_out;
 mod line;
+mod moments;
 mod polynomials;
 mod product;
 mod recursive;
 mod regression;
 mod sorted;
 mod sums;
+mod window_bounds;
 mod window_sums;
 
 pub(crate) use binned::Pyramid;

@@ -5,8 +5,53 @@
 //! where c_k(t) are the coefficients of K(t - u) as a polynomial in u. The triangular kernel has one polynomial up to the
 //! point and another one beyond it.
 
-use super::window_sums::{Moments, WindowSums};
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+use super::moments::Groups;
+use super::window_bounds::{Abscissas, Scratch, WindowBounds};
+use super::window_sums::{BATCH, RunningSums, WindowSums};
 use super::{Degree, Kernel, Sorted, Sums};
+
+/// A kernel as a polynomial: its coefficients of the powers of u, for a point at the coordinate t.
+pub trait Coefficients<const M: usize>: Copy + Sync {
+    /// The coefficients.
+    fn at(self, t: f64) -> [f64; M];
+
+    /// The sums of K and of K y out of those of the powers of u.
+    #[inline(always)]
+    fn combined(self, t: f64, moments: &[[f64; 2]]) -> [f64; 2] {
+        let terms = self.at(t).into_iter().zip(moments);
+        terms.fold([0.0; 2], |[s, t], (c, moment)| [s + c * moment[0], t + c * moment[1]])
+    }
+}
+
+impl<const M: usize, F: Fn(f64) -> [f64; M] + Copy + Sync> Coefficients<M> for F {
+    #[inline(always)]
+    fn at(self, t: f64) -> [f64; M] {
+        self(t)
+    }
+}
+
+/// 1 - (t - u)^2.
+#[derive(Clone, Copy)]
+struct Parabola;
+
+impl Coefficients<3> for Parabola {
+    #[inline(always)]
+    fn at(self, t: f64) -> [f64; 3] {
+        parabola(t)
+    }
+
+    #[inline(always)]
+    fn combined(self, t: f64, moments: &[[f64; 2]]) -> [f64; 2] {
+        // Horner's rule in t. The searches for a bandwidth spend most of their time here.
+        std::array::from_fn(|k| {
+            let [m0, m1, m2] = [moments[0][k], moments[1][k], moments[2][k]];
+            (m0 - m2) + t * ((m1 + m1) - t * m0)
+        })
+    }
+}
 
 /// 1 - (t - u)^2 in powers of u.
 #[inline(always)]
@@ -49,9 +94,35 @@ fn falling(t: f64) -> [f64; 2] {
     [1.0 + t, -1.0]
 }
 
+/// What is to be done with a kernel's polynomials. M coefficients need N = M moments, and N = M + 2 for the local linear
+/// fit.
+trait Task {
+    /// For a kernel that is one polynomial on [-1, 1].
+    fn one_polynomial<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>);
+
+    /// For the triangular kernel.
+    fn triangular<const N: usize>(&mut self);
+}
+
+/// Does `task` for a kernel of bounded support.
+fn perform(task: &mut impl Task, kernel: Kernel, degree: Degree) {
+    use Degree::{Constant, Linear};
+    match (kernel, degree) {
+        (Kernel::Uniform, Constant) => task.one_polynomial::<1, 1>(|_| [1.0]),
+        (Kernel::Uniform, Linear) => task.one_polynomial::<1, 3>(|_| [1.0]),
+        (Kernel::Triangular, Constant) => task.triangular::<2>(),
+        (Kernel::Triangular, Linear) => task.triangular::<4>(),
+        (Kernel::Epanechnikov, Constant) => task.one_polynomial::<3, 3>(Parabola),
+        (Kernel::Epanechnikov, Linear) => task.one_polynomial::<3, 5>(Parabola),
+        (Kernel::Biweight, Constant) => task.one_polynomial::<5, 5>(parabola_squared),
+        (Kernel::Biweight, Linear) => task.one_polynomial::<5, 7>(parabola_squared),
+        (Kernel::Triweight, Constant) => task.one_polynomial::<7, 7>(parabola_cubed),
+        (Kernel::Triweight, Linear) => task.one_polynomial::<7, 9>(parabola_cubed),
+        (Kernel::Gaussian, _) => unreachable!("the Gaussian has no bounded support"),
+    }
+}
+
 /// Visits the sums at each of the increasing points `at` that has any data in reach, for a kernel of bounded support.
-///
-/// M coefficients need N = M moments, and N = M + 2 for the local linear fit.
 pub fn at_points(
     data: &Sorted,
     (kernel, degree): (Kernel, Degree),
@@ -59,79 +130,137 @@ pub fn at_points(
     at: &[f64],
     visit: &mut dyn FnMut(usize, Sums),
 ) {
-    use Degree::{Constant, Linear};
-    match (kernel, degree) {
-        (Kernel::Uniform, Constant) => one_polynomial::<1, 1>(data, h, at, |_| [1.0], visit),
-        (Kernel::Uniform, Linear) => one_polynomial::<1, 3>(data, h, at, |_| [1.0], visit),
-        (Kernel::Triangular, Constant) => triangular::<2>(data, h, at, visit),
-        (Kernel::Triangular, Linear) => triangular::<4>(data, h, at, visit),
-        (Kernel::Epanechnikov, Constant) => one_polynomial::<3, 3>(data, h, at, parabola, visit),
-        (Kernel::Epanechnikov, Linear) => one_polynomial::<3, 5>(data, h, at, parabola, visit),
-        (Kernel::Biweight, Constant) => one_polynomial::<5, 5>(data, h, at, parabola_squared, visit),
-        (Kernel::Biweight, Linear) => one_polynomial::<5, 7>(data, h, at, parabola_squared, visit),
-        (Kernel::Triweight, Constant) => one_polynomial::<7, 7>(data, h, at, parabola_cubed, visit),
-        (Kernel::Triweight, Linear) => one_polynomial::<7, 9>(data, h, at, parabola_cubed, visit),
-        (Kernel::Gaussian, _) => unreachable!("the Gaussian has no bounded support"),
-    }
+    perform(&mut AtPoints { data, h, at, visit }, kernel, degree);
 }
 
-/// The sums at the coordinate `t` out of the window's moments, by the kernel's coefficients there.
-#[inline(always)]
-fn combined<const M: usize, const N: usize>(Moments(moments): &Moments<N>, t: f64, c: [f64; M]) -> Sums {
-    let mut sums = Sums {
-        mass: [moments[0][0], 0.0],
-        at: t,
-        ..Sums::NONE
-    };
-    for k in 0..M {
-        sums.s[0] += c[k] * moments[k][0];
-        sums.t[0] += c[k] * moments[k][1];
-    }
-    if N > M {
-        sums.mass[1] = moments[2][0];
-        for k in 0..M {
-            sums.s[1] += c[k] * moments[k + 1][0];
-            sums.s[2] += c[k] * moments[k + 2][0];
-            sums.t[1] += c[k] * moments[k + 1][1];
-        }
-    }
-    sums
-}
-
-/// For a kernel that is one polynomial on [-1, 1].
-#[inline(always)]
-fn one_polynomial<const M: usize, const N: usize>(
-    data: &Sorted,
+struct AtPoints<'a> {
+    data: &'a Sorted,
     h: f64,
-    at: &[f64],
-    coefficients: impl Fn(f64) -> [f64; M],
-    visit: &mut dyn FnMut(usize, Sums),
-) {
-    let mut window = WindowSums::<N>::new(data, h);
-    for (j, &q) in at.iter().enumerate() {
-        if let Some(moments) = window.over(|x| q - x > h, |x| x - q <= h) {
-            let t = window.coordinate(q);
-            visit(j, combined(&moments, t, coefficients(t)));
-        }
+    at: &'a [f64],
+    visit: &'a mut dyn FnMut(usize, Sums),
+}
+
+impl Task for AtPoints<'_> {
+    #[inline(always)]
+    fn one_polynomial<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>) {
+        let (h, groups, mut sums) = (self.h, Groups::<N>::new(self.data), RunningSums::default());
+        let bounds = (|x: f64, q: f64| q - x > h, |x: f64, q: f64| x - q <= h);
+        WindowSums::new(self.data, &groups, h, &mut sums).visit(
+            self.at,
+            0..self.at.len(),
+            bounds,
+            coefficients,
+            &mut *self.visit,
+        );
+    }
+
+    fn triangular<const N: usize>(&mut self) {
+        let groups = Groups::<N>::new(self.data);
+        visit_triangular(
+            self.data,
+            &groups,
+            self.h,
+            (self.at, 0..self.at.len()),
+            &mut *self.visit,
+        );
     }
 }
 
-/// For the triangular kernel: the sums over the lower and the upper half of the window.
-fn triangular<const N: usize>(data: &Sorted, h: f64, at: &[f64], visit: &mut dyn FnMut(usize, Sums)) {
-    let (mut lower, mut upper) = (WindowSums::<N>::new(data, h), WindowSums::<N>::new(data, h));
-    for (j, &q) in at.iter().enumerate() {
-        let below = lower.over(|x| q - x > h, |x| x <= q).map(|moments| {
-            let t = lower.coordinate(q);
-            combined(&moments, t, rising(t))
+/// What is done with the sums at the data's own points.
+pub trait Visit {
+    /// For point `i`.
+    fn visit(&mut self, i: usize, sums: Sums);
+
+    /// For many points at once, by sum w K and sum w K y of the local constants alone. No mass exceeds `most`. Returns
+    /// whether that was enough: if not, every point will be visited.
+    fn constants(&mut self, points: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool;
+}
+
+/// Visits the data's own points of a range, for a bandwidth.
+pub type Pass<'a> = dyn Fn(f64, Range<usize>, &mut dyn Visit) + Sync + 'a;
+
+/// Calls `run` with a function that visits the data's own points, for a kernel of bounded support.
+pub fn at_own_points(data: &Sorted, kernel: Kernel, degree: Degree, run: &mut dyn FnMut(&Pass<'_>)) {
+    perform(&mut AtOwnPoints { data, run }, kernel, degree);
+}
+
+struct AtOwnPoints<'a> {
+    data: &'a Sorted,
+    run: &'a mut dyn FnMut(&Pass<'_>),
+}
+
+impl Task for AtOwnPoints<'_> {
+    fn one_polynomial<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>) {
+        let data = self.data;
+        let groups = Groups::<N>::new(data);
+        let abscissas = Abscissas::new(&data.x);
+        // Scratch memory is made once for each thread, not for every bandwidth.
+        let unused = Mutex::new(Vec::<(RunningSums<N>, Scratch)>::new());
+        let scratch = || unused.lock().unwrap_or_else(PoisonError::into_inner);
+        (self.run)(&|h, points, visitor| {
+            let (mut running, mut bounds_scratch) = scratch().pop().unwrap_or_default();
+            let mut constants = [[0.0; 2]; BATCH];
+            let mut sums = WindowSums::new(data, &groups, h, &mut running);
+            let mut bounds = WindowBounds::new(&abscissas, h, points, &mut bounds_scratch);
+            while let Some((points, starts, ends)) = bounds.next() {
+                sums.batches(&data.x[points.clone()], (starts, ends), coefficients, |k, batch| {
+                    let points = points.start + k..points.start + k + batch.len();
+                    if N == M {
+                        let constants = &mut constants[..points.len()];
+                        batch.constants(constants);
+                        if visitor.constants(points.clone(), constants, batch.most()) {
+                            return;
+                        }
+                    }
+                    for (k, i) in points.enumerate() {
+                        visitor.visit(i, batch.sums(k));
+                    }
+                });
+            }
+            scratch().push((running, bounds_scratch));
         });
-        let above = upper.over(|x| x <= q, |x| x - q <= h).map(|moments| {
-            let t = upper.coordinate(q);
-            combined(&moments, t, falling(t))
+    }
+
+    fn triangular<const N: usize>(&mut self) {
+        let data = self.data;
+        let groups = Groups::<N>::new(data);
+        (self.run)(&|h, points, visitor| {
+            visit_triangular(data, &groups, h, (&data.x, points), |i, sums| visitor.visit(i, sums));
         });
-        match (below, above) {
-            (Some(below), Some(above)) => visit(j, below + above),
-            (Some(sums), None) | (None, Some(sums)) => visit(j, sums),
-            (None, None) => {}
+    }
+}
+
+/// Points for which the sums over the lower half of the window are kept until those over the upper half are there.
+const TILE: usize = 256;
+
+/// Visits the sums with the triangular kernel at the increasing points `at[range]` that have any data in reach.
+#[inline(always)]
+fn visit_triangular<const N: usize>(
+    data: &Sorted,
+    groups: &Groups<N>,
+    h: f64,
+    (at, range): (&[f64], Range<usize>),
+    mut visit: impl FnMut(usize, Sums),
+) {
+    let (mut sums_below, mut sums_above) = (RunningSums::default(), RunningSums::default());
+    let mut below = WindowSums::new(data, groups, h, &mut sums_below);
+    let mut above = WindowSums::new(data, groups, h, &mut sums_above);
+    let mut both = Vec::with_capacity(TILE);
+    for first in range.clone().step_by(TILE) {
+        let tile = first..range.end.min(first + TILE);
+        both.clear();
+        both.resize(tile.len(), Sums::NONE);
+        let bounds = (|x: f64, q: f64| q - x > h, |x: f64, q: f64| x <= q);
+        below.visit(at, tile.clone(), bounds, rising, |j, sums| both[j - first] = sums);
+        let bounds = (|x: f64, q: f64| x <= q, |x: f64, q: f64| x - q <= h);
+        above.visit(at, tile.clone(), bounds, falling, |j, sums| {
+            let lower = &mut both[j - first];
+            *lower = if lower.mass[0] > 0.0 { *lower + sums } else { sums };
+        });
+        for (j, sums) in tile.zip(&both) {
+            if sums.mass[0] > 0.0 {
+                visit(j, *sums);
+            }
         }
     }
 }

@@ -44,6 +44,11 @@ impl Sorted {
         self.w.is_some()
     }
 
+    /// The weights, where there are any.
+    pub fn weights(&self) -> Option<&[f64]> {
+        self.w.as_deref()
+    }
+
     /// The weight of point `i`.
     #[inline(always)]
     pub fn weight(&self, i: usize) -> f64 {

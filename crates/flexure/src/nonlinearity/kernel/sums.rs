@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::moments::Moments;
+use super::polynomials::Coefficients;
+
 /// The degree of the polynomial that is fitted around every point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -17,7 +20,7 @@ pub enum Degree {
 
 /// Below this share of the largest possible sum a fast sum is replaced by the direct one: there the
 /// weights are so small that the moments' rounding would show.
-const DIRECT_BELOW: f64 = 1e-3;
+pub(super) const DIRECT_BELOW: f64 = 1e-3;
 
 /// Abscissas whose standard deviation is below this share of the bandwidth count as one.
 const ONE_ABSCISSA: f64 = 1e-9;
@@ -53,6 +56,34 @@ impl Sums {
         t: [0.0; 2],
         at: 0.0,
     };
+
+    /// The sums at the coordinate `t` out of the window's moments.
+    #[inline(always)]
+    pub fn combined<const M: usize, const N: usize>(
+        Moments(moments): &Moments<N>,
+        t: f64,
+        coefficients: impl Coefficients<M>,
+    ) -> Self {
+        let c = coefficients.at(t);
+        let mut sums = Sums {
+            mass: [moments[0][0], 0.0],
+            at: t,
+            ..Sums::NONE
+        };
+        for k in 0..M {
+            sums.s[0] += c[k] * moments[k][0];
+            sums.t[0] += c[k] * moments[k][1];
+        }
+        if N > M {
+            sums.mass[1] = moments[2][0];
+            for k in 0..M {
+                sums.s[1] += c[k] * moments[k + 1][0];
+                sums.s[2] += c[k] * moments[k + 2][0];
+                sums.t[1] += c[k] * moments[k + 1][1];
+            }
+        }
+        sums
+    }
 
     /// Whether fast sums are as accurate as direct ones, for the fit of this degree.
     #[inline(always)]
@@ -106,18 +137,25 @@ impl Sums {
     }
 
     /// The residual of the ordinate `y`, of weight `w`, at this very point from the fit without it;
-    /// nothing where the others' share in the fit is too small.
+    /// nothing where the others' share in the fit is too small to tell by.
     #[inline(always)]
     pub fn residual_without(&self, degree: Degree, y: f64, w: f64) -> Option<f64> {
         if degree == Degree::Constant {
-            // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1).
-            let rest = self.s[0] - w;
-            return (rest > DIRECT_BELOW * self.mass[0]).then(|| (y * self.s[0] - self.t[0]) / rest);
+            let (scaled, rest) = residual_times_rest(y, w, [self.s[0], self.t[0]]);
+            return (rest > DIRECT_BELOW * self.mass[0]).then(|| scaled / rest);
         }
         let fit = self.fit(degree)?;
         let rest = 1.0 - w * fit.leverage;
         (rest > DIRECT_BELOW).then(|| (y - fit.value) / rest)
     }
+}
+
+/// The residual of an ordinate `y`, of weight `w`, from the local constant without it, times the others' sum of K, and
+/// this sum, too small a share of which in the mass in reach says nothing.
+#[inline(always)]
+pub(super) fn residual_times_rest(y: f64, w: f64, [s, t]: [f64; 2]) -> (f64, f64) {
+    // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1).
+    (y * s - t, s - w)
 }
 
 impl std::ops::Add for Sums {

@@ -1,125 +1,318 @@
-//! Moments over a window that slides over sorted points.
-//!
-//! For a polynomial kernel the sum over a window is a combination of the moments sum w u^k and sum w y u^k,
-//! u = (x - c)/h. Moments are only ever added, never subtracted. So no digit is lost to an offset, to clusters, to ties
-//! or to heavy tails: |u| never exceeds 2.
+//! Sums over a window that slides over sorted points.
 //!
 //! ```text
-//!    start         split        end
-//! ----[--------------|-----------)----
-//!      `below`          `above`
+//!       lower run        whole groups        upper run
+//!  --[----------------|-----|-----|-----|----------------)--
+//!   start          low_end          high_start          end
 //! ```
 //!
-//! The window is cut at a split. `below` holds the moments of the points from each one up to the split, `above` those from the
-//! split to the end of the window. When the window leaves the split behind, a new split is made at its upper end, and the
-//! anchor c is moved there. Every point is thus added twice, whatever the bandwidth.
+//! A window is the sum of two running sums. The first runs from `low_end` down to `start`. The second begins with the sum
+//! of the whole groups and runs from `high_start` up to `end`. The windows of a batch of neighbouring points share their
+//! runs, and the next batch gets its own. So the groups are added up only once a batch, by a [`SlidingSum`].
 
-use super::Sorted;
+use std::ops::Range;
 
-/// sum w u^k and sum w y u^k for k < N, in pairs.
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f64x2, f64x4};
+
+use super::moments::{Frame, GROUP, Groups, Moments, SlidingSum};
+use super::polynomials::Coefficients;
+use super::{Sorted, Sums};
+
+/// Most points of a batch.
+pub const BATCH: usize = 128;
+/// Within a batch the starts of the windows move by less than this, and so do their ends.
+const MOST_MOVE: u32 = 160;
+/// Capacity of a run: MOST_MOVE points and what it takes to begin and to end with a group. A power of two.
+const CAPACITY: usize = 256;
+
+/// Moments w u^k and w y u^k of as many points of the lower run (the first two numbers) and of the upper run.
 #[derive(Clone, Copy)]
-#[repr(align(16))]
-pub struct Moments<const N: usize>(pub [[f64; 2]; N]);
+#[repr(align(32))]
+struct Pair<const N: usize>([[f64; 4]; N]);
 
-impl<const N: usize> Moments<N> {
-    const ZERO: Self = Moments([[0.0; 2]; N]);
+/// The running sums of both runs. They may be used again for other windows.
+pub struct RunningSums<const N: usize> {
+    /// Entry k: the last k points of the lower run, and the groups with the first k points of the upper run.
+    pairs: Box<[Pair<N>; CAPACITY]>,
+    /// Coordinates of the points that are added to one and the other.
+    u: Box<[[f64; 2]; CAPACITY]>,
+}
 
-    /// Adds a point at u of weight `w` and of weighted ordinate `wy`.
+impl<const N: usize> Default for RunningSums<N> {
+    fn default() -> Self {
+        RunningSums {
+            pairs: Box::new([Pair([[0.0; 4]; N]); CAPACITY]),
+            u: Box::new([[0.0; 2]; CAPACITY]),
+        }
+    }
+}
+
+/// Neighbouring points of evaluation whose windows share their runs.
+pub struct Batch<'a, F, const N: usize> {
+    frame: Frame,
+    coefficients: F,
+    at: &'a [f64],
+    /// The first point of each window, and the one after its last.
+    starts: &'a [u32],
+    ends: &'a [u32],
+    /// Where the lower run ends and where the upper one begins.
+    low_end: usize,
+    high_start: usize,
+    sums: &'a RunningSums<N>,
+}
+
+impl<F, const N: usize> Batch<'_, F, N> {
+    pub fn len(&self) -> usize {
+        self.at.len()
+    }
+
+    /// The moments over a window.
     #[inline(always)]
-    fn push(&mut self, u: f64, w: f64, wy: f64) {
-        let mut power = [w, wy];
-        for k in 0..N {
-            self.0[k][0] += power[0];
-            self.0[k][1] += power[1];
-            power = [power[0] * u, power[1] * u];
+    fn window(&self, start: u32, end: u32) -> Moments<N> {
+        // The remainders let the compiler know that the indices are in range.
+        let (low, high) = (self.low_end - start as usize, end as usize - self.high_start);
+        let pairs = &self.sums.pairs;
+        let (Pair(below), Pair(above)) = (&pairs[low % CAPACITY], &pairs[high % CAPACITY]);
+        Moments(std::array::from_fn(|k| {
+            [below[k][0] + above[k][2], below[k][1] + above[k][3]]
+        }))
+    }
+
+    /// The sums at the k-th of the points.
+    #[inline(always)]
+    pub fn sums<const M: usize>(&self, k: usize) -> Sums
+    where
+        F: Coefficients<M>,
+    {
+        let moments = self.window(self.starts[k], self.ends[k]);
+        Sums::combined(&moments, self.frame.u(self.at[k]), self.coefficients)
+    }
+
+    /// sum w K and sum w K y for the local constants at all points.
+    #[inline(never)]
+    pub fn constants<const M: usize>(&self, sums: &mut [[f64; 2]])
+    where
+        F: Coefficients<M>,
+    {
+        let points = self.starts.iter().zip(self.ends).zip(self.at);
+        for (((&start, &end), &q), sum) in points.zip(sums) {
+            let Moments(moments) = self.window(start, end);
+            *sum = self.coefficients.combined(self.frame.u(q), &moments);
         }
     }
 
-    #[inline(always)]
-    fn plus(&self, other: &Self) -> Self {
-        let mut sum = *self;
-        for k in 0..N {
-            sum.0[k][0] += other.0[k][0];
-            sum.0[k][1] += other.0[k][1];
-        }
-        sum
+    /// A mass that none of the windows exceeds.
+    pub fn most(&self) -> f64 {
+        let (first, last) = (self.starts[0], self.ends[self.ends.len() - 1]);
+        self.window(first, last).0[0][0]
     }
 }
 
 /// A window that moves upward over sorted points.
 pub struct WindowSums<'a, const N: usize> {
     data: &'a Sorted,
-    per_h: f64,
-    anchor: f64,
+    groups: SlidingSum<'a, N>,
+    frame: Frame,
     /// The last window.
     start: usize,
     end: usize,
-    /// The first point above the split.
-    split: usize,
-    /// Entry k: the last k points below the split.
-    below: Vec<Moments<N>>,
-    above: Moments<N>,
-    /// The points from the split up to this one are in `above`.
-    added: usize,
+    /// The points of the lower run and of the upper one.
+    low: Range<usize>,
+    high: Range<usize>,
+    sums: &'a mut RunningSums<N>,
 }
 
 impl<'a, const N: usize> WindowSums<'a, N> {
-    pub fn new(data: &'a Sorted, h: f64) -> Self {
+    pub fn new(data: &'a Sorted, groups: &'a Groups<N>, h: f64, sums: &'a mut RunningSums<N>) -> Self {
         WindowSums {
             data,
-            per_h: 1.0 / h,
-            anchor: 0.0,
+            frame: Frame {
+                anchor: 0.0,
+                per_h: 1.0 / h,
+            },
+            groups: SlidingSum::new(groups, h),
             start: 0,
             end: 0,
-            split: 0,
-            below: Vec::new(),
-            above: Moments::ZERO,
-            added: 0,
+            low: 0..0,
+            high: 0..0,
+            sums,
         }
     }
 
-    /// The moments over the window that begins after the last x for which `below` is true and ends with the last for which
-    /// `within` is; nothing if it is empty. Neither end may be less than in any call before.
+    /// Visits the sums at those of the points `at[range]` that have any data in their window. The window begins after the
+    /// last x for which `below(x, q)` is true and ends with the last for which `within(x, q)` is. The points must not be
+    /// less than those of any call before.
     #[inline(always)]
-    pub fn over(&mut self, below: impl Fn(f64) -> bool, within: impl Fn(f64) -> bool) -> Option<Moments<N>> {
+    pub fn visit<const M: usize>(
+        &mut self,
+        at: &[f64],
+        range: Range<usize>,
+        (below, within): (impl Fn(f64, f64) -> bool, impl Fn(f64, f64) -> bool),
+        coefficients: impl Coefficients<M>,
+        mut visit: impl FnMut(usize, Sums),
+    ) {
         let x = &self.data.x[..];
-        self.start = first_beyond(x, self.start, below);
-        self.end = first_beyond(x, self.end.max(self.start), within);
-        if self.start == self.end {
-            return None;
+        let (mut starts, mut ends) = ([0; BATCH], [0; BATCH]);
+        let Range { start: mut first, end } = range;
+        while first < end {
+            let mut count = 0;
+            for &q in &at[first..end.min(first + BATCH)] {
+                self.start = first_beyond(x, self.start, |x| below(x, q));
+                self.end = first_beyond(x, self.end.max(self.start), |x| within(x, q));
+                if self.start == self.end {
+                    break;
+                }
+                (starts[count], ends[count]) = (self.start as u32, self.end as u32);
+                count += 1;
+            }
+            let windows = (&starts[..count], &ends[..count]);
+            self.batches(&at[first..first + count], windows, coefficients, |k, batch| {
+                for i in 0..batch.len() {
+                    visit(first + k + i, batch.sums(i));
+                }
+            });
+            // If the first window is empty, the point has no data in reach.
+            first += count.max(1);
         }
-        if self.start >= self.split {
-            self.cut();
-        }
-        let mut above = self.above;
-        self.data
-            .for_each(self.added..self.end, |x, w, wy| above.push(self.coordinate(x), w, wy));
-        (self.above, self.added) = (above, self.end);
-        Some(self.below[self.split - self.start].plus(&self.above))
     }
 
-    /// The coordinate u of the last moments.
+    /// Visits the increasing points `at`, whose windows `starts` to `ends` are not empty: a batch at a time, with the index
+    /// of its first point.
     #[inline(always)]
-    pub fn coordinate(&self, x: f64) -> f64 {
-        (x - self.anchor) * self.per_h
+    pub fn batches<F: Coefficients<M>, const M: usize>(
+        &mut self,
+        at: &[f64],
+        (starts, ends): (&[u32], &[u32]),
+        coefficients: F,
+        mut visit: impl FnMut(usize, &Batch<'_, F, N>),
+    ) {
+        let mut first = 0;
+        while first < at.len() {
+            let (starts, ends) = (&starts[first..], &ends[first..]);
+            let count = self.make_runs(starts, ends);
+            let batch = Batch {
+                frame: self.frame,
+                coefficients,
+                at: &at[first..first + count],
+                starts: &starts[..count],
+                ends: &ends[..count],
+                low_end: self.low.end,
+                high_start: self.high.start,
+                sums: self.sums,
+            };
+            visit(first, &batch);
+            first += count;
+        }
     }
 
-    /// Makes a new split at the end of the window.
+    /// Makes the runs for the first of these windows and for as many more as they serve. Returns the number of windows.
     #[inline(never)]
-    fn cut(&mut self) {
-        (self.split, self.added) = (self.end, self.end);
-        self.anchor = self.data.x[self.end - 1];
-        self.above = Moments::ZERO;
-        let (anchor, per_h, data) = (self.anchor, self.per_h, self.data);
-        let mut sum = Moments::ZERO;
-        let sums = (self.start..self.end).rev().map(|i| {
-            let w = data.weight(i);
-            sum.push((data.x[i] - anchor) * per_h, w, w * data.y[i]);
-            sum
-        });
-        self.below.clear();
-        self.below.push(Moments::ZERO);
-        self.below.extend(sums);
+    fn make_runs(&mut self, starts: &[u32], ends: &[u32]) -> usize {
+        let (start, end) = (starts[0], ends[0]);
+        let mut count = starts.len().min(BATCH);
+        if starts[count - 1] - start >= MOST_MOVE || ends[count - 1] - end >= MOST_MOVE {
+            // Starts and ends increase.
+            count = starts[..count].partition_point(|&other| other - start < MOST_MOVE);
+            count = ends[..count].partition_point(|&other| other - end < MOST_MOVE);
+        }
+        let (start, end) = (start as usize, end as usize);
+        let mut low_end = (starts[count - 1] as usize / GROUP + 1) * GROUP;
+        let mut high_start = end / GROUP * GROUP;
+        if low_end > high_start {
+            // Narrow windows: all of them must hold the point where the runs meet.
+            (low_end, high_start) = (end, end);
+            count = starts[..count].partition_point(|&other| (other as usize) < end);
+        }
+        let mut between = Moments::ZERO;
+        self.frame.anchor = self.data.x[end - 1];
+        if low_end < high_start {
+            (between, self.frame) = self.groups.over(low_end / GROUP, high_start / GROUP);
+        }
+        self.low = start..low_end;
+        self.high = high_start..ends[count - 1] as usize;
+        match self.data.weights() {
+            None => dispatch!(Level::new(), simd => self.fill(simd, between, |_, y| (1.0, y))),
+            Some(w) => dispatch!(Level::new(), simd => self.fill(simd, between, |i, y| (w[i], w[i] * y))),
+        }
+        count
+    }
+
+    /// Fills the running sums. That of the upper run begins with `between`; `weighted(i, y)` returns w and w y.
+    ///
+    /// Every sum must wait for the one before it. So both runs are summed at once, as far as both have points, and then the
+    /// rest of the longer one.
+    #[inline(always)]
+    fn fill<S: Simd>(&mut self, simd: S, between: Moments<N>, weighted: impl Fn(usize, f64) -> (f64, f64)) {
+        let both = self.low.len().min(self.high.len());
+        let sums = between.0.map(|[w, wy]| f64x4::simd_from(simd, [0.0, 0.0, w, wy]));
+        self.sums.pairs[0].0 = sums.map(Into::into);
+        let sums = self.fill_both(simd, both, sums, &weighted);
+        for (side, len) in [(0, self.low.len()), (2, self.high.len())] {
+            let sum = sums.map(|sum| [sum[side], sum[side + 1]]);
+            self.fill_one(simd, (side, both..len), sum, &weighted);
+        }
+    }
+
+    /// Fills the first `both` entries of both runs, from the sums before them. Returns the last sums.
+    #[inline(always)]
+    fn fill_both<S: Simd>(
+        &mut self,
+        simd: S,
+        both: usize,
+        mut sums: [f64x4<S>; N],
+        weighted: &impl Fn(usize, f64) -> (f64, f64),
+    ) -> [[f64; 4]; N] {
+        let Sorted { x, y, .. } = self.data;
+        let (frame, first, high_start) = (self.frame, self.low.end - both, self.high.start);
+        let (lower_x, lower_y) = (&x[first..][..both], &y[first..][..both]);
+        let (upper_x, upper_y) = (&x[high_start..][..both], &y[high_start..][..both]);
+        let (pairs, u) = (&mut self.sums.pairs[1..][..both], &mut self.sums.u[..both]);
+        for k in 0..both {
+            u[k] = [frame.u(lower_x[both - 1 - k]), frame.u(upper_x[k])];
+        }
+        for k in 0..both {
+            let l = both - 1 - k;
+            let (w, wy) = weighted(first + l, lower_y[l]);
+            let (v, vy) = weighted(high_start + k, upper_y[k]);
+            let mut power = f64x4::simd_from(simd, [w, wy, v, vy]);
+            let u = f64x4::simd_from(simd, [u[k][0], u[k][0], u[k][1], u[k][1]]);
+            for m in 0..N {
+                sums[m] += power;
+                power *= u;
+                pairs[k].0[m] = sums[m].into();
+            }
+        }
+        sums.map(Into::into)
+    }
+
+    /// Fills the entries `range` of one run (the lower one for `side` 0, the upper one for 2) from the sum before them.
+    #[inline(always)]
+    fn fill_one<S: Simd>(
+        &mut self,
+        simd: S,
+        (side, range): (usize, Range<usize>),
+        sum: [[f64; 2]; N],
+        weighted: &impl Fn(usize, f64) -> (f64, f64),
+    ) {
+        let Sorted { x, y, .. } = self.data;
+        let mut sum = sum.map(|sum| f64x2::simd_from(simd, sum));
+        let pairs = &mut self.sums.pairs[1..][range.clone()];
+        for (k, Pair(pair)) in range.zip(pairs) {
+            let i = if side == 0 {
+                self.low.end - 1 - k
+            } else {
+                self.high.start + k
+            };
+            let (w, wy) = weighted(i, y[i]);
+            let mut power = f64x2::simd_from(simd, [w, wy]);
+            let u = f64x2::splat(simd, self.frame.u(x[i]));
+            for m in 0..N {
+                sum[m] += power;
+                power *= u;
+                sum[m].store_slice(&mut pair[m][side..side + 2]);
+            }
+        }
     }
 }
 
@@ -139,59 +332,54 @@ fn first_beyond(x: &[f64], start: usize, holds: impl Fn(f64) -> bool) -> usize {
             return i;
         }
     }
-    // The index may be far: the step is doubled, then the last interval bisected.
-    let mut step = 1;
-    while x.get(i + step - 1).is_some_and(|&v| holds(v)) {
-        i += step;
+    far_beyond(x, i, holds)
+}
+
+/// The same for an index that may be far: the step is doubled, then the last interval bisected.
+#[inline(never)]
+fn far_beyond(x: &[f64], start: usize, holds: impl Fn(f64) -> bool) -> usize {
+    let (mut known, mut step) = (start, 1);
+    while x.get(known + step - 1).is_some_and(|&v| holds(v)) {
+        known += step;
         step *= 2;
     }
-    let end = (i + step).min(x.len());
-    i + x[i..end].partition_point(|&v| holds(v))
+    let end = (known + step).min(x.len());
+    known + x[known..end].partition_point(|&v| holds(v))
 }
 
 #[cfg(test)]
 mod tests {
-    use rand::{RngExt, SeedableRng};
-
     use super::*;
 
-    /// Beside sums point by point, about the same anchor.
+    /// Beside sums point by point, to the last bit, whatever registers there are.
     #[test]
-    fn windows_hold_the_moments_of_their_points() {
-        let mut rng = rand_pcg::Pcg64::seed_from_u64(3);
-        for n in [1, 2, 7, 100, 2000] {
-            let mut draw = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { (0..n).map(|_| f(rng.random())).collect() };
-            let w = draw(&|u| 0.5 + u);
-            let y = draw(&|u| u - 0.5);
-            let lines = [
-                draw(&|u| u),
-                draw(&|u| 1e6 + u),
-                draw(&|u| (std::f64::consts::PI * (u - 0.5)).tan()),
-                draw(&|u| (6.0 * u).floor() / 6.0),
-                draw(&|u| (4.0 * u).floor() + 1e-9 * u),
-                draw(&|_| 2.0),
-            ];
-            for x in &lines {
-                let data = Sorted::new(x, &y, Some(&w));
-                for h in [1e-300, 1e-10, 1e-3, 1.0 / 6.0, 0.3, 0.9, 2.0, 1e9] {
-                    let mut windows = WindowSums::<4>::new(&data, h);
-                    for &q in &data.x {
-                        let got = windows.over(|x| q - x > h, |x| x - q <= h).unwrap();
-                        let (mut want, mut size) = (Moments::<4>::ZERO, Moments::<4>::ZERO);
-                        for i in data.within(q, h) {
-                            let (u, w) = (windows.coordinate(data.x[i]), data.weight(i));
-                            assert!(u.abs() <= 2.0 + 1e-9, "{u}");
-                            want.push(u, w, w * data.y[i]);
-                            size.push(u.abs(), w, w * data.y[i].abs());
-                        }
-                        for k in 0..4 {
-                            for side in 0..2 {
-                                let error = (got.0[k][side] - want.0[k][side]).abs();
-                                assert!(error <= 1e-13 * size.0[k][side], "n={n} h={h} q={q} k={k}");
-                            }
-                        }
+    fn runs_are_the_sums_of_their_points_on_every_processor() {
+        let n = 600;
+        let x: Vec<f64> = (0..n).map(|i| f64::from(i) + 0.3 * f64::from(i).sin()).collect();
+        let y: Vec<f64> = x.iter().map(|x| (0.1 * x).cos()).collect();
+        let w: Vec<f64> = x.iter().map(|x| 1.5 + x.sin()).collect();
+        let data = Sorted::new(&x, &y, Some(&w));
+        let groups = Groups::<5>::new(&data);
+        let weighted = |i: usize, y: f64| (w[i], w[i] * y);
+        for level in [Level::new(), Level::baseline()] {
+            for (low, high) in [(10..75, 200..330), (10..140, 200..261), (7..8, 8..9), (0..50, 90..90)] {
+                let mut runs = RunningSums::default();
+                let mut windows = WindowSums::new(&data, &groups, 100.0, &mut runs);
+                (windows.low, windows.high, windows.frame.anchor) = (low.clone(), high.clone(), 150.0);
+                let mut between = Moments::ZERO;
+                between.push(0.5, 2.0, 3.0);
+                dispatch!(level, simd => windows.fill(simd, between, weighted));
+                let frame = windows.frame;
+                let check = |points: &mut dyn Iterator<Item = usize>, mut sum: Moments<5>, side: usize| {
+                    for (k, i) in points.enumerate() {
+                        let (w, wy) = weighted(i, data.y[i]);
+                        sum.push(frame.u(x[i]), w, wy);
+                        let run = runs.pairs[k + 1].0.map(|moment| [moment[side], moment[side + 1]]);
+                        assert!(run == sum.0, "{level:?}, {low:?}, {high:?}: {i}");
                     }
-                }
+                };
+                check(&mut low.clone().rev(), Moments::ZERO, 0);
+                check(&mut high.clone(), between, 2);
             }
         }
     }
