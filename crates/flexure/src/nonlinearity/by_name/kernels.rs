@@ -1,6 +1,6 @@
 //! The kernel estimates by name: in one column by any rule, in several by those that know them.
 
-use super::fit::{BLOCK_CRITERION, Observations, criterion_name, named, single};
+use super::shared::{BLOCK_CRITERION, Observations, criterion_name, named, single};
 use super::{EstimatorName, LocalBandwidths, NamedEstimator, NamedFit, Rule, Scores, Tuning};
 use crate::error::Result;
 use crate::nonlinearity::estimator::Estimator;

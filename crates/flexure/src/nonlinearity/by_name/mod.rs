@@ -3,171 +3,19 @@
 //! [`EstimatorName`] says what there is and what each one's tuning parameter is called; [`NamedEstimator`] fits
 //! any of them and tells, in one form for all, what was chosen from the data and by which score.
 
-mod fit;
+mod estimators;
 mod kernels;
 mod recursive;
 mod rule;
-
-use std::fmt;
+mod shared;
 
 use super::estimator::Regression;
 use super::{Kernel, KernelFit, LocalWindow, Outside};
 use crate::error::Result;
 use crate::text::number;
 
+pub use estimators::EstimatorName;
 pub use rule::Rule;
-
-/// The most columns of the estimators that take several.
-const MOST_COLUMNS: usize = 6;
-
-/// An estimator of m(x) = E(Y | X = x), by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum EstimatorName {
-    /// The kernel estimate, a constant fitted around every point (Nadaraya 1964, Watson 1964).
-    Kernel,
-    /// The kernel estimate, a line fitted around every point (Fan 1993).
-    #[default]
-    LocalLinear,
-    /// The local line with a bandwidth, and a side, of its own at every point (Lepski 1990).
-    LocalBandwidth,
-    /// The mean over the nearest neighbours (Stone 1977).
-    Neighbours,
-    /// The Fourier series, by least squares.
-    Fourier,
-    /// The cosine series, by least squares.
-    Cosine,
-    /// The Legendre series, by least squares.
-    Legendre,
-    /// The Hermite series, by least squares.
-    Hermite,
-    /// The Haar series: means over dyadic cells.
-    Haar,
-    /// A polynomial, by least squares.
-    Polynomial,
-    /// The penalised cubic spline.
-    Spline,
-    /// A neural network with one hidden layer.
-    Network,
-    /// The recursive kernel estimate (Wolverton and Wagner 1969): the order of the points counts.
-    Recursive,
-}
-
-impl EstimatorName {
-    /// All estimators.
-    pub const ALL: [EstimatorName; 13] = [
-        EstimatorName::Kernel,
-        EstimatorName::LocalLinear,
-        EstimatorName::LocalBandwidth,
-        EstimatorName::Neighbours,
-        EstimatorName::Fourier,
-        EstimatorName::Cosine,
-        EstimatorName::Legendre,
-        EstimatorName::Hermite,
-        EstimatorName::Haar,
-        EstimatorName::Polynomial,
-        EstimatorName::Spline,
-        EstimatorName::Network,
-        EstimatorName::Recursive,
-    ];
-
-    /// The name in lower case, as it is written in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            EstimatorName::Kernel => "kernel",
-            EstimatorName::LocalLinear => "local-linear",
-            EstimatorName::LocalBandwidth => "local-bandwidth",
-            EstimatorName::Neighbours => "knn",
-            EstimatorName::Fourier => "fourier",
-            EstimatorName::Cosine => "cosine",
-            EstimatorName::Legendre => "legendre",
-            EstimatorName::Hermite => "hermite",
-            EstimatorName::Haar => "haar",
-            EstimatorName::Polynomial => "polynomial",
-            EstimatorName::Spline => "spline",
-            EstimatorName::Network => "network",
-            EstimatorName::Recursive => "recursive",
-        }
-    }
-
-    /// The estimator of this name.
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|e| e.name() == name)
-    }
-
-    /// What it is, in words that fit into a sentence.
-    pub fn title(self) -> &'static str {
-        match self {
-            EstimatorName::Kernel => "kernel regression",
-            EstimatorName::LocalLinear => "local linear regression",
-            EstimatorName::LocalBandwidth => "local linear regression with local bandwidths",
-            EstimatorName::Neighbours => "nearest-neighbour regression",
-            EstimatorName::Fourier => "Fourier series",
-            EstimatorName::Cosine => "cosine series",
-            EstimatorName::Legendre => "Legendre series",
-            EstimatorName::Hermite => "Hermite series",
-            EstimatorName::Haar => "Haar series",
-            EstimatorName::Polynomial => "polynomial",
-            EstimatorName::Spline => "penalised cubic spline",
-            EstimatorName::Network => "neural network",
-            EstimatorName::Recursive => "recursive kernel regression",
-        }
-    }
-
-    /// What its tuning parameter is called.
-    pub fn parameter(self) -> &'static str {
-        match self {
-            EstimatorName::Kernel | EstimatorName::LocalLinear => "bandwidth",
-            EstimatorName::LocalBandwidth => "global bandwidth",
-            EstimatorName::Recursive => "first bandwidth",
-            EstimatorName::Neighbours => "neighbours",
-            EstimatorName::Fourier | EstimatorName::Cosine | EstimatorName::Legendre | EstimatorName::Hermite => {
-                "terms"
-            }
-            EstimatorName::Haar => "levels",
-            EstimatorName::Polynomial => "degree",
-            EstimatorName::Spline => "penalty",
-            EstimatorName::Network => "units",
-        }
-    }
-
-    /// Whether the parameter can be given; the local bandwidths are always chosen from the data.
-    pub fn takes_parameter(self) -> bool {
-        self != EstimatorName::LocalBandwidth
-    }
-
-    /// Whether the parameter is a whole number.
-    pub fn counts(self) -> bool {
-        !self.has_bandwidth() && self != EstimatorName::Spline
-    }
-
-    /// Whether it has a kernel, and its parameter is a bandwidth in the unit of x.
-    pub fn has_bandwidth(self) -> bool {
-        matches!(
-            self,
-            EstimatorName::Kernel
-                | EstimatorName::LocalLinear
-                | EstimatorName::LocalBandwidth
-                | EstimatorName::Recursive
-        )
-    }
-
-    /// The most columns of x that it takes.
-    pub fn most_columns(self) -> usize {
-        match self {
-            EstimatorName::Kernel | EstimatorName::LocalLinear | EstimatorName::Neighbours | EstimatorName::Network => {
-                MOST_COLUMNS
-            }
-            _ => 1,
-        }
-    }
-}
-
-impl fmt::Display for EstimatorName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
 
 /// The tuning parameter: given, or chosen from the data.
 #[derive(Debug, Clone, PartialEq)]
@@ -313,7 +161,8 @@ impl NamedEstimator {
     /// [`Error::Parameter`](crate::Error::Parameter) for a parameter that should be a whole number and
     /// is not, and [`Error::Parameter`](crate::Error::Parameter): `RuleUnsuited`.
     pub fn fit(&self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NamedFit> {
-        fit::fit(self, x, y, weights)
+        shared::check_rule(self, x.len())?;
+        estimators::fit(self, shared::Observations { x, y, weights })
     }
 
     /// The estimator of a fit with its parameter, for refits to parts of the data; one whose parameter cannot be given stays as

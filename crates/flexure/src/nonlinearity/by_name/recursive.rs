@@ -1,6 +1,6 @@
 //! The recursive kernel estimate by name, over the points in the order in which they came.
 
-use super::fit::{Observations, Shown, named, number, tuned};
+use super::shared::{Observations, Shown, named, number, tuned};
 use super::{NamedEstimator, NamedFit, Rule, Scores, Tuning};
 use crate::error::Result;
 use crate::nonlinearity::kernel::Degree;

@@ -1,13 +1,8 @@
-//! From a name to a fit: each estimator's own parameters and results in the common form.
+//! What all fits by name share: the parameter as the estimators take it, and the result in the common form.
 
-use super::{EstimatorName, NamedEstimator, NamedFit, Rule, Scores, Tuning, kernels, recursive};
+use super::{NamedEstimator, NamedFit, Rule, Scores, Tuning};
 use crate::error::{Error, ParameterError, Result};
 use crate::nonlinearity::estimator::{Choice, Estimator};
-use crate::nonlinearity::kernel::Degree;
-use crate::nonlinearity::{
-    Basis, Decay, HaarFit, HaarRegression, NearestNeighbours, NeighboursFit, NetworkFit, NetworkRegression,
-    PolynomialRegression, SeriesFit, SeriesRegression, SplineFit, SplineRegression,
-};
 use crate::selection::{BlockFolds, Criterion, ScoredParameter, Search};
 
 /// What a regression is estimated from, as it was given.
@@ -21,36 +16,22 @@ pub(super) struct Observations<'a> {
     pub weights: Option<&'a [f64]>,
 }
 
-pub(super) fn fit(method: &NamedEstimator, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NamedFit> {
+/// Refuses a rule that does not suit the estimator in so many columns.
+pub(super) fn check_rule(method: &NamedEstimator, columns: usize) -> Result<()> {
     if let Tuning::FromData(rule) = method.tuning
-        && !rule.suits(method.name, x.len())
+        && !rule.suits(method.name, columns)
     {
         return Err(Error::Parameter(ParameterError::RuleUnsuited {
             rule: rule.name(),
             estimator: method.name.title(),
-            columns: x.len(),
+            columns,
             instead: match rule {
-                Rule::PlugIn if x.len() == 1 => "it is made for the local line; take that, or another rule",
+                Rule::PlugIn if columns == 1 => "it is made for the local line; take that, or another rule",
                 _ => "choose it by another rule, or give it",
             },
         }));
     }
-    let data = Observations { x, y, weights };
-    match method.name {
-        EstimatorName::Kernel => kernels::fit(method, Degree::Constant, data),
-        EstimatorName::LocalLinear => kernels::fit(method, Degree::Linear, data),
-        EstimatorName::LocalBandwidth => kernels::local_bandwidth(method, data),
-        EstimatorName::Recursive => recursive::fit(method, data),
-        EstimatorName::Neighbours => neighbours(method, data),
-        EstimatorName::Fourier => series(method, Basis::Fourier, data),
-        EstimatorName::Cosine => series(method, Basis::Cosine, data),
-        EstimatorName::Legendre => series(method, Basis::Legendre, data),
-        EstimatorName::Hermite => series(method, Basis::Hermite, data),
-        EstimatorName::Haar => haar(method, data),
-        EstimatorName::Polynomial => polynomial(method, data),
-        EstimatorName::Spline => spline(method, data),
-        EstimatorName::Network => network(method, data),
-    }
+    Ok(())
 }
 
 /// The one value that was given for a parameter.
@@ -71,7 +52,7 @@ pub(super) fn number(method: &NamedEstimator) -> Result<Choice<f64>> {
 }
 
 /// The parameter as a choice of a count.
-fn count(method: &NamedEstimator) -> Result<Choice<usize>> {
+pub(super) fn count(method: &NamedEstimator) -> Result<Choice<usize>> {
     match number(method)? {
         Choice::FromData(criterion) => Ok(Choice::FromData(criterion)),
         Choice::Fixed(value) if value >= 0.0 && value.fract() == 0.0 && value < 1e15 => {
@@ -163,95 +144,4 @@ pub(super) fn criterion_name(criterion: Criterion) -> &'static str {
         Criterion::LeaveOneOut => "leave-one-out error",
         Criterion::Generalized => "generalised cross-validation score",
     }
-}
-
-fn neighbours(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
-    let make = |neighbours| NearestNeighbours {
-        neighbours,
-        outside: method.outside,
-    };
-    let shown = Shown {
-        value: |fit: &NeighboursFit| fit.neighbours() as f64,
-        search: NeighboursFit::search,
-        candidate: |k| k as f64,
-    };
-    tuned(method, data, count(method)?, make, &shown)
-}
-
-fn series(method: &NamedEstimator, basis: Basis, data: Observations) -> Result<NamedFit> {
-    let make = |terms| SeriesRegression {
-        basis,
-        terms,
-        outside: method.outside,
-    };
-    let shown = Shown {
-        value: |fit: &SeriesFit| fit.terms() as f64,
-        search: SeriesFit::search,
-        candidate: |k| k as f64,
-    };
-    tuned(method, data, count(method)?, make, &shown)
-}
-
-fn polynomial(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
-    // Searches count terms, of which there is one more than the degree says.
-    let terms = match count(method)? {
-        Choice::Fixed(degree) => Choice::Fixed(degree + 1),
-        Choice::FromData(criterion) => Choice::FromData(criterion),
-    };
-    let make = |terms| PolynomialRegression {
-        degree: match terms {
-            Choice::Fixed(terms) => Choice::Fixed(usize::saturating_sub(terms, 1)),
-            Choice::FromData(criterion) => Choice::FromData(criterion),
-        },
-        outside: method.outside,
-    };
-    let shown = Shown {
-        value: |fit: &SeriesFit| fit.terms() as f64 - 1.0,
-        search: SeriesFit::search,
-        candidate: |terms| terms as f64 - 1.0,
-    };
-    tuned(method, data, terms, make, &shown)
-}
-
-fn haar(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
-    let make = |levels| HaarRegression {
-        levels,
-        outside: method.outside,
-    };
-    let shown = Shown {
-        value: |fit: &HaarFit| fit.levels() as f64,
-        search: HaarFit::search,
-        candidate: |k| k as f64,
-    };
-    tuned(method, data, count(method)?, make, &shown)
-}
-
-fn spline(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
-    let make = |penalty| SplineRegression {
-        penalty,
-        outside: method.outside,
-        ..SplineRegression::default()
-    };
-    let shown = Shown {
-        value: SplineFit::penalty,
-        search: SplineFit::search,
-        candidate: |p| p,
-    };
-    tuned(method, data, number(method)?, make, &shown)
-}
-
-fn network(method: &NamedEstimator, data: Observations) -> Result<NamedFit> {
-    let make = |units| NetworkRegression {
-        units,
-        decay: Decay::default(),
-        seed: method.seed,
-        outside: method.outside,
-        ..NetworkRegression::default()
-    };
-    let shown = Shown {
-        value: |fit: &NetworkFit| fit.units() as f64,
-        search: NetworkFit::search,
-        candidate: |k| k as f64,
-    };
-    tuned(method, data, count(method)?, make, &shown)
 }
