@@ -14,6 +14,7 @@ mod output;
 mod periods;
 mod predict;
 mod progress;
+mod reading;
 mod regress;
 mod simulate;
 mod study;

@@ -145,7 +145,7 @@ pub enum Error {
 pub enum LineProblem {
     /// The line has more or fewer fields than there are columns.
     #[error(
-        "{found} fields where there are {expected} columns; every line must have one field a column (--skip N leaves out N lines before the table, --separator says what separates the columns)"
+        "{found} fields where there are {expected} columns; every line must have one field a column (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)"
     )]
     Ragged {
         /// Fields on this line.
@@ -180,7 +180,7 @@ pub enum LineProblem {
     CountedHeader,
     /// Two header fields are the same.
     #[error(
-        "the header names both column {first} and column {second} '{name}'; column names must differ (or say --header no --skip 1: the columns are then called c0, c1, ...)"
+        "the header names both column {first} and column {second} '{name}'; column names must differ (or say --header no --skip-lines 1: the columns are then called c0, c1, ...)"
     )]
     DuplicateName {
         /// The name.

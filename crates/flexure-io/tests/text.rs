@@ -97,7 +97,7 @@ fn unusable_samples_are_located() {
 
 #[test]
 fn bad_lines_are_named() {
-    let ragged = "; every line must have one field a column (--skip N leaves out N lines before the table, --separator says what separates the columns)";
+    let ragged = "; every line must have one field a column (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)";
     let cases: [(&str, &[u8], String); 10] = [
         (
             "a.csv",
@@ -117,7 +117,7 @@ fn bad_lines_are_named() {
         (
             "a.csv",
             b"u,y,u\n1,2,3\n",
-            "a.csv, line 1: the header names both column 1 and column 3 'u'; column names must differ (or say --header no --skip 1: the columns are then called c0, c1, ...)".into(),
+            "a.csv, line 1: the header names both column 1 and column 3 'u'; column names must differ (or say --header no --skip-lines 1: the columns are then called c0, c1, ...)".into(),
         ),
         (
             "a.csv",
