@@ -2,14 +2,19 @@
 
 use std::ops::RangeInclusive;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use flexure::identify::hammerstein::MOST_ORDER;
 use flexure::identify::{Structure, structures};
 use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
-use flexure_io::ModelFile;
+use flexure_io::{ModelFile, RecordFile};
 use flexure_workbench::Named;
 use flexure_workbench::text::capitalised;
+
+/// The column of sample instants in records that Flexure writes, and looks for in others.
+pub const TIME: &str = "t";
+/// Relative difference of two sample times that still counts as none (printed digits).
+pub const SAME_SAMPLE_TIME: f64 = 1e-3;
 
 /// What is wrong with a name that none of the choices has; clap refuses such names before this.
 const NO_SUCH_NAME: Usage = Usage(String::new());
@@ -189,6 +194,42 @@ pub fn distinct_inputs(inputs: &[&str], output: Option<&str>) -> Result<(), Usag
         if inputs[..i].contains(input) {
             return Err(Usage(format!("--input names '{input}' twice; name every column once")));
         }
+    }
+    Ok(())
+}
+
+/// Whether a record has a column of sample instants: one named `t` that is none of the `signals` in use.
+pub fn has_time(file: &RecordFile, signals: &[&str]) -> bool {
+    !signals.contains(&TIME) && file.record.names().iter().any(|n| n == TIME)
+}
+
+/// The sample time of a record in s: as given, or from its column `t`, unless that is one of the `signals`; `None` without
+/// either.
+pub fn sample_time(file: &RecordFile, given: Option<f64>, signals: &[&str]) -> Result<Option<f64>> {
+    let recorded = match has_time(file, signals) {
+        true => Some(file.sample_time(TIME)?),
+        false => None,
+    };
+    if let (Some(given), Some(recorded)) = (given, recorded)
+        && (given - recorded).abs() > SAME_SAMPLE_TIME * recorded
+    {
+        bail!(
+            "{}: column '{TIME}' has a sample time of {recorded} s, but --sample-time says {given} s; leave the option out or correct the column",
+            file.path.display()
+        );
+    }
+    Ok(given.or(recorded))
+}
+
+/// Refuses a record whose sample time is not the model's; `signals` are the columns in use.
+pub fn same_sample_time(file: &RecordFile, model: Option<f64>, signals: &[&str]) -> Result<()> {
+    if let (Some(model), Some(recorded)) = (model, sample_time(file, None, signals)?)
+        && (model - recorded).abs() > SAME_SAMPLE_TIME * model
+    {
+        bail!(
+            "{}: the sample time is {recorded} s, but the model was identified at {model} s; resample the record",
+            file.path.display()
+        );
     }
     Ok(())
 }

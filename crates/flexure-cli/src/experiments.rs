@@ -4,11 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use flexure::Record;
-use flexure_io::RecordFile;
+use flexure_io::{RecordFile, read_record};
 use flexure_workbench::systems::{Task, check};
 
-use crate::arguments::Usage;
-use crate::reading::{Reading, SAME_SAMPLE_TIME};
+use crate::arguments::{self, SAME_SAMPLE_TIME, Usage};
 
 /// The records of experiments, as one.
 pub struct Experiments {
@@ -26,7 +25,6 @@ impl Experiments {
     /// # Errors
     /// Names the record, the column and the line.
     pub fn read(
-        reading: &Reading,
         paths: &[PathBuf],
         (input, output): (&str, &str),
         sample_time: Option<f64>,
@@ -35,12 +33,12 @@ impl Experiments {
         let (mut u, mut y, mut samples) = (Vec::new(), Vec::new(), Vec::new());
         let mut known: Option<(f64, &PathBuf)> = None;
         for path in paths {
-            let file = reading.read(path)?;
+            let file = read_record(path)?;
             check(&file, &[input], output, may_miss)?;
             u.extend_from_slice(file.column(input)?);
             y.extend_from_slice(file.column(output)?);
             samples.push(file.record.len());
-            match (reading.sample_time(&file, sample_time, &[input, output])?, known) {
+            match (arguments::sample_time(&file, sample_time, &[input, output])?, known) {
                 (Some(own), Some((first, of))) if (own - first).abs() > SAME_SAMPLE_TIME * first => bail!(
                     "{}: the sample time is {own} s, but that of {} is {first} s; experiments of one system need the same: resample one of them",
                     path.display(),

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::identify::{Calibration, Options, RefinedHammerstein, Structure, structures};
-use flexure_io::{RecordFile, model_text};
+use flexure_io::{RecordFile, model_text, read_record};
 use flexure_report::data::ArmMotion;
 use flexure_workbench::systems::{Decoration, Identified, SystemColumns, Task, arm_motion};
 
@@ -17,7 +17,6 @@ use crate::method::{self, MethodName, PlainOptions, RefinedOptions};
 use crate::output::{print, print_note, this_command};
 use crate::periods::PeriodOptions;
 use crate::progress::{spinning, spinning_through};
-use crate::reading::Reading;
 use crate::simulate::read_arm;
 
 /// Identify a block-oriented model from an input-output record.
@@ -75,8 +74,6 @@ pub struct Arguments {
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
-    #[command(flatten)]
-    reading: Reading,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -155,12 +152,12 @@ impl Arguments {
     fn read(&self, inputs: &[&str], may_miss: bool) -> Result<Experiments> {
         let [path] = self.records.as_slice() else {
             let columns = (self.input.as_str(), self.output.as_str());
-            return Experiments::read(&self.reading, &self.records, columns, self.sample_time, may_miss);
+            return Experiments::read(&self.records, columns, self.sample_time, may_miss);
         };
-        let file = self.reading.read(path)?;
+        let file = read_record(path)?;
         let columns = [inputs, &[&self.output]].concat();
         Ok(Experiments {
-            sample_time: self.reading.sample_time(&file, self.sample_time, &columns)?,
+            sample_time: arguments::sample_time(&file, self.sample_time, &columns)?,
             samples: vec![file.record.len()],
             file,
         })

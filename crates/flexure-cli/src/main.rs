@@ -14,7 +14,6 @@ mod output;
 mod periods;
 mod predict;
 mod progress;
-mod reading;
 mod regress;
 mod simulate;
 mod study;

@@ -5,17 +5,16 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexure::Record;
 use flexure::validation::FitMeasures;
-use flexure_io::{read_model, write_record};
+use flexure_io::{read_model, read_record, write_record};
 use flexure_workbench::Named;
 use flexure_workbench::systems::{Ahead, FreeRun, Outside, Start, columns};
 use flexure_workbench::text::number;
 use serde_json::json;
 
-use crate::arguments::{self, Usage};
+use crate::arguments::{self, TIME, Usage};
 use crate::files::prepare;
 use crate::output::print;
 use crate::progress::spinning;
-use crate::reading::Reading;
 
 /// Simulate a model under a record's input, or predict its output from the past.
 ///
@@ -45,8 +44,6 @@ pub struct Arguments {
     /// Write the prediction here: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "OUT.csv")]
     out: PathBuf,
-    #[command(flatten)]
-    reading: Reading,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -64,10 +61,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let model = read_model(&arguments.model)?;
     let inputs = arguments::model_inputs(&model, &arguments.input)?;
     arguments::distinct_inputs(&inputs, arguments.output.as_deref())?;
-    let file = arguments.reading.read(&arguments.record)?;
+    let file = spinning("reading", || read_record(&arguments.record))?;
     let mut signals = [&inputs[..], &[&model.output]].concat();
     signals.extend(arguments.output.as_deref());
-    let time = arguments.reading.same_sample_time(&file, model.sample_time, &signals)?;
+    arguments::same_sample_time(&file, model.sample_time, &signals)?;
     let entering = columns(&file, &inputs)?;
     let measured = (arguments.output.as_deref())
         .map(|output| file.finite(output))
@@ -84,9 +81,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let measures = measured.and_then(|measured| FitMeasures::new(measured, y).ok());
     let outside = Outside::new(&model.block, &entering);
     let mut columns = Vec::new();
-    if let Some(time) = time {
-        let instants = file.column(&time.name)?.iter().map(|t| t * time.seconds);
-        columns.push(("t", instants.collect()));
+    if arguments::has_time(&file, &signals) {
+        columns.push((TIME, file.column(TIME)?.to_vec()));
     }
     columns.push(("y", y.clone()));
     write_record(&arguments.out, &Record::new(columns)?)?;

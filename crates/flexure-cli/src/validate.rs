@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use flexure_io::read_model;
+use flexure_io::{read_model, read_record};
 use flexure_workbench::systems::{Judged, Start, SystemColumns};
 
 use crate::arguments;
 use crate::output::print;
-use crate::reading::Reading;
+use crate::progress::spinning;
 
 /// Judge a model on a record that was not used for its fit.
 ///
@@ -35,8 +35,6 @@ pub struct Arguments {
     /// record has enough, else steady.
     #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     initial_state: Option<Start>,
-    #[command(flatten)]
-    reading: Reading,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -48,9 +46,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let model = read_model(&arguments.model)?;
     let inputs = arguments::model_inputs(&model, &arguments.input)?;
     arguments::distinct_inputs(&inputs, Some(&arguments.output))?;
-    let file = arguments.reading.read(&arguments.record)?;
+    let file = spinning("reading", || read_record(&arguments.record))?;
     let columns = [&inputs[..], &[&arguments.output]].concat();
-    arguments.reading.same_sample_time(&file, model.sample_time, &columns)?;
+    arguments::same_sample_time(&file, model.sample_time, &columns)?;
     if let Some(skip) = arguments.skip.filter(|skip| *skip >= file.record.len()) {
         bail!(
             "{}: --skip {skip} leaves nothing of {} samples to compare",

@@ -13,7 +13,6 @@
 pub mod arm;
 pub mod error;
 pub mod model;
-pub mod options;
 pub mod record_file;
 
 mod atomic;
@@ -21,15 +20,12 @@ mod mat;
 mod parquet_file;
 mod read;
 mod text;
-mod time;
 mod write;
 
 pub use atomic::{check_writable, write_atomically};
 pub use error::{Error, LineProblem, Result};
 pub use model::{BlockLabel, ModelFile, ModelPath, model_text, parse_model, read_model, write_model};
-pub use options::{Decimal, ReadOptions};
 pub use read::read_record;
 pub use record_file::{Format, RecordFile};
 pub use text::read_text;
-pub use time::TimeColumn;
 pub use write::{check_record_writable, write_record};

@@ -71,7 +71,10 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
     for (i, column) in schema.columns().iter().enumerate() {
         match Kind::of(column) {
             Ok(kind) => signals.push((i, kind, Vec::new())),
-            Err(what) => others.push(Other::new(column.path().parts()[0].clone(), what)),
+            Err(what) => others.push(Other {
+                name: column.path().parts()[0].clone(),
+                what,
+            }),
         }
     }
     let name = |i: usize| schema.column(i).name().to_owned();
@@ -93,7 +96,7 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
         for position in (0..exact.len()).rev().filter(|&p| !exact[p]) {
             let (i, ..) = signals.remove(position);
             let what = "a column of integers beyond 2^53, which cannot be represented exactly".to_owned();
-            others.push(Other::new(name(i), what));
+            others.push(Other { name: name(i), what });
         }
     }
     if let Some((i, _, samples)) = signals.iter().find(|(.., samples)| samples.len() != rows) {
@@ -107,7 +110,7 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
     let columns = signals.into_iter().map(|(i, _, samples)| (name(i), samples));
     let record = Record::new(columns).map_err(|error| damaged(path, error.to_string()))?;
     if record.names().is_empty() {
-        let names: Vec<_> = others.iter().map(Other::to_string).collect();
+        let names: Vec<_> = others.iter().map(|o| format!("'{}' is {}", o.name, o.what)).collect();
         return Err(damaged(
             path,
             format!("it has no column of numbers: {}", names.join("; ")),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use flexure::Record;
 
-use crate::error::{Error, LineProblem, Result};
+use crate::error::{Error, Result};
 
 /// How a record was stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,60 +28,17 @@ pub enum Format {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Other {
     pub(crate) name: String,
-    pub(crate) why: Unusable,
-}
-
-/// Why a column cannot serve as a signal.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Unusable {
     /// What it is, completing the sentence "it is ...".
-    Is(String),
-    /// What is wrong on one line of a text file.
-    At { line: u64, problem: LineProblem },
-}
-
-impl std::fmt::Display for Other {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match &self.why {
-            Unusable::Is(what) => write!(f, "'{}' is {what}", self.name),
-            Unusable::At { line, problem } => write!(f, "line {line}: {problem}"),
-        }
-    }
-}
-
-impl Other {
-    pub(crate) fn new(name: String, what: String) -> Self {
-        Other {
-            name,
-            why: Unusable::Is(what),
-        }
-    }
-
-    /// The error of using the column as a signal.
-    pub(crate) fn error(&self, path: &Path) -> Error {
-        let path = path.to_owned();
-        match &self.why {
-            Unusable::Is(what) => Error::NotASignal {
-                path,
-                name: self.name.clone(),
-                what: what.clone(),
-            },
-            Unusable::At { line, problem } => Error::Line {
-                path,
-                line: *line,
-                problem: problem.clone(),
-            },
-        }
-    }
+    pub(crate) what: String,
 }
 
 /// From which line of a text file each sample comes.
 ///
 /// Only the samples at which the distance between sample and line changes are kept.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct SampleLines(Vec<(usize, u64)>);
+pub(crate) struct Lines(Vec<(usize, u64)>);
 
-impl SampleLines {
+impl Lines {
     /// Notes that `sample` comes from `line`; samples come in order.
     pub(crate) fn note(&mut self, sample: usize, line: u64) {
         if self.get(sample) != Some(line) {
@@ -101,18 +58,14 @@ impl SampleLines {
 pub struct RecordFile {
     /// The signals. Missing samples are NaN.
     pub record: Record,
-    /// The signals' units, where the file has them: one for each column of the record.
-    pub units: Vec<Option<String>>,
     /// The file.
     pub path: PathBuf,
     /// How it was stored.
     pub format: Format,
-    /// How the file was understood where that is not obvious, in sentences: a decimal comma, a header that is missing.
-    pub notes: Vec<String>,
     /// The scalars of a MAT file, in order; empty for all other formats.
     pub constants: Vec<(String, f64)>,
     pub(crate) others: Vec<Other>,
-    pub(crate) lines: SampleLines,
+    pub(crate) lines: Lines,
 }
 
 impl RecordFile {
@@ -124,14 +77,12 @@ impl RecordFile {
     /// A record of signals alone, whose lines are not known.
     pub(crate) fn new(record: Record, path: &Path, format: Format) -> Self {
         RecordFile {
-            units: vec![None; record.names().len()],
             record,
             path: path.to_owned(),
             format,
-            notes: Vec::new(),
             constants: Vec::new(),
             others: Vec::new(),
-            lines: SampleLines::default(),
+            lines: Lines::default(),
         }
     }
 
@@ -191,13 +142,13 @@ impl RecordFile {
         }
     }
 
-    pub(crate) fn signal<'a, T>(
-        &'a self,
-        name: &str,
-        get: impl Fn(&'a Record, &str) -> flexure::Result<T>,
-    ) -> Result<T> {
+    fn signal<'a, T>(&'a self, name: &str, get: impl Fn(&'a Record, &str) -> flexure::Result<T>) -> Result<T> {
         if let Some(other) = self.others.iter().find(|other| other.name == name) {
-            return Err(other.error(&self.path));
+            return Err(Error::NotASignal {
+                path: self.path.clone(),
+                name: other.name.clone(),
+                what: other.what.clone(),
+            });
         }
         get(&self.record, name).map_err(|error| self.locate(error))
     }

@@ -9,6 +9,7 @@ use flexure::Record;
 use crate::atomic::{check_writable, write_atomically};
 use crate::error::{Error, Result};
 use crate::parquet_file;
+use crate::text::looks_numeric;
 
 /// Writes `record` to `path`, whole or not at all: CSV if it ends in `.csv`, Parquet if in `.parquet`.
 ///
@@ -87,5 +88,5 @@ fn csv<W: Write>(out: &mut W, record: &Record) -> io::Result<()> {
 
 /// Whether a name needs no quotation marks to be read back as this name.
 fn is_plain(name: &str) -> bool {
-    name.chars().all(|c| c.is_alphanumeric() || "_-./".contains(c)) && name.parse::<f64>().is_err()
+    name.chars().all(|c| c.is_alphanumeric() || "_-.[]()/".contains(c)) && !looks_numeric(name.as_bytes())
 }

@@ -7,14 +7,13 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexure::error::ParameterError;
 use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Outside, Rule, Tuning};
-use flexure_io::{RecordFile, write_record};
+use flexure_io::{RecordFile, read_record, write_record};
 use flexure_workbench::regression::{self, BandMethod, BandOptions, Columns, Regression, RegressionData, Report};
 
 use crate::arguments::{self, Auto, Usage};
 use crate::files::{name_json, prepare, write_text, wrote};
 use crate::output::{print, this_command};
 use crate::progress::spinning;
-use crate::reading::Reading;
 
 /// Estimate the regression of a column on one or several others, with a confidence band.
 ///
@@ -88,8 +87,6 @@ pub struct Arguments {
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
-    #[command(flatten)]
-    reading: Reading,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -118,7 +115,7 @@ impl Arguments {
         let Some(path) = &self.at else {
             return Ok(data.grid(self.grid.map(|n| n as usize)));
         };
-        let file = self.reading.read(path)?;
+        let file = read_record(path)?;
         let columns = self.x.iter().map(|name| Ok(file.finite(name)?.to_vec()));
         columns.collect()
     }
@@ -129,7 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let estimator = method::estimator(arguments)?;
     let inputs = [&arguments.record].into_iter().chain(&arguments.at);
     prepare(inputs, &arguments.out, &arguments.report)?;
-    let file = arguments.reading.read(&arguments.record)?;
+    let file = spinning("reading", || read_record(&arguments.record))?;
     let data = RegressionData::read(&file, arguments.columns())?;
     let at = arguments.points(&data)?;
     let report = spinning("estimating", || -> Result<Report> {
