@@ -350,7 +350,7 @@ fn periods_tell_noise_from_distortion() {
     let best = &found["best_linear_approximation"];
     assert_eq!((&best["period"], &best["periods"]), (&128.into(), &4.into()), "{best}");
     let power = |name: &str| numbers(&best[name]).iter().map(|v| v * v).sum::<f64>();
-    assert!(power("distortion") > 100.0 * power("noise"), "{}", best["words"]);
+    assert!(power("distortion") > 100.0 * power("noise"), "{}", best["text"]);
     assert!(folder.read("page.html").contains("Best linear approximation"));
     let words = folder.done(&format!("{IDENTIFY} linear --realisations 4"));
     assert!(

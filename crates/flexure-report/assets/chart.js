@@ -3,7 +3,7 @@
 const charts = [];
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "Noto Sans", Arial, sans-serif';
 const AXIS_WIDTH = 54; // of ordinary tick labels, the same in all plots, so that plots below one another line up
-const LABEL_WIDTH = 20; // of the words beside them
+const LABEL_WIDTH = 20; // of the text beside them
 const LEGEND_HEIGHT = 26;
 const WHOLE_STEPS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000]; // for ticks at whole numbers
 
@@ -56,7 +56,7 @@ function axis(scale, label, { log, ticks = true, step } = {}, group) {
 function sideWidth(u, labels, side, group) {
   u.ctx.save();
   u.ctx.font = FONT;
-  const longest = Math.max(0, ...labels.map((words) => u.ctx.measureText(words).width));
+  const longest = Math.max(0, ...labels.map((text) => u.ctx.measureText(text).width));
   u.ctx.restore();
   const need = Math.max(AXIS_WIDTH, Math.ceil(longest + side.ticks.size + side.gap + 4));
   return group ? group.widen(need, u) : need;
@@ -204,13 +204,13 @@ function drawLevel(u, scale, value, colourName, dash = []) {
 }
 
 /** Writes a short word into a plot, at canvas pixels. */
-function drawWord(u, words, px, py, colourName, align = "left") {
+function drawWord(u, text, px, py, colourName, align = "left") {
   const { ctx } = u;
   ctx.save();
   ctx.font = FONT.replace("12px", `${12 * devicePixelRatio}px`);
   ctx.fillStyle = colour(colourName);
   ctx.textAlign = align;
   ctx.textBaseline = "top";
-  ctx.fillText(words, px, py);
+  ctx.fillText(text, px, py);
   ctx.restore();
 }

@@ -7,8 +7,8 @@ const page = JSON.parse(byId("page-data").textContent);
 function readable(v, digits = 4) {
   if (v == null || !Number.isFinite(v)) return "";
   const size = Math.abs(v);
-  const words = size !== 0 && (size < 1e-3 || size >= 1e6) ? short(v.toExponential(digits - 1)) : String(Number(v.toPrecision(digits)));
-  return words.replaceAll("-", "−");
+  const text = size !== 0 && (size < 1e-3 || size >= 1e6) ? short(v.toExponential(digits - 1)) : String(Number(v.toPrecision(digits)));
+  return text.replaceAll("-", "−");
 }
 
 /** `1.50e-7` as `1.5e-7`. */
@@ -29,8 +29,8 @@ function tickLabels(u, splits, axis, space, step) {
 
 /** Decimals of a tick distance such as 0.25 that needs more of them than its size says. */
 function decimalsOf(step) {
-  const words = String(Number(step.toPrecision(6)));
-  return words.includes("e") || !words.includes(".") ? 0 : words.split(".")[1].length;
+  const text = String(Number(step.toPrecision(6)));
+  return text.includes("e") || !text.includes(".") ? 0 : text.split(".")[1].length;
 }
 
 /** Ticks of a logarithmic axis at 1 to 9 times each power of ten, wherever the scale begins; over many decades at the powers alone. */

@@ -76,11 +76,11 @@ class Group {
     ];
     host.setAttribute("role", "toolbar");
     host.setAttribute("aria-label", "Zoom");
-    const made = actions.map(([name, sign, words, act]) => {
+    const made = actions.map(([name, sign, text, act]) => {
       const button = document.createElement("button");
-      Object.assign(button, { type: "button", textContent: sign, title: words, onclick: act });
+      Object.assign(button, { type: "button", textContent: sign, title: text, onclick: act });
       button.dataset.zoom = name;
-      button.setAttribute("aria-label", words);
+      button.setAttribute("aria-label", text);
       return button;
     });
     host.append(...made);

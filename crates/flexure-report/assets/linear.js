@@ -58,9 +58,9 @@ function plotApproximation(a) {
   const x = { label: `frequency (${a.frequency_unit})`, log: at.length > 1 && at.at(-1) > 10 * at[0] };
   const few = at.length <= 120;
   const [series, data] = [[], []];
-  const add = (words, token, list, width) => {
+  const add = (text, token, list, width) => {
     if (!list.length) return;
-    series.push(line(words, token, { width, points: few }));
+    series.push(line(text, token, { width, points: few }));
     data.push(list);
   };
   add("magnitude", "--model", a.magnitude_db, 2.2);
@@ -98,16 +98,16 @@ function plotRoots(linear, k) {
   const step = reach > 1.6 ? 1 : 0.5;
   const parts = [`<svg viewBox="0 0 ${left + size + 12} ${top + size + 40}" role="img" aria-label="Poles and zeros in the z plane">`];
   for (let v = -Math.floor(reach / step) * step; v <= reach; v += step) {
-    const [x, y, words] = [px(v), py(v), readable(v, 3)];
+    const [x, y, text] = [px(v), py(v), readable(v, 3)];
     const kind = v === 0 ? "root-axis" : "root-grid";
     parts.push(`<path class="${kind}" d="M${x} ${top} V${top + size} M${left} ${y} H${left + size}"/>`);
-    parts.push(`<text class="root-text" x="${x}" y="${top + size + 15}" text-anchor="middle">${words}</text>`);
-    parts.push(`<text class="root-text" x="${left - 6}" y="${y + 4}" text-anchor="end">${words}</text>`);
+    parts.push(`<text class="root-text" x="${x}" y="${top + size + 15}" text-anchor="middle">${text}</text>`);
+    parts.push(`<text class="root-text" x="${left - 6}" y="${y + 4}" text-anchor="end">${text}</text>`);
   }
   parts.push(`<rect class="root-frame" x="${left}" y="${top}" width="${size}" height="${size}"/>`);
   parts.push(`<circle class="root-circle" cx="${px(0)}" cy="${py(0)}" r="${size / 2 / reach}"/>`);
   const mark = ([re, im], body, name) =>
-    parts.push(`<g><title>${name} ${rootWords([re, im])}, |z| = ${readable(Math.hypot(re, im))}</title>${body(px(re), py(im))}</g>`);
+    parts.push(`<g><title>${name} ${rootText([re, im])}, |z| = ${readable(Math.hypot(re, im))}</title>${body(px(re), py(im))}</g>`);
   const inside = (root) => root.every((c) => Math.abs(c) <= reach);
   for (const zero of zeros.filter(inside)) mark(zero, zeroMark, "zero");
   for (const pole of poles.filter(inside)) mark(pole, poleMark, "pole");
@@ -122,18 +122,18 @@ function plotRoots(linear, k) {
 const poleMark = (x, y) => `<path class="root-pole" d="M${x - 5} ${y - 5} L${x + 5} ${y + 5} M${x - 5} ${y + 5} L${x + 5} ${y - 5}"/>`;
 const zeroMark = (x, y) => `<circle class="root-zero" cx="${x}" cy="${y}" r="5.2"/>`;
 
-function rootWords([re, im]) {
+function rootText([re, im]) {
   if (Math.abs(im) < 1e-12) return readable(re);
   return `${readable(re)} ${im < 0 ? "−" : "+"} ${readable(Math.abs(im))}i`;
 }
 
 function rootCaption(poles, zeros, inside) {
-  const words = [];
+  const text = [];
   if (poles.length) {
     const largest = Math.max(...poles.map((p) => Math.hypot(...p)));
-    words.push(largest < 1 ? `All poles are inside the unit circle: stable, the slowest with |z| = ${readable(largest)}.` : `Unstable: the largest pole has |z| = ${readable(largest)}.`);
+    text.push(largest < 1 ? `All poles are inside the unit circle: stable, the slowest with |z| = ${readable(largest)}.` : `Unstable: the largest pole has |z| = ${readable(largest)}.`);
   }
   const hidden = [...poles.map((r) => ["pole", r]), ...zeros.map((r) => ["zero", r])].filter(([, r]) => !inside(r));
-  if (hidden.length) words.push(`Outside the picture: ${hidden.map(([name, r]) => `${name} ${rootWords(r)}`).join(", ")}.`);
-  return words.join(" ");
+  if (hidden.length) text.push(`Outside the picture: ${hidden.map(([name, r]) => `${name} ${rootText(r)}`).join(", ")}.`);
+  return text.join(" ");
 }

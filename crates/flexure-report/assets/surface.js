@@ -129,21 +129,21 @@ function scaleBar(s, [low, high]) {
   }
 }
 
-/** The estimate under the pointer, in words. */
+/** The estimate under the pointer, as text. */
 function readout(u, s) {
-  const words = byId("surface-readout");
+  const text = byId("surface-readout");
   const nearest = (list, v) => Math.min(Math.max(Math.round(((v - list[0]) / (list.at(-1) - list[0])) * (list.length - 1)), 0), list.length - 1);
   const hint = "Point at the picture to read the estimate.";
-  words.textContent = hint;
+  text.textContent = hint;
   (u.hooks.setCursor ??= []).push(() => {
     const { left, top } = u.cursor;
     if (!(left >= 0 && top >= 0)) {
-      words.textContent = hint;
+      text.textContent = hint;
       return;
     }
     const [j, i] = [nearest(s.x, u.posToVal(left, "x")), nearest(s.y, u.posToVal(top, "y"))];
     const z = s.z[i * s.x.length + j];
     const place = `${s.x_label} = ${readable(s.x[j])}, ${s.y_label} = ${readable(s.y[i])}`;
-    words.textContent = `${place}: ${z == null ? "nothing is known" : `${s.z_label} = ${readable(z)}`}`;
+    text.textContent = `${place}: ${z == null ? "nothing is known" : `${s.z_label} = ${readable(z)}`}`;
   });
 }

@@ -177,7 +177,6 @@ pub struct TitledCurve {
 #[derive(Debug, Clone, Serialize)]
 pub struct Approximation {
     /// What it was measured from, and what it says: a sentence or two.
-    #[serde(rename = "words")]
     pub text: String,
     /// Frequencies, increasing and positive: Hz, or cycles a sample if there is no sample time.
     pub frequency: Vec<f64>,
@@ -201,7 +200,6 @@ pub struct LinearPart {
     /// The heading, for example "Linear part".
     pub title: String,
     /// What is said beside the transfer function, for example "Order 3, static gain 1."; may be empty.
-    #[serde(rename = "words")]
     pub text: String,
     /// Numerator in z^-1.
     pub b: Vec<f64>,

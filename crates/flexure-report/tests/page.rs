@@ -325,7 +325,7 @@ fn candidates_stand_in_a_table_with_the_chosen_one_marked() {
     });
     let text = words(&html(&both));
     assert!(text.contains(r#"id="candidates-heading-1""#) && text.contains(r#"id="candidates-heading-2">Sizes</h2>"#));
-    assert!(text.contains(r#"<td class="words" data-name="error">0.4</td>"#));
+    assert!(text.contains(r#"<td class="text" data-name="error">0.4</td>"#));
     let mut ragged = with(table);
     ragged.candidates[0].rows[0].pop();
     assert_eq!(

@@ -157,7 +157,7 @@ impl Periodic {
             "noise": or_null(&best.noise),
             "total": or_null(&best.total),
             "distortion": or_null(&best.distortion),
-            "words": self.levels(),
+            "text": self.levels(),
         })
     }
 
