@@ -48,9 +48,14 @@ def installed_program():
 
 
 @pytest.fixture(scope="session")
-def command():
-    """Runs the program ``flexure`` that FLEXURE_BINARY names, else the one that the package installed."""
-    program = os.environ.get("FLEXURE_BINARY") or installed_program()
+def program():
+    """The program ``flexure`` that FLEXURE_BINARY names, else the one that the package installed."""
+    return os.environ.get("FLEXURE_BINARY") or installed_program()
+
+
+@pytest.fixture(scope="session")
+def command(program):
+    """Runs the program ``flexure``."""
 
     def run(*arguments, check=True):
         done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, check=False)
