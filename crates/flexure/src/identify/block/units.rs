@@ -93,23 +93,26 @@ impl Blocks {
         let entering: Vec<f64> = s.intermediate(&data.u).flat_map(|w| w[data.from..].to_vec()).collect();
         let range = s.spline.range_with(&entering);
         let inner = abscissas(&s.spline, range);
-        let curve = |front: &Rational| table(inner.iter().copied(), |x| abscissa(x, front), ordinate);
+        let kinks = s.spline.kinks_within(range);
+        let nonlinearity = |front: &Rational| {
+            let curve = table(inner.iter().copied(), |x| abscissa(x, front), ordinate)?;
+            let [breakpoints, kinks] = [s.spline.breakpoints(), &kinks].map(|at| mapped(at, |x| abscissa(x, front)));
+            Ok::<_, Error>(StaticBlock::spline(curve, breakpoints, kinks))
+        };
         let front = front_gain.divided(&s.front.b, &s.front);
-        let [breakpoints, kinks] =
-            [s.spline.breakpoints(), &s.spline.kinks_within(range)].map(|at| mapped(at, |x| abscissa(x, &front)));
         let between_samples = (s.between.as_ref())
             .map(|between| {
                 let front = front_gain.divided(&between.front, &s.front);
                 let back = back_gain.divided(&between.back, &s.back);
                 Ok::<_, Error>([
                     LinearBlock::of(front.transfer_function(*delay)?),
-                    StaticBlock::spline(curve(&front)?, Vec::new(), Vec::new()),
+                    nonlinearity(&front)?,
                     LinearBlock::of(back.transfer_function(0)?),
                 ])
             })
             .transpose()?;
         Ok(Blocks {
-            nonlinearity: StaticBlock::spline(curve(&front)?, breakpoints, kinks),
+            nonlinearity: nonlinearity(&front)?,
             front: front.transfer_function(*delay)?,
             back: back_gain.divided(&s.back.b, &s.back).transfer_function(0)?,
             between_samples,

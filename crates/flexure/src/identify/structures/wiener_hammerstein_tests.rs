@@ -6,11 +6,13 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::identify::WIENER_HAMMERSTEIN;
+use crate::identify::result::{NamedBlock, StaticBlock};
 use crate::linear::TransferFunction;
 use crate::linear::correlation::variance;
 use crate::model::Block;
 use crate::nonlinearity::{Curve, Outside};
 use crate::record::Record;
+use crate::text::number;
 
 fn linear(b: &[f64], a: &[f64]) -> Block {
     Block::Linear(TransferFunction::new(b.to_vec(), a.to_vec()).unwrap())
@@ -186,6 +188,20 @@ fn a_nonlinearity_between_the_samples_is_found() {
         (between_front.a(), between_back.a()),
         (result.linear("front").unwrap().a(), result.linear("back").unwrap().a())
     );
+    let nonlinearities = result.paths[0].blocks.iter().filter_map(NamedBlock::curve);
+    let pieces: Vec<usize> = nonlinearities.clone().map(StaticBlock::pieces).collect();
+    assert!(
+        pieces.len() == 2 && pieces[0] == pieces[1] && pieces[0] > 0,
+        "{pieces:?}"
+    );
+    for own in nonlinearities {
+        let ends = [own.breakpoints[0], own.breakpoints[pieces[0]]].map(number);
+        assert!(
+            own.description.contains(&format!("on [{}, {}]", ends[0], ends[1])),
+            "{}",
+            own.description
+        );
+    }
     let gain = result.linear("back").unwrap().static_gain() + between_back.static_gain();
     assert!((gain - 1.0).abs() < 1e-9, "{gain}");
     // In the record's units, mean and all, the two branches are as good as they were found.
