@@ -90,12 +90,15 @@ pub fn linear_text(block: &LinearBlock) -> String {
     format!("order {}, delay {}, static gain {gain}", block.order(), block.delay())
 }
 
+/// The longest delay whose zeros are printed among the coefficients of the numerator.
+const MOST_LEADING_ZEROS: usize = 3;
+
 /// A linear part with its coefficients, poles and zeros.
 fn linear_lines(title: &str, block: &LinearBlock) -> Vec<String> {
     let (system, errors) = (&block.system, block.errors.as_ref());
     vec![
         line(title, &linear_text(block)),
-        format!("    b = {}", coefficients(system.b(), errors.map(|e| &*e.b))),
+        format!("    b = {}", numerator(block)),
         format!("    a = {}", coefficients(system.a(), errors.map(|e| &*e.a))),
         format!("    poles {}", roots(system.poles())),
         format!("    zeros {}", roots(system.zeros())),
@@ -108,6 +111,20 @@ fn surface_lines(title: &str, surface: &Surface, inputs: &[String]) -> Vec<Strin
     let axes = inputs.iter().zip(surface.axes());
     let each = axes.map(|(name, axis)| format!("    '{name}' on [{}, {}]", number(axis.low), number(axis.high)));
     std::iter::once(line(title, &text)).chain(each).collect()
+}
+
+/// The numerator's coefficients; a long delay is said instead of listed as zeros.
+fn numerator(block: &LinearBlock) -> String {
+    let b = block.system.b();
+    // A numerator of nothing but zeros keeps one.
+    let delay = block.delay().min(b.len() - 1);
+    let skipped = if delay > MOST_LEADING_ZEROS { delay } else { 0 };
+    let errors = block.errors.as_ref().and_then(|e| e.b.get(skipped..));
+    let list = coefficients(&b[skipped..], errors);
+    match skipped {
+        0 => list,
+        _ => format!("{list}, delay {skipped} samples"),
+    }
 }
 
 /// Coefficients in brackets, each with its standard error where there is one.
@@ -141,6 +158,34 @@ fn roots(list: Option<Vec<Complex<f64>>>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use flexure::identify::result::CoefficientErrors;
+    use flexure::linear::TransferFunction;
+
+    #[test]
+    fn a_long_delay_is_said_not_listed() {
+        let text = |delay: usize| {
+            let b = [vec![0.0; delay], vec![0.5, 0.25]].concat();
+            let errors = Some(CoefficientErrors {
+                b: [vec![0.0; delay], vec![0.0, 0.1]].concat(),
+                a: vec![0.0],
+            });
+            let system = TransferFunction::new(b, vec![1.0]).unwrap();
+            numerator(&LinearBlock {
+                system,
+                errors,
+                impulse: None,
+            })
+        };
+        assert_eq!(text(0), "[0.5000, 0.2500 ± 0.1000]");
+        assert_eq!(text(2), "[0, 0, 0.5000, 0.2500 ± 0.1000]");
+        assert_eq!(text(305), "[0.5000, 0.2500 ± 0.1000], delay 305 samples");
+        let zero = LinearBlock {
+            system: TransferFunction::new(vec![0.0; 9], vec![1.0]).unwrap(),
+            errors: None,
+            impulse: None,
+        };
+        assert_eq!(numerator(&zero), "[0], delay 8 samples");
+    }
 
     #[test]
     fn roots_of_a_pair_stand_once() {
