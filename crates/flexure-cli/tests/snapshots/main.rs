@@ -73,6 +73,7 @@ identifications! {
     hammerstein_wiener: hammerstein_wiener, "--structure hammerstein-wiener";
     parallel: parallel, "--structure parallel";
     parallel_of_two: parallel, "--structure parallel --branches 2";
+    static_nonlinearity: hammerstein, "--structure static";
     narx: wiener, "--structure narx";
     volterra: parallel, "--structure volterra";
     auto_linear: linear_record, "--structure auto";
