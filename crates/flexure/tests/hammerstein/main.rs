@@ -4,6 +4,7 @@ mod calibration;
 mod cascades;
 mod colour;
 mod errors;
+mod forms;
 mod invariance;
 mod oracle;
 mod recovery;
