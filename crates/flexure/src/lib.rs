@@ -51,6 +51,7 @@ pub mod manipulator;
 pub mod model;
 pub mod nonlinearity;
 mod parallel;
+pub mod quantiles;
 pub mod record;
 pub mod selection;
 pub mod signal;

@@ -130,7 +130,7 @@ impl Record {
 }
 
 /// The sizes of a column's largest value whose squares, and whose differences' squares, neither overflow nor vanish.
-const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
+pub const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
 
 /// The largest absolute value of a column, if all are finite and their squares neither overflow nor vanish.
 pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<f64> {

@@ -2,14 +2,13 @@
 
 use anyhow::{Result, bail};
 use flexure::error::DataError;
+use flexure::record::SIZES;
 use flexure_io::RecordFile;
 
 use crate::plots::extent;
 
 /// Points of the curve along each column, by the number of columns.
 const GRID: [usize; 6] = [301, 41, 15, 9, 6, 5];
-/// The sizes of a column's largest value that all estimators can compute with.
-const SIZES: std::ops::RangeInclusive<f64> = 1e-100..=1e100;
 
 /// The names of the columns of a regression.
 #[derive(Debug, Clone, Default)]

@@ -4,6 +4,7 @@
 //! nothing is to be seen; then a choice of the bandwidth that leaves out neighbours in time asks for a much wider window.
 
 use flexure::nonlinearity::{Degree, EstimatorName, NamedEstimator};
+use flexure::quantiles::NORMAL_99;
 use flexure::selection::{BandwidthRule, BlockFolds, choose_bandwidth};
 
 use super::RegressionData;
@@ -14,8 +15,6 @@ const FEWEST_ROWS: usize = 50;
 const MOST_ROWS: usize = 4000;
 /// A correlation of x with time above this is a trend.
 const TREND: f64 = 0.9;
-/// The two-sided 99 % quantile of the normal distribution.
-const SIGNIFICANT: f64 = 2.575_829_303_548_901;
 /// A correlation below this does no harm however significant it is.
 const HARMFUL: f64 = 0.1;
 /// A bandwidth by blocks this many times that by leave-one-out shows that the latter follows the noise.
@@ -50,7 +49,7 @@ fn correlated(residuals: &[f64]) -> bool {
     let squares: f64 = residuals.iter().map(|r| (r - mean).powi(2)).sum();
     let products: f64 = residuals.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum();
     let r = products / squares;
-    r > HARMFUL && r * (n as f64).sqrt() > SIGNIFICANT
+    r > HARMFUL && r * (n as f64).sqrt() > NORMAL_99
 }
 
 /// Whether leave-one-out follows noise that depends on itself in time.

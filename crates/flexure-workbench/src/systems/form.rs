@@ -1,9 +1,7 @@
 //! Forms of a nonlinearity by name.
 
 use flexure::identify::PhysicalForm;
-
-/// The largest degree of a polynomial that can be asked for.
-const MOST_DEGREE: usize = 15;
+use flexure::identify::hammerstein::MOST_DEGREE;
 
 /// A form by name, with its degree where it is a polynomial.
 pub fn form(text: &str) -> Result<PhysicalForm, String> {

@@ -6,12 +6,11 @@
 use std::ops::Range;
 
 use crate::nonlinearity::Kernel;
+use crate::nonlinearity::kernel::ONE_ABSCISSA;
 use crate::nonlinearity::kernel::Sorted;
 
 /// Bandwidths beyond which the Gaussian kernel does not count: exp(-9^2 / 2) = 3e-18.
 const GAUSSIAN_REACH: f64 = 9.0;
-/// Abscissas whose standard deviation is below this share of the bandwidth count as one.
-const ONE_ABSCISSA: f64 = 1e-9;
 /// Where this little of the squared abscissas' size is left beside a line, there are only two of them.
 const TWO_ABSCISSAS: f64 = 1e-10;
 

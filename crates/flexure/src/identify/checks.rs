@@ -1,5 +1,6 @@
 //! What is refused, and what is warned of, before and after an identification.
 
+use super::limits::{CONSTANT, FEW_LEVELS, FRESH_SHARES, MOST_OUTSIDE, NEGLIGIBLE_COLOUR, WHITENESS_LAGS};
 use std::ops::Range;
 
 use super::outcome::{Verdict, Warning};
@@ -9,20 +10,9 @@ use crate::nonlinearity::Curve;
 use crate::record::check_values;
 use crate::validation::whiteness;
 
-/// An input of no more levels than this is said to have few. Convention.
-const FEW_LEVELS: usize = 10;
-/// Lags at which the input's whiteness is tested. Convention, that of common software.
-const WHITENESS_LAGS: usize = 25;
-/// Autocorrelations of the input below this distort the result less than noise does. Convention.
-const NEGLIGIBLE_COLOUR: f64 = 0.05;
-/// A deviation of no more than this share of the largest value is rounding.
-const CONSTANT: f64 = 1e-12;
-/// The percentage of the fresh input outside the curve's range above which that is reported. Convention.
-const MOST_OUTSIDE: f64 = 1.0;
-
 /// The number of samples that are fitted where this share at the end is kept for the verdict; refuses a share that is out of range.
 pub(super) fn fresh_part(fresh_share: f64, samples: usize) -> Result<usize> {
-    if !(0.05..=0.9).contains(&fresh_share) {
+    if !FRESH_SHARES.contains(&fresh_share) {
         return Err(Error::parameter("the fresh share", fresh_share, "between 0.05 and 0.9"));
     }
     Ok(samples - (fresh_share * samples as f64).round() as usize)

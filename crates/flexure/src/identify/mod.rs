@@ -29,6 +29,7 @@ mod checks;
 #[cfg(test)]
 mod derivative_tests;
 pub mod hammerstein;
+mod limits;
 mod outcome;
 mod reference;
 mod registry;

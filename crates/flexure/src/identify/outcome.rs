@@ -1,5 +1,6 @@
 //! Whether a model holds on fresh data, and what the user should know besides.
 
+use super::limits::NEARLY_ALL;
 use crate::linear::correlation::mean;
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
 
@@ -110,9 +111,6 @@ pub enum Warning {
         percent: f64,
     },
 }
-
-/// An error below the rest of the output's variance need not be white.
-const NEARLY_ALL: f64 = 0.9;
 
 /// The answer to "does the model hold?", on data that were not used for the fit.
 #[derive(Debug, Clone, PartialEq)]

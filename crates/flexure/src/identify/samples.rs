@@ -2,13 +2,11 @@
 
 use super::block::Prepared;
 use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_levels};
+use super::limits::FEWEST_SAMPLES;
 use super::outcome::{Verdict, Warning};
 use crate::error::{DataError, Error, Result};
 use crate::record::Record;
 use crate::validation::Estimated;
-
-/// The fewest samples that are worth a fit.
-const FEWEST: usize = 200;
 
 /// Inputs and output, the last part of them kept for the verdict.
 pub(super) struct Samples<'a> {
@@ -34,7 +32,7 @@ impl<'a> Samples<'a> {
         let fitted = fresh_part(fresh_share, record.len())?;
         let u: Vec<&[f64]> = inputs.iter().map(|i| record.finite(i)).collect::<Result<_>>()?;
         let y = record.finite(output)?;
-        let need = FEWEST * inputs.len().max(1);
+        let need = FEWEST_SAMPLES * inputs.len().max(1);
         if fitted < need {
             return Err(Error::too_short(what, need, fitted));
         }

@@ -4,6 +4,8 @@ use crate::linear::correlation::cross_covariance;
 
 /// The largest order tried. Convention.
 const LARGEST: usize = 30;
+/// Samples for each coefficient of an autoregression that whitens a fit's errors. Convention.
+pub(crate) const SAMPLES_PER_COEFFICIENT: usize = 50;
 
 /// The whitening polynomial 1 + r_1 z^-1 + ... of Schwarz's order (Levinson 1947), for a zero-mean signal; at least
 /// so many samples for each coefficient.

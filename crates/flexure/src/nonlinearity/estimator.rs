@@ -13,6 +13,9 @@ use crate::record::check_values;
 use crate::selection::Criterion;
 use crate::sort::order;
 
+/// The most columns of an estimator, or inputs of a surface, that takes several. Convention.
+pub(crate) const MOST_COLUMNS: usize = 6;
+
 /// A fitted regression: a function of `dimension()` variables.
 pub trait Regression: Debug + Send + Sync {
     /// The number of columns of x.

@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::nonlinearity::estimator::MOST_COLUMNS;
 
-/// Most inputs of a surface.
-const MOST_INPUTS: usize = 6;
 /// B-splines that are not zero at a point, along one axis.
 const OVERLAP: usize = 4;
 
@@ -87,7 +86,7 @@ impl Surface {
             return Err(Error::too_short("a surface", 1, 0));
         }
         let invalid = |name: String, value: f64, requirement: &'static str| Error::parameter(name, value, requirement);
-        if axes.len() > MOST_INPUTS {
+        if axes.len() > MOST_COLUMNS {
             let name = "the number of a surface's axes".to_owned();
             return Err(invalid(name, axes.len() as f64, "at most 6"));
         }

@@ -2,6 +2,7 @@
 
 use super::Search;
 use super::h_block::gap_from_data;
+use super::search::FLAT;
 use crate::error::{Error, ParameterError, Result, Stopped};
 use crate::interrupt;
 use crate::nonlinearity::{
@@ -9,9 +10,6 @@ use crate::nonlinearity::{
     RecursiveRegression, Regression, SeriesRegression, SplineRegression,
 };
 use crate::parallel;
-
-/// Relative difference of two scores that counts as none.
-const FLAT: f64 = 1e-9;
 
 /// An estimator with one parameter that data can choose.
 pub trait Tunable: Estimator + Clone + Sync {

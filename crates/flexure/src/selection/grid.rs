@@ -1,6 +1,7 @@
 //! The bandwidth with the lowest score: a logarithmic grid, as the score may have several minima, then smaller steps around
 //! its best and the lowest point of a parabola.
 
+use super::search::FLAT;
 use super::{BandwidthSearch, Score};
 use crate::interrupt;
 use crate::parallel;
@@ -14,9 +15,6 @@ const STEPS: usize = 3;
 const SMALLEST: f64 = 1e-4;
 /// The shortest length of the bulk of the data, as a share of all.
 const SHORTEST: f64 = 1e-100;
-/// Relative difference of two scores that counts as none.
-const FLAT: f64 = 1e-9;
-
 /// The bandwidths worth trying, by the logarithm of their ratio to the smallest: the unit of x changes nothing.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Grid {

@@ -43,4 +43,4 @@ pub(crate) use grid::{Grid, bulk};
 pub(crate) use plug_in::{Bend, PlugIn, canonical};
 pub use rule::{BandwidthChoice, BandwidthRule, choose_bandwidth};
 pub use search::{Criterion, ScoredParameter, Search};
-pub(crate) use search::{UNDETERMINED, lowest};
+pub(crate) use search::{FLAT, UNDETERMINED, lowest};

@@ -56,8 +56,8 @@ impl<P> ScoredParameter<P> {
 /// 1 - h below this: the fit without that point is not determined.
 pub(crate) const UNDETERMINED: f64 = 1e-10;
 
-/// Relative difference of two scores that counts as none.
-const FLAT: f64 = 1e-9;
+/// Relative difference of two scores that counts as none. Convention, above what rounding does.
+pub(crate) const FLAT: f64 = 1e-9;
 
 /// Root mean square errors below this share of the ordinates' size are rounding.
 const ROUNDING: f64 = 1e-14;

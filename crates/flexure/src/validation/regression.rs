@@ -4,9 +4,10 @@ use crate::linalg;
 use crate::linear::autoregression::whitening;
 use crate::linear::correlation::mean;
 
-/// Samples for each coefficient of the autoregression.
-const SAMPLES_A_COEFFICIENT: usize = 20;
-/// Added to a unit diagonal where the regressors nearly determine one another.
+/// Samples for each coefficient of the autoregression. They are fewer than for a fit's errors, as the fresh part is short; the tests in
+/// `residuals_tests.rs` measure the levels with it.
+const SAMPLES_PER_COEFFICIENT: usize = 20;
+/// Added to a unit diagonal where the regressors nearly determine one another. Rounding, and more where that is not enough.
 const RIDGES: [f64; 4] = [0.0, 1e-12, 1e-9, 1e-6];
 
 /// A signal that is to be explained, whitened by an autoregression.
@@ -19,7 +20,7 @@ pub(super) struct Regression {
 
 impl Regression {
     pub fn new(v: &[f64]) -> Regression {
-        let autoregression = whitening(v, SAMPLES_A_COEFFICIENT);
+        let autoregression = whitening(v, SAMPLES_PER_COEFFICIENT);
         Regression {
             whitened: filtered(v, &autoregression),
             autoregression,

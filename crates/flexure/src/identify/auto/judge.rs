@@ -1,23 +1,13 @@
 //! Which of the candidates the fresh samples support: tests and comparisons, no fits.
 
+use super::limits::{AS_GOOD, CUT, MOST_EXPLAINED, NEAR_NOISE};
 use super::remainder::explained;
 use super::{Refutation, complexity};
 use crate::identify::outcome::Verdict;
 use crate::identify::result::StructureName;
 use crate::linear::correlation::mean;
+use crate::quantiles::NORMAL_MAD;
 use crate::validation::{LEVEL, PairedComparison, ResidualTest};
-
-/// Robust standard deviations at which errors are cut before they are compared.
-const CUT: f64 = 6.0;
-/// The median absolute deviation of a normal variable of unit variance.
-const NORMAL_MAD: f64 = 0.674_489_750_196_082;
-/// A mean squared error larger by less than this share is as good: the candidates' own estimation errors differ.
-pub(super) const AS_GOOD: f64 = 0.02;
-/// Of the error's variance, what a general function of the input may explain if the error is to be called noise.
-pub(super) const NEAR_NOISE: f64 = 0.1;
-/// The share of the output's variance that a candidate explains if its error is to be called small. A right structure with much
-/// noise is not refuted in the first place, and of a wrong one's large error the regression may find little.
-const MOST: f64 = 0.9;
 
 /// A candidate's fresh errors, and what was found about them.
 pub(super) struct Judged<'a> {
@@ -126,7 +116,7 @@ pub(super) fn judge(candidates: &[Judged<'_>], u: &[f64]) -> Judgement {
         explained(&c.errors, u, c.predicted)
     };
     let enough = c.verdict.measures.fit_percent > 0.0 && c.verdict.residuals.is_some();
-    let small = c.verdict.measures.r_squared >= MOST;
+    let small = c.verdict.measures.r_squared >= MOST_EXPLAINED;
     Judgement {
         chosen,
         ties: tier.into_iter().filter(|i| *i != chosen).collect(),

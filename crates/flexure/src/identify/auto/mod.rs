@@ -23,6 +23,7 @@
 
 mod comparison;
 mod judge;
+mod limits;
 mod reasons;
 mod remainder;
 #[cfg(test)]

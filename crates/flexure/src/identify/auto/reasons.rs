@@ -2,7 +2,8 @@
 
 use super::compared_structures;
 use super::comparison::{Refutation, StructureCandidate};
-use super::judge::{Judgement, NEAR_NOISE};
+use super::judge::Judgement;
+use super::limits::NEAR_NOISE;
 use crate::text::capitalised;
 
 /// What is supported and why, then what refutes each candidate, then what was not fitted.

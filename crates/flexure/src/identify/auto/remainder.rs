@@ -5,18 +5,10 @@
 //! any assumption on its colour. Few samples bear few regressors: regressions on the input alone, and on input and prediction, reach
 //! farther back then, and the one that explains most counts.
 
+use super::limits::{LAGS, MODERATE, RIDGE, SAMPLES_PER_REGRESSOR};
 use crate::identify::block::{regression, standardised};
 use crate::linalg;
 use crate::linear::correlation::mean;
-
-/// Lags of every signal.
-const LAGS: usize = 12;
-/// Samples of a half that a regressor needs.
-const SAMPLES_PER_REGRESSOR: usize = 10;
-/// Standard deviations at which input and prediction are cut.
-const MODERATE: f64 = 4.0;
-/// Added to the regressors' variance, as a share.
-const RIDGE: f64 = 1e-6;
 
 /// The share of the error's variance that is explained out of sample; zero if nothing is, or the samples are too few.
 pub(super) fn explained(error: &[f64], u: &[f64], predicted: &[f64]) -> f64 {

@@ -4,20 +4,14 @@
 //! input its poles and zeros are those of both linear blocks together (Bussgang's theorem).
 
 use super::changes::{changes, greedy};
-use super::descent::{Minimum, Residuals, StopRule, descend};
+use super::descent::{Minimum, Residuals, descend};
 use super::efficient::efficient;
 use super::equation_error::{EquationError, Judged};
+use super::limits::{APPROXIMATION, EQUATION_ERROR_PASSES};
 use super::monitor::Monitor;
 use super::rational::Rational;
 use super::signals::Signals;
 use crate::linear::levenberg_marquardt::Linearisation;
-
-/// Passes of the Steiglitz-McBride iteration.
-const PASSES: usize = 12;
-const RULE: StopRule = StopRule {
-    steps: 40,
-    tolerance: 1e-7,
-};
 
 /// A linear model and its sum of squared errors.
 #[derive(Debug, Clone)]
@@ -84,7 +78,7 @@ fn refitted(data: &Signals, structure: Rational, monitor: &mut Monitor<'_>) -> O
     let problem = OutputError { data, structure };
     Some(Approximation::new(
         &problem.structure,
-        &descend(&problem, start, RULE, monitor)?,
+        &descend(&problem, start, APPROXIMATION, monitor)?,
     ))
 }
 
@@ -117,7 +111,7 @@ fn start(data: &Signals, order: usize) -> Option<Rational> {
         order,
         from: data.from,
     };
-    let best = problem.best(PASSES, |b, denominator| {
+    let best = problem.best(EQUATION_ERROR_PASSES, |b, denominator| {
         let system = denominator.with_numerator(b.to_vec());
         let score = data.squares(&system.run(data.input()));
         b.iter().all(|b| b.is_finite()).then_some(Judged { score, of: system })

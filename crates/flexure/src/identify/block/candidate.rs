@@ -1,7 +1,8 @@
 //! A system and how well it does.
 
-use super::descent::{Minimum, StopRule, descend_through};
+use super::descent::{Minimum, descend_through};
 use super::efficient::efficient;
+use super::limits::StopRule;
 use super::loss::Loss;
 use super::monitor::Monitor;
 use super::signals::Signals;

@@ -6,12 +6,15 @@
 //! squares on the intermediate signal's B-splines, filtered by the back.
 
 use super::candidate::Candidate;
-use super::limits::{ROUGH, SAMPLES_IN_COARSE_PIECE, START_SAMPLES, TRIAL};
+use super::limits::{
+    CASCADE_ROUNDS, FIRST_PIECE_QUANTILES, MOST_POLE_GROUPS, MOST_SCREENED, MOST_SPLITS, SAMPLES_IN_COARSE_PIECE,
+    START_SAMPLES,
+};
 use super::monitor::{Monitor, Stage};
 use super::pieces::refitted;
 use super::prepared::Prepared;
 use super::rational::{Rational, Root, groups, with_conjugates};
-use super::search::{Round, Search, SearchResult};
+use super::search::{Search, SearchResult};
 use super::signals::Signals;
 use super::spline::{KinkedSpline, thinned};
 use super::system::{Branch, FreeParts, Part, System};
@@ -21,39 +24,6 @@ use crate::linear::correlation::variance;
 use crate::parallel;
 use crate::sort;
 
-/// Splits of every order that are screened.
-const SCREENED: usize = 8;
-/// Quantiles of the intermediate signal that bound the nonlinearity's first pieces.
-const QUANTILES: [f64; 7] = [0.03, 0.12, 0.3, 0.5, 0.7, 0.88, 0.97];
-/// More groups of poles than this are not split in every way; the rest stays in the front.
-const MOST_GROUPS: usize = 10;
-/// Splits of the poles for which the zeros are moved.
-const MOST_SPLITS: usize = 40;
-/// Short fits: of all starts as they are, then with finer nonlinearities.
-const ROUNDS: [Round; 3] = [
-    Round {
-        samples: 10_000,
-        kept: usize::MAX,
-        pieces: None,
-        rule: ROUGH,
-        listed: true,
-    },
-    Round {
-        samples: 10_000,
-        kept: 8,
-        pieces: Some(16),
-        rule: TRIAL.times(2),
-        listed: true,
-    },
-    Round {
-        samples: 10_000,
-        kept: 3,
-        pieces: Some(16),
-        rule: TRIAL.times(2),
-        listed: true,
-    },
-];
-
 /// All splits of the linear approximations' poles and zeros that are worth a fit.
 pub(in crate::identify) fn splits(prepared: &Prepared, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
     monitor.stage = Stage::Split;
@@ -61,7 +31,7 @@ pub(in crate::identify) fn splits(prepared: &Prepared, monitor: &mut Monitor<'_>
     let mut candidates = Vec::new();
     for system in prepared.starting() {
         if monitor.keep_on() {
-            candidates.extend(split(system, &few).into_iter().take(SCREENED));
+            candidates.extend(split(system, &few).into_iter().take(MOST_SCREENED));
         }
     }
     candidates
@@ -78,7 +48,7 @@ pub(in crate::identify) fn search(
         branch.front.fill_numerator();
         branch.back.fill_numerator();
     }
-    Search::new(free, monitor).run(starts, &ROUNDS, data)
+    Search::new(free, monitor).run(starts, &CASCADE_ROUNDS, data)
 }
 
 /// The result without a start: a static nonlinearity, or a constant.
@@ -99,7 +69,7 @@ fn split(approximation: &Rational, data: &Signals) -> Vec<Candidate> {
         data,
         interrupt: interrupt::current(),
     };
-    let splits = 1_usize << roots.poles.len().min(MOST_GROUPS);
+    let splits = 1_usize << roots.poles.len().min(MOST_POLE_GROUPS);
     let started: Vec<Vec<Start>> = parallel::map(splits, |s| roots.starts(s));
     let mut promising: Vec<Vec<Start>> = started.into_iter().filter(|s| !s.is_empty()).collect();
     let least = |s: &Vec<Start>| s.iter().map(|s| s.candidate.squares).fold(f64::INFINITY, f64::min);
@@ -184,7 +154,7 @@ pub(in crate::identify) fn fit_nonlinearity(mut front: Rational, back: Rational,
     let last = sorted.len() - 1;
     let quantile = |q: f64| sorted[(q * last as f64) as usize];
     let mut breakpoints = vec![sorted[0]];
-    breakpoints.extend(QUANTILES.map(quantile));
+    breakpoints.extend(FIRST_PIECE_QUANTILES.map(quantile));
     breakpoints.push(sorted[last]);
     let breakpoints = thinned(&breakpoints, &sorted, SAMPLES_IN_COARSE_PIECE, SAMPLES_IN_COARSE_PIECE);
     let system = System::sum(vec![Branch::new(front, KinkedSpline::new(&breakpoints), back)]);

@@ -1,16 +1,9 @@
 //! The structures next to a given one: a pole, a numerator coefficient or a sample of delay more or less.
 
-use super::limits::ROUNDS;
+use super::limits::{LONGEST_NUMERATOR, MOST_POLES, NEARLY_CANCELLED, ROUNDS};
 use super::rational::{Rational, Root, Section, groups, with_conjugates};
 use super::system::{Branch, FreeParts, System};
 use crate::linear::Complex;
-
-/// A numerator is at most this much longer than the denominator.
-const LONGEST_NUMERATOR: usize = 8;
-/// Most poles of one block.
-const MOST_POLES: usize = 12;
-/// A pole and a zero that are farther apart than this do not nearly cancel.
-const NEARLY: f64 = 0.3;
 
 /// Systems with one change of a linear block or of a delay, that start where `system` is (or nearly, where something was removed).
 pub(super) fn neighbours(system: &System, free: FreeParts) -> Vec<System> {
@@ -109,7 +102,7 @@ fn cancelled(g: &Rational) -> Option<Rational> {
     for (i, p) in poles.iter().enumerate() {
         for (j, z) in zeros.iter().enumerate().filter(|(_, z)| z.pair == p.pair) {
             let distance = (p.at - z.at).norm();
-            if distance < NEARLY && nearest.is_none_or(|n| distance < n.0) {
+            if distance < NEARLY_CANCELLED && nearest.is_none_or(|n| distance < n.0) {
                 nearest = Some((distance, i, j));
             }
         }

@@ -5,20 +5,11 @@
 //! from one more residual along the step, follows such a valley several times faster.
 
 use super::least_squares::{UnitDiagonal, inner_products, normal_equations};
+use super::limits::{FIRST_DAMPING, LARGEST_CORRECTION, MOST_REJECTIONS, PROBED_SHARE, SMALLEST_DAMPING, StopRule};
 use super::monitor::Monitor;
 use super::signals::convolved;
 use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
 use crate::parallel;
-
-/// Damping of the first step, relative to the normal equations' diagonal.
-const FIRST_DAMPING: f64 = 1e-3;
-const SMALLEST_DAMPING: f64 = 1e-13;
-/// Rejected steps in a row before the search is over.
-const REJECTIONS: usize = 12;
-/// The share of the step over which the second derivative is taken.
-const PROBE: f64 = 0.1;
-/// The correction is at most this share of the step; beyond, the step is too long.
-const LARGEST_CORRECTION: f64 = 0.75;
 
 /// Residuals over parameters; those before sample `from` do not count.
 pub(in crate::identify) trait Residuals {
@@ -28,25 +19,6 @@ pub(in crate::identify) trait Residuals {
     fn residuals(&self, parameters: &[f64]) -> Option<Vec<f64>>;
     /// All residuals and the columns of their derivatives.
     fn linearise(&self, parameters: &[f64]) -> Linearisation;
-}
-
-/// When a minimisation ends.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::identify) struct StopRule {
-    /// After this many steps.
-    pub steps: usize,
-    /// After a step that lowers the sum of squares by less than this share.
-    pub tolerance: f64,
-}
-
-impl StopRule {
-    /// After this many times the steps.
-    pub const fn times(self, factor: usize) -> StopRule {
-        StopRule {
-            steps: factor * self.steps,
-            ..self
-        }
-    }
 }
 
 /// Where a minimisation ended.
@@ -83,7 +55,7 @@ pub(in crate::identify) fn descend(
             at,
         };
         let mut accepted = None;
-        for _ in 0..REJECTIONS {
+        for _ in 0..MOST_REJECTIONS {
             if let Some(Step { change, predicted }) = point.step(problem, &parameters, damping) {
                 let candidate: Vec<f64> = parameters.iter().zip(&change).map(|(p, s)| p + s).collect();
                 if let Some(trial) = cost_of(&candidate).filter(|c| *c < cost) {
@@ -171,7 +143,7 @@ impl Point {
         let system = UnitDiagonal::new(&self.equations);
         let solve = |rhs: &[f64]| system.solve(rhs, |_| 1.0 + damping);
         let velocity = solve(&self.equations.descent)?;
-        let probe: Vec<f64> = at.iter().zip(&velocity).map(|(p, v)| p + PROBE * v).collect();
+        let probe: Vec<f64> = at.iter().zip(&velocity).map(|(p, v)| p + PROBED_SHARE * v).collect();
         let ahead = problem.residuals(&probe)?;
         // r(p + h v) = r + h J v + h^2 r_vv / 2, and J'J v is known: J'r_vv without J v itself.
         let first = inner_products(&self.at.jacobian, &self.at.residuals, problem.from());
@@ -181,7 +153,7 @@ impl Point {
             .map(|i| {
                 let row = &self.equations.normal[i * n..(i + 1) * n];
                 let linear: f64 = row.iter().zip(&velocity).map(|(g, v)| g * v).sum();
-                -2.0 / PROBE * ((moved[i] - first[i]) / PROBE - linear)
+                -2.0 / PROBED_SHARE * ((moved[i] - first[i]) / PROBED_SHARE - linear)
             })
             .collect();
         let acceleration = solve(&curvature)?;

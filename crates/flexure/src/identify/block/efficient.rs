@@ -9,25 +9,16 @@
 //! for simulation. The test of Hausman (1978) decides: for a true model both estimates are consistent, and they differ by no more
 //! than their covariances allow. Where they differ by more, least squares stays.
 
+use super::limits::{EFFICIENT, EFFICIENT_LEVEL};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::descent::{Minimum, Residuals, StopRule, Whitened, descend};
+use super::descent::{Minimum, Residuals, Whitened, descend};
 use super::least_squares::{UnitDiagonal, normal_equations};
 use super::monitor::Monitor;
 use crate::linear::TransferFunction;
-use crate::linear::autoregression::whitening;
+use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
 use crate::linear::levenberg_marquardt::Linearisation;
 use crate::parallel;
-
-/// Samples for each coefficient of the autoregression.
-const SAMPLES_A_COEFFICIENT: usize = 50;
-/// The probability that a true model keeps its least-squares estimate. It is small: the models that keep it are those with the
-/// largest errors, and a rise of the simulation error within chance costs little.
-const LEVEL: f64 = 1e-4;
-const RULE: StopRule = StopRule {
-    steps: 20,
-    tolerance: 1e-7,
-};
 
 /// The parameters of generalised least squares, started from those of least squares, and their sum of squared simulation errors.
 /// `None` where `at` is kept: its error is white, or the sum rises by more than two estimates of one true model differ.
@@ -48,7 +39,7 @@ pub(in crate::identify) fn efficient(
         filter: &filter,
     };
     let limit = whitened.largest_rise(at)?;
-    let parameters = descend(&whitened, at.to_vec(), RULE, monitor)?.parameters;
+    let parameters = descend(&whitened, at.to_vec(), EFFICIENT, monitor)?.parameters;
     let after = squares(&problem.residuals(&parameters)?);
     (after - squares(&before) <= limit).then_some(Minimum {
         parameters,
@@ -58,7 +49,7 @@ pub(in crate::identify) fn efficient(
 
 /// The autoregression that whitens the residuals of a problem; `None` where they are white.
 pub(in crate::identify) fn whitening_filter(problem: &impl Residuals, residuals: &[f64]) -> Option<Vec<f64>> {
-    let filter = whitening(&residuals[problem.from()..], SAMPLES_A_COEFFICIENT);
+    let filter = whitening(&residuals[problem.from()..], SAMPLES_PER_COEFFICIENT);
     (filter.len() > 1).then_some(filter)
 }
 
@@ -96,7 +87,7 @@ impl<P: Residuals> Whitened<'_, P> {
             return None;
         }
         let chi = ChiSquared::new(mean * mean / power).ok()?;
-        let limit = variance * power / mean * chi.inverse_cdf(1.0 - LEVEL);
+        let limit = variance * power / mean * chi.inverse_cdf(1.0 - EFFICIENT_LEVEL);
         let step = product(&by_white, &white.descent, n);
         let rise: f64 = product(&plain.normal, &step, n)
             .iter()

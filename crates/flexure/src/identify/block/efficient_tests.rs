@@ -4,6 +4,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::super::approximation::{Approximation, approximate};
+use super::super::limits::StopRule;
 use super::super::loss::Loss;
 use super::super::rational::Rational;
 use super::super::signals::{Signals, convolved, delayed};
@@ -95,7 +96,7 @@ fn a_linear_problem_is_solved_by_generalised_least_squares() {
         let problem = MovingAverage::new(&slow(2 * seed, 1500), &noise(2 * seed + 1, 1500), 3);
         let least = problem.least_squares(&[1.0]);
         let residuals = problem.residuals(&least).unwrap();
-        let filter = whitening(&residuals[MovingAverage::FROM..], SAMPLES_A_COEFFICIENT);
+        let filter = whitening(&residuals[MovingAverage::FROM..], SAMPLES_PER_COEFFICIENT);
         let want = problem.least_squares(&filter);
         let Some(Minimum {
             parameters: got,
@@ -149,7 +150,7 @@ fn an_error_that_the_structure_misses_leaves_the_estimate_as_it_is() {
         let problem = MovingAverage::new(&slow(2 * seed, 4000), &small, 1);
         let least = problem.least_squares(&[1.0]);
         let residuals = problem.residuals(&least).unwrap();
-        assert!(whitening(&residuals[MovingAverage::FROM..], SAMPLES_A_COEFFICIENT).len() > 1);
+        assert!(whitening(&residuals[MovingAverage::FROM..], SAMPLES_PER_COEFFICIENT).len() > 1);
         assert_eq!(efficient_of(&problem, &least), None);
     }
 }

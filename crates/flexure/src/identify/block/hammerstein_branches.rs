@@ -14,36 +14,18 @@ use super::approximation::approximate;
 use super::candidate::Candidate;
 use super::delay::delays;
 use super::equation_error::{EquationError, Judged};
-use super::limits::{LARGEST_START_ORDER, ROUGH, START_PIECES, START_SAMPLES, STRUCTURE_SAMPLES, TRIAL, WORSE_ORDERS};
+use super::limits::{
+    BRANCHES_ROUNDS, LARGEST_START_ORDER, PRODUCT_PASSES, ROUGH, START_PIECES, START_SAMPLES, WORSE_ORDERS,
+};
 use super::monitor::{Monitor, Stage};
 use super::pieces::with_output;
 use super::rank_one::dominant_products;
 use super::rational::Rational;
-use super::search::{Round, Search, SearchResult};
+use super::search::{Search, SearchResult};
 use super::signals::{Signals, delayed};
 use super::spline::KinkedSpline;
 use super::system::{Branch, FreeParts, System};
 use crate::sort;
-
-/// Passes of the Steiglitz-McBride iteration.
-const PASSES: usize = 8;
-/// Short fits of the best starts, then of finer nonlinearities.
-const ROUNDS: [Round; 2] = [
-    Round {
-        samples: STRUCTURE_SAMPLES,
-        kept: 3,
-        pieces: None,
-        rule: ROUGH,
-        listed: false,
-    },
-    Round {
-        samples: STRUCTURE_SAMPLES,
-        kept: 3,
-        pieces: Some(10),
-        rule: TRIAL.times(2),
-        listed: true,
-    },
-];
 
 /// The search, on signals of unit variance and zero mean; `None` if there is nothing to start from.
 pub(in crate::identify) fn find(data: &Signals, last: bool, monitor: &mut Monitor<'_>) -> Option<SearchResult> {
@@ -53,7 +35,7 @@ pub(in crate::identify) fn find(data: &Signals, last: bool, monitor: &mut Monito
     let settling = starts.first()?.system.settling(1e-4);
     let mut data = data.clone();
     data.from = settling.clamp(data.y.len() / 100, data.y.len() / 10);
-    search.run(starts, &ROUNDS, &data)
+    search.run(starts, &BRANCHES_ROUNDS, &data)
 }
 
 /// Candidates of rising orders, best first, until Schwarz's criterion of the best of an order has risen several times in a row.
@@ -137,7 +119,7 @@ pub(super) fn branches(data: &Signals, order: usize, delays: &[usize], each: usi
         order,
         from: data.from,
     };
-    let best = problem.best(PASSES, |numerators, denominator| {
+    let best = problem.best(PRODUCT_PASSES, |numerators, denominator| {
         let system = with_offset(assembled(&inputs, numerators, denominator, order, each)?, data);
         let score = data.squares(&system.run(&data.u));
         Some(Judged { score, of: system })

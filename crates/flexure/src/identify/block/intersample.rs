@@ -1,14 +1,12 @@
 //! The intermediate signal between the samples, and how the back takes it up.
 
+use super::limits::INTERPOLATION_REACH;
 use std::f64::consts::PI;
 
 use super::candidate::Candidate;
 use super::least_squares::least_squares;
 use super::signals::{Signals, convolved, delayed};
 use super::system::{Between, System};
-
-/// Samples on either side from which one half-way between is interpolated.
-const REACH: usize = 32;
 
 /// The first branch with a second instant half-way between the samples.
 ///
@@ -18,7 +16,7 @@ const REACH: usize = 32;
 /// `None` on a record too short to interpolate, or where the least squares have no solution.
 pub(super) fn with_instant_between(system: &System, data: &Signals) -> Option<Candidate> {
     let s = system.branches.first()?;
-    let n = data.y.len().checked_sub(REACH)?;
+    let n = data.y.len().checked_sub(INTERPOLATION_REACH)?;
     if n <= data.from {
         return None;
     }
@@ -50,13 +48,13 @@ pub(super) fn with_instant_between(system: &System, data: &Signals) -> Option<Ca
 /// A signal half a sample later, by the Hann-windowed cardinal series; zero beyond its ends.
 fn half_a_sample_later(signal: &[f64]) -> Vec<f64> {
     let tap = |k: usize| {
-        let distance = k as f64 - REACH as f64 + 0.5;
-        let window = (0.5 * PI * distance / REACH as f64).cos().powi(2);
+        let distance = k as f64 - INTERPOLATION_REACH as f64 + 0.5;
+        let window = (0.5 * PI * distance / INTERPOLATION_REACH as f64).cos().powi(2);
         window * (PI * distance).sin() / (PI * distance)
     };
-    let taps: Vec<f64> = (0..2 * REACH).map(tap).collect();
-    let near = |t: usize| (t + 1).saturating_sub(REACH)..(t + 1 + REACH).min(signal.len());
-    let late = |t: usize| near(t).map(|i| taps[i + REACH - 1 - t] * signal[i]).sum();
+    let taps: Vec<f64> = (0..2 * INTERPOLATION_REACH).map(tap).collect();
+    let near = |t: usize| (t + 1).saturating_sub(INTERPOLATION_REACH)..(t + 1 + INTERPOLATION_REACH).min(signal.len());
+    let late = |t: usize| near(t).map(|i| taps[i + INTERPOLATION_REACH - 1 - t] * signal[i]).sum();
     (0..signal.len()).map(late).collect()
 }
 
@@ -69,17 +67,17 @@ mod tests {
         let wave = |t: f64| (0.9 * t + 0.3).sin() + 0.5 * (1.9 * t).cos();
         let signal: Vec<f64> = (0..300).map(|t| wave(f64::from(t))).collect();
         let late = half_a_sample_later(&signal);
-        for t in REACH..300 - REACH {
+        for t in INTERPOLATION_REACH..300 - INTERPOLATION_REACH {
             let want = wave(t as f64 + 0.5);
             assert!((late[t] - want).abs() < 1e-4, "{t}: {} {want}", late[t]);
         }
         // At the ends, the series without the samples that are not there.
         let tap = |distance: f64| {
-            let window = (0.5 * PI * distance / REACH as f64).cos().powi(2);
+            let window = (0.5 * PI * distance / INTERPOLATION_REACH as f64).cos().powi(2);
             window * (PI * distance).sin() / (PI * distance)
         };
         for t in [0_usize, 5, 31, 32, 63, 64, 299] {
-            let near = |i: &usize| (*i as f64 - t as f64 - 0.5).abs() < REACH as f64;
+            let near = |i: &usize| (*i as f64 - t as f64 - 0.5).abs() < INTERPOLATION_REACH as f64;
             let want: f64 = (0..300)
                 .filter(near)
                 .map(|i| tap(i as f64 - t as f64 - 0.5) * signal[i])

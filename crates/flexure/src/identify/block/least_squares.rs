@@ -1,19 +1,10 @@
 //! Linear least squares over long columns: inner products in chunks that threads share without changing the sums, and normal
 //! equations scaled to a unit diagonal.
 
+use super::limits::{CACHE_BLOCK, CHUNK, FIRST_RIDGE, INVERSE_RIDGES, LARGEST_RIDGE};
 use crate::linalg;
 use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::parallel;
-
-/// Samples a thread takes at a time; fixed, so that sums do not depend on the number of threads.
-const CHUNK: usize = 4096;
-/// Samples of all columns that are multiplied at a time, small enough for the cache.
-const BLOCK: usize = 256;
-/// Added to a unit diagonal where columns nearly depend on one another: from the first on, each 100 times the one before.
-const FIRST_RIDGE: f64 = 1e-13;
-const LARGEST_RIDGE: f64 = 1e-3;
-/// Ridges that an inverse is tried with.
-const INVERSE_RIDGES: usize = 4;
 
 /// J'r over the samples from `from` on.
 pub(super) fn inner_products(jacobian: &[Vec<f64>], residuals: &[f64], from: usize) -> Vec<f64> {
@@ -131,8 +122,8 @@ impl UnitDiagonal {
 fn products(columns: &[&[f64]], range: std::ops::Range<usize>) -> Vec<f64> {
     let size = columns.len();
     let mut sum = vec![0.0; size * size];
-    for start in range.clone().step_by(BLOCK) {
-        let block = start..range.end.min(start + BLOCK);
+    for start in range.clone().step_by(CACHE_BLOCK) {
+        let block = start..range.end.min(start + CACHE_BLOCK);
         let of = |i: usize| &columns[i.min(size - 1)][block.clone()];
         for i in (0..size).step_by(2) {
             let (a, b) = (of(i), of(i + 1));

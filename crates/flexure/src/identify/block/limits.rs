@@ -1,9 +1,43 @@
-//! Every threshold that the search's steps share.
+//! Every threshold of the block structures' search, in the order of its steps.
 //!
 //! Where no source is given, the value was chosen on random systems other than those that the examples report
-//! (`examples/wiener_hammerstein.rs`, `parallel.rs`, `structures`).
+//! (`examples/wiener_hammerstein.rs`, `parallel.rs`, `structures`). A convention is a choice that no reference or measurement decided.
 
-use super::descent::StopRule;
+use std::ops::RangeInclusive;
+
+/// When a minimisation ends.
+#[derive(Debug, Clone, Copy)]
+pub struct StopRule {
+    /// After this many steps.
+    pub steps: usize,
+    /// After a step that lowers the sum of squares by less than this share.
+    pub tolerance: f64,
+}
+
+impl StopRule {
+    /// After this many times the steps.
+    pub const fn times(self, factor: usize) -> StopRule {
+        StopRule {
+            steps: factor * self.steps,
+            ..self
+        }
+    }
+}
+
+/// One round of short fits of many starts.
+pub struct Round {
+    /// Samples.
+    pub samples: usize,
+    /// The best of the last round that take part.
+    pub kept: usize,
+    /// Pieces of every nonlinearity; `None` for those that are there.
+    pub pieces: Option<usize>,
+    pub rule: StopRule,
+    /// Whether the fits go on the list of what was tried.
+    pub listed: bool,
+}
+
+// The samples.
 
 /// At most this many samples, the last ones, are fitted; more only cost memory.
 pub const MOST_SAMPLES: usize = 200_000;
@@ -13,6 +47,13 @@ pub const SETTLING_UNKNOWN: usize = 500;
 pub const START_SAMPLES: usize = 5_000;
 /// Samples that the structure is chosen on.
 pub const STRUCTURE_SAMPLES: usize = 20_000;
+
+/// Lags of the errors' autocorrelation, from which the number of independent errors follows, and the fewest independent errors that are
+/// assumed. Conventions.
+pub const ERROR_LAGS: usize = 100;
+pub const FEWEST_ERRORS: f64 = 20.0;
+
+// Minimisation.
 
 /// Short fits of starts, and of kinks on trial.
 pub const ROUGH: StopRule = StopRule {
@@ -29,8 +70,98 @@ pub const LAST: StopRule = StopRule {
     steps: 80,
     tolerance: 1e-6,
 };
+/// The fit of a linear approximation.
+pub const APPROXIMATION: StopRule = StopRule {
+    steps: 40,
+    tolerance: 1e-7,
+};
+/// The fit of whitened errors.
+pub const EFFICIENT: StopRule = StopRule {
+    steps: 20,
+    tolerance: 1e-7,
+};
+/// Damping of the first step, relative to the normal equations' diagonal, and the smallest. Conventions.
+pub const FIRST_DAMPING: f64 = 1e-3;
+pub const SMALLEST_DAMPING: f64 = 1e-13;
+/// Rejected steps in a row before a minimisation is over. Convention; each is damped more than the one before.
+pub const MOST_REJECTIONS: usize = 12;
+/// The share of a step over which the second derivative is taken, and the largest share of the step that the correction may be: beyond,
+/// the step is too long (Transtrum & Sethna 2012).
+pub const PROBED_SHARE: f64 = 0.1;
+pub const LARGEST_CORRECTION: f64 = 0.75;
+/// The probability that a true model keeps its least-squares estimate. It is small: the models that keep it are those with the
+/// largest errors, and a rise of the simulation error within chance costs little.
+pub const EFFICIENT_LEVEL: f64 = 1e-4;
+
+/// Samples that a thread takes at a time. It is fixed, so that sums do not depend on the number of threads.
+pub const CHUNK: usize = 4096;
+/// Samples of all columns that are multiplied at a time, few enough for the processor's cache.
+pub const CACHE_BLOCK: usize = 256;
+/// Added to a unit diagonal where columns nearly depend on one another: from the first, some hundred times rounding, to the
+/// largest, each 100 times the one before.
+pub const FIRST_RIDGE: f64 = 1e-13;
+pub const LARGEST_RIDGE: f64 = 1e-3;
+/// Ridges that an inverse is tried with. Convention.
+pub const INVERSE_RIDGES: usize = 4;
+/// Power iterations for the dominant singular vectors. Convention.
+pub const POWER_ITERATIONS: usize = 60;
+
+// Linear systems.
+
+/// Added to every input of a filter, so that a decaying response never reaches the (slow) denormal numbers.
+pub const TINY_INPUT: f64 = 1e-100;
+/// Roots with a smaller imaginary part, relative to their size, are real. Square root of rounding, rounded up.
+pub const REAL_ROOT: f64 = 1e-9;
+/// A static gain passes hardly anything of a constant if it is below this share of what it would be if all numerator coefficients
+/// had one sign. Convention.
+pub const HARDLY_PASSED: f64 = 1e-3;
+/// A static gain below this share of the peak gain does not fix the scale. Convention: the blocks' scale would be ten times that of
+/// their largest values. `hammerstein/limits.rs` has another share, of the impulse response's absolute sum.
+pub const NO_STATIC_GAIN: f64 = 0.1;
+/// Frequencies at which the peak gain is looked for. Convention.
+pub const GAIN_FREQUENCIES: usize = 1024;
+
+// Delays.
+
+/// The longest delay that is looked for. Convention.
+pub const LONGEST_DELAY: usize = 100;
+/// Order of the search for the pure delay of a linear system, and the samples by which it stays shorter, for the numerators.
+pub const LINEAR_DELAY_ORDER: usize = 3;
+pub const LINEAR_DELAY_SLACK: usize = 6;
+/// Samples, order and pieces of the search for delays before nonlinearities, and the samples by which they stay shorter. The samples
+/// are fewer than for a linear system: its equations have more columns.
+pub const SPLINE_DELAY_SAMPLES: usize = 4_000;
+pub const SPLINE_DELAY_ORDER: usize = 2;
+pub const SPLINE_DELAY_PIECES: usize = 3;
+pub const SPLINE_DELAY_SLACK: usize = 1;
+
+// The linear approximation.
+
+/// Its largest order. It has the poles of a front and a back together, so that it may have more than `LARGEST_START_ORDER`.
+pub const LARGEST_ORDER: usize = 10;
+/// Orders of the approximation from which starts are made: the best by Schwarz's criterion and its neighbours.
+pub const START_ORDERS: RangeInclusive<isize> = -1..=2;
+/// A linear approximation that explains less than this share of the output's variance is a weak start. Convention.
+pub const WEAK_APPROXIMATION: f64 = 0.1;
+/// Passes of the Steiglitz-McBride iteration for one linear system.
+pub const EQUATION_ERROR_PASSES: usize = 12;
+/// The same where numerators are multiplied with a nonlinearity: the equations are larger, and a fit of both blocks follows.
+pub const PRODUCT_PASSES: usize = 8;
+
+// Changes of structure.
+
 /// Rounds of structural change.
 pub const ROUNDS: usize = 16;
+/// A numerator is at most this much longer than the denominator.
+pub const LONGEST_NUMERATOR: usize = 8;
+/// Most poles of one block: two more than the linear approximation of all blocks has.
+pub const MOST_POLES: usize = 12;
+/// A pole and a zero that are farther apart than this do not nearly cancel.
+pub const NEARLY_CANCELLED: f64 = 0.3;
+/// Samples on either side from which one half-way between is interpolated. Convention.
+pub const INTERPOLATION_REACH: usize = 32;
+
+// Nonlinearities.
 
 /// Numbers of pieces that are tried, relative to the present number, until this many in a row are worse.
 pub const PIECES: [f64; 6] = [0.7, 1.0, 1.4, 2.0, 2.8, 4.0];
@@ -53,6 +184,9 @@ pub const EVEN: f64 = 0.3;
 /// Outer breakpoints are moved back into the data's range if that raises the sum of squares by at most 5 %.
 pub const LARGEST_RISE: f64 = 1.05;
 
+/// Evenly spaced points of the tabulated nonlinearity. Convention.
+pub const CURVE_POINTS: usize = 2001;
+
 /// Shares of the samples below the places at which a kink is tried.
 pub const KINK_PLACES: usize = 40;
 pub const MOST_KINKS: usize = 6;
@@ -63,9 +197,102 @@ pub const FEWER_PIECES: [f64; 3] = [0.3, 0.5, 0.7];
 /// Kinks are taken if Schwarz's criterion is lower by more than this: "very strong" evidence (Kass & Raftery 1995).
 pub const KINK_EVIDENCE: f64 = 10.0;
 
+// Starts of one branch: splits of a linear approximation's poles.
+
+/// Quantiles of the intermediate signal that bound the nonlinearity's first pieces.
+pub const FIRST_PIECE_QUANTILES: [f64; 7] = [0.03, 0.12, 0.3, 0.5, 0.7, 0.88, 0.97];
+/// More groups of poles than this are not shared out. In a cascade the rest stays in the front, of `2^MOST_POLE_GROUPS` splits; in a sum it
+/// is left out.
+pub const MOST_POLE_GROUPS: usize = 10;
+/// Splits of the poles for which the zeros are moved, and those of every order that are screened. They bound the time.
+pub const MOST_SPLITS: usize = 40;
+pub const MOST_SCREENED: usize = 8;
+/// Short fits: of all starts as they are, then with finer nonlinearities.
+pub const CASCADE_ROUNDS: [Round; 3] = [
+    Round {
+        samples: 10_000,
+        kept: usize::MAX,
+        pieces: None,
+        rule: ROUGH,
+        listed: true,
+    },
+    Round {
+        samples: 10_000,
+        kept: 8,
+        pieces: Some(16),
+        rule: TRIAL.times(2),
+        listed: true,
+    },
+    Round {
+        samples: 10_000,
+        kept: 3,
+        pieces: Some(16),
+        rule: TRIAL.times(2),
+        listed: true,
+    },
+];
+
+// Starts with a nonlinearity at the input, of one branch or several.
+
 /// Largest order of the starts whose branches have one denominator, and orders in a row that are tried although Schwarz's
 /// criterion rises.
 pub const LARGEST_START_ORDER: usize = 8;
 pub const WORSE_ORDERS: usize = 2;
 /// Pieces of the nonlinearities that these starts are made with.
 pub const START_PIECES: usize = 5;
+/// Short fits of the best starts, then of finer nonlinearities.
+pub const BRANCHES_ROUNDS: [Round; 2] = [
+    Round {
+        samples: STRUCTURE_SAMPLES,
+        kept: 3,
+        pieces: None,
+        rule: ROUGH,
+        listed: false,
+    },
+    Round {
+        samples: STRUCTURE_SAMPLES,
+        kept: 3,
+        pieces: Some(10),
+        rule: TRIAL.times(2),
+        listed: true,
+    },
+];
+
+// Sums of branches.
+
+/// Random assignments of the poles from which better ones are looked for.
+pub const CLIMBS: usize = 16;
+/// Numerator coefficients of a back beyond its poles' number, and most of them.
+pub const MORE_COEFFICIENTS: usize = 1;
+pub const MOST_COEFFICIENTS: usize = 4;
+/// Starts of every linear approximation that are refined, and branches that are added to a sum of one less.
+pub const MOST_SUM_STARTS: usize = 8;
+pub const MOST_ADDED: usize = 2;
+/// Rounds in which structure is added branch by branch.
+pub const BRANCH_ROUNDS: usize = 4;
+/// The residual tests that can refute a sum; the level is divided by their number.
+pub const REFUTING_TESTS: usize = 5;
+/// Short fits, more thorough for fewer.
+pub const SUM_ROUNDS: [Round; 3] = [
+    Round {
+        samples: START_SAMPLES,
+        kept: usize::MAX,
+        pieces: None,
+        rule: StopRule { steps: 8, ..TRIAL },
+        listed: false,
+    },
+    Round {
+        samples: 8_000,
+        kept: 8,
+        pieces: None,
+        rule: TRIAL,
+        listed: true,
+    },
+    Round {
+        samples: 8_000,
+        kept: 3,
+        pieces: Some(12),
+        rule: TRIAL.times(3),
+        listed: true,
+    },
+];

@@ -15,16 +15,13 @@
 //! denominators.
 
 use super::descent::Residuals;
+use super::limits::HARDLY_PASSED;
 use super::rational::Rational;
 use super::signals::{Signals, add, convolved, delayed};
 use super::spline::{KinkedSpline, Local};
 use super::system::{Branch, Level, Numerators, System};
 use crate::linear::levenberg_marquardt::Linearisation;
 use crate::parallel;
-
-/// A static gain passes hardly anything of a constant if it is below this share of what it would be if all numerator coefficients
-/// had one sign.
-const HARDLY: f64 = 1e-3;
 
 /// One column of the Jacobian.
 #[derive(Clone, Copy)]
@@ -191,7 +188,7 @@ fn branch_columns(branch: &Branch, has_level: bool) -> Vec<Option<BranchColumn>>
 fn hardly_passes_constants(g: &Rational) -> bool {
     let denominator: f64 = g.sections.iter().map(|s| 1.0 + s.a[0] + s.a[1]).product();
     let size: f64 = g.b.iter().map(|b| b.abs()).sum();
-    g.static_gain().abs() < HARDLY * size / denominator.abs()
+    g.static_gain().abs() < HARDLY_PASSED * size / denominator.abs()
 }
 
 /// A nonlinearity, the signal that enters it, and its values and slopes there.

@@ -2,17 +2,12 @@
 
 use super::approximation::{Approximation, approximate};
 use super::delay::pure_delay;
-use super::limits::{MOST_SAMPLES, SETTLING_UNKNOWN, STRUCTURE_SAMPLES};
+use super::limits::{
+    LARGEST_ORDER, MOST_SAMPLES, SETTLING_UNKNOWN, START_ORDERS, STRUCTURE_SAMPLES, WEAK_APPROXIMATION,
+};
 use super::monitor::Monitor;
 use super::rational::Rational;
 use super::signals::{Scale, Signals, delayed};
-
-/// Largest order of the linear approximation.
-pub(in crate::identify) const LARGEST_ORDER: usize = 10;
-/// Orders of the approximation from which starts are made: the best by Schwarz's criterion and its neighbours.
-const START_ORDERS: std::ops::RangeInclusive<isize> = -1..=2;
-/// A linear approximation that explains less than this share of the output's variance is a weak start.
-const WEAK: f64 = 0.1;
 
 /// The samples of a fit at zero mean and unit variance, and the linear approximations from the first input.
 #[derive(Debug, Clone)]
@@ -94,7 +89,7 @@ impl Prepared {
 
     /// Whether the linear approximations are a weak start.
     pub fn is_weak(&self) -> bool {
-        !(self.explained() >= WEAK)
+        !(self.explained() >= WEAK_APPROXIMATION)
     }
 }
 

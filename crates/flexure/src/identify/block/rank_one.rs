@@ -1,7 +1,6 @@
 //! The dominant parts of a matrix of products: coefficients of nonlinearities times coefficients of numerators (Bai 1998).
 
-/// Power iterations for the dominant singular vectors.
-const POWER_ITERATIONS: usize = 60;
+use super::limits::POWER_ITERATIONS;
 
 /// A column times a row.
 pub(in crate::identify) struct Product {

@@ -3,17 +3,12 @@
 //! Stability is then a matter of two inequalities a section, the derivative with respect to a section's coefficient is
 //! one more pass through that section, and poles may meet on the real axis without a singularity.
 
+use super::super::limits::LARGEST_RADIUS;
+use super::limits::{REAL_ROOT, TINY_INPUT};
 use super::signals::{convolved, delayed};
 use crate::error::Result;
 use crate::linalg::{self, Complex};
 use crate::linear::TransferFunction;
-
-/// Poles are kept within this radius: a finite record cannot distinguish slower decay from none.
-pub(super) const LARGEST_RADIUS: f64 = 0.9999;
-/// Added to every input, so that a decaying response never reaches the (slow) denormal numbers.
-const TINY: f64 = 1e-100;
-/// Roots with a smaller imaginary part, relative to their size, are real.
-const REAL: f64 = 1e-9;
 
 /// $1/(1 + a_1 z^{-1} + a_2 z^{-2})$, or of first order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +41,7 @@ fn in_series<const K: usize>(a: [[f64; 2]; K], input: &[f64]) -> Vec<f64> {
     input
         .iter()
         .map(|x| {
-            let mut y = x + TINY;
+            let mut y = x + TINY_INPUT;
             for (a, s) in a.iter().zip(&mut state) {
                 y -= a[0] * s[0] + a[1] * s[1];
                 *s = [y, s[0]];
@@ -275,7 +270,7 @@ pub(in crate::identify) struct Root {
 
 /// Roots, with conjugates, as real ones and pairs.
 pub(in crate::identify) fn groups(roots: &[Complex<f64>]) -> Vec<Root> {
-    let real = |z: &Complex<f64>| z.im.abs() <= REAL * z.norm().max(1e-9);
+    let real = |z: &Complex<f64>| z.im.abs() <= REAL_ROOT * z.norm().max(1e-9);
     let pairs = roots.iter().filter(|z| !real(z) && z.im > 0.0);
     let mut single: Vec<f64> = roots.iter().filter(|z| real(z)).map(|z| z.re).collect();
     single.sort_unstable_by(f64::total_cmp);

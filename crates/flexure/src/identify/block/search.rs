@@ -6,11 +6,11 @@
 
 use super::candidate::{Candidate, Tried};
 use super::changes::{greedy, neighbours};
-use super::descent::{Residuals, StopRule};
+use super::descent::Residuals;
 use super::efficient::whitening_filter;
 use super::intersample::with_instant_between;
 use super::limits::{
-    FAR_FEWER_PIECES, FEWEST_PIECES, LAST, MOST_PIECES, PIECES, STRUCTURE_SAMPLES, TRIAL, WORSE_PIECES,
+    FAR_FEWER_PIECES, FEWEST_PIECES, LAST, MOST_PIECES, PIECES, Round, STRUCTURE_SAMPLES, StopRule, TRIAL, WORSE_PIECES,
 };
 use super::loss::Loss;
 use super::monitor::{Monitor, Stage};
@@ -18,19 +18,6 @@ use super::pieces::{anchored, with_pieces};
 use super::signals::Signals;
 use super::system::{FreeParts, System};
 use crate::sort;
-
-/// One round of short fits of many starts.
-pub(in crate::identify) struct Round {
-    /// Samples.
-    pub samples: usize,
-    /// The best of the last round that take part.
-    pub kept: usize,
-    /// Pieces of every nonlinearity; `None` for those that are there.
-    pub pieces: Option<usize>,
-    pub rule: StopRule,
-    /// Whether the fits go on the list of what was tried.
-    pub listed: bool,
-}
 
 /// What the search has found.
 #[derive(Debug, Clone)]

@@ -1,11 +1,7 @@
 //! The signals that a system is fitted to, and Schwarz's criterion for its simulation errors, which need not be independent.
 
+use super::limits::{ERROR_LAGS, FEWEST_ERRORS};
 use crate::linear::correlation::{cross_covariance, mean, variance};
-
-/// Lags of the errors' autocorrelation.
-const LAGS: usize = 100;
-/// At least this many independent errors are assumed.
-const FEWEST_ERRORS: f64 = 20.0;
 
 /// A signal's mean and standard deviation.
 #[derive(Debug, Clone, Copy)]
@@ -126,7 +122,7 @@ impl Signals {
         if !(variance(&errors) > 0.0) {
             return;
         }
-        let covariance = cross_covariance(&errors, &errors, LAGS.min(errors.len() / 4));
+        let covariance = cross_covariance(&errors, &errors, ERROR_LAGS.min(errors.len() / 4));
         let noise = 1.0 / errors.len() as f64;
         let power = |r: &f64| ((r / covariance[0]).powi(2) - noise).max(0.0);
         let sum: f64 = covariance[1..].iter().map(power).sum();

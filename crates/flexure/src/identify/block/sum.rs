@@ -4,49 +4,18 @@ use std::ops::RangeInclusive;
 
 use super::candidate::Candidate;
 use super::cascade::{search as one_branch, splits, without_start};
-use super::descent::StopRule;
 use super::hammerstein_branches::of_rising_orders;
-use super::limits::{LAST, START_SAMPLES, STRUCTURE_SAMPLES, TRIAL};
+use super::limits::{
+    BRANCH_ROUNDS, LAST, MOST_ADDED, MOST_SUM_STARTS, REFUTING_TESTS, START_SAMPLES, STRUCTURE_SAMPLES, SUM_ROUNDS,
+    TRIAL,
+};
 use super::monitor::{Monitor, Stage};
 use super::prepared::Prepared;
-use super::search::{Round, Search, SearchResult, finer};
+use super::search::{Search, SearchResult, finer};
 use super::signals::Signals;
 use super::sum_starts::{assigned_poles, hammerstein};
 use super::system::{Branch, FreeParts, System};
 use crate::validation::ResidualTests;
-
-/// Starts of every linear approximation that are refined.
-const STARTS: usize = 8;
-/// Branches that are added to a sum of one less, of every linear approximation.
-const ADDED: usize = 2;
-/// Rounds in which structure is added branch by branch.
-const ROUNDS: usize = 4;
-/// The residual tests that can refute a sum.
-const REFUTING: usize = 5;
-/// Short fits, more thorough for fewer.
-const SCREENING: [Round; 3] = [
-    Round {
-        samples: START_SAMPLES,
-        kept: usize::MAX,
-        pieces: None,
-        rule: StopRule { steps: 8, ..TRIAL },
-        listed: false,
-    },
-    Round {
-        samples: 8_000,
-        kept: 8,
-        pieces: None,
-        rule: TRIAL,
-        listed: true,
-    },
-    Round {
-        samples: 8_000,
-        kept: 3,
-        pieces: Some(12),
-        rule: TRIAL.times(3),
-        listed: true,
-    },
-];
 
 /// The best sum of as many branches as `counts` allows: static, linear if the input explains nothing of their error; else linear,
 /// static, linear, if those are better by Schwarz's criterion. Without a start, a static nonlinearity or a constant.
@@ -134,7 +103,7 @@ impl Sums<'_, '_, '_> {
             }),
             _ => self.pole_starts(&few, count, fewer),
         };
-        let start = self.search.screened(starts, &SCREENING, data)?;
+        let start = self.search.screened(starts, &SUM_ROUNDS, data)?;
         Some(self.improved(start.on(data), data))
     }
 
@@ -145,10 +114,14 @@ impl Sums<'_, '_, '_> {
             if !self.search.monitor.keep_on() {
                 continue;
             }
-            all.extend(assigned_poles(approximation, data, count).into_iter().take(STARTS));
+            all.extend(
+                assigned_poles(approximation, data, count)
+                    .into_iter()
+                    .take(MOST_SUM_STARTS),
+            );
             if let Some(System { branches, .. }) = fewer.map(|fewer| &fewer.system) {
                 let rest = remainder(branches.iter(), data);
-                let more = assigned_poles(approximation, &rest, 1).into_iter().take(ADDED);
+                let more = assigned_poles(approximation, &rest, 1).into_iter().take(MOST_ADDED);
                 all.extend(more.map(|more| {
                     let sum = System::sum([&branches[..], &more.system.branches].concat());
                     Candidate::new(sum, data)
@@ -164,7 +137,7 @@ impl Sums<'_, '_, '_> {
         self.search.monitor.stage = Stage::Structure;
         let mut best = start.fitted(data, TRIAL, self.search.monitor);
         let mut data = data.clone();
-        for _ in 0..ROUNDS {
+        for _ in 0..BRANCH_ROUNDS {
             data.set_dependence(&best.system.run(&data.u));
             let next = self.branch_by_branch(&best, &data);
             let next = self.search.listed(next, &data, TRIAL.times(3));
@@ -174,7 +147,7 @@ impl Sums<'_, '_, '_> {
             best = next;
         }
         // A kink of one nonlinearity that is mixed into all of them asks for pieces in all at once.
-        for _ in 0..ROUNDS {
+        for _ in 0..BRANCH_ROUNDS {
             let next = finer(best.clone(), &data, |pieces| 2 * pieces);
             let next = self.search.listed(next, &data, TRIAL.times(2));
             if self.search.monitor.stopped().is_some() || !next.better(&best, &data) {
@@ -225,7 +198,7 @@ fn complete(sum: &Candidate, data: &Signals) -> bool {
         &data.input()[from..],
         &predicted[from..],
         None,
-        REFUTING,
+        REFUTING_TESTS,
     )
     .is_ok_and(|tests| tests.refutation().is_none())
 }

@@ -8,7 +8,7 @@ use super::candidate::Candidate;
 use super::cascade::with_unit_variance;
 use super::hammerstein_branches::branches;
 use super::least_squares::least_squares;
-use super::limits::START_PIECES;
+use super::limits::{CLIMBS, MORE_COEFFICIENTS, MOST_COEFFICIENTS, MOST_POLE_GROUPS, START_PIECES};
 use super::rank_one::dominant_products;
 use super::rational::{Rational, Root, groups, with_conjugates};
 use super::signals::{Signals, delayed};
@@ -19,14 +19,6 @@ use crate::parallel;
 use crate::sort;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-
-/// More groups of poles than this are not assigned.
-const MOST_GROUPS: usize = 8;
-/// Random assignments of the poles from which better ones are looked for.
-const CLIMBS: usize = 16;
-/// Numerator coefficients of a back beyond its poles' number, and most of them.
-const MORE_ZEROS: usize = 1;
-const MOST_COEFFICIENTS: usize = 4;
 
 /// Static, linear: `count` branches with one denominator of this order.
 pub(super) fn hammerstein(data: &Signals, order: usize, count: usize) -> Option<Candidate> {
@@ -54,7 +46,7 @@ fn take_offset(branches: &mut [Branch], offset: f64) {
 /// branches, best first.
 pub(super) fn assigned_poles(approximation: &Rational, data: &Signals, count: usize) -> Vec<Candidate> {
     let mut poles = groups(&approximation.poles());
-    poles.truncate(MOST_GROUPS);
+    poles.truncate(MOST_POLE_GROUPS);
     let interrupt = interrupt::current();
     let pool = Pool {
         poles,
@@ -158,7 +150,7 @@ impl AllPole {
             let mut front = front.clone();
             let w = with_unit_variance(&mut front, data)?;
             let spline = KinkedSpline::coarse(&w[data.from..], START_PIECES)?;
-            let coefficients = (back.order() + MORE_ZEROS).min(MOST_COEFFICIENTS);
+            let coefficients = (back.order() + MORE_COEFFICIENTS).min(MOST_COEFFICIENTS);
             for values in spline.others_at(&w) {
                 let filtered = back.all_pole(&values);
                 columns.extend((0..coefficients).map(|k| delayed(&filtered, k, 1.0)));

@@ -1,6 +1,7 @@
 //! Blocks in the record's units and the conventional scale.
 
 use super::super::checks::few_levels;
+use super::limits::{CURVE_POINTS, GAIN_FREQUENCIES, NO_STATIC_GAIN};
 use super::prepared::Prepared;
 use super::rational::Rational;
 use super::spline::KinkedSpline;
@@ -11,16 +12,9 @@ use crate::linear::TransferFunction;
 use crate::nonlinearity::{Curve, Outside};
 use crate::sort;
 
-/// Evenly spaced points of the tabulated nonlinearity.
-const POINTS: usize = 2001;
-/// Frequencies at which the peak gain is looked for.
-const FREQUENCIES: usize = 1024;
-/// A static gain below this share of the peak gain does not fix the scale.
-const NO_STATIC_GAIN: f64 = 0.1;
-
 /// Evenly spaced points, as many as a tabulated nonlinearity has besides its breakpoints.
 fn even(low: f64, high: f64) -> impl Iterator<Item = f64> {
-    (0..POINTS).map(move |i| low + (high - low) * i as f64 / (POINTS - 1) as f64)
+    (0..CURVE_POINTS).map(move |i| low + (high - low) * i as f64 / (CURVE_POINTS - 1) as f64)
 }
 
 /// Where a nonlinearity is tabulated over a range: at evenly spaced points, and at its breakpoints and kinks.
@@ -156,8 +150,8 @@ impl Gain {
     /// The static gain, or the peak gain where that is hardly any; 1 for a block that passes nothing.
     fn conventional(g: &Rational, delay: usize) -> Result<Gain> {
         let system = g.transfer_function(delay)?;
-        let step = std::f64::consts::PI / (FREQUENCIES - 1) as f64;
-        let gains = (0..FREQUENCIES).map(|i| system.frequency_response(i as f64 * step).norm());
+        let step = std::f64::consts::PI / (GAIN_FREQUENCIES - 1) as f64;
+        let gains = (0..GAIN_FREQUENCIES).map(|i| system.frequency_response(i as f64 * step).norm());
         let peak = gains.fold(0.0, f64::max);
         let fixed = g.static_gain();
         if fixed.is_finite() && fixed.abs() >= NO_STATIC_GAIN * peak && fixed != 0.0 {

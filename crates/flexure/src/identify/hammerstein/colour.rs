@@ -14,12 +14,13 @@ use std::ops::Range;
 use super::Estimate;
 use super::correlation::{ImpulseResponse, Psi};
 use super::delay::Lags;
-use super::limits::{COLOUR_PASSES, LARGEST_ORDER, LIMIT_QUANTILE, MOST_DECONVOLVED, RIDGE, SAMPLES_PER_UNKNOWN};
+use super::limits::{COLOUR_PASSES, LARGEST_ORDER, MOST_DECONVOLVED, RIDGE, SAMPLES_PER_UNKNOWN};
 use super::options::PlainHammerstein;
 use super::regression::NonlinearityEstimate;
 use crate::error::Result;
 use crate::linalg;
 use crate::linear::correlation::{cross_covariance, variance};
+use crate::quantiles::NORMAL_99;
 
 /// Both blocks without the input's colour, from those estimated as if it were white.
 pub(super) fn corrected(
@@ -75,7 +76,7 @@ pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<Imp
     let power = variance(y);
     let unexplained = (1.0 - explained / power).max(0.0);
     Some(ImpulseResponse {
-        limit: LIMIT_QUANTILE * (unexplained * power * inverse_diagonal / n as f64).sqrt(),
+        limit: NORMAL_99 * (unexplained * power * inverse_diagonal / n as f64).sqrt(),
         k: std::iter::repeat_n(0.0, lags.start).chain(solution).collect(),
         psi: Psi::DeconvolvedNonlinearity,
         unexplained,

@@ -5,8 +5,9 @@
 //! so the cross-covariance is the impulse response up to a scale that does not depend on j. The input itself serves as psi, and the
 //! estimate m_n of step 2 where phi(X) hardly correlates with X (an even phi, for example).
 
-use super::limits::{CLEAR, CONSTANT, LIMIT_QUANTILE, WEAK_CORRELATION};
+use super::limits::{CLEAR, CONSTANT, WEAK_CORRELATION};
 use crate::linear::correlation::{cross_covariance, mean, variance};
+use crate::quantiles::NORMAL_99;
 
 /// The function of the input that the output was correlated with for the linear part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +49,7 @@ impl ImpulseResponse {
 
     /// A standard error of the static gain of a fit with this many parameters.
     pub fn gain_error(&self, parameters: usize) -> f64 {
-        self.limit / LIMIT_QUANTILE * (parameters as f64).sqrt()
+        self.limit / NORMAL_99 * (parameters as f64).sqrt()
     }
 
     /// The lag by which the response has settled: past the last clear coefficient by half as much again.
@@ -81,7 +82,7 @@ pub(super) fn correlate(x: &[f64], y: &[f64], m: &[f64], lags: usize) -> Impulse
             .iter()
             .map(|c| c * per_scale)
             .collect(),
-        limit: LIMIT_QUANTILE * (variance(signal) * variance(y) / y.len() as f64).sqrt() * per_scale.abs(),
+        limit: NORMAL_99 * (variance(signal) * variance(y) / y.len() as f64).sqrt() * per_scale.abs(),
         psi,
         unexplained: f64::INFINITY,
         autocovariance: None,

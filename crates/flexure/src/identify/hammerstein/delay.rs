@@ -10,9 +10,10 @@
 //! The regression (16) holds at every lag $s + j$ with $k_j$ in place of $k_0$. The paper regresses at the delay
 //! ([`RegressionLag::Delay`]). By default it is done at the lag of the strongest dependence, which has the least noise.
 
+use super::super::limits::CLIP;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::limits::{CLIP, DEGREES, DEPENDENT, FALSE_ALARM, MOST_LAGS, SAMPLES_PER_LAG};
+use super::limits::{DEGREES, DEPENDENT, FALSE_ALARM, MOST_LAGS, SAMPLES_PER_LAG};
 use super::options::{PlainHammerstein, RegressionLag};
 use crate::identify::outcome::Warning;
 use crate::linear::correlation::{cross_covariance, mean, variance};

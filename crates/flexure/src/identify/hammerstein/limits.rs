@@ -14,9 +14,6 @@ pub(super) const SAMPLES_PER_LAG: usize = 5;
 /// The delay: the output is correlated with polynomials of the input up to this degree. An even or an odd nonlinearity, and a
 /// product of both, correlates with one of the first two; the others are for nonlinearities like a quantizer. Convention.
 pub(super) const DEGREES: usize = 4;
-/// The delay: standard deviations from its mean at which the input is clipped. A fourth power of a heavy tail would else depend on a
-/// few samples. Convention: 0.3 % of a normal input.
-pub(super) const CLIP: f64 = 3.0;
 /// The delay: the probability that a record without any dependence shows one at some lag. The test
 /// `unrelated_signals_show_no_dependence` counts it.
 pub(super) const FALSE_ALARM: f64 = 1e-3;
@@ -24,10 +21,6 @@ pub(super) const FALSE_ALARM: f64 = 1e-3;
 /// rounding, rounded up.
 pub(super) const DEPENDENT: f64 = 1e-6;
 
-/// The normal quantile of a two-sided 95 % band.
-pub(super) const BAND_QUANTILE: f64 = 1.959_963_984_540_054;
-/// The normal quantile of two-sided 99 % limits.
-pub(super) const LIMIT_QUANTILE: f64 = 2.575_829_303_548_901;
 /// Correlation: a coefficient above this multiple of the 99 % limit is clear of noise. That is 4.4 standard deviations, which noise
 /// exceeds at one of 1000 lags in 1.2 % of all records.
 pub(super) const CLEAR: f64 = 1.7;
@@ -48,8 +41,6 @@ pub(super) const RIDGE: f64 = 1e-5;
 /// unexplained share of the output is the last.
 pub(super) const COLOUR_PASSES: usize = 4;
 
-/// Realisation: a pole is kept within this radius. Slower decay is not visible within 10,000 samples.
-pub(super) const LARGEST_RADIUS: f64 = 0.9999;
 /// Realisation: most Levenberg-Marquardt steps from the Yule-Walker solution on. Convention; it converges in about ten.
 pub(super) const REALISATION_STEPS: usize = 50;
 /// Realisation: the rows of the Hankel matrix whose singular values are reported. Convention.

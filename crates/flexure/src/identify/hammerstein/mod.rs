@@ -60,15 +60,15 @@ use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::linear::TransferFunction;
 use crate::linear::correlation::mean;
+use crate::quantiles::NORMAL_95;
 use crate::record::Record;
 pub use calibration::Calibration;
 use calibration::{Calibrated, Uncalibrated};
 use delay::Lags;
-use limits::BAND_QUANTILE;
 pub use limits::{FEWEST_SAMPLES, LARGEST_ORDER, MOST_ORDER};
 pub use options::{HammersteinMethod, PlainHammerstein, RefinedHammerstein, RegressionLag};
 use realisation::Realisation;
-pub use refined::PhysicalForm;
+pub use refined::{MOST_DEGREE, PhysicalForm};
 use regression::NonlinearityEstimate;
 
 /// What the band of a kernel estimate allows for.
@@ -239,7 +239,7 @@ impl PlainHammerstein {
         warn_of_range(&curve, &u[fitted..], &mut warnings);
         let response = &estimate.response;
         let mut curve = StaticBlock {
-            band: errors.iter().map(|e| BAND_QUANTILE * gain.abs() * e).collect(),
+            band: errors.iter().map(|e| NORMAL_95 * gain.abs() * e).collect(),
             band_label: VARIANCE_ONLY,
             ..StaticBlock::new(curve, self.estimator.title())
         };

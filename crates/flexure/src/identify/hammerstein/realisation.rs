@@ -4,8 +4,9 @@
 //! as $b_j = \sum_i a_i k_{j-i}$. These equations weigh the noise in k badly. Both are then refined until the squared distance
 //! between the model's impulse response and k is smallest. The order l has the smallest Schwarz criterion of the simulation error.
 
+use super::super::limits::LARGEST_RADIUS;
 use super::Estimate;
-use super::limits::{HANKEL_ROWS, LARGEST_ORDER, LARGEST_RADIUS, REALISATION_STEPS, UNSETTLED};
+use super::limits::{HANKEL_ROWS, LARGEST_ORDER, REALISATION_STEPS, UNSETTLED};
 use crate::error::{DataError, Error, Result};
 use crate::identify::outcome::Warning;
 use crate::interrupt;

@@ -3,6 +3,7 @@
 //! [`NARX`] feeds past outputs back, [`VOLTERRA`] only looks at past inputs. Neither tells where the nonlinearity sits; a
 //! model of blocks that comes near them has found the structure, one that stays far behind has not.
 
+mod limits;
 mod narx;
 mod ridge;
 mod volterra;

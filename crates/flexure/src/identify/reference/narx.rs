@@ -10,6 +10,9 @@
 //! Values that are fed back are held within an output's span beyond what the fit saw on either side.
 
 use super::super::block::{Prepared, delays};
+use super::limits::{
+    CHOICE_SHARE, LARGER_PENALTIES, LARGEST_DEGREE, MORE_PAST_INPUTS, MOST_PAST_OUTPUTS, MOST_TERMS, NARX_SAMPLES,
+};
 use super::ridge::{Affine, Ridge};
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
@@ -18,19 +21,6 @@ use crate::identify::run::{Run, path};
 use crate::interrupt;
 use crate::model::{Block, NarxModel, NarxTerm};
 use crate::parallel;
-
-/// Largest number of past outputs, extra past inputs, and degrees that are tried.
-const MOST_LAGS: usize = 5;
-const MORE_INPUTS: usize = 2;
-const LARGEST_DEGREE: usize = 3;
-/// Structures with more monomials are not tried.
-const MOST_TERMS: usize = 230;
-/// At most this many samples, the last ones, are fitted.
-const MOST_SAMPLES: usize = 20_000;
-/// The share of the fit's samples that lags, degree and penalty are chosen on.
-const CHOICE_SHARE: f64 = 0.25;
-/// Penalties above the one of generalised cross-validation that are tried.
-const PENALTIES: usize = 4;
 
 /// A structure that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,7 +130,7 @@ struct Searched {
 fn searched(prepared: &Prepared) -> Result<Searched> {
     let data = &prepared.data;
     let delay = delays(data).first().copied().unwrap_or(0);
-    let first = data.y.len().saturating_sub(MOST_SAMPLES);
+    let first = data.y.len().saturating_sub(NARX_SAMPLES);
     let (u, y) = (&data.u[0][first..], &data.y[first..]);
     let (low, high) = y.iter().fold((0.0_f64, 0.0_f64), |(l, h), y| (l.min(*y), h.max(*y)));
     let span = high - low;
@@ -154,8 +144,8 @@ fn searched(prepared: &Prepared) -> Result<Searched> {
         held: (low - span, high + span),
     };
     let mut structures = Vec::new();
-    for outputs in 0..=MOST_LAGS {
-        for inputs in (0..=MORE_INPUTS).map(|more| outputs.max(1) + more) {
+    for outputs in 0..=MOST_PAST_OUTPUTS {
+        for inputs in (0..=MORE_PAST_INPUTS).map(|more| outputs.max(1) + more) {
             let all = (1..=LARGEST_DEGREE).map(|degree| (degree, blank(outputs, inputs, degree)));
             structures.extend(all.filter(|(_, model)| model.terms.len() <= MOST_TERMS));
         }
@@ -264,7 +254,7 @@ fn fit(blank: &NarxModel, degree: usize, u: &[f64], y: &[f64], estimated: usize)
         };
         Fit { tried, model }
     };
-    let all = ridge.chosen().into_iter().take(PENALTIES).map(of);
+    let all = ridge.chosen().into_iter().take(LARGER_PENALTIES).map(of);
     all.min_by(|a, b| a.tried.relative_error.total_cmp(&b.tried.relative_error))
 }
 

@@ -1,12 +1,8 @@
 //! Ridge regression for all penalties at once, from the spectrum of the columns' correlations.
 
 use super::super::block::{Scale, regression};
+use super::limits::{PENALTIES, PENALTY_FACTOR, SMALLEST_PENALTY};
 use crate::linalg;
-
-/// Penalties that are tried, relative to the number of samples: from the first, each this many times the one before.
-const SMALLEST: f64 = 1e-10;
-const FACTOR: f64 = 10.0;
-const PENALTIES: usize = 11;
 
 /// The least-squares problem of a constant and columns, which the penalty sees at zero mean and unit variance.
 pub(super) struct Ridge {
@@ -72,8 +68,8 @@ impl Ridge {
 
     /// The penalties to try.
     fn penalties(&self) -> impl Iterator<Item = f64> {
-        let first = SMALLEST * self.samples;
-        (0..PENALTIES).map(move |i| first * FACTOR.powi(i as i32))
+        let first = SMALLEST_PENALTY * self.samples;
+        (0..PENALTIES).map(move |i| first * PENALTY_FACTOR.powi(i as i32))
     }
 
     /// The penalty with the least generalised cross-validation score (Golub, Heath & Wahba 1979), and the larger ones.

@@ -10,6 +10,10 @@
 //! of the input the prior is diagonal, and the marginal likelihood needs one factorisation of the normal equations.
 
 use super::super::block::{Scale, Signals, delays, regression};
+use super::limits::{
+    CONSTANT_DEVIATION, FIRST_MEMORIES, FIRST_STEPS, LARGEST_LOGARITHMS, LAST_STEP, MOST_ROUNDS, SECOND_MEMORIES,
+    VOLTERRA_SAMPLES,
+};
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{BlockKind, Detail, Identification, NamedBlock, Place, StructureName, Values};
@@ -20,22 +24,11 @@ use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::model::{Block, VolterraModel};
 use crate::text::number;
 
-/// Memories of both orders that are tried, the second with the best of the first.
-const FIRST_MEMORIES: [usize; 4] = [20, 40, 80, 160];
-const SECOND_MEMORIES: [usize; 3] = [6, 12, 20];
-/// At most this many samples, the last ones, are fitted.
-const MOST_SAMPLES: usize = 15_000;
-/// The search for the prior's parameters: first steps of ln c and of ln(lambda/(1 - lambda)), and the last share of them.
-const STEPS: [f64; 2] = [2.0, 1.0];
-const LAST_STEP: f64 = 0.1;
-const MOST_ROUNDS: usize = 60;
 /// Where the search starts.
 const START: [DecayPrior; 2] = [
     DecayPrior { size: 1.0, decay: 0.9 },
     DecayPrior { size: 0.1, decay: 0.7 },
 ];
-/// Bounds of the sizes' and decays' logarithm and logit.
-const LOGARITHMS: [f64; 2] = [30.0, 7.0];
 
 /// Size and decay of a tuned-correlated prior.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -154,7 +147,7 @@ struct Evidence {
 
 /// Memories one after the other while the likelihood rises.
 fn search(data: &Signals, delay: usize) -> Option<Fit> {
-    let first = data.y.len().saturating_sub(MOST_SAMPLES);
+    let first = data.y.len().saturating_sub(VOLTERRA_SAMPLES);
     let (u, y) = (&data.u[0][first..], &data.y[first..]);
     let longest = FIRST_MEMORIES[FIRST_MEMORIES.len() - 1];
     let from = (delay + longest).min(u.len() / 2);
@@ -214,7 +207,6 @@ fn steps(decay: f64, memory: usize) -> Vec<f64> {
 
 /// The prior standard deviations of all coefficients but the constant, whose own is large.
 fn deviations(memory: Memory, priors: [DecayPrior; 2]) -> Vec<f64> {
-    const CONSTANT: f64 = 1e4;
     let [first, second] = priors;
     let steps_of_second = steps(second.decay, memory.second);
     let linear = steps(first.decay, memory.first)
@@ -225,7 +217,10 @@ fn deviations(memory: Memory, priors: [DecayPrior; 2]) -> Vec<f64> {
     let quadratic = memory
         .pairs()
         .map(|p| weight(p) * (second.size * steps_of_second[p.0] * steps_of_second[p.1]).sqrt());
-    std::iter::once(CONSTANT).chain(linear).chain(quadratic).collect()
+    std::iter::once(CONSTANT_DEVIATION)
+        .chain(linear)
+        .chain(quadratic)
+        .collect()
 }
 
 /// The evidence for these priors; `None` where the equations have no solution.
@@ -277,8 +272,8 @@ fn most_likely(memory: Memory, start: [DecayPrior; 2], equations: &NormalEquatio
             let (order, kind) = (parameter / 2, parameter % 2);
             for sign in [1.0, -1.0] {
                 let mut next = at;
-                let moved = next[order][kind] + sign * share * STEPS[kind];
-                next[order][kind] = moved.clamp(-LOGARITHMS[kind], LOGARITHMS[kind]);
+                let moved = next[order][kind] + sign * share * FIRST_STEPS[kind];
+                next[order][kind] = moved.clamp(-LARGEST_LOGARITHMS[kind], LARGEST_LOGARITHMS[kind]);
                 if let Some(trial) = fit(next).filter(|t| t.evidence.deviance < best.evidence.deviance) {
                     (at, best) = (next, trial);
                     break;

@@ -1,9 +1,10 @@
 //! The candidate forms of stiffness and friction: where their searches start, and which of them an arm can have.
 
 use super::forms::{FormName, is_possible_friction};
-use super::limits::{NORMAL, REFUTED, START_SLOPES, START_STRIBECK_VELOCITIES, START_WINDUP_WIDTHS};
+use super::limits::{REFUTED, START_SLOPES, START_STRIBECK_VELOCITIES, START_WINDUP_WIDTHS};
 use super::outcome::Fitted;
 use super::system::{Curve, CurveKind};
+use crate::quantiles::NORMAL_95;
 
 /// A form with the logarithms of the shape parameters at which its searches start.
 pub(super) struct FormStart {
@@ -83,8 +84,8 @@ pub(super) fn no_more_certain(fitted: &mut Fitted, forms: &[Fitted]) {
         if let Some(beside) = full.parameter(&parameter.symbol) {
             parameter.standard_error = parameter.standard_error.max(beside.standard_error);
             parameter.range = [
-                parameter.range[0].min(parameter.value - NORMAL * parameter.standard_error),
-                parameter.range[1].max(parameter.value + NORMAL * parameter.standard_error),
+                parameter.range[0].min(parameter.value - NORMAL_95 * parameter.standard_error),
+                parameter.range[1].max(parameter.value + NORMAL_95 * parameter.standard_error),
             ];
         }
     }

@@ -197,8 +197,6 @@ pub const TERM_SLOPE_STEP: f64 = 1e-6;
 /// Sums of splines that the form's columns explain up to this share belong to the form.
 pub const OF_THE_FORM: f64 = 1e-7;
 
-/// The quantile of 95 % of chi squared with one degree of freedom.
-pub const CHI_SQUARED: f64 = 3.841_458_820_694_124;
 /// Distances from the minimum: of logarithms, and of factors as shares of them. What is not refuted at the last has no limit.
 pub const PROFILE_STEPS: [f64; 9] = [0.02, 0.05, 0.12, 0.3, 0.6, 1.0, 1.8, 3.0, 4.6];
 /// A factor's distances are shares of no less than this many of its standard errors.
@@ -214,5 +212,3 @@ pub const FARTHEST: f64 = 6.0;
 pub const ALIKE: f64 = 0.3;
 /// Terms can be distinguished if the standard error of their factor is no more than this share of it.
 pub const COLLINEAR: f64 = 0.15;
-/// Half the width of an interval of 95 %, in standard errors.
-pub const NORMAL: f64 = 1.959_963_984_540_054;

@@ -5,10 +5,11 @@ use super::forms::{FormName, Term};
 use super::free_outcome::FreeOutcome;
 use super::lack_of_fit::Departure;
 use super::layout::FormParameter;
-use super::limits::{ALIKE, COLLINEAR, FAR, FARTHEST, LARGEST_ERROR, NORMAL};
+use super::limits::{ALIKE, COLLINEAR, FAR, FARTHEST, LARGEST_ERROR};
 use super::normal::Covariance;
 use super::outcome::{Estimated, Fitted, LackOfFit, Parameter};
 use super::system::Curve;
+use crate::quantiles::NORMAL_95;
 
 /// Why a parameter is not identifiable.
 const FITS_AS_WELL: &str = "values far from each other fit these data as well";
@@ -143,10 +144,10 @@ struct Uncertain {
 impl Uncertain {
     /// The less certain of two counts: the curvature at the minimum, and the profile beyond it.
     fn new(value: f64, error: f64, profile: [f64; 2]) -> Uncertain {
-        let near = NORMAL * error;
+        let near = NORMAL_95 * error;
         Uncertain {
             value,
-            error: error.max(0.5 * (profile[1] - profile[0]) / NORMAL),
+            error: error.max(0.5 * (profile[1] - profile[0]) / NORMAL_95),
             interval: [(value - near).min(profile[0]), (value + near).max(profile[1])],
         }
     }

@@ -7,7 +7,8 @@
 use super::condensed::{Condensed, FormedCurve, Held, Minimum};
 use super::form_fit::FormFit;
 use super::layout::FormParameter;
-use super::limits::{CHI_SQUARED, LEAST_UNIT, PROFILE_STEPS};
+use super::limits::{LEAST_UNIT, PROFILE_STEPS};
+use crate::quantiles::CHI_SQUARED_95;
 
 /// The intervals of all unknowns of a fit whose condensed minimum is `best`; other `minima` that fit as well are in them.
 pub(super) fn intervals(
@@ -30,7 +31,7 @@ pub(super) fn intervals(
         // Where the noise is not as the weights say, sums of squares grow more slowly.
         let given = fit.solution.covariance.at(unknown, unknown).max(f64::MIN_POSITIVE);
         let inflation = (fit.covariance.at(unknown, unknown) / given).max(1.0);
-        let allowed = CHI_SQUARED * scale * inflation;
+        let allowed = CHI_SQUARED_95 * scale * inflation;
         let end = |sign: f64| -> f64 {
             let mut start = best.logs.clone();
             let (mut last_step, mut last_root) = (0.0, 0.0);

@@ -24,14 +24,12 @@
 use super::super::block::{
     KinkedSpline, Monitor, Normalised, Prepared, System, Tried, hammerstein_branches, tabulated,
 };
+use super::limits::NO_LINE;
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StructureName};
 use crate::identify::run::{Run, path};
 use crate::linear::correlation::{mean, variance};
-
-/// A line through f that explains less than this share of its spread does not fix its scale.
-const NO_LINE: f64 = 0.1;
 
 /// The identification of a Hammerstein-Wiener system.
 ///

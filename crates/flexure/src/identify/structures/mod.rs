@@ -2,6 +2,7 @@
 
 mod delayed_static;
 mod hammerstein_wiener;
+mod limits;
 mod linear;
 mod multiple_inputs;
 mod parallel;

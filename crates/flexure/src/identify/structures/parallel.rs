@@ -25,19 +25,13 @@
 
 use super::super::block::{Blocks, Monitor, Prepared, System, Tried, delays, find_sum};
 use super::super::samples::Samples;
+use super::limits::{DELAY_SAMPLES, MOST_BRANCHES, MOST_CHOSEN_BRANCHES};
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Path, Place, StructureName};
 use crate::identify::run::{Run, path};
 use crate::linear::TransferFunction;
 use crate::model::Block;
-
-/// Most branches that are tried where their number is not given.
-const MOST_CHOSEN: usize = 3;
-/// Most branches.
-const MOST: usize = 5;
-/// Samples that the delay is looked for in.
-const DELAY_SAMPLES: usize = 10_000;
 
 /// The identification of a sum of branches.
 ///
@@ -82,8 +76,8 @@ const ONLY_THE_SUM: &str =
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
     let counts = match request.options.branches {
-        None => 1..=MOST_CHOSEN,
-        Some(count) if (1..=MOST).contains(&count) => count..=count,
+        None => 1..=MOST_CHOSEN_BRANCHES,
+        Some(count) if (1..=MOST_BRANCHES).contains(&count) => count..=count,
         Some(count) => {
             return Err(Error::parameter(
                 "the number of branches",

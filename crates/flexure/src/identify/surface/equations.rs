@@ -2,24 +2,10 @@
 
 use super::super::block::{Rational, Signals, normal_equations};
 use super::fit::Fit;
+use super::limits::{FORGOTTEN, OVERSTEP, PENALTIES, PENALTY_STEPS, RIDGE, SEGMENT, SETTLED};
 use crate::linalg;
 use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
 use crate::nonlinearity::{SurfaceAxis, products};
-
-/// Samples whose columns are in memory at a time.
-const SEGMENT: usize = 8192;
-/// A response to what lies before a segment has fallen to this share.
-const FORGOTTEN: f64 = 1e-7;
-/// Most steps of the penalties.
-const PENALTY_STEPS: usize = 25;
-/// The factor on each step of the penalties: the formula's steps are too short where penalties grow large.
-const OVERSTEP: f64 = 1.5;
-/// The relative change of the effective parameters at which the penalties have settled.
-const SETTLED: f64 = 5e-3;
-/// Bounds of the penalties, relative to the information that the data have of a coefficient on average.
-const PENALTIES: [f64; 2] = [1e-7, 1e5];
-/// Holds directions that neither data nor penalty determine.
-const RIDGE: f64 = 1e-9;
 
 /// The splines' products filtered, the linear part's derivatives and a constant against the output error.
 ///

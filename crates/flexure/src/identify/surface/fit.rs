@@ -3,29 +3,12 @@
 use super::super::block::{Monitor, Prepared, Rational, Signals, Stage, delayed, restructured, standardised};
 use super::TriedSurface;
 use super::equations::{Penalty, equations, free_parameters, likeliest, penalised};
+use super::limits::{
+    FIRST_PIECES, FIRST_WEIGHT, HALVINGS, LAST_STEPS, LEAST_FALL, PIECES, ROUNDS, SAMPLES_PER_COEFFICIENT,
+    STRUCTURE_SAMPLES, TRIAL_STEPS, WORSE_PIECES,
+};
 use super::start::starts;
 use crate::nonlinearity::{Surface, SurfaceAxis};
-
-/// Samples that structure and pieces are chosen on.
-const STRUCTURE_SAMPLES: usize = 15_000;
-/// Pieces along every axis at the start, for two, three and four inputs, and those that are tried after that.
-const FIRST_PIECES: [usize; 3] = [6, 2, 1];
-const PIECES: [&[usize]; 3] = [&[4, 9, 13, 18], &[1, 3, 5], &[2]];
-/// The fewest samples for a coefficient.
-const SAMPLES_A_COEFFICIENT: usize = 6;
-/// Numbers of pieces in a row that are tried although the score rises.
-const WORSE_PIECES: usize = 2;
-/// Gauss-Newton steps that judge a change, and those of the last fit.
-const TRIAL_STEPS: usize = 3;
-const LAST_STEPS: usize = 8;
-/// Halvings of a step that does not lower the cost.
-const HALVINGS: usize = 8;
-/// A step that lowers the cost by less than this share is the last.
-const TOLERANCE: f64 = 1e-6;
-/// The penalties' first weights.
-const FIRST_WEIGHT: f64 = 1e-2;
-/// Rounds of linear structure and surface in turn.
-const ROUNDS: usize = 2;
 
 /// A system on signals of unit variance and zero mean.
 #[derive(Debug, Clone)]
@@ -152,7 +135,7 @@ pub(super) fn find(data: &Signals, monitor: &mut Monitor<'_>) -> Option<SurfaceS
 
 /// The largest number of pieces, up to the wanted one and at least one, at which every coefficient has enough samples.
 fn pieces_for(wanted: usize, data: &Signals) -> usize {
-    let most = data.counted() / SAMPLES_A_COEFFICIENT;
+    let most = data.counted() / SAMPLES_PER_COEFFICIENT;
     let fits = |pieces: &usize| (pieces + 3).pow(data.u.len() as u32) <= most;
     (1..=wanted).rev().find(fits).unwrap_or(1)
 }
@@ -250,7 +233,7 @@ pub(super) fn refined(start: Fit, data: &Signals, steps: usize, monitor: &mut Mo
             break;
         };
         let fall = fit.squares - next.squares;
-        let done = fall.abs() <= TOLERANCE * fit.squares;
+        let done = fall.abs() <= LEAST_FALL * fit.squares;
         fit = next;
         if done {
             break;

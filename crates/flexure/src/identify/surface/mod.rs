@@ -20,6 +20,7 @@
 
 mod equations;
 mod fit;
+mod limits;
 mod start;
 #[cfg(test)]
 mod tests;

@@ -1,27 +1,17 @@
 //! What the surface makes of the inputs, roughly: where the search starts.
 
 use super::super::block::{
-    EquationError, Judged, Monitor, Signals, delayed, dominant_products, least_lag, standardised,
+    EquationError, Judged, LARGEST_START_ORDER, Monitor, PRODUCT_PASSES, START_SAMPLES, Signals, delayed,
+    dominant_products, least_lag, standardised,
 };
+use super::super::limits::CLIP;
+use super::limits::{DEGREES, LAG_SAMPLES, LAGS_TOGETHER};
 use crate::linear::correlation::mean;
 use crate::nonlinearity::{Degree, Estimator, KernelEstimator, Outside, Regression};
 
-/// Largest degree of the polynomials, for two inputs and for more.
-const DEGREES: [usize; 2] = [4, 3];
-/// Standard deviations at which an input of the polynomials is clipped.
-const CLIP: f64 = 3.0;
-/// Samples that the starts are made on.
-const SAMPLES: usize = 5_000;
-/// Orders of the common denominator, and passes of the Steiglitz-McBride iteration.
-const LARGEST_ORDER: usize = 5;
-const PASSES: usize = 6;
-/// Lags that are looked at together, and samples of the search for lags.
-const LAGS_TOGETHER: usize = 3;
-const SEARCH_SAMPLES: usize = 3_000;
-
 /// The surface's output, at zero mean and unit variance, by every start.
 pub(super) fn starts(data: &Signals, monitor: &mut Monitor<'_>) -> Vec<Vec<f64>> {
-    let small = data.head(SAMPLES);
+    let small = data.head(START_SAMPLES);
     let features = polynomials(data);
     let short: Vec<Vec<f64>> = features.iter().map(|f| f[..small.y.len()].to_vec()).collect();
     let lags = lags(&small, &short);
@@ -82,7 +72,7 @@ struct Lags {
 }
 
 fn lags(data: &Signals, features: &[Vec<f64>]) -> Lags {
-    let data = data.head(SEARCH_SAMPLES);
+    let data = data.head(LAG_SAMPLES);
     let n = data.y.len();
     let at = |lag: usize| features.iter().map(move |f| delayed(&f[..n], lag, 1.0));
     let always = [vec![1.0; n], delayed(&data.y, 1, 1.0), delayed(&data.y, 2, 1.0)];
@@ -98,7 +88,7 @@ fn lags(data: &Signals, features: &[Vec<f64>]) -> Lags {
 fn by_polynomials(data: &Signals, features: &[Vec<f64>], delay: usize) -> Option<Vec<f64>> {
     let late: Vec<Vec<f64>> = features.iter().map(|f| delayed(f, delay, 1.0)).collect();
     let mut best: Option<Judged<Vec<f64>>> = None;
-    for order in 1..=LARGEST_ORDER {
+    for order in 1..=LARGEST_START_ORDER {
         let unknowns = late.len() * (order + 1) + order;
         if 3 * unknowns > data.counted() {
             break;
@@ -110,7 +100,7 @@ fn by_polynomials(data: &Signals, features: &[Vec<f64>], delay: usize) -> Option
             order,
             from: data.from,
         };
-        let found = problem.best(PASSES, |numerators, denominator| {
+        let found = problem.best(PRODUCT_PASSES, |numerators, denominator| {
             let product = dominant_products(numerators, order + 1, 1)?.pop()?;
             let system = denominator.with_numerator(product.row);
             let of = product.column;

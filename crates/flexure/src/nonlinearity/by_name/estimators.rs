@@ -5,15 +5,12 @@ use std::fmt;
 use super::shared::{Observations, Shown, count, number, tuned};
 use super::{NamedEstimator, NamedFit, kernels, recursive};
 use crate::error::Result;
-use crate::nonlinearity::estimator::Choice;
+use crate::nonlinearity::estimator::{Choice, MOST_COLUMNS};
 use crate::nonlinearity::kernel::Degree;
 use crate::nonlinearity::{
     Basis, Decay, HaarFit, HaarRegression, NearestNeighbours, NeighboursFit, NetworkFit, NetworkRegression,
     PolynomialRegression, SeriesFit, SeriesRegression, SplineFit, SplineRegression,
 };
-
-/// The most columns of the estimators that take several.
-const MOST_COLUMNS: usize = 6;
 
 /// An estimator of m(x) = E(Y | X = x), by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

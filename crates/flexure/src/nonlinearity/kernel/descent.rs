@@ -2,6 +2,7 @@
 
 use super::choice::{KernelScore, KernelSearch, Scores};
 use crate::interrupt;
+use crate::selection::FLAT;
 use crate::sort;
 
 /// Common factors of the logarithmic grid.
@@ -23,9 +24,6 @@ const GRID_PAIRS: f64 = 2e7;
 const GOLDEN_PAIRS: f64 = 2e7;
 /// Fewest points to score at, if there are as many.
 const FEWEST: usize = 500;
-/// Relative difference of two scores that counts as none.
-const FLAT: f64 = 1e-9;
-
 /// What a search needs to know of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {

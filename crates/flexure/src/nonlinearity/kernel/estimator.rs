@@ -6,11 +6,8 @@ use super::product::Product;
 use super::{Degree, Kernel, KernelFit};
 use crate::error::{DataError, Error, ParameterError, Result};
 use crate::nonlinearity::Outside;
-use crate::nonlinearity::estimator::{Checked, Estimator, Regression, check_queries};
+use crate::nonlinearity::estimator::{Checked, Estimator, MOST_COLUMNS, Regression, check_queries};
 use crate::selection::Criterion;
-
-/// The most columns.
-const MOST_COLUMNS: usize = 6;
 
 /// Kernel regression, local constant or local linear, in one to six variables.
 ///

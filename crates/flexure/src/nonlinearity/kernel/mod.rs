@@ -49,7 +49,7 @@ pub use regression::{KernelFit, KernelRegression};
 pub(crate) use regression::{check_points, check_weights};
 pub(crate) use sorted::Sorted;
 pub use sums::Degree;
-pub(crate) use sums::Sums;
+pub(crate) use sums::{ONE_ABSCISSA, Sums};
 
 use serde::{Deserialize, Serialize};
 

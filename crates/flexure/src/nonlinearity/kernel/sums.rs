@@ -22,8 +22,8 @@ pub enum Degree {
 /// weights are so small that the moments' rounding would show.
 pub(super) const DIRECT_BELOW: f64 = 1e-3;
 
-/// Abscissas whose standard deviation is below this share of the bandwidth count as one.
-const ONE_ABSCISSA: f64 = 1e-9;
+/// Abscissas whose standard deviation is below this share of the bandwidth count as one: they determine no slope. Rounding.
+pub(crate) const ONE_ABSCISSA: f64 = 1e-9;
 
 /// Weighted sums over the points about one point, in the coordinate u = (X - c)/h about some anchor c.
 ///

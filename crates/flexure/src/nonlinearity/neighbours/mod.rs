@@ -11,14 +11,13 @@ mod tree;
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
 use crate::error::{Error, ParameterError, Result};
+use crate::nonlinearity::estimator::MOST_COLUMNS;
 use crate::parallel;
 use crate::selection::{Criterion, ScoredParameter, Search};
 use crate::sort;
 use line::Line;
 pub(super) use tree::Tree;
 
-/// The most columns.
-const MOST_COLUMNS: usize = 6;
 /// Numbers of neighbours tried on the logarithmic grid.
 const GRID: usize = 20;
 /// Further numbers tried on either side of the best.

@@ -17,14 +17,13 @@ mod train;
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
 use crate::error::{DataError, Error, Result};
+use crate::nonlinearity::estimator::MOST_COLUMNS;
 use crate::parallel;
 use crate::selection::Search;
 use layer::Layer;
 use sample::{Sample, Scaling};
 use train::{Trained, train};
 
-/// The most columns.
-const MOST_COLUMNS: usize = 6;
 /// The most units, given or tried.
 const MOST_UNITS: usize = 64;
 /// The most starts.

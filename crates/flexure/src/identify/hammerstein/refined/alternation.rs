@@ -15,8 +15,7 @@ use super::blocks::{Blocks, Observed};
 use super::cells::Cells;
 use super::descent::descend;
 use super::limits::{
-    LAST_STEPS, LONGEST_RESPONSE, PASSES, SAMPLES_PER_COEFFICIENT, SETTLED_RESPONSE, SHORTEST_MEMORY, STEPS,
-    UNCHANGED_NOISE, UNCHANGED_PLACE,
+    LAST_STEPS, LONGEST_RESPONSE, PASSES, SETTLED_RESPONSE, SHORTEST_MEMORY, STEPS, UNCHANGED_NOISE, UNCHANGED_PLACE,
 };
 use super::linear_part::LinearPart;
 use super::loss::Equations;
@@ -24,7 +23,7 @@ use super::piecewise::Term;
 use super::stepwise::Costs;
 use crate::interrupt;
 use crate::linear::TransferFunction;
-use crate::linear::autoregression::whitening;
+use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
 use crate::sort;
 
 /// The lags after which the response has settled.

@@ -5,7 +5,6 @@
 
 use super::super::calibration::{Calibrated, Calibration, Uncalibrated};
 use super::super::delayed;
-use super::super::limits::BAND_QUANTILE;
 use super::alternation::Minimum;
 use super::blocks::Blocks;
 use super::cells::Cells;
@@ -19,6 +18,7 @@ use crate::identify::result::CoefficientErrors;
 use crate::linalg;
 use crate::linear::TransferFunction;
 use crate::nonlinearity::{Curve, Outside};
+use crate::quantiles::NORMAL_95;
 
 /// Both blocks in the calibration's scale.
 pub(super) struct CalibratedBlocks {
@@ -58,7 +58,7 @@ impl CalibratedBlocks {
         let (band, coefficients) = errors.split_at(at.len());
         let (b, a) = coefficients.split_at(linear.b().len());
         Ok(CalibratedBlocks {
-            band: band.iter().map(|e| BAND_QUANTILE * e).collect(),
+            band: band.iter().map(|e| NORMAL_95 * e).collect(),
             errors: CoefficientErrors {
                 b: [&vec![0.0; linear.delay], b].concat(),
                 a: [&[0.0], a].concat(),

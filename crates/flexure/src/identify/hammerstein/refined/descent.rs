@@ -1,6 +1,6 @@
 //! Levenberg-Marquardt steps on all parameters of both blocks (Marquardt 1963).
 
-use super::super::limits::LARGEST_RADIUS;
+use super::super::super::limits::LARGEST_RADIUS;
 use super::blocks::{Blocks, Observed};
 use super::limits::{EASED, FIRST_DAMPING, LEAST_FALL, LEAST_TIGHTENED, MOST_DAMPING, TIGHTENED};
 use super::loss::Equations;

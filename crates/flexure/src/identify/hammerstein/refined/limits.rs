@@ -27,9 +27,6 @@ pub(super) const UNCHANGED_PLACE: f64 = 0.02;
 /// Alternation: most samples of the whitened impulse response, for its energy. Convention.
 pub(super) const LONGEST_RESPONSE: usize = 2000;
 
-/// Alternation: samples for each coefficient of the autoregression that whitens the errors. Convention.
-pub(super) const SAMPLES_PER_COEFFICIENT: usize = 50;
-
 /// Order: lags before the supposed delay that are looked at. Convention.
 pub(super) const LAGS_BEFORE_DELAY: usize = 12;
 /// Order: orders beyond the best that are tried. Convention: a pair of poles may only pay together.
@@ -108,7 +105,7 @@ pub(super) const FORM_GROUPS: usize = 40;
 pub(super) const FORM_STARTS: usize = 4;
 pub(super) const FORM_STEPS: usize = 60;
 /// Forms: the largest degree of a polynomial. Powers of higher degree cannot be distinguished in double precision.
-pub(super) const MOST_DEGREE: usize = 15;
+pub const MOST_DEGREE: usize = 15;
 /// Forms: added to the unit diagonal of the equations for the linear parameters. Rounding.
 pub(super) const FORM_RIDGE: f64 = 1e-12;
 /// Forms: the step of a central difference relative to a parameter, near the third root of rounding, and the least parameter that

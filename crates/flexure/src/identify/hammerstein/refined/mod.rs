@@ -60,6 +60,7 @@ use calibrated::CalibratedBlocks;
 use cells::Cells;
 use experiments::Experiments;
 pub use forms::PhysicalForm;
+pub use limits::MOST_DEGREE;
 use limits::{OVERFITTED, OVERFITTED_SAMPLES, START_SAMPLES};
 use linear_part::LinearPart;
 

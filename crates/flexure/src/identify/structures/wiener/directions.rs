@@ -8,16 +8,10 @@
 //! once, or sliced inverse regression (Li 1991), which is robust against heavy tails. Other inputs than Gaussian ones give
 //! starts that are not exact.
 
+use super::super::limits::{ROWS_TOGETHER, SLICES, WHITENING_RIDGE};
 use crate::linalg;
 use crate::linear::correlation::{cross_covariance, mean};
 use crate::sort;
-
-/// Slices of the output, of as many samples each.
-const SLICES: usize = 20;
-/// Added to the input's variance, as a share: narrow-band inputs are not whitened without limit.
-const RIDGE: f64 = 1e-4;
-/// Rows whose products are summed at a time.
-const BLOCK: usize = 64;
 
 /// Estimates of the impulse response at lags 0 to `lags - 1`, one for every kind of moment, of unit length.
 pub(super) fn directions(u: &[f64], y: &[f64], lags: usize) -> Vec<Vec<f64>> {
@@ -30,7 +24,7 @@ pub(super) fn directions(u: &[f64], y: &[f64], lags: usize) -> Vec<Vec<f64>> {
         second_moment(u, &squared, &covariance),
         inverse_regression(u, y, lags),
     ];
-    covariance[0] *= 1.0 + RIDGE;
+    covariance[0] *= 1.0 + WHITENING_RIDGE;
     let mut dominant = |m: Vec<f64>| linalg::dominant_relative_to_toeplitz(&m, &covariance);
     matrices.into_iter().filter_map(&mut dominant).collect()
 }
@@ -42,7 +36,7 @@ fn second_moment(u: &[f64], weights: &[f64], covariance: &[f64]) -> Vec<f64> {
     let mut sum = vec![0.0; lags * lags];
     let times: Vec<usize> = (lags - 1..u.len()).collect();
     // Lag by lag over a block of times: contiguous products.
-    for block in times.chunks(BLOCK) {
+    for block in times.chunks(ROWS_TOGETHER) {
         let (first, last) = (block[0], block[block.len() - 1] + 1);
         for i in 0..lags {
             let weighted: Vec<f64> = (first..last).map(|t| (weights[t] - level) * u[t - i]).collect();

@@ -2,29 +2,16 @@
 //! from higher moments.
 
 use super::super::super::block::{
-    Candidate, LARGEST_ORDER, Monitor, Prepared, Rational, START_SAMPLES, Scale, Signals, Stage, StopRule, approximate,
-    fit_nonlinearity,
+    Candidate, LARGEST_ORDER, LONGEST_DELAY, Monitor, Prepared, Rational, START_SAMPLES, Scale, Signals, Stage,
+    approximate, fit_nonlinearity,
 };
 use super::super::super::hammerstein::delay::Dependence;
+use super::super::limits::{
+    DELAY_SLACK, IMPULSE_RESPONSE, MOMENT_LAGS, MOMENT_SAMPLES, MOST_FRONTS, SAMPLES_PER_MOMENT_LAG,
+};
 use super::WienerStart;
 use super::directions::directions;
 use crate::sort;
-
-/// Lags of the impulse responses from higher moments, and the samples that a lag needs.
-const LAGS: usize = 80;
-const SAMPLES_PER_LAG: usize = 20;
-/// Samples for the moments.
-const MOMENT_SAMPLES: usize = 20_000;
-/// The end of a finite impulse response's refinement.
-const RULE: StopRule = StopRule {
-    steps: 15,
-    tolerance: 1e-3,
-};
-/// Rational blocks that are kept, the best by Schwarz's criterion.
-const KEPT: usize = 4;
-/// The longest pure delay that is looked for, and the samples by which it stays shorter, for the numerators.
-const LONGEST_DELAY: usize = 100;
-const DELAY_SLACK: usize = 2;
 
 /// The delay after which the output depends on the input in any way, less some slack.
 pub(super) fn delay_of_any_dependence(u: &[f64], y: &[f64]) -> usize {
@@ -69,7 +56,7 @@ fn from_moments(data: &Signals, few: &Signals, monitor: &mut Monitor<'_>) -> Opt
         return None;
     }
     let data = data.head(MOMENT_SAMPLES);
-    let lags = LAGS.min(data.counted() / SAMPLES_PER_LAG).max(1);
+    let lags = MOMENT_LAGS.min(data.counted() / SAMPLES_PER_MOMENT_LAG).max(1);
     let judged = directions(data.input(), &data.y, lags)
         .into_iter()
         .filter_map(|b| fit_nonlinearity(Rational::pass().with_numerator(b), Rational::pass(), few));
@@ -78,7 +65,7 @@ fn from_moments(data: &Signals, few: &Signals, monitor: &mut Monitor<'_>) -> Opt
 
 /// Rational blocks that imitate the finite impulse response, once that is refined.
 fn rational(response: Candidate, few: &Signals, monitor: &mut Monitor<'_>) -> Vec<Candidate> {
-    let response = response.fitted(few, RULE, monitor);
+    let response = response.fitted(few, IMPULSE_RESPONSE, monitor);
     let w = response.system.branches[0].front.run(few.input());
     let imitation = Signals {
         y: Scale::new(&w).standardised(&w),
@@ -89,6 +76,6 @@ fn rational(response: Candidate, few: &Signals, monitor: &mut Monitor<'_>) -> Ve
         .filter_map(|a| fit_nonlinearity(a.system, Rational::pass(), few))
         .collect();
     sort::by_key(&mut all, |c| c.bic(few));
-    all.truncate(KEPT);
+    all.truncate(MOST_FRONTS);
     all
 }

@@ -1,6 +1,7 @@
 //! The observations of a record in levels of one bandwidth each. Those of one level make an ordinary kernel sum.
 
 use super::super::sorted::increasing;
+use super::super::sums::ONE_ABSCISSA;
 use super::super::{Degree, Sorted, for_each_sum};
 use super::RecursiveKernel;
 use crate::nonlinearity::estimator::Checked;
@@ -11,9 +12,6 @@ use crate::sort::order;
 /// A point is left out by subtraction. If the other points contribute less than this share of the sums, rounding spoils the
 /// difference, and they are summed again.
 const FEW: f64 = 1e-3;
-/// Abscissas whose standard deviation is below this share of the widest bandwidth determine no slope.
-const ONE_ABSCISSA: f64 = 1e-9;
-
 /// The observations of one bandwidth.
 #[derive(Debug, Clone, PartialEq)]
 struct Level {

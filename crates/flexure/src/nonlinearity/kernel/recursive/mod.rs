@@ -18,11 +18,8 @@ pub use regression::{RecursiveFit, RecursiveRegression};
 
 use super::Kernel;
 use crate::error::{DataError, Error, ParameterError, Result};
-use crate::nonlinearity::estimator::columns;
+use crate::nonlinearity::estimator::{MOST_COLUMNS, columns};
 use crate::sort::order;
-
-/// The most columns.
-const MOST_COLUMNS: usize = 6;
 
 /// How observations with different bandwidths are weighed against each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

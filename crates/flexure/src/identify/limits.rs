@@ -1,0 +1,27 @@
+//! Every threshold that the methods share, with its source. A convention is a choice that no reference or measurement decided.
+
+use std::ops::RangeInclusive;
+
+/// The shares of a record that can be kept for the verdict. Convention: a twentieth of a record says little, and so does a fit of a tenth.
+pub(super) const FRESH_SHARES: RangeInclusive<f64> = 0.05..=0.9;
+/// The fewest samples that a block structure is fitted to. Convention; `hammerstein/limits.rs` says what the paper's method needs.
+pub(super) const FEWEST_SAMPLES: usize = 200;
+
+/// An input of no more levels than this is said to have few, and a curve is known at these alone. Convention.
+pub(super) const FEW_LEVELS: usize = 10;
+/// Lags at which the input's whiteness is tested. Convention, that of common software.
+pub(super) const WHITENESS_LAGS: usize = 25;
+/// Autocorrelations of the input below this distort the result less than noise does. Convention.
+pub(super) const NEGLIGIBLE_COLOUR: f64 = 0.05;
+/// A deviation of no more than this share of the largest value is rounding.
+pub(super) const CONSTANT: f64 = 1e-12;
+/// The percentage of the fresh input outside the curve's range above which that is reported. Convention.
+pub(super) const MOST_OUTSIDE: f64 = 1.0;
+/// A model that explains this share of the output's variance may leave an error that is not white. Convention.
+pub(super) const NEARLY_ALL: f64 = 0.9;
+
+/// A pole is kept within this radius. Slower decay is not visible within 10,000 samples.
+pub(super) const LARGEST_RADIUS: f64 = 0.9999;
+/// Standard deviations from its mean at which the input of a polynomial is clipped. A high power of a heavy tail would else depend on
+/// a few samples. Convention: 0.3 % of a normal input.
+pub(super) const CLIP: f64 = 3.0;
