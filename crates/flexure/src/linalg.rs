@@ -44,26 +44,40 @@ pub fn solve_positive_definite(rows: &[f64], rhs: &[f64]) -> Option<Vec<f64>> {
         .then(|| solution.iter().copied().collect())
 }
 
-/// [`solve_positive_definite`], and the logarithm of the determinant.
-pub fn solve_with_determinant(rows: &[f64], rhs: &[f64]) -> Option<(Vec<f64>, f64)> {
-    let cholesky = DMatrix::from_row_slice(rhs.len(), rhs.len(), rows).cholesky()?;
-    let solution = cholesky.solve(&DVector::from_column_slice(rhs));
-    let logarithm = 2.0 * cholesky.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-    let usable = logarithm.is_finite() && solution.iter().all(|v| v.is_finite());
-    usable.then(|| (solution.iter().copied().collect(), logarithm))
+/// The solution of a system of equations, and the logarithm of its matrix's determinant.
+pub struct WithDeterminant {
+    pub solution: Vec<f64>,
+    pub log_determinant: f64,
 }
 
-/// Eigenvalues of a symmetric row-major matrix of `n` rows, and its eigenvectors one after the other; `None` if the iteration
-/// fails.
-pub fn symmetric_eigen(rows: &[f64], n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+/// [`solve_positive_definite`], and the logarithm of the matrix's determinant.
+pub fn solve_with_determinant(rows: &[f64], rhs: &[f64]) -> Option<WithDeterminant> {
+    let cholesky = DMatrix::from_row_slice(rhs.len(), rhs.len(), rows).cholesky()?;
+    let solution = cholesky.solve(&DVector::from_column_slice(rhs));
+    let log_determinant = 2.0 * cholesky.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+    let usable = log_determinant.is_finite() && solution.iter().all(|v| v.is_finite());
+    usable.then(|| WithDeterminant {
+        solution: solution.iter().copied().collect(),
+        log_determinant,
+    })
+}
+
+/// The eigenvalues of a symmetric matrix, and its eigenvectors one after the other.
+pub struct Eigen {
+    pub values: Vec<f64>,
+    pub vectors: Vec<f64>,
+}
+
+/// The eigenvalues and eigenvectors of a symmetric row-major matrix of `n` rows; `None` if the iteration fails.
+pub fn symmetric_eigen(rows: &[f64], n: usize) -> Option<Eigen> {
     if n == 0 || rows.iter().any(|v| !v.is_finite()) {
         return None;
     }
     let eigen = nalgebra::SymmetricEigen::try_new(DMatrix::from_row_slice(n, n, rows), f64::EPSILON, 10_000)?;
-    Some((
-        eigen.eigenvalues.as_slice().to_vec(),
-        eigen.eigenvectors.as_slice().to_vec(),
-    ))
+    Some(Eigen {
+        values: eigen.eigenvalues.as_slice().to_vec(),
+        vectors: eigen.eigenvectors.as_slice().to_vec(),
+    })
 }
 
 /// The inverse of a symmetric positive definite row-major matrix of `n` rows; `None` if it is not.
@@ -80,16 +94,22 @@ fn toeplitz(column: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(column.len(), column.len(), |i, j| column[i.abs_diff(j)])
 }
 
-/// The solution of `T x = rhs` for the positive definite Toeplitz matrix with the first column `column`, and
-/// the largest diagonal entry of its inverse; `None` if it is not positive definite.
-pub fn solve_toeplitz(column: &[f64], rhs: &[f64]) -> Option<(Vec<f64>, f64)> {
+/// The solution of a system of equations, and the largest diagonal entry of its matrix's inverse.
+pub struct WithInverse {
+    pub solution: Vec<f64>,
+    pub largest_diagonal: f64,
+}
+
+/// The solution of `T x = rhs` for the positive definite Toeplitz matrix with the first column `column`; `None` if it is not
+/// positive definite.
+pub fn solve_toeplitz(column: &[f64], rhs: &[f64]) -> Option<WithInverse> {
     let cholesky = toeplitz(column).cholesky()?;
     let solution = cholesky.solve(&DVector::from_column_slice(rhs));
-    let largest = cholesky.inverse().diagonal().max();
-    solution
-        .iter()
-        .all(|v| v.is_finite())
-        .then(|| (solution.iter().copied().collect(), largest))
+    let largest_diagonal = cholesky.inverse().diagonal().max();
+    solution.iter().all(|v| v.is_finite()).then(|| WithInverse {
+        solution: solution.iter().copied().collect(),
+        largest_diagonal,
+    })
 }
 
 /// The upper triangular U with U'U the positive definite Toeplitz matrix of this first column, row-major;

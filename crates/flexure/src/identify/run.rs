@@ -41,15 +41,15 @@ impl Run {
         parameters: impl Into<Option<usize>>,
     ) -> Result<Self> {
         let predicted = model.run(&samples.u);
-        let (verdicts, warnings) = samples.verdicts(&predicted, parameters.into())?;
+        let verdicts = samples.verdicts(&predicted, parameters.into())?;
         Ok(Run {
             model,
             paths,
             output_offset: 0.0,
             fitted: samples.fitted,
             predicted,
+            warnings: samples.warnings(&verdicts),
             verdicts,
-            warnings,
         })
     }
 

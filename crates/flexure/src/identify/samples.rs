@@ -54,19 +54,24 @@ impl<'a> Samples<'a> {
     }
 
     /// The verdicts on a free run over all samples, of a model whose number of parameters may be known: one verdict for each input and for each
-    /// pair of inputs ([`Verdict::of_inputs`]); and what the user should know.
-    pub fn verdicts(&self, predicted: &[f64], parameters: Option<usize>) -> Result<(Vec<Verdict>, Vec<Warning>)> {
+    /// pair of inputs ([`Verdict::of_inputs`]).
+    pub fn verdicts(&self, predicted: &[f64], parameters: Option<usize>) -> Result<Vec<Verdict>> {
         let fitted = self.fitted;
-        let mut warnings = Vec::new();
-        self.u.iter().for_each(|u| warn_of_levels(&u[..fitted], &mut warnings));
         let estimated = parameters.map(|parameters| Estimated {
             parameters,
             samples: fitted,
         });
         let fresh: Vec<&[f64]> = self.u.iter().map(|u| &u[fitted..]).collect();
-        let verdicts = Verdict::of_inputs(&fresh, &self.y[fitted..], &predicted[fitted..], estimated)?;
+        Verdict::of_inputs(&fresh, &self.y[fitted..], &predicted[fitted..], estimated)
+    }
+
+    /// What the user should know of the samples and of these verdicts.
+    pub fn warnings(&self, verdicts: &[Verdict]) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        let fitted = self.u.iter().map(|u| &u[..self.fitted]);
+        fitted.for_each(|u| warn_of_levels(u, &mut warnings));
         verdicts.iter().take(1).for_each(|v| warn_if_useless(v, &mut warnings));
-        Ok((verdicts, warnings))
+        warnings
     }
 }
 

@@ -56,14 +56,13 @@ pub(crate) struct Minimum {
 /// Minimises the sum of squares of the residuals from `start`.
 ///
 /// `evaluate` returns `None` where the parameters are not admissible (an unstable system, say); such a
-/// step is shortened. Returns the parameters and their sum of squares; `None` if `start` is not admissible.
+/// step is shortened. `None` if `start` is not admissible.
 pub(crate) fn minimise(
     start: Vec<f64>,
     iterations: usize,
     evaluate: impl Fn(&[f64]) -> Option<Linearisation>,
-) -> Option<(Vec<f64>, f64)> {
-    let minimum = minimise_squares(start, iterations, |p| evaluate(p).map(|l| l.equations()))?;
-    Some((minimum.parameters, minimum.equations.cost))
+) -> Option<Minimum> {
+    minimise_squares(start, iterations, |p| evaluate(p).map(|l| l.equations()))
 }
 
 /// [`minimise`] for residuals that are only known through their normal equations.
@@ -79,10 +78,10 @@ pub(crate) fn minimise_squares(
         if interrupt::requested() {
             break;
         }
-        let Some((step, predicted)) = damped_step(&point, damping) else {
+        let Some(Step { change, predicted }) = damped_step(&point, damping) else {
             break;
         };
-        let candidate: Vec<f64> = parameters.iter().zip(&step).map(|(p, s)| p + s).collect();
+        let candidate: Vec<f64> = parameters.iter().zip(&change).map(|(p, s)| p + s).collect();
         if let Some(trial) = evaluate(&candidate).filter(|t| t.cost < point.cost) {
             let fall = point.cost - trial.cost;
             let gain = fall / predicted.max(f64::MIN_POSITIVE);
@@ -107,19 +106,26 @@ pub(crate) fn minimise_squares(
     })
 }
 
-/// The step that solves (J'J + damping diag(J'J)) step = -J'r, and the fall it promises.
-fn damped_step(point: &NormalEquations, damping: f64) -> Option<(Vec<f64>, f64)> {
+/// A step and the fall of the sum of squares that it promises.
+pub(crate) struct Step {
+    pub change: Vec<f64>,
+    pub predicted: f64,
+}
+
+/// The step that solves (J'J + damping diag(J'J)) step = -J'r.
+fn damped_step(point: &NormalEquations, damping: f64) -> Option<Step> {
     let n = point.descent.len();
     let mut normal = point.normal.clone();
     let diagonal: Vec<f64> = (0..n).map(|i| normal[i * n + i].max(f64::MIN_POSITIVE)).collect();
     for i in 0..n {
         normal[i * n + i] += damping * diagonal[i];
     }
-    let step = linalg::solve_positive_definite(&normal, &point.descent)?;
-    let predicted = (0..n)
-        .map(|i| step[i] * (point.descent[i] + damping * diagonal[i] * step[i]))
-        .sum();
-    Some((step, predicted))
+    let change = linalg::solve_positive_definite(&normal, &point.descent)?;
+    let predicted = (0..n).map(|i| change[i] * (point.descent[i] + damping * diagonal[i] * change[i]));
+    Some(Step {
+        predicted: predicted.sum(),
+        change,
+    })
 }
 
 #[cfg(test)]
@@ -134,7 +140,8 @@ mod tests {
                 jacobian: vec![vec![-20.0 * p[0], -1.0], vec![10.0, 0.0]],
             })
         };
-        let (p, cost) = minimise(vec![-1.2, 1.0], 200, evaluate).unwrap();
+        let minimum = minimise(vec![-1.2, 1.0], 200, evaluate).unwrap();
+        let (p, cost) = (minimum.parameters, minimum.equations.cost);
         assert!(
             (p[0] - 1.0).abs() < 1e-8 && (p[1] - 1.0).abs() < 1e-8 && cost < 1e-16,
             "{p:?} {cost}"
@@ -150,7 +157,7 @@ mod tests {
                 jacobian: vec![vec![1.0]],
             })
         };
-        let (p, _) = minimise(vec![0.0], 100, evaluate).unwrap();
+        let p = minimise(vec![0.0], 100, evaluate).unwrap().parameters;
         assert!(p[0] < 2.0 && p[0] > 1.9, "{p:?}");
     }
 }

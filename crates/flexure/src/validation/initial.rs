@@ -128,7 +128,7 @@ pub fn estimate_initial_state_of_inputs(block: &Block, inputs: &[&[f64]], measur
         })
     };
     let found = minimise(vec![0.0; count], ITERATIONS, linearise);
-    let scaled = found.map_or(vec![0.0; count], |(p, _)| p);
+    let scaled = found.map_or(vec![0.0; count], |minimum| minimum.parameters);
     Ok(InitialState {
         levels,
         states: scaled.iter().zip(&scale).map(|(p, s)| p * s).collect(),

@@ -18,6 +18,15 @@ pub(super) struct Regression {
     whitened: Vec<f64>,
 }
 
+/// What a regression explains of a signal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Explained {
+    /// The share of the squares about the mean, below 1.
+    pub share: f64,
+    /// The degrees of freedom that are left.
+    pub rest: f64,
+}
+
 impl Regression {
     pub fn new(v: &[f64]) -> Regression {
         let autoregression = whitening(v, SAMPLES_PER_COEFFICIENT);
@@ -31,16 +40,16 @@ impl Regression {
         self.whitened.len()
     }
 
-    /// The share of the signal's squares about its mean that a regression on lags 0 to `lags` of `w` and a constant explains,
-    /// below 1, and the degrees of freedom that are left.
+    /// What a regression on lags 0 to `lags` of `w` and a constant explains.
     ///
     /// There are more than two samples a lag.
-    pub fn explained_by_past(&self, w: &[f64], lags: usize) -> (f64, f64) {
+    pub fn explained_by_past(&self, w: &[f64], lags: usize) -> Explained {
         let w = filtered(w, &self.autoregression);
         let v = &self.whitened[lags..];
         let n = v.len();
         let size = lags + 1;
         let rest = n.saturating_sub(size + 1).max(1) as f64;
+        let explained = |share| Explained { share, rest };
         let centre = mean(v);
         let squares: f64 = v.iter().map(|v| (v - centre).powi(2)).sum();
         // The level first, lest the means' products cancel most digits.
@@ -52,7 +61,7 @@ impl Regression {
         let covariance = |i: usize, j: usize| gram[i * size + j] - n as f64 * means[i] * means[j];
         let scale: Vec<f64> = (0..size).map(|i| covariance(i, i).max(0.0).sqrt()).collect();
         if !(squares > 0.0 && scale.iter().all(|s| *s > 0.0 && s.is_finite())) {
-            return (0.0, rest);
+            return explained(0.0);
         }
         let with_v: Vec<f64> = (0..size)
             .map(|lag| {
@@ -67,11 +76,11 @@ impl Regression {
             };
             let matrix: Vec<f64> = (0..size * size).map(entry).collect();
             if let Some(slopes) = linalg::solve_positive_definite(&matrix, &with_v) {
-                let explained = slopes.iter().zip(&with_v).map(|(a, b)| a * b).sum::<f64>() / squares;
-                return (explained.clamp(0.0, 1.0 - f64::EPSILON), rest);
+                let share = slopes.iter().zip(&with_v).map(|(a, b)| a * b).sum::<f64>() / squares;
+                return explained(share.clamp(0.0, 1.0 - f64::EPSILON));
             }
         }
-        (0.0, rest)
+        explained(0.0)
     }
 }
 
@@ -123,7 +132,7 @@ mod tests {
             whitened: v.clone(),
         };
         let lags = 4;
-        let (share, rest) = white.explained_by_past(&w.iter().map(|w| w + 7.0).collect::<Vec<_>>(), lags);
+        let Explained { share, rest } = white.explained_by_past(&w.iter().map(|w| w + 7.0).collect::<Vec<_>>(), lags);
         assert_eq!(rest, 86.0 - 6.0);
         let rows: Vec<f64> = (lags..90)
             .flat_map(|n| (0..=lags).map(|k| w[n - k]).chain([1.0]).collect::<Vec<_>>())
@@ -145,10 +154,13 @@ mod tests {
     #[test]
     fn constants_and_signals_that_repeat_explain_without_failing() {
         let v = Regression::new(&noise(100, 3));
-        assert_eq!(v.explained_by_past(&[2.0; 100], 5).0, 0.0);
+        assert_eq!(v.explained_by_past(&[2.0; 100], 5).share, 0.0);
         let alternating: Vec<f64> = (0..100).map(|i| f64::from(i % 2)).collect();
-        let (share, _) = v.explained_by_past(&alternating, 5);
+        let share = v.explained_by_past(&alternating, 5).share;
         assert!((0.0..0.2).contains(&share), "{share}");
-        assert_eq!(Regression::new(&[1.0; 100]).explained_by_past(&alternating, 5).0, 0.0);
+        assert_eq!(
+            Regression::new(&[1.0; 100]).explained_by_past(&alternating, 5).share,
+            0.0
+        );
     }
 }

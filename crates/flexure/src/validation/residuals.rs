@@ -25,7 +25,7 @@ use crate::error::{Error, Result};
 use crate::linear::correlation::{cross_covariance, mean, variance};
 use crate::sort::order;
 
-use super::regression::Regression;
+use super::regression::{Explained, Regression};
 use super::whiteness::whiteness_of;
 
 /// The level of every test: the probability that it rejects a true model. Each of the five that can refute one has it, so
@@ -110,44 +110,39 @@ pub struct Estimated {
     pub samples: usize,
 }
 
+/// What the parameters' own error adds to a sum of squares on fresh samples.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Inflation {
+    /// The number of terms that it adds to.
+    pub terms: f64,
+    /// How much it adds to each.
+    pub share: f64,
+}
+
 impl Estimated {
-    /// How many of so many terms on fresh samples the parameters' own error adds to, and how much of each.
-    pub(super) fn inflation(self, fresh: usize, terms: usize) -> (f64, f64) {
-        let share = fresh as f64 / self.samples.max(1) as f64;
-        (self.parameters.min(terms) as f64, share)
+    /// What the parameters' own error adds to so many terms.
+    pub(super) fn inflation(self, fresh: usize, terms: usize) -> Inflation {
+        Inflation {
+            terms: self.parameters.min(terms) as f64,
+            share: fresh as f64 / self.samples.max(1) as f64,
+        }
     }
 }
 
 impl ResidualTest {
-    /// A sum of `terms` squares, to which the error of `inflated` estimated parameters adds the share `share`; see
-    /// [`fisher`](Self::fisher).
-    pub(super) fn chi_squared(
-        kind: TestKind,
-        statistic: f64,
-        terms: usize,
-        inflated: f64,
-        share: f64,
-        level: f64,
-    ) -> Self {
-        Self::fisher(kind, statistic, terms, f64::INFINITY, inflated, share, level)
+    /// A sum of `terms` squares; see [`fisher`](Self::fisher).
+    pub(super) fn chi_squared(kind: TestKind, statistic: f64, terms: usize, inflation: Inflation, level: f64) -> Self {
+        Self::fisher(kind, statistic, terms, f64::INFINITY, inflation, level)
     }
 
     /// `regressors` times the F statistic of as many, with `rest` degrees of freedom left.
     ///
-    /// The error of estimated parameters, of which `inflated` lie in the regressors' span, adds the share `share` to the
-    /// squares there: their sum is then a chi-squared variable with other degrees of freedom times a factor
-    /// (Satterthwaite 1946).
-    fn fisher(
-        kind: TestKind,
-        statistic: f64,
-        regressors: usize,
-        rest: f64,
-        inflated: f64,
-        share: f64,
-        level: f64,
-    ) -> Self {
+    /// With the error of estimated parameters the sum of squares is a chi-squared variable with other degrees of freedom times
+    /// a factor (Satterthwaite 1946).
+    fn fisher(kind: TestKind, statistic: f64, regressors: usize, rest: f64, inflation: Inflation, level: f64) -> Self {
         let m = regressors as f64;
-        let (mean, power) = (m + share * inflated, m + inflated * share * (2.0 + share));
+        let Inflation { terms, share } = inflation;
+        let (mean, power) = (m + share * terms, m + terms * share * (2.0 + share));
         let degrees = mean * mean / power;
         let factor = mean / degrees;
         let (limit, p_value) = if rest < LARGE {
@@ -390,10 +385,10 @@ fn independence(
     level: f64,
 ) -> ResidualTest {
     let regressors = lags + 1;
-    let (explained, rest) = v.explained_by_past(w, lags);
-    let statistic = rest * explained / (1.0 - explained);
-    let (inflated, share) = estimated.map_or((0.0, 0.0), |from| from.inflation(v.samples(), regressors));
-    ResidualTest::fisher(kind, statistic, regressors, rest, inflated, share, level)
+    let Explained { share, rest } = v.explained_by_past(w, lags);
+    let statistic = rest * share / (1.0 - share);
+    let inflation = estimated.map(|from| from.inflation(v.samples(), regressors));
+    ResidualTest::fisher(kind, statistic, regressors, rest, inflation.unwrap_or_default(), level)
 }
 
 fn correlations(e: &[f64], u: &[f64], lags: usize) -> Correlations {

@@ -176,7 +176,7 @@ fn nothing_left_is_nothing_against_the_model() {
 #[test]
 fn chi_squared_limits_are_those_of_tables() {
     // R: qchisq(0.99, 25) = 44.3141, pchisq(30, 25, lower = FALSE) = 0.2243
-    let test = ResidualTest::chi_squared(TestKind::Whiteness, 30.0, 25, 0.0, 0.0, LEVEL);
+    let test = ResidualTest::chi_squared(TestKind::Whiteness, 30.0, 25, Inflation::default(), LEVEL);
     assert!(
         (test.limit - 44.3141).abs() < 1e-3 && (test.p_value - 0.2243).abs() < 1e-4,
         "{test:?}"

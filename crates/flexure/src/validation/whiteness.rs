@@ -13,9 +13,9 @@ pub(super) fn whiteness_of(v: &[f64], lags: usize, noise: Option<Estimated>, lev
     let n = v.len() as f64;
     let partial = partial_autocorrelations(&cross_covariance(v, v, lags));
     let terms = (partial.iter().enumerate()).map(|(k, p)| p * p / (n - (k + 1) as f64));
-    let (inflated, share) = noise.map_or((0.0, 0.0), |from| from.inflation(v.len(), lags));
+    let inflation = noise.map(|from| from.inflation(v.len(), lags)).unwrap_or_default();
     let statistic = n * (n + 2.0) * terms.sum::<f64>();
-    ResidualTest::chi_squared(TestKind::Whiteness, statistic, lags, inflated, share, level)
+    ResidualTest::chi_squared(TestKind::Whiteness, statistic, lags, inflation, level)
 }
 
 /// The partial autocorrelations at lags 1, 2, ... from covariances at lags 0, 1, ... (Levinson 1947, Durbin 1960).

@@ -8,7 +8,7 @@ use super::least_squares::{UnitDiagonal, inner_products, normal_equations};
 use super::limits::{FIRST_DAMPING, LARGEST_CORRECTION, MOST_REJECTIONS, PROBED_SHARE, SMALLEST_DAMPING, StopRule};
 use super::monitor::Monitor;
 use super::signals::convolved;
-use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations};
+use crate::linear::levenberg_marquardt::{Linearisation, NormalEquations, Step};
 use crate::parallel;
 
 /// Residuals over parameters; those before sample `from` do not count.
@@ -138,7 +138,7 @@ struct Point {
 }
 
 impl Point {
-    /// A damped step with its correction; `None` if it is too long to be trusted.
+    /// A damped step with its correction, and the fall that it promises without this; `None` if it is too long to be trusted.
     fn step(&self, problem: &impl Residuals, at: &[f64], damping: f64) -> Option<Step> {
         let system = UnitDiagonal::new(&self.equations);
         let solve = |rhs: &[f64]| system.solve(rhs, |_| 1.0 + damping);
@@ -167,12 +167,6 @@ impl Point {
             predicted: each.map(|((v, d), s)| v * (d + damping * s * s * v)).sum(),
         })
     }
-}
-
-/// A step and the fall of the sum of squares that it promises without its correction.
-struct Step {
-    change: Vec<f64>,
-    predicted: f64,
 }
 
 #[cfg(test)]

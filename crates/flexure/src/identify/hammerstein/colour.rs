@@ -18,7 +18,7 @@ use super::limits::{COLOUR_PASSES, LARGEST_ORDER, MOST_DECONVOLVED, RIDGE, SAMPL
 use super::options::PlainHammerstein;
 use super::regression::NonlinearityEstimate;
 use crate::error::Result;
-use crate::linalg;
+use crate::linalg::{self, WithInverse};
 use crate::linear::correlation::{cross_covariance, variance};
 use crate::quantiles::NORMAL_99;
 
@@ -71,12 +71,15 @@ pub(super) fn deconvolve(y: &[f64], m: &[f64], lags: Range<usize>) -> Option<Imp
     let mut r = cross_covariance(m, m, lags.len() - 1);
     let joint = cross_covariance(m, y, lags.end - 1).split_off(lags.start);
     r[0] *= 1.0 + RIDGE;
-    let (solution, inverse_diagonal) = linalg::solve_toeplitz(&r, &joint)?;
+    let WithInverse {
+        solution,
+        largest_diagonal,
+    } = linalg::solve_toeplitz(&r, &joint)?;
     let explained: f64 = solution.iter().zip(&joint).map(|(k, c)| k * c).sum();
     let power = variance(y);
     let unexplained = (1.0 - explained / power).max(0.0);
     Some(ImpulseResponse {
-        limit: NORMAL_99 * (unexplained * power * inverse_diagonal / n as f64).sqrt(),
+        limit: NORMAL_99 * (unexplained * power * largest_diagonal / n as f64).sqrt(),
         k: std::iter::repeat_n(0.0, lags.start).chain(solution).collect(),
         psi: Psi::DeconvolvedNonlinearity,
         unexplained,

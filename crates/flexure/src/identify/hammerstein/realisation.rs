@@ -35,6 +35,13 @@ pub(super) struct ChosenOrder {
     pub scores: Vec<OrderScore>,
 }
 
+/// A linear part, and how its order was chosen.
+#[derive(Clone)]
+pub(super) struct Ordered<L> {
+    pub linear: L,
+    pub order: ChosenOrder,
+}
+
 /// The linear part, without the delay.
 pub(super) struct Realisation {
     pub linear: TransferFunction,
@@ -75,7 +82,7 @@ pub(super) fn realise(
         squares / y.len() as f64
     });
     interrupt::check()?;
-    let Some((linear, order)) = found else {
+    let Some(Ordered { linear, order }) = found else {
         return Err(Error::Data(DataError::ResponseTooShort {
             delay,
             lags: k.len(),
@@ -103,7 +110,7 @@ pub(super) struct OrderSearch<'a> {
 
 impl OrderSearch<'_> {
     /// The linear part with the smallest Schwarz criterion, for the mean squared error of each; `None` if the response is too short.
-    pub fn run(&self, mean_square: impl Fn(&TransferFunction) -> f64) -> Option<(TransferFunction, ChosenOrder)> {
+    pub fn run(&self, mean_square: impl Fn(&TransferFunction) -> f64) -> Option<Ordered<TransferFunction>> {
         let largest = LARGEST_ORDER.min(self.k.len().saturating_sub(1) / 2);
         let n = self.samples as f64;
         let mut scores = Vec::new();
@@ -126,13 +133,13 @@ impl OrderSearch<'_> {
                 break;
             }
         }
-        let (model, score) = best?;
+        let (linear, score) = best?;
         let order = ChosenOrder {
             order: score.order,
             hankel_singular_values: hankel_singular_values(self.k, HANKEL_ROWS).unwrap_or_default(),
             scores,
         };
-        Some((model, order))
+        Some(Ordered { linear, order })
     }
 }
 
@@ -227,8 +234,7 @@ fn refine(k: &[f64], order: usize, start: &TransferFunction, factor: Option<&[f6
         })
     };
     let parameters = start.b().iter().chain(&start.a()[1..]).copied().collect();
-    let (parameters, _) = minimise(parameters, REALISATION_STEPS, evaluate)?;
-    split(&parameters)
+    split(&minimise(parameters, REALISATION_STEPS, evaluate)?.parameters)
 }
 
 /// U d for an upper triangular row-major U.

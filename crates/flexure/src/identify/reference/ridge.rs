@@ -2,7 +2,7 @@
 
 use super::super::block::{Scale, regression};
 use super::limits::{PENALTIES, PENALTY_FACTOR, SMALLEST_PENALTY};
-use crate::linalg;
+use crate::linalg::{self, Eigen};
 
 /// The least-squares problem of a constant and columns, which the penalty sees at zero mean and unit variance.
 pub(super) struct Ridge {
@@ -48,7 +48,7 @@ impl Ridge {
                 correlations[i * n + j] = samples * covariance(i, j) / (scales[i].spread * scales[j].spread);
             }
         }
-        let (values, vectors) = linalg::symmetric_eigen(&correlations, n)?;
+        let Eigen { values, vectors } = linalg::symmetric_eigen(&correlations, n)?;
         let with_output: Vec<f64> = (0..n)
             .map(|i| (equations.descent[i] - samples * mean(i) * level) / scales[i].spread)
             .collect();

@@ -19,7 +19,7 @@ use crate::identify::request::{Progress, Request, Structure};
 use crate::identify::result::{BlockKind, Detail, Identification, NamedBlock, Place, StructureName, Values};
 use crate::identify::run::{Run, path};
 use crate::interrupt;
-use crate::linalg;
+use crate::linalg::{self, WithDeterminant};
 use crate::linear::levenberg_marquardt::NormalEquations;
 use crate::model::{Block, VolterraModel};
 use crate::text::number;
@@ -230,10 +230,13 @@ fn evidence(memory: Memory, priors: [DecayPrior; 2], equations: &NormalEquations
     let mut matrix: Vec<f64> = (0..n * n).map(|k| equations.normal[k] * d[k / n] * d[k % n]).collect();
     (0..n).for_each(|i| matrix[i * n + i] += 1.0);
     let rhs: Vec<f64> = equations.descent.iter().zip(&d).map(|(b, d)| b * d).collect();
-    let (x, logarithm) = linalg::solve_with_determinant(&matrix, &rhs)?;
+    let WithDeterminant {
+        solution: x,
+        log_determinant,
+    } = linalg::solve_with_determinant(&matrix, &rhs)?;
     let explained: f64 = x.iter().zip(&rhs).map(|(x, b)| x * b).sum();
     let variance = (equations.cost - explained).max(1e-12 * equations.cost) / samples;
-    let deviance = samples * variance.ln() + logarithm;
+    let deviance = samples * variance.ln() + log_determinant;
     deviance.is_finite().then(|| Evidence {
         deviance,
         variance,

@@ -51,9 +51,12 @@ fn the_evidence_is_that_of_the_gaussian_process() {
             *entry = both.sum::<f64>() + f64::from(u8::from(i == j));
         }
     }
-    let (x, logarithm) = linalg::solve_with_determinant(&covariance, &y).unwrap();
+    let WithDeterminant {
+        solution: x,
+        log_determinant,
+    } = linalg::solve_with_determinant(&covariance, &y).unwrap();
     let quadratic: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
-    let want = n as f64 * (quadratic / n as f64).ln() + logarithm;
+    let want = n as f64 * (quadratic / n as f64).ln() + log_determinant;
     let equations = regression(&y, &columns, 0);
     let Evidence {
         deviance: got,

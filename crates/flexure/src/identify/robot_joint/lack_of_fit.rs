@@ -13,7 +13,7 @@ use super::column_noise::Noisy;
 use super::equations::{Column, Equations, Lines, Solution};
 use super::limits::{OF_THE_FORM, STRETCHES};
 use super::normal::{ridged, scaled, scales};
-use crate::linalg::{self, Complex, Matrix, product};
+use crate::linalg::{self, Complex, Eigen, Matrix, product};
 
 /// What splines beside a form explain.
 #[derive(Debug, Clone, Copy)]
@@ -132,7 +132,7 @@ impl Beside {
             factors: Vec::new(),
             moments: Vec::new(),
         };
-        let (values, vectors) = linalg::symmetric_eigen(remainder.transpose().as_slice(), m)?;
+        let Eigen { values, vectors } = linalg::symmetric_eigen(remainder.transpose().as_slice(), m)?;
         let vectors = Matrix::from_vec(m, m, vectors);
         for (value, vector) in values.iter().zip(vectors.column_iter()) {
             if !(*value > OF_THE_FORM) {

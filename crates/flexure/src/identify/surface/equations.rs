@@ -106,7 +106,7 @@ impl Penalty {
                 }
             }
             matrices.push(matrix);
-            let along = linalg::symmetric_eigen(&own, m)?.0;
+            let along = linalg::symmetric_eigen(&own, m)?.values;
             let floor = 1e-10 * along.iter().copied().fold(0.0, f64::max);
             let clean = |e: f64| if e > floor { e } else { 0.0 };
             eigenvalues.push((0..size).map(|j| clean(along[index(j, axis)])).collect());

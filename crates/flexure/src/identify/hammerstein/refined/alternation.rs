@@ -13,7 +13,7 @@ use super::super::realisation::ChosenOrder;
 use super::basis::select;
 use super::blocks::{Blocks, Observed};
 use super::cells::Cells;
-use super::descent::descend;
+use super::descent::{Descended, descend};
 use super::limits::{
     LAST_STEPS, LONGEST_RESPONSE, PASSES, SETTLED_RESPONSE, SHORTEST_MEMORY, STEPS, UNCHANGED_NOISE, UNCHANGED_PLACE,
 };
@@ -43,6 +43,12 @@ pub(super) struct Minimum {
     /// The memory-removed output's means over the cells, and the variance of a sample of it.
     pub values: Vec<f64>,
     pub variance: f64,
+}
+
+/// Noisy values of the nonlinearity at the samples, and their noise's variance.
+struct NoisyValues {
+    values: Vec<f64>,
+    variance: f64,
 }
 
 impl Minimum {
@@ -76,58 +82,58 @@ pub(super) struct Alternation<'a> {
 impl Alternation<'_> {
     /// Alternates until nothing changes. `None` where the numbers degenerate: a nonlinearity without variation.
     pub fn minimum(mut self, observed: &mut Observed) -> Option<Minimum> {
-        let mut best: Option<(Blocks, Equations)> = None;
+        let mut best: Option<Descended> = None;
         for _ in 0..PASSES {
             if interrupt::requested() {
                 break;
             }
             let terms = self.terms.clone();
-            let Some((blocks, equations)) = self.pass(observed) else {
+            let Some(now) = self.pass(observed) else {
                 break;
             };
             let noise = |e: &Equations| (e.normal.cost / e.count.max(1) as f64).sqrt();
-            let settled = best.as_ref().is_some_and(|(_, b)| {
-                let (before, after) = (noise(b), noise(&equations));
+            let settled = best.as_ref().is_some_and(|best| {
+                let (before, after) = (noise(&best.equations), noise(&now.equations));
                 before - after <= UNCHANGED_NOISE * before && same_places(&terms, &self.terms)
             });
-            best = Some((blocks, equations));
+            best = Some(now);
             if settled {
                 break;
             }
         }
-        let (blocks, _) = best?;
+        let blocks = best?.blocks;
         let whitening = self.whitening(observed, &blocks.errors(observed));
-        let (blocks, equations) = descend(blocks, observed, &whitening, LAST_STEPS);
+        let Descended { blocks, equations } = descend(blocks, observed, &whitening, LAST_STEPS);
         (self.w, self.linear) = (blocks.signal(observed.u), blocks.linear.clone());
-        let (z, variance) = self.memory_removed(observed, &whitening, &blocks.errors(observed))?;
+        let NoisyValues { values, variance } = self.memory_removed(observed, &whitening, &blocks.errors(observed))?;
         Some(Minimum {
             blocks,
             equations,
             whitening,
             terms: self.terms,
             order: self.order,
-            values: self.cells.means(&z),
+            values: self.cells.means(&values),
             variance,
         })
     }
 
     /// Linear part, noise, breakpoints, then a few steps of all parameters together; `None` where the data show no nonlinearity or no
     /// linear part.
-    fn pass(&mut self, observed: &mut Observed) -> Option<(Blocks, Equations)> {
+    fn pass(&mut self, observed: &mut Observed) -> Option<Descended> {
         let simulated = self.linear.filter(&observed.experiments, &self.w);
         observed.complete(&simulated, self.offset);
         let whitening = self.whitening(observed, &observed.errors(&simulated, self.offset));
         let chosen = (self.method).choose_linear_part(observed, &self.w, &whitening, self.linear.delay, self.memory);
-        if let Some((linear, _)) = &chosen {
-            self.linear = linear.clone();
+        if let Some(chosen) = &chosen {
+            self.linear = chosen.linear.clone();
         }
         let errors = observed.errors(&self.linear.filter(&observed.experiments, &self.w), self.offset);
         let whitening = self.whitening(observed, &errors);
-        let (z, variance) = self.memory_removed(observed, &whitening, &errors)?;
+        let NoisyValues { values, variance } = self.memory_removed(observed, &whitening, &errors)?;
         let selection = select(
             self.cells,
             observed.u,
-            &z,
+            &values,
             &self.terms,
             &Costs {
                 variance,
@@ -143,14 +149,15 @@ impl Alternation<'_> {
             linear: self.linear.clone(),
             offset: self.offset,
         };
-        let (blocks, equations) = descend(blocks, observed, &whitening, STEPS);
+        let descended = descend(blocks, observed, &whitening, STEPS);
+        let blocks = &descended.blocks;
         self.w = blocks.signal(observed.u);
         self.linear = blocks.linear.clone();
         self.memory = memory(&self.linear.transfer);
         self.offset = blocks.offset;
         self.terms = selection.terms;
-        self.order = chosen.map(|(_, order)| order).or(self.order.take());
-        Some((blocks, equations))
+        self.order = chosen.map(|chosen| chosen.order).or(self.order.take());
+        Some(descended)
     }
 
     /// The polynomial that whitens the errors; 1 if they are not to be whitened. It would whiten across missing samples.
@@ -162,8 +169,8 @@ impl Alternation<'_> {
         }
     }
 
-    /// The noisy values z of the nonlinearity, and their noise's variance.
-    fn memory_removed(&self, observed: &Observed, whitening: &[f64], errors: &[f64]) -> Option<(Vec<f64>, f64)> {
+    /// The noisy values z of the nonlinearity.
+    fn memory_removed(&self, observed: &Observed, whitening: &[f64], errors: &[f64]) -> Option<NoisyValues> {
         let mut white = LinearPart::moving_average(whitening).filter(&observed.experiments, errors);
         let mut count = 0.0;
         for (e, counts) in white.iter_mut().zip(&observed.counts) {
@@ -182,8 +189,10 @@ impl Alternation<'_> {
             return None;
         }
         let back = combined.filter_back(&observed.experiments, &white);
-        let z = self.w.iter().zip(&back).map(|(w, g)| w + g / energy).collect();
-        Some((z, power / energy))
+        Some(NoisyValues {
+            values: self.w.iter().zip(&back).map(|(w, g)| w + g / energy).collect(),
+            variance: power / energy,
+        })
     }
 }
 

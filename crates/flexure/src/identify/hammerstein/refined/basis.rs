@@ -55,7 +55,7 @@ pub(super) fn select(cells: &Cells, u: &[f64], values: &[f64], start: &[Term], c
 /// The terms with their jumps moved from the cells' limits to between the samples where they fit best.
 fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &OrthogonalFit) -> Vec<Term> {
     let mut terms = fit.terms.clone();
-    let (c, _) = fit.solution();
+    let c = fit.solution().coefficients;
     let curve = PiecewiseCubics::new(cells.unit, &fit.terms, &c);
     // For every cell the jumps that may move into it.
     let mut jumps_near = vec![Vec::new(); cells.len()];
@@ -66,20 +66,30 @@ fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &OrthogonalFit) -
             jumps_near[reach].iter_mut().for_each(|near| near.push(j));
         }
     }
-    // For every jump the samples near it: place and residual.
-    let mut around: Vec<Vec<(f64, f64)>> = vec![Vec::new(); terms.len()];
+    // For every jump the samples near it.
+    let mut around: Vec<Vec<Residual>> = vec![Vec::new(); terms.len()];
     for ((x, z), m) in u.iter().zip(values).zip(&cells.of) {
         for &j in &jumps_near[*m as usize] {
-            around[j].push((cells.unit.of(*x), z - curve.value(*x)));
+            around[j].push(Residual {
+                at: cells.unit.of(*x),
+                value: z - curve.value(*x),
+            });
         }
     }
     for ((term, mut points), size) in terms.iter_mut().zip(around).zip(c) {
         if let Term::TruncatedPower { at, degree: 0 } = term {
-            sort::by_key(&mut points, |p| p.0);
+            sort::by_key(&mut points, |p| p.at);
             *at = best_jump(&points, *at, size);
         }
     }
     terms
+}
+
+/// The residual at a sample.
+#[derive(Clone, Copy)]
+struct Residual {
+    at: f64,
+    value: f64,
 }
 
 /// The place at which a jump of this size fits best, halfway between two samples.
@@ -91,27 +101,27 @@ fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &OrthogonalFit) -
 ///   moved down     <-------|                the curve rises by it: the residual falls
 /// ```
 /// So the change of the sum of squares is a running sum in both directions, and the best place is where it is lowest.
-fn best_jump(points: &[(f64, f64)], now: f64, size: f64) -> f64 {
-    let split = points.partition_point(|p| p.0 < now);
+fn best_jump(points: &[Residual], now: f64, size: f64) -> f64 {
+    let split = points.partition_point(|p| p.at < now);
     let (mut least, mut best) = (0.0, split);
     let mut change = 0.0;
-    for (i, (_, residual)) in points.iter().enumerate().skip(split) {
-        change += (residual + size).powi(2) - residual * residual;
+    for (i, Residual { value, .. }) in points.iter().enumerate().skip(split) {
+        change += (value + size).powi(2) - value * value;
         if change < least {
             (least, best) = (change, i + 1);
         }
     }
     change = 0.0;
-    for (i, (_, residual)) in points[..split].iter().enumerate().rev() {
-        change += (residual - size).powi(2) - residual * residual;
+    for (i, Residual { value, .. }) in points[..split].iter().enumerate().rev() {
+        change += (value - size).powi(2) - value * value;
         if change < least {
             (least, best) = (change, i);
         }
     }
-    if best == split || best == 0 || best == points.len() || points[best - 1].0 == points[best].0 {
+    if best == split || best == 0 || best == points.len() || points[best - 1].at == points[best].at {
         return now;
     }
-    0.5 * (points[best - 1].0 + points[best].0)
+    0.5 * (points[best - 1].at + points[best].at)
 }
 
 /// This many knots, evenly by rank.

@@ -27,9 +27,9 @@ impl Cells {
         let mut sorted = u.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
         let unit = UnitCoordinate::new(sorted[0], sorted[sorted.len() - 1]);
-        let (limits, exact) = limits(&sorted);
+        let Limits { between, exact } = Limits::new(&sorted);
         let mut lower = vec![-1.0];
-        lower.extend(limits.iter().map(|t| unit.of(*t)));
+        lower.extend(between.iter().map(|t| unit.of(*t)));
         lower.dedup();
         let of: Vec<u32> = u
             .iter()
@@ -141,26 +141,36 @@ impl Cells {
     }
 }
 
-/// The limits between the cells, and whether every cell holds one value.
-///
-/// Few distinct values have a cell each. Otherwise the limits are evenly spaced by rank, and equal values stay together.
-fn limits(sorted: &[f64]) -> (Vec<f64>, bool) {
-    let n = sorted.len();
-    let cells = (n / FEWEST_IN_CELL).clamp(1, MOST_CELLS);
-    let mut distinct = sorted.to_vec();
-    distinct.dedup();
-    if distinct.len() <= cells {
-        return (distinct.windows(2).map(|w| 0.5 * w[0] + 0.5 * w[1]).collect(), true);
-    }
-    let mut limits: Vec<f64> = Vec::with_capacity(cells);
-    for i in 1..cells {
-        let k = sorted.partition_point(|v| *v < sorted[i * n / cells]);
-        if k > 0 {
-            let t = 0.5 * sorted[k - 1] + 0.5 * sorted[k];
-            if limits.last().is_none_or(|l| t > *l) {
-                limits.push(t);
+/// The limits between the cells.
+struct Limits {
+    between: Vec<f64>,
+    /// Whether every cell holds one value.
+    exact: bool,
+}
+
+impl Limits {
+    /// Few distinct values have a cell each. Otherwise the limits are evenly spaced by rank, and equal values stay together.
+    fn new(sorted: &[f64]) -> Limits {
+        let n = sorted.len();
+        let cells = (n / FEWEST_IN_CELL).clamp(1, MOST_CELLS);
+        let mut distinct = sorted.to_vec();
+        distinct.dedup();
+        if distinct.len() <= cells {
+            return Limits {
+                between: distinct.windows(2).map(|w| 0.5 * w[0] + 0.5 * w[1]).collect(),
+                exact: true,
+            };
+        }
+        let mut between: Vec<f64> = Vec::with_capacity(cells);
+        for i in 1..cells {
+            let k = sorted.partition_point(|v| *v < sorted[i * n / cells]);
+            if k > 0 {
+                let t = 0.5 * sorted[k - 1] + 0.5 * sorted[k];
+                if between.last().is_none_or(|l| t > *l) {
+                    between.push(t);
+                }
             }
         }
+        Limits { between, exact: false }
     }
-    (limits, false)
 }

@@ -59,8 +59,14 @@ fn admissible(blocks: &Blocks) -> bool {
         && (blocks.linear.transfer.poles()).is_some_and(|poles| poles.iter().all(|p| p.norm() <= LARGEST_RADIUS))
 }
 
-/// Lowers the squared prediction error by at most so many steps; the blocks and their equations.
-pub(super) fn descend(mut blocks: Blocks, observed: &Observed, whitening: &[f64], steps: usize) -> (Blocks, Equations) {
+/// Both blocks, and the equations there.
+pub(super) struct Descended {
+    pub blocks: Blocks,
+    pub equations: Equations,
+}
+
+/// Lowers the squared prediction error by at most so many steps.
+pub(super) fn descend(mut blocks: Blocks, observed: &Observed, whitening: &[f64], steps: usize) -> Descended {
     let mut equations = blocks.equations(observed, whitening);
     let mut damping = FIRST_DAMPING;
     for _ in 0..steps {
@@ -86,5 +92,5 @@ pub(super) fn descend(mut blocks: Blocks, observed: &Observed, whitening: &[f64]
             break;
         }
     }
-    (blocks, equations)
+    Descended { blocks, equations }
 }

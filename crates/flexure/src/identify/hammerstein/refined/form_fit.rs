@@ -71,6 +71,21 @@ struct Problem<'a> {
     weights: Vec<f64>,
 }
 
+/// Parameters and what they leave.
+#[derive(Clone)]
+struct Fitted {
+    parameters: Vec<f64>,
+    squares: f64,
+}
+
+impl Fitted {
+    /// The parameters that leave the least.
+    fn least(all: impl Iterator<Item = Fitted>) -> Option<Vec<f64>> {
+        let best = all.min_by(|a, b| a.squares.total_cmp(&b.squares));
+        best.map(|best| best.parameters)
+    }
+}
+
 impl Problem<'_> {
     /// The cells' weights: none where the form may jump inside a cell, whose mean is then neither value's.
     fn counted(&self, searched: &[f64]) -> Vec<f64> {
@@ -95,7 +110,7 @@ impl Problem<'_> {
 
     /// All parameters for given searched ones, and their sum of squares in proportion to the cells that count; `None` where fewer
     /// than half of the cells do.
-    fn solved(&self, searched: &[f64]) -> Option<(Vec<f64>, f64)> {
+    fn solved(&self, searched: &[f64]) -> Option<Fitted> {
         let weights = self.counted(searched);
         let counted = weights.iter().filter(|w| **w > 0.0).count();
         if 2 * counted < weights.len() {
@@ -124,7 +139,10 @@ impl Problem<'_> {
         let p: Vec<f64> = searched.iter().copied().chain(linear).collect();
         let squares: f64 = self.residuals(&p).iter().map(|r| r * r).sum();
         let share = counted as f64 / weights.len() as f64;
-        squares.is_finite().then_some((p, squares / share))
+        squares.is_finite().then_some(Fitted {
+            parameters: p,
+            squares: squares / share,
+        })
     }
 
     /// The residuals and their derivatives, by central differences.
@@ -150,19 +168,22 @@ impl Problem<'_> {
     /// The best parameters.
     fn minimum(&self) -> Option<Vec<f64>> {
         let grid = self.form.grid(&self.points.x);
-        let mut starts: Vec<(Vec<f64>, f64)> = grid.iter().filter_map(|s| self.solved(s)).collect();
-        sort::by_key(&mut starts, |s| s.1);
+        let mut starts: Vec<Fitted> = grid.iter().filter_map(|s| self.solved(s)).collect();
+        sort::by_key(&mut starts, |s| s.squares);
         if self.form == PhysicalForm::Quantizer {
             // The sum of squares is piecewise constant in the step: a finer grid in place of derivatives.
-            let step = starts.first()?.0[0];
+            let step = starts.first()?.parameters[0];
             let finer = FINER_STEPS.filter_map(|i| self.solved(&[step * (1.0 + FINER_STEP * f64::from(i))]));
-            let best = finer.chain(starts.iter().cloned()).min_by(|a, b| a.1.total_cmp(&b.1));
-            return best.map(|b| b.0);
+            return Fitted::least(finer.chain(starts.iter().cloned()));
         }
-        let refined =
-            (starts.iter().take(FORM_STARTS)).filter_map(|s| minimise(s.0.clone(), FORM_STEPS, |p| self.linearised(p)));
-        let all = refined.chain(starts.iter().take(1).cloned());
-        all.min_by(|a, b| a.1.total_cmp(&b.1)).map(|best| best.0)
+        let refined = starts.iter().take(FORM_STARTS).filter_map(|start| {
+            let minimum = minimise(start.parameters.clone(), FORM_STEPS, |p| self.linearised(p))?;
+            Some(Fitted {
+                parameters: minimum.parameters,
+                squares: minimum.equations.cost,
+            })
+        });
+        Fitted::least(refined.chain(starts.iter().take(1).cloned()))
     }
 
     /// Standard errors; infinite where a parameter is not determined. A quantizer's step has none.
@@ -218,7 +239,7 @@ impl MemoryRemoved {
         };
         let p = problem.minimum().ok_or_else(|| too_short(0))?;
         let weights = problem.counted(&p[..form.searched()]);
-        let (statistic, groups) = lack_of_fit(&problem.residuals(&p), &weights);
+        let LackOfFit { statistic, groups } = LackOfFit::new(&problem.residuals(&p), &weights);
         let degrees = groups.saturating_sub(p.len()).max(1);
         // At least one degree of freedom: the distribution exists.
         let (limit, p_value) = match ChiSquared::new(degrees as f64) {
@@ -238,19 +259,28 @@ impl MemoryRemoved {
     }
 }
 
-/// The sum over groups of neighbours of the squared sum of residuals over its variance, and the number of groups.
-fn lack_of_fit(weighted: &[f64], weights: &[f64]) -> (f64, usize) {
-    let groups = FORM_GROUPS.min(weighted.len());
-    let (mut statistic, mut counted) = (0.0, 0);
-    for g in 0..groups {
-        let part = g * weighted.len() / groups..(g + 1) * weighted.len() / groups;
-        // r_i w_i has variance 1; the sum over samples of the residuals is sum_i w_i (w_i r_i) in units of the noise.
-        let sum: f64 = part.clone().map(|i| weighted[i] * weights[i]).sum();
-        let variance: f64 = part.map(|i| weights[i] * weights[i]).sum();
-        if variance > 0.0 {
-            statistic += sum * sum / variance;
-            counted += 1;
+/// The sum over groups of neighbours of the squared sum of residuals over its variance.
+#[derive(Default)]
+struct LackOfFit {
+    statistic: f64,
+    /// The number of groups that count.
+    groups: usize,
+}
+
+impl LackOfFit {
+    fn new(weighted: &[f64], weights: &[f64]) -> LackOfFit {
+        let groups = FORM_GROUPS.min(weighted.len());
+        let mut lack = LackOfFit::default();
+        for g in 0..groups {
+            let part = g * weighted.len() / groups..(g + 1) * weighted.len() / groups;
+            // r_i w_i has variance 1; the sum over samples of the residuals is sum_i w_i (w_i r_i) in units of the noise.
+            let sum: f64 = part.clone().map(|i| weighted[i] * weights[i]).sum();
+            let variance: f64 = part.map(|i| weights[i] * weights[i]).sum();
+            if variance > 0.0 {
+                lack.statistic += sum * sum / variance;
+                lack.groups += 1;
+            }
         }
+        lack
     }
-    (statistic, counted)
 }

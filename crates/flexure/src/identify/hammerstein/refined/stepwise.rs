@@ -32,6 +32,19 @@ pub(super) struct OrthogonalFit<'a> {
     norm: [Vec<f64>; 3],
 }
 
+/// A term that may be added, and by how much it lowers the sum of squares.
+#[derive(Clone, Copy)]
+struct Candidate {
+    term: Term,
+    gain: f64,
+}
+
+/// The terms' coefficients and the inverse of their Gram matrix, row-major.
+pub(super) struct Solution {
+    pub coefficients: Vec<f64>,
+    inverse: Vec<f64>,
+}
+
 impl<'a> OrthogonalFit<'a> {
     pub fn new(cells: &'a Cells, z: &'a [f64], terms: &[Term]) -> Self {
         let mut fit = OrthogonalFit {
@@ -86,9 +99,9 @@ impl<'a> OrthogonalFit<'a> {
         true
     }
 
-    /// The candidate with the largest gain, and its gain.
-    fn best(&self, costs: &Costs) -> Option<(Term, f64)> {
-        let mut best: Option<(Term, f64)> = None;
+    /// The candidate with the largest gain.
+    fn best(&self, costs: &Costs) -> Option<Candidate> {
+        let mut best: Option<Candidate> = None;
         for (k, degree) in DEGREES.into_iter().enumerate().filter(|(_, d)| costs.allows(*d)) {
             for m in 1..self.cells.len() {
                 let norm = self.norm[k][m];
@@ -96,9 +109,10 @@ impl<'a> OrthogonalFit<'a> {
                     continue;
                 }
                 let gain = self.product[k][m] * self.product[k][m] / norm;
-                if best.is_none_or(|b| gain > b.1) {
+                if best.is_none_or(|b| gain > b.gain) {
                     let at = self.cells.lower[m];
-                    best = Some((Term::TruncatedPower { at, degree }, gain));
+                    let term = Term::TruncatedPower { at, degree };
+                    best = Some(Candidate { term, gain });
                 }
             }
         }
@@ -123,8 +137,8 @@ impl<'a> OrthogonalFit<'a> {
         inverse
     }
 
-    /// The terms' coefficients and the inverse of their Gram matrix, row-major.
-    pub fn solution(&self) -> (Vec<f64>, Vec<f64>) {
+    /// The coefficients of the terms themselves.
+    pub fn solution(&self) -> Solution {
         let (inverse_of_r, n) = (self.inverse_of_r(), self.terms.len());
         let mut c = vec![0.0; n];
         let mut inverse = vec![0.0; n * n];
@@ -136,7 +150,10 @@ impl<'a> OrthogonalFit<'a> {
                 }
             }
         }
-        (c, inverse)
+        Solution {
+            coefficients: c,
+            inverse,
+        }
     }
 
     /// The number of terms with a breakpoint.
@@ -192,7 +209,7 @@ pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs
     let least = PATIENCE * costs.entry();
     while fit.terms.len() < MOST_TERMS && !interrupt::requested() {
         match fit.best(costs) {
-            Some((term, gain)) if gain > least && fit.add(term) => {}
+            Some(Candidate { term, gain }) if gain > least && fit.add(term) => {}
             _ => break,
         }
     }
@@ -201,12 +218,11 @@ pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs
         if fit.breakpoints() > MOST_MOVED || interrupt::requested() {
             break;
         }
-        let (moved, changed) = sweep(cells, z, fit.terms, costs);
-        fit = OrthogonalFit::new(cells, z, &moved);
-        if !changed {
+        let Some(moved) = sweep(cells, z, fit.terms.clone(), costs) else {
             break;
-        }
-        fit = OrthogonalFit::new(cells, z, &prune(&fit, costs));
+        };
+        let moved = OrthogonalFit::new(cells, z, &moved);
+        fit = OrthogonalFit::new(cells, z, &prune(&moved, costs));
     }
     fit
 }
@@ -217,7 +233,10 @@ pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs
 /// the inverse follow without a new fit: c_k becomes c_k - c_j v_kj / v_jj, and v_kl becomes v_kl - v_kj v_lj / v_jj.
 fn prune(fit: &OrthogonalFit, costs: &Costs) -> Vec<Term> {
     let n = fit.terms.len();
-    let (mut c, mut inverse) = fit.solution();
+    let Solution {
+        coefficients: mut c,
+        mut inverse,
+    } = fit.solution();
     let mut kept: Vec<usize> = (0..n).collect();
     loop {
         let worst = kept
@@ -241,8 +260,8 @@ fn prune(fit: &OrthogonalFit, costs: &Costs) -> Vec<Term> {
     kept.into_iter().map(|j| fit.terms[j]).collect()
 }
 
-/// Moves every breakpoint in turn to where it gains most, of whatever degree; whether any has moved.
-fn sweep(cells: &Cells, z: &[f64], mut terms: Vec<Term>, costs: &Costs) -> (Vec<Term>, bool) {
+/// The terms after every breakpoint in turn has moved to where it gains most, of whatever degree; `None` if none has moved.
+fn sweep(cells: &Cells, z: &[f64], mut terms: Vec<Term>, costs: &Costs) -> Option<Vec<Term>> {
     let mut changed = false;
     let criterion = |g: &OrthogonalFit| g.explained() - g.terms.iter().map(|t| costs.term(*t).max(0.0)).sum::<f64>();
     let here = OrthogonalFit::new(cells, z, &terms);
@@ -257,17 +276,17 @@ fn sweep(cells: &Cells, z: &[f64], mut terms: Vec<Term>, costs: &Costs) -> (Vec<
         let mut without = OrthogonalFit::new(cells, z, &terms);
         let better = without
             .best(costs)
-            .filter(|(term, _)| *term != moving && without.add(*term));
+            .filter(|better| better.term != moving && without.add(better.term));
         let next = criterion(&without);
         match better {
-            Some((term, _)) if next > now + LEAST_GAIN * now.abs() => {
-                terms.push(term);
+            Some(better) if next > now + LEAST_GAIN * now.abs() => {
+                terms.push(better.term);
                 (now, changed) = (next, true);
             }
             _ => terms.push(moving),
         }
     }
-    (terms, changed)
+    changed.then_some(terms)
 }
 
 #[cfg(test)]
