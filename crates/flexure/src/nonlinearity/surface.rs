@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::spline::basis::Local;
 use crate::error::{Error, Result};
 use crate::nonlinearity::estimator::MOST_COLUMNS;
 
@@ -25,8 +26,8 @@ impl SurfaceAxis {
         self.pieces + OVERLAP - 1
     }
 
-    /// The first B-spline that is not zero at `x`, held within the ends, and the values of it and the next three.
-    fn local(&self, x: f64) -> (usize, [f64; OVERLAP]) {
+    /// The B-splines that are not zero at `x`, held within the ends.
+    fn local(&self, x: f64) -> Local<OVERLAP> {
         let place = ((x - self.low) / (self.high - self.low) * self.pieces as f64).clamp(0.0, self.pieces as f64);
         let first = (place as usize).min(self.pieces - 1);
         let t = place - first as f64;
@@ -37,7 +38,7 @@ impl SurfaceAxis {
             (-3.0 * t2 * t + 3.0 * t2 + 3.0 * t + 1.0) / 6.0,
             t2 * t / 6.0,
         ];
-        (first, values)
+        Local { first, values }
     }
 }
 
@@ -183,7 +184,7 @@ pub(crate) fn products(axes: &[SurfaceAxis], x: &[f64], visit: &mut impl FnMut(u
         let (Some((axis, axes)), Some((x, rest))) = (axes.split_first(), x.split_first()) else {
             return visit(index, value);
         };
-        let (first, values) = axis.local(*x);
+        let Local { first, values } = axis.local(*x);
         for (k, v) in values.iter().enumerate() {
             along(axes, rest, index * axis.splines() + first + k, value * v, visit);
         }

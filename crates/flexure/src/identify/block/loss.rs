@@ -18,9 +18,10 @@ use super::descent::Residuals;
 use super::limits::HARDLY_PASSED;
 use super::rational::Rational;
 use super::signals::{Signals, add, convolved, delayed};
-use super::spline::{KinkedSpline, Local};
+use super::spline::KinkedSpline;
 use super::system::{Branch, Level, Numerators, System};
 use crate::linear::levenberg_marquardt::Linearisation;
+use crate::nonlinearity::spline::basis::LocalCubics;
 use crate::parallel;
 
 /// One column of the Jacobian.
@@ -195,14 +196,14 @@ fn hardly_passes_constants(g: &Rational) -> bool {
 struct Static<'a> {
     spline: &'a KinkedSpline,
     input: Vec<f64>,
-    local: Vec<Local>,
+    local: Vec<LocalCubics>,
     values: Vec<f64>,
     slopes: Vec<f64>,
 }
 
 impl<'a> Static<'a> {
     fn new(spline: &'a KinkedSpline, input: Vec<f64>) -> Self {
-        let local: Vec<Local> = input.iter().map(|x| spline.local(*x)).collect();
+        let local: Vec<LocalCubics> = input.iter().map(|x| spline.local(*x)).collect();
         let tangents = input.iter().zip(&local).map(|(x, l)| spline.tangent(*x, l));
         let (values, slopes) = tangents.map(|t| (t.value, t.slope)).unzip();
         Static {

@@ -5,9 +5,10 @@ use super::least_squares::least_squares;
 use super::limits::{EVEN, FINEST_PIECES, LARGEST_RISE, MOST_PIECES, OUTERMOST, SAMPLES_IN_PIECE};
 use super::loss::through_back;
 use super::signals::{Signals, add, convolved};
-use super::spline::{KinkedSpline, Local, Roughness, Tangent, thinned};
+use super::spline::{KinkedSpline, Roughness, Tangent, thinned};
 use super::system::{Level, Part, System};
 use crate::linear::correlation::{mean, variance};
+use crate::nonlinearity::spline::basis::LocalCubics;
 use crate::parallel;
 
 /// The system with this many pieces in one nonlinearity, dense where it is rough; fewer where samples are few. What enters it from
@@ -82,7 +83,7 @@ pub(in crate::identify) fn refitted(
     let Equation { target, columns } = match part {
         Part::Output => {
             let x = system.inner(&data.u);
-            let local: Vec<Local> = x.iter().map(|x| spline.local(*x)).collect();
+            let local: Vec<LocalCubics> = x.iter().map(|x| spline.local(*x)).collect();
             let columns = spline.linear_parameters().map(|j| spline.by_parameter(j, &x, &local));
             Equation {
                 target: data.y.clone(),
@@ -134,7 +135,7 @@ fn branch_equation(system: &mut System, i: usize, spline: &KinkedSpline, data: &
     let instants: Vec<_> = (branch.instants().map(|instant| instant.back))
         .zip(branch.intermediate(&data.u))
         .map(|(back, w)| {
-            let local: Vec<Local> = w.iter().map(|w| spline.local(*w)).collect();
+            let local: Vec<LocalCubics> = w.iter().map(|w| spline.local(*w)).collect();
             (back, w, local)
         })
         .collect();

@@ -1,6 +1,7 @@
 //! The static nonlinearity: a cubic spline, straight on beyond its ends, and kinks.
 
 use super::limits::SAMPLES_IN_COARSE_PIECE;
+use crate::nonlinearity::spline::basis::{CubicSplines, LocalCubics};
 
 /// A cubic spline in B-splines, and changes of its slope at points.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,15 +29,6 @@ pub(in crate::identify) enum Roughness {
     Fourth,
 }
 
-/// The four B-splines that do not vanish at a point.
-#[derive(Debug, Clone, Copy)]
-pub(in crate::identify) struct Local {
-    /// The index of the first.
-    pub first: usize,
-    pub values: [f64; 4],
-    pub slopes: [f64; 4],
-}
-
 /// A curve's value and slope at a point.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::identify) struct Tangent {
@@ -47,12 +39,7 @@ pub(in crate::identify) struct Tangent {
 impl KinkedSpline {
     /// The spline with these breakpoints, at least two, strictly increasing; all coefficients zero.
     pub fn new(breakpoints: &[f64]) -> KinkedSpline {
-        let ends = |x| std::iter::repeat_n(x, 3);
-        let (first, last) = (breakpoints[0], breakpoints[breakpoints.len() - 1]);
-        let knots: Vec<f64> = ends(first)
-            .chain(breakpoints.iter().copied())
-            .chain(ends(last))
-            .collect();
+        let CubicSplines { knots } = CubicSplines::new(breakpoints);
         let c = vec![0.0; knots.len() - 4];
         KinkedSpline {
             knots,
@@ -113,41 +100,21 @@ impl KinkedSpline {
     }
 
     /// The B-splines at `x`; beyond the ends their tangents there.
-    pub fn local(&self, x: f64) -> Local {
-        let t = &self.knots;
-        let at = x.clamp(t[0], t[t.len() - 1]);
-        let span = t[4..self.c.len()].partition_point(|&k| k <= at) + 3;
-        let mut v = [1.0, 0.0, 0.0, 0.0];
-        let mut shares = [0.0; 3];
-        for degree in 1..4 {
-            let mut saved = 0.0;
-            for r in 0..degree {
-                let (right, left) = (t[span + r + 1], t[span + r + 1 - degree]);
-                let share = v[r] / (right - left);
-                v[r] = saved + (right - at) * share;
-                saved = (at - left) * share;
-                shares[r] = share;
-            }
-            v[degree] = saved;
+    pub fn local(&self, x: f64) -> LocalCubics {
+        let end = x.clamp(self.knots[0], self.knots[self.knots.len() - 1]);
+        let mut local = LocalCubics::new(&self.knots, end);
+        for (v, d) in local.at.values.iter_mut().zip(&local.slopes) {
+            *v += (x - end) * d;
         }
-        let [p, q, s] = shares;
-        let slopes = [-3.0 * p, 3.0 * (p - q), 3.0 * (q - s), 3.0 * s];
-        for (v, d) in v.iter_mut().zip(&slopes) {
-            *v += (x - at) * d;
-        }
-        Local {
-            first: span - 3,
-            values: v,
-            slopes,
-        }
+        local
     }
 
     /// The spline without kinks from the B-splines at a point.
-    fn combine(&self, local: &Local) -> Tangent {
-        let c = &self.c[local.first..local.first + 4];
+    fn combine(&self, local: &LocalCubics) -> Tangent {
+        let c = &self.c[local.at.first..local.at.first + 4];
         let dot = |v: &[f64; 4]| c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
         Tangent {
-            value: dot(&local.values),
+            value: dot(&local.at.values),
             slope: dot(&local.slopes),
         }
     }
@@ -157,7 +124,7 @@ impl KinkedSpline {
     }
 
     /// Value and slope at `x` from the B-splines there.
-    pub fn tangent(&self, x: f64, local: &Local) -> Tangent {
+    pub fn tangent(&self, x: f64, local: &LocalCubics) -> Tangent {
         let mut tangent = self.combine(local);
         for kink in self.kinks.iter().filter(|k| x > k.at) {
             tangent.value += kink.bend * (x - kink.at);
@@ -187,10 +154,10 @@ impl KinkedSpline {
     }
 
     /// The derivative of the values at `x`, where the B-splines are `local`, by parameter `j`.
-    pub fn by_parameter(&self, j: usize, x: &[f64], local: &[Local]) -> Vec<f64> {
+    pub fn by_parameter(&self, j: usize, x: &[f64], local: &[LocalCubics]) -> Vec<f64> {
         let Some(of_kinks) = j.checked_sub(self.c.len()) else {
-            let value = |l: &Local| match j.checked_sub(l.first) {
-                Some(k) if k < 4 => l.values[k],
+            let value = |l: &LocalCubics| match j.checked_sub(l.at.first) {
+                Some(k) if k < 4 => l.at.values[k],
                 _ => 0.0,
             };
             return local.iter().map(value).collect();
@@ -209,7 +176,7 @@ impl KinkedSpline {
 
     /// All B-splines but the middle one at the values of a signal.
     pub fn others_at(&self, signal: &[f64]) -> Vec<Vec<f64>> {
-        let local: Vec<Local> = signal.iter().map(|x| self.local(*x)).collect();
+        let local: Vec<LocalCubics> = signal.iter().map(|x| self.local(*x)).collect();
         let others = (0..self.c.len()).filter(|j| *j != self.middle());
         others.map(|j| self.by_parameter(j, signal, &local)).collect()
     }
@@ -364,7 +331,7 @@ mod tests {
         };
         for x in [-1.5, -0.999, -0.5, -0.1, 0.05, 1.0, 1.999, 3.0] {
             let local = spline.local(x);
-            assert!((local.values.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{x}");
+            assert!((local.at.values.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{x}");
             let slope = spline.combine(&local).slope;
             let more = kinked.value(x) - spline.value(x);
             let by_hand: f64 = bends.iter().map(|(at, bend)| bend * (x - at).max(0.0)).sum();

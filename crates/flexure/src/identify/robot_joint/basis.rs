@@ -5,7 +5,7 @@ use super::fourier::Modulation;
 use super::limits::{
     FRICTION_DENSER, GRID_DENSER, POINTS_IN_INTERVAL, SHARE_IN_INTERVAL, SPLINE_SLOPE_STEP, STIFFNESS_DENSER,
 };
-use crate::nonlinearity::spline::basis::CubicSplines;
+use crate::nonlinearity::spline::basis::{CubicSplines, Local};
 
 /// Simpson's weights of a sample and of the middles between it and its neighbours.
 const MIDDLE: f64 = 4.0 / 6.0;
@@ -112,17 +112,17 @@ impl Basis {
         self.splines.len()
     }
 
-    /// The first of the four splines that do not vanish at x, and their values; the nearest end's beyond the range.
-    pub fn at(&self, x: f64) -> (usize, [f64; 4]) {
+    /// The four splines that do not vanish at x; the nearest end's beyond the range.
+    fn at(&self, x: f64) -> Local<4> {
         self.splines
-            .values(((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0))
+            .at(((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0))
     }
 
     /// The values of every spline at the points x, times x.
     pub fn columns_times_x(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut columns = vec![vec![0.0; x.len()]; self.len()];
         for (i, &x) in x.iter().enumerate() {
-            let (first, values) = self.at(x);
+            let Local { first, values } = self.at(x);
             for (k, v) in values.iter().enumerate() {
                 columns[first + k][i] = x * v;
             }
@@ -134,7 +134,7 @@ impl Basis {
     pub fn mean_columns(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut columns = vec![vec![0.0; x.len()]; self.len()];
         let mut add = |at: usize, x: f64, weight: f64| {
-            let (first, values) = self.at(x);
+            let Local { first, values } = self.at(x);
             for (k, v) in values.iter().enumerate() {
                 columns[first + k][at] += weight * v;
             }
@@ -152,28 +152,27 @@ impl Basis {
     pub fn slopes(&self, modulation: &Modulation, x: &[f64]) -> Slopes {
         let h = SPLINE_SLOPE_STEP * (self.high - self.low);
         Slopes::new(modulation, self.len(), |i| {
-            let [below, above] = [x[i] - h, x[i] + h].map(|x| (x, self.at(x)));
-            let first = below.1.0.min(above.1.0);
+            let ends = [-h, h].map(|step| (step, self.at(x[i] + step)));
+            let first = ends[0].1.first.min(ends[1].1.first);
             let mut slopes = [0.0; 5];
-            for (sign, (x, (at, values))) in [(-1.0, below), (1.0, above)] {
+            for (step, local) in ends {
                 // Neighbouring points are at most one breakpoint apart.
-                for (slope, v) in slopes.iter_mut().skip(at - first).zip(values) {
-                    *slope += sign * v * x / (2.0 * h);
+                for (slope, v) in slopes.iter_mut().skip(local.first - first).zip(local.values) {
+                    *slope += step.signum() * v * (x[i] + step) / (2.0 * h);
                 }
             }
-            (first, slopes)
+            Local { first, values: slopes }
         })
     }
 
     /// The spline with these coefficients at x.
     pub fn value(&self, coefficients: &[f64], x: f64) -> f64 {
-        let (first, values) = self.at(x);
-        values.iter().zip(&coefficients[first..]).map(|(v, c)| v * c).sum()
+        self.at(x).combined(coefficients)
     }
 
     /// The variance of [`Basis::value`], from the coefficients' covariance: `covariance(i, j)`.
     pub fn variance(&self, covariance: impl Fn(usize, usize) -> f64, x: f64) -> f64 {
-        let (first, values) = self.at(x);
+        let Local { first, values } = self.at(x);
         let mut total = 0.0;
         for (i, a) in values.iter().enumerate() {
             for (j, b) in values.iter().enumerate() {

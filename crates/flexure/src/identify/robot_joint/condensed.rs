@@ -12,7 +12,7 @@ use std::ops::Range;
 use super::basis::{Spacing, mean_of, range};
 use super::column_noise::Slopes;
 use super::equations::{Column, Equations};
-use super::forms::{ParametricCurve, Term};
+use super::forms::{ShapedTerm, Term};
 use super::fourier::Modulation;
 use super::layout::{FormLayout, FormParameter};
 use super::limits::{ITERATIONS, KNOTS, KNOTS_DENSER, LARGEST_LOG, RIDGE};
@@ -20,6 +20,7 @@ use super::normal::Normal;
 use super::system::{Curve, Splines};
 use crate::linalg::{Matrix, Vector};
 use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
+use crate::nonlinearity::spline::basis::Local;
 use crate::parallel;
 
 /// A curve of the equations of motion that is to have a physical form.
@@ -31,9 +32,9 @@ pub(super) struct FormedCurve<'a> {
 }
 
 impl FormedCurve<'_> {
-    /// Each term with the logarithms of its shape parameters.
-    pub fn split<'b>(&'b self, logs: &'b [f64]) -> impl Iterator<Item = (Term, &'b [f64])> {
-        ParametricCurve::split(&self.terms, logs)
+    /// The terms with these logarithms.
+    pub fn shaped<'b>(&'b self, logs: &'b [f64]) -> impl Iterator<Item = ShapedTerm<'b>> {
+        ShapedTerm::all(&self.terms, logs, self.curve.sign_width())
     }
 }
 
@@ -156,14 +157,13 @@ impl Condensed {
                 }
                 sum
             };
-            let width = formed.curve.sign_width();
-            for (term, t) in formed.split(&logs[own.logs]) {
-                let slopes = (0..t.len()).map(|k| Slope {
+            for term in formed.shaped(&logs[own.logs]) {
+                let slopes = (0..term.logs.len()).map(|k| Slope {
                     term: sums.terms.len(),
-                    hats: in_hats(&|x| term.by_shape(x, t, k, width)),
+                    hats: in_hats(&|x| term.by_shape(x, k)),
                 });
                 sums.slopes.extend(slopes);
-                sums.terms.push(in_hats(&|x| term.value(x, t, width)));
+                sums.terms.push(in_hats(&|x| term.value(x)));
             }
         }
         sums
@@ -336,7 +336,10 @@ fn slopes(modulation: &Modulation, knots: &[f64], x: &[f64]) -> Slopes {
     Slopes::new(modulation, knots.len(), |i| {
         let k = knots.partition_point(|knot| *knot <= x[i]).clamp(1, knots.len() - 1);
         let rise = 1.0 / (knots[k] - knots[k - 1]);
-        (k - 1, [-rise, rise])
+        Local {
+            first: k - 1,
+            values: [-rise, rise],
+        }
     })
 }
 

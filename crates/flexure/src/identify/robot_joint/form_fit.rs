@@ -9,7 +9,7 @@ use super::column_noise::Slopes;
 use super::condensed::{Condensed, FormedCurve, Held, Minimum};
 use super::covariance::Robust;
 use super::equations::{Column, Equations, Solution};
-use super::forms::{ParametricCurve, Term, is_possible_friction};
+use super::forms::{ParametricCurve, ShapedTerm, Term, is_possible_friction};
 use super::fourier::Modulation;
 use super::lack_of_fit::Departure;
 use super::layout::{FormLayout, FormParameter, Numbers};
@@ -51,24 +51,22 @@ struct Function<'a> {
 
 /// The terms of a curve for given logarithms.
 fn terms<'a>(formed: &'a FormedCurve, logs: &'a [f64]) -> Vec<Function<'a>> {
-    let width = formed.curve.sign_width();
-    let term = |(term, t): (Term, &'a [f64])| Function {
-        value: Box::new(move |x| term.value(x, t, width)),
+    let function = |term: ShapedTerm<'a>| Function {
+        value: Box::new(move |x| term.value(x)),
         factor: 1.0,
     };
-    formed.split(logs).map(term).collect()
+    formed.shaped(logs).map(function).collect()
 }
 
 /// The derivatives of the terms by each of the logarithms, for these factors of the terms.
 fn derivatives<'a>(formed: &'a FormedCurve, logs: &'a [f64], factors: &[f64]) -> Vec<Function<'a>> {
-    let width = formed.curve.sign_width();
-    let of_term = |((term, t), &factor): ((Term, &'a [f64]), &f64)| {
-        (0..t.len()).map(move |k| Function {
-            value: Box::new(move |x| term.by_shape(x, t, k, width)),
+    let of_term = |(term, &factor): (ShapedTerm<'a>, &f64)| {
+        (0..term.logs.len()).map(move |k| Function {
+            value: Box::new(move |x| term.by_shape(x, k)),
             factor,
         })
     };
-    formed.split(logs).zip(factors).flat_map(of_term).collect()
+    formed.shaped(logs).zip(factors).flat_map(of_term).collect()
 }
 
 impl<'a> FormEquations<'a> {

@@ -26,20 +26,31 @@ pub(super) enum Term {
     Windup,
 }
 
+/// The shape parameters of a term.
+pub(super) struct Shape {
+    pub symbols: &'static [&'static str],
+    /// The powers of torque and of x in their unit.
+    pub unit: [i32; 2],
+}
+
 impl Term {
     /// The number of shape parameters.
     pub fn shapes(self) -> usize {
-        self.shape_symbols().0.len()
+        self.shape().symbols.len()
     }
 
-    /// The symbols of the shape parameters, and the powers of torque and of x in their unit.
-    pub fn shape_symbols(self) -> (&'static [&'static str], [i32; 2]) {
+    /// Its shape parameters.
+    pub fn shape(self) -> Shape {
+        let shape = |symbols, power_of_x| Shape {
+            symbols,
+            unit: [0, power_of_x],
+        };
         match self {
-            Term::Constant | Term::Linear | Term::Cubic | Term::Sign => (&[], [0, 0]),
-            Term::Tanh => (&["g5"], [0, -1]),
-            Term::TanhDifference => (&["g2", "g3"], [0, -1]),
-            Term::Stribeck => (&["vs"], [0, 1]),
-            Term::Windup => (&["asw"], [0, -2]),
+            Term::Constant | Term::Linear | Term::Cubic | Term::Sign => shape(&[], 0),
+            Term::Tanh => shape(&["g5"], -1),
+            Term::TanhDifference => shape(&["g2", "g3"], -1),
+            Term::Stribeck => shape(&["vs"], 1),
+            Term::Windup => shape(&["asw"], -2),
         }
     }
 
@@ -199,23 +210,42 @@ pub(super) struct ParametricCurve {
     pub width: f64,
 }
 
-impl ParametricCurve {
-    /// Each term with the logarithms of its shape parameters.
-    pub fn split<'a>(terms: &'a [Term], logs: &'a [f64]) -> impl Iterator<Item = (Term, &'a [f64])> {
+/// A term with given shape parameters.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ShapedTerm<'a> {
+    term: Term,
+    /// The logarithms of its own shape parameters.
+    pub logs: &'a [f64],
+    /// The width within which signs are softened.
+    width: f64,
+}
+
+impl<'a> ShapedTerm<'a> {
+    /// All terms, from the logarithms of all of them.
+    pub fn all(terms: &'a [Term], logs: &'a [f64], width: f64) -> impl Iterator<Item = ShapedTerm<'a>> {
         let mut rest = logs;
         terms.iter().map(move |&term| {
-            let (own, after) = rest.split_at(term.shapes());
+            let (logs, after) = rest.split_at(term.shapes());
             rest = after;
-            (term, own)
+            ShapedTerm { term, logs, width }
         })
     }
 
+    pub fn value(self, x: f64) -> f64 {
+        self.term.value(x, self.logs, self.width)
+    }
+
+    /// The derivative by the k-th logarithm.
+    pub fn by_shape(self, x: f64, k: usize) -> f64 {
+        self.term.by_shape(x, self.logs, k, self.width)
+    }
+}
+
+impl ParametricCurve {
     /// The curve at x.
     pub fn value(&self, x: f64) -> f64 {
-        Self::split(&self.terms, &self.logs)
-            .zip(&self.factors)
-            .map(|((term, t), c)| c * term.value(x, t, self.width))
-            .sum()
+        let terms = ShapedTerm::all(&self.terms, &self.logs, self.width);
+        terms.zip(&self.factors).map(|(term, c)| c * term.value(x)).sum()
     }
 }
 

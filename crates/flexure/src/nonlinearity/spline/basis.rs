@@ -2,11 +2,63 @@
 
 use super::banded::Banded;
 
-/// The cubic splines with these breakpoints on [0, 1], the first 0, the last 1, at least two.
+/// Those of a basis' functions that do not vanish at a point, which follow one another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Local<const N: usize> {
+    /// The index of the first.
+    pub first: usize,
+    pub values: [f64; N],
+}
+
+impl<const N: usize> Local<N> {
+    /// The sum of all functions with these coefficients.
+    pub fn combined(&self, coefficients: &[f64]) -> f64 {
+        let each = self.values.iter().zip(&coefficients[self.first..]);
+        each.map(|(v, c)| v * c).sum()
+    }
+}
+
+/// The cubic B-splines at a point, and their slopes there.
+pub(crate) struct LocalCubics {
+    pub at: Local<4>,
+    pub slopes: [f64; 4],
+}
+
+impl LocalCubics {
+    /// At `x` between the ends of the knots, of which the first and the last stand four times (de Boor 2001, chapter 10).
+    #[inline]
+    pub fn new(knots: &[f64], x: f64) -> LocalCubics {
+        let t = knots;
+        let span = t[4..t.len() - 4].partition_point(|&k| k <= x) + 3;
+        let mut v = [1.0, 0.0, 0.0, 0.0];
+        let mut shares = [0.0; 3];
+        for degree in 1..4 {
+            let mut saved = 0.0;
+            for r in 0..degree {
+                let (right, left) = (t[span + r + 1], t[span + r + 1 - degree]);
+                let share = v[r] / (right - left);
+                v[r] = saved + (right - x) * share;
+                saved = (x - left) * share;
+                shares[r] = share;
+            }
+            v[degree] = saved;
+        }
+        let [p, q, s] = shares;
+        LocalCubics {
+            at: Local {
+                first: span - 3,
+                values: v,
+            },
+            slopes: [-3.0 * p, 3.0 * (p - q), 3.0 * (q - s), 3.0 * s],
+        }
+    }
+}
+
+/// The cubic splines with these breakpoints, increasing, at least two.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CubicSplines {
     /// The breakpoints with the ends four times.
-    knots: Vec<f64>,
+    pub knots: Vec<f64>,
 }
 
 impl CubicSplines {
@@ -26,34 +78,21 @@ impl CubicSplines {
         self.knots.len() - 4
     }
 
-    /// The index of the first of the four B-splines that do not vanish at `u` in [0, 1], and their values.
-    pub fn values(&self, u: f64) -> (usize, [f64; 4]) {
-        let t = &self.knots;
-        let span = t[4..self.len()].partition_point(|&k| k <= u) + 3;
-        let mut v = [1.0, 0.0, 0.0, 0.0];
-        for degree in 1..4 {
-            let mut saved = 0.0;
-            for r in 0..degree {
-                let (right, left) = (t[span + r + 1], t[span + r + 1 - degree]);
-                let share = v[r] / (right - left);
-                v[r] = saved + (right - u) * share;
-                saved = (u - left) * share;
-            }
-            v[degree] = saved;
-        }
-        (span - 3, v)
+    /// The four B-splines that do not vanish at `x` between the ends.
+    pub fn at(&self, x: f64) -> Local<4> {
+        LocalCubics::new(&self.knots, x).at
     }
 
-    /// The slopes at 0 and at 1 of the spline with these coefficients.
-    pub fn end_slopes(&self, c: &[f64]) -> (f64, f64) {
+    /// The slopes at both ends of the spline with these coefficients.
+    pub fn end_slopes(&self, c: &[f64]) -> [f64; 2] {
         let (n, t) = (self.len(), &self.knots);
-        (
+        [
             3.0 * (c[1] - c[0]) / (t[4] - t[3]),
             3.0 * (c[n - 1] - c[n - 2]) / (t[n] - t[n - 1]),
-        )
+        ]
     }
 
-    /// The matrix P with c'P c the integral over [0, 1] of the squared second derivative.
+    /// The matrix P with c'P c the integral of the squared second derivative.
     pub fn roughness(&self) -> Banded {
         let t = &self.knots;
         // Second derivatives are linear between breakpoints: the i-th breakpoint's is d[i] . c[i..i + 3].
@@ -90,8 +129,8 @@ mod tests {
         let splines = CubicSplines::new(&[0.0, 0.1, 0.4, 0.45, 1.0]);
         assert_eq!(splines.len(), 7);
         for u in [0.0, 0.05, 0.1, 0.3, 0.45, 0.9, 1.0] {
-            let (at, v) = splines.values(u);
-            assert!(at + 4 <= splines.len());
+            let Local { first, values: v } = splines.at(u);
+            assert!(first + 4 <= splines.len());
             assert!(
                 (v.iter().sum::<f64>() - 1.0).abs() < 1e-15 && v.iter().all(|v| *v >= 0.0),
                 "{u} {v:?}"
@@ -104,10 +143,7 @@ mod tests {
         let breakpoints = [0.0, 0.2, 0.5, 0.55, 1.0];
         let splines = CubicSplines::new(&breakpoints);
         let c = [0.3, -1.0, 2.0, 0.5, 0.1, -0.7, 1.5];
-        let value = |u: f64| {
-            let (at, v) = splines.values(u);
-            (0..4).map(|k| c[at + k] * v[k]).sum::<f64>()
-        };
+        let value = |u: f64| splines.at(u).combined(&c);
         // A cubic on each piece: its second derivative is linear, from second differences inside the piece.
         let mut want = 0.0;
         for w in breakpoints.windows(2) {
@@ -134,11 +170,8 @@ mod tests {
     fn end_slopes_are_the_derivatives() {
         let splines = CubicSplines::new(&[0.0, 0.3, 1.0]);
         let c = [0.3, -1.0, 2.0, 0.5, 0.1];
-        let value = |u: f64| {
-            let (at, v) = splines.values(u);
-            (0..4).map(|k| c[at + k] * v[k]).sum::<f64>()
-        };
-        let (left, right) = splines.end_slopes(&c);
+        let value = |u: f64| splines.at(u).combined(&c);
+        let [left, right] = splines.end_slopes(&c);
         assert!((left - (value(1e-6) - value(0.0)) / 1e-6).abs() < 1e-4);
         assert!((right - (value(1.0) - value(1.0 - 1e-6)) / 1e-6).abs() < 1e-4);
     }

@@ -16,7 +16,7 @@ use crate::parallel;
 use crate::selection::{ScoredParameter, Search, UNDETERMINED, lowest};
 use crate::sort;
 use banded::{Banded, Factor};
-use basis::CubicSplines;
+use basis::{CubicSplines, Local};
 
 /// Penalties of the logarithmic grid.
 const GRID: usize = 40;
@@ -144,14 +144,13 @@ struct Problem<'a> {
     /// The distance of the quartiles of the distinct abscissas, on [0, 1].
     bulk: f64,
     splines: CubicSplines,
-    /// For every point the first of its four B-splines and their values.
-    rows: Vec<(usize, [f64; 4])>,
+    /// For every point its four B-splines.
+    rows: Vec<Local<4>>,
     gram: Banded,
     roughness: Banded,
     moment: Vec<f64>,
     residual: Vec<f64>,
-    /// The value of the line at the data's ends.
-    line: (f64, f64),
+    line: Line,
 }
 
 impl<'a> Problem<'a> {
@@ -164,14 +163,14 @@ impl<'a> Problem<'a> {
         let bulk = if bulk > 0.0 { bulk } else { 1.0 };
         let splines = CubicSplines::new(&thinned(&breakpoints, most, CLOSEST * bulk));
         let u: Vec<f64> = points.x[0].iter().map(|x| unit(*x)).collect();
-        let line = line(&u, points);
-        let rows: Vec<(usize, [f64; 4])> = u.iter().map(|u| splines.values(*u)).collect();
-        let residual: Vec<f64> = (u.iter().zip(&points.y)).map(|(u, y)| y - on(line, *u)).collect();
+        let line = Line::new(&u, points);
+        let rows: Vec<Local<4>> = u.iter().map(|u| splines.at(*u)).collect();
+        let residual: Vec<f64> = (u.iter().zip(&points.y)).map(|(u, y)| y - line.value(*u)).collect();
         let mut gram = Banded::zeros(splines.len());
         let mut moment = vec![0.0; splines.len()];
-        for (((at, v), w), r) in rows.iter().zip(&points.w).zip(&residual) {
-            gram.add_products(*at, v, *w);
-            for (m, v) in moment[*at..].iter_mut().zip(v) {
+        for ((row, w), r) in rows.iter().zip(&points.w).zip(&residual) {
+            gram.add_products(row.first, &row.values, *w);
+            for (m, v) in moment[row.first..].iter_mut().zip(row.values) {
                 *m += w * v * r;
             }
         }
@@ -196,29 +195,33 @@ impl<'a> Problem<'a> {
         (self.high - self.low).powi(3)
     }
 
-    fn solve(&self, penalty: f64) -> Option<(Factor, Vec<f64>)> {
+    fn solve(&self, penalty: f64) -> Option<Solution> {
         let factor = self.gram.plus(penalty / self.unit(), &self.roughness).factor()?;
         let coefficients = factor.solve(self.moment.clone());
         coefficients
             .iter()
             .all(|c| c.is_finite())
-            .then_some((factor, coefficients))
+            .then_some(Solution { factor, coefficients })
     }
 
     /// Both scores and the degrees of freedom for one penalty; `None` where the normal equations are singular to
     /// working precision.
     fn candidate(&self, penalty: f64) -> Option<ScoredParameter<f64>> {
         let (n, weight) = (self.points.len(), self.points.total_weight());
-        let (factor, c) = self.solve(penalty)?;
+        let Solution {
+            factor,
+            coefficients: c,
+        } = self.solve(penalty)?;
         let inverse = factor.inverse_band();
         let (mut trace, mut left_out, mut residual) = (0.0, 0.0, 0.0);
-        for (((at, v), w), y) in self.rows.iter().zip(&self.points.w).zip(&self.residual) {
+        for ((row, w), y) in self.rows.iter().zip(&self.points.w).zip(&self.residual) {
+            let Local { first, values: v } = row;
             let (mut leverage, mut fitted) = (0.0, 0.0);
             for i in 0..4 {
-                let band = &inverse.rows[at + i];
+                let band = &inverse.rows[first + i];
                 let beyond: f64 = (1..4 - i).map(|k| band[k] * v[i + k]).sum();
                 leverage += w * v[i] * (band[0] * v[i] + 2.0 * beyond);
-                fitted += v[i] * c[at + i];
+                fitted += v[i] * c[first + i];
             }
             let rest = 1.0 - leverage;
             trace += leverage;
@@ -260,7 +263,7 @@ impl<'a> Problem<'a> {
     }
 
     fn fit(self, penalty: f64, outside: Outside, search: Option<Search<f64>>) -> Option<SplineFit> {
-        let (_, coefficients) = self.solve(penalty)?;
+        let coefficients = self.solve(penalty)?.coefficients;
         Some(SplineFit {
             penalty,
             degrees_of_freedom: self.candidate(penalty)?.degrees_of_freedom,
@@ -274,22 +277,42 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// The weighted least-squares line through (u, y), by its values at 0 and 1.
-fn line(u: &[f64], points: &Points) -> (f64, f64) {
-    let total = points.total_weight();
-    let centre = u.iter().zip(&points.w).map(|(u, w)| w * u).sum::<f64>() / total;
-    let mean = points.mean();
-    let (mut square, mut product) = (0.0, 0.0);
-    for ((u, y), w) in u.iter().zip(&points.y).zip(&points.w) {
-        square += w * (u - centre).powi(2);
-        product += w * (u - centre) * (y - mean);
-    }
-    let slope = product / square;
-    (mean - slope * centre, mean + slope * (1.0 - centre))
+/// The spline's coefficients, and the factor of its normal equations.
+struct Solution {
+    factor: Factor,
+    coefficients: Vec<f64>,
 }
 
-fn on(line: (f64, f64), u: f64) -> f64 {
-    line.0 + u * (line.1 - line.0)
+/// A straight line by its values at 0 and 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Line {
+    ends: [f64; 2],
+}
+
+impl Line {
+    /// The weighted least-squares line through (u, y).
+    fn new(u: &[f64], points: &Points) -> Line {
+        let total = points.total_weight();
+        let centre = u.iter().zip(&points.w).map(|(u, w)| w * u).sum::<f64>() / total;
+        let mean = points.mean();
+        let (mut square, mut product) = (0.0, 0.0);
+        for ((u, y), w) in u.iter().zip(&points.y).zip(&points.w) {
+            square += w * (u - centre).powi(2);
+            product += w * (u - centre) * (y - mean);
+        }
+        let slope = product / square;
+        Line {
+            ends: [mean - slope * centre, mean + slope * (1.0 - centre)],
+        }
+    }
+
+    fn slope(self) -> f64 {
+        self.ends[1] - self.ends[0]
+    }
+
+    fn value(self, u: f64) -> f64 {
+        self.ends[0] + u * self.slope()
+    }
 }
 
 /// A fitted penalised spline.
@@ -299,7 +322,7 @@ pub struct SplineFit {
     degrees_of_freedom: f64,
     splines: CubicSplines,
     coefficients: Vec<f64>,
-    line: (f64, f64),
+    line: Line,
     range: (f64, f64),
     outside: Outside,
     search: Option<Search<f64>>,
@@ -332,12 +355,10 @@ impl Regression for SplineFit {
         let length = self.range.1 - self.range.0;
         let value = |x: f64| {
             let u = (x - self.range.0) / length;
-            let (at, v) = self.splines.values(u);
-            let own: f64 = v.iter().zip(&self.coefficients[at..]).map(|(v, c)| v * c).sum();
-            on(self.line, u) + own
+            self.line.value(u) + self.splines.at(u).combined(&self.coefficients)
         };
-        let (left, right) = self.splines.end_slopes(&self.coefficients);
-        let slope = |x| ((self.line.1 - self.line.0) + if x == self.range.0 { left } else { right }) / length;
+        let [left, right] = self.splines.end_slopes(&self.coefficients);
+        let slope = |x| (self.line.slope() + if x == self.range.0 { left } else { right }) / length;
         Ok(evaluate(x, self.range, self.outside, value, slope))
     }
 }

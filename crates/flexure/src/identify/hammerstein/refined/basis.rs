@@ -184,9 +184,10 @@ fn explained_by_spline(cells: &Cells, z: &[f64], inner: &[f64]) -> Option<f64> {
     let mut gram = Banded::zeros(splines.len());
     let mut moment = vec![0.0; splines.len()];
     for ((s, w), z) in cells.s.iter().zip(&cells.count).zip(z) {
-        let (at, v) = splines.values(unit(*s));
-        gram.add_products(at, &v, *w);
-        moment[at..at + 4].iter_mut().zip(v).for_each(|(m, v)| *m += w * v * z);
+        let local = splines.at(unit(*s));
+        gram.add_products(local.first, &local.values, *w);
+        let own = moment[local.first..].iter_mut().zip(local.values);
+        own.for_each(|(m, v)| *m += w * v * z);
     }
     let c = gram.factor()?.solve(moment.clone());
     Some(c.iter().zip(&moment).map(|(c, m)| c * m).sum())
