@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
+use crate::linalg::Complex;
+
 /// A sequence of functions of one variable.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Functions {
@@ -13,14 +15,20 @@ pub(crate) enum Functions {
     Legendre { centre: f64, half: f64 },
     /// The Hermite functions of (x - centre)/scale.
     Hermite { centre: f64, scale: f64 },
-    /// Polynomials of t by p_{k+1} = ((t - a_k) p_k - b_k p_{k-1}) / b_{k+1}, p_0 = `first`, with
-    /// (a_k, b_{k+1}) in `steps`.
+    /// Polynomials of t by p_{k+1} = ((t - a_k) p_k - b_k p_{k-1}) / b_{k+1}, p_0 = `first`.
     Discrete {
         centre: f64,
         half: f64,
         first: f64,
-        steps: Vec<(f64, f64)>,
+        steps: Vec<RecurrenceStep>,
     },
+}
+
+/// The coefficients a_k and b_{k+1} of a step of a three-term recurrence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RecurrenceStep {
+    pub a: f64,
+    pub next_b: f64,
 }
 
 impl Functions {
@@ -33,46 +41,44 @@ impl Functions {
     pub fn rows<const N: usize>(&self, x: &[f64; N], out: &mut [[f64; N]]) {
         match self {
             Functions::Fourier { low, length } => {
-                let turned = x.map(|x| (2.0 * PI * (x - low) / length).sin_cos());
-                let mut wave = [(1.0, 0.0); N];
+                let step = x.map(|x| turn(2.0 * PI * (x - low) / length));
+                let mut wave = [Complex::new(1.0, 0.0); N];
                 out[0] = [1.0; N];
                 for pair in out[1..].chunks_mut(2) {
-                    wave = turn(&wave, &turned);
-                    pair[0] = wave.map(|w| SQRT_2 * w.0);
+                    wave = std::array::from_fn(|i| wave[i] * step[i]);
+                    pair[0] = wave.map(|w| SQRT_2 * w.re);
                     if let Some(second) = pair.get_mut(1) {
-                        *second = wave.map(|w| SQRT_2 * w.1);
+                        *second = wave.map(|w| SQRT_2 * w.im);
                     }
                 }
             }
             Functions::Cosine { low, length } => {
-                let turned = x.map(|x| (PI * (x - low) / length).sin_cos());
-                let mut wave = [(1.0, 0.0); N];
+                let step = x.map(|x| turn(PI * (x - low) / length));
+                let mut wave = [Complex::new(1.0, 0.0); N];
                 out[0] = [1.0; N];
                 for v in &mut out[1..] {
-                    wave = turn(&wave, &turned);
-                    *v = wave.map(|w| SQRT_2 * w.0);
+                    wave = std::array::from_fn(|i| wave[i] * step[i]);
+                    *v = wave.map(|w| SQRT_2 * w.re);
                 }
             }
             Functions::Legendre { centre, half } => {
                 let t = x.map(|x| (x - centre) / half);
-                let mut last = ([0.0; N], [1.0; N]);
+                let mut last = Recurrence::starting([1.0; N]);
                 for (k, v) in out.iter_mut().enumerate() {
                     let k = k as f64;
                     let norm = (2.0 * k + 1.0).sqrt();
-                    *v = last.1.map(|now| norm * now);
-                    last = advance(last, |p, before, now| {
-                        ((2.0 * k + 1.0) * t[p] * now - k * before) / (k + 1.0)
-                    });
+                    *v = last.now.map(|now| norm * now);
+                    last.advance(|p, before, now| ((2.0 * k + 1.0) * t[p] * now - k * before) / (k + 1.0));
                 }
             }
             Functions::Hermite { centre, scale } => {
                 let t = x.map(|x| (x - centre) / scale);
-                let mut last = ([0.0; N], t.map(|t| PI.powf(-0.25) * (-0.5 * t * t).exp()));
+                let mut last = Recurrence::starting(t.map(|t| PI.powf(-0.25) * (-0.5 * t * t).exp()));
                 for (k, v) in out.iter_mut().enumerate() {
                     let k = k as f64;
                     let (rise, fall) = ((2.0 / (k + 1.0)).sqrt(), (k / (k + 1.0)).sqrt());
-                    *v = last.1;
-                    last = advance(last, |p, before, now| rise * t[p] * now - fall * before);
+                    *v = last.now;
+                    last.advance(|p, before, now| rise * t[p] * now - fall * before);
                 }
             }
             Functions::Discrete {
@@ -135,7 +141,7 @@ impl Functions {
                 let t = (x - centre) / half;
                 let (mut before, mut now, mut b) = (0.0, 0.0, 0.0);
                 out[0] = 0.0;
-                for (k, (v, (a, next_b))) in out[1..].iter_mut().zip(steps).enumerate() {
+                for (k, (v, RecurrenceStep { a, next_b })) in out[1..].iter_mut().zip(steps).enumerate() {
                     (before, now) = (now, ((t - a) * now + values[k] - b * before) / next_b);
                     b = *next_b;
                     *v = now / half;
@@ -145,32 +151,43 @@ impl Functions {
     }
 }
 
-/// The products of pairs of complex numbers.
-fn turn<const N: usize>(p: &[(f64, f64); N], sin_cos: &[(f64, f64); N]) -> [(f64, f64); N] {
-    std::array::from_fn(|i| {
-        let (p, (sin, cos)) = (p[i], sin_cos[i]);
-        (p.0 * cos - p.1 * sin, p.0 * sin + p.1 * cos)
-    })
+/// The complex number of size 1 with this angle.
+fn turn(angle: f64) -> Complex<f64> {
+    let (sin, cos) = angle.sin_cos();
+    Complex::new(cos, sin)
 }
 
 /// Orthogonal polynomials of discrete data at `t`, by their recurrence.
-fn discrete_rows<const N: usize>(t: &[f64; N], first: f64, steps: &[(f64, f64)], out: &mut [[f64; N]]) {
-    let mut last = ([0.0; N], [first; N]);
+fn discrete_rows<const N: usize>(t: &[f64; N], first: f64, steps: &[RecurrenceStep], out: &mut [[f64; N]]) {
+    let mut last = Recurrence::starting([first; N]);
     let mut b = 0.0;
-    out[0] = last.1;
-    for (v, (a, next_b)) in out[1..].iter_mut().zip(steps) {
-        last = advance(last, |p, before, now| ((t[p] - a) * now - b * before) / next_b);
+    out[0] = last.now;
+    for (v, RecurrenceStep { a, next_b }) in out[1..].iter_mut().zip(steps) {
+        last.advance(|p, before, now| ((t[p] - a) * now - b * before) / next_b);
         b = *next_b;
-        *v = last.1;
+        *v = last.now;
     }
 }
 
-/// One step of a three-term recurrence: (before, now) becomes (now, next).
-fn advance<const N: usize>(
-    (before, now): ([f64; N], [f64; N]),
-    next: impl Fn(usize, f64, f64) -> f64,
-) -> ([f64; N], [f64; N]) {
-    (now, std::array::from_fn(|p| next(p, before[p], now[p])))
+/// Two values of a three-term recurrence that follow each other, at N points.
+struct Recurrence<const N: usize> {
+    before: [f64; N],
+    now: [f64; N],
+}
+
+impl<const N: usize> Recurrence<N> {
+    fn starting(now: [f64; N]) -> Self {
+        Recurrence { before: [0.0; N], now }
+    }
+
+    /// One step; `next` takes the point's index and both values there.
+    fn advance(&mut self, next: impl Fn(usize, f64, f64) -> f64) {
+        let Recurrence { before, now } = *self;
+        *self = Recurrence {
+            before: now,
+            now: std::array::from_fn(|p| next(p, before[p], now[p])),
+        };
+    }
 }
 
 #[cfg(test)]
@@ -190,7 +207,9 @@ mod tests {
                 centre: 0.5,
                 half: 1.5,
                 first: 0.4,
-                steps: vec![(0.1, 0.5), (-0.2, 0.6), (0.0, 0.4), (0.05, 0.55), (0.1, 0.5)],
+                steps: [(0.1, 0.5), (-0.2, 0.6), (0.0, 0.4), (0.05, 0.55), (0.1, 0.5)]
+                    .map(|(a, next_b)| RecurrenceStep { a, next_b })
+                    .into(),
             },
         ]
     }

@@ -8,7 +8,7 @@
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
 use crate::error::{Error, Result};
-use crate::selection::{ScoredParameter, Search};
+use crate::selection::{OpenEnds, ScoredParameter, Search};
 
 /// The most levels: 2^20 cells.
 const MOST_LEVELS: usize = 20;
@@ -56,12 +56,8 @@ impl Estimator for HaarRegression {
             Choice::Fixed(_) => None,
             Choice::FromData(criterion) => {
                 let curve = (0..=most).map(|levels| tree.score(&points, levels)).collect();
-                Some(Search::best(
-                    criterion,
-                    curve,
-                    (false, most < MOST_LEVELS),
-                    points.size(),
-                ))
+                let open = OpenEnds::above(most < MOST_LEVELS);
+                Some(Search::best(criterion, curve, open, points.size()))
             }
         };
         let levels = search.as_ref().map_or(most, |s| s.parameter);

@@ -39,7 +39,8 @@ impl Nested {
     /// tell from the ones before it.
     pub fn fit(functions: Functions, most: usize, points: &Points, offset: f64) -> Nested {
         let gram = products(points, packed(most), most, |x, _, v| functions.rows(x, v));
-        let (first, terms) = Lower::cholesky(gram, most);
+        let first = Lower::cholesky(gram, most);
+        let terms = first.size;
         // The ordinates as one more row: its products are the coefficients.
         let mut again = products(points, packed(terms + 1), terms + 1, |x, y, v| {
             let (v, ordinates) = v.split_at_mut(terms);
@@ -48,8 +49,8 @@ impl Nested {
             ordinates[0] = y.map(|y| y - offset);
         });
         let mut coefficients = again.split_off(packed(terms));
-        let (second, terms) = Lower::cholesky(again, terms);
-        coefficients.truncate(terms);
+        let second = Lower::cholesky(again, terms);
+        coefficients.truncate(second.size);
         second.solve(coefficients.as_chunks_mut::<1>().0);
         Nested {
             functions,
@@ -129,21 +130,23 @@ fn products(points: &Points, size: usize, count: usize, fill: impl Fn(&Row, &Row
 
 /// A lower triangular matrix, its rows one after the other.
 #[derive(Debug, Clone, PartialEq)]
-struct Lower(Vec<f64>);
+struct Lower {
+    packed: Vec<f64>,
+    size: usize,
+}
 
 impl Lower {
     fn row(&self, k: usize) -> &[f64] {
         let start = k * (k + 1) / 2;
-        &self.0[start..=start + k]
+        &self.packed[start..=start + k]
     }
 
-    /// The Cholesky factor of the leading part of `gram` (`n` rows) that is safely positive definite, and
-    /// that part's size.
-    fn cholesky(gram: Vec<f64>, n: usize) -> (Lower, usize) {
-        let mut lower = Lower(gram);
+    /// The Cholesky factor of the leading part of `gram` (`n` rows) that is safely positive definite.
+    fn cholesky(gram: Vec<f64>, n: usize) -> Lower {
+        let mut packed = gram;
         for k in 0..n {
             let start = k * (k + 1) / 2;
-            let (done, current) = lower.0.split_at_mut(start);
+            let (done, current) = packed.split_at_mut(start);
             let diagonal = current[k];
             let mut left = diagonal;
             for j in 0..k {
@@ -153,12 +156,12 @@ impl Lower {
                 left -= current[j] * current[j];
             }
             if !(left > DEPENDENT * diagonal) {
-                lower.0.truncate(start);
-                return (lower, k);
+                packed.truncate(start);
+                return Lower { packed, size: k };
             }
             current[k] = left.sqrt();
         }
-        (lower, n)
+        Lower { packed, size: n }
     }
 
     /// Each of N columns of `v` becomes the solution q of L q = v, for the leading part of L of the size of `v`.

@@ -5,7 +5,7 @@
 
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points};
-use super::functions::Functions;
+use super::functions::{Functions, RecurrenceStep};
 use super::series::{Family, SeriesFit, most_tried};
 use crate::error::{Error, Result};
 
@@ -87,7 +87,7 @@ fn orthogonal(points: &Points, count: usize) -> Functions {
         }
         b = now.iter().zip(&points.w).map(|(p, w)| w * p * p).sum::<f64>().sqrt();
         now.iter_mut().for_each(|p| *p /= b);
-        steps.push((a, b));
+        steps.push(RecurrenceStep { a, next_b: b });
     }
     Functions::Discrete {
         centre,

@@ -10,7 +10,7 @@ use super::estimator::{Choice, Estimator, Points, Regression, check_queries, eva
 use super::functions::Functions;
 use super::least_squares::Nested;
 use crate::error::{Error, ParameterError, Result};
-use crate::selection::Search;
+use crate::selection::{OpenEnds, Search};
 
 /// The most terms of a series: beyond, the cost O(n K^2) and the functions' rounding speak for another estimator.
 const MOST_TERMS: usize = 256;
@@ -59,7 +59,7 @@ impl Basis {
                 half: 0.5 * length,
             },
             Basis::Hermite => {
-                let (centre, scale) = location(&points.x[0], &points.w);
+                let Location { centre, scale } = location(&points.x[0], &points.w);
                 Functions::Hermite { centre, scale }
             }
         }
@@ -70,9 +70,14 @@ fn positive(length: f64) -> f64 {
     if length > 0.0 { length } else { 1.0 }
 }
 
-/// The median, and the standard deviation of the normal distribution with the quartiles of the data, `x` increasing
-/// with the weights `w`.
-pub(super) fn location(x: &[f64], w: &[f64]) -> (f64, f64) {
+/// The median, and the standard deviation of the normal distribution with the quartiles of the data.
+pub(super) struct Location {
+    pub centre: f64,
+    pub scale: f64,
+}
+
+/// Centre and scale of the data `x`, increasing, with the weights `w`.
+pub(super) fn location(x: &[f64], w: &[f64]) -> Location {
     let total: f64 = w.iter().sum();
     // The mean of the lower and the upper quantile: mirrored data give the mirrored result.
     let quantile = |p: f64| {
@@ -95,7 +100,10 @@ pub(super) fn location(x: &[f64], w: &[f64]) -> (f64, f64) {
     } else {
         0.25 * (x[x.len() - 1] - x[0])
     };
-    (quantile(0.5), positive(scale))
+    Location {
+        centre: quantile(0.5),
+        scale: positive(scale),
+    }
 }
 
 /// An orthogonal series in one variable.
@@ -210,7 +218,8 @@ impl Family {
             Choice::Fixed(terms) => (terms, None),
             Choice::FromData(criterion) => {
                 let curve = nested.scores(points).into_iter().step_by(self.step).collect();
-                let search = Search::best(criterion, curve, (false, nested.terms() == tried), points.size());
+                let open = OpenEnds::above(nested.terms() == tried);
+                let search = Search::best(criterion, curve, open, points.size());
                 (search.parameter, Some(search))
             }
         };

@@ -117,14 +117,31 @@ fn fill_unknown(residuals: &mut [f64]) {
         .for_each(|r| *r = typical);
 }
 
-/// The kernel K^2 and its bandwidth for a bandwidth of one, for the kernels that have one among the kernels.
-fn squared(kernel: Kernel) -> Option<(Kernel, f64)> {
-    match kernel {
-        Kernel::Uniform => Some((Kernel::Uniform, 1.0)),
-        Kernel::Epanechnikov => Some((Kernel::Biweight, 1.0)),
-        Kernel::Gaussian => Some((Kernel::Gaussian, std::f64::consts::FRAC_1_SQRT_2)),
-        Kernel::Triangular | Kernel::Biweight | Kernel::Triweight => None,
+/// The square of a kernel.
+struct Squared {
+    kernel: Kernel,
+    /// Its bandwidth for a bandwidth of one.
+    ratio: f64,
+}
+
+impl Squared {
+    /// K^2, for the kernels whose square is one of the kernels.
+    fn of(kernel: Kernel) -> Option<Squared> {
+        let squared = |kernel, ratio| Some(Squared { kernel, ratio });
+        match kernel {
+            Kernel::Uniform => squared(Kernel::Uniform, 1.0),
+            Kernel::Epanechnikov => squared(Kernel::Biweight, 1.0),
+            Kernel::Gaussian => squared(Kernel::Gaussian, std::f64::consts::FRAC_1_SQRT_2),
+            Kernel::Triangular | Kernel::Biweight | Kernel::Triweight => None,
+        }
     }
+}
+
+/// A choice by a bootstrap, and how it came about.
+#[derive(Debug, PartialEq)]
+pub(super) struct Bootstrapped {
+    pub search: BandwidthSearch,
+    pub details: String,
 }
 
 /// By the wild bootstrap, in closed form. For a kernel whose square is none of the kernels the choice is made with
@@ -137,15 +154,16 @@ pub(super) fn wild(
     x: &[f64],
     y: &[f64],
     weights: Option<&[f64]>,
-) -> Result<(BandwidthSearch, String)> {
-    let Some((square, ratio)) = squared(kernel) else {
+) -> Result<Bootstrapped> {
+    let Some(Squared { kernel: square, ratio }) = Squared::of(kernel) else {
         let like = Kernel::Epanechnikov;
-        let (mut search, details) = wild(like, degree, x, y, weights)?;
+        let Bootstrapped { mut search, details } = wild(like, degree, x, y, weights)?;
         let factor = canonical(kernel) / canonical(like);
         search.bandwidth *= factor;
         search.curve.iter_mut().for_each(|score| score.bandwidth *= factor);
         let how = format!("; with Epanechnikov's kernel, and {factor:.4} times its bandwidth");
-        return Ok((search, details + &how));
+        let details = details + &how;
+        return Ok(Bootstrapped { search, details });
     };
     let h = BandwidthSearch::search(kernel, degree, x, y, weights)?.bandwidth;
     let pilot = Pilot::new(kernel, degree, [x, y], weights, h);
@@ -176,7 +194,7 @@ pub(super) fn wild(
         })
     });
     let details = pilot.description("independent, each of the variance of the point's own residual");
-    Ok((search, details))
+    Ok(Bootstrapped { search, details })
 }
 
 /// The settings of the moving block bootstrap.
@@ -191,7 +209,15 @@ pub(super) struct BlockResampling {
 const REPLICATES: std::ops::RangeInclusive<usize> = 5..=40;
 const RESAMPLED: usize = 1_000_000;
 
-/// By the moving block bootstrap; also the settings that were used. The data are checked, and at least 3 of positive
+/// A choice by the moving block bootstrap, with the settings that were used.
+#[derive(Debug, PartialEq)]
+pub(super) struct InBlocks {
+    pub block: usize,
+    pub replicates: usize,
+    pub chosen: Bootstrapped,
+}
+
+/// By the moving block bootstrap. The data are checked, and at least 3 of positive
 /// weight.
 pub(super) fn moving_block(
     settings: BlockResampling,
@@ -199,7 +225,7 @@ pub(super) fn moving_block(
     degree: Degree,
     [x, y]: [&[f64]; 2],
     weights: Option<&[f64]>,
-) -> Result<(BandwidthSearch, [usize; 2], String)> {
+) -> Result<InBlocks> {
     let n = x.len();
     let gap = gap_from_data(x, y).min((n / 2).saturating_sub(2));
     let block = settings
@@ -244,7 +270,12 @@ pub(super) fn moving_block(
         })
     });
     let errors = format!("blocks of {block} residuals, {replicates} times resampled,");
-    Ok((search, [block, replicates], pilot.description(&errors)))
+    let details = pilot.description(&errors);
+    Ok(InBlocks {
+        block,
+        replicates,
+        chosen: Bootstrapped { search, details },
+    })
 }
 
 /// Residuals in blocks of `length` that start anywhere.

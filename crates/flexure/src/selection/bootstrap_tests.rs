@@ -30,7 +30,7 @@ fn the_wild_score_is_that_of_the_smoothers_matrix() {
     let total: f64 = w.iter().sum();
     for kernel in [Kernel::Uniform, Kernel::Epanechnikov, Kernel::Gaussian] {
         for degree in [Degree::Constant, Degree::Linear] {
-            let (search, _) = wild(kernel, degree, &x, &y, Some(&w)).unwrap();
+            let search = wild(kernel, degree, &x, &y, Some(&w)).unwrap().search;
             let h0 = BandwidthSearch::search(kernel, degree, &x, &y, Some(&w))
                 .unwrap()
                 .bandwidth;
@@ -69,9 +69,10 @@ fn kernels_that_have_no_square_are_converted() {
     let (x, y) = noisy(2, 300, |x| x.sin());
     let of = |kernel| wild(kernel, Degree::Linear, &x, &y, None).unwrap();
     let (like, converted) = (of(Kernel::Epanechnikov), of(Kernel::Triweight));
-    assert!((converted.0.bandwidth / like.0.bandwidth - 1.3453).abs() < 1e-3);
-    assert!(converted.1.contains("Epanechnikov"));
-    assert!(converted.0.curve.iter().any(|s| s.bandwidth == converted.0.bandwidth));
+    assert!((converted.search.bandwidth / like.search.bandwidth - 1.3453).abs() < 1e-3);
+    assert!(converted.details.contains("Epanechnikov"));
+    let search = converted.search;
+    assert!(search.curve.iter().any(|s| s.bandwidth == search.bandwidth));
 }
 
 #[test]
@@ -83,9 +84,10 @@ fn blocks_of_one_residual_are_the_bootstrap_of_independent_errors() {
         replicates: Some(300),
         seed: 7,
     };
-    let (single, used, _) = moving_block(settings, Kernel::Epanechnikov, Degree::Linear, [&x, &y], None).unwrap();
-    let (wild, _) = wild(Kernel::Epanechnikov, Degree::Linear, &x, &y, None).unwrap();
-    assert_eq!(used, [1, 300]);
+    let blocks = moving_block(settings, Kernel::Epanechnikov, Degree::Linear, [&x, &y], None).unwrap();
+    let single = blocks.chosen.search;
+    let wild = wild(Kernel::Epanechnikov, Degree::Linear, &x, &y, None).unwrap().search;
+    assert_eq!([blocks.block, blocks.replicates], [1, 300]);
     let (a, b) = (single.curve.first().unwrap().error, wild.curve.first().unwrap().error);
     assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
     assert!((single.bandwidth / wild.bandwidth).ln().abs() < 0.35);
@@ -116,8 +118,11 @@ fn with_dependent_errors_blocks_smooth_more_than_the_wild_bootstrap() {
             seed: 1,
         };
         let (kernel, degree) = (Kernel::Epanechnikov, Degree::Linear);
-        let (blocks, _, _) = moving_block(settings, kernel, degree, [&x, &y], None).unwrap();
-        let (single, _) = wild(kernel, degree, &x, &y, None).unwrap();
+        let blocks = moving_block(settings, kernel, degree, [&x, &y], None)
+            .unwrap()
+            .chosen
+            .search;
+        let single = wild(kernel, degree, &x, &y, None).unwrap().search;
         wider += usize::from(blocks.bandwidth > single.bandwidth);
         for (error, h) in errors.iter_mut().zip([single.bandwidth, blocks.bandwidth]) {
             let fitted = KernelRegression { kernel, bandwidth: h }

@@ -192,7 +192,7 @@ impl BlockFolds {
                 standard_error: f64::INFINITY,
             };
             match errors.iter().cloned().collect::<Result<Vec<f64>>>() {
-                Ok(sums) => (score.error, score.standard_error) = summary(&sums, &blocks, total),
+                Ok(sums) => score = score.of_blocks(&sums, &blocks, total),
                 Err(error @ Error::Parameter(ParameterError::BeyondData { .. })) => refused = Some(error),
                 Err(error) => return Err(error),
             }
@@ -285,16 +285,22 @@ fn slices(columns: &[Vec<f64>]) -> Vec<&[f64]> {
     columns.iter().map(Vec::as_slice).collect()
 }
 
-/// The mean squared error and its standard error, from the sums over the blocks.
-fn summary(sums: &[f64], blocks: &[Block], total: f64) -> (f64, f64) {
-    let mean = sums.iter().sum::<f64>() / total;
-    let folds = blocks.len() as f64;
-    let scatter: f64 = sums
-        .iter()
-        .zip(blocks)
-        .map(|(s, b)| (s - mean * b.weight).powi(2))
-        .sum();
-    (mean, (scatter * folds / (folds - 1.0)).sqrt() / total)
+impl<P> FoldScore<P> {
+    /// The mean squared error and its standard error, from the sums over the blocks.
+    fn of_blocks(self, sums: &[f64], blocks: &[Block], total: f64) -> Self {
+        let mean = sums.iter().sum::<f64>() / total;
+        let folds = blocks.len() as f64;
+        let scatter: f64 = sums
+            .iter()
+            .zip(blocks)
+            .map(|(s, b)| (s - mean * b.weight).powi(2))
+            .sum();
+        FoldScore {
+            error: mean,
+            standard_error: (scatter * folds / (folds - 1.0)).sqrt() / total,
+            ..self
+        }
+    }
 }
 
 #[cfg(test)]

@@ -24,6 +24,12 @@ pub(crate) struct Grid {
     pub largest: f64,
 }
 
+/// Bandwidths that were tried, increasing, and whether the best is at the edge.
+pub(crate) struct Curve {
+    pub scores: Vec<Score>,
+    pub at_edge: bool,
+}
+
 impl Grid {
     /// For the abscissas `sorted`, of which there is at least one.
     ///
@@ -55,7 +61,7 @@ impl Grid {
 
     /// [`search`](Self::search), with the scores of many bandwidths at a time.
     pub fn search_by(&self, scores: impl Fn(&[f64]) -> Vec<f64>) -> BandwidthSearch {
-        let (curve, at_edge) = self.curve(COARSE, scores);
+        let Curve { scores: curve, at_edge } = self.curve(COARSE, scores);
         BandwidthSearch {
             bandwidth: curve[lowest(&curve)].bandwidth,
             curve,
@@ -64,8 +70,8 @@ impl Grid {
         }
     }
 
-    /// All candidates of a search that begins with `count` bandwidths, and whether the best is at the edge.
-    pub fn curve(&self, count: usize, scores: impl Fn(&[f64]) -> Vec<f64>) -> (Vec<Score>, bool) {
+    /// All candidates of a search that begins with `count` bandwidths.
+    pub fn curve(&self, count: usize, scores: impl Fn(&[f64]) -> Vec<f64>) -> Curve {
         let step = (self.largest / self.smallest).ln() / (count - 1) as f64;
         let scores = |positions: &[f64]| {
             let bandwidths: Vec<f64> = positions.iter().map(|t| self.smallest * (step * t).exp()).collect();
@@ -100,7 +106,7 @@ impl Grid {
                 insert(&mut curve, scores(&[place + part * shift]));
             }
         }
-        (curve, at_edge)
+        Curve { scores: curve, at_edge }
     }
 }
 

@@ -6,6 +6,7 @@
 //! settings, the binning and the order of operations are those of `dpill` in the R package KernSmooth
 //! (Wand and Jones 1995), so that its values are reproduced.
 
+use super::BandwidthSearch;
 use super::grid::Grid;
 use crate::error::{Error, Result};
 use crate::nonlinearity::kernel::{Kernel, Sorted};
@@ -42,11 +43,39 @@ pub(crate) struct PlugIn {
 
 impl PlugIn {
     pub fn from_data(data: &Sorted) -> Result<Self> {
-        Ok(Self::with_bend(data)?.0)
+        Ok(WithBend::new(data)?.plug_in)
     }
 
-    /// The bandwidth, and m'' along x.
-    pub fn with_bend(data: &Sorted) -> Result<(Self, Bend)> {
+    /// The bandwidth of `kernel` that smooths as much (Marron and Nolan 1988), as a search without scores.
+    pub fn search(&self, kernel: Kernel) -> BandwidthSearch {
+        BandwidthSearch {
+            bandwidth: self.gaussian * canonical(kernel) / canonical(Kernel::Gaussian),
+            curve: Vec::new(),
+            at_edge: self.at_edge,
+            binning: None,
+        }
+    }
+
+    pub fn description(&self) -> String {
+        format!(
+            "direct plug-in for the local line: noise variance {:.3e}, mean squared second derivative {:.3e}, pilot of {} \
+             block{}",
+            self.noise,
+            self.curvature,
+            self.blocks,
+            if self.blocks == 1 { "" } else { "s" },
+        )
+    }
+}
+
+/// The bandwidth, and m'' along x.
+pub(crate) struct WithBend {
+    pub plug_in: PlugIn,
+    pub bend: Bend,
+}
+
+impl WithBend {
+    pub fn new(data: &Sorted) -> Result<Self> {
         let distinct = 1 + data.x.windows(2).filter(|w| w[0] < w[1]).take(DISTINCT).count();
         for (what, need, got) in [
             ("the plug-in bandwidth", FEWEST, data.len()),
@@ -87,7 +116,7 @@ impl PlugIn {
         // As wide as the widest window of the default kernel.
         let scale = canonical(Kernel::Gaussian) / canonical(Kernel::Epanechnikov);
         let gaussian = scale * Grid::new(&data.x).clamp(wanted / scale);
-        let found = PlugIn {
+        let plug_in = PlugIn {
             gaussian,
             noise,
             curvature,
@@ -100,23 +129,7 @@ impl PlugIn {
             second: bins.second_derivatives(cubic),
             window: cubic,
         };
-        Ok((found, bend))
-    }
-
-    /// The bandwidth of `kernel` that smooths as much (Marron and Nolan 1988).
-    pub fn bandwidth_for(&self, kernel: Kernel) -> f64 {
-        self.gaussian * canonical(kernel) / canonical(Kernel::Gaussian)
-    }
-
-    pub fn description(&self) -> String {
-        format!(
-            "direct plug-in for the local line: noise variance {:.3e}, mean squared second derivative {:.3e}, pilot of {} \
-             block{}",
-            self.noise,
-            self.curvature,
-            self.blocks,
-            if self.blocks == 1 { "" } else { "s" },
-        )
+        Ok(WithBend { plug_in, bend })
     }
 }
 
@@ -293,6 +306,12 @@ struct Bins {
     step: f64,
 }
 
+/// Sums at a bin: over the weights, and over the moments.
+struct BinSums<const S: usize, const T: usize> {
+    s: [f64; S],
+    t: [f64; T],
+}
+
 impl Bins {
     fn new(points: &Points) -> Self {
         let (low, high) = points.ends();
@@ -318,7 +337,7 @@ impl Bins {
     }
 
     /// For every bin the sums of K^p v^k times the weights, k < S, and times the moments, k < T, v in bandwidths.
-    fn sums<const S: usize, const T: usize>(&self, h: f64, p: i32) -> Vec<([f64; S], [f64; T])> {
+    fn sums<const S: usize, const T: usize>(&self, h: f64, p: i32) -> Vec<BinSums<S, T>> {
         let reach = (TAU * h / self.step).floor() as usize;
         let table: Vec<[f64; S]> = (0..=2 * reach)
             .map(|i| {
@@ -339,14 +358,14 @@ impl Bins {
                         t[power] += self.moments[k] * row[power];
                     }
                 }
-                (s, t)
+                BinSums { s, t }
             })
             .collect()
     }
 
     /// m'' at every bin by a local cubic.
     fn second_derivatives(&self, h: f64) -> Vec<f64> {
-        let curvature = |(s, t): ([f64; 7], [f64; 4])| {
+        let curvature = |BinSums { s, t }: BinSums<7, 4>| {
             let matrix = std::array::from_fn(|i| std::array::from_fn(|j| s[i + j]));
             2.0 * solve::<4>(matrix, t)[2] / (h * h)
         };
@@ -372,7 +391,8 @@ impl Bins {
         let squares: f64 = points.y.iter().zip(&points.w).map(|(y, w)| w * y * y).sum();
         let (mut residual, mut freedom) = (squares, points.weight);
         let sums = self.sums::<3, 2>(h, 1).into_iter().zip(self.sums::<3, 0>(h, 2));
-        for (((s, t), (u, _)), (weight, moment)) in sums.zip(self.weights.iter().zip(&self.moments)) {
+        for ((BinSums { s, t }, squared), (weight, moment)) in sums.zip(self.weights.iter().zip(&self.moments)) {
+            let u = squared.s;
             let matrix = [[s[0], s[1]], [s[1], s[2]]];
             let fitted = solve(matrix, t)[0];
             // The row of the smoother's weights, and its square.

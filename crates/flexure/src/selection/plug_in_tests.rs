@@ -32,10 +32,10 @@ fn bandwidths_are_those_of_kernsmooth() {
     ] {
         let (x, y) = sample(n, shape);
         let found = PlugIn::from_data(&Sorted::new(&x, &y, None)).unwrap();
-        let got = found.bandwidth_for(Kernel::Gaussian);
+        let got = found.search(Kernel::Gaussian).bandwidth;
         assert!((got / want - 1.0).abs() < 1e-9, "{n} {shape}: {got} {want}");
         assert!(!found.at_edge);
-        let wider = found.bandwidth_for(Kernel::Epanechnikov) / got;
+        let wider = found.search(Kernel::Epanechnikov).bandwidth / got;
         assert!((wider - 2.2138).abs() < 1e-4, "{wider}");
     }
 }

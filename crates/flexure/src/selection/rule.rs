@@ -1,10 +1,10 @@
 //! One way to all rules that choose a kernel's bandwidth from the data.
 
-use super::bootstrap::{self, BlockResampling};
+use super::BandwidthSearch;
+use super::bootstrap::{self, BlockResampling, Bootstrapped, InBlocks};
 use super::generalized::generalized;
 use super::h_block::{InTime, gap_from_data};
 use super::plug_in::PlugIn;
-use super::{BandwidthSearch, Score};
 use crate::error::{Error, ParameterError, Result};
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, check_points, check_weights};
 
@@ -223,32 +223,29 @@ impl BandwidthProblem<'_> {
             }));
         }
         let plug_in = PlugIn::from_data(&self.sorted())?;
-        let search = BandwidthSearch {
-            bandwidth: plug_in.bandwidth_for(self.kernel),
-            curve: Vec::<Score>::new(),
-            at_edge: plug_in.at_edge,
-            binning: None,
-        };
-        Ok(self.made(rule, search, "", plug_in.description()))
+        Ok(self.made(rule, plug_in.search(self.kernel), "", plug_in.description()))
     }
 
     fn wild_bootstrap(&self) -> Result<BandwidthChoice> {
-        let (search, details) = bootstrap::wild(self.kernel, self.degree, self.x, self.y, self.weights)?;
+        let Bootstrapped { search, details } = bootstrap::wild(self.kernel, self.degree, self.x, self.y, self.weights)?;
         let score = "wild bootstrap's mean squared error";
         Ok(self.made(BandwidthRule::WildBootstrap, search, score, details))
     }
 
     fn block_bootstrap(&self, resampling: BlockResampling) -> Result<BandwidthChoice> {
         let seed = resampling.seed;
-        let (search, used, details) =
-            bootstrap::moving_block(resampling, self.kernel, self.degree, [self.x, self.y], self.weights)?;
-        let [block, replicates] = used.map(Some);
-        let rule = BandwidthRule::BlockBootstrap {
+        let InBlocks {
             block,
             replicates,
+            chosen,
+        } = bootstrap::moving_block(resampling, self.kernel, self.degree, [self.x, self.y], self.weights)?;
+        let rule = BandwidthRule::BlockBootstrap {
+            block: Some(block),
+            replicates: Some(replicates),
             seed,
         };
-        Ok(self.made(rule, search, "block bootstrap's mean squared error", details))
+        let score = "block bootstrap's mean squared error";
+        Ok(self.made(rule, chosen.search, score, chosen.details))
     }
 
     fn sorted(&self) -> Sorted {

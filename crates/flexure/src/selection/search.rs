@@ -76,6 +76,20 @@ pub struct Search<P> {
     pub at_edge: bool,
 }
 
+/// Whether values below the first and above the last of a curve would have been possible.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OpenEnds {
+    pub below: bool,
+    pub above: bool,
+}
+
+impl OpenEnds {
+    /// Where the first value is the smallest there is.
+    pub fn above(above: bool) -> Self {
+        OpenEnds { below: false, above }
+    }
+}
+
 /// The most values that are tried by refits.
 const REFITTED: usize = 64;
 
@@ -85,15 +99,15 @@ impl<P: Copy> Search<P> {
         self.curve.iter().take(REFITTED).map(|c| c.parameter).collect()
     }
 
-    /// The best of a curve that is not empty. `open` says whether values below the first and above the last
-    /// would have been possible; `size` is the ordinates' root mean square.
-    pub(crate) fn best(criterion: Criterion, curve: Vec<ScoredParameter<P>>, open: (bool, bool), size: f64) -> Self {
+    /// The best of a curve that is not empty; `size` is the ordinates' root mean square.
+    pub(crate) fn best(criterion: Criterion, curve: Vec<ScoredParameter<P>>, open: OpenEnds, size: f64) -> Self {
         let floor = (ROUNDING * size).powi(2);
         let score = |c: &ScoredParameter<P>| c.score(criterion).max(floor);
         let best = lowest(&curve, score);
         let last = curve.len() - 1;
         let steeper = |i: usize| score(&curve[i]) - score(&curve[best]) > FLAT * score(&curve[i]);
-        let at_edge = last > 0 && (open.0 && best == 0 && steeper(1) || open.1 && best == last && steeper(last - 1));
+        let at_edge =
+            last > 0 && (open.below && best == 0 && steeper(1) || open.above && best == last && steeper(last - 1));
         Search {
             parameter: curve[best].parameter,
             criterion,

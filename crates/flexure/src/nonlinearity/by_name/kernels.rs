@@ -64,7 +64,7 @@ pub(super) fn local_bandwidth(method: &NamedEstimator, observed: Observations) -
         },
         outside: method.outside,
     };
-    let (_, data) = estimator.sorted(observed.x, observed.y, observed.weights)?;
+    let data = estimator.sorted(observed.x, observed.y, observed.weights)?;
     let fit = estimator.fit_sorted(&data)?;
     let global = fit.global();
     // The plug-in rule has no scores.

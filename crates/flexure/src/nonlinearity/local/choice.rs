@@ -60,6 +60,21 @@ pub struct Broken {
     y: Vec<f64>,
 }
 
+/// A piece between two neighbouring points.
+struct Piece {
+    /// The index of the first.
+    first: usize,
+    slope: f64,
+}
+
+/// A line and the window that it is fitted over.
+#[derive(Clone, Copy)]
+struct Grown {
+    side: Side,
+    bandwidth: f64,
+    line: Line,
+}
+
 impl Broken {
     fn push(&mut self, x: f64, y: f64) {
         self.x.push(x);
@@ -68,30 +83,28 @@ impl Broken {
 
     /// The value at `x`, at a jump that from the right.
     pub fn value(&self, x: f64) -> f64 {
-        let Some((i, slope)) = self.piece(x) else {
+        let Some(Piece { first, slope }) = self.piece(x) else {
             return self.y.first().copied().unwrap_or(f64::NAN);
         };
-        self.y[i] + slope * (x - self.x[i])
+        self.y[first] + slope * (x - self.x[first])
     }
 
     /// The slope at `x`.
     pub fn slope(&self, x: f64) -> f64 {
-        self.piece(x).map_or(0.0, |(_, slope)| slope)
+        self.piece(x).map_or(0.0, |piece| piece.slope)
     }
 
-    /// The piece that holds `x`: its first point and its slope.
-    fn piece(&self, x: f64) -> Option<(usize, f64)> {
+    /// The piece that holds `x`.
+    fn piece(&self, x: f64) -> Option<Piece> {
         let last = self.x.len().checked_sub(2)?;
-        let i = self.x.partition_point(|&v| v <= x).saturating_sub(1).min(last);
-        let width = self.x[i + 1] - self.x[i];
-        Some((
-            i,
-            if width > 0.0 {
-                (self.y[i + 1] - self.y[i]) / width
-            } else {
-                0.0
-            },
-        ))
+        let first = self.x.partition_point(|&v| v <= x).saturating_sub(1).min(last);
+        let width = self.x[first + 1] - self.x[first];
+        let slope = if width > 0.0 {
+            (self.y[first + 1] - self.y[first]) / width
+        } else {
+            0.0
+        };
+        Some(Piece { first, slope })
     }
 }
 
@@ -99,23 +112,28 @@ impl Windows<'_> {
     /// One bandwidth for all nodes.
     pub fn uniform(&self, data: &Sorted, h: f64) -> Chosen {
         let lines = self.around(h);
-        Chosen::smooth(self.table(|j| lines[j].map(|line| (Side::Both, h, line))), data)
+        let window = |line| Grown {
+            side: Side::Both,
+            bandwidth: h,
+            line,
+        };
+        Chosen::smooth(self.table(|j| lines[j].map(window)), data)
     }
 
     /// At every node of the three families' last consistent lines that with the smallest standard error; consistent are
     /// lines whose intervals of `threshold` standard errors have a point in common.
     pub fn adapted(&self, data: &Sorted, threshold: f64) -> Chosen {
         let nodes = self.design.nodes.len();
-        let bandwidths = &self.design.bandwidths;
-        let grown = |family: &Family| -> Vec<Option<(usize, Line)>> {
-            (0..nodes).map(|j| last_consistent(family, j, threshold)).collect()
+        let grown = |family: &Family, side: Side| -> Vec<Option<Grown>> {
+            let grown = |j: usize| self.last_consistent(family, side, j, threshold);
+            (0..nodes).map(grown).collect()
         };
-        let [left, both, right] = [&self.left, &self.both, &self.right].map(grown);
+        let left = grown(&self.left, Side::Left);
+        let both = grown(&self.both, Side::Both);
+        let right = grown(&self.right, Side::Right);
         let table = self.table(|j| {
-            let families = [(Side::Both, both[j]), (Side::Left, left[j]), (Side::Right, right[j])];
-            let lines = families.into_iter().filter_map(|(side, grown)| Some((side, grown?)));
-            let best = lines.min_by(|a, b| a.1.1.error.total_cmp(&b.1.1.error));
-            best.map(|(side, (k, line))| (side, bandwidths[k], line))
+            let families = [both[j], left[j], right[j]].into_iter().flatten();
+            families.min_by(|a, b| a.line.error.total_cmp(&b.line.error))
         });
         let smooth = curve(&table, &[], data);
         let jumps = self.jumps(data, [&left, &right], &smooth);
@@ -126,10 +144,10 @@ impl Windows<'_> {
         }
     }
 
-    fn table(&self, chosen: impl Fn(usize) -> Option<(Side, f64, Line)>) -> Vec<LocalWindow> {
+    fn table(&self, chosen: impl Fn(usize) -> Option<Grown>) -> Vec<LocalWindow> {
         (0..self.design.nodes.len())
             .filter_map(|j| {
-                let (side, bandwidth, line) = chosen(j)?;
+                let Grown { side, bandwidth, line } = chosen(j)?;
                 Some(LocalWindow {
                     x: self.design.nodes[j],
                     bandwidth,
@@ -141,12 +159,28 @@ impl Windows<'_> {
             .collect()
     }
 
+    /// The last line at node `j` whose interval and those of all before have a point in common.
+    fn last_consistent(&self, family: &Family, side: Side, j: usize, threshold: f64) -> Option<Grown> {
+        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut last = None;
+        for (lines, &bandwidth) in family.iter().zip(&self.design.bandwidths) {
+            let Some(line) = lines[j] else { continue };
+            low = low.max(line.value - threshold * line.error);
+            high = high.min(line.value + threshold * line.error);
+            if low > high {
+                break;
+            }
+            last = Some(Grown { side, bandwidth, line });
+        }
+        last
+    }
+
     /// Runs of cells between nodes over which the line from the left and that from the right contradict each other, by
     /// more than both biases can explain; each with the lines from the nodes before and after.
-    fn jumps(&self, data: &Sorted, [left, right]: [&[Option<(usize, Line)>]; 2], smooth: &Broken) -> Vec<Jump> {
+    fn jumps(&self, data: &Sorted, [left, right]: [&[Option<Grown>]; 2], smooth: &Broken) -> Vec<Jump> {
         let evidence = 2.0 * (left.len() as f64).ln();
         let across = |from: usize, to: usize| {
-            let lines = [left[from]?.1, right[to]?.1];
+            let lines = [left[from]?.line, right[to]?.line];
             let nodes = [self.design.nodes[from], self.design.nodes[to]];
             Some(Jump {
                 x: f64::NAN,
@@ -179,22 +213,6 @@ impl Windows<'_> {
         }
         jumps
     }
-}
-
-/// The last line at node `j` whose interval and those of all before have a point in common, and its bandwidth's index.
-fn last_consistent(family: &Family, j: usize, threshold: f64) -> Option<(usize, Line)> {
-    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-    let mut last = None;
-    for (k, lines) in family.iter().enumerate() {
-        let Some(line) = lines[j] else { continue };
-        low = low.max(line.value - threshold * line.error);
-        high = high.min(line.value + threshold * line.error);
-        if low > high {
-            break;
-        }
-        last = Some((k, line));
-    }
-    last
 }
 
 /// A jump between two nodes, and the lines on either side with their nodes.

@@ -27,6 +27,7 @@ use super::{Outside, estimator};
 use crate::error::{Error, ParameterError, Result};
 use crate::selection::BandwidthSearch;
 use choice::{Broken, Chosen};
+use plug_in::PlugInWindows;
 use validation::Better;
 use windows::{Design, Windows};
 
@@ -126,14 +127,13 @@ impl Estimator for LocalKernel {
     type Fit = LocalKernelFit;
 
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<LocalKernelFit> {
-        let (_, data) = self.sorted(x, y, weights)?;
-        self.fit_sorted(&data)
+        self.fit_sorted(&self.sorted(x, y, weights)?)
     }
 }
 
 impl LocalKernel {
-    /// The one column of x, and the points in order.
-    pub(super) fn sorted<'a>(self, x: &[&'a [f64]], y: &[f64], weights: Option<&[f64]>) -> Result<(&'a [f64], Sorted)> {
+    /// The points in order.
+    pub(super) fn sorted(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<Sorted> {
         let [x] = x else {
             return Err(Error::Parameter(ParameterError::ColumnCount {
                 what: "a local kernel regression",
@@ -145,12 +145,12 @@ impl LocalKernel {
         if let Some(weights) = weights {
             check_weights(weights, x.len(), 3)?;
         }
-        Ok((x, Sorted::new(x, y, weights)))
+        Ok(Sorted::new(x, y, weights))
     }
 
     pub(super) fn fit_sorted(self, data: &Sorted) -> Result<LocalKernelFit> {
         if self.rule == LocalRule::PlugIn {
-            let (global, table) = plug_in::windows(data, self.kernel)?;
+            let PlugInWindows { global, table } = PlugInWindows::new(data, self.kernel)?;
             let chosen = Chosen::smooth(table, data);
             return Ok(self.made(data, global, None, chosen));
         }

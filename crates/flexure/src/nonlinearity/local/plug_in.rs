@@ -13,39 +13,46 @@ use super::windows::{Design, square_share};
 use crate::error::Result;
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, for_each_sum};
 use crate::parallel;
-use crate::selection::{BandwidthSearch, Bend, PlugIn, bulk, canonical};
+use crate::selection::{BandwidthSearch, Bend, WithBend, bulk, canonical};
 
 /// Places on either side of a node at which m''^2 is averaged, over twice the pilot's standard deviation.
 const PLACES: i32 = 8;
 
-/// The global plug-in bandwidth, and the local window at every node of the table.
-pub fn windows(data: &Sorted, kernel: Kernel) -> Result<(BandwidthSearch, Vec<LocalWindow>)> {
-    let (plug_in, bend) = PlugIn::with_bend(data)?;
-    let global = BandwidthSearch {
-        bandwidth: plug_in.bandwidth_for(kernel),
-        curve: Vec::new(),
-        at_edge: plug_in.at_edge,
-        binning: None,
-    };
-    let design = Design::new(data, kernel, global.bandwidth);
-    let bandwidths = bandwidths(data, &design, &bend);
-    let grouped = design.grouped(data);
-    let factor = square_share(kernel);
-    let window = |j: usize| {
-        let (x, bandwidth) = (design.nodes[j], bandwidths[j]);
-        let line = grouped
-            .direct_sums(kernel, Degree::Linear, bandwidth, x, None)
-            .fit(Degree::Linear)?;
-        Some(LocalWindow {
-            x,
-            bandwidth,
-            side: Side::Both,
-            value: line.value,
-            standard_error: design.noise[j] * (factor * line.leverage).sqrt(),
+/// The plug-in choice of windows.
+pub struct PlugInWindows {
+    /// One bandwidth for all points.
+    pub global: BandwidthSearch,
+    /// The local window at every node.
+    pub table: Vec<LocalWindow>,
+}
+
+impl PlugInWindows {
+    pub fn new(data: &Sorted, kernel: Kernel) -> Result<Self> {
+        let WithBend { plug_in, bend } = WithBend::new(data)?;
+        let global = plug_in.search(kernel);
+        let design = Design::new(data, kernel, global.bandwidth);
+        let bandwidths = bandwidths(data, &design, &bend);
+        let grouped = design.grouped(data);
+        let factor = square_share(kernel);
+        let window = |j: usize| {
+            let (x, bandwidth) = (design.nodes[j], bandwidths[j]);
+            let line = grouped
+                .direct_sums(kernel, Degree::Linear, bandwidth, x, None)
+                .fit(Degree::Linear)?;
+            Some(LocalWindow {
+                x,
+                bandwidth,
+                side: Side::Both,
+                value: line.value,
+                standard_error: design.noise[j] * (factor * line.leverage).sqrt(),
+            })
+        };
+        let windows = parallel::map(design.nodes.len(), window);
+        Ok(PlugInWindows {
+            global,
+            table: windows.into_iter().flatten().collect(),
         })
-    };
-    let windows = parallel::map(design.nodes.len(), window);
-    Ok((global, windows.into_iter().flatten().collect()))
+    }
 }
 
 /// The bandwidth at every node.

@@ -1,7 +1,7 @@
 //! Neighbours on a line: a window that slides over the distinct abscissas.
 
 use super::super::estimator::Points;
-use super::{Neighbourhood, Scores};
+use super::{Mass, Neighbourhood, Scores};
 use crate::sort::order;
 
 /// Sorted points, those of one abscissa together.
@@ -9,12 +9,20 @@ use crate::sort::order;
 pub(super) struct Line {
     /// The distinct abscissas, increasing.
     x: Vec<f64>,
-    /// For every point the index of its abscissa, its weight and its centred ordinate.
-    points: Vec<(usize, f64, f64)>,
+    points: Vec<Point>,
     /// The sums of the weights, and of the weighted ordinates, before every distinct abscissa and after the last.
     weight: Vec<Sum>,
     moment: Vec<Sum>,
     mean: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Point {
+    /// The index of its abscissa.
+    group: usize,
+    weight: f64,
+    /// The centred ordinate.
+    y: f64,
 }
 
 /// A sum and its rounding error, so that differences of two keep their digits.
@@ -55,7 +63,7 @@ impl Line {
             let y = y - mean;
             (w_sum, m_sum) = (w_sum.plus(*w), m_sum.plus(w * y));
             (weight[group + 1], moment[group + 1]) = (w_sum, m_sum);
-            points.push((group, *w, y));
+            points.push(Point { group, weight: *w, y });
         }
         Line {
             x,
@@ -66,11 +74,11 @@ impl Line {
         }
     }
 
-    fn sums(&self, w: Window) -> (f64, f64) {
-        (
-            self.weight[w.right].minus(self.weight[w.left]),
-            self.moment[w.right].minus(self.moment[w.left]),
-        )
+    fn mass(&self, w: Window) -> Mass {
+        Mass {
+            weight: self.weight[w.right].minus(self.weight[w.left]),
+            moment: self.moment[w.right].minus(self.moment[w.left]),
+        }
     }
 
     /// Moves `window` to the smallest set of nearest abscissas around `q`, ties included, of weight at least
@@ -112,19 +120,17 @@ impl Line {
                 continue;
             }
             // The tied ones by themselves, not as a difference that cancels.
-            let (low, high) = (
-                self.sums(Window {
-                    left,
-                    right: inner.left,
-                }),
-                self.sums(Window {
-                    left: inner.right,
-                    right,
-                }),
-            );
+            let low = self.mass(Window {
+                left,
+                right: inner.left,
+            });
+            let high = self.mass(Window {
+                left: inner.right,
+                right,
+            });
             return Neighbourhood {
-                near: self.sums(inner),
-                tied: (low.0 + high.0, low.1 + high.1),
+                near: self.mass(inner),
+                tied: low.plus(high),
                 radius: farthest,
             };
         }
@@ -156,7 +162,7 @@ impl Line {
     pub fn scores(&self, k: f64) -> Scores {
         let (mut with, mut without) = (Window { left: 0, right: 0 }, Window { left: 0, right: 0 });
         let mut scores = Scores::default();
-        for &(group, w, y) in &self.points {
+        for &Point { group, weight: w, y } in &self.points {
             let q = self.x[group];
             let whole = self.slide(&mut with, q, k);
             let more = self.slide(&mut without, q, k + w);

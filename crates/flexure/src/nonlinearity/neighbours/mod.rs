@@ -13,7 +13,7 @@ use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
 use crate::error::{Error, ParameterError, Result};
 use crate::nonlinearity::estimator::MOST_COLUMNS;
 use crate::parallel;
-use crate::selection::{Criterion, ScoredParameter, Search};
+use crate::selection::{Criterion, OpenEnds, ScoredParameter, Search};
 use crate::sort;
 use line::Line;
 pub(super) use tree::Tree;
@@ -95,25 +95,41 @@ impl Estimator for NearestNeighbours {
     }
 }
 
-/// The sums of one query: the points nearer than the k-th neighbour, and those at its very distance.
+/// The weight of some points, and the weighted sum of their centred ordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Mass {
+    weight: f64,
+    moment: f64,
+}
+
+impl Mass {
+    fn plus(self, other: Mass) -> Mass {
+        Mass {
+            weight: self.weight + other.weight,
+            moment: self.moment + other.moment,
+        }
+    }
+}
+
+/// The sums of one query.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Neighbourhood {
-    /// The weight and the weighted sum of the centred ordinates of the nearer points.
-    near: (f64, f64),
-    /// The same of the points at the k-th neighbour's distance.
-    tied: (f64, f64),
+    /// The points nearer than the k-th neighbour.
+    near: Mass,
+    /// Those at its very distance.
+    tied: Mass,
     /// That distance, in some monotone measure that is zero for zero.
     radius: f64,
 }
 
 impl Neighbourhood {
     fn mean(&self, k: f64) -> f64 {
-        (self.near.1 + self.share(k) * self.tied.1) / k
+        (self.near.moment + self.share(k) * self.tied.moment) / k
     }
 
     /// The share with which the tied points count.
     fn share(&self, k: f64) -> f64 {
-        (k - self.near.0) / self.tied.0
+        (k - self.near.weight) / self.tied.weight
     }
 
     /// The same without one of its points, at the query itself.
@@ -123,7 +139,10 @@ impl Neighbourhood {
         } else {
             &mut self.tied
         };
-        *own = (own.0 - w, own.1 - w * y);
+        *own = Mass {
+            weight: own.weight - w,
+            moment: own.moment - w * y,
+        };
         self
     }
 }
@@ -184,7 +203,8 @@ impl Index {
         finer.dedup();
         curve.extend(self.scores(points, &finer));
         sort::by_key(&mut curve, |c| c.parameter as f64);
-        Ok(Search::best(criterion, curve, (false, most < possible), points.size()))
+        let open = OpenEnds::above(most < possible);
+        Ok(Search::best(criterion, curve, open, points.size()))
     }
 
     /// The candidates for these increasing numbers of neighbours.

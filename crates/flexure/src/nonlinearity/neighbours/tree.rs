@@ -1,7 +1,7 @@
 //! Neighbours in several dimensions: a k-d tree (Bentley 1975).
 
 use super::super::estimator::Points;
-use super::{Neighbourhood, Scores};
+use super::{Mass, Neighbourhood, Scores};
 use crate::interrupt;
 use crate::parallel;
 use crate::sort::order;
@@ -88,14 +88,17 @@ impl Tree {
     fn neighbourhood(&self, found: &[Neighbour], k: f64) -> Neighbourhood {
         let mut sums = Neighbourhood::default();
         for group in found.chunk_by(|a, b| a.distance == b.distance) {
-            sums.near = (sums.near.0 + sums.tied.0, sums.near.1 + sums.tied.1);
-            sums.tied = (0.0, 0.0);
+            sums.near = sums.near.plus(sums.tied);
+            sums.tied = Mass::default();
             for found in group {
                 let (w, y) = self.points[found.point];
-                sums.tied = (sums.tied.0 + w, sums.tied.1 + w * y);
+                sums.tied = sums.tied.plus(Mass {
+                    weight: w,
+                    moment: w * y,
+                });
             }
             sums.radius = group[0].distance;
-            if sums.near.0 + sums.tied.0 >= k {
+            if sums.near.weight + sums.tied.weight >= k {
                 break;
             }
         }

@@ -9,6 +9,20 @@ pub(super) struct Layer {
     pub units: usize,
 }
 
+/// The parameters of a unit.
+struct Unit<'a> {
+    c: f64,
+    d: f64,
+    v: &'a [f64],
+}
+
+impl Unit<'_> {
+    /// tanh(d + v . z)
+    fn tanh(&self, z: &[f64]) -> f64 {
+        tanh(self.d + dot(self.v, z))
+    }
+}
+
 impl Layer {
     pub fn parameters(self) -> usize {
         1 + self.units * self.stride()
@@ -18,9 +32,12 @@ impl Layer {
         self.inputs + 2
     }
 
-    /// The parameters of every unit: c, d, v.
-    pub fn units_of(self, theta: &[f64]) -> impl Iterator<Item = (f64, f64, &[f64])> {
-        theta[1..].chunks_exact(self.stride()).map(|u| (u[0], u[1], &u[2..]))
+    fn units_of(self, theta: &[f64]) -> impl Iterator<Item = Unit<'_>> {
+        theta[1..].chunks_exact(self.stride()).map(|u| Unit {
+            c: u[0],
+            d: u[1],
+            v: &u[2..],
+        })
     }
 
     /// Whether the parameter `p` belongs to the output layer, in which the network is linear.
@@ -30,16 +47,16 @@ impl Layer {
 
     pub fn value(self, theta: &[f64], z: &[f64]) -> f64 {
         let units = self.units_of(theta);
-        theta[0] + units.map(|(c, d, v)| c * tanh(d + dot(v, z))).sum::<f64>()
+        theta[0] + units.map(|unit| unit.c * unit.tanh(z)).sum::<f64>()
     }
 
     /// The derivatives of the value by z.
     pub fn gradient(self, theta: &[f64], z: &[f64]) -> Vec<f64> {
         let mut gradient = vec![0.0; self.inputs];
-        for (c, d, v) in self.units_of(theta) {
-            let h = tanh(d + dot(v, z));
-            for (g, v) in gradient.iter_mut().zip(v) {
-                *g += c * (1.0 - h * h) * v;
+        for unit in self.units_of(theta) {
+            let h = unit.tanh(z);
+            for (g, v) in gradient.iter_mut().zip(unit.v) {
+                *g += unit.c * (1.0 - h * h) * v;
             }
         }
         gradient
@@ -50,7 +67,7 @@ impl Layer {
     pub fn linearise(self, theta: &[f64], z: &[Row], u: &Row, rows: &mut [Row]) {
         rows[0] = [1.0; BLOCK];
         let mut residual: Row = u.map(|u| u - theta[0]);
-        for (k, (c, d, v)) in self.units_of(theta).enumerate() {
+        for (k, Unit { c, d, v }) in self.units_of(theta).enumerate() {
             let first = 1 + k * self.stride();
             let mut inner = [d; BLOCK];
             for (v, z) in v.iter().zip(z) {

@@ -19,9 +19,9 @@ use super::estimator::{Choice, Estimator, Points, Regression, check_queries};
 use crate::error::{DataError, Error, Result};
 use crate::nonlinearity::estimator::MOST_COLUMNS;
 use crate::parallel;
-use crate::selection::Search;
+use crate::selection::{OpenEnds, Search};
 use layer::Layer;
-use sample::{Sample, Scaling};
+use sample::{Sample, Scaling, Standardised};
 use train::{Trained, train};
 
 /// The most units, given or tried.
@@ -121,7 +121,7 @@ impl Estimator for NetworkRegression {
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NetworkFit> {
         self.check()?;
         let points = Points::new("a neural network", MOST_COLUMNS, x, y, weights)?;
-        let (sample, inputs, output) = Sample::new(&points);
+        let Standardised { sample, inputs, output } = Sample::new(&points);
         let layer = |units| Layer {
             inputs: inputs.len(),
             units,
@@ -146,7 +146,8 @@ impl Estimator for NetworkRegression {
             Choice::Fixed(_) => None,
             Choice::FromData(criterion) => {
                 let curve = trained.iter().map(|t| t.score(&sample, output.scale)).collect();
-                Some(Search::best(criterion, curve, (false, true), points.size()))
+                let open = OpenEnds::above(true);
+                Some(Search::best(criterion, curve, open, points.size()))
             }
         };
         let best = search

@@ -2,7 +2,7 @@
 
 use super::super::blocks::{Row, load};
 use super::super::estimator::Points;
-use super::super::series::location;
+use super::super::series::{Location, location};
 use crate::interrupt::{self, Interrupt};
 use crate::sort::order;
 use std::ops::Range;
@@ -21,7 +21,7 @@ impl Scaling {
     fn robust(x: &[f64], w: &[f64]) -> Scaling {
         let order = order(&[x, w]).into_iter();
         let (x, w): (Vec<f64>, Vec<f64>) = order.map(|i| (x[i], w[i])).unzip();
-        let (centre, scale) = location(&x, &w);
+        let Location { centre, scale } = location(&x, &w);
         let range = x[x.len() - 1] - x[0];
         Scaling {
             centre,
@@ -63,9 +63,23 @@ pub(super) struct Sample {
     pub interrupt: Interrupt,
 }
 
+/// A sample and the units of its coordinates and ordinates.
+pub(super) struct Standardised {
+    pub sample: Sample,
+    pub inputs: Vec<Scaling>,
+    pub output: Scaling,
+}
+
+/// The coordinates, ordinates and weights of a block; the weights beyond its end are zero.
+pub(super) struct SampleBlock {
+    pub z: Vec<Row>,
+    pub u: Row,
+    pub w: Row,
+}
+
 impl Sample {
     /// The coordinates by their medians and quartiles, the ordinates by their mean and standard deviation.
-    pub fn new(points: &Points) -> (Sample, Vec<Scaling>, Scaling) {
+    pub fn new(points: &Points) -> Standardised {
         let inputs: Vec<Scaling> = points.x.iter().map(|x| Scaling::robust(x, &points.w)).collect();
         let output = Scaling::moments(points);
         let columns = points.x.iter().zip(&inputs);
@@ -76,7 +90,7 @@ impl Sample {
             total: points.total_weight(),
             interrupt: interrupt::current(),
         };
-        (sample, inputs, output)
+        Standardised { sample, inputs, output }
     }
 
     pub fn len(&self) -> usize {
@@ -103,10 +117,13 @@ impl Sample {
         self.z.iter().map(|z| z[i]).collect()
     }
 
-    /// The coordinates, ordinates and weights of a block; the weights beyond its end are zero.
-    pub fn block(&self, range: &Range<usize>) -> (Vec<Row>, Row, Row) {
-        let z = self.z.iter().map(|z| load(z, range, None)).collect();
-        (z, load(&self.u, range, None), load(&self.w, range, Some(0.0)))
+    /// The points of a block.
+    pub fn block(&self, range: &Range<usize>) -> SampleBlock {
+        SampleBlock {
+            z: self.z.iter().map(|z| load(z, range, None)).collect(),
+            u: load(&self.u, range, None),
+            w: load(&self.w, range, Some(0.0)),
+        }
     }
 }
 
@@ -121,7 +138,7 @@ mod tests {
         let of = |gain: f64, offset: f64| {
             let moved = |v: &[f64]| v.iter().map(|v| gain * v + offset).collect::<Vec<_>>();
             let points = Points::new("a test", 2, &[&moved(&x), &moved(&y)], &moved(&y), None).unwrap();
-            Sample::new(&points).0
+            Sample::new(&points).sample
         };
         let (one, other) = (of(1.0, 0.0), of(1e-3, 5.0));
         for (a, b) in one
@@ -142,7 +159,7 @@ mod tests {
         let mut x = vec![2.0; 30];
         x[29] = 1e90;
         let points = Points::new("a test", 1, &[&x], &x, None).unwrap();
-        let (sample, ..) = Sample::new(&points);
+        let sample = Sample::new(&points).sample;
         assert!(sample.z[0].iter().all(|z| z.abs() <= 1e9), "{:?}", sample.z);
     }
 
@@ -150,7 +167,7 @@ mod tests {
     fn thinning_keeps_the_spread() {
         let x: Vec<f64> = (0..1000).map(f64::from).collect();
         let points = Points::new("a test", 1, &[&x], &x, None).unwrap();
-        let (sample, ..) = Sample::new(&points);
+        let sample = Sample::new(&points).sample;
         let few = sample.thinned(10);
         assert_eq!((few.len(), few.total), (10, 10.0));
         assert_eq!(few.z[0][0], sample.z[0][50]);

@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 use super::super::blocks::{Row, add_products, rows, sum_over};
 use super::Decay;
 use super::layer::Layer;
-use super::sample::Sample;
+use super::sample::{Sample, SampleBlock};
 use crate::linalg;
 use crate::linear::levenberg_marquardt::{Minimum, NormalEquations, minimise_squares};
 use crate::selection::{ScoredParameter, UNDETERMINED};
@@ -65,7 +65,7 @@ pub(super) fn equations(sample: &Sample, layer: Layer, theta: &[f64], decay: f64
         size,
         || Scratch::new(layer),
         |scratch, range, total| {
-            let (z, u, w) = sample.block(&range);
+            let SampleBlock { z, u, w } = sample.block(&range);
             layer.linearise(theta, &z, &u, &mut scratch.rows);
             add_products(&scratch.rows, &w, &mut scratch.weighted, total);
         },
@@ -161,13 +161,14 @@ pub(super) fn train(sample: &Sample, layer: Layer, decay: Decay, starts: usize, 
         }
     }
     let theta = best?.parameters;
-    let (theta, decay) = match decay {
-        Decay::Fixed(decay) => (theta, decay),
+    let start = |decay| Decayed { theta, decay };
+    let Decayed { theta, decay } = match decay {
+        Decay::Fixed(decay) => start(decay),
         Decay::Evidence if few.len() < sample.len() => {
-            let (theta, decay) = by_evidence(&few, layer, theta, first)?;
-            by_evidence(sample, layer, theta, decay)?
+            let of_few = by_evidence(&few, layer, start(first))?;
+            by_evidence(sample, layer, of_few)?
         }
-        Decay::Evidence => by_evidence(sample, layer, theta, first)?,
+        Decay::Evidence => by_evidence(sample, layer, start(first))?,
     };
     let end = descend(sample, layer, theta, decay, steps(sample) / 2)?;
     Some(Trained {
@@ -183,11 +184,18 @@ fn steps(sample: &Sample) -> usize {
     (PASSED / sample.len()).clamp(STEPS.0, STEPS.1)
 }
 
+/// The parameters and their decay.
+struct Decayed {
+    theta: Vec<f64>,
+    decay: f64,
+}
+
 /// The parameters and the decay at which MacKay's (1992) re-estimation settles.
 ///
 /// With the residual sum of squares S, that of the decayed parameters W, and their effective number gamma, the
 /// decay is (gamma / W) / ((n - gamma - 1) / S).
-fn by_evidence(sample: &Sample, layer: Layer, mut theta: Vec<f64>, mut decay: f64) -> Option<(Vec<f64>, f64)> {
+fn by_evidence(sample: &Sample, layer: Layer, start: Decayed) -> Option<Decayed> {
+    let Decayed { mut theta, mut decay } = start;
     let p = layer.parameters();
     for _ in 0..(steps(sample) / 2).div_ceil(EPOCH) {
         let end = descend(sample, layer, theta, decay, EPOCH)?;
@@ -209,7 +217,7 @@ fn by_evidence(sample: &Sample, layer: Layer, mut theta: Vec<f64>, mut decay: f6
             break;
         }
     }
-    Some((theta, decay))
+    Some(Decayed { theta, decay })
 }
 
 impl Trained {
@@ -234,7 +242,7 @@ impl Trained {
             2,
             || Scratch::new(layer),
             |scratch, range, total| {
-                let (z, u, w) = sample.block(&range);
+                let SampleBlock { z, u, w } = sample.block(&range);
                 layer.linearise(&self.theta, &z, &u, &mut scratch.rows);
                 let (derivatives, residual) = scratch.rows.split_at(p);
                 for i in 0..range.len() {

@@ -13,7 +13,7 @@ use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
 use crate::error::{DataError, Error, ParameterError, Result};
 use crate::parallel;
-use crate::selection::{ScoredParameter, Search, UNDETERMINED, lowest};
+use crate::selection::{OpenEnds, ScoredParameter, Search, UNDETERMINED, lowest};
 use crate::sort;
 use banded::{Banded, Factor};
 use basis::{CubicSplines, Local};
@@ -107,7 +107,11 @@ impl Estimator for SplineRegression {
                 if curve.is_empty() {
                     return Err(singular());
                 }
-                Some(Search::best(criterion, curve, (true, true), points.size()))
+                let open = OpenEnds {
+                    below: true,
+                    above: true,
+                };
+                Some(Search::best(criterion, curve, open, points.size()))
             }
         };
         let penalty = match self.penalty {
