@@ -92,7 +92,7 @@ impl KernelSearch {
         }
         let points = data.sorted();
         let columns: Vec<Column> = points.x.iter().map(|x| Column::new(x)).collect();
-        Ok(with_scores(&points, (kernel, degree, criterion), |scores| {
+        Ok(with_scores(&points, kernel, degree, criterion, |scores| {
             descent::search(scores, &columns)
         }))
     }
@@ -106,17 +106,26 @@ impl KernelSearch {
                 Criterion::Generalized => generalized_score(&line, kernel, degree, *h),
             };
         }
-        let how = (kernel, degree, criterion);
         if data.w.is_none() {
-            return Scores::new(*data, how).score(h, data.y.len()).score;
+            return Scores::new(*data, kernel, degree, criterion)
+                .score(h, data.y.len())
+                .score;
         }
         let points = data.sorted();
-        with_scores(&points, how, |scores| scores.score(h, points.len()).score)
+        with_scores(&points, kernel, degree, criterion, |scores| {
+            scores.score(h, points.len()).score
+        })
     }
 }
 
 /// Calls `run` with the scores over these points.
-fn with_scores<R>(points: &Points, how: (Kernel, Degree, Criterion), run: impl FnOnce(&Scores<'_>) -> R) -> R {
+fn with_scores<R>(
+    points: &Points,
+    kernel: Kernel,
+    degree: Degree,
+    criterion: Criterion,
+    run: impl FnOnce(&Scores<'_>) -> R,
+) -> R {
     let columns: Vec<&[f64]> = points.x.iter().map(Vec::as_slice).collect();
     let weighted = points.w.iter().any(|w| *w != 1.0);
     let data = Checked {
@@ -124,7 +133,7 @@ fn with_scores<R>(points: &Points, how: (Kernel, Degree, Criterion), run: impl F
         y: &points.y,
         w: weighted.then_some(&points.w),
     };
-    run(&Scores::new(data, how))
+    run(&Scores::new(data, kernel, degree, criterion))
 }
 
 /// Sums of squared errors over points.
@@ -181,7 +190,7 @@ pub(super) struct Scores<'a> {
 }
 
 impl<'a> Scores<'a> {
-    fn new(data: Checked<'a>, (kernel, degree, criterion): (Kernel, Degree, Criterion)) -> Self {
+    fn new(data: Checked<'a>, kernel: Kernel, degree: Degree, criterion: Criterion) -> Self {
         Scores {
             data,
             tree: OnceLock::new(),

@@ -80,7 +80,7 @@ pub fn transform<const TERMS: usize, const NEIGHBOURS: i64>(
                 at: 0.0,
             };
             for range in &direct {
-                let part = data.sums_over(range.clone(), Kernel::Gaussian, h, (q, q), None);
+                let part = data.sums_over(range.clone(), Kernel::Gaussian, h, q, q, None);
                 sums = Sums {
                     mass: sums.mass,
                     ..sums + part

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::polynomials::{Visit, at_own_points};
-use super::sums::{DIRECT_BELOW, residual_times_rest};
+use super::sums::{DIRECT_BELOW, LeftOut};
 use super::{Degree, Kernel, Sorted, Sums, direct_without, for_each_sum};
 use crate::interrupt;
 use crate::parallel;
@@ -79,8 +79,10 @@ struct Errors<'a> {
     kernel: Kernel,
     degree: Degree,
     h: f64,
-    /// The last abscissa at which the sums had to be made directly, and these sums: many points may have one abscissa.
-    last: (f64, Sums),
+    /// The last abscissa at which the sums had to be made directly: many points may have one abscissa.
+    last_x: f64,
+    /// These sums.
+    last: Sums,
     sum: f64,
 }
 
@@ -91,7 +93,8 @@ impl<'a> Errors<'a> {
             kernel,
             degree,
             h,
-            last: (f64::NAN, Sums::NONE),
+            last_x: f64::NAN,
+            last: Sums::NONE,
             sum: 0.0,
         }
     }
@@ -109,10 +112,11 @@ impl<'a> Errors<'a> {
         } = *self;
         let (x, y, w) = (data.x[i], data.y[i], data.weight(i));
         if !sums.reliable(degree) {
-            if self.last.0 != x {
-                self.last = (x, data.direct_sums(kernel, degree, h, x, None));
+            if self.last_x != x {
+                self.last_x = x;
+                self.last = data.direct_sums(kernel, degree, h, x, None);
             }
-            sums = self.last.1;
+            sums = self.last;
         }
         sums.residual_without(degree, y, w)
             .unwrap_or_else(|| y - direct_without(data, kernel, degree, h, i))
@@ -130,7 +134,7 @@ impl Visit for Errors<'_> {
 
     fn constants(&mut self, points: Range<usize>, sums: &[[f64; 2]], most: f64) -> bool {
         let y = &self.data.y[points.clone()];
-        let (sum, least) = widest(
+        let Squares { sum, least } = widest(
             #[inline(always)]
             || match self.data.weights() {
                 None => squares(y, sums, |_| 1.0),
@@ -148,10 +152,16 @@ impl Visit for Errors<'_> {
     }
 }
 
-/// The weighted sum of the squared residuals from the local constants without each point, and the least of the
-/// others' sums of K.
+/// The squares of residuals from the local constants without each point.
+struct Squares {
+    /// The weighted sum.
+    sum: f64,
+    /// The least of the others' sums of K.
+    least: f64,
+}
+
 #[inline(always)]
-fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> (f64, f64) {
+fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> Squares {
     // LANES sums that need not wait for one another. A lane takes the residuals p/r and q/t of two points by one division:
     //   points   0 1 2 3 | 4 5 6 7
     //   lanes    0 1 2 3   0 1 2 3
@@ -160,18 +170,25 @@ fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> (f64,
     let (groups, last) = y.as_chunks::<{ 2 * LANES }>();
     let (of_groups, of_last) = sums.as_chunks::<{ 2 * LANES }>();
     for (k, (y, sums)) in groups.iter().zip(of_groups).enumerate() {
-        let mut terms = [[(0.0, 0.0, 0.0); LANES]; 2];
+        let mut terms = [[LeftOut::default(); LANES]; 2];
         for half in 0..2 {
             for lane in 0..LANES {
                 let i = half * LANES + lane;
-                let w = weight(k * 2 * LANES + i);
-                let (scaled, rest) = residual_times_rest(y[i], w, sums[i]);
-                terms[half][lane] = (w, scaled, rest);
+                terms[half][lane] = LeftOut::new(y[i], weight(k * 2 * LANES + i), sums[i]);
             }
         }
         let [a, b] = terms;
         for lane in 0..LANES {
-            let ((w, p, r), (v, q, t)) = (a[lane], b[lane]);
+            let LeftOut {
+                weight: w,
+                scaled: p,
+                rest: r,
+            } = a[lane];
+            let LeftOut {
+                weight: v,
+                scaled: q,
+                rest: t,
+            } = b[lane];
             // No product has more than two factors, as it might overflow.
             let inverse = 1.0 / (r * t);
             let (first, second) = (p * (t * inverse), q * (r * inverse));
@@ -181,10 +198,12 @@ fn squares(y: &[f64], sums: &[[f64; 2]], weight: impl Fn(usize) -> f64) -> (f64,
     }
     let done = groups.len() * 2 * LANES;
     for (k, (y, sums)) in last.iter().zip(of_last).enumerate() {
-        let w = weight(done + k);
-        let (scaled, rest) = residual_times_rest(*y, w, *sums);
-        sum[0] += w * (scaled / rest) * (scaled / rest);
+        let LeftOut { weight, scaled, rest } = LeftOut::new(*y, weight(done + k), *sums);
+        sum[0] += weight * (scaled / rest) * (scaled / rest);
         least[0] = lower(rest, least[0]);
     }
-    (sum.iter().sum(), least.into_iter().fold(f64::INFINITY, f64::min))
+    Squares {
+        sum: sum.iter().sum(),
+        least: least.into_iter().fold(f64::INFINITY, f64::min),
+    }
 }

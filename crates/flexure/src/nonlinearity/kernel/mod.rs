@@ -148,6 +148,6 @@ fn visit_sums(data: &Sorted, kernel: Kernel, degree: Degree, h: f64, at: &[f64],
     };
     match kernel {
         Kernel::Gaussian => gaussian::transform::<{ gaussian::TERMS }, { gaussian::NEIGHBOURS }>(data, h, at, visit),
-        _ => polynomials::at_points(data, (kernel, degree), h, at, &mut visit),
+        _ => polynomials::at_points(data, kernel, degree, h, at, &mut visit),
     }
 }

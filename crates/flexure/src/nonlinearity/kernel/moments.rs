@@ -141,7 +141,7 @@ impl<const N: usize> Groups<N> {
 /// anchor is moved there. Every group is thus added twice.
 pub struct SlidingSum<'a, const N: usize> {
     groups: &'a Groups<N>,
-    frame: Frame,
+    pub frame: Frame,
     /// The first group above the split.
     split: usize,
     /// The group at which the first sum of `below` begins.
@@ -168,9 +168,10 @@ impl<'a, const N: usize> SlidingSum<'a, N> {
         }
     }
 
-    /// The moments over the groups lo..hi, lo < hi, and their frame. Neither end may be less than in any call before.
+    /// The moments over the groups lo..hi, lo < hi, in the frame that there is then. Neither end may be less than in any call
+    /// before.
     #[inline(never)]
-    pub fn over(&mut self, lo: usize, hi: usize) -> (Moments<N>, Frame) {
+    pub fn over(&mut self, lo: usize, hi: usize) -> Moments<N> {
         if lo >= self.split {
             self.frame.anchor = self.groups.0[hi - 1].middle;
             self.below.clear();
@@ -187,6 +188,6 @@ impl<'a, const N: usize> SlidingSum<'a, N> {
             self.groups.add(group, self.frame, &mut self.above);
         }
         self.end = self.end.max(hi);
-        (self.below[lo - self.first].plus(&self.above), self.frame)
+        self.below[lo - self.first].plus(&self.above)
     }
 }

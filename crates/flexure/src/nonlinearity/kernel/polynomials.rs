@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use super::moments::Groups;
-use super::window_bounds::{Abscissas, Scratch, WindowBounds};
+use super::window_bounds::{Abscissas, Scratch, WindowBounds, Windows};
 use super::window_sums::{BATCH, RunningSums, WindowSums};
 use super::{Degree, Kernel, Sorted, Sums};
 
@@ -125,7 +125,8 @@ fn perform(task: &mut impl Task, kernel: Kernel, degree: Degree) {
 /// Visits the sums at each of the increasing points `at` that has any data in reach, for a kernel of bounded support.
 pub fn at_points(
     data: &Sorted,
-    (kernel, degree): (Kernel, Degree),
+    kernel: Kernel,
+    degree: Degree,
     h: f64,
     at: &[f64],
     visit: &mut dyn FnMut(usize, Sums),
@@ -144,11 +145,11 @@ impl Task for AtPoints<'_> {
     #[inline(always)]
     fn one_polynomial<const M: usize, const N: usize>(&mut self, coefficients: impl Coefficients<M>) {
         let (h, groups, mut sums) = (self.h, Groups::<N>::new(self.data), RunningSums::default());
-        let bounds = (|x: f64, q: f64| q - x > h, |x: f64, q: f64| x - q <= h);
         WindowSums::new(self.data, &groups, h, &mut sums).visit(
             self.at,
             0..self.at.len(),
-            bounds,
+            |x, q| q - x > h,
+            |x, q| x - q <= h,
             coefficients,
             &mut *self.visit,
         );
@@ -156,13 +157,8 @@ impl Task for AtPoints<'_> {
 
     fn triangular<const N: usize>(&mut self) {
         let groups = Groups::<N>::new(self.data);
-        visit_triangular(
-            self.data,
-            &groups,
-            self.h,
-            (self.at, 0..self.at.len()),
-            &mut *self.visit,
-        );
+        let all = 0..self.at.len();
+        visit_triangular(self.data, &groups, self.h, self.at, all, &mut *self.visit);
     }
 }
 
@@ -202,8 +198,8 @@ impl Task for AtOwnPoints<'_> {
             let mut constants = [[0.0; 2]; BATCH];
             let mut sums = WindowSums::new(data, &groups, h, &mut running);
             let mut bounds = WindowBounds::new(&abscissas, h, points, &mut bounds_scratch);
-            while let Some((points, starts, ends)) = bounds.next() {
-                sums.batches(&data.x[points.clone()], (starts, ends), coefficients, |k, batch| {
+            while let Some(Windows { points, starts, ends }) = bounds.next() {
+                sums.batches(&data.x[points.clone()], starts, ends, coefficients, |k, batch| {
                     let points = points.start + k..points.start + k + batch.len();
                     if N == M {
                         let constants = &mut constants[..points.len()];
@@ -225,7 +221,7 @@ impl Task for AtOwnPoints<'_> {
         let data = self.data;
         let groups = Groups::<N>::new(data);
         (self.run)(&|h, points, visitor| {
-            visit_triangular(data, &groups, h, (&data.x, points), |i, sums| visitor.visit(i, sums));
+            visit_triangular(data, &groups, h, &data.x, points, |i, sums| visitor.visit(i, sums));
         });
     }
 }
@@ -239,7 +235,8 @@ fn visit_triangular<const N: usize>(
     data: &Sorted,
     groups: &Groups<N>,
     h: f64,
-    (at, range): (&[f64], Range<usize>),
+    at: &[f64],
+    range: Range<usize>,
     mut visit: impl FnMut(usize, Sums),
 ) {
     let (mut sums_below, mut sums_above) = (RunningSums::default(), RunningSums::default());
@@ -250,10 +247,11 @@ fn visit_triangular<const N: usize>(
         let tile = first..range.end.min(first + TILE);
         both.clear();
         both.resize(tile.len(), Sums::NONE);
-        let bounds = (|x: f64, q: f64| q - x > h, |x: f64, q: f64| x <= q);
-        below.visit(at, tile.clone(), bounds, rising, |j, sums| both[j - first] = sums);
-        let bounds = (|x: f64, q: f64| x <= q, |x: f64, q: f64| x - q <= h);
-        above.visit(at, tile.clone(), bounds, falling, |j, sums| {
+        let (starts, middle, ends) = (|x, q| q - x > h, |x, q| x <= q, |x, q| x - q <= h);
+        below.visit(at, tile.clone(), starts, middle, rising, |j, sums| {
+            both[j - first] = sums
+        });
+        above.visit(at, tile.clone(), middle, ends, falling, |j, sums| {
             let lower = &mut both[j - first];
             *lower = if lower.mass[0] > 0.0 { *lower + sums } else { sums };
         });

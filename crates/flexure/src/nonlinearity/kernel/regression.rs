@@ -1,6 +1,6 @@
 //! The kernel estimate (13) with a given bandwidth: fit, evaluation and standard errors.
 
-use super::sorted::increasing;
+use super::sorted::Increasing;
 use super::{Degree, Kernel, Sorted, Sums, for_each_sum};
 use crate::error::{Error, Result};
 use crate::record::check_values;
@@ -147,7 +147,7 @@ impl KernelFit {
 
     /// The estimates at `x`, in any order: NaN where no data are within reach, and for NaN.
     pub fn predict(&self, x: &[f64]) -> Vec<f64> {
-        let (order, at) = increasing(x);
+        let Increasing { order, values: at } = Increasing::new(x);
         let mut estimates = vec![f64::NAN; x.len()];
         self.for_each(&at, |j, sums| {
             estimates[order[j]] = sums.fit(self.degree).map_or(f64::NAN, |fit| self.data.mean + fit.value);

@@ -75,13 +75,13 @@ impl Sorted {
     #[inline(never)]
     pub fn direct_sums(&self, kernel: Kernel, degree: Degree, h: f64, q: f64, skip: Option<usize>) -> Sums {
         let range = self.within(q, kernel.reach() * h);
-        let sums = self.sums_over(range.clone(), kernel, h, (q, q), skip);
+        let sums = self.sums_over(range.clone(), kernel, h, q, q, skip);
         if degree == Degree::Constant || !(sums.s[0] > 0.0) {
             return sums;
         }
         // Again about the points' own centre, so that the spread of a far and narrow group loses no digits.
         let anchor = (q + h * sums.s[1] / sums.s[0]).clamp(self.x[range.start], self.x[range.end - 1]);
-        self.sums_over(range, kernel, h, (q, anchor), skip)
+        self.sums_over(range, kernel, h, q, anchor, skip)
     }
 
     /// The sums at `q` over the points `range`, in the coordinate about `anchor`.
@@ -90,7 +90,8 @@ impl Sorted {
         range: Range<usize>,
         kernel: Kernel,
         h: f64,
-        (q, anchor): (f64, f64),
+        q: f64,
+        anchor: f64,
         skip: Option<usize>,
     ) -> Sums {
         let mut sums = Sums {
@@ -141,12 +142,23 @@ impl Sorted {
     }
 }
 
-/// The finite values of `at` in increasing order, and their indices in `at`.
-pub fn increasing(at: &[f64]) -> (Vec<usize>, Vec<f64>) {
-    let mut order = order(&[at]);
-    order.retain(|&i| at[i].is_finite());
-    let values = order.iter().map(|&i| at[i]).collect();
-    (order, values)
+/// Values in increasing order, and their indices.
+#[derive(Debug, PartialEq)]
+pub struct Increasing {
+    pub order: Vec<usize>,
+    pub values: Vec<f64>,
+}
+
+impl Increasing {
+    /// The finite ones of some values.
+    pub fn new(all: &[f64]) -> Increasing {
+        let mut order = order(&[all]);
+        order.retain(|&i| all[i].is_finite());
+        Increasing {
+            values: order.iter().map(|&i| all[i]).collect(),
+            order,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -164,8 +176,9 @@ mod tests {
     #[test]
     fn finite_values_are_put_in_order_with_their_indices() {
         let at = [3.0, f64::NAN, -1.0, f64::INFINITY, 2.0];
-        assert_eq!(increasing(&at), (vec![2, 4, 0], vec![-1.0, 2.0, 3.0]));
-        assert_eq!(increasing(&[f64::NAN]), (vec![], vec![]));
+        let Increasing { order, values } = Increasing::new(&at);
+        assert_eq!((order, values), (vec![2, 4, 0], vec![-1.0, 2.0, 3.0]));
+        assert!(Increasing::new(&[f64::NAN]).values.is_empty());
     }
 
     #[test]

@@ -141,7 +141,7 @@ impl Sums {
     #[inline(always)]
     pub fn residual_without(&self, degree: Degree, y: f64, w: f64) -> Option<f64> {
         if degree == Degree::Constant {
-            let (scaled, rest) = residual_times_rest(y, w, [self.s[0], self.t[0]]);
+            let LeftOut { scaled, rest, .. } = LeftOut::new(y, w, [self.s[0], self.t[0]]);
             return (rest > DIRECT_BELOW * self.mass[0]).then(|| scaled / rest);
         }
         let fit = self.fit(degree)?;
@@ -150,12 +150,28 @@ impl Sums {
     }
 }
 
-/// The residual of an ordinate `y`, of weight `w`, from the local constant without it, times the others' sum of K, and
-/// this sum, too small a share of which in the mass in reach says nothing.
-#[inline(always)]
-pub(super) fn residual_times_rest(y: f64, w: f64, [s, t]: [f64; 2]) -> (f64, f64) {
-    // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1).
-    (y * s - t, s - w)
+/// An ordinate beside the local constant without it.
+#[derive(Clone, Copy, Default)]
+pub(super) struct LeftOut {
+    /// The ordinate's weight.
+    pub weight: f64,
+    /// The residual times `rest`.
+    pub scaled: f64,
+    /// The others' sum of K. Too small a share of it in the mass in reach says nothing.
+    pub rest: f64,
+}
+
+impl LeftOut {
+    /// For an ordinate `y` of weight `w`, by the sums of K and K y.
+    #[inline(always)]
+    pub fn new(y: f64, w: f64, [s, t]: [f64; 2]) -> LeftOut {
+        // K(0) = 1: y - m_{-i} = (y sum K - sum K y) / (sum K - 1).
+        LeftOut {
+            weight: w,
+            scaled: y * s - t,
+            rest: s - w,
+        }
+    }
 }
 
 impl std::ops::Add for Sums {

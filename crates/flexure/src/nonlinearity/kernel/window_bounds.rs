@@ -81,6 +81,13 @@ impl Default for Scratch {
     }
 }
 
+/// Points that follow one another, the starts of their windows and the ends.
+pub struct Windows<'a> {
+    pub points: Range<usize>,
+    pub starts: &'a [u32],
+    pub ends: &'a [u32],
+}
+
 impl<'a> WindowBounds<'a> {
     /// The windows of the points `range`, which must not be empty.
     pub fn new(abscissas: &'a Abscissas<'a>, h: f64, range: Range<usize>, scratch: &'a mut Scratch) -> Self {
@@ -104,8 +111,8 @@ impl<'a> WindowBounds<'a> {
         }
     }
 
-    /// The next points, the starts of their windows and the ends.
-    pub fn next(&mut self) -> Option<(Range<usize>, &[u32], &[u32])> {
+    /// The windows of the next points.
+    pub fn next(&mut self) -> Option<Windows<'_>> {
         let first = self.next;
         while self.i <= first && (self.i, self.j) != self.last {
             self.walk_tile();
@@ -121,14 +128,15 @@ impl<'a> WindowBounds<'a> {
         let points = first..self.next;
         let starts = &self.scratch.starts[first - self.range.start..][..points.len()];
         let ends = &self.scratch.ends[..points.len()];
-        (!points.is_empty()).then_some((points, starts, ends))
+        (!points.is_empty()).then_some(Windows { points, starts, ends })
     }
 
     /// Walks TILE steps, or those that remain.
     fn walk_tile(&mut self) {
         let (i, j) = (self.i, self.j);
         let steps = TILE.min(self.last.0 - i + (self.last.1 - j));
-        let (right, up) = self.walk(steps);
+        let up = self.walk(steps);
+        let right = steps - up;
         let Scratch {
             starts,
             ends,
@@ -147,10 +155,9 @@ impl<'a> WindowBounds<'a> {
         (self.i, self.j) = (i + right, j + up);
     }
 
-    /// Walks this many steps, TILE at most. Returns how many went to the right, to the next i, and how many up, to the next
-    /// j.
+    /// Walks this many steps, TILE at most. Returns how many went up, to the next j; the others went to the right, to the next i.
     #[inline(never)]
-    fn walk(&mut self, steps: usize) -> (usize, usize) {
+    fn walk(&mut self, steps: usize) -> usize {
         let (xi, xj, h) = (self.abscissas.tile(self.i), self.abscissas.tile(self.j), self.h);
         let (j_of_i, i_of_j) = (&mut *self.scratch.j_of_i, &mut *self.scratch.i_of_j);
         // The remainders let the compiler know that the indices are in range.
@@ -180,8 +187,7 @@ impl<'a> WindowBounds<'a> {
                 i_of_j[j % TILE] = i as u16;
             }
         }
-        let up = js[PIECES - 1];
-        (steps - up, up)
+        js[PIECES - 1]
     }
 }
 
@@ -237,10 +243,10 @@ mod tests {
                         }
                         let (mut starts, mut ends) = (Vec::new(), Vec::new());
                         let mut windows = WindowBounds::new(&abscissas, h, range.clone(), &mut scratch);
-                        while let Some((points, some_starts, some_ends)) = windows.next() {
-                            assert!(points.start == range.start + starts.len() && !points.is_empty());
-                            starts.extend_from_slice(some_starts);
-                            ends.extend_from_slice(some_ends);
+                        while let Some(some) = windows.next() {
+                            assert!(some.points.start == range.start + starts.len() && !some.points.is_empty());
+                            starts.extend_from_slice(some.starts);
+                            ends.extend_from_slice(some.ends);
                         }
                         assert_eq!((starts.len(), ends.len()), (range.len(), range.len()));
                         for (k, i) in range.enumerate() {

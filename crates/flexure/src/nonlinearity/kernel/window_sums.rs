@@ -148,7 +148,8 @@ impl<'a, const N: usize> WindowSums<'a, N> {
         &mut self,
         at: &[f64],
         range: Range<usize>,
-        (below, within): (impl Fn(f64, f64) -> bool, impl Fn(f64, f64) -> bool),
+        below: impl Fn(f64, f64) -> bool,
+        within: impl Fn(f64, f64) -> bool,
         coefficients: impl Coefficients<M>,
         mut visit: impl FnMut(usize, Sums),
     ) {
@@ -166,8 +167,8 @@ impl<'a, const N: usize> WindowSums<'a, N> {
                 (starts[count], ends[count]) = (self.start as u32, self.end as u32);
                 count += 1;
             }
-            let windows = (&starts[..count], &ends[..count]);
-            self.batches(&at[first..first + count], windows, coefficients, |k, batch| {
+            let at = &at[first..first + count];
+            self.batches(at, &starts[..count], &ends[..count], coefficients, |k, batch| {
                 for i in 0..batch.len() {
                     visit(first + k + i, batch.sums(i));
                 }
@@ -183,7 +184,8 @@ impl<'a, const N: usize> WindowSums<'a, N> {
     pub fn batches<F: Coefficients<M>, const M: usize>(
         &mut self,
         at: &[f64],
-        (starts, ends): (&[u32], &[u32]),
+        starts: &[u32],
+        ends: &[u32],
         coefficients: F,
         mut visit: impl FnMut(usize, &Batch<'_, F, N>),
     ) {
@@ -227,7 +229,8 @@ impl<'a, const N: usize> WindowSums<'a, N> {
         let mut between = Moments::ZERO;
         self.frame.anchor = self.data.x[end - 1];
         if low_end < high_start {
-            (between, self.frame) = self.groups.over(low_end / GROUP, high_start / GROUP);
+            between = self.groups.over(low_end / GROUP, high_start / GROUP);
+            self.frame = self.groups.frame;
         }
         self.low = start..low_end;
         self.high = high_start..ends[count - 1] as usize;
@@ -250,7 +253,7 @@ impl<'a, const N: usize> WindowSums<'a, N> {
         let sums = self.fill_both(simd, both, sums, &weighted);
         for (side, len) in [(0, self.low.len()), (2, self.high.len())] {
             let sum = sums.map(|sum| [sum[side], sum[side + 1]]);
-            self.fill_one(simd, (side, both..len), sum, &weighted);
+            self.fill_one(simd, side, both..len, sum, &weighted);
         }
     }
 
@@ -291,7 +294,8 @@ impl<'a, const N: usize> WindowSums<'a, N> {
     fn fill_one<S: Simd>(
         &mut self,
         simd: S,
-        (side, range): (usize, Range<usize>),
+        side: usize,
+        range: Range<usize>,
         sum: [[f64; 2]; N],
         weighted: &impl Fn(usize, f64) -> (f64, f64),
     ) {

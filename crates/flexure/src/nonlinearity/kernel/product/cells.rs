@@ -71,10 +71,24 @@ impl Rule {
     }
 }
 
-impl Cells {
-    /// Cells for windows of the half widths `reach`, the columns' ranges, and the points' indices
-    /// in order of their cells.
-    pub fn new(x: &[&[f64]], reach: &[f64]) -> (Cells, Vec<(f64, f64)>, Vec<u32>) {
+/// Cells of points.
+pub struct Celled {
+    pub cells: Cells,
+    /// The columns' ranges.
+    pub ranges: Vec<(f64, f64)>,
+    /// The points' indices in order of their cells.
+    pub order: Vec<u32>,
+}
+
+/// An index of cells, and the points' indices in its order.
+struct Ordered<I> {
+    index: I,
+    order: Vec<u32>,
+}
+
+impl Celled {
+    /// Cells for windows of the half widths `reach`.
+    pub fn new(x: &[&[f64]], reach: &[f64]) -> Celled {
         let n = x[0].len();
         let ends: Vec<(f64, f64)> = x.iter().map(|column| extent(column)).collect();
         let last = x.len() - 1;
@@ -90,17 +104,30 @@ impl Cells {
             rate: widths.iter().map(|width| 1.0 / width).collect(),
         };
         let finite = ends.iter().all(|end| (end.1 - end.0).is_finite());
-        let (index, order) = if finite && cells(&widths) <= DENSE * n as f64 + 64.0 {
-            let (grid, order) = Grid::new(&rule, x, &ends);
-            (Index::Grid(grid), order)
+        let Ordered { index, order } = if finite && cells(&widths) <= DENSE * n as f64 + 64.0 {
+            Grid::ordered(&rule, x, &ends).map(Index::Grid)
         } else {
-            let (tree, order) = Tree::new(&rule, x);
-            (Index::Tree(tree), order)
+            Tree::ordered(&rule, x).map(Index::Tree)
         };
         let reach = reach.to_vec();
-        (Cells { rule, reach, index }, ends, order)
+        Celled {
+            cells: Cells { rule, reach, index },
+            ranges: ends,
+            order,
+        }
     }
+}
 
+impl<I> Ordered<I> {
+    fn map<J>(self, of: impl Fn(I) -> J) -> Ordered<J> {
+        Ordered {
+            index: of(self.index),
+            order: self.order,
+        }
+    }
+}
+
+impl Cells {
     /// The points in order, in groups whose windows have much in common: cells as wide along the last dimension as along the
     /// others.
     pub fn groups(&self) -> Vec<Range<usize>> {

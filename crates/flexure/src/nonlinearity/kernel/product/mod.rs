@@ -21,7 +21,7 @@ use std::ops::Range;
 use super::{Degree, Kernel};
 use crate::nonlinearity::Outside;
 use crate::nonlinearity::estimator::Checked;
-use cells::Cells;
+use cells::{Celled, Cells};
 use sums::{Columns, Local, Outcome, Sums, SumsOver, Window};
 
 /// Exponent of the Gaussian beyond which a point does not count beside one at the centre.
@@ -91,7 +91,7 @@ impl Product {
             _ => kernel.reach(),
         };
         let widths: Vec<f64> = h.iter().map(|h| (h * reach).min(f64::MAX)).collect();
-        let (cells, ranges, order) = Cells::new(data.x, &widths);
+        let Celled { cells, ranges, order } = Celled::new(data.x, &widths);
         let total = data.w.map_or(n as f64, |w| w.iter().sum());
         // The second pass removes the rounding of the first where the offset is large.
         let about = |c: f64| match data.w {

@@ -1,6 +1,6 @@
 //! The observations of a record in levels of one bandwidth each. Those of one level make an ordinary kernel sum.
 
-use super::super::sorted::increasing;
+use super::super::sorted::Increasing;
 use super::super::sums::ONE_ABSCISSA;
 use super::super::{Degree, Sorted, for_each_sum};
 use super::RecursiveKernel;
@@ -49,8 +49,30 @@ pub(super) struct Own {
     /// The ordinate as it was given.
     y: f64,
     weight: f64,
-    /// The levels' places in the list, and the weight in each.
-    parts: Vec<(usize, f64)>,
+    parts: Vec<Part>,
+}
+
+/// What belongs to one level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Part {
+    /// The level's place in the list.
+    level: usize,
+    weight: f64,
+}
+
+/// The weight that an observation has while the stream has doubled so often.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Share {
+    doublings: u32,
+    weight: f64,
+}
+
+/// The observations of a level, and how they are smoothed.
+struct Smoothed<'a> {
+    data: &'a Sorted,
+    bandwidth: f64,
+    /// h^-r
+    factor: f64,
 }
 
 impl Levels {
@@ -61,14 +83,14 @@ impl Levels {
         let mut columns: Vec<(u32, [Vec<f64>; 3])> = Vec::new();
         let mut before = 0.0;
         for i in 0..y.len() {
-            for (doublings, share) in shares(before, data.weight(i)) {
+            for Share { doublings, weight } in shares(before, data.weight(i)) {
                 if columns.last().is_none_or(|(last, _)| *last != doublings) {
                     columns.push((doublings, Default::default()));
                 }
                 if let Some((_, [xs, ys, ws])) = columns.last_mut() {
                     xs.push(x[i]);
                     ys.push(y[i]);
-                    ws.push(share);
+                    ws.push(weight);
                 }
             }
             before += data.weight(i);
@@ -93,21 +115,29 @@ impl Levels {
         (squares.sum::<f64>() / weight(&self.all)).sqrt()
     }
 
-    /// Each level's observations with their bandwidth and their factor h^-r.
-    fn each<'a>(&'a self, method: &'a RecursiveKernel) -> impl Iterator<Item = (&'a Sorted, f64, f64)> {
+    fn each<'a>(&'a self, method: &'a RecursiveKernel) -> impl Iterator<Item = Smoothed<'a>> {
         self.levels.iter().map(|level| {
             let shrunk = method.shrunk(level.doublings);
-            (&level.data, method.bandwidth * shrunk, method.factor(shrunk))
+            Smoothed {
+                data: &level.data,
+                bandwidth: method.bandwidth * shrunk,
+                factor: method.factor(shrunk),
+            }
         })
     }
 
     /// The sums at the increasing points `at`.
     fn sums(&self, method: &RecursiveKernel, at: &[f64]) -> Vec<Pair> {
         let levels: Vec<_> = self.each(method).collect();
-        let of_level = |&(data, h, factor): &(&Sorted, f64, f64)| {
+        let of_level = |level: &Smoothed<'_>| {
+            let Smoothed {
+                data,
+                bandwidth,
+                factor,
+            } = *level;
             let mut pairs = vec![Pair::default(); at.len()];
             let lift = data.mean - self.all.mean;
-            for_each_sum(data, method.kernel, Degree::Constant, h, at, |j, sums| {
+            for_each_sum(data, method.kernel, Degree::Constant, bandwidth, at, |j, sums| {
                 pairs[j] = Pair {
                     s: factor * sums.s[0],
                     t: factor * (sums.t[0] + lift * sums.s[0]),
@@ -129,9 +159,9 @@ impl Levels {
 
     /// The estimates at points in any order; NaN where no data are in reach, and for what is not finite.
     pub fn estimates(&self, method: &RecursiveKernel, at: &[f64]) -> Vec<f64> {
-        let (order, sorted) = increasing(at);
+        let Increasing { order, values } = Increasing::new(at);
         let mut estimates = vec![f64::NAN; at.len()];
-        for (i, pair) in order.into_iter().zip(self.sums(method, &sorted)) {
+        for (i, pair) in order.into_iter().zip(self.sums(method, &values)) {
             estimates[i] = self.all.mean + pair.value();
         }
         estimates
@@ -148,12 +178,15 @@ impl Levels {
         let (x, y) = (data.x[0], data.y);
         let order = order(&[x, y]).into_iter().filter(|&i| data.weight(i) > 0.0);
         let kept = order.skip(stride / 2).step_by(stride);
-        let place = |doublings| self.levels.partition_point(|level| level.doublings < doublings);
+        let part = |share: Share| Part {
+            level: self.levels.partition_point(|level| level.doublings < share.doublings),
+            weight: share.weight,
+        };
         kept.map(|i| Own {
             x: x[i],
             y: y[i],
             weight: data.weight(i),
-            parts: shares(starts[i], data.weight(i)).map(|(d, w)| (place(d), w)).collect(),
+            parts: shares(starts[i], data.weight(i)).map(part).collect(),
         })
         .collect()
     }
@@ -162,11 +195,11 @@ impl Levels {
     /// nearest neighbours if no other is in reach.
     pub fn candidate(&self, method: &RecursiveKernel, points: &[Own]) -> ScoredParameter<f64> {
         let at: Vec<f64> = points.iter().map(|p| p.x).collect();
-        let factors: Vec<f64> = self.each(method).map(|(_, _, factor)| factor).collect();
+        let factors: Vec<f64> = self.each(method).map(|level| level.factor).collect();
         let (mut trace, mut left_out, mut squares, mut total) = (0.0, 0.0, 0.0, 0.0);
         for (point, sum) in points.iter().zip(self.sums(method, &at)) {
             // K(0) = 1.
-            let own: f64 = point.parts.iter().map(|&(k, w)| w * factors[k]).sum();
+            let own: f64 = point.parts.iter().map(|part| part.weight * factors[part.level]).sum();
             let y = point.y - self.all.mean;
             let (mut rest, mut value) = (sum.s - own, f64::NAN);
             if rest > FEW * sum.s {
@@ -190,10 +223,15 @@ impl Levels {
     /// The sums at a point over all others, one by one.
     fn others(&self, method: &RecursiveKernel, point: &Own) -> Pair {
         let mut pair = Pair::default();
-        for (k, (data, h, factor)) in self.each(method).enumerate() {
-            let part = point.parts.iter().find(|(level, _)| *level == k);
-            let skip = part.and_then(|(_, w)| self.place(data, point, *w));
-            let sums = data.direct_sums(method.kernel, Degree::Constant, h, point.x, skip);
+        for (k, level) in self.each(method).enumerate() {
+            let Smoothed {
+                data,
+                bandwidth,
+                factor,
+            } = level;
+            let part = point.parts.iter().find(|part| part.level == k);
+            let skip = part.and_then(|part| self.place(data, point, part.weight));
+            let sums = data.direct_sums(method.kernel, Degree::Constant, bandwidth, point.x, skip);
             pair.s += factor * sums.s[0];
             pair.t += factor * (sums.t[0] + (data.mean - self.all.mean) * sums.s[0]);
         }
@@ -214,7 +252,12 @@ impl Levels {
         let unit = method.bandwidth;
         let sums = |centre: f64| {
             let mut s = [0.0; 5];
-            for (data, h, factor) in self.each(method) {
+            for Smoothed {
+                data,
+                bandwidth: h,
+                factor,
+            } in self.each(method)
+            {
                 let lift = data.mean - self.all.mean;
                 data.for_each(data.within(q, method.kernel.reach() * h), |x, w, wy| {
                     let k = factor * method.kernel.weight((q - x) / h);
@@ -238,8 +281,8 @@ impl Levels {
     /// Whether there is a place without data in reach between the neighbouring abscissas `a` and `b`.
     pub fn has_gap(&self, method: &RecursiveKernel, a: f64, b: f64) -> bool {
         let (mut reached_from_below, mut reached_from_above) = (f64::NEG_INFINITY, f64::INFINITY);
-        for (data, h, _) in self.each(method) {
-            let reach = method.kernel.reach() * h;
+        for Smoothed { data, bandwidth, .. } in self.each(method) {
+            let reach = method.kernel.reach() * bandwidth;
             let after = data.x.partition_point(|&x| x <= a);
             if let Some(&x) = after.checked_sub(1).and_then(|i| data.x.get(i)) {
                 reached_from_below = reached_from_below.max(x + reach);
@@ -254,7 +297,7 @@ impl Levels {
 
 /// The numbers of doublings and the weights that an observation of weight `w` has in them, after others of total weight
 /// `before`: the stream has doubled k times from the 2^k-th observation on.
-fn shares(before: f64, w: f64) -> impl Iterator<Item = (u32, f64)> {
+fn shares(before: f64, w: f64) -> impl Iterator<Item = Share> {
     let (mut at, mut rest) = (before, w);
     std::iter::from_fn(move || {
         if !(rest > 0.0) {
@@ -269,7 +312,10 @@ fn shares(before: f64, w: f64) -> impl Iterator<Item = (u32, f64)> {
             rest
         };
         (at, rest) = (at + share, rest - share);
-        Some((doublings, share))
+        Some(Share {
+            doublings,
+            weight: share,
+        })
     })
 }
 
@@ -284,7 +330,8 @@ mod tests {
 
     #[test]
     fn a_weight_is_split_where_the_stream_doubles() {
-        let of = |before, w| shares(before, w).collect::<Vec<_>>();
+        let pair = |share: Share| (share.doublings, share.weight);
+        let of = |before, w| shares(before, w).map(pair).collect::<Vec<_>>();
         assert_eq!(of(0.0, 1.0), [(0, 1.0)]);
         assert_eq!(of(1.0, 1.0), [(1, 1.0)]);
         assert_eq!(of(2.0, 2.0), [(1, 1.0), (2, 1.0)]);
@@ -294,7 +341,7 @@ mod tests {
             assert_eq!(exponent(count as f64), count.ilog2());
         }
         for (before, w) in [(0.0, 1e300), (1e300, 1.0), (f64::INFINITY, 2.0), (1e308, 1e308)] {
-            let total: f64 = shares(before, w).map(|(_, w)| w).sum();
+            let total: f64 = shares(before, w).map(|share| share.weight).sum();
             assert!((total / w - 1.0).abs() < 1e-12, "{before} {w} {total}");
         }
     }

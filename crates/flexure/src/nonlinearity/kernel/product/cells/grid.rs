@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Ends, Rule, SLICES, push};
+use super::{Ends, Ordered, Rule, SLICES, push};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
@@ -14,7 +14,7 @@ pub struct Grid {
 
 impl Grid {
     /// The points, between `ends` along every dimension, are ordered by counting.
-    pub fn new(rule: &Rule, x: &[&[f64]], ends: &[(f64, f64)]) -> (Grid, Vec<u32>) {
+    pub fn ordered(rule: &Rule, x: &[&[f64]], ends: &[(f64, f64)]) -> Ordered<Grid> {
         let n = x[0].len();
         let last = |(j, ends): (usize, &(f64, f64))| rule.coordinate(j, ends.1) as usize;
         let spans: Vec<usize> = ends.iter().enumerate().map(|end| last(end) + 1).collect();
@@ -44,7 +44,10 @@ impl Grid {
             *start += 1;
         }
         starts.pop();
-        (Grid { spans, starts }, order)
+        Ordered {
+            index: Grid { spans, starts },
+            order,
+        }
     }
 
     pub fn groups(&self) -> Vec<Range<usize>> {
