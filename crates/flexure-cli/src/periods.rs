@@ -68,6 +68,6 @@ impl PeriodOptions {
                 format!("--period {period} must be at least 2 and fit into the {part} samples of a realisation");
             return Err(Usage(message).into());
         }
-        Periodic::new(file, (input, output), sample_time, period, self.realisations).map(Some)
+        Periodic::new(file, input, output, sample_time, period, self.realisations).map(Some)
     }
 }

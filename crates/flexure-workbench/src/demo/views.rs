@@ -75,8 +75,14 @@ pub(super) fn distance(y: &[f64], truth: &[f64]) -> f64 {
     rms(&off) / rms(truth)
 }
 
+/// A record and what was identified from it.
+struct IdentifiedRecord {
+    file: RecordFile,
+    identified: Identified,
+}
+
 /// A Hammerstein model from `input` to the velocity, of a simulated record with noise on the velocity.
-fn identified(steps: &Steps, arm: &ArmFile, input: &str, name: &str) -> Result<(RecordFile, Identified)> {
+fn identified(steps: &Steps, arm: &ArmFile, input: &str, name: &str) -> Result<IdentifiedRecord> {
     let mut log = (steps.simulate)(arm)?;
     if arm.noise.is_none() {
         let size = NOISE * rms(log.column("dq2")?);
@@ -86,8 +92,10 @@ fn identified(steps: &Steps, arm: &ArmFile, input: &str, name: &str) -> Result<(
     let d: Vec<f64> = both.map(|(m, q)| m - q).collect();
     log.push("d2", d)?;
     let file = RecordFile::in_memory(log, &format!("{name}.csv"));
-    let identified = (steps.identify)(&file, input, "dq2", arm.run.sample_time)?;
-    Ok((file, identified))
+    Ok(IdentifiedRecord {
+        identified: (steps.identify)(&file, input, "dq2", arm.run.sample_time)?,
+        file,
+    })
 }
 
 /// Job 2: deflection to link velocity with viscous friction, exactly a Hammerstein system.
@@ -104,7 +112,8 @@ fn deflection(steps: &Steps, command: &str) -> Result<View> {
     arm.arm.joints[JOINT].friction = Some(Friction([0.0, 0.0, 0.0, 0.0, 0.0, viscous]));
     let inertia = LinkDynamics::new(&arm.arm.links).elbow;
     let kappa = true_stiffness(&arm);
-    let (file, identified) = identified(steps, &arm, "d2", VIEW_FILES[1])?;
+    let of_record = identified(steps, &arm, "d2", VIEW_FILES[1])?;
+    let identified = &of_record.identified;
     let pole = (-viscous * step / inertia).exp();
     let poles = identified.result.linear("linear").and_then(TransferFunction::poles);
     let poles = poles.iter().flatten().map(|p| p.re);
@@ -112,7 +121,7 @@ fn deflection(steps: &Steps, command: &str) -> Result<View> {
     let nearest = nearest.unwrap_or(f64::NAN);
     // With a static gain of 1, the nonlinearity is the velocity at which friction takes up the elastic torque.
     let phi = move |d| kappa.torque(d) / viscous;
-    let curve = nonlinearity(&identified)?;
+    let curve = nonlinearity(identified)?;
     let truth: Vec<f64> = curve.x().iter().map(|&d| phi(d)).collect();
     let error = distance(curve.y(), &truth);
     let lines = vec![
@@ -137,7 +146,7 @@ fn deflection(steps: &Steps, command: &str) -> Result<View> {
         arm: None,
     };
     let json = json!({ "error": error, "pole": nearest, "true_pole": pole });
-    View::new("deflection", (file, identified), decoration, json, lines)
+    View::new("deflection", of_record, decoration, json, lines)
 }
 
 /// Job 3: torque, sampled slowly, to link velocity: friction as a dead zone, an approximation.
@@ -149,8 +158,9 @@ fn torque(steps: &Steps, command: &str) -> Result<View> {
     let mut arm = arm()?;
     arm.run.duration *= 0.5 * SLOWER;
     arm.run.sample_time *= SLOWER;
-    let (file, identified) = identified(steps, &arm, "tau2", VIEW_FILES[2])?;
-    let curve = nonlinearity(&identified)?;
+    let of_record = identified(steps, &arm, "tau2", VIEW_FILES[2])?;
+    let identified = &of_record.identified;
+    let curve = nonlinearity(identified)?;
     let phi = aligned_velocity(curve, friction(&arm));
     let truth: Vec<f64> = curve.x().iter().map(|&tau| phi(tau)).collect();
     let error = distance(curve.y(), &truth);
@@ -172,21 +182,22 @@ fn torque(steps: &Steps, command: &str) -> Result<View> {
     let decoration = Decoration {
         title: Some("Job 3: from slow torque to velocity, the dead zone of friction".to_owned()),
         command: Some(command.to_owned()),
-        ..beside_friction(&friction(&arm), &identified)?
+        ..beside_friction(&friction(&arm), identified)?
     };
     let json = json!({ "error": error, "holds": verdict.holds(), "verdict": verdict.text() });
-    View::new("torque", (file, identified), decoration, json, lines)
+    View::new("torque", of_record, decoration, json, lines)
 }
 
 impl View {
     /// A model beside the truth, with its fit.
     fn new(
         name: &'static str,
-        (file, identified): (RecordFile, Identified),
+        of_record: IdentifiedRecord,
         decoration: Decoration,
         mut json: Value,
         mut lines: Vec<String>,
     ) -> Result<Self> {
+        let IdentifiedRecord { file, identified } = of_record;
         json["fit_percent"] = json!(identified.result.verdict.measures.fit_percent);
         lines.extend(identified.summary().lines().map(|line| format!("  {line}")));
         Ok(View {

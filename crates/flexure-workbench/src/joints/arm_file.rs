@@ -117,10 +117,18 @@ fn with_joint(mut arm: ArmParameters, moving: usize, axis: &FlexibleAxis) -> Res
     Ok(arm)
 }
 
-/// The joint alone, as joint 1 of an arm whose other joint is locked, and the state in which its log starts.
-pub fn alone(axis: &FlexibleAxis, log: &Log) -> (ArmParameters, State) {
-    let arm = single(0, axis.model.friction.inertia.value, joint(axis), JointKind::Nonlinear);
-    (arm, started(log, 0, &[axis]))
+/// An arm, and the state in which a log starts.
+pub struct StartedArm {
+    pub arm: ArmParameters,
+    pub initial: State,
+}
+
+/// The joint alone, as joint 1 of an arm whose other joint is locked.
+pub fn alone(axis: &FlexibleAxis, log: &Log) -> StartedArm {
+    StartedArm {
+        arm: single(0, axis.model.friction.inertia.value, joint(axis), JointKind::Nonlinear),
+        initial: started(log, 0, &[axis]),
+    }
 }
 
 /// The text of the file of a flexible joint in the run of its log.
@@ -191,12 +199,12 @@ fn started(log: &Log, joint: usize, axes: &[&FlexibleAxis]) -> State {
 /// The text of the file of a two-link arm, with the links' geometry of the template if there is one, in the run of its log.
 pub fn two_link(arm: &TwoLinkArm, log: &Log, place: Place) -> Result<String> {
     let header = if place.template.is_none() { TWO_LINK } else { "" };
-    let (parameters, initial) = two_link_arm(arm, log, place.template.map(|arm| arm.links))?;
-    text(header, parameters, initial, log, place.excitation)
+    let StartedArm { arm, initial } = two_link_arm(arm, log, place.template.map(|arm| arm.links))?;
+    text(header, arm, initial, log, place.excitation)
 }
 
-/// The arm with these links' geometry, if given, and the state in which its log starts.
-pub fn two_link_arm(arm: &TwoLinkArm, log: &Log, template: Option<[Link; 2]>) -> Result<(ArmParameters, State)> {
+/// The arm with these links' geometry, if given.
+pub fn two_link_arm(arm: &TwoLinkArm, log: &Log, template: Option<[Link; 2]>) -> Result<StartedArm> {
     let [shoulder, elbow, coupling] = arm.model.map(|e| e.value);
     let [first, second] = &arm.joints;
     let mut joints = [joint(first), joint(second)];
@@ -208,13 +216,15 @@ pub fn two_link_arm(arm: &TwoLinkArm, log: &Log, template: Option<[Link; 2]>) ->
         elbow,
         coupling,
     };
-    let parameters = ArmParameters {
-        model: JointKind::Nonlinear,
-        links: links(dynamics, template)?,
-        joints,
-        parts: Parts::of(JointKind::Nonlinear),
-    };
-    Ok((parameters, started(log, 0, &[first, second])))
+    Ok(StartedArm {
+        arm: ArmParameters {
+            model: JointKind::Nonlinear,
+            links: links(dynamics, template)?,
+            joints,
+            parts: Parts::of(JointKind::Nonlinear),
+        },
+        initial: started(log, 0, &[first, second]),
+    })
 }
 
 /// Links that move with these constants: of the template's geometry, or of a first link as long as 1 m.

@@ -5,7 +5,7 @@ use flexure::identify::robot_joint::{AxisDrive, Estimated, Fitted, FlexibleAxis}
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
-use super::arm_file::{self, Place};
+use super::arm_file::{self, Place, StartedArm};
 use super::text::{
     Units, findings, fitted_json, fitted_lines, lack_text, nearness, parameter_lines, range_line, titled, with_error,
 };
@@ -26,7 +26,7 @@ impl Joint for Flexible {
     }
 
     fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
-        let (arm, initial) = arm_file::alone(&self.axis, &self.log);
+        let StartedArm { arm, initial } = arm_file::alone(&self.axis, &self.log);
         Ok(simulation::motions(arm, initial, &self.log, &[&self.axis])?)
     }
 

@@ -5,7 +5,7 @@ use flexure::identify::robot_joint::{AxisDrive, Estimated, TwoLinkArm};
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
-use super::arm_file::{self, Place};
+use super::arm_file::{self, Place, StartedArm};
 use super::flexible::{axis_json, axis_lines, curves, motion_line};
 use super::text::{Constant, constants, findings, with_error};
 use super::{Curves, Joint, Log, Motion, page, simulation};
@@ -36,7 +36,7 @@ impl Joint for TwoLink {
     }
 
     fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
-        let Ok((arm, initial)) = arm_file::two_link_arm(&self.arm, &self.log, None) else {
+        let Ok(StartedArm { arm, initial }) = arm_file::two_link_arm(&self.arm, &self.log, None) else {
             return Ok(Vec::new());
         };
         let [first, second] = &self.arm.joints;

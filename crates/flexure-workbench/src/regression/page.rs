@@ -43,11 +43,11 @@ fn page(report: &Report, own_grid: bool, command: Option<String>) -> flexure::Re
         2 => Some(surface(report)?),
         _ => None,
     };
-    let (slices, band_of_slices) = match one {
-        true => (Vec::new(), None),
+    let slices = match one {
+        true => Slices::default(),
         false => slices(report)?,
     };
-    let band = along.and_then(|curve| curve.band.as_ref()).or(band_of_slices.as_ref());
+    let band = along.and_then(|curve| curve.band.as_ref()).or(slices.band.as_ref());
     let measured = |column: &[f64]| -> Vec<f64> { rows.iter().map(|&i| column[i]).collect() };
     Ok(RegressionPage {
         title: format!("{y_name} against {x_names}"),
@@ -65,7 +65,7 @@ fn page(report: &Report, own_grid: bool, command: Option<String>) -> flexure::Re
             false => Scatter::default(),
         },
         surface,
-        slices,
+        slices: slices.along,
         residuals: residuals(report),
         choices: [
             Some(choice(&report.regression, data)),
@@ -152,8 +152,15 @@ fn surface(report: &Report) -> flexure::Result<Surface> {
     })
 }
 
-/// The estimate along each column while the others stay at their medians, and what its band is.
-fn slices(report: &Report) -> flexure::Result<(Vec<Slice>, Option<BandDescription>)> {
+/// The estimate along each column while the others stay at their medians.
+#[derive(Default)]
+struct Slices {
+    along: Vec<Slice>,
+    /// What the band is.
+    band: Option<BandDescription>,
+}
+
+fn slices(report: &Report) -> flexure::Result<Slices> {
     let data = report.data;
     let d = data.x.len();
     let medians: Vec<f64> = (0..d)
@@ -186,7 +193,10 @@ fn slices(report: &Report) -> flexure::Result<(Vec<Slice>, Option<BandDescriptio
             curve: curve(&at, along, data),
         }
     };
-    Ok(((0..d).map(slice).collect(), all.band.clone()))
+    Ok(Slices {
+        along: (0..d).map(slice).collect(),
+        band: all.band.clone(),
+    })
 }
 
 fn residuals(report: &Report) -> RegressionResiduals {
@@ -256,7 +266,11 @@ fn choice(regression: &Regression, data: &RegressionData) -> Choice {
 fn local_choice(regression: &Regression) -> Option<Choice> {
     let name = "Local bandwidths";
     match &regression.fit.local {
-        Some(local) => Some(Choice::new(name, local_range(local), capitalised(&local_rule(local).1))),
+        Some(local) => Some(Choice::new(
+            name,
+            local_range(local),
+            capitalised(&local_rule(local).why),
+        )),
         None => fell_back(regression).then(|| Choice::new(name, "none", capitalised(FELL_BACK))),
     }
 }

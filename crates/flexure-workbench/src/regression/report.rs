@@ -109,7 +109,7 @@ impl<'a> Report<'a> {
                 Side::Right => "right",
             });
             json!({
-                "rule": local_rule(local).0,
+                "rule": local_rule(local).name,
                 "threshold": local.threshold,
                 "prediction_rms": local.prediction_error.map(f64::sqrt),
                 "prediction_rms_of_one_bandwidth": local.prediction_error_of_one.map(f64::sqrt),
@@ -148,7 +148,7 @@ impl<'a> Report<'a> {
             lines.push(format!(
                 "  local bandwidths    {}{jumps}  ({})",
                 local_range(local),
-                local_rule(local).1
+                local_rule(local).why
             ));
         } else if fell_back(&self.regression) {
             lines.push(format!("  local bandwidths    {FELL_BACK}"));

@@ -14,22 +14,29 @@ pub fn fell_back(regression: &Regression) -> bool {
     regression.estimator.name == EstimatorName::LocalBandwidth && regression.fit.local.is_none()
 }
 
-/// How local bandwidths were chosen: the rule, and what speaks for them.
-pub fn local_rule(local: &LocalBandwidths) -> (&'static str, String) {
+/// How local bandwidths were chosen.
+pub struct LocalRule {
+    pub name: &'static str,
+    /// What speaks for them.
+    pub why: String,
+}
+
+pub fn local_rule(local: &LocalBandwidths) -> LocalRule {
     let rms = |error: Option<f64>| error.filter(|e| e.is_finite()).map(|e| number(e.sqrt()));
     let Some(threshold) = local.threshold else {
-        return ("plugin", "by the plug-in rule".to_owned());
+        return LocalRule {
+            name: "plugin",
+            why: "by the plug-in rule".to_owned(),
+        };
     };
     let rule = format!("by Lepski's rule, intervals of {threshold} standard errors");
-    match (rms(local.prediction_error), rms(local.prediction_error_of_one)) {
-        (Some(own), Some(one)) => (
-            "lepski",
-            format!(
-                "{rule}; either half of the rows predicted from the other with RMS error {own}, by one bandwidth {one}"
-            ),
+    let why = match (rms(local.prediction_error), rms(local.prediction_error_of_one)) {
+        (Some(own), Some(one)) => format!(
+            "{rule}; either half of the rows predicted from the other with RMS error {own}, by one bandwidth {one}"
         ),
-        _ => ("lepski", rule),
-    }
+        _ => rule,
+    };
+    LocalRule { name: "lepski", why }
 }
 
 /// The abscissas of jumps, to enough digits to distinguish them within the data's range.

@@ -30,8 +30,8 @@ impl Validation {
         let mean = y.iter().zip(&weights).map(|(y, w)| w * y).sum::<f64>() / weights.iter().sum::<f64>();
         let about: Vec<f64> = y.iter().map(|y| y - mean).collect();
         let variance = mean_square(&about, &weights);
-        let (error, by, unpredicted) = match known_error(regression) {
-            Some((error, by)) => (error, by, 0),
+        let (Predicted { error, by }, unpredicted) = match known_error(regression) {
+            Some(known) => (known, 0),
             None => {
                 let residuals = residuals_of_folds(regression, data, rows)?;
                 let unpredicted = residuals.iter().filter(|r| !r.is_finite()).count();
@@ -39,7 +39,8 @@ impl Validation {
                     true => "10-fold cross-validation",
                     false => "leave-one-out",
                 };
-                (mean_square(&residuals, &weights), by, unpredicted)
+                let error = mean_square(&residuals, &weights);
+                (Predicted { error, by }, unpredicted)
             }
         };
         Ok(Validation {
@@ -52,8 +53,15 @@ impl Validation {
     }
 }
 
-/// The mean squared error that is known from the choice of the parameter, and how rows were predicted for it.
-fn known_error(regression: &Regression) -> Option<(f64, &'static str)> {
+/// A mean squared error of prediction.
+struct Predicted {
+    error: f64,
+    /// How rows were predicted for it.
+    by: &'static str,
+}
+
+/// The error that is known from the choice of the parameter.
+fn known_error(regression: &Regression) -> Option<Predicted> {
     let (fit, estimator) = (&regression.fit, &regression.estimator);
     // Rows that depend on their neighbours are not predicted from those.
     let blocks = match (&estimator.tuning, &fit.scores) {
@@ -67,7 +75,10 @@ fn known_error(regression: &Regression) -> Option<(f64, &'static str)> {
         (halves, "either half of the rows from the other"),
     ]
     .into_iter()
-    .find_map(|(error, by)| Some((error.filter(|e| e.is_finite())?, by)))
+    .find_map(|(error, by)| {
+        let error = error.filter(|e| e.is_finite())?;
+        Some(Predicted { error, by })
+    })
 }
 
 /// The residuals of every tenth row from the others; NaN where these do not allow a fit.

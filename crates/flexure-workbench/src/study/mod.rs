@@ -105,6 +105,12 @@ impl<S: Experiment + Clone + Sync> Measured for Checkpoint<S> {
     }
 }
 
+/// A part of a study, and about the cost of its sample as a multiple of one in a kernel estimate at a point.
+struct Costly<'a> {
+    part: &'a mut dyn Measured,
+    cost: f64,
+}
+
 impl Parts {
     /// Nothing measured yet.
     pub fn new(plan: &Plan) -> Self {
@@ -146,12 +152,14 @@ impl Parts {
         Ok(state)
     }
 
-    /// The parts, each with the cost of a sample, about, as a multiple of one in a kernel estimate at a point.
-    fn each(&mut self) -> impl Iterator<Item = (&mut dyn Measured, f64)> {
-        let plain = self.plain.iter_mut().map(|part| (part as &mut dyn Measured, 1.0));
-        let refined = self.refined.iter_mut().map(|part| (part as &mut dyn Measured, 100.0));
-        let estimators = self.estimators.iter_mut().map(|part| (part as &mut dyn Measured, 10.0));
-        let networks = self.networks.iter_mut().map(|part| (part as &mut dyn Measured, 1000.0));
+    fn each(&mut self) -> impl Iterator<Item = Costly<'_>> {
+        fn costly(part: &mut dyn Measured, cost: f64) -> Costly<'_> {
+            Costly { part, cost }
+        }
+        let plain = self.plain.iter_mut().map(|part| costly(part, 1.0));
+        let refined = self.refined.iter_mut().map(|part| costly(part, 100.0));
+        let estimators = self.estimators.iter_mut().map(|part| costly(part, 10.0));
+        let networks = self.networks.iter_mut().map(|part| costly(part, 1000.0));
         plain.chain(refined).chain(estimators).chain(networks)
     }
 
@@ -159,7 +167,7 @@ impl Parts {
     fn work(&mut self) -> [f64; 2] {
         let each = self
             .each()
-            .map(|(part, cost)| part.samples().map(|samples| cost * samples as f64));
+            .map(|Costly { part, cost }| part.samples().map(|samples| cost * samples as f64));
         each.fold([0.0; 2], |[done, all], [d, a]| [done + d, all + a])
     }
 
@@ -172,7 +180,7 @@ impl Parts {
     /// Measures the next error that is missing; false if none is.
     pub fn step(&mut self, progress: &dyn Fn(f64)) -> flexure::Result<bool> {
         let [done, all] = self.work();
-        for (part, cost) in self.each() {
+        for Costly { part, cost } in self.each() {
             let [before, _] = part.samples();
             if part.step(&|drawn| progress((done + cost * (drawn - before) as f64) / all))? {
                 return Ok(true);

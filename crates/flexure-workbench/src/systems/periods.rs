@@ -2,7 +2,7 @@
 //! distortion.
 
 use anyhow::Result;
-use flexure::linear::{BestLinearApproximation, period_of};
+use flexure::linear::{BestLinearApproximation, Realisation, period_of};
 use flexure_io::RecordFile;
 use flexure_report::data::Approximation;
 use serde_json::{Value, json};
@@ -40,7 +40,8 @@ impl Periodic {
     /// and at most the length of a realisation.
     pub fn new(
         file: &RecordFile,
-        (input, output): (&str, &str),
+        input: &str,
+        output: &str,
         sample_time: Option<f64>,
         period: usize,
         realisations: usize,
@@ -49,10 +50,13 @@ impl Periodic {
         let part = u.len() / realisations;
         let settled = part / period >= ENOUGH_PERIODS;
         let first = if settled { period } else { 0 };
-        let parts: Vec<(&[f64], &[f64])> = (0..realisations)
+        let parts: Vec<Realisation> = (0..realisations)
             .map(|m| {
                 let range = m * part + first..(m + 1) * part;
-                (&u[range.clone()], &y[range])
+                Realisation {
+                    u: &u[range.clone()],
+                    y: &y[range],
+                }
             })
             .collect();
         let best = BestLinearApproximation::new(&parts, period).map_err(|error| file.locate(error))?;

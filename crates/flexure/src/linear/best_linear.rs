@@ -43,6 +43,15 @@ pub struct BestLinearApproximation {
     pub periods: usize,
 }
 
+/// The input and the output of one realisation, in whole periods.
+#[derive(Debug, Clone, Copy)]
+pub struct Realisation<'a> {
+    /// The input.
+    pub u: &'a [f64],
+    /// The output.
+    pub y: &'a [f64],
+}
+
 impl BestLinearApproximation {
     /// The approximation from the input and output of every realisation, in the steady state from their first sample on.
     ///
@@ -54,24 +63,24 @@ impl BestLinearApproximation {
     /// where no line is excited in all realisations.
     ///
     /// ```
-    /// use flexure::linear::{BestLinearApproximation, TransferFunction};
+    /// use flexure::linear::{BestLinearApproximation, Realisation, TransferFunction};
     ///
     /// let period: Vec<f64> = (0..64).map(|n| f64::from(n * n % 64) / 64.0).collect();
     /// let u: Vec<f64> = period.iter().cycle().take(8 * 64).copied().collect();
     /// let y = TransferFunction::new(vec![1.0], vec![1.0, -0.5])?.simulate(&u);
     /// // The first four periods only let the transient decay.
-    /// let best = BestLinearApproximation::new(&[(&u[256..], &y[256..])], 64)?;
+    /// let best = BestLinearApproximation::new(&[Realisation { u: &u[256..], y: &y[256..] }], 64)?;
     /// assert!(best.noise.iter().all(|s| *s < 1e-9) && best.total.is_empty());
     /// # Ok::<(), flexure::Error>(())
     /// ```
-    pub fn new(realisations: &[(&[f64], &[f64])], period: usize) -> Result<Self> {
+    pub fn new(realisations: &[Realisation<'_>], period: usize) -> Result<Self> {
         if period < 2 {
             return Err(Error::parameter("the period", period as f64, "at least 2 samples"));
         }
-        for (m, (u, y)) in realisations.iter().enumerate() {
+        for (m, Realisation { u, y }) in realisations.iter().enumerate() {
             check(m, u, y)?;
         }
-        let shortest = realisations.iter().map(|(u, _)| u.len()).min().unwrap_or(0);
+        let shortest = realisations.iter().map(|r| r.u.len()).min().unwrap_or(0);
         let periods = shortest / period;
         if periods == 0 {
             return Err(Error::too_short(
@@ -81,11 +90,11 @@ impl BestLinearApproximation {
             ));
         }
         let averaged: Vec<Averaged> = (realisations.iter())
-            .map(|(u, y)| Averaged::new(u, y, period, periods))
+            .map(|Realisation { u, y }| Averaged::new(u, y, period, periods))
             .collect();
         let lines = excited(&averaged);
         if lines.is_empty() {
-            let value = realisations[0].0[0];
+            let value = realisations[0].u[0];
             return Err(Error::constant("the input", value));
         }
         let count = realisations.len() as f64;

@@ -14,6 +14,12 @@ use super::State;
 use super::arm::{Arm, JointKind};
 use super::elementary;
 
+/// The elastic and the friction torques of both joints.
+struct JointTorques {
+    elastic: [f64; 2],
+    friction: [f64; 2],
+}
+
 /// Solves `m a = r` by elimination of the second unknown.
 #[inline(always)]
 fn solve(m: [[f64; 2]; 2], r: [f64; 2]) -> [f64; 2] {
@@ -32,7 +38,7 @@ impl Arm {
             return [v1, v2, v1, v2, a1, a2, a1, a2];
         }
         let dq = [x[4], x[5]];
-        let (elastic, friction) = self.joint_torques([x[2] - x[0], x[3] - x[1]], dq);
+        let JointTorques { elastic, friction } = self.joint_torques([x[2] - x[0], x[3] - x[1]], dq);
         let (sin, cos) = x[1].sin_cos();
         let inertial = self.coriolis_torque(sin, dq);
         let mut r = [
@@ -58,7 +64,7 @@ impl Arm {
     #[inline]
     pub fn rigid_derivative(&self, x: &[f64; 4], tau: [f64; 2]) -> [f64; 4] {
         let dq = [x[2], x[3]];
-        let (_, friction) = self.joint_torques([0.0; 2], dq);
+        let friction = self.joint_torques([0.0; 2], dq).friction;
         let (sin, cos) = x[1].sin_cos();
         let inertial = self.coriolis_torque(sin, dq);
         let r = [tau[0] - inertial[0] - friction[0], tau[1] - inertial[1] - friction[1]];
@@ -71,7 +77,7 @@ impl Arm {
     #[inline]
     pub fn deflected_derivative(&self, x: &[f64; 4], d: [f64; 2]) -> [f64; 4] {
         let dq = [x[2], x[3]];
-        let (elastic, friction) = self.joint_torques(d, dq);
+        let JointTorques { elastic, friction } = self.joint_torques(d, dq);
         let (sin, cos) = x[1].sin_cos();
         let inertial = self.coriolis_torque(sin, dq);
         let r = [
@@ -116,10 +122,11 @@ impl Arm {
     /// rotors geared to it for a rigid arm.
     #[inline(always)]
     pub(super) fn mass_terms(&self, cos: f64) -> [[f64; 2]; 2] {
-        let (m11, m12, m22) = self.link_inertia(cos);
+        let m = self.link_inertia(cos);
+        let [[m11, m12], [_, m22]] = m;
         if self.model() == JointKind::Rigid {
             if !self.parameters.parts.rotors {
-                return [[m11, m12], [m12, m22]];
+                return m;
             }
             let off = m12 + self.coupling;
             return [[m11 + self.motor[0], off], [off, m22 + self.motor[1]]];
@@ -132,19 +139,16 @@ impl Arm {
     /// `M + S`, not symmetric.
     #[inline(always)]
     pub(super) fn deflection_mass(&self, cos: f64) -> [[f64; 2]; 2] {
-        let (m11, m12, m22) = self.link_inertia(cos);
-        [[m11, m12 + self.coupling], [m12, m22]]
+        let [[m11, m12], second] = self.link_inertia(cos);
+        [[m11, m12 + self.coupling], second]
     }
 
-    /// The elements M11, M12 and M22 of the inertia matrix (5).
+    /// The inertia matrix (5).
     #[inline(always)]
-    fn link_inertia(&self, cos: f64) -> (f64, f64, f64) {
+    fn link_inertia(&self, cos: f64) -> [[f64; 2]; 2] {
         let swing = self.links.coupling * cos;
-        (
-            self.links.shoulder + 2.0 * swing,
-            self.links.elbow + swing,
-            self.links.elbow,
-        )
+        let off = self.links.elbow + swing;
+        [[self.links.shoulder + 2.0 * swing, off], [off, self.links.elbow]]
     }
 
     /// `C(q, q') q'`, with the matrix of (6).
@@ -168,7 +172,7 @@ impl Arm {
     /// The elastic torques (10), (11) at the deflections `d` and the friction torques (12) at the velocities `v`, for both joints
     /// at once; `joint.rs` has the plain formulas.
     #[inline(always)]
-    fn joint_torques(&self, d: [f64; 2], v: [f64; 2]) -> ([f64; 2], [f64; 2]) {
+    fn joint_torques(&self, d: [f64; 2], v: [f64; 2]) -> JointTorques {
         let [s1, s2] = &self.stiffness;
         let d2 = [d[0] * d[0], d[1] * d[1]];
         let mut factor = [s1.cubic * d2[0] + s1.linear, s2.cubic * d2[1] + s2.linear];
@@ -191,6 +195,9 @@ impl Arm {
                 g[0] * (t[1] - t[3]) + g[3] * t[5] + g[5] * v[1],
             ];
         }
-        ([factor[0] * d[0], factor[1] * d[1]], friction)
+        JointTorques {
+            elastic: [factor[0] * d[0], factor[1] * d[1]],
+            friction,
+        }
     }
 }

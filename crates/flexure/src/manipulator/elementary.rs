@@ -12,9 +12,17 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
-/// `2^k` and `e^r - 1` for `x = k ln 2 + r`; `x` within -700 .. 700 or NaN.
+/// e^x in two parts, for `x = k ln 2 + r`.
+struct SplitExp {
+    /// `2^k`
+    power: f64,
+    /// `e^r - 1`
+    rest: f64,
+}
+
+/// e^x for `x` within -700 .. 700 or NaN.
 #[inline(always)]
-fn split_exp(x: f64) -> (f64, f64) {
+fn split_exp(x: f64) -> SplitExp {
     let shifted = x * std::f64::consts::LOG2_E + ROUND;
     let k = shifted - ROUND;
     let r = (x - k * LN2_HIGH) - k * LN2_LOW;
@@ -27,7 +35,10 @@ fn split_exp(x: f64) -> (f64, f64) {
     let high =
         (1.0 / 3_628_800.0 + r * (1.0 / 39_916_800.0)) + r2 * (1.0 / 479_001_600.0 + r * (1.0 / 6_227_020_800.0));
     let tail = low + r4 * (middle + r4 * high);
-    (power, r + r2 * tail)
+    SplitExp {
+        power,
+        rest: r + r2 * tail,
+    }
 }
 
 /// `tanh` of every lane.
@@ -35,8 +46,8 @@ fn split_exp(x: f64) -> (f64, f64) {
 pub fn tanh<const N: usize>(x: [f64; N]) -> [f64; N] {
     // Beyond 20 the result is 1 to the last bit.
     x.map(|x| {
-        let (power, p) = split_exp(2.0 * x.abs().clamp(0.0, 20.0));
-        let m = power * p + (power - 1.0);
+        let SplitExp { power, rest } = split_exp(2.0 * x.abs().clamp(0.0, 20.0));
+        let m = power * rest + (power - 1.0);
         (m / (m + 2.0)).copysign(x)
     })
 }
@@ -45,8 +56,8 @@ pub fn tanh<const N: usize>(x: [f64; N]) -> [f64; N] {
 #[inline(always)]
 pub fn exp_nonpositive<const N: usize>(x: [f64; N]) -> [f64; N] {
     x.map(|x| {
-        let (power, p) = split_exp(x.clamp(-700.0, 0.0));
-        power * p + power
+        let SplitExp { power, rest } = split_exp(x.clamp(-700.0, 0.0));
+        power * rest + power
     })
 }
 

@@ -61,4 +61,4 @@ pub use series::{Basis, SeriesFit, SeriesRegression};
 pub use spline::{SplineFit, SplineRegression};
 pub(crate) use surface::products;
 pub use surface::{Surface, SurfaceAxis};
-pub(crate) use tabulate::tabulate;
+pub(crate) use tabulate::{Tabulated, tabulate};

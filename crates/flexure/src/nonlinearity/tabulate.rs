@@ -7,8 +7,16 @@ use crate::sort::sorted;
 /// Evenly spaced points over the data's range, and as many at the data's quantiles.
 const POINTS: usize = 301;
 
-/// An estimate in one variable as a curve over the range of its abscissas `x`, and its pointwise standard errors at
-/// the curve's points; these are empty for an estimate that has none.
+/// An estimate as a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tabulated {
+    /// The estimate.
+    pub curve: Curve,
+    /// Its pointwise standard errors at the curve's points; empty for an estimate that has none.
+    pub standard_errors: Vec<f64>,
+}
+
+/// An estimate in one variable as a curve over the range of its abscissas `x`.
 ///
 /// Half of the points are evenly spaced, half lie at quantiles of the data; data of few distinct
 /// abscissas are tabulated at those. Where no data are within reach there is no point, and the curve is
@@ -16,7 +24,7 @@ const POINTS: usize = 301;
 ///
 /// # Errors
 /// Those of [`Regression::predict`] and of [`Curve::new`].
-pub fn tabulate(fit: &dyn Regression, x: &[f64], outside: Outside) -> Result<(Curve, Vec<f64>)> {
+pub fn tabulate(fit: &dyn Regression, x: &[f64], outside: Outside) -> Result<Tabulated> {
     let kernel = fit.kernel_fit();
     let at = match kernel {
         Some(fit) => abscissas(&fit.data().x),
@@ -32,7 +40,10 @@ pub fn tabulate(fit: &dyn Regression, x: &[f64], outside: Outside) -> Result<(Cu
             known_errors.extend(error);
         }
     }
-    Ok((Curve::new(known, values, outside)?, known_errors))
+    Ok(Tabulated {
+        curve: Curve::new(known, values, outside)?,
+        standard_errors: known_errors,
+    })
 }
 
 fn abscissas(sorted: &[f64]) -> Vec<f64> {
@@ -85,10 +96,11 @@ mod tests {
             kernel: Kernel::Epanechnikov,
             bandwidth: 0.5,
         };
-        let (curve, errors) = tabulate(&method.fit(&x, &y).unwrap(), &x, Outside::Nan).unwrap();
+        let fit = method.fit(&x, &y).unwrap();
+        let Tabulated { curve, standard_errors } = tabulate(&fit, &x, Outside::Nan).unwrap();
         assert_eq!(curve.x(), [0.0, 1.0, 2.0, 3.0, 4.0]);
         assert_eq!(curve.y(), [0.0, 1.0, 4.0, 9.0, 16.0]);
-        assert!(errors.iter().all(|e| *e == 0.0));
+        assert!(standard_errors.iter().all(|e| *e == 0.0));
     }
 
     #[test]
@@ -104,7 +116,7 @@ mod tests {
         }
         .fit(&x, &y)
         .unwrap();
-        let (curve, _) = tabulate(&fit, &x, Outside::Nan).unwrap();
+        let curve = tabulate(&fit, &x, Outside::Nan).unwrap().curve;
         for q in [-0.999, -0.4, -0.01, 0.0, 0.3, 0.99] {
             assert!((curve.value(q) - fit.value(q)).abs() < 1e-3);
         }
@@ -115,8 +127,8 @@ mod tests {
         let x: Vec<f64> = (0..400).map(|i| ((i * 7919) % 400) as f64 / 100.0).collect();
         let y: Vec<f64> = x.iter().map(|x| x * x).collect();
         let fit = crate::nonlinearity::Estimator::fit(PolynomialRegression::default(), &[&x], &y, None).unwrap();
-        let (curve, errors) = tabulate(&fit, &x, Outside::Nearest).unwrap();
-        assert!(errors.is_empty());
+        let Tabulated { curve, standard_errors } = tabulate(&fit, &x, Outside::Nearest).unwrap();
+        assert!(standard_errors.is_empty());
         assert_eq!((curve.x()[0], curve.x()[curve.x().len() - 1]), (0.0, 3.99));
         assert!((curve.value(1.505) - 1.505 * 1.505).abs() < 1e-4);
     }
@@ -138,7 +150,7 @@ mod tests {
         }
         .fit(&x, &x)
         .unwrap();
-        let (curve, _) = tabulate(&fit, &x, Outside::Nan).unwrap();
+        let curve = tabulate(&fit, &x, Outside::Nan).unwrap().curve;
         assert!((curve.value(50.0) - 50.0).abs() < 1.0);
     }
 }

@@ -168,13 +168,14 @@ impl<const N: usize> Dop853<N> {
                 Some(step) => step,
                 None => self.first_step(rhs, &slope, t_end - self.t),
             };
-            let (h, last) = fit(preferred, t_end - self.t);
+            let remaining = t_end - self.t;
+            let h = fit(preferred, remaining);
             self.count_step()?;
             let trial = step(rhs, self.t, &self.x, &slope, h);
             self.statistics.evaluations += 11;
             let error = self.error(&trial, h);
             if error <= 1.0 {
-                let t_new = if last { t_end } else { self.t + h };
+                let t_new = if h == remaining { t_end } else { self.t + h };
                 let slope_new = rhs(t_new, &trial.x);
                 self.statistics.evaluations += 1;
                 self.statistics.accepted += 1;
@@ -296,16 +297,16 @@ impl<const N: usize> Dop853<N> {
     }
 }
 
-/// The step to take when `preferred` is wanted and `remaining` is left, and whether it is the last.
+/// The step to take when `preferred` is wanted and `remaining` is left.
 ///
 /// The last two steps are equal, so that none is tiny.
-fn fit(preferred: f64, remaining: f64) -> (f64, bool) {
+fn fit(preferred: f64, remaining: f64) -> f64 {
     if 1.01 * preferred >= remaining {
-        (remaining, true)
+        remaining
     } else if 2.0 * preferred > remaining {
-        (0.5 * remaining, false)
+        0.5 * remaining
     } else {
-        (preferred, false)
+        preferred
     }
 }
 

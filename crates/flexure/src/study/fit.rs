@@ -2,26 +2,54 @@
 
 use super::table::RatePoint;
 
-/// The slope of log rms over log n and its standard error.
+/// The slope of log rms over log n.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Slope {
+    pub value: f64,
+    pub standard_error: f64,
+}
+
+impl Slope {
+    pub const UNKNOWN: Slope = Slope {
+        value: f64::NAN,
+        standard_error: f64::NAN,
+    };
+}
+
+/// The logarithms of n and of the rms error, and the weight of the latter.
+struct LogPoint {
+    n: f64,
+    rms: f64,
+    weight: f64,
+}
+
+/// The slope of log rms over log n.
 ///
 /// Weighted least squares: the Monte Carlo standard error of a mean squared error is known, and that of
 /// its logarithm follows. The slope's standard error is the one that these imply. `None` with fewer than
 /// two usable points.
-pub(super) fn slope(points: &[RatePoint]) -> Option<(f64, f64)> {
-    let usable: Vec<(f64, f64, f64)> = points
+pub(super) fn slope(points: &[RatePoint]) -> Option<Slope> {
+    let usable: Vec<LogPoint> = points
         .iter()
         .filter(|p| p.rms > 0.0 && p.standard_error > 0.0 && p.rms.is_finite() && p.standard_error.is_finite())
         .map(|p| {
             let relative = p.standard_error / p.rms;
-            ((p.n as f64).ln(), p.rms.ln(), 1.0 / (relative * relative))
+            LogPoint {
+                n: (p.n as f64).ln(),
+                rms: p.rms.ln(),
+                weight: 1.0 / (relative * relative),
+            }
         })
         .collect();
-    let total: f64 = usable.iter().map(|p| p.2).sum();
-    let centre = |of: fn(&(f64, f64, f64)) -> f64| usable.iter().map(|p| p.2 * of(p)).sum::<f64>() / total;
-    let (x, y) = (centre(|p| p.0), centre(|p| p.1));
-    let spread: f64 = usable.iter().map(|p| p.2 * (p.0 - x).powi(2)).sum();
-    let joint: f64 = usable.iter().map(|p| p.2 * (p.0 - x) * (p.1 - y)).sum();
-    (usable.len() >= 2 && spread > 0.0).then(|| (joint / spread, spread.sqrt().recip()))
+    let total: f64 = usable.iter().map(|p| p.weight).sum();
+    let centre = |of: fn(&LogPoint) -> f64| usable.iter().map(|p| p.weight * of(p)).sum::<f64>() / total;
+    let (x, y) = (centre(|p| p.n), centre(|p| p.rms));
+    let spread: f64 = usable.iter().map(|p| p.weight * (p.n - x).powi(2)).sum();
+    let joint: f64 = usable.iter().map(|p| p.weight * (p.n - x) * (p.rms - y)).sum();
+    (usable.len() >= 2 && spread > 0.0).then(|| Slope {
+        value: joint / spread,
+        standard_error: spread.sqrt().recip(),
+    })
 }
 
 #[cfg(test)]
@@ -42,11 +70,11 @@ mod tests {
                 }
             })
             .to_vec();
-        let (slope, error) = slope(&points).unwrap();
-        assert!((slope + 0.37).abs() < 1e-12);
+        let Slope { value, standard_error } = slope(&points).unwrap();
+        assert!((value + 0.37).abs() < 1e-12);
         // sigma / sqrt(sum (x - mean)^2), x = 1, 2, 3, 4 times ln 10.
         let expected = 0.1 / (5.0_f64.sqrt() * 10.0_f64.ln());
-        assert!((error - expected).abs() < 1e-12, "{error}");
+        assert!((standard_error - expected).abs() < 1e-12, "{standard_error}");
     }
 
     #[test]

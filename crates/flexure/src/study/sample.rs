@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::setting::{DEGREES, DataSource, Input, Norm, Setting};
+use super::setting::{DEGREES, DataSource, Input, Norm, OfTarget, Setting};
 use crate::error::Result;
 use crate::nonlinearity::{Kernel, KernelRegression};
 
@@ -15,7 +15,7 @@ const GRID: usize = 4000;
 pub(super) struct Sampler<'a> {
     setting: &'a Setting,
     /// Gain and offset of phi in m, (16).
-    truth: (f64, f64),
+    truth: OfTarget,
     /// Samples before the record starts, for the linear part to reach its stationary regime.
     before: usize,
     grid: Vec<f64>,
@@ -31,7 +31,7 @@ impl<'a> Sampler<'a> {
         };
         Sampler {
             setting,
-            truth: setting.gain_and_offset(),
+            truth: setting.truth(),
             before: match &setting.data {
                 DataSource::Static { .. } => 0,
                 DataSource::Hammerstein { linear, .. } => linear.settling(1e-9),
@@ -49,7 +49,7 @@ impl<'a> Sampler<'a> {
             [at] => vec![estimate_at(kernel, bandwidth, *at, &x, &y)],
             grid => KernelRegression { kernel, bandwidth }.fit(&x, &y)?.predict(grid),
         };
-        let (gain, offset) = self.truth;
+        let OfTarget { gain, offset } = self.truth;
         let sum: f64 = self
             .grid
             .iter()
@@ -177,7 +177,7 @@ mod tests {
         let (x, y) = sampler.points(200_000, 3);
         assert_eq!((x.len(), y.len()), (200_000, 200_000));
         let w: Vec<f64> = x.iter().map(|x| x.abs()).collect();
-        let (gain, offset) = sampler.truth;
+        let OfTarget { gain, offset } = sampler.truth;
         assert!((mean(&y) - gain * mean(&w) - offset).abs() < 0.05);
         let (my, mw) = (mean(&y), mean(&w));
         let slope = y.iter().zip(&w).map(|(y, w)| (y - my) * (w - mw)).sum::<f64>() / (2e5 * variance(&w));

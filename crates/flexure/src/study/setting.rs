@@ -184,6 +184,13 @@ pub struct Setting {
     pub sharp: bool,
 }
 
+/// A regression as gain phi(x) + offset.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OfTarget {
+    pub gain: f64,
+    pub offset: f64,
+}
+
 impl Setting {
     /// The error at 0 of the cusp, the kink or the cosine: the worst point of a class.
     ///
@@ -267,14 +274,17 @@ impl Setting {
         )
     }
 
-    /// m(x) = k_lag phi(x) + E phi(X) sum of the other k_j, (16), as gain and offset of phi.
-    pub(super) fn gain_and_offset(&self) -> (f64, f64) {
+    /// m(x) = k_lag phi(x) + E phi(X) sum of the other k_j, (16).
+    pub(super) fn truth(&self) -> OfTarget {
         match &self.data {
-            DataSource::Static { .. } => (1.0, 0.0),
+            DataSource::Static { .. } => OfTarget { gain: 1.0, offset: 0.0 },
             DataSource::Hammerstein { linear, lag, .. } => {
                 let gain = linear.impulse_response(lag + 1)[*lag];
                 let mean = self.input.expectation(|x| self.target.value(x));
-                (gain, mean * (linear.static_gain() - gain))
+                OfTarget {
+                    gain,
+                    offset: mean * (linear.static_gain() - gain),
+                }
             }
         }
     }

@@ -142,8 +142,15 @@ pub fn score_curve(scores: Score) -> ScoreCurve {
     }
 }
 
-/// The structures that were tried on all samples, best first, each once, and the last, which was chosen.
-fn compared(result: &Identification) -> Option<(Vec<&Values>, &Values)> {
+/// The structures that were tried on all samples.
+struct Compared<'a> {
+    /// Best first, each once.
+    all: Vec<&'a Values>,
+    /// The last, which was chosen.
+    chosen: &'a Values,
+}
+
+fn compared(result: &Identification) -> Option<Compared<'_>> {
     let chosen = result.tried.last()?;
     chosen.get("samples")?;
     let samples = chosen.get("samples");
@@ -156,7 +163,7 @@ fn compared(result: &Identification) -> Option<(Vec<&Values>, &Values)> {
             kept.push(t);
         }
     }
-    Some((kept, chosen))
+    Some(Compared { all: kept, chosen })
 }
 
 /// Whether two structures are the same but for the value of one name.
@@ -169,7 +176,7 @@ fn same(a: &Values, b: &Values, but: &str) -> bool {
 
 /// Schwarz's criterion of the structures that differ from the chosen one in the number of pieces alone.
 fn by_pieces(result: &Identification, chosen_pieces: usize) -> Option<ScoreCurve> {
-    let (all, chosen) = compared(result)?;
+    let Compared { all, chosen } = compared(result)?;
     chosen.get("pieces").and_then(Value::number)?;
     let mut alike: Vec<&Values> = all.into_iter().filter(|t| same(t, chosen, "pieces")).collect();
     alike.sort_by(|a, b| a.number("pieces").total_cmp(&b.number("pieces")));
@@ -193,7 +200,7 @@ fn cell(value: &Value) -> String {
 
 /// The best of the structures that were tried on all samples.
 pub(super) fn tried(result: &Identification) -> Option<Table> {
-    let (all, chosen) = compared(result)?;
+    let Compared { all, chosen } = compared(result)?;
     let shown = &all[..all.len().min(MOST_TRIED)];
     // What is zero in all of them is no choice.
     let varies = |name: &str| {

@@ -233,13 +233,15 @@ impl PlainHammerstein {
     ) -> Result<Identification> {
         let (u, y, fitted) = (samples.input(), samples.y, samples.fitted);
         let (gain, output_offset) = (calibrated.gain, calibrated.output_offset);
-        let (curve, errors) = estimate.regression.tabulated(&u[..fitted - estimate.regression_lag])?;
-        let curve = curve.affine(gain, calibrated.mean - gain * estimate.regression.mean);
+        let m = estimate.regression.tabulated(&u[..fitted - estimate.regression_lag])?;
+        let curve = m.curve.affine(gain, calibrated.mean - gain * estimate.regression.mean);
         let linear = delayed(realised.linear.b(), realised.linear.a(), gain, estimate.delay)?;
         warn_of_range(&curve, &u[fitted..], &mut warnings);
         let response = &estimate.response;
         let mut curve = StaticBlock {
-            band: errors.iter().map(|e| NORMAL_95 * gain.abs() * e).collect(),
+            band: (m.standard_errors.iter())
+                .map(|e| NORMAL_95 * gain.abs() * e)
+                .collect(),
             band_label: VARIANCE_ONLY,
             ..StaticBlock::new(curve, self.estimator.title())
         };

@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::identify::outcome::Warning;
 use crate::interrupt;
 use crate::linear::correlation::mean;
-use crate::nonlinearity::{Curve, EstimatorName, NamedEstimator, Outside, Regression, Scores, Tuning, tabulate};
+use crate::nonlinearity::{EstimatorName, NamedEstimator, Outside, Regression, Scores, Tabulated, Tuning, tabulate};
 
 /// The estimate m_n and its values at the samples.
 pub(super) struct NonlinearityEstimate {
@@ -68,7 +68,7 @@ impl NonlinearityEstimate {
     }
 
     /// m_n as a table over the range of x, and its standard errors at the table's points.
-    pub fn tabulated(&self, x: &[f64]) -> Result<(Curve, Vec<f64>)> {
+    pub fn tabulated(&self, x: &[f64]) -> Result<Tabulated> {
         tabulate(&*self.fit, x, Outside::Nearest)
     }
 

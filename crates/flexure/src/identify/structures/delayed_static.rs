@@ -56,7 +56,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let best = best.ok_or_else(|| Error::too_short("a static fit", 1, 0))?;
 
     let shift = TransferFunction::new([vec![0.0; best.delay], vec![1.0]].concat(), vec![1.0])?;
-    let (curve, _) = tabulate(&best.spline, u, Outside::Linear)?;
+    let curve = tabulate(&best.spline, u, Outside::Linear)?.curve;
     let nonlinearity = BlockKind::Static(StaticBlock::new(curve, "smoothing spline"));
     let blocks = vec![
         NamedBlock::new("linear", "Delay", LinearBlock::of(shift)),
