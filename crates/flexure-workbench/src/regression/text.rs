@@ -15,16 +15,16 @@ pub fn fell_back(regression: &Regression) -> bool {
 }
 
 /// How local bandwidths were chosen.
-pub struct LocalRule {
+pub struct LocalRuleText {
     pub name: &'static str,
     /// What speaks for them.
     pub why: String,
 }
 
-pub fn local_rule(local: &LocalBandwidths) -> LocalRule {
+pub fn local_rule(local: &LocalBandwidths) -> LocalRuleText {
     let rms = |error: Option<f64>| error.filter(|e| e.is_finite()).map(|e| number(e.sqrt()));
     let Some(threshold) = local.threshold else {
-        return LocalRule {
+        return LocalRuleText {
             name: "plugin",
             why: "by the plug-in rule".to_owned(),
         };
@@ -36,7 +36,7 @@ pub fn local_rule(local: &LocalBandwidths) -> LocalRule {
         ),
         _ => rule,
     };
-    LocalRule { name: "lepski", why }
+    LocalRuleText { name: "lepski", why }
 }
 
 /// The abscissas of jumps, to enough digits to distinguish them within the data's range.

@@ -2,7 +2,7 @@
 //! distortion.
 
 use anyhow::Result;
-use flexure::linear::{BestLinearApproximation, Realisation, period_of};
+use flexure::linear::{BestLinearApproximation, PeriodicSignals, period_of};
 use flexure_io::RecordFile;
 use flexure_report::data::Approximation;
 use serde_json::{Value, json};
@@ -50,10 +50,10 @@ impl Periodic {
         let part = u.len() / realisations;
         let settled = part / period >= ENOUGH_PERIODS;
         let first = if settled { period } else { 0 };
-        let parts: Vec<Realisation> = (0..realisations)
+        let parts: Vec<PeriodicSignals> = (0..realisations)
             .map(|m| {
                 let range = m * part + first..(m + 1) * part;
-                Realisation {
+                PeriodicSignals {
                     u: &u[range.clone()],
                     y: &y[range],
                 }

@@ -45,7 +45,7 @@ pub struct BestLinearApproximation {
 
 /// The input and the output of one realisation, in whole periods.
 #[derive(Debug, Clone, Copy)]
-pub struct Realisation<'a> {
+pub struct PeriodicSignals<'a> {
     /// The input.
     pub u: &'a [f64],
     /// The output.
@@ -63,21 +63,21 @@ impl BestLinearApproximation {
     /// where no line is excited in all realisations.
     ///
     /// ```
-    /// use flexure::linear::{BestLinearApproximation, Realisation, TransferFunction};
+    /// use flexure::linear::{BestLinearApproximation, PeriodicSignals, TransferFunction};
     ///
     /// let period: Vec<f64> = (0..64).map(|n| f64::from(n * n % 64) / 64.0).collect();
     /// let u: Vec<f64> = period.iter().cycle().take(8 * 64).copied().collect();
     /// let y = TransferFunction::new(vec![1.0], vec![1.0, -0.5])?.simulate(&u);
     /// // The first four periods only let the transient decay.
-    /// let best = BestLinearApproximation::new(&[Realisation { u: &u[256..], y: &y[256..] }], 64)?;
+    /// let best = BestLinearApproximation::new(&[PeriodicSignals { u: &u[256..], y: &y[256..] }], 64)?;
     /// assert!(best.noise.iter().all(|s| *s < 1e-9) && best.total.is_empty());
     /// # Ok::<(), flexure::Error>(())
     /// ```
-    pub fn new(realisations: &[Realisation<'_>], period: usize) -> Result<Self> {
+    pub fn new(realisations: &[PeriodicSignals<'_>], period: usize) -> Result<Self> {
         if period < 2 {
             return Err(Error::parameter("the period", period as f64, "at least 2 samples"));
         }
-        for (m, Realisation { u, y }) in realisations.iter().enumerate() {
+        for (m, PeriodicSignals { u, y }) in realisations.iter().enumerate() {
             check(m, u, y)?;
         }
         let shortest = realisations.iter().map(|r| r.u.len()).min().unwrap_or(0);
@@ -90,7 +90,7 @@ impl BestLinearApproximation {
             ));
         }
         let averaged: Vec<Averaged> = (realisations.iter())
-            .map(|Realisation { u, y }| Averaged::new(u, y, period, periods))
+            .map(|PeriodicSignals { u, y }| Averaged::new(u, y, period, periods))
             .collect();
         let lines = excited(&averaged);
         if lines.is_empty() {

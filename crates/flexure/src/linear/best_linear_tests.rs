@@ -43,7 +43,7 @@ fn measured(seed: u64, periods: usize, f: fn(f64) -> f64, noise: f64) -> (Vec<f6
 
 fn approximated(realisations: u64, periods: usize, f: fn(f64) -> f64, noise: f64) -> BestLinearApproximation {
     let all: Vec<_> = (0..realisations).map(|m| measured(m + 1, periods, f, noise)).collect();
-    let slices: Vec<Realisation> = all.iter().map(|(u, y)| Realisation { u, y }).collect();
+    let slices: Vec<PeriodicSignals> = all.iter().map(|(u, y)| PeriodicSignals { u, y }).collect();
     BestLinearApproximation::new(&slices, PERIOD).unwrap()
 }
 
@@ -113,17 +113,17 @@ fn a_cubic_has_three_times_the_input_power_as_gain_and_its_distortion_is_told_fr
 #[test]
 fn what_was_not_measured_is_not_told() {
     let (u, y) = measured(3, 2, |u| u, 0.1);
-    let single = BestLinearApproximation::new(&[Realisation { u: &u, y: &y }], PERIOD).unwrap();
+    let single = BestLinearApproximation::new(&[PeriodicSignals { u: &u, y: &y }], PERIOD).unwrap();
     assert!(single.total.is_empty() && single.distortion.is_empty() && single.noise.len() == LINES);
     let (u, y) = (&u[..PERIOD], &y[..PERIOD]);
-    let once = BestLinearApproximation::new(&[Realisation { u, y }; 2], PERIOD).unwrap();
+    let once = BestLinearApproximation::new(&[PeriodicSignals { u, y }; 2], PERIOD).unwrap();
     assert!(once.noise.is_empty() && once.distortion.is_empty() && once.total.len() == LINES);
 }
 
 #[test]
 fn what_cannot_be_approximated_is_refused_in_words() {
     let words = |u: &[f64], y: &[f64], period| {
-        let refused = BestLinearApproximation::new(&[Realisation { u, y }], period);
+        let refused = BestLinearApproximation::new(&[PeriodicSignals { u, y }], period);
         refused.unwrap_err().to_string()
     };
     assert!(words(&[1.0; 8], &[1.0; 8], 1).contains("the period"));

@@ -7,5 +7,5 @@ pub(crate) mod levenberg_marquardt;
 mod transfer_function;
 
 pub use crate::linalg::Complex;
-pub use best_linear::{BestLinearApproximation, Realisation, period_of};
+pub use best_linear::{BestLinearApproximation, PeriodicSignals, period_of};
 pub use transfer_function::TransferFunction;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::spline::basis::Local;
+use super::spline::basis::LocalValues;
 use crate::error::{Error, Result};
 use crate::nonlinearity::estimator::MOST_COLUMNS;
 
@@ -27,7 +27,7 @@ impl SurfaceAxis {
     }
 
     /// The B-splines that are not zero at `x`, held within the ends.
-    fn local(&self, x: f64) -> Local<OVERLAP> {
+    fn local(&self, x: f64) -> LocalValues<OVERLAP> {
         let place = ((x - self.low) / (self.high - self.low) * self.pieces as f64).clamp(0.0, self.pieces as f64);
         let first = (place as usize).min(self.pieces - 1);
         let t = place - first as f64;
@@ -38,7 +38,7 @@ impl SurfaceAxis {
             (-3.0 * t2 * t + 3.0 * t2 + 3.0 * t + 1.0) / 6.0,
             t2 * t / 6.0,
         ];
-        Local { first, values }
+        LocalValues { first, values }
     }
 }
 
@@ -184,7 +184,7 @@ pub(crate) fn products(axes: &[SurfaceAxis], x: &[f64], visit: &mut impl FnMut(u
         let (Some((axis, axes)), Some((x, rest))) = (axes.split_first(), x.split_first()) else {
             return visit(index, value);
         };
-        let Local { first, values } = axis.local(*x);
+        let LocalValues { first, values } = axis.local(*x);
         for (k, v) in values.iter().enumerate() {
             along(axes, rest, index * axis.splines() + first + k, value * v, visit);
         }

@@ -25,7 +25,7 @@ pub(crate) struct Grid {
 }
 
 /// Bandwidths that were tried, increasing, and whether the best is at the edge.
-pub(crate) struct Curve {
+pub(crate) struct TriedBandwidths {
     pub scores: Vec<Score>,
     pub at_edge: bool,
 }
@@ -61,7 +61,7 @@ impl Grid {
 
     /// [`search`](Self::search), with the scores of many bandwidths at a time.
     pub fn search_by(&self, scores: impl Fn(&[f64]) -> Vec<f64>) -> BandwidthSearch {
-        let Curve { scores: curve, at_edge } = self.curve(COARSE, scores);
+        let TriedBandwidths { scores: curve, at_edge } = self.curve(COARSE, scores);
         BandwidthSearch {
             bandwidth: curve[lowest(&curve)].bandwidth,
             curve,
@@ -71,7 +71,7 @@ impl Grid {
     }
 
     /// All candidates of a search that begins with `count` bandwidths.
-    pub fn curve(&self, count: usize, scores: impl Fn(&[f64]) -> Vec<f64>) -> Curve {
+    pub fn curve(&self, count: usize, scores: impl Fn(&[f64]) -> Vec<f64>) -> TriedBandwidths {
         let step = (self.largest / self.smallest).ln() / (count - 1) as f64;
         let scores = |positions: &[f64]| {
             let bandwidths: Vec<f64> = positions.iter().map(|t| self.smallest * (step * t).exp()).collect();
@@ -106,7 +106,7 @@ impl Grid {
                 insert(&mut curve, scores(&[place + part * shift]));
             }
         }
-        Curve { scores: curve, at_edge }
+        TriedBandwidths { scores: curve, at_edge }
     }
 }
 

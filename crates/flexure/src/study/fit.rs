@@ -4,13 +4,13 @@ use super::table::RatePoint;
 
 /// The slope of log rms over log n.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Slope {
+pub(super) struct LogSlope {
     pub value: f64,
     pub standard_error: f64,
 }
 
-impl Slope {
-    pub const UNKNOWN: Slope = Slope {
+impl LogSlope {
+    pub const UNKNOWN: LogSlope = LogSlope {
         value: f64::NAN,
         standard_error: f64::NAN,
     };
@@ -28,7 +28,7 @@ struct LogPoint {
 /// Weighted least squares: the Monte Carlo standard error of a mean squared error is known, and that of
 /// its logarithm follows. The slope's standard error is the one that these imply. `None` with fewer than
 /// two usable points.
-pub(super) fn slope(points: &[RatePoint]) -> Option<Slope> {
+pub(super) fn slope(points: &[RatePoint]) -> Option<LogSlope> {
     let usable: Vec<LogPoint> = points
         .iter()
         .filter(|p| p.rms > 0.0 && p.standard_error > 0.0 && p.rms.is_finite() && p.standard_error.is_finite())
@@ -46,7 +46,7 @@ pub(super) fn slope(points: &[RatePoint]) -> Option<Slope> {
     let (x, y) = (centre(|p| p.n), centre(|p| p.rms));
     let spread: f64 = usable.iter().map(|p| p.weight * (p.n - x).powi(2)).sum();
     let joint: f64 = usable.iter().map(|p| p.weight * (p.n - x) * (p.rms - y)).sum();
-    (usable.len() >= 2 && spread > 0.0).then(|| Slope {
+    (usable.len() >= 2 && spread > 0.0).then(|| LogSlope {
         value: joint / spread,
         standard_error: spread.sqrt().recip(),
     })
@@ -70,7 +70,7 @@ mod tests {
                 }
             })
             .to_vec();
-        let Slope { value, standard_error } = slope(&points).unwrap();
+        let LogSlope { value, standard_error } = slope(&points).unwrap();
         assert!((value + 0.37).abs() < 1e-12);
         // sigma / sqrt(sum (x - mean)^2), x = 1, 2, 3, 4 times ln 10.
         let expected = 0.1 / (5.0_f64.sqrt() * 10.0_f64.ln());

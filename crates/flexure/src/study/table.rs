@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::fit::{Slope, slope};
+use super::fit::{LogSlope, slope};
 use super::plan::Experiment;
 use super::setting::Setting;
 
@@ -70,10 +70,10 @@ pub struct RateResult<S = Setting> {
 impl<S: Experiment> RateResult<S> {
     /// `settings` is the number of settings that are judged together.
     pub(super) fn new(setting: S, points: Vec<RatePoint>, settings: usize) -> Self {
-        let Slope {
+        let LogSlope {
             value: slope,
             standard_error: error,
-        } = slope(&points).unwrap_or(Slope::UNKNOWN);
+        } = slope(&points).unwrap_or(LogSlope::UNKNOWN);
         let around = |level: f64| {
             let half = Normal::standard().inverse_cdf(0.5 + 0.5 * level) * error;
             [slope - half, slope + half]

@@ -37,7 +37,7 @@ pub(super) struct ChosenOrder {
 
 /// A linear part, and how its order was chosen.
 #[derive(Clone)]
-pub(super) struct Ordered<L> {
+pub(super) struct WithOrder<L> {
     pub linear: L,
     pub order: ChosenOrder,
 }
@@ -82,7 +82,7 @@ pub(super) fn realise(
         squares / y.len() as f64
     });
     interrupt::check()?;
-    let Some(Ordered { linear, order }) = found else {
+    let Some(WithOrder { linear, order }) = found else {
         return Err(Error::Data(DataError::ResponseTooShort {
             delay,
             lags: k.len(),
@@ -110,7 +110,7 @@ pub(super) struct OrderSearch<'a> {
 
 impl OrderSearch<'_> {
     /// The linear part with the smallest Schwarz criterion, for the mean squared error of each; `None` if the response is too short.
-    pub fn run(&self, mean_square: impl Fn(&TransferFunction) -> f64) -> Option<Ordered<TransferFunction>> {
+    pub fn run(&self, mean_square: impl Fn(&TransferFunction) -> f64) -> Option<WithOrder<TransferFunction>> {
         let largest = LARGEST_ORDER.min(self.k.len().saturating_sub(1) / 2);
         let n = self.samples as f64;
         let mut scores = Vec::new();
@@ -139,7 +139,7 @@ impl OrderSearch<'_> {
             hankel_singular_values: hankel_singular_values(self.k, HANKEL_ROWS).unwrap_or_default(),
             scores,
         };
-        Some(Ordered { linear, order })
+        Some(WithOrder { linear, order })
     }
 }
 

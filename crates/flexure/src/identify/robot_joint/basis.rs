@@ -5,7 +5,7 @@ use super::fourier::Modulation;
 use super::limits::{
     FRICTION_DENSER, GRID_DENSER, POINTS_IN_INTERVAL, SHARE_IN_INTERVAL, SPLINE_SLOPE_STEP, STIFFNESS_DENSER,
 };
-use crate::nonlinearity::spline::basis::{CubicSplines, Local};
+use crate::nonlinearity::spline::basis::{CubicSplines, LocalValues};
 
 /// Simpson's weights of a sample and of the middles between it and its neighbours.
 const MIDDLE: f64 = 4.0 / 6.0;
@@ -113,7 +113,7 @@ impl Basis {
     }
 
     /// The four splines that do not vanish at x; the nearest end's beyond the range.
-    fn at(&self, x: f64) -> Local<4> {
+    fn at(&self, x: f64) -> LocalValues<4> {
         self.splines
             .at(((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0))
     }
@@ -122,7 +122,7 @@ impl Basis {
     pub fn columns_times_x(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut columns = vec![vec![0.0; x.len()]; self.len()];
         for (i, &x) in x.iter().enumerate() {
-            let Local { first, values } = self.at(x);
+            let LocalValues { first, values } = self.at(x);
             for (k, v) in values.iter().enumerate() {
                 columns[first + k][i] = x * v;
             }
@@ -134,7 +134,7 @@ impl Basis {
     pub fn mean_columns(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut columns = vec![vec![0.0; x.len()]; self.len()];
         let mut add = |at: usize, x: f64, weight: f64| {
-            let Local { first, values } = self.at(x);
+            let LocalValues { first, values } = self.at(x);
             for (k, v) in values.iter().enumerate() {
                 columns[first + k][at] += weight * v;
             }
@@ -161,7 +161,7 @@ impl Basis {
                     *slope += step.signum() * v * (x[i] + step) / (2.0 * h);
                 }
             }
-            Local { first, values: slopes }
+            LocalValues { first, values: slopes }
         })
     }
 
@@ -172,7 +172,7 @@ impl Basis {
 
     /// The variance of [`Basis::value`], from the coefficients' covariance: `covariance(i, j)`.
     pub fn variance(&self, covariance: impl Fn(usize, usize) -> f64, x: f64) -> f64 {
-        let Local { first, values } = self.at(x);
+        let LocalValues { first, values } = self.at(x);
         let mut total = 0.0;
         for (i, a) in values.iter().enumerate() {
             for (j, b) in values.iter().enumerate() {

@@ -9,7 +9,7 @@ use super::fourier::Modulation;
 use super::limits::{MOSTLY_NOISE, NOISE_HALVINGS};
 use super::normal::{ridged, scaled, scales};
 use crate::linalg::Matrix;
-use crate::nonlinearity::spline::basis::Local;
+use crate::nonlinearity::spline::basis::LocalValues;
 
 /// What noise adds to the product of two columns, or to the square of one, in one block of equations.
 #[derive(Debug, Clone, Copy)]
@@ -65,11 +65,15 @@ pub(super) struct Slopes {
 
 impl Slopes {
     /// Of functions of which few have a slope at a sample: `at(i)` are the slopes at sample i.
-    pub fn new<const N: usize>(modulation: &Modulation, functions: usize, at: impl Fn(usize) -> Local<N>) -> Slopes {
+    pub fn new<const N: usize>(
+        modulation: &Modulation,
+        functions: usize,
+        at: impl Fn(usize) -> LocalValues<N>,
+    ) -> Slopes {
         let mut mean = vec![0.0; functions];
         let mut products = vec![[0.0; N]; functions];
         for (i, weight) in modulation.shares().enumerate() {
-            let Local { first, values: slopes } = at(i);
+            let LocalValues { first, values: slopes } = at(i);
             for (a, &slope) in slopes.iter().enumerate().filter(|(_, s)| **s != 0.0) {
                 mean[first + a] += weight * slope;
                 for (b, &other) in slopes[a..].iter().enumerate() {

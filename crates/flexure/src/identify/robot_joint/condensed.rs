@@ -20,7 +20,7 @@ use super::normal::Normal;
 use super::system::{Curve, Splines};
 use crate::linalg::{Matrix, Vector};
 use crate::linear::levenberg_marquardt::{NormalEquations, minimise_squares};
-use crate::nonlinearity::spline::basis::Local;
+use crate::nonlinearity::spline::basis::LocalValues;
 use crate::parallel;
 
 /// A curve of the equations of motion that is to have a physical form.
@@ -336,7 +336,7 @@ fn slopes(modulation: &Modulation, knots: &[f64], x: &[f64]) -> Slopes {
     Slopes::new(modulation, knots.len(), |i| {
         let k = knots.partition_point(|knot| *knot <= x[i]).clamp(1, knots.len() - 1);
         let rise = 1.0 / (knots[k] - knots[k - 1]);
-        Local {
+        LocalValues {
             first: k - 1,
             values: [-rise, rise],
         }

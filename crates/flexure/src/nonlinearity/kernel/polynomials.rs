@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use super::moments::Groups;
-use super::window_bounds::{Abscissas, Scratch, WindowBounds, Windows};
+use super::window_bounds::{Abscissas, PointWindows, Scratch, WindowBounds};
 use super::window_sums::{BATCH, RunningSums, WindowSums};
 use super::{Degree, Kernel, Sorted, Sums};
 
@@ -198,7 +198,7 @@ impl Task for AtOwnPoints<'_> {
             let mut constants = [[0.0; 2]; BATCH];
             let mut sums = WindowSums::new(data, &groups, h, &mut running);
             let mut bounds = WindowBounds::new(&abscissas, h, points, &mut bounds_scratch);
-            while let Some(Windows { points, starts, ends }) = bounds.next() {
+            while let Some(PointWindows { points, starts, ends }) = bounds.next() {
                 sums.batches(&data.x[points.clone()], starts, ends, coefficients, |k, batch| {
                     let points = points.start + k..points.start + k + batch.len();
                     if N == M {

@@ -82,7 +82,7 @@ impl Default for Scratch {
 }
 
 /// Points that follow one another, the starts of their windows and the ends.
-pub struct Windows<'a> {
+pub struct PointWindows<'a> {
     pub points: Range<usize>,
     pub starts: &'a [u32],
     pub ends: &'a [u32],
@@ -112,7 +112,7 @@ impl<'a> WindowBounds<'a> {
     }
 
     /// The windows of the next points.
-    pub fn next(&mut self) -> Option<Windows<'_>> {
+    pub fn next(&mut self) -> Option<PointWindows<'_>> {
         let first = self.next;
         while self.i <= first && (self.i, self.j) != self.last {
             self.walk_tile();
@@ -128,7 +128,7 @@ impl<'a> WindowBounds<'a> {
         let points = first..self.next;
         let starts = &self.scratch.starts[first - self.range.start..][..points.len()];
         let ends = &self.scratch.ends[..points.len()];
-        (!points.is_empty()).then_some(Windows { points, starts, ends })
+        (!points.is_empty()).then_some(PointWindows { points, starts, ends })
     }
 
     /// Walks TILE steps, or those that remain.

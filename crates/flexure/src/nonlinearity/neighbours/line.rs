@@ -9,7 +9,7 @@ use crate::sort::order;
 pub(super) struct Line {
     /// The distinct abscissas, increasing.
     x: Vec<f64>,
-    points: Vec<Point>,
+    points: Vec<LinePoint>,
     /// The sums of the weights, and of the weighted ordinates, before every distinct abscissa and after the last.
     weight: Vec<Sum>,
     moment: Vec<Sum>,
@@ -17,7 +17,7 @@ pub(super) struct Line {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Point {
+struct LinePoint {
     /// The index of its abscissa.
     group: usize,
     weight: f64,
@@ -63,7 +63,7 @@ impl Line {
             let y = y - mean;
             (w_sum, m_sum) = (w_sum.plus(*w), m_sum.plus(w * y));
             (weight[group + 1], moment[group + 1]) = (w_sum, m_sum);
-            points.push(Point { group, weight: *w, y });
+            points.push(LinePoint { group, weight: *w, y });
         }
         Line {
             x,
@@ -162,7 +162,7 @@ impl Line {
     pub fn scores(&self, k: f64) -> Scores {
         let (mut with, mut without) = (Window { left: 0, right: 0 }, Window { left: 0, right: 0 });
         let mut scores = Scores::default();
-        for &Point { group, weight: w, y } in &self.points {
+        for &LinePoint { group, weight: w, y } in &self.points {
             let q = self.x[group];
             let whole = self.slide(&mut with, q, k);
             let more = self.slide(&mut without, q, k + w);

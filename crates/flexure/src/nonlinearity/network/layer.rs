@@ -10,13 +10,13 @@ pub(super) struct Layer {
 }
 
 /// The parameters of a unit.
-struct Unit<'a> {
+struct UnitParameters<'a> {
     c: f64,
     d: f64,
     v: &'a [f64],
 }
 
-impl Unit<'_> {
+impl UnitParameters<'_> {
     /// tanh(d + v . z)
     fn tanh(&self, z: &[f64]) -> f64 {
         tanh(self.d + dot(self.v, z))
@@ -32,8 +32,8 @@ impl Layer {
         self.inputs + 2
     }
 
-    fn units_of(self, theta: &[f64]) -> impl Iterator<Item = Unit<'_>> {
-        theta[1..].chunks_exact(self.stride()).map(|u| Unit {
+    fn units_of(self, theta: &[f64]) -> impl Iterator<Item = UnitParameters<'_>> {
+        theta[1..].chunks_exact(self.stride()).map(|u| UnitParameters {
             c: u[0],
             d: u[1],
             v: &u[2..],
@@ -67,7 +67,7 @@ impl Layer {
     pub fn linearise(self, theta: &[f64], z: &[Row], u: &Row, rows: &mut [Row]) {
         rows[0] = [1.0; BLOCK];
         let mut residual: Row = u.map(|u| u - theta[0]);
-        for (k, Unit { c, d, v }) in self.units_of(theta).enumerate() {
+        for (k, UnitParameters { c, d, v }) in self.units_of(theta).enumerate() {
             let first = 1 + k * self.stride();
             let mut inner = [d; BLOCK];
             for (v, z) in v.iter().zip(z) {

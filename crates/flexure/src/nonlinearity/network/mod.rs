@@ -121,7 +121,7 @@ impl Estimator for NetworkRegression {
     fn fit(self, x: &[&[f64]], y: &[f64], weights: Option<&[f64]>) -> Result<NetworkFit> {
         self.check()?;
         let points = Points::new("a neural network", MOST_COLUMNS, x, y, weights)?;
-        let Standardised { sample, inputs, output } = Sample::new(&points);
+        let Standardised { sample, inputs, output } = Sample::standardised(&points);
         let layer = |units| Layer {
             inputs: inputs.len(),
             units,

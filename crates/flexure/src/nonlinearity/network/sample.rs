@@ -79,7 +79,7 @@ pub(super) struct SampleBlock {
 
 impl Sample {
     /// The coordinates by their medians and quartiles, the ordinates by their mean and standard deviation.
-    pub fn new(points: &Points) -> Standardised {
+    pub fn standardised(points: &Points) -> Standardised {
         let inputs: Vec<Scaling> = points.x.iter().map(|x| Scaling::robust(x, &points.w)).collect();
         let output = Scaling::moments(points);
         let columns = points.x.iter().zip(&inputs);
@@ -138,7 +138,7 @@ mod tests {
         let of = |gain: f64, offset: f64| {
             let moved = |v: &[f64]| v.iter().map(|v| gain * v + offset).collect::<Vec<_>>();
             let points = Points::new("a test", 2, &[&moved(&x), &moved(&y)], &moved(&y), None).unwrap();
-            Sample::new(&points).sample
+            Sample::standardised(&points).sample
         };
         let (one, other) = (of(1.0, 0.0), of(1e-3, 5.0));
         for (a, b) in one
@@ -159,7 +159,7 @@ mod tests {
         let mut x = vec![2.0; 30];
         x[29] = 1e90;
         let points = Points::new("a test", 1, &[&x], &x, None).unwrap();
-        let sample = Sample::new(&points).sample;
+        let sample = Sample::standardised(&points).sample;
         assert!(sample.z[0].iter().all(|z| z.abs() <= 1e9), "{:?}", sample.z);
     }
 
@@ -167,7 +167,7 @@ mod tests {
     fn thinning_keeps_the_spread() {
         let x: Vec<f64> = (0..1000).map(f64::from).collect();
         let points = Points::new("a test", 1, &[&x], &x, None).unwrap();
-        let sample = Sample::new(&points).sample;
+        let sample = Sample::standardised(&points).sample;
         let few = sample.thinned(10);
         assert_eq!((few.len(), few.total), (10, 10.0));
         assert_eq!(few.z[0][0], sample.z[0][50]);

@@ -201,7 +201,7 @@ fn the_linearised_leave_one_out_score_is_near_that_of_refits() {
     let y: Vec<f64> = x[0].iter().zip(&e).map(|(x, e)| x.tanh() + 0.1 * e).collect();
     // The scales must not change from refit to refit: the definition with those of all points.
     let points = Points::new("a test", 1, &[&x[0]], &y, Some(&w)).unwrap();
-    let Standardised { sample, output, .. } = Sample::new(&points);
+    let Standardised { sample, output, .. } = Sample::standardised(&points);
     let layer = Layer { inputs: 1, units: 2 };
     let all = train(&sample, layer, Decay::Fixed(0.05), 3, 1).unwrap();
     let score = all.score(&sample, output.scale);

@@ -4,13 +4,13 @@ use super::banded::Banded;
 
 /// Those of a basis' functions that do not vanish at a point, which follow one another.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Local<const N: usize> {
+pub(crate) struct LocalValues<const N: usize> {
     /// The index of the first.
     pub first: usize,
     pub values: [f64; N],
 }
 
-impl<const N: usize> Local<N> {
+impl<const N: usize> LocalValues<N> {
     /// The sum of all functions with these coefficients.
     pub fn combined(&self, coefficients: &[f64]) -> f64 {
         let each = self.values.iter().zip(&coefficients[self.first..]);
@@ -20,7 +20,7 @@ impl<const N: usize> Local<N> {
 
 /// The cubic B-splines at a point, and their slopes there.
 pub(crate) struct LocalCubics {
-    pub at: Local<4>,
+    pub at: LocalValues<4>,
     pub slopes: [f64; 4],
 }
 
@@ -45,7 +45,7 @@ impl LocalCubics {
         }
         let [p, q, s] = shares;
         LocalCubics {
-            at: Local {
+            at: LocalValues {
                 first: span - 3,
                 values: v,
             },
@@ -79,7 +79,7 @@ impl CubicSplines {
     }
 
     /// The four B-splines that do not vanish at `x` between the ends.
-    pub fn at(&self, x: f64) -> Local<4> {
+    pub fn at(&self, x: f64) -> LocalValues<4> {
         LocalCubics::new(&self.knots, x).at
     }
 
@@ -129,7 +129,7 @@ mod tests {
         let splines = CubicSplines::new(&[0.0, 0.1, 0.4, 0.45, 1.0]);
         assert_eq!(splines.len(), 7);
         for u in [0.0, 0.05, 0.1, 0.3, 0.45, 0.9, 1.0] {
-            let Local { first, values: v } = splines.at(u);
+            let LocalValues { first, values: v } = splines.at(u);
             assert!(first + 4 <= splines.len());
             assert!(
                 (v.iter().sum::<f64>() - 1.0).abs() < 1e-15 && v.iter().all(|v| *v >= 0.0),

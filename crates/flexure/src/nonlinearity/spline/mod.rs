@@ -16,7 +16,7 @@ use crate::parallel;
 use crate::selection::{OpenEnds, ScoredParameter, Search, UNDETERMINED, lowest};
 use crate::sort;
 use banded::{Banded, Factor};
-use basis::{CubicSplines, Local};
+use basis::{CubicSplines, LocalValues};
 
 /// Penalties of the logarithmic grid.
 const GRID: usize = 40;
@@ -149,12 +149,12 @@ struct Problem<'a> {
     bulk: f64,
     splines: CubicSplines,
     /// For every point its four B-splines.
-    rows: Vec<Local<4>>,
+    rows: Vec<LocalValues<4>>,
     gram: Banded,
     roughness: Banded,
     moment: Vec<f64>,
     residual: Vec<f64>,
-    line: Line,
+    line: StraightLine,
 }
 
 impl<'a> Problem<'a> {
@@ -167,8 +167,8 @@ impl<'a> Problem<'a> {
         let bulk = if bulk > 0.0 { bulk } else { 1.0 };
         let splines = CubicSplines::new(&thinned(&breakpoints, most, CLOSEST * bulk));
         let u: Vec<f64> = points.x[0].iter().map(|x| unit(*x)).collect();
-        let line = Line::new(&u, points);
-        let rows: Vec<Local<4>> = u.iter().map(|u| splines.at(*u)).collect();
+        let line = StraightLine::new(&u, points);
+        let rows: Vec<LocalValues<4>> = u.iter().map(|u| splines.at(*u)).collect();
         let residual: Vec<f64> = (u.iter().zip(&points.y)).map(|(u, y)| y - line.value(*u)).collect();
         let mut gram = Banded::zeros(splines.len());
         let mut moment = vec![0.0; splines.len()];
@@ -199,27 +199,27 @@ impl<'a> Problem<'a> {
         (self.high - self.low).powi(3)
     }
 
-    fn solve(&self, penalty: f64) -> Option<Solution> {
+    fn solve(&self, penalty: f64) -> Option<SplineSolution> {
         let factor = self.gram.plus(penalty / self.unit(), &self.roughness).factor()?;
         let coefficients = factor.solve(self.moment.clone());
         coefficients
             .iter()
             .all(|c| c.is_finite())
-            .then_some(Solution { factor, coefficients })
+            .then_some(SplineSolution { factor, coefficients })
     }
 
     /// Both scores and the degrees of freedom for one penalty; `None` where the normal equations are singular to
     /// working precision.
     fn candidate(&self, penalty: f64) -> Option<ScoredParameter<f64>> {
         let (n, weight) = (self.points.len(), self.points.total_weight());
-        let Solution {
+        let SplineSolution {
             factor,
             coefficients: c,
         } = self.solve(penalty)?;
         let inverse = factor.inverse_band();
         let (mut trace, mut left_out, mut residual) = (0.0, 0.0, 0.0);
         for ((row, w), y) in self.rows.iter().zip(&self.points.w).zip(&self.residual) {
-            let Local { first, values: v } = row;
+            let LocalValues { first, values: v } = row;
             let (mut leverage, mut fitted) = (0.0, 0.0);
             for i in 0..4 {
                 let band = &inverse.rows[first + i];
@@ -282,20 +282,20 @@ impl<'a> Problem<'a> {
 }
 
 /// The spline's coefficients, and the factor of its normal equations.
-struct Solution {
+struct SplineSolution {
     factor: Factor,
     coefficients: Vec<f64>,
 }
 
 /// A straight line by its values at 0 and 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Line {
+struct StraightLine {
     ends: [f64; 2],
 }
 
-impl Line {
+impl StraightLine {
     /// The weighted least-squares line through (u, y).
-    fn new(u: &[f64], points: &Points) -> Line {
+    fn new(u: &[f64], points: &Points) -> StraightLine {
         let total = points.total_weight();
         let centre = u.iter().zip(&points.w).map(|(u, w)| w * u).sum::<f64>() / total;
         let mean = points.mean();
@@ -305,7 +305,7 @@ impl Line {
             product += w * (u - centre) * (y - mean);
         }
         let slope = product / square;
-        Line {
+        StraightLine {
             ends: [mean - slope * centre, mean + slope * (1.0 - centre)],
         }
     }
@@ -326,7 +326,7 @@ pub struct SplineFit {
     degrees_of_freedom: f64,
     splines: CubicSplines,
     coefficients: Vec<f64>,
-    line: Line,
+    line: StraightLine,
     range: (f64, f64),
     outside: Outside,
     search: Option<Search<f64>>,

@@ -67,10 +67,10 @@ fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &OrthogonalFit) -
         }
     }
     // For every jump the samples near it.
-    let mut around: Vec<Vec<Residual>> = vec![Vec::new(); terms.len()];
+    let mut around: Vec<Vec<ResidualAt>> = vec![Vec::new(); terms.len()];
     for ((x, z), m) in u.iter().zip(values).zip(&cells.of) {
         for &j in &jumps_near[*m as usize] {
-            around[j].push(Residual {
+            around[j].push(ResidualAt {
                 at: cells.unit.of(*x),
                 value: z - curve.value(*x),
             });
@@ -87,7 +87,7 @@ fn jumps_placed(cells: &Cells, u: &[f64], values: &[f64], fit: &OrthogonalFit) -
 
 /// The residual at a sample.
 #[derive(Clone, Copy)]
-struct Residual {
+struct ResidualAt {
     at: f64,
     value: f64,
 }
@@ -101,18 +101,18 @@ struct Residual {
 ///   moved down     <-------|                the curve rises by it: the residual falls
 /// ```
 /// So the change of the sum of squares is a running sum in both directions, and the best place is where it is lowest.
-fn best_jump(points: &[Residual], now: f64, size: f64) -> f64 {
+fn best_jump(points: &[ResidualAt], now: f64, size: f64) -> f64 {
     let split = points.partition_point(|p| p.at < now);
     let (mut least, mut best) = (0.0, split);
     let mut change = 0.0;
-    for (i, Residual { value, .. }) in points.iter().enumerate().skip(split) {
+    for (i, ResidualAt { value, .. }) in points.iter().enumerate().skip(split) {
         change += (value + size).powi(2) - value * value;
         if change < least {
             (least, best) = (change, i + 1);
         }
     }
     change = 0.0;
-    for (i, Residual { value, .. }) in points[..split].iter().enumerate().rev() {
+    for (i, ResidualAt { value, .. }) in points[..split].iter().enumerate().rev() {
         change += (value - size).powi(2) - value * value;
         if change < least {
             (least, best) = (change, i);

@@ -27,7 +27,7 @@ impl Cells {
         let mut sorted = u.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
         let unit = UnitCoordinate::new(sorted[0], sorted[sorted.len() - 1]);
-        let Limits { between, exact } = Limits::new(&sorted);
+        let CellLimits { between, exact } = CellLimits::new(&sorted);
         let mut lower = vec![-1.0];
         lower.extend(between.iter().map(|t| unit.of(*t)));
         lower.dedup();
@@ -142,21 +142,21 @@ impl Cells {
 }
 
 /// The limits between the cells.
-struct Limits {
+struct CellLimits {
     between: Vec<f64>,
     /// Whether every cell holds one value.
     exact: bool,
 }
 
-impl Limits {
+impl CellLimits {
     /// Few distinct values have a cell each. Otherwise the limits are evenly spaced by rank, and equal values stay together.
-    fn new(sorted: &[f64]) -> Limits {
+    fn new(sorted: &[f64]) -> CellLimits {
         let n = sorted.len();
         let cells = (n / FEWEST_IN_CELL).clamp(1, MOST_CELLS);
         let mut distinct = sorted.to_vec();
         distinct.dedup();
         if distinct.len() <= cells {
-            return Limits {
+            return CellLimits {
                 between: distinct.windows(2).map(|w| 0.5 * w[0] + 0.5 * w[1]).collect(),
                 exact: true,
             };
@@ -171,6 +171,6 @@ impl Limits {
                 }
             }
         }
-        Limits { between, exact: false }
+        CellLimits { between, exact: false }
     }
 }

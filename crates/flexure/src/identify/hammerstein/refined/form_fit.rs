@@ -73,14 +73,14 @@ struct Problem<'a> {
 
 /// Parameters and what they leave.
 #[derive(Clone)]
-struct Fitted {
+struct FittedParameters {
     parameters: Vec<f64>,
     squares: f64,
 }
 
-impl Fitted {
+impl FittedParameters {
     /// The parameters that leave the least.
-    fn least(all: impl Iterator<Item = Fitted>) -> Option<Vec<f64>> {
+    fn least(all: impl Iterator<Item = FittedParameters>) -> Option<Vec<f64>> {
         let best = all.min_by(|a, b| a.squares.total_cmp(&b.squares));
         best.map(|best| best.parameters)
     }
@@ -110,7 +110,7 @@ impl Problem<'_> {
 
     /// All parameters for given searched ones, and their sum of squares in proportion to the cells that count; `None` where fewer
     /// than half of the cells do.
-    fn solved(&self, searched: &[f64]) -> Option<Fitted> {
+    fn solved(&self, searched: &[f64]) -> Option<FittedParameters> {
         let weights = self.counted(searched);
         let counted = weights.iter().filter(|w| **w > 0.0).count();
         if 2 * counted < weights.len() {
@@ -139,7 +139,7 @@ impl Problem<'_> {
         let p: Vec<f64> = searched.iter().copied().chain(linear).collect();
         let squares: f64 = self.residuals(&p).iter().map(|r| r * r).sum();
         let share = counted as f64 / weights.len() as f64;
-        squares.is_finite().then_some(Fitted {
+        squares.is_finite().then_some(FittedParameters {
             parameters: p,
             squares: squares / share,
         })
@@ -168,22 +168,22 @@ impl Problem<'_> {
     /// The best parameters.
     fn minimum(&self) -> Option<Vec<f64>> {
         let grid = self.form.grid(&self.points.x);
-        let mut starts: Vec<Fitted> = grid.iter().filter_map(|s| self.solved(s)).collect();
+        let mut starts: Vec<FittedParameters> = grid.iter().filter_map(|s| self.solved(s)).collect();
         sort::by_key(&mut starts, |s| s.squares);
         if self.form == PhysicalForm::Quantizer {
             // The sum of squares is piecewise constant in the step: a finer grid in place of derivatives.
             let step = starts.first()?.parameters[0];
             let finer = FINER_STEPS.filter_map(|i| self.solved(&[step * (1.0 + FINER_STEP * f64::from(i))]));
-            return Fitted::least(finer.chain(starts.iter().cloned()));
+            return FittedParameters::least(finer.chain(starts.iter().cloned()));
         }
         let refined = starts.iter().take(FORM_STARTS).filter_map(|start| {
             let minimum = minimise(start.parameters.clone(), FORM_STEPS, |p| self.linearised(p))?;
-            Some(Fitted {
+            Some(FittedParameters {
                 parameters: minimum.parameters,
                 squares: minimum.equations.cost,
             })
         });
-        Fitted::least(refined.chain(starts.iter().take(1).cloned()))
+        FittedParameters::least(refined.chain(starts.iter().take(1).cloned()))
     }
 
     /// Standard errors; infinite where a parameter is not determined. A quantizer's step has none.
@@ -239,7 +239,7 @@ impl MemoryRemoved {
         };
         let p = problem.minimum().ok_or_else(|| too_short(0))?;
         let weights = problem.counted(&p[..form.searched()]);
-        let LackOfFit { statistic, groups } = LackOfFit::new(&problem.residuals(&p), &weights);
+        let GroupedSquares { statistic, groups } = GroupedSquares::new(&problem.residuals(&p), &weights);
         let degrees = groups.saturating_sub(p.len()).max(1);
         // At least one degree of freedom: the distribution exists.
         let (limit, p_value) = match ChiSquared::new(degrees as f64) {
@@ -261,16 +261,16 @@ impl MemoryRemoved {
 
 /// The sum over groups of neighbours of the squared sum of residuals over its variance.
 #[derive(Default)]
-struct LackOfFit {
+struct GroupedSquares {
     statistic: f64,
     /// The number of groups that count.
     groups: usize,
 }
 
-impl LackOfFit {
-    fn new(weighted: &[f64], weights: &[f64]) -> LackOfFit {
+impl GroupedSquares {
+    fn new(weighted: &[f64], weights: &[f64]) -> GroupedSquares {
         let groups = FORM_GROUPS.min(weighted.len());
-        let mut lack = LackOfFit::default();
+        let mut lack = GroupedSquares::default();
         for g in 0..groups {
             let part = g * weighted.len() / groups..(g + 1) * weighted.len() / groups;
             // r_i w_i has variance 1; the sum over samples of the residuals is sum_i w_i (w_i r_i) in units of the noise.

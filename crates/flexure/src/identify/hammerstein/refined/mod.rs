@@ -200,7 +200,7 @@ impl RefinedHammerstein {
         let parameters = parameters(&linear, blocks.breakpoints.len());
         let path = path(request, named(curve, linear));
         let model = path.model(blocks.offset);
-        let Judged { predicted, verdict } = judged(&model, all, minimum.parameters())?;
+        let FreeRun { predicted, verdict } = judged(&model, all, minimum.parameters())?;
         warn_if_useless(&verdict, &mut warnings);
         let run = Run {
             model,
@@ -235,7 +235,7 @@ impl RefinedHammerstein {
             result => result?,
         };
         plain.warnings.push(Warning::NotRefined);
-        let Judged { predicted, verdict } = judged(&plain.model, all, 0)?;
+        let FreeRun { predicted, verdict } = judged(&plain.model, all, 0)?;
         for block in plain.paths.iter_mut().flat_map(|p| &mut p.blocks) {
             match &mut block.kind {
                 BlockKind::Static(block) => {
@@ -278,12 +278,12 @@ fn warnings(all: &Experiments, plain: &Identification) -> Vec<Warning> {
 }
 
 /// The free run of a model over every experiment, and the verdict on the fresh samples that are not missing.
-struct Judged {
+struct FreeRun {
     predicted: Vec<f64>,
     verdict: Verdict,
 }
 
-fn judged(model: &Block, all: &Experiments, parameters: usize) -> Result<Judged> {
+fn judged(model: &Block, all: &Experiments, parameters: usize) -> Result<FreeRun> {
     let simulate = |part: &std::ops::Range<usize>| model.simulate(&all.u[part.clone()]);
     let predicted: Vec<f64> = all.parts.iter().flat_map(simulate).collect();
     let estimated = Estimated {
@@ -295,5 +295,5 @@ fn judged(model: &Block, all: &Experiments, parameters: usize) -> Result<Judged>
         present.map(|i| v[i]).collect()
     };
     let verdict = Verdict::of_estimate(&fresh(&all.u), &fresh(&all.y), &fresh(&predicted), estimated)?;
-    Ok(Judged { predicted, verdict })
+    Ok(FreeRun { predicted, verdict })
 }

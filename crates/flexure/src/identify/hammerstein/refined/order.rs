@@ -4,7 +4,7 @@ use super::super::LARGEST_ORDER;
 use super::super::colour::deconvolve;
 use super::super::limits::{MOST_DECONVOLVED, SAMPLES_PER_UNKNOWN};
 use super::super::options::RefinedHammerstein;
-use super::super::realisation::{OrderSearch, Ordered, times_upper};
+use super::super::realisation::{OrderSearch, WithOrder, times_upper};
 use super::blocks::Observed;
 use super::limits::{LAGS_BEFORE_DELAY, ORDERS_BEYOND};
 use super::linear_part::LinearPart;
@@ -24,7 +24,7 @@ impl RefinedHammerstein {
         whitening: &[f64],
         supposed_delay: usize,
         memory: usize,
-    ) -> Option<Ordered<LinearPart>> {
+    ) -> Option<WithOrder<LinearPart>> {
         let white = LinearPart::moving_average(whitening);
         let y = white.filter(&observed.experiments, &observed.y);
         let w = white.filter(&observed.experiments, w);
@@ -48,14 +48,14 @@ impl RefinedHammerstein {
             samples: n,
         };
         // The error is that of the deconvolution, plus what the model's response makes different in the output.
-        let Ordered { linear, order } = search.run(|model| {
+        let WithOrder { linear, order } = search.run(|model| {
             let response = model.impulse_response(k.len());
             let difference: Vec<f64> = response.iter().zip(k).map(|(h, k)| h - k).collect();
             let distance: f64 = times_upper(&factor, &difference).iter().map(|v| v * v).sum();
             estimate.unexplained * power + distance
         })?;
         let transfer = linear;
-        Some(Ordered {
+        Some(WithOrder {
             linear: LinearPart { transfer, delay },
             order,
         })

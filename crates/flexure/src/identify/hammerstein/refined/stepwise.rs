@@ -34,13 +34,13 @@ pub(super) struct OrthogonalFit<'a> {
 
 /// A term that may be added, and by how much it lowers the sum of squares.
 #[derive(Clone, Copy)]
-struct Candidate {
+struct NextTerm {
     term: Term,
     gain: f64,
 }
 
 /// The terms' coefficients and the inverse of their Gram matrix, row-major.
-pub(super) struct Solution {
+pub(super) struct TermCoefficients {
     pub coefficients: Vec<f64>,
     inverse: Vec<f64>,
 }
@@ -100,8 +100,8 @@ impl<'a> OrthogonalFit<'a> {
     }
 
     /// The candidate with the largest gain.
-    fn best(&self, costs: &Costs) -> Option<Candidate> {
-        let mut best: Option<Candidate> = None;
+    fn best(&self, costs: &Costs) -> Option<NextTerm> {
+        let mut best: Option<NextTerm> = None;
         for (k, degree) in DEGREES.into_iter().enumerate().filter(|(_, d)| costs.allows(*d)) {
             for m in 1..self.cells.len() {
                 let norm = self.norm[k][m];
@@ -112,7 +112,7 @@ impl<'a> OrthogonalFit<'a> {
                 if best.is_none_or(|b| gain > b.gain) {
                     let at = self.cells.lower[m];
                     let term = Term::TruncatedPower { at, degree };
-                    best = Some(Candidate { term, gain });
+                    best = Some(NextTerm { term, gain });
                 }
             }
         }
@@ -138,7 +138,7 @@ impl<'a> OrthogonalFit<'a> {
     }
 
     /// The coefficients of the terms themselves.
-    pub fn solution(&self) -> Solution {
+    pub fn solution(&self) -> TermCoefficients {
         let (inverse_of_r, n) = (self.inverse_of_r(), self.terms.len());
         let mut c = vec![0.0; n];
         let mut inverse = vec![0.0; n * n];
@@ -150,7 +150,7 @@ impl<'a> OrthogonalFit<'a> {
                 }
             }
         }
-        Solution {
+        TermCoefficients {
             coefficients: c,
             inverse,
         }
@@ -209,7 +209,7 @@ pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs
     let least = PATIENCE * costs.entry();
     while fit.terms.len() < MOST_TERMS && !interrupt::requested() {
         match fit.best(costs) {
-            Some(Candidate { term, gain }) if gain > least && fit.add(term) => {}
+            Some(NextTerm { term, gain }) if gain > least && fit.add(term) => {}
             _ => break,
         }
     }
@@ -233,7 +233,7 @@ pub(super) fn stepwise<'a>(cells: &'a Cells, z: &'a [f64], start: &[Term], costs
 /// the inverse follow without a new fit: c_k becomes c_k - c_j v_kj / v_jj, and v_kl becomes v_kl - v_kj v_lj / v_jj.
 fn prune(fit: &OrthogonalFit, costs: &Costs) -> Vec<Term> {
     let n = fit.terms.len();
-    let Solution {
+    let TermCoefficients {
         coefficients: mut c,
         mut inverse,
     } = fit.solution();

@@ -81,7 +81,7 @@ pub struct Celled {
 }
 
 /// An index of cells, and the points' indices in its order.
-struct Ordered<I> {
+struct InOrder<I> {
     index: I,
     order: Vec<u32>,
 }
@@ -104,7 +104,7 @@ impl Celled {
             rate: widths.iter().map(|width| 1.0 / width).collect(),
         };
         let finite = ends.iter().all(|end| (end.1 - end.0).is_finite());
-        let Ordered { index, order } = if finite && cells(&widths) <= DENSE * n as f64 + 64.0 {
+        let InOrder { index, order } = if finite && cells(&widths) <= DENSE * n as f64 + 64.0 {
             Grid::ordered(&rule, x, &ends).map(Index::Grid)
         } else {
             Tree::ordered(&rule, x).map(Index::Tree)
@@ -118,9 +118,9 @@ impl Celled {
     }
 }
 
-impl<I> Ordered<I> {
-    fn map<J>(self, of: impl Fn(I) -> J) -> Ordered<J> {
-        Ordered {
+impl<I> InOrder<I> {
+    fn map<J>(self, of: impl Fn(I) -> J) -> InOrder<J> {
+        InOrder {
             index: of(self.index),
             order: self.order,
         }

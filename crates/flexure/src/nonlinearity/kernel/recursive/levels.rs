@@ -49,12 +49,12 @@ pub(super) struct Own {
     /// The ordinate as it was given.
     y: f64,
     weight: f64,
-    parts: Vec<Part>,
+    parts: Vec<LevelWeight>,
 }
 
 /// What belongs to one level.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Part {
+struct LevelWeight {
     /// The level's place in the list.
     level: usize,
     weight: f64,
@@ -62,7 +62,7 @@ struct Part {
 
 /// The weight that an observation has while the stream has doubled so often.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Share {
+struct DoublingWeight {
     doublings: u32,
     weight: f64,
 }
@@ -83,7 +83,7 @@ impl Levels {
         let mut columns: Vec<(u32, [Vec<f64>; 3])> = Vec::new();
         let mut before = 0.0;
         for i in 0..y.len() {
-            for Share { doublings, weight } in shares(before, data.weight(i)) {
+            for DoublingWeight { doublings, weight } in shares(before, data.weight(i)) {
                 if columns.last().is_none_or(|(last, _)| *last != doublings) {
                     columns.push((doublings, Default::default()));
                 }
@@ -178,7 +178,7 @@ impl Levels {
         let (x, y) = (data.x[0], data.y);
         let order = order(&[x, y]).into_iter().filter(|&i| data.weight(i) > 0.0);
         let kept = order.skip(stride / 2).step_by(stride);
-        let part = |share: Share| Part {
+        let part = |share: DoublingWeight| LevelWeight {
             level: self.levels.partition_point(|level| level.doublings < share.doublings),
             weight: share.weight,
         };
@@ -297,7 +297,7 @@ impl Levels {
 
 /// The numbers of doublings and the weights that an observation of weight `w` has in them, after others of total weight
 /// `before`: the stream has doubled k times from the 2^k-th observation on.
-fn shares(before: f64, w: f64) -> impl Iterator<Item = Share> {
+fn shares(before: f64, w: f64) -> impl Iterator<Item = DoublingWeight> {
     let (mut at, mut rest) = (before, w);
     std::iter::from_fn(move || {
         if !(rest > 0.0) {
@@ -312,7 +312,7 @@ fn shares(before: f64, w: f64) -> impl Iterator<Item = Share> {
             rest
         };
         (at, rest) = (at + share, rest - share);
-        Some(Share {
+        Some(DoublingWeight {
             doublings,
             weight: share,
         })
@@ -330,7 +330,7 @@ mod tests {
 
     #[test]
     fn a_weight_is_split_where_the_stream_doubles() {
-        let pair = |share: Share| (share.doublings, share.weight);
+        let pair = |share: DoublingWeight| (share.doublings, share.weight);
         let of = |before, w| shares(before, w).map(pair).collect::<Vec<_>>();
         assert_eq!(of(0.0, 1.0), [(0, 1.0)]);
         assert_eq!(of(1.0, 1.0), [(1, 1.0)]);

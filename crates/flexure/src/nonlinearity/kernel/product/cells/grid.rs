@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Ends, Ordered, Rule, SLICES, push};
+use super::{Ends, InOrder, Rule, SLICES, push};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
@@ -14,7 +14,7 @@ pub struct Grid {
 
 impl Grid {
     /// The points, between `ends` along every dimension, are ordered by counting.
-    pub fn ordered(rule: &Rule, x: &[&[f64]], ends: &[(f64, f64)]) -> Ordered<Grid> {
+    pub fn ordered(rule: &Rule, x: &[&[f64]], ends: &[(f64, f64)]) -> InOrder<Grid> {
         let n = x[0].len();
         let last = |(j, ends): (usize, &(f64, f64))| rule.coordinate(j, ends.1) as usize;
         let spans: Vec<usize> = ends.iter().enumerate().map(|end| last(end) + 1).collect();
@@ -44,7 +44,7 @@ impl Grid {
             *start += 1;
         }
         starts.pop();
-        Ordered {
+        InOrder {
             index: Grid { spans, starts },
             order,
         }

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::{Ends, Ordered, Rule, SLICES, push};
+use super::{Ends, InOrder, Rule, SLICES, push};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tree {
@@ -21,7 +21,7 @@ struct Level {
 
 impl Tree {
     /// The points are ordered by comparison of their cells' coordinates.
-    pub fn ordered(rule: &Rule, x: &[&[f64]]) -> Ordered<Tree> {
+    pub fn ordered(rule: &Rule, x: &[&[f64]]) -> InOrder<Tree> {
         let (n, d) = (x[0].len(), x.len());
         let mut keys = vec![0_i64; n * d];
         for (j, column) in x.iter().enumerate() {
@@ -44,7 +44,7 @@ impl Tree {
             let end = tree.levels.get(level + 1).map_or(n, |next| next.coordinate.len());
             tree.levels[level].first.push(end as u32);
         }
-        Ordered { index: tree, order }
+        InOrder { index: tree, order }
     }
 
     /// Adds the next cell in order, whose first point is `start`.
