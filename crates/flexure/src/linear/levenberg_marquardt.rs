@@ -47,6 +47,21 @@ pub(crate) struct NormalEquations {
     pub normal: Vec<f64>,
 }
 
+impl NormalEquations {
+    /// The equations of the other parameters while this one stays as it is.
+    pub fn without(&self, fixed: usize) -> NormalEquations {
+        let n = self.descent.len();
+        let kept = || (0..n).filter(|&i| i != fixed);
+        NormalEquations {
+            cost: self.cost,
+            descent: kept().map(|i| self.descent[i]).collect(),
+            normal: kept()
+                .flat_map(|i| kept().map(move |j| self.normal[i * n + j]))
+                .collect(),
+        }
+    }
+}
+
 /// Where a minimisation ended.
 pub(crate) struct Minimum {
     pub parameters: Vec<f64>,

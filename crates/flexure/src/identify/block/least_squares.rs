@@ -72,7 +72,7 @@ fn ridges() -> impl Iterator<Item = f64> {
 }
 
 /// A normal matrix scaled to a unit diagonal, for the factorisation's sake.
-pub(super) struct UnitDiagonal {
+pub(in crate::identify) struct UnitDiagonal {
     matrix: Vec<f64>,
     pub scale: Vec<f64>,
 }
@@ -104,6 +104,11 @@ impl UnitDiagonal {
         Some(x.iter().zip(&self.scale).map(|(x, s)| x / s).collect())
     }
 
+    /// The inverse of the scaled matrix with a larger diagonal, row-major.
+    pub fn scaled_inverse(&self, ridge: f64) -> Option<Vec<f64>> {
+        linalg::inverse_positive_definite(&self.with_diagonal(|d| d + ridge), self.scale.len())
+    }
+
     /// The inverse in its own scale, row-major; of a nearly singular matrix, that with a slightly larger diagonal. `None` where a
     /// column is zero.
     pub fn inverse(&self) -> Option<Vec<f64>> {
@@ -111,8 +116,9 @@ impl UnitDiagonal {
         if !(0..n).all(|i| self.matrix[i * n + i] > 0.0) {
             return None;
         }
-        let inverse = |ridge: f64| linalg::inverse_positive_definite(&self.with_diagonal(|d| d + ridge), n);
-        let inverse = ridges().take(INVERSE_RIDGES).find_map(inverse)?;
+        let inverse = ridges()
+            .take(INVERSE_RIDGES)
+            .find_map(|ridge| self.scaled_inverse(ridge))?;
         let unscaled = |k: usize| inverse[k] / (self.scale[k / n] * self.scale[k % n]);
         Some((0..n * n).map(unscaled).collect())
     }

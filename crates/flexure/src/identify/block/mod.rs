@@ -43,7 +43,7 @@ pub(super) use {
     cascade::{fit_nonlinearity, search, splits, without_start},
     delay::{delays, least_lag},
     equation_error::{EquationError, Judged},
-    least_squares::{normal_equations, regression},
+    least_squares::{UnitDiagonal, normal_equations, regression},
     limits::{LARGEST_ORDER, LARGEST_START_ORDER, LONGEST_DELAY, PRODUCT_PASSES, START_SAMPLES, StopRule},
     monitor::{Monitor, Stage},
     prepared::Prepared,

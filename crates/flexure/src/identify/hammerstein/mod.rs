@@ -239,9 +239,7 @@ impl PlainHammerstein {
         warn_of_range(&curve, &u[fitted..], &mut warnings);
         let response = &estimate.response;
         let mut curve = StaticBlock {
-            band: (m.standard_errors.iter())
-                .map(|e| NORMAL_95 * gain.abs() * e)
-                .collect(),
+            band: (m.standard_errors.iter()).map(|e| NORMAL_95 * gain.abs() * e).collect(),
             band_label: VARIANCE_ONLY,
             ..StaticBlock::new(curve, self.estimator.title())
         };

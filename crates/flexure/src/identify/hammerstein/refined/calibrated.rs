@@ -8,14 +8,13 @@ use super::super::delayed;
 use super::alternation::Minimum;
 use super::blocks::Blocks;
 use super::cells::Cells;
-use super::descent::Scaled;
 use super::form_fit::MemoryRemoved;
 use super::limits::{DERIVATIVE_STEP, JUMP_WIDTH, POINTS, SINGULAR_RIDGE};
 use super::piecewise::{Breakpoint, Term, breakpoints};
 use crate::error::Result;
+use crate::identify::block::UnitDiagonal;
 use crate::identify::outcome::Warning;
 use crate::identify::result::CoefficientErrors;
-use crate::linalg;
 use crate::linear::TransferFunction;
 use crate::nonlinearity::{Curve, Outside};
 use crate::quantiles::NORMAL_95;
@@ -87,17 +86,15 @@ struct Covariance {
 impl Covariance {
     fn at(minimum: &Minimum) -> Option<Covariance> {
         let n = minimum.equations.parameters();
-        let mut scaled = Scaled::new(&minimum.equations, minimum.blocks.fixed_parameter());
-        let m = scaled.kept.len();
-        let inverse = linalg::inverse_positive_definite(&scaled.matrix, m).or_else(|| {
-            scaled.damp(SINGULAR_RIDGE);
-            linalg::inverse_positive_definite(&scaled.matrix, m)
-        })?;
+        let fixed = minimum.blocks.fixed_parameter();
+        let scaled = UnitDiagonal::new(&minimum.equations.normal.without(fixed));
+        let inverse = (scaled.scaled_inverse(0.0)).or_else(|| scaled.scaled_inverse(SINGULAR_RIDGE))?;
         let power = minimum.noise().powi(2);
         let mut rows = vec![0.0; n * n];
-        for (p, &i) in scaled.kept.iter().enumerate() {
-            for (q, &j) in scaled.kept.iter().enumerate() {
-                rows[i * n + j] = power * inverse[p * m + q] / (scaled.scale[p] * scaled.scale[q]);
+        let kept: Vec<usize> = (0..n).filter(|&i| i != fixed).collect();
+        for (p, &i) in kept.iter().enumerate() {
+            for (q, &j) in kept.iter().enumerate() {
+                rows[i * n + j] = power * inverse[p * kept.len() + q] / (scaled.scale[p] * scaled.scale[q]);
             }
         }
         Some(Covariance { rows, parameters: n })
