@@ -16,20 +16,25 @@ pub(in super::super) fn sample(n: usize, noise: f64, seed: u64, phi: impl Fn(f64
     (u, z)
 }
 
+/// The basis that is chosen for errors of this variance, without known places.
+fn selected(cells: &Cells, u: &[f64], z: &[f64], variance: f64) -> Selection {
+    select(
+        cells,
+        u,
+        z,
+        &[],
+        &Costs {
+            variance,
+            smooth: false,
+        },
+    )
+}
+
 /// The kinds and places of the breakpoints chosen.
 fn chosen(n: usize, noise: f64, seed: u64, phi: impl Fn(f64) -> f64) -> Vec<(f64, u8)> {
     let (u, z) = sample(n, noise, seed, phi);
     let cells = Cells::new(&u);
-    let selection = select(
-        &cells,
-        &u,
-        &z,
-        &[],
-        &Costs {
-            variance: noise * noise,
-            smooth: false,
-        },
-    );
+    let selection = selected(&cells, &u, &z, noise * noise);
     let mut found: Vec<(f64, u8)> = selection
         .terms
         .iter()
@@ -65,28 +70,7 @@ fn a_mirrored_problem_has_the_mirrored_answer() {
     let (u, z) = sample(2000, 0.1, 4, phi);
     let mirrored: Vec<f64> = u.iter().map(|u| -u).collect();
     let (a, b) = (Cells::new(&u), Cells::new(&mirrored));
-    let (p, q) = (
-        select(
-            &a,
-            &u,
-            &z,
-            &[],
-            &Costs {
-                variance: 0.01,
-                smooth: false,
-            },
-        ),
-        select(
-            &b,
-            &mirrored,
-            &z,
-            &[],
-            &Costs {
-                variance: 0.01,
-                smooth: false,
-            },
-        ),
-    );
+    let (p, q) = (selected(&a, &u, &z, 0.01), selected(&b, &mirrored, &z, 0.01));
     let (f, g) = (p.basis.combined(&p.coefficients), q.basis.combined(&q.coefficients));
     for i in 0..50 {
         let x = -2.9 + 7.8 * f64::from(i) / 50.0;
@@ -105,16 +89,7 @@ fn few_levels_are_cells_of_their_own() {
     let z: Vec<f64> = u.iter().map(|u| u * u - 7.0).collect();
     let cells = Cells::new(&u);
     assert_eq!(cells.levels(10), Some(vec![0.0, 1.0, 2.0, 3.0, 4.0]));
-    let selection = select(
-        &cells,
-        &u,
-        &z,
-        &[],
-        &Costs {
-            variance: 1e-6,
-            smooth: false,
-        },
-    );
+    let selection = selected(&cells, &u, &z, 1e-6);
     let phi = selection.basis.combined(&selection.coefficients);
     for x in [0.0, 2.0, 4.0] {
         assert!((phi.value(x) - (x * x - 7.0)).abs() < 1e-9);
