@@ -269,3 +269,21 @@ impl Outcome {
         flexure_report::render_study(&page::page(self, command)).context("the report")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use flexure::nonlinearity::Basis;
+    use flexure::study::Method;
+
+    #[test]
+    fn a_series_has_the_name_of_its_functions_in_files() {
+        for (method, text) in [
+            (Method::Series(Basis::Hermite), "\"hermite\""),
+            (Method::KernelLinear, "\"kernel_linear\""),
+        ] {
+            assert_eq!(serde_json::to_string(&method).unwrap(), text);
+            assert_eq!(serde_json::from_str::<Method>(text).unwrap(), method);
+        }
+        assert!(serde_json::from_str::<Method>("\"wavelets\"").is_err());
+    }
+}

@@ -5,6 +5,8 @@
 //! Least squares on the abscissas there are, rather than integrals against an estimated density: exact where m
 //! is such a sum, whatever the distribution of X. References: Greblicki and Pawlak (1985; 2008, ch. 6).
 
+use serde::{Deserialize, Serialize};
+
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
 use super::functions::Functions;
@@ -20,7 +22,8 @@ const ALWAYS_TRIED: usize = 64;
 const MOST_WORK: f64 = 1e9;
 
 /// The functions of an orthogonal series.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Basis {
     /// 1, cos, sin, cos 2, sin 2, ... with the data's range as the period: for m with equal values and slopes
     /// at the ends. The number of terms is chosen among the odd ones, whole frequencies.
@@ -45,6 +48,16 @@ impl Basis {
             Basis::Cosine => "cosine",
             Basis::Legendre => "legendre",
             Basis::Hermite => "hermite",
+        }
+    }
+
+    /// What a series of these functions is called.
+    pub fn title(self) -> &'static str {
+        match self {
+            Basis::Fourier => "Fourier series",
+            Basis::Cosine => "cosine series",
+            Basis::Legendre => "Legendre series",
+            Basis::Hermite => "Hermite series",
         }
     }
 

@@ -25,14 +25,8 @@ pub enum EstimatorName {
     LocalBandwidth,
     /// The mean over the nearest neighbours (Stone 1977).
     Neighbours,
-    /// The Fourier series, by least squares.
-    Fourier,
-    /// The cosine series, by least squares.
-    Cosine,
-    /// The Legendre series, by least squares.
-    Legendre,
-    /// The Hermite series, by least squares.
-    Hermite,
+    /// A series of these functions, by least squares.
+    Series(Basis),
     /// The Haar series: means over dyadic cells.
     Haar,
     /// A polynomial, by least squares.
@@ -52,10 +46,10 @@ impl EstimatorName {
         EstimatorName::LocalLinear,
         EstimatorName::LocalBandwidth,
         EstimatorName::Neighbours,
-        EstimatorName::Fourier,
-        EstimatorName::Cosine,
-        EstimatorName::Legendre,
-        EstimatorName::Hermite,
+        EstimatorName::Series(Basis::Fourier),
+        EstimatorName::Series(Basis::Cosine),
+        EstimatorName::Series(Basis::Legendre),
+        EstimatorName::Series(Basis::Hermite),
         EstimatorName::Haar,
         EstimatorName::Polynomial,
         EstimatorName::Spline,
@@ -70,10 +64,7 @@ impl EstimatorName {
             EstimatorName::LocalLinear => "local-linear",
             EstimatorName::LocalBandwidth => "local-bandwidth",
             EstimatorName::Neighbours => "knn",
-            EstimatorName::Fourier => "fourier",
-            EstimatorName::Cosine => "cosine",
-            EstimatorName::Legendre => "legendre",
-            EstimatorName::Hermite => "hermite",
+            EstimatorName::Series(basis) => basis.name(),
             EstimatorName::Haar => "haar",
             EstimatorName::Polynomial => "polynomial",
             EstimatorName::Spline => "spline",
@@ -94,10 +85,7 @@ impl EstimatorName {
             EstimatorName::LocalLinear => "local linear regression",
             EstimatorName::LocalBandwidth => "local linear regression with local bandwidths",
             EstimatorName::Neighbours => "nearest-neighbour regression",
-            EstimatorName::Fourier => "Fourier series",
-            EstimatorName::Cosine => "cosine series",
-            EstimatorName::Legendre => "Legendre series",
-            EstimatorName::Hermite => "Hermite series",
+            EstimatorName::Series(basis) => basis.title(),
             EstimatorName::Haar => "Haar series",
             EstimatorName::Polynomial => "polynomial",
             EstimatorName::Spline => "penalised cubic spline",
@@ -113,9 +101,7 @@ impl EstimatorName {
             EstimatorName::LocalBandwidth => "global bandwidth",
             EstimatorName::Recursive => "first bandwidth",
             EstimatorName::Neighbours => "neighbours",
-            EstimatorName::Fourier | EstimatorName::Cosine | EstimatorName::Legendre | EstimatorName::Hermite => {
-                "terms"
-            }
+            EstimatorName::Series(_) => "terms",
             EstimatorName::Haar => "levels",
             EstimatorName::Polynomial => "degree",
             EstimatorName::Spline => "penalty",
@@ -169,10 +155,7 @@ pub(super) fn fit(method: &NamedEstimator, data: Observations) -> Result<NamedFi
         EstimatorName::LocalBandwidth => kernels::local_bandwidth(method, data),
         EstimatorName::Recursive => recursive::fit(method, data),
         EstimatorName::Neighbours => neighbours(method, data),
-        EstimatorName::Fourier => series(method, Basis::Fourier, data),
-        EstimatorName::Cosine => series(method, Basis::Cosine, data),
-        EstimatorName::Legendre => series(method, Basis::Legendre, data),
-        EstimatorName::Hermite => series(method, Basis::Hermite, data),
+        EstimatorName::Series(basis) => series(method, basis, data),
         EstimatorName::Haar => haar(method, data),
         EstimatorName::Polynomial => polynomial(method, data),
         EstimatorName::Spline => spline(method, data),

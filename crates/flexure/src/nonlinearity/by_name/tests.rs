@@ -92,7 +92,7 @@ fn a_name_gives_what_the_estimator_itself_gives() {
         ..SeriesRegression::default()
     };
     let own = legendre.fit(&[&x], &y, None).unwrap();
-    let fit = named(EstimatorName::Legendre, Tuning::default())
+    let fit = named(EstimatorName::Series(Basis::Legendre), Tuning::default())
         .fit(&[&x], &y, None)
         .unwrap();
     assert_eq!(fit.parameter, [own.terms() as f64]);
@@ -109,7 +109,7 @@ fn a_given_parameter_is_kept_under_its_public_name() {
         (EstimatorName::Kernel, 0.3),
         (EstimatorName::LocalLinear, 0.3),
         (EstimatorName::Neighbours, 7.0),
-        (EstimatorName::Fourier, 5.0),
+        (EstimatorName::Series(Basis::Fourier), 5.0),
         (EstimatorName::Haar, 3.0),
         (EstimatorName::Polynomial, 4.0),
         (EstimatorName::Spline, 0.01),

@@ -8,9 +8,9 @@ use super::super::sample::draw;
 use super::setting::{ErrorNorm, EstimatorSetting, Method};
 use crate::error::{Error, ParameterError, Result};
 use crate::nonlinearity::{
-    Bandwidth, Basis, Choice, Decay, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, LocalKernel,
-    LocalRule, NearestNeighbours, NetworkRegression, Outside, PolynomialRegression, RecursiveForm, RecursiveKernel,
-    Regression, SeriesRegression, SplineRegression,
+    Bandwidth, Choice, Decay, Degree, Estimator, HaarRegression, Kernel, KernelEstimator, LocalKernel, LocalRule,
+    NearestNeighbours, NetworkRegression, Outside, PolynomialRegression, RecursiveForm, RecursiveKernel, Regression,
+    SeriesRegression, SplineRegression,
 };
 
 /// Fresh inputs over which an L2 error is averaged.
@@ -117,10 +117,7 @@ fn fitted(setting: &EstimatorSetting, x: &[&[f64]], y: &[f64]) -> Result<Box<dyn
             outside,
         }
         .fit_boxed(x, y, None),
-        Method::Fourier => series(Basis::Fourier),
-        Method::Cosine => series(Basis::Cosine),
-        Method::Legendre => series(Basis::Legendre),
-        Method::Hermite => series(Basis::Hermite),
+        Method::Series(basis) => series(basis),
         Method::Haar => {
             let levels = Choice::Fixed(parameter.log2().round().max(0.0) as usize);
             HaarRegression { levels, outside }.fit_boxed(x, y, None)

@@ -8,6 +8,7 @@ use super::super::plan::{Experiment, OneRun};
 use super::super::setting::Input;
 use super::run::squared_error;
 use crate::error::{Error, Result};
+use crate::nonlinearity::Basis;
 
 /// An estimator of a static nonlinearity; its schedule says what its one parameter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -27,14 +28,6 @@ pub enum Method {
     DevroyeWagner,
     /// The mean of the nearest neighbours; their number.
     Neighbours,
-    /// The Fourier series; the number of terms, rounded to an odd number.
-    Fourier,
-    /// The cosine series; the number of terms, rounded to an odd number.
-    Cosine,
-    /// The Legendre series; the number of terms, rounded to an odd number.
-    Legendre,
-    /// The Hermite series; the number of terms, rounded to an odd number.
-    Hermite,
     /// The Haar series; the number of cells, rounded to a power of 2.
     Haar,
     /// The polynomial; the degree and one, rounded to an odd number.
@@ -43,6 +36,9 @@ pub enum Method {
     Spline,
     /// The neural network, its decay by the evidence; the number of units.
     Network,
+    /// The series of these functions; the number of terms, rounded to an odd number. In files it has the functions' name.
+    #[serde(untagged)]
+    Series(Basis),
 }
 
 impl Method {
@@ -55,14 +51,11 @@ impl Method {
             Method::WolvertonWagner => "recursive kernel, Wolverton-Wagner",
             Method::DevroyeWagner => "recursive kernel, Devroye-Wagner",
             Method::Neighbours => "nearest neighbours",
-            Method::Fourier => "Fourier series",
-            Method::Cosine => "cosine series",
-            Method::Legendre => "Legendre series",
-            Method::Hermite => "Hermite series",
             Method::Haar => "Haar series",
             Method::Polynomial => "polynomial",
             Method::Spline => "spline",
             Method::Network => "network",
+            Method::Series(basis) => basis.title(),
         }
     }
 
@@ -277,13 +270,13 @@ pub fn estimator_settings() -> Vec<EstimatorSetting> {
         (Method::DevroyeWagner, (0.8, -third), origin, (1.2, -fifth)),
         (Method::Neighbours, (1.0, 2.0 * third), origin, (1.4, 4.0 * fifth)),
     ];
-    let series = [Method::Fourier, Method::Cosine, Method::Legendre, Method::Polynomial];
+    let series = [Basis::Fourier, Basis::Cosine, Basis::Legendre].map(Method::Series);
     let mut settings = Vec::new();
     for (method, lipschitz, at, smooth) in local {
         settings.push(line(method, Cone, origin, lipschitz, -third));
         settings.push(line(method, Cosine, at, smooth, -2.0 * fifth));
     }
-    for method in series {
+    for method in series.into_iter().chain([Method::Polynomial]) {
         settings.push(line(method, Cone, origin, (1.102, third), -third));
         settings.push(line(method, ThreeHalves, l2, (4.95, fifth), -2.0 * fifth));
     }
@@ -306,11 +299,11 @@ pub fn estimator_settings() -> Vec<EstimatorSetting> {
     settings.push(EstimatorSetting {
         input: Input::StudentT,
         noise: 0.1,
-        ..line(Method::Hermite, KinkedBump, l2, (1.102, third), -0.25)
+        ..line(Method::Series(Basis::Hermite), KinkedBump, l2, (1.102, third), -0.25)
     });
     settings.push(EstimatorSetting {
         input: Input::StudentT,
-        ..line(Method::Hermite, Bump, l2, (1.102, third), -third)
+        ..line(Method::Series(Basis::Hermite), Bump, l2, (1.102, third), -third)
     });
     settings.extend(two_column_settings());
     settings

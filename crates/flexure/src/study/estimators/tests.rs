@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::*;
-
+use crate::nonlinearity::Basis;
 use crate::study::{Experiment, Input, RateTable};
 
 fn run(settings: Vec<EstimatorSetting>, lengths: &[usize], runs: usize) -> RateTable<EstimatorSetting> {
@@ -46,7 +46,7 @@ fn a_wrong_schedule_gives_another_slope() {
     // Too few neighbours: the variance's 1/k. Too few terms or cells: the bias's N^-2, N^-1.
     let wrong = vec![
         with(Method::Neighbours, Regressand::Cosine, 3.0, 0.5, 0.5),
-        with(Method::Fourier, Regressand::ThreeHalves, 6.0, 0.1, 0.01),
+        with(Method::Series(Basis::Fourier), Regressand::ThreeHalves, 6.0, 0.1, 0.01),
         with(Method::Haar, Regressand::Sine, 1.0, 1.0 / 6.0, 0.01),
     ];
     let table = run(wrong, &[256, 2048, 16_384], 60);
