@@ -53,8 +53,12 @@ impl NarxTerm {
 }
 
 impl NarxModel {
-    /// The free-run response to `input`, one value a sample, from rest at the means.
+    /// The free-run response to `input`, one value a sample, from rest at the means; NaN where there is a
+    /// [`problem`](Self::problem).
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
+        if self.problem().is_some() {
+            return vec![f64::NAN; input.len()];
+        }
         let [(u_mean, u_spread), (y_mean, y_spread)] = self.scales;
         let u: Vec<f64> = input.iter().map(|u| (u - u_mean) / u_spread).collect();
         self.run(&u).output.iter().map(|y| y_mean + y_spread * y).collect()
@@ -87,6 +91,9 @@ impl NarxModel {
     /// The samples, at most 1000, after which free runs that start from both ends of the output that was fitted have come together to
     /// `share` of their distance, under the mean input.
     pub(crate) fn settling(&self, share: f64) -> usize {
+        if self.problem().is_some() {
+            return 0;
+        }
         let run = |start: f64| {
             let before = self.outputs.max(1);
             let mut y = vec![start; before];
@@ -144,5 +151,45 @@ impl NarxModel {
     fn value(&self, lagged: &[f64]) -> f64 {
         let terms = self.terms.iter().map(|t| t.coefficient * t.value(lagged));
         self.constant + terms.sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_that_contradicts_itself_has_no_response() {
+        let term = NarxTerm {
+            coefficient: 0.5,
+            factors: vec![0],
+        };
+        let good = NarxModel {
+            outputs: 1,
+            inputs: 1,
+            delay: 0,
+            constant: 0.0,
+            terms: vec![term],
+            scales: [(0.0, 1.0); 2],
+            held: (-3.0, 3.0),
+        };
+        assert_eq!(good.simulate(&[1.0; 5]), [0.0; 5]);
+        let mut no_such_variable = good.clone();
+        no_such_variable.terms[0].factors = vec![2];
+        for bad in [
+            no_such_variable,
+            NarxModel {
+                held: (3.0, -3.0),
+                ..good.clone()
+            },
+            NarxModel {
+                delay: usize::MAX,
+                ..good.clone()
+            },
+        ] {
+            assert!(bad.problem().is_some());
+            assert!(bad.simulate(&[1.0; 5]).iter().all(|y| y.is_nan()));
+            assert_eq!(bad.settling(0.01), 0);
+        }
     }
 }

@@ -42,11 +42,15 @@ impl VolterraModel {
 
     /// The samples after which an input no longer has an effect.
     pub(crate) fn memory(&self) -> usize {
-        self.delay + self.first.len().max(self.second_memory)
+        self.delay.saturating_add(self.first.len().max(self.second_memory))
     }
 
-    /// The response to `input`, one value a sample; before the record the input is taken to be at its level.
+    /// The response to `input`, one value a sample; before the record the input is taken to be at its level. NaN where there is a
+    /// [`problem`](Self::problem).
     pub fn simulate(&self, input: &[f64]) -> Vec<f64> {
+        if self.problem().is_some() {
+            return vec![f64::NAN; input.len()];
+        }
         let deviation = |n: usize, lag: usize| {
             n.checked_sub(self.delay + lag)
                 .map_or(0.0, |k| input[k] - self.input_level)
@@ -64,5 +68,36 @@ impl VolterraModel {
                 self.constant + dot(&self.first) + second
             })
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_that_contradicts_itself_has_no_response() {
+        let good = VolterraModel {
+            delay: 1,
+            input_level: 0.0,
+            constant: 0.5,
+            first: vec![2.0],
+            second: vec![1.0],
+            second_memory: 1,
+        };
+        assert_eq!(good.simulate(&[1.0, 1.0]), [0.5, 3.5]);
+        for bad in [
+            VolterraModel {
+                delay: usize::MAX,
+                ..good.clone()
+            },
+            VolterraModel {
+                second_memory: 2,
+                ..good.clone()
+            },
+        ] {
+            assert!(bad.problem().is_some() && bad.memory() >= bad.second_memory);
+            assert!(bad.simulate(&[1.0; 3]).iter().all(|y| y.is_nan()));
+        }
     }
 }

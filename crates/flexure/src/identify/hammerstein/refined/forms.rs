@@ -75,10 +75,15 @@ impl PhysicalForm {
         }
     }
 
-    /// The form's value at x for these parameters, in the order of the result.
+    /// The form's value at x for these parameters, in the order of the result; NaN if there are more or fewer than it has.
     pub fn value(self, p: &[f64], x: f64) -> f64 {
-        let (searched, coefficients) = p.split_at(self.searched());
+        let Some((searched, coefficients)) = p.split_at_checked(self.searched()) else {
+            return f64::NAN;
+        };
         let functions = self.functions(searched, x);
+        if functions.len() != coefficients.len() {
+            return f64::NAN;
+        }
         functions.iter().zip(coefficients).map(|(f, c)| f * c).sum()
     }
 
@@ -107,6 +112,27 @@ impl PhysicalForm {
             }
             PhysicalForm::Stiffness => (0..12).map(|i| vec![2.0_f64.powi(i) / (size * size)]).collect(),
             PhysicalForm::Polynomial(_) => vec![Vec::new()],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_numbers_of_parameters_have_no_value() {
+        for (form, count) in [
+            (PhysicalForm::DeadZone, 4),
+            (PhysicalForm::Saturation, 4),
+            (PhysicalForm::Quantizer, 3),
+            (PhysicalForm::Friction, 7),
+            (PhysicalForm::Stiffness, 5),
+            (PhysicalForm::Polynomial(2), 3),
+        ] {
+            for n in 0..10 {
+                assert_eq!(form.value(&vec![1.0; n], 0.5).is_nan(), n != count, "{form:?} {n}");
+            }
         }
     }
 }
