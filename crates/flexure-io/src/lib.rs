@@ -26,6 +26,6 @@ pub use atomic::{check_writable, write_atomically};
 pub use error::{Error, LineProblem, Result};
 pub use model::{BlockLabel, ModelFile, ModelPath, model_text, parse_model, read_model, write_model};
 pub use read::read_record;
-pub use record_file::{Format, RecordFile};
+pub use record_file::RecordFile;
 pub use text::read_text;
 pub use write::{check_record_writable, write_record};

@@ -12,7 +12,7 @@ use flexure::Record;
 
 use crate::error::{Error, Result};
 use crate::parquet_file::exact;
-use crate::record_file::{Format, Other, RecordFile};
+use crate::record_file::{Other, RecordFile};
 
 /// The bytes before the first variable: text, version, byte order.
 const HEADER: usize = 128;
@@ -100,7 +100,7 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
     Ok(RecordFile {
         constants,
         others,
-        ..RecordFile::new(record, path, Format::Mat)
+        ..RecordFile::new(record, path)
     })
 }
 

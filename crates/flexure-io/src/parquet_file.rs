@@ -19,7 +19,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
 
 use crate::error::{Error, Result};
-use crate::record_file::{Format, Other, RecordFile};
+use crate::record_file::{Other, RecordFile};
 
 /// The four bytes a Parquet file begins and ends with.
 const MAGIC: &[u8] = b"PAR1";
@@ -118,7 +118,7 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
     }
     Ok(RecordFile {
         others,
-        ..RecordFile::new(record, path, Format::Parquet)
+        ..RecordFile::new(record, path)
     })
 }
 

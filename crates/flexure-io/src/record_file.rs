@@ -6,24 +6,6 @@ use flexure::Record;
 
 use crate::error::{Error, Result};
 
-/// How a record was stored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// Text with a header.
-    Delimited {
-        /// The character between two fields: `,`, `;` or a tab.
-        separator: char,
-    },
-    /// Text without a header, columns separated by spaces or tabs and named c0, c1, ...
-    Whitespace,
-    /// Apache Parquet.
-    Parquet,
-    /// MATLAB's MAT-file of level 5 (`-v6`, `-v7`).
-    Mat,
-    /// No file: made in memory.
-    Memory,
-}
-
 /// A variable or column that is in the file but is no signal.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Other {
@@ -60,8 +42,6 @@ pub struct RecordFile {
     pub record: Record,
     /// The file.
     pub path: PathBuf,
-    /// How it was stored.
-    pub format: Format,
     /// The scalars of a MAT file, in order; empty for all other formats.
     pub constants: Vec<(String, f64)>,
     pub(crate) others: Vec<Other>,
@@ -71,15 +51,14 @@ pub struct RecordFile {
 impl RecordFile {
     /// A record that came from no file; `name` stands for one in messages and on pages.
     pub fn in_memory(record: Record, name: &str) -> Self {
-        RecordFile::new(record, Path::new(name), Format::Memory)
+        RecordFile::new(record, Path::new(name))
     }
 
     /// A record of signals alone, whose lines are not known.
-    pub(crate) fn new(record: Record, path: &Path, format: Format) -> Self {
+    pub(crate) fn new(record: Record, path: &Path) -> Self {
         RecordFile {
             record,
             path: path.to_owned(),
-            format,
             constants: Vec::new(),
             others: Vec::new(),
             lines: Lines::default(),

@@ -11,7 +11,7 @@ use std::path::Path;
 use flexure::Record;
 
 use crate::error::{Error, LineProblem, Result};
-use crate::record_file::{Format, Lines, RecordFile};
+use crate::record_file::{Lines, RecordFile};
 
 /// Bytes read at a time.
 const BUFFER: usize = 1 << 18;
@@ -115,12 +115,9 @@ pub(crate) fn read(path: &Path, file: File, delimited: bool) -> Result<RecordFil
     }
     let columns = layout.names.into_iter().zip(columns);
     let record = Record::new(columns).map_err(|error| Error::data(path, error))?;
-    let format = layout.separator.map_or(Format::Whitespace, |s| Format::Delimited {
-        separator: char::from(s),
-    });
     Ok(RecordFile {
         lines: origin,
-        ..RecordFile::new(record, path, format)
+        ..RecordFile::new(record, path)
     })
 }
 
