@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::linear::correlation::cross_covariance;
 use crate::nonlinearity::KernelRegression;
 use crate::nonlinearity::kernel::{Degree, Kernel, Sorted, Sums, for_each_sum};
+use crate::quantiles::NORMAL_95;
 use crate::sort;
 
 /// The largest gap that the data choose.
@@ -203,7 +204,7 @@ pub(crate) fn gap_from_data(x: &[f64], y: &[f64]) -> usize {
     let trend = trend.with_degree(Degree::Linear).predict(x);
     let residuals: Vec<f64> = y.iter().zip(&trend).map(|(y, m)| y - m).collect();
     let covariance = cross_covariance(&residuals, &residuals, most + 1);
-    let limit = 1.96 / (n as f64).sqrt() * covariance[0];
+    let limit = NORMAL_95 / (n as f64).sqrt() * covariance[0];
     (1..=most + 1)
         .find(|&lag| covariance[lag].abs() <= limit)
         .map_or(most, |lag| lag - 1)

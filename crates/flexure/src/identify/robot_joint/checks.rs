@@ -9,6 +9,7 @@ use super::limits::{
 };
 use super::smooth::Noise;
 use crate::error::{DataError, Error, Result};
+use crate::quantiles::NORMAL_MAD;
 use crate::record::check_values;
 use crate::sort;
 
@@ -119,8 +120,8 @@ struct Clipped {
 fn plateau(tau: &[f64]) -> Option<Clipped> {
     let n = tau.len();
     let bends: Vec<f64> = tau.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
-    // The median of the absolute second differences of white noise is 0.6745 sqrt(6) of its standard deviation.
-    let noise = sort::median(bends) / (0.6745 * 6.0_f64.sqrt());
+    // Second differences of white noise have sqrt(6) times its standard deviation, and a normal variable this median absolute value.
+    let noise = sort::median(bends) / (NORMAL_MAD * 6.0_f64.sqrt());
     let unit = noise / (PLATEAU_WINDOW as f64).sqrt();
     let means: Vec<f64> = tau
         .windows(PLATEAU_WINDOW)

@@ -74,8 +74,6 @@ pub const RESOLVED: f64 = 3.0;
 pub const HIGHEST_RIGID: f64 = 0.2;
 /// Fewer samples than this within the mechanical time constant do not separate inertia from friction.
 pub const SAMPLES_A_CONSTANT: f64 = 5.0;
-/// Half the width of the intervals of position-dependent terms, in standard errors.
-pub const EXTRA_INTERVAL: f64 = 1.96;
 
 // Whether the joint is flexible.
 

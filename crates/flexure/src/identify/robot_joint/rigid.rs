@@ -13,12 +13,13 @@ use super::finding::Finding;
 use super::fourier::Modulation;
 use super::free_outcome::FreeOutcome;
 use super::joint_signals::of_inertia;
-use super::limits::{EXTRA_INTERVAL, HIGHEST_RIGID, NOISE_ROUNDS, RESOLVED, SAMPLES_A_CONSTANT};
+use super::limits::{HIGHEST_RIGID, NOISE_ROUNDS, RESOLVED, SAMPLES_A_CONSTANT};
 use super::motion::modulation;
 use super::outcome::{Parameter, RigidAxis};
 use super::smooth::{Noise, Reflected};
 use super::system::{Curve, CurveKind, FreeCurves, System, low_frequencies};
 use crate::error::{DataError, Result};
+use crate::quantiles::NORMAL_95;
 
 /// A position-dependent term of a rigid axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -266,7 +267,7 @@ impl Signals {
     fn extra_parameters(&self, outcome: &FreeOutcome) -> Vec<Parameter> {
         let extras = self.extras.iter().enumerate().map(|(i, extra)| {
             let estimated = outcome.factor(INERTIA + 1 + i);
-            let near = EXTRA_INTERVAL * estimated.standard_error;
+            let near = NORMAL_95 * estimated.standard_error;
             Parameter {
                 symbol: extra.symbol.to_owned(),
                 unit: extra.unit,
