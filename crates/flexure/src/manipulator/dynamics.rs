@@ -143,7 +143,7 @@ impl Arm {
         [[m11, m12 + self.coupling], second]
     }
 
-    /// The inertia matrix (5).
+    /// The inertia matrix (5); `manipulator/links.rs` has it for any caller, this one is for the integrator.
     #[inline(always)]
     fn link_inertia(&self, cos: f64) -> [[f64; 2]; 2] {
         let swing = self.links.coupling * cos;
@@ -151,7 +151,7 @@ impl Arm {
         [[self.links.shoulder + 2.0 * swing, off], [off, self.links.elbow]]
     }
 
-    /// `C(q, q') q'`, with the matrix of (6).
+    /// `C(q, q') q'`, with the matrix of (6), as `manipulator/links.rs` has it.
     #[inline(always)]
     fn coriolis_torque(&self, sin: f64, dq: [f64; 2]) -> [f64; 2] {
         let factor = self.links.coupling * sin;

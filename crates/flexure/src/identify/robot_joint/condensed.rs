@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use super::basis::{Spacing, mean_of, range};
 use super::column_noise::Slopes;
-use super::equations::{Column, Equations};
+use super::equations::{Column, Equations, dot};
 use super::forms::{ShapedTerm, Term};
 use super::fourier::Modulation;
 use super::layout::{FormLayout, FormParameter};
@@ -75,7 +75,7 @@ struct Hats {
 
 /// The inner products.
 pub(super) struct Condensed {
-    /// Of the hats of each curve and, last, the right-hand side, without what the fixed columns take of them.
+    /// Of the hats of each curve and, last, the right-hand side, with the fixed columns projected out.
     gram: Matrix,
     /// Of each curve.
     hats: Vec<Hats>,
@@ -133,7 +133,7 @@ impl Condensed {
         }
         let right: Column = std::mem::take(&mut equations.right).into_iter().map(Some).collect();
         equations.columns.push(right);
-        // The noise is taken off the sums of the fixed columns alone: a single hat may be mostly noise.
+        // How much of the sums may be noise is judged on the fixed columns alone: a single hat may be mostly noise.
         let mut gram = equations.gram(fixed_columns)?.products;
         // The ridge that `Normal` adds once its diagonal is one.
         (0..fixed_columns).for_each(|i| gram[(i, i)] *= 1.0 + RIDGE);
@@ -172,10 +172,17 @@ impl Condensed {
     /// The inner products of sums of hats.
     fn products(&self, columns: &[Vector]) -> Matrix {
         let mut products = Matrix::zeros(columns.len(), columns.len());
+        let supports: Vec<Range<usize>> = columns.iter().map(|column| support(column.as_slice())).collect();
         for (j, column) in columns.iter().enumerate() {
-            let image = &self.gram * column;
+            let (own, column) = (&supports[j], column.as_slice());
+            // The matrix is symmetric: its columns, which lie in a row in memory, stand for its rows.
+            let rows = self.gram.column_iter();
+            let image: Vec<f64> = rows
+                .map(|row| dot(&row.as_slice()[own.clone()], &column[own.clone()]))
+                .collect();
             for (i, other) in columns[..=j].iter().enumerate() {
-                let product = other.iter().zip(image.iter()).map(|(a, b)| a * b).sum();
+                let theirs = supports[i].clone();
+                let product = dot(&other.as_slice()[theirs.clone()], &image[theirs]);
                 products[(i, j)] = product;
                 products[(j, i)] = product;
             }
@@ -214,11 +221,11 @@ impl Condensed {
             0 => part(free, 0),
             _ => Normal::new(&part(0, free))?.solve(&part(free, right + 1 - free))?,
         };
-        // What they take of the product of two columns.
-        let taken = |i: usize, j: usize| -> f64 { (0..free).map(|t| nearest[(t, i - free)] * g[(t, j)]).sum() };
+        // The part of the product of two columns that lies along the free terms.
+        let along_terms = |i: usize, j: usize| -> f64 { (0..free).map(|t| nearest[(t, i - free)] * g[(t, j)]).sum() };
         let x: Vec<f64> = (0..free).map(|t| nearest[(t, right - free)]).collect();
         // The square of the right-hand side less the sum of the terms times x. The ridge keeps x a little off the minimum, where
-        // "square less what is taken" would not be that.
+        // "square less the part along the terms" would not be that.
         let along = (0..free).map(|i| {
             let with: f64 = (0..free).map(|j| g[(i, j)] * x[j]).sum();
             x[i] * (with - 2.0 * g[(i, right)])
@@ -228,7 +235,7 @@ impl Condensed {
         if let Some(HeldFactor { term, value }) = held {
             factors.insert(term, value);
         }
-        // Kaufman's Jacobian: each derivative without what the free terms take of it, times its term's factor.
+        // Kaufman's Jacobian: each derivative with the free terms projected out, times its term's factor.
         let factor = |i: usize| factors[slopes[i - free].term];
         let derivatives = || free..right;
         let pairs = derivatives().flat_map(|i| derivatives().map(move |j| (i, j)));
@@ -236,10 +243,10 @@ impl Condensed {
             equations: NormalEquations {
                 cost,
                 descent: derivatives()
-                    .map(|i| factor(i) * (g[(i, right)] - taken(right, i)))
+                    .map(|i| factor(i) * (g[(i, right)] - along_terms(right, i)))
                     .collect(),
                 normal: pairs
-                    .map(|(i, j)| factor(i) * factor(j) * (g[(i, j)] - taken(i, j)))
+                    .map(|(i, j)| factor(i) * factor(j) * (g[(i, j)] - along_terms(i, j)))
                     .collect(),
             },
             factors,
@@ -277,7 +284,14 @@ impl Condensed {
     }
 }
 
-/// The inner products of the other columns without what the first `fixed` columns take of them (a Schur complement).
+/// From the first to the last value that is not zero: a function of one curve has values at the knots of that curve alone.
+fn support(values: &[f64]) -> Range<usize> {
+    let used = |v: &f64| *v != 0.0;
+    let first = values.iter().position(used).unwrap_or(0);
+    first..values.iter().rposition(used).map_or(first, |last| last + 1)
+}
+
+/// The inner products of the other columns with the first `fixed` columns projected out (a Schur complement).
 fn without_first(mut gram: Matrix, fixed: usize) -> Matrix {
     let size = gram.nrows();
     for k in 0..fixed {

@@ -172,7 +172,7 @@ fn weighted(weights: &[Vec<f64>], column: &Column) -> Vec<Option<Vec<f64>>> {
 }
 
 /// The sum of products, in eight sums at once.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     const SUMS: usize = 8;
     let (a, b) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
     let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
