@@ -11,11 +11,13 @@ mod initial;
 mod measures;
 mod regression;
 mod residuals;
+mod test;
 mod whiteness;
 
 pub use ahead::predict_ahead;
 pub use comparison::PairedComparison;
 pub use initial::{InitialState, estimate_initial_state, estimate_initial_state_of_inputs};
 pub use measures::FitMeasures;
-pub use residuals::{Correlations, Estimated, LEVEL, ResidualTest, ResidualTests, TestKind};
+pub use residuals::{Correlations, LEVEL, ResidualTests};
+pub use test::{Estimated, ResidualTest, TestKind};
 pub(crate) use whiteness::whiteness;

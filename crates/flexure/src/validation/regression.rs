@@ -13,7 +13,8 @@ const RIDGES: [f64; 4] = [0.0, 1e-12, 1e-9, 1e-6];
 /// A signal that is to be explained, whitened by an autoregression.
 ///
 /// The regressors pass the same filter, which changes neither a linear relation nor its lags (generalised least squares).
-pub(super) struct Regression {
+pub(super) struct Regression<'a> {
+    original: &'a [f64],
     autoregression: Vec<f64>,
     whitened: Vec<f64>,
 }
@@ -21,16 +22,20 @@ pub(super) struct Regression {
 /// What a regression explains of a signal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Explained {
-    /// The share of the squares about the mean, below 1.
+    /// The share of the whitened signal's squares about their mean, below 1.
     pub share: f64,
+    /// The squares of what the same slopes make of the regressors before the filter, about their mean, over those of the signal
+    /// before the filter: the share of the signal itself. It is `share` where the signal is white.
+    pub part: f64,
     /// The degrees of freedom that are left.
     pub rest: f64,
 }
 
-impl Regression {
-    pub fn new(v: &[f64]) -> Regression {
+impl<'a> Regression<'a> {
+    pub fn new(v: &'a [f64]) -> Regression<'a> {
         let autoregression = whitening(v, SAMPLES_PER_COEFFICIENT);
         Regression {
+            original: v,
             whitened: filtered(v, &autoregression),
             autoregression,
         }
@@ -43,15 +48,19 @@ impl Regression {
     /// What a regression on lags 0 to `lags` of `w` and a constant explains.
     ///
     /// There are more than two samples a lag.
-    pub fn explained_by_past(&self, w: &[f64], lags: usize) -> Explained {
-        let w = filtered(w, &self.autoregression);
+    pub fn explained_by_past(&self, signal: &[f64], lags: usize) -> Explained {
+        let w = filtered(signal, &self.autoregression);
         let v = &self.whitened[lags..];
         let n = v.len();
         let size = lags + 1;
         let rest = n.saturating_sub(size + 1).max(1) as f64;
-        let explained = |share| Explained { share, rest };
+        let nothing = Explained {
+            share: 0.0,
+            part: 0.0,
+            rest,
+        };
         let centre = mean(v);
-        let squares: f64 = v.iter().map(|v| (v - centre).powi(2)).sum();
+        let squares = squares_about_mean(v);
         // The level first, lest the means' products cancel most digits.
         let level = mean(&w);
         let w: Vec<f64> = w.iter().map(|w| w - level).collect();
@@ -61,7 +70,7 @@ impl Regression {
         let covariance = |i: usize, j: usize| gram[i * size + j] - n as f64 * means[i] * means[j];
         let scale: Vec<f64> = (0..size).map(|i| covariance(i, i).max(0.0).sqrt()).collect();
         if !(squares > 0.0 && scale.iter().all(|s| *s > 0.0 && s.is_finite())) {
-            return explained(0.0);
+            return nothing;
         }
         let with_v: Vec<f64> = (0..size)
             .map(|lag| {
@@ -77,11 +86,40 @@ impl Regression {
             let matrix: Vec<f64> = (0..size * size).map(entry).collect();
             if let Some(slopes) = linalg::solve_positive_definite(&matrix, &with_v) {
                 let share = slopes.iter().zip(&with_v).map(|(a, b)| a * b).sum::<f64>() / squares;
-                return explained(share.clamp(0.0, 1.0 - f64::EPSILON));
+                let slopes: Vec<f64> = slopes.iter().zip(&scale).map(|(b, s)| b / s).collect();
+                return Explained {
+                    share: share.clamp(0.0, 1.0 - f64::EPSILON),
+                    part: self.part(signal, &slopes),
+                    rest,
+                };
             }
         }
-        explained(0.0)
+        nothing
     }
+
+    /// The share of the signal's squares about their mean that these slopes of lags 0, 1, ... of `w` have.
+    fn part(&self, w: &[f64], slopes: &[f64]) -> f64 {
+        let lags = slopes.len() - 1;
+        let level = mean(w);
+        let products = |end: usize| {
+            slopes
+                .iter()
+                .enumerate()
+                .map(move |(lag, b)| b * (w[end - lag] - level))
+        };
+        let fitted: Vec<f64> = (lags..w.len()).map(|end| products(end).sum()).collect();
+        let all = squares_about_mean(&self.original[lags..]);
+        if all > 0.0 {
+            squares_about_mean(&fitted) / all
+        } else {
+            0.0
+        }
+    }
+}
+
+fn squares_about_mean(v: &[f64]) -> f64 {
+    let centre = mean(v);
+    v.iter().map(|v| (v - centre).powi(2)).sum()
 }
 
 /// $\sum_i r_i v_{n-i}$, the signal constant before it starts.
@@ -128,11 +166,13 @@ mod tests {
         let (v, w) = (noise(90, 1), noise(90, 2));
         let v: Vec<f64> = (0..90).map(|n| 3.0 + v[n] + 0.5 * w[n.max(2) - 2]).collect();
         let white = Regression {
+            original: &v,
             autoregression: vec![1.0],
             whitened: v.clone(),
         };
         let lags = 4;
-        let Explained { share, rest } = white.explained_by_past(&w.iter().map(|w| w + 7.0).collect::<Vec<_>>(), lags);
+        let Explained { share, part, rest } =
+            white.explained_by_past(&w.iter().map(|w| w + 7.0).collect::<Vec<_>>(), lags);
         assert_eq!(rest, 86.0 - 6.0);
         let rows: Vec<f64> = (lags..90)
             .flat_map(|n| (0..=lags).map(|k| w[n - k]).chain([1.0]).collect::<Vec<_>>())
@@ -149,11 +189,13 @@ mod tests {
             1.0 - left / all
         );
         assert!(share > 0.1);
+        assert!((part - share).abs() < 1e-10, "{part} {share}");
     }
 
     #[test]
     fn constants_and_signals_that_repeat_explain_without_failing() {
-        let v = Regression::new(&noise(100, 3));
+        let signal = noise(100, 3);
+        let v = Regression::new(&signal);
         assert_eq!(v.explained_by_past(&[2.0; 100], 5).share, 0.0);
         let alternating: Vec<f64> = (0..100).map(|i| f64::from(i % 2)).collect();
         let share = v.explained_by_past(&alternating, 5).share;
@@ -162,5 +204,31 @@ mod tests {
             Regression::new(&[1.0; 100]).explained_by_past(&alternating, 5).share,
             0.0
         );
+    }
+
+    #[test]
+    fn the_part_is_that_of_the_signal_before_the_filter() {
+        // A slow signal and white noise that is hardly a tenth of it; a filter that takes the slow one away.
+        let n = 40_000;
+        let mut slow = 0.0;
+        let w: Vec<f64> = noise(n, 5)
+            .iter()
+            .map(|e| {
+                slow = 0.99 * slow + 0.1 * e;
+                slow
+            })
+            .collect();
+        let e = noise(n, 6);
+        let v: Vec<f64> = (0..n).map(|i| w[i] + 0.1 * e[i]).collect();
+        let regression = Regression {
+            original: &v,
+            autoregression: vec![1.0, -0.99],
+            whitened: filtered(&v, &[1.0, -0.99]),
+        };
+        let Explained { share, part, .. } = regression.explained_by_past(&w, 3);
+        let truth = squares_about_mean(&w) / squares_about_mean(&v);
+        // The slopes' standard error is about 1 %, and the part grows with their square.
+        assert!((part - truth).abs() < 0.05 && truth > 0.9, "{part} {truth}");
+        assert!(share < 0.8, "{share}");
     }
 }

@@ -5,6 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
 use crate::linear::TransferFunction;
+use crate::validation::test::Inflation;
 
 fn white(seed: u64, n: usize) -> Vec<f64> {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
@@ -21,7 +22,7 @@ fn rejections(kind: TestKind, runs: u64, pair: impl Fn(u64) -> (Vec<f64>, Vec<f6
     let rejected = (0..runs).filter(|&seed| {
         let (e, u) = pair(seed);
         let tests = ResidualTests::new(&e, &u).unwrap();
-        tests.tests.iter().any(|t| t.kind == kind && !t.passed())
+        tests.tests.iter().any(|t| t.kind == kind && t.p_value < LEVEL)
     });
     rejected.count() as f64 / runs as f64
 }
@@ -46,7 +47,7 @@ fn a_true_model_is_rejected_at_the_stated_level_whatever_the_colours() {
                 let p = TransferFunction::monic(vec![1.0, 0.5], vec![-0.6]).simulate(&u);
                 let all = ResidualTests::with_prediction(&e, &u, &p).unwrap();
                 let each = rejected.iter_mut().zip(&all.tests);
-                each.for_each(|(count, test)| *count += u64::from(!test.passed()));
+                each.for_each(|(count, test)| *count += u64::from(test.p_value < LEVEL));
             }
             for (i, &count) in rejected.iter().enumerate() {
                 let share = count as f64 / runs as f64;
@@ -57,6 +58,73 @@ fn a_true_model_is_rejected_at_the_stated_level_whatever_the_colours() {
             }
         }
     }
+}
+
+#[test]
+fn a_true_model_is_rejected_at_the_joint_level() {
+    // The tests are not independent, so that the joint level may be below 1 %, but not above.
+    for (n, runs) in [(500, 4000), (1000, 2000)] {
+        for with_prediction in [false, true] {
+            let rejected = (0..runs).filter(|&seed| {
+                let (e, u) = (coloured(2 * seed, n, 0.7), coloured(2 * seed + 1, n, 0.8));
+                let p = TransferFunction::monic(vec![1.0, 0.5], vec![-0.6]).simulate(&u);
+                let all = match with_prediction {
+                    true => ResidualTests::with_prediction(&e, &u, &p).unwrap(),
+                    false => ResidualTests::new(&e, &u).unwrap(),
+                };
+                let levels = all.tests.iter().filter(|t| t.kind.refutes()).map(|t| t.level);
+                assert!((levels.sum::<f64>() - LEVEL).abs() < 1e-15);
+                let holm = all.tests.iter().any(|t| t.kind.refutes() && t.p_value < t.level);
+                assert_eq!(all.refutation().is_some(), holm, "limit and p-value agree");
+                holm
+            });
+            let share = rejected.count() as f64 / runs as f64;
+            let spread = tolerance(runs);
+            assert!(
+                (LEVEL / 2.0 - spread..LEVEL + spread).contains(&share),
+                "n = {n}: {share}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_effect_is_the_dependent_share_whatever_the_length_and_the_colours() {
+    // e = noise + c u_{n-3} with a share of 5 % of the variance, under a slow input or slow noise.
+    for (n, poles) in [(2000, [0.0, 0.0]), (20_000, [0.9, 0.0]), (20_000, [0.0, 0.9])] {
+        let runs = 30;
+        let mean_effect: f64 = (0..runs)
+            .map(|seed| {
+                let (v, u) = (coloured(2 * seed, n, poles[1]), coloured(2 * seed + 1, n, poles[0]));
+                let gain = (0.05 / 0.95 * variance(&v) / variance(&u)).sqrt();
+                let e: Vec<f64> = (0..n).map(|i| v[i] + gain * u[i.max(3) - 3]).collect();
+                let tests = ResidualTests::new(&e, &u).unwrap();
+                let test = tests.tests[1];
+                assert!(!test.passed() && test.kind == TestKind::InputIndependence);
+                test.effect / f64::from(runs as u32)
+            })
+            .sum();
+        assert!(
+            (mean_effect - 0.05).abs() < 0.006,
+            "n = {n}, poles {poles:?}: {mean_effect}"
+        );
+    }
+    // Nothing there: nothing on average either, where R^2 itself is 26/500.
+    let silent = (0..200).map(|seed| {
+        let tests = ResidualTests::new(&white(2 * seed, 500), &white(2 * seed + 1, 500)).unwrap();
+        tests.tests[1].effect / 200.0
+    });
+    assert!(silent.sum::<f64>() < 0.01);
+}
+
+#[test]
+fn of_several_tests_the_one_with_the_largest_part_refutes() {
+    // The input explains 1 % of the error, its square 20 %.
+    let (u, noise) = (white(1, 5000), white(2, 5000));
+    let e: Vec<f64> = u.iter().zip(&noise).map(|(u, v)| v + 0.12 * u + 0.4 * u * u).collect();
+    let tests = ResidualTests::new(&e, &u).unwrap();
+    assert!(!tests.tests[1].passed() && !tests.tests[2].passed());
+    assert_eq!(tests.refutation().unwrap().kind, TestKind::SquaredInputIndependence);
 }
 
 #[test]
@@ -75,7 +143,7 @@ fn the_limits_allow_for_the_error_of_estimated_parameters() {
             parameters: lags + 1,
             samples: n - lags,
         };
-        let input = |all: ResidualTests| u64::from(!all.tests[1].passed());
+        let input = |all: ResidualTests| u64::from(all.tests[1].p_value < LEVEL);
         allowed += input(ResidualTests::of_estimate(&left, &u[n..], &u[n..], estimated).unwrap());
         plain += input(ResidualTests::with_prediction(&left, &u[n..], &u[n..]).unwrap());
     }
@@ -160,7 +228,7 @@ fn a_nonlinearity_after_the_dynamics_is_found_where_the_input_alone_does_not_sho
             let u = coloured(2 * s, 1000, 0.8);
             let e = coloured(2 * s + 1, 1000, 0.5);
             let all = ResidualTests::with_prediction(&e, &u, &u).unwrap();
-            all.tests.iter().any(|t| t.kind == kind && !t.passed())
+            all.tests.iter().any(|t| t.kind == kind && t.p_value < LEVEL)
         });
         let share = rejected.count() as f64 / 1000.0;
         assert!((share - LEVEL).abs() < 2.0 * tolerance(1000), "{kind:?}: {share}");
@@ -176,7 +244,14 @@ fn nothing_left_is_nothing_against_the_model() {
 #[test]
 fn chi_squared_limits_are_those_of_tables() {
     // R: qchisq(0.99, 25) = 44.3141, pchisq(30, 25, lower = FALSE) = 0.2243
-    let test = ResidualTest::chi_squared(TestKind::Whiteness, 30.0, 25, Inflation::default(), LEVEL);
+    let observed = Observed {
+        statistic: 30.0,
+        terms: 25,
+        explained: 0.6,
+    };
+    let test = ResidualTest::chi_squared(TestKind::Whiteness, observed, Inflation::default(), LEVEL);
+    // Five sixths of such a statistic come about by chance.
+    assert!((test.effect - 0.1).abs() < 1e-12, "{}", test.effect);
     assert!(
         (test.limit - 44.3141).abs() < 1e-3 && (test.p_value - 0.2243).abs() < 1e-4,
         "{test:?}"

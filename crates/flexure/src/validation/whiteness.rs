@@ -1,6 +1,7 @@
 //! The test of whiteness.
 
-use super::residuals::{Estimated, LEVEL, ResidualTest, TestKind};
+use super::residuals::LEVEL;
+use super::test::{Estimated, Observed, ResidualTest, TestKind};
 use crate::linear::correlation::cross_covariance;
 
 /// Monti's variant of the Ljung-Box test of `v` with `lags` lags.
@@ -14,8 +15,13 @@ pub(super) fn whiteness_of(v: &[f64], lags: usize, noise: Option<Estimated>, lev
     let partial = partial_autocorrelations(&cross_covariance(v, v, lags));
     let terms = (partial.iter().enumerate()).map(|(k, p)| p * p / (n - (k + 1) as f64));
     let inflation = noise.map(|from| from.inflation(v.len(), lags)).unwrap_or_default();
-    let statistic = n * (n + 2.0) * terms.sum::<f64>();
-    ResidualTest::chi_squared(TestKind::Whiteness, statistic, lags, inflation, level)
+    let observed = Observed {
+        statistic: n * (n + 2.0) * terms.sum::<f64>(),
+        terms: lags,
+        // What each further lag leaves of the variance multiplies.
+        explained: 1.0 - partial.iter().map(|p| 1.0 - p * p).product::<f64>(),
+    };
+    ResidualTest::chi_squared(TestKind::Whiteness, observed, inflation, level)
 }
 
 /// The partial autocorrelations at lags 1, 2, ... from covariances at lags 0, 1, ... (Levinson 1947, Durbin 1960).

@@ -1,6 +1,6 @@
 //! The verdict is honest: it accepts what holds, refutes what does not, and says when there is nothing.
 
-use flexure::identify::Warning;
+use flexure::identify::{Verdict, Warning};
 
 use super::*;
 
@@ -21,7 +21,7 @@ fn a_hammerstein_system_whose_noise_hides_the_estimate_s_error_is_accepted() {
             result.verdict.holds()
         })
         .count();
-    // Three tests at 1 %, and what is left of the estimate's error.
+    // The tests at 1 % together, and what is left of the estimate's error.
     assert!(accepted >= 36, "{accepted} of 40");
 }
 
@@ -145,4 +145,71 @@ fn an_input_of_few_levels_is_named() {
         result.warnings
     );
     assert_eq!(curve(&result).x(), [-1.0, 1.0]);
+}
+
+/// The verdict on a prediction that misses a part of the output with so many of its standard deviations, under white noise of another
+/// size.
+fn with_misfit(misfit: f64, noise: f64) -> Verdict {
+    let (n, filter) = (20_000, filter(&[1.0, 0.4], &[1.0, -0.6]));
+    let u = normal(1, n, 1.0);
+    let predicted = filter.simulate(&u);
+    let (y, e) = (spread(&predicted), normal(2, n, 1.0));
+    // Of u^2 the standard deviation is the root of two.
+    let missed = |u: f64| misfit * y * (u * u - 1.0) / 2_f64.sqrt();
+    let output: Vec<f64> = (0..n).map(|i| predicted[i] + missed(u[i]) + noise * y * e[i]).collect();
+    Verdict::new(&u, &output, &predicted).unwrap()
+}
+
+fn spread(v: &[f64]) -> f64 {
+    let centre = v.iter().sum::<f64>() / v.len() as f64;
+    (v.iter().map(|v| (v - centre).powi(2)).sum::<f64>() / v.len() as f64).sqrt()
+}
+
+#[test]
+fn the_misfit_is_that_of_the_system_and_decides_with_its_size() {
+    let negligible = with_misfit(0.004, 0.02);
+    assert!((negligible.misfit() - 0.004).abs() < 0.0004, "{}", negligible.misfit());
+    assert!(negligible.refutation().is_some() && negligible.holds());
+    assert!(negligible.headline().contains("negligible misfit"));
+    assert!(
+        negligible
+            .text()
+            .contains("The model holds, but for a negligible misfit of 0."),
+        "{}",
+        negligible.text()
+    );
+
+    let large = with_misfit(0.05, 0.02);
+    assert!(
+        (large.misfit() - 0.05).abs() < 0.003 && !large.holds(),
+        "{}",
+        large.misfit()
+    );
+    assert!(
+        large.text().contains("depends on the squared input (test"),
+        "{}",
+        large.text()
+    );
+    assert_eq!(with_misfit(0.0, 0.02).misfit(), 0.0);
+}
+
+#[test]
+fn headline_and_text_agree() {
+    for misfit in [0.0, 0.002, 0.008, 0.012, 0.1, 1.0, 3.0] {
+        for noise in [0.001, 0.03, 0.5, 2.0] {
+            let verdict = with_misfit(misfit, noise);
+            let (head, text) = (verdict.headline(), verdict.text());
+            assert_eq!(verdict.holds(), text.contains("The model holds"), "{head}: {text}");
+            assert_eq!(verdict.holds(), head.starts_with("The model holds"), "{head}: {text}");
+            assert_eq!(verdict.holds(), verdict.in_short().starts_with("holds"), "{head}");
+            let refuted = head.contains("does not hold");
+            assert_eq!(refuted, verdict.in_short().contains("does not hold"), "{head}");
+            assert_eq!(refuted, text.contains("does not hold"), "{head}: {text}");
+            assert_eq!(
+                head.contains("exactly"),
+                text.contains("hold exactly"),
+                "{head}: {text}"
+            );
+        }
+    }
 }
