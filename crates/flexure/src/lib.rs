@@ -27,6 +27,7 @@
 //! |---|---|
 //! | [`record`] | named, sampled signals |
 //! | [`signal`] | excitation signals |
+//! | [`preparation`] | outliers, resampling, filters and trends of a measured record |
 //! | [`simulation`] | the integrator, zero-order hold, batches |
 //! | [`manipulator`] | the two-link arm: rigid, and with linear or nonlinear flexible joints |
 //! | [`nonlinearity`] | estimators of a static nonlinearity |
@@ -34,6 +35,7 @@
 //! | [`bands`] | pointwise and simultaneous confidence bands around them |
 //! | [`linear`] | transfer functions |
 //! | [`model`] | static nonlinearities and linear systems in series and in parallel |
+//! | [`look`] | a first look at a record: its columns, and which depends on which |
 //! | [`identify`] | from a record to a model, with a verdict |
 //! | [`validation`] | fit measures and residual tests |
 //! | [`systems`] | known systems with their exact truth |
@@ -47,10 +49,12 @@ pub mod error;
 pub mod identify;
 pub mod interrupt;
 pub mod linear;
+pub mod look;
 pub mod manipulator;
 pub mod model;
 pub mod nonlinearity;
 mod parallel;
+pub mod preparation;
 pub mod quantiles;
 pub mod record;
 pub mod selection;

@@ -3,10 +3,21 @@
 use crate::error::{DataError, Error, Result};
 use crate::sort;
 
-/// Relative deviation of a time step from the median step that still counts as uniform.
+/// Deviation of a time step from the median step, in steps, at which samples are missing rather than late.
+const GAP: f64 = 0.5;
+/// Largest deviation of an instant from the uniform grid, in steps, that counts as jitter of the logger's clock.
 ///
-/// Loggers print times with a few digits; a step that is off by less than this is rounding, not jitter.
-const UNIFORM_TOLERANCE: f64 = 1e-3;
+/// A signal taken late by a tenth of a step is off by a tenth of its change over the step.
+const JITTER: f64 = 0.1;
+
+/// The uniform clock of a record's instants.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampleClock {
+    /// The sample time.
+    pub step: f64,
+    /// The largest deviation of an instant from the uniform grid, in steps: of printed digits, or of a clock that is not exact.
+    pub jitter: f64,
+}
 
 /// Named columns of equal length, in order.
 ///
@@ -106,15 +117,23 @@ impl Record {
         }
     }
 
-    /// The sample time in s, from a column of sample instants that must be uniform and increasing.
+    /// The sample time, from a column of sample instants that must be uniform and increasing: the step of [`Record::sample_clock`].
     ///
-    /// The result is the mean step; single steps may deviate by 0.1 % of it (printed digits).
+    /// # Errors
+    /// As [`Record::sample_clock`].
+    pub fn sample_time(&self, time: &str) -> Result<f64> {
+        Ok(self.sample_clock(time)?.step)
+    }
+
+    /// The clock of a column of sample instants, which must be uniform and increasing.
+    ///
+    /// The step is that of the least-squares line through the instants, to as many digits as the instants support. Instants may deviate from the uniform grid by a tenth of a step.
     ///
     /// # Errors
     /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `TooShort` (fewer than two samples),
     /// `TimeNotIncreasing` and `NonUniformTime`.
-    pub fn sample_time(&self, time: &str) -> Result<f64> {
-        uniform_step(self.finite(time)?)
+    pub fn sample_clock(&self, time: &str) -> Result<SampleClock> {
+        sample_clock(self.finite(time)?)
     }
 
     /// The samples `range` of every column.
@@ -145,29 +164,83 @@ pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<f64> {
     Err(Error::Data(DataError::Unit { column, largest }))
 }
 
-/// The mean step of uniform, increasing instants `t`.
-fn uniform_step(t: &[f64]) -> Result<f64> {
+/// The clock of uniform, increasing instants `t`.
+fn sample_clock(t: &[f64]) -> Result<SampleClock> {
     if t.len() < 2 {
         return Err(Error::too_short("a sample time", 2, t.len()));
     }
-    let median = sort::median(t.windows(2).map(|w| w[1] - w[0]).collect());
-    // A step may also be off by the rounding of the instants themselves.
-    let rounding = 4.0 * f64::EPSILON * t.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let tolerance = UNIFORM_TOLERANCE * median.abs() + rounding;
-    for (i, w) in t.windows(2).enumerate() {
-        let step = w[1] - w[0];
+    let step = |i: usize| t[i] - t[i - 1];
+    let median = sort::median((1..t.len()).map(step).collect());
+    let not_uniform = |sample| {
+        let (step, expected) = (step(sample), median);
+        Err(Error::Data(DataError::NonUniformTime { sample, step, expected }))
+    };
+    for sample in 1..t.len() {
+        let step = step(sample);
         if !(step > 0.0) {
-            return Err(Error::Data(DataError::TimeNotIncreasing { sample: i + 1, step }));
+            return Err(Error::Data(DataError::TimeNotIncreasing { sample, step }));
         }
-        if !((step - median).abs() <= tolerance) {
-            return Err(Error::Data(DataError::NonUniformTime {
-                sample: i + 1,
-                step,
-                expected: median,
-            }));
+        if !((step - median).abs() <= GAP * median) {
+            return not_uniform(sample);
         }
     }
-    Ok((t[t.len() - 1] - t[0]) / (t.len() - 1) as f64)
+    let mean = least_squares_step(t);
+    let late = |i: usize| (t[i] - t[0]) / mean - i as f64;
+    let (mut earliest, mut latest) = (0.0_f64, 0.0_f64);
+    for sample in 1..t.len() {
+        earliest = earliest.min(late(sample));
+        latest = latest.max(late(sample));
+        if latest - earliest > 2.0 * JITTER {
+            return not_uniform(sample);
+        }
+    }
+    let jitter = (latest - earliest) / 2.0;
+    Ok(SampleClock {
+        step: rounded_step(mean, t, jitter * mean),
+        jitter,
+    })
+}
+
+/// The slope of the least-squares line through the instants over their numbers: unlike the mean step, it does not depend on the first and
+/// the last of them alone.
+fn least_squares_step(t: &[f64]) -> f64 {
+    let middle = (t.len() - 1) as f64 / 2.0;
+    let places = || (0..t.len()).map(|i| i as f64 - middle);
+    let product: f64 = places().zip(t).map(|(place, t_i)| place * (t_i - t[0])).sum();
+    product / places().map(|place| place * place).sum::<f64>()
+}
+
+/// The samples with missing ones on the straight line between their neighbours; zeros if all are missing.
+pub(crate) fn bridged(samples: &[f64]) -> Vec<f64> {
+    let mut out = samples.to_vec();
+    let known: Vec<usize> = (0..out.len()).filter(|&i| !out[i].is_nan()).collect();
+    let (Some(&first), Some(&last)) = (known.first(), known.last()) else {
+        return vec![0.0; out.len()];
+    };
+    out[..first].fill(samples[first]);
+    out[last..].fill(samples[last]);
+    for pair in known.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        for i in a + 1..b {
+            let share = (i - a) as f64 / (b - a) as f64;
+            out[i] = samples[a] + share * (samples[b] - samples[a]);
+        }
+    }
+    out
+}
+
+/// The shortest decimal that the instants `t` cannot tell from their mean step: 0.01, not 0.009999999999999998. The instants are off by up to `deviation`,
+/// and by the rounding of floating-point numbers.
+pub(crate) fn rounded_step(mean: f64, t: &[f64], deviation: f64) -> f64 {
+    let largest = t.iter().fold(0.0_f64, |largest, t| largest.max(t.abs()));
+    let uncertainty = (2.0 * f64::EPSILON * largest + deviation) / (t.len() - 1) as f64;
+    // Of a sum of as many terms.
+    let rounding = f64::EPSILON * mean * (t.len() as f64).sqrt();
+    let to_digits = |digits: usize| format!("{mean:.digits$e}").parse().unwrap_or(mean);
+    let mut rounded = (0..16).map(to_digits);
+    rounded
+        .find(|step| (step - mean).abs() <= uncertainty.max(rounding))
+        .unwrap_or(mean)
 }
 
 #[cfg(test)]
@@ -176,6 +249,13 @@ mod tests {
 
     fn record() -> Record {
         Record::new([("t", vec![0.0, 0.1, 0.2]), ("u", vec![1.0, f64::NAN, 2.0])]).unwrap()
+    }
+
+    #[test]
+    fn what_is_missing_is_bridged() {
+        let nan = f64::NAN;
+        assert_eq!(bridged(&[nan, 1.0, nan, nan, 4.0, nan]), [1.0, 1.0, 2.0, 3.0, 4.0, 4.0]);
+        assert_eq!(bridged(&[nan, nan]), [0.0, 0.0]);
     }
 
     #[test]
@@ -215,6 +295,57 @@ mod tests {
         let t: Vec<f64> = (0..1000).map(|i| 1e6 + 0.01 * i as f64).collect();
         let r = Record::new([("t", t)]).unwrap();
         assert!((r.sample_time("t").unwrap() - 0.01).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_sample_time_has_the_digits_that_the_instants_support() {
+        let step_of = |t: Vec<f64>| Record::new([("t", t)]).unwrap().sample_time("t").unwrap();
+        for (start, step) in [
+            (0.0, 0.01),
+            (0.3, 0.01),
+            (1.7e9, 0.01),
+            (-2.0, 0.1),
+            (5.0, 1e-4),
+            (0.0, 2.5),
+            (0.1, 48.0),
+        ] {
+            for n in [2, 3, 100, 4001] {
+                let t = (0..n).map(|i| start + step * f64::from(i)).collect();
+                // Two instants of 1.7e9 s have a step to 2e-7 s alone.
+                let known = if start > 1e9 { 1e-6 / f64::from(n) } else { 0.0 };
+                assert!((step_of(t) - step).abs() <= known, "{start} {step} {n}");
+            }
+        }
+        // What is no short decimal stays what it is.
+        let rate = |n: u32| step_of((0..n).map(|i| f64::from(i) / 48e3).collect());
+        assert!((rate(4000) * 48e3 - 1.0).abs() < 1e-14, "{}", rate(4000));
+        // Printed to 1e-6, a third of a millisecond is known to 1e-9.
+        let printed = step_of((0..1000).map(|i| (f64::from(i) / 3e3 * 1e6).round() / 1e6).collect());
+        assert!(
+            (printed - 1.0 / 3e3).abs() < 1e-9 && printed.to_string().len() < 14,
+            "{printed}"
+        );
+    }
+
+    /// Instants late by a random share of a step, up to `jitter` to either side.
+    fn jittered(jitter: f64) -> Record {
+        let late = |i: usize| jitter * (0.7 * (i * i) as f64).sin();
+        let t: Vec<f64> = (0..1000).map(|i| 0.01 * (i as f64 + late(i))).collect();
+        Record::new([("t", t)]).unwrap()
+    }
+
+    #[test]
+    fn a_clock_may_jitter_by_a_tenth_of_a_step() {
+        let clock = jittered(0.05).sample_clock("t").unwrap();
+        assert!((clock.step - 0.01).abs() < 2e-6, "{clock:?}");
+        assert!((clock.jitter - 0.05).abs() < 1e-3, "{clock:?}");
+        let drifting: Vec<f64> = (0..1000).map(|i| 0.01 * (i as f64 + 1e-5 * (i * i) as f64)).collect();
+        for record in [jittered(0.12), Record::new([("t", drifting)]).unwrap()] {
+            assert!(matches!(
+                record.sample_clock("t"),
+                Err(Error::Data(DataError::NonUniformTime { .. }))
+            ));
+        }
     }
 
     #[test]

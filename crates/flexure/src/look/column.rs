@@ -1,0 +1,180 @@
+//! A column by itself: its range, what is missing, its levels, where it stands still at an extreme, and what stands alone.
+
+use super::limits::{
+    FEWEST_SAMPLES, MOST_OUTLIERS, OUTLIER, OUTLIER_BLOCK, OUTLIER_SIZE, ROUNDING, STOP_RATIO, STOP_RUN, STOP_SHARE,
+    STOP_STEPS,
+};
+use super::quantisation::Quantisation;
+use super::spectrum::Spectrum;
+use crate::identify::few_levels;
+use crate::linear::correlation::{mean, variance};
+use crate::quantiles::NORMAL_MAD;
+use crate::sort;
+
+/// What a column is like.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// Samples that are numbers.
+    pub samples: usize,
+    /// Samples that are NaN.
+    pub missing: usize,
+    /// Samples that are infinite.
+    pub infinite: usize,
+    /// The least finite value; NaN without samples, as all that follows.
+    pub least: f64,
+    /// The greatest finite value.
+    pub greatest: f64,
+    /// The mean.
+    pub mean: f64,
+    /// The standard deviation.
+    pub deviation: f64,
+    /// Whether it does not vary by more than rounding.
+    pub constant: bool,
+    /// Whether it rises by the same amount from sample to sample, as a number or an instant of the samples does.
+    pub counts: bool,
+    /// The values that it takes, in increasing order, if these are few.
+    pub levels: Option<Vec<f64>>,
+    /// The grid on which its values lie, if they do.
+    pub quantisation: Option<Quantisation>,
+    /// Where it stands still at its least value.
+    pub lower_stop: Option<Stop>,
+    /// Where it stands still at its greatest value.
+    pub upper_stop: Option<Stop>,
+    /// Samples that stand alone far from their neighbours: more than ten times as far from the running median of five samples as
+    /// is usual nearby, and by more than a quarter of the standard deviation. Empty where that is the nature of the column.
+    pub outliers: Vec<usize>,
+    /// Its power spectrum; none of a column that does not vary.
+    pub spectrum: Option<Spectrum>,
+}
+
+/// A column standing still at an extreme: clipped, or held there on purpose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// The extreme.
+    pub value: f64,
+    /// Samples that have it.
+    pub samples: usize,
+    /// The most of them in a row.
+    pub longest: usize,
+}
+
+impl Column {
+    /// Looks at a column; `bridged` has its samples with values in place of those that are none.
+    pub(super) fn new(name: &str, samples: &[f64], bridged: &[f64]) -> Self {
+        let finite: Vec<f64> = samples.iter().copied().filter(|v| v.is_finite()).collect();
+        let missing = samples.iter().filter(|v| v.is_nan()).count();
+        let (least, greatest) = match finite.is_empty() {
+            true => (f64::NAN, f64::NAN),
+            false => {
+                (finite.iter().copied()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), v| (l.min(v), g.max(v)))
+            }
+        };
+        // About a middle value, as squares of large offsets round.
+        let offset = finite.first().copied().unwrap_or(f64::NAN);
+        let shifted: Vec<f64> = finite.iter().map(|v| v - offset).collect();
+        let deviation = match finite.is_empty() {
+            true => f64::NAN,
+            false => variance(&shifted).sqrt(),
+        };
+        let largest = least.abs().max(greatest.abs());
+        let constant = !(deviation > ROUNDING * largest);
+        let mut column = Column {
+            name: name.to_owned(),
+            samples: finite.len(),
+            missing,
+            infinite: samples.len() - missing - finite.len(),
+            least,
+            greatest,
+            mean: offset + mean(&shifted),
+            deviation,
+            constant,
+            counts: !constant && counts(samples),
+            levels: None,
+            quantisation: None,
+            lower_stop: None,
+            upper_stop: None,
+            outliers: Vec::new(),
+            spectrum: None,
+        };
+        if constant || column.counts {
+            return column;
+        }
+        column.levels = few_levels(&finite).map(|levels| sort::sorted(&levels));
+        if finite.len() >= FEWEST_SAMPLES && column.levels.is_none() {
+            let sorted = sort::sorted(&finite);
+            column.quantisation = Quantisation::of_sorted(&sorted);
+            let step = column.quantisation.map_or((greatest - least) / STOP_STEPS, |q| q.step);
+            column.lower_stop = stop(samples, &sorted, least, step);
+            column.upper_stop = stop(samples, &sorted, greatest, step);
+            column.outliers = outliers(samples, bridged, deviation, column.quantisation.map_or(0.0, |q| q.step));
+        }
+        column.spectrum = Spectrum::new(bridged);
+        column
+    }
+
+    /// Whether it can depend on others, or others on it: it varies, and neither numbers the samples nor is mostly missing.
+    pub fn is_signal(&self) -> bool {
+        !self.constant && !self.counts && self.samples >= FEWEST_SAMPLES && self.samples > self.missing + self.infinite
+    }
+}
+
+/// Whether the samples rise evenly, but for rounding.
+fn counts(samples: &[f64]) -> bool {
+    let [first, .., last] = samples else {
+        return false;
+    };
+    let step = (last - first) / (samples.len() - 1) as f64;
+    // Printed instants have few digits.
+    step > 0.0 && samples.windows(2).all(|w| ((w[1] - w[0]) / step - 1.0).abs() < 0.1)
+}
+
+/// The standstill at an extreme of a column whose values, in increasing order, are `sorted`.
+fn stop(samples: &[f64], sorted: &[f64], extreme: f64, step: f64) -> Option<Stop> {
+    let (mut at, mut run, mut longest) = (0, 0, 0);
+    for &v in samples {
+        run = if v == extreme { run + 1 } else { 0 };
+        at += usize::from(v == extreme);
+        longest = longest.max(run);
+    }
+    let within = |low: f64, high: f64| sorted.partition_point(|v| *v < high) - sorted.partition_point(|v| *v < low);
+    // What is as near to the extreme as the next step, without the extreme itself.
+    let near = within(extreme - 1.5 * step, extreme + 1.5 * step) - at;
+    let stands =
+        longest >= STOP_RUN && at as f64 > STOP_SHARE * sorted.len() as f64 && at as f64 > STOP_RATIO * near as f64;
+    stands.then_some(Stop {
+        value: extreme,
+        samples: at,
+        longest,
+    })
+}
+
+/// The samples that stand alone (Hampel 1974, about a running median of five, which leaves steps as they are).
+fn outliers(samples: &[f64], bridged: &[f64], deviation: f64, step: f64) -> Vec<usize> {
+    let n = bridged.len();
+    let distance = |t: usize| {
+        let half = t.min(n - 1 - t).min(2);
+        let mut near = [0.0; 5];
+        let near = &mut near[..=2 * half];
+        near.copy_from_slice(&bridged[t - half..=t + half]);
+        near.sort_unstable_by(f64::total_cmp);
+        (bridged[t] - near[half]).abs()
+    };
+    let distances: Vec<f64> = (0..n).map(distance).collect();
+    let usual: Vec<f64> = distances
+        .chunks(OUTLIER_BLOCK)
+        .map(|block| sort::median(block.to_vec()) / NORMAL_MAD)
+        .collect();
+    let far = |t: &usize| {
+        let block = t / OUTLIER_BLOCK;
+        let nearby = &usual[block.saturating_sub(1)..(block + 2).min(usual.len())];
+        let usual = nearby.iter().fold(step, |largest, u| largest.max(*u));
+        samples[*t].is_finite() && distances[*t] > OUTLIER * usual && distances[*t] > OUTLIER_SIZE * deviation
+    };
+    let found: Vec<usize> = (0..n).filter(far).collect();
+    match found.len() as f64 > MOST_OUTLIERS * n as f64 {
+        true => Vec::new(),
+        false => found,
+    }
+}

@@ -1,0 +1,196 @@
+//! Whether a column integrates another, as a position integrates a force.
+//!
+//! The output's difference $d_k = y_k - y_{k-1}$ is regressed on the output, its own past and the input,
+//! $$ d_k = \rho\, y_{k-1} + \sum_{i=1}^{4} c_i d_{k-i} + \sum_{i=0}^{4} b_i u_{k-i} + \text{const}, $$
+//! over means of samples, so that the noise of an encoder does not hide the motion. An output that settles under a constant input has
+//! $\rho < 0$ (Dickey & Fuller 1979), and an output that only drifts has $\sum_i b_i = 0$. An integrating one has neither: its
+//! difference follows the input, wherever the output stands. It also changes more slowly than the input, as integration divides its spectrum
+//! by the frequency: of an oscillation at one frequency the regression alone tells nothing.
+//!
+//! Whether an output settles later than the record ends no record tells: it counts as integrating.
+
+use super::dependence::blocks;
+use super::limits::{
+    AIMED_BLOCKS, DRIVEN, DRIVEN_SHARE, FEWEST_INTEGRATED, INTEGRATED_LAGS, SETTLES, SLOWER, STANDARD_ERRORS,
+};
+use crate::linalg::inverse_positive_definite;
+use crate::linear::correlation::{mean, variance};
+
+/// The ridge of the least squares for columns of unit length. Rounding is of this size.
+const RIDGE: f64 = 1e-12;
+
+/// What speaks for an output that integrates its input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IntegratedOutput {
+    /// The share of what is not foreseen in the output's change, from its past, that the input explains.
+    pub explained: f64,
+    /// Samples that the output would need to settle, at least, if it did.
+    pub settles_after: f64,
+}
+
+/// Whether `output` integrates `input`; `None` if it does not, or if the record does not tell.
+///
+/// Columns of different lengths, samples that are not finite, and columns that do not vary tell nothing.
+///
+/// ```
+/// let force = flexure::signal::white_gaussian(4000, 1.0, 1)?;
+/// let (mut speed, mut position) = (0.0, 0.0);
+/// let run = |force: &f64| {
+///     speed += 0.1 * (force - 0.5 * speed);
+///     position += speed;
+///     (speed, position)
+/// };
+/// let (speeds, positions): (Vec<f64>, Vec<f64>) = force.iter().map(run).unzip();
+/// assert!(flexure::look::integrated_output(&force, &positions).is_some());
+/// assert!(flexure::look::integrated_output(&force, &speeds).is_none());
+/// # Ok::<(), flexure::Error>(())
+/// ```
+pub fn integrated_output(input: &[f64], output: &[f64]) -> Option<IntegratedOutput> {
+    if input.len() != output.len() || input.iter().chain(output).any(|v| !v.is_finite()) {
+        return None;
+    }
+    let mut found = None;
+    let mut before = 0;
+    for aimed in AIMED_BLOCKS {
+        let block = (output.len() / aimed).max(1);
+        if block == before {
+            continue;
+        }
+        before = block;
+        let Some(regression) = Regression::new(&blocks(input, block), &blocks(output, block)) else {
+            continue;
+        };
+        if regression.settles() {
+            return None;
+        }
+        found = found.or(regression.integrates().then(|| IntegratedOutput {
+            explained: regression.explained,
+            settles_after: block as f64 / regression.fastest().max(f64::MIN_POSITIVE),
+        }));
+    }
+    found
+}
+
+/// The regression of the output's difference.
+struct Regression {
+    blocks: f64,
+    /// rho with its standard error.
+    pull: [f64; 2],
+    /// The sum of the b with its standard error.
+    drive: [f64; 2],
+    explained: f64,
+    /// The output's change from block to block over the input's, each in standard deviations of its column.
+    change: f64,
+}
+
+impl Regression {
+    /// `None` of few blocks, or of columns that do not vary.
+    fn new(u: &[f64], y: &[f64]) -> Option<Self> {
+        let m = y.len();
+        let (u, y) = (scaled(u)?, scaled(y)?);
+        if m < FEWEST_INTEGRATED {
+            return None;
+        }
+        let d: Vec<f64> = y.windows(2).map(|w| w[1] - w[0]).collect();
+        let p = INTEGRATED_LAGS;
+        let changes = |of: &[f64]| of.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>().sqrt();
+        // d[k - 1] leads to y[k].
+        let rows = p + 1..m;
+        let target: Vec<f64> = rows.clone().map(|k| d[k - 1]).collect();
+        let lagged = |of: &[f64], lag: usize| -> Vec<f64> { rows.clone().map(|k| of[k - lag]).collect() };
+        let mut columns = vec![vec![1.0; target.len()], lagged(&y, 1)];
+        columns.extend((1..=p).map(|i| lagged(&d, i + 1)));
+        let past = columns.len();
+        columns.extend((0..=p).map(|i| lagged(&u, i)));
+        let without = LeastSquares::new(&columns[..past], &target)?;
+        let with = LeastSquares::new(&columns, &target)?;
+        let one = |i: usize| vec![(i, 1.0)];
+        let drive: Vec<(usize, f64)> = (past..columns.len()).map(|i| (i, 1.0)).collect();
+        Some(Regression {
+            blocks: m as f64,
+            pull: with.sum(&one(1)),
+            drive: with.sum(&drive),
+            explained: 1.0 - with.rest / without.rest.max(f64::MIN_POSITIVE),
+            change: changes(&y) / changes(&u),
+        })
+    }
+
+    /// The share of the way to rest that the output goes in a block, at most.
+    fn fastest(&self) -> f64 {
+        -self.pull[0] + STANDARD_ERRORS * self.pull[1]
+    }
+
+    /// Whether the output clearly settles within the record.
+    fn settles(&self) -> bool {
+        -self.pull[0] - STANDARD_ERRORS * self.pull[1] > 2.0 * SETTLES / self.blocks
+    }
+
+    fn integrates(&self) -> bool {
+        let grows = self.pull[0] - STANDARD_ERRORS * self.pull[1] > SETTLES / self.blocks;
+        self.fastest() < SETTLES / self.blocks
+            && !grows
+            && self.drive[0].abs() > DRIVEN * self.drive[1]
+            && self.explained > DRIVEN_SHARE
+            && self.change < SLOWER
+    }
+}
+
+/// A column about its mean, in standard deviations; `None` if it does not vary.
+fn scaled(column: &[f64]) -> Option<Vec<f64>> {
+    let centre = mean(column);
+    let deviations: Vec<f64> = column.iter().map(|v| v - centre).collect();
+    let spread = variance(&deviations).sqrt();
+    let largest = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    (spread > 1e-9 * largest).then(|| deviations.iter().map(|v| v / spread).collect())
+}
+
+/// Least squares, with a ridge that is too small to matter but where columns depend on one another.
+struct LeastSquares {
+    coefficients: Vec<f64>,
+    inverse: Vec<f64>,
+    /// The sum of the squared errors.
+    rest: f64,
+    freedom: f64,
+}
+
+impl LeastSquares {
+    fn new(columns: &[Vec<f64>], target: &[f64]) -> Option<Self> {
+        let q = columns.len();
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        // Columns of unit length, so that the matrix is as well conditioned as it can be.
+        let lengths: Vec<f64> = columns.iter().map(|c| product(c, c).sqrt()).collect();
+        if lengths.iter().any(|l| !(*l > 0.0)) {
+            return None;
+        }
+        let normal: Vec<f64> = (0..q * q)
+            .map(|k| product(&columns[k / q], &columns[k % q]) / (lengths[k / q] * lengths[k % q]))
+            .enumerate()
+            // Without noise the past determines the present, and columns depend on one another.
+            .map(|(k, v)| if k / q == k % q { v + RIDGE } else { v })
+            .collect();
+        let right: Vec<f64> = (0..q).map(|i| product(&columns[i], target) / lengths[i]).collect();
+        let unit = inverse_positive_definite(&normal, q)?;
+        let inverse: Vec<f64> = (0..q * q)
+            .map(|k| unit[k] / (lengths[k / q] * lengths[k % q]))
+            .collect();
+        let coefficients: Vec<f64> = (0..q)
+            .map(|i| product(&unit[i * q..(i + 1) * q], &right) / lengths[i])
+            .collect();
+        let error = |t: usize| target[t] - (0..q).map(|i| coefficients[i] * columns[i][t]).sum::<f64>();
+        Some(LeastSquares {
+            rest: (0..target.len()).map(|t| error(t).powi(2)).sum(),
+            freedom: (target.len() - q) as f64,
+            coefficients,
+            inverse,
+        })
+    }
+
+    /// A weighted sum of coefficients, with its standard error.
+    fn sum(&self, weights: &[(usize, f64)]) -> [f64; 2] {
+        let q = self.coefficients.len();
+        let value = weights.iter().map(|(i, w)| w * self.coefficients[*i]).sum();
+        let pairs = weights.iter().flat_map(|a| weights.iter().map(move |b| (a, b)));
+        let spread: f64 = pairs.map(|((i, v), (j, w))| v * w * self.inverse[i * q + j]).sum();
+        [value, (spread.max(0.0) * self.rest / self.freedom).sqrt()]
+    }
+}

@@ -1,0 +1,113 @@
+//! Columns that are another one's derivative, or another one times a factor.
+
+use super::limits::{KIN, KIN_FACTOR, ROUNDING, SAME};
+use crate::linear::correlation::{mean, variance};
+
+/// A column that is made of another, or measures the same.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kinship {
+    /// The column, as an index of the record's columns.
+    pub column: usize,
+    /// The other one.
+    pub of: usize,
+    /// What it is to the other.
+    pub relation: Relation,
+}
+
+/// What a column is to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Relation {
+    /// Its derivative, times a factor that is 1 where the units agree.
+    Derivative {
+        /// The factor.
+        factor: f64,
+    },
+    /// The other one times a factor, with an offset.
+    Multiple {
+        /// The factor.
+        factor: f64,
+        /// The standard deviation of what that leaves, in the column's.
+        left: f64,
+    },
+}
+
+/// The kinships among signals without missing samples, named by their indexes.
+///
+/// A derivative is told by its integral, which leaves at most a hundredth of the other's variance besides a straight line: differences
+/// would be noise. Without a sample time the factor may be anything, and the integral must leave a hundredth of that.
+pub(super) fn kinships(signals: &[(usize, &[f64])], sample_time: Option<f64>) -> Vec<Kinship> {
+    let straight: Vec<Vec<f64>> = signals.iter().map(|s| without_line(s.1)).collect();
+    let integrals: Vec<Vec<f64>> = signals
+        .iter()
+        .map(|s| without_line(&integral(s.1, sample_time)))
+        .collect();
+    let centred: Vec<Vec<f64>> = signals.iter().map(|s| without_mean(s.1)).collect();
+    let mut found = Vec::new();
+    for (i, &(column, _)) in signals.iter().enumerate() {
+        // Of several columns that are alike, a derivative is that of the one which its integral comes nearest to.
+        let mut nearest: Option<(f64, Kinship)> = None;
+        for (j, &(of, _)) in signals.iter().enumerate().filter(|(j, _)| *j != i) {
+            if let Some((factor, left)) = regression(&centred[j], &centred[i])
+                && left < SAME
+                && j < i
+            {
+                let left = left.max(0.0).sqrt();
+                let relation = Relation::Multiple { factor, left };
+                found.push(Kinship { column, of, relation });
+            }
+            // The integral of the column, times the inverse of the factor, is the other one.
+            let Some((inverse, left)) = regression(&integrals[i], &straight[j]) else {
+                continue;
+            };
+            let derives = match sample_time {
+                Some(_) => left < KIN && (inverse - 1.0).abs() < KIN_FACTOR,
+                None => left < KIN * KIN && inverse > 0.0,
+            };
+            if derives && nearest.is_none_or(|(least, _)| left < least) {
+                let relation = Relation::Derivative { factor: 1.0 / inverse };
+                nearest = Some((left, Kinship { column, of, relation }));
+            }
+        }
+        found.extend(nearest.map(|(_, kinship)| kinship));
+    }
+    found
+}
+
+/// The factor of `x` in `y` by least squares, and the share of y's variance that it leaves; `None` if either does not vary.
+fn regression(x: &[f64], y: &[f64]) -> Option<(f64, f64)> {
+    let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (xx, xy, yy) = (sum(x, x), sum(x, y), sum(y, y));
+    (xx > 0.0 && yy > 0.0).then(|| (xy / xx, 1.0 - xy * xy / (xx * yy)))
+}
+
+/// The integral by trapezes, in samples where there is no sample time.
+fn integral(samples: &[f64], sample_time: Option<f64>) -> Vec<f64> {
+    let step = sample_time.unwrap_or(1.0);
+    let centre = mean(samples);
+    let mut sum = 0.0;
+    let mut before = samples.first().map_or(0.0, |v| v - centre);
+    let add = |v: &f64| {
+        sum += 0.5 * step * (before + v - centre);
+        before = v - centre;
+        sum
+    };
+    samples.iter().map(add).collect()
+}
+
+fn without_mean(samples: &[f64]) -> Vec<f64> {
+    let centre = mean(samples);
+    samples.iter().map(|v| v - centre).collect()
+}
+
+/// The samples less the straight line through them (least squares); zeros where nothing but rounding is left.
+fn without_line(samples: &[f64]) -> Vec<f64> {
+    let centred = without_mean(samples);
+    let middle = (samples.len() as f64 - 1.0) / 2.0;
+    let time: Vec<f64> = (0..samples.len()).map(|i| i as f64 - middle).collect();
+    let slope = regression(&time, &centred).map_or(0.0, |(slope, _)| slope);
+    let left: Vec<f64> = centred.iter().zip(&time).map(|(v, t)| v - slope * t).collect();
+    match variance(&left) > ROUNDING * variance(&centred) {
+        true => left,
+        false => vec![0.0; left.len()],
+    }
+}

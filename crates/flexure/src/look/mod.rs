@@ -1,0 +1,126 @@
+//! A first look at a record: what its columns are like, and which depends on which.
+//!
+//! | file | what |
+//! |---|---|
+//! | `column.rs` | range, missing samples, levels, standstill at an extreme, outliers |
+//! | `quantisation.rs` | the grid on which a column's values lie |
+//! | `spectrum.rs` | the power spectrum, and the band that has most of the power |
+//! | `clock.rs` | the step of the instants, its jitter, gaps |
+//! | `dependence.rs`, `coherence.rs` | which column follows which, with what delay, and how much of its power |
+//! | `integration.rs` | whether a column integrates another, as a position integrates a force |
+//! | `kinship.rs` | derivatives and multiples of other columns |
+//! | `limits.rs` | every threshold |
+//!
+//! ```
+//! use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
+//!
+//! let [linear, _] = known_linear_parts();
+//! let record = KnownHammerstein::usual(KnownNonlinearity::DeadZone, linear).simulate(4000, 1); // columns u, y, y0
+//! let look = flexure::look::look(&record, None, None)?;
+//! let [u, y] = ["u", "y"].map(|name| look.columns.iter().position(|c| c.name == name).unwrap());
+//! let found = look.dependences.iter().find(|d| (d.cause, d.effect) == (u, y)).unwrap();
+//! assert_eq!(found.delay, 0);
+//! assert!(found.coherent > 0.5);
+//! # Ok::<(), flexure::Error>(())
+//! ```
+
+mod clock;
+mod coherence;
+mod column;
+mod dependence;
+mod integration;
+mod kinship;
+mod limits;
+mod quantisation;
+mod spectrum;
+#[cfg(test)]
+mod tests;
+
+pub use clock::{Clock, Gap};
+pub use column::{Column, Stop};
+pub use dependence::{Correlations, Dependence, Direction, Kind};
+pub use integration::{IntegratedOutput, integrated_output};
+pub use kinship::{Kinship, Relation};
+pub use quantisation::Quantisation;
+pub use spectrum::Spectrum;
+
+use crate::error::Result;
+use crate::parallel;
+use crate::record::{Record, bridged};
+
+/// What a record is like.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Look {
+    /// Its columns, in order.
+    pub columns: Vec<Column>,
+    /// The column of the instants, as an index of the columns.
+    pub time: Option<usize>,
+    /// Its instants, in its own unit; `None` without them.
+    pub clock: Option<Clock>,
+    /// The dependences that were seen among the signals, those that explain most first. All of them together are false with a probability of
+    /// at most 1 % where no column depends on another.
+    pub dependences: Vec<Dependence>,
+    /// The pairs of columns of which the second integrates the first, and where that was seen.
+    pub integrations: Vec<Integration>,
+    /// Columns that are made of others.
+    pub kinships: Vec<Kinship>,
+}
+
+/// A column that integrates another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Integration {
+    /// The column that is integrated, as an index of the record's columns.
+    pub input: usize,
+    /// The one that integrates it.
+    pub output: usize,
+    /// What speaks for it.
+    pub found: IntegratedOutput,
+}
+
+/// Looks at a record. `time` is the name of the column of the instants, `sample_time` the time between two samples in s.
+///
+/// Samples that are missing or infinite lie on the straight line between their neighbours where a test needs all of them. Columns that do not
+/// vary, count the samples or are mostly missing take no part in the tests of dependence.
+///
+/// # Errors
+/// [`Error::Data`](crate::Error::Data): `MissingColumn`; [`Error::Stopped`](crate::Error::Stopped).
+pub fn look(record: &Record, time: Option<&str>, sample_time: Option<f64>) -> Result<Look> {
+    let clock = match time {
+        Some(name) => Clock::new(record.column(name)?),
+        None => None,
+    };
+    let time = record.names().iter().position(|name| Some(name.as_str()) == time);
+    let all: Vec<(&str, &[f64])> = record.columns().collect();
+    let finite = |v: &f64| if v.is_finite() { *v } else { f64::NAN };
+    let whole = |samples: &[f64]| bridged(&samples.iter().map(finite).collect::<Vec<f64>>());
+    let whole: Vec<Vec<f64>> = all.iter().map(|(_, samples)| whole(samples)).collect();
+    let columns = parallel::map(all.len(), |i| Column::new(all[i].0, all[i].1, &whole[i]));
+    crate::interrupt::check()?;
+    let is_signal = |i: &usize| Some(*i) != time && columns[*i].is_signal();
+    let signals: Vec<(usize, &[f64])> = (0..all.len())
+        .filter(is_signal)
+        .map(|i| (i, whole[i].as_slice()))
+        .collect();
+    let dependences = dependence::dependences(&signals);
+    crate::interrupt::check()?;
+    let part = dependence::stretch(record.len(), signals.len());
+    let parts: Vec<(usize, &[f64])> = signals.iter().map(|(i, s)| (*i, &s[part.clone()])).collect();
+    let kinships = kinship::kinships(&parts, sample_time);
+    crate::interrupt::check()?;
+    let pairs: Vec<(usize, usize)> = (0..signals.len())
+        .flat_map(|i| (0..signals.len()).filter(move |j| *j != i).map(move |j| (i, j)))
+        .collect();
+    let integrations = parallel::map(pairs.len(), |p| {
+        let ((input, u), (output, y)) = (signals[pairs[p].0], signals[pairs[p].1]);
+        let found = integrated_output(u, y)?;
+        Some(Integration { input, output, found })
+    });
+    Ok(Look {
+        columns,
+        time,
+        clock,
+        dependences,
+        integrations: integrations.into_iter().flatten().collect(),
+        kinships,
+    })
+}

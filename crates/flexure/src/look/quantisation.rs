@@ -1,0 +1,71 @@
+//! The grid on which a column's values lie: the steps of a converter or of an encoder, or the last digit that was printed.
+
+use super::limits::{FEWEST_ON_GRID, MOST_STEPS, ON_GRID, QUANTISED};
+
+/// Evenly spaced values on which a column lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quantisation {
+    /// The distance between the values.
+    pub step: f64,
+    /// The share of the samples that lie on them, within a tenth of a step.
+    pub share: f64,
+    /// How many steps the column's range has.
+    pub steps: f64,
+}
+
+impl Quantisation {
+    /// The grid of samples in increasing order: the widest of some candidates that nearly all of them lie on.
+    pub(super) fn of_sorted(sorted: &[f64]) -> Option<Self> {
+        let range = sorted.last()? - sorted.first()?;
+        let least = range / MOST_STEPS;
+        // Values that differ by less are the same, rounded.
+        let mut values: Vec<(f64, usize)> = Vec::new();
+        for &v in sorted {
+            match values.last_mut() {
+                Some((last, count)) if v - *last < 0.5 * least => *count += 1,
+                _ => values.push((v, 1)),
+            }
+        }
+        if values.len() < FEWEST_ON_GRID {
+            return None;
+        }
+        let mut distances: Vec<(f64, usize)> = values.windows(2).map(|w| w[1].0 - w[0].0).zip(0..).collect();
+        distances.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        // Of wider distances the wider grid comes first; off a grid of few values, most distances are steps.
+        let places = [0.5, 0.2, 0.05, 0.01, 0.0].map(|q| (q * (distances.len() - 1) as f64) as usize);
+        let grids = places.map(|place| {
+            let (distance, start) = distances[place];
+            grid(&values, start, distance)
+        });
+        let found = grids.into_iter().find(|(_, share)| *share >= QUANTISED);
+        found.map(|(step, share)| Quantisation {
+            step,
+            share,
+            steps: (range / step).round(),
+        })
+    }
+}
+
+/// The grid that has the value at `start` and the next one, about `step` away, with the share of the samples that lie on it. The
+/// step is made exact on the way from there to both ends.
+fn grid(values: &[(f64, usize)], start: usize, mut step: f64) -> (f64, f64) {
+    let origin = values[start].0;
+    let total: usize = values.iter().map(|v| v.1).sum();
+    let mut on = values[start].1;
+    let upwards = values[start + 1..].iter();
+    let downwards = values[..start].iter().rev();
+    let mut farthest = 0.0;
+    for (value, count) in upwards.chain(downwards) {
+        let multiple = ((value - origin) / step).round();
+        let off = (value - origin) / step - multiple;
+        if off.abs() > ON_GRID {
+            continue;
+        }
+        on += count;
+        if multiple.abs() > farthest {
+            farthest = multiple.abs();
+            step = (value - origin) / multiple;
+        }
+    }
+    (step, on as f64 / total as f64)
+}
