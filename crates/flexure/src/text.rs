@@ -30,6 +30,99 @@ pub fn short(value: f64) -> String {
     }
 }
 
+/// A p-value as it is usually written: to two digits, and not below 1e-6, where no distribution is known so well.
+///
+/// ```
+/// assert_eq!(flexure::text::p_value(0.02345), "p = 0.023");
+/// assert_eq!(flexure::text::p_value(2.31e-87), "p < 1e-6");
+/// ```
+pub fn p_value(p: f64) -> String {
+    match p {
+        p if p < 1e-6 => "p < 1e-6".to_owned(),
+        p if p < 1e-3 => format!("p = {p:.0e}"),
+        p => format!("p = {}", digits(p, 2)),
+    }
+}
+
+/// A share in percent to two digits, without an exponent; near 0 and 1 only that it is.
+///
+/// ```
+/// assert_eq!(flexure::text::percent(0.000234), "0.023 %");
+/// assert_eq!(flexure::text::percent(0.4567), "46 %");
+/// assert_eq!(flexure::text::percent(1e-9), "less than 0.01 %");
+/// ```
+pub fn percent(share: f64) -> String {
+    match 100.0 * share {
+        p if p > 0.0 && p < 0.01 => "less than 0.01 %".to_owned(),
+        p if p > 99.0 && p < 100.0 => "over 99 %".to_owned(),
+        p => format!("{} %", digits(p, 2)),
+    }
+}
+
+/// A share near 1 in percent, to as many decimals as show what is missing: 99.4, 99.98.
+///
+/// ```
+/// assert_eq!(flexure::text::nearly_all(0.99398), "99.4 %");
+/// assert_eq!(flexure::text::nearly_all(0.999968), "99.997 %");
+/// assert_eq!(flexure::text::nearly_all(1.0), "100 %");
+/// ```
+pub fn nearly_all(share: f64) -> String {
+    let missing = 100.0 * (1.0 - share);
+    if !(missing >= 1e-6) {
+        return "100 %".to_owned();
+    }
+    let decimals = (-missing.log10()).ceil().max(1.0) as usize;
+    format!("{:.decimals$} %", 100.0 * share)
+}
+
+/// A number to so many digits, without an exponent; whole numbers keep all of theirs.
+fn digits(value: f64, count: i32) -> String {
+    let size = value.abs();
+    if !(size > 0.0 && size.is_finite()) {
+        return format!("{value:.0}");
+    }
+    let decimals = (count - 1 - size.log10().floor() as i32).max(0) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// A value and its standard error to the same decimal place, the error to two digits: `0.5321 ± 0.0012`.
+///
+/// ```
+/// assert_eq!(flexure::text::with_error(0.532149, 0.00123), "0.5321 ± 0.0012");
+/// assert_eq!(flexure::text::with_error(12343.0, 678.0), "12340 ± 680");
+/// assert_eq!(flexure::text::with_error(1.5e-7, 2.2e-9), "(1.500 ± 0.022)e-7");
+/// ```
+pub fn with_error(value: f64, error: f64) -> String {
+    if !(error > 0.0 && error.is_finite() && value.is_finite()) {
+        return number(value);
+    }
+    let size = value.abs().max(error);
+    if !(1e-3..1e5).contains(&size) {
+        let exponent = size.log10().floor() as i32;
+        // Of the powers of ten up to 300 the quotient is finite.
+        let scale = 10_f64.powi(exponent.clamp(-300, 300));
+        return format!("({})e{exponent}", with_error(value / scale, error / scale));
+    }
+    if error < NEARLY_EXACT * value.abs() {
+        return format!("{} ± {error:.0e}", number(value));
+    }
+    let place = error_place(error);
+    let unit = 10_f64.powi(-place);
+    let rounded = |v: f64| (v / unit).round() * unit;
+    let decimals = place.max(0) as usize;
+    format!("{:.decimals$} ± {:.decimals$}", rounded(value), rounded(error))
+}
+
+/// The relative error below which nobody reads all digits of a value.
+const NEARLY_EXACT: f64 = 1e-6;
+
+/// The decimal place of an error's second digit: 4 for 0.0012; negative before the point.
+fn error_place(error: f64) -> i32 {
+    // 0.00996 is 0.010, whose second digit is a place further to the left.
+    let rounded: f64 = format!("{error:.1e}").parse().unwrap_or(error);
+    1 - rounded.log10().floor() as i32
+}
+
 /// The text with a capital letter at the start.
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
@@ -45,7 +138,7 @@ pub(crate) fn counted(count: usize, one: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::number;
+    use super::{nearly_all, number, p_value, percent, with_error};
 
     #[test]
     fn numbers_are_short() {
@@ -54,5 +147,51 @@ mod tests {
             shown,
             ["0", "0.1739", "1.000", "2.150", "1235", "-99999", "1.000e-4", "2.500e7"]
         );
+    }
+
+    #[test]
+    fn value_and_error_end_at_the_same_place() {
+        let cases = [
+            (0.5321, 0.00123, "0.5321 ± 0.0012"),
+            (-0.5321, 0.000996, "-0.5321 ± 0.0010"),
+            (12.0, 3.0, "12.0 ± 3.0"),
+            (0.0, 0.25, "0.00 ± 0.25"),
+            (0.0004, 0.2, "0.00 ± 0.20"),
+            (98765.0, 1234.0, "98800 ± 1200"),
+            (9.99999e4, 12.0, "100000 ± 12"),
+            (2.5e7, 1.3e5, "(2.500 ± 0.013)e7"),
+            (-4e-6, 2e-5, "(-0.4 ± 2.0)e-5"),
+            (1.0, 1e-9, "1.000 ± 1e-9"),
+            (0.25, f64::NAN, "0.2500"),
+            (0.25, 0.0, "0.2500"),
+            (0.25, f64::INFINITY, "0.2500"),
+        ];
+        for (value, error, text) in cases {
+            assert_eq!(with_error(value, error), text);
+        }
+    }
+
+    #[test]
+    fn probabilities_and_shares_have_two_digits() {
+        let p = [0.5, 0.0499, 0.01234, 0.000321, 1e-6, 0.99e-6, 0.0].map(p_value);
+        assert_eq!(
+            p,
+            [
+                "p = 0.50",
+                "p = 0.050",
+                "p = 0.012",
+                "p = 3e-4",
+                "p = 1e-6",
+                "p < 1e-6",
+                "p < 1e-6"
+            ]
+        );
+        let shares = [1.0, 0.998, 0.0234, 0.00012, 1e-5, 0.0].map(percent);
+        assert_eq!(
+            shares,
+            ["100 %", "over 99 %", "2.3 %", "0.012 %", "less than 0.01 %", "0 %"]
+        );
+        let most = [0.5, 0.9, 0.9949, 0.99951, 0.999_999_8, 1.0 - 1e-12].map(nearly_all);
+        assert_eq!(most, ["50.0 %", "90.0 %", "99.5 %", "99.95 %", "99.99998 %", "100 %"]);
     }
 }

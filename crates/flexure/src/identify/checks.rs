@@ -48,7 +48,7 @@ fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'stati
 }
 
 /// The values that the input takes, in order of appearance, if they are too few for a curve.
-pub(super) fn few_levels(u: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn few_levels(u: &[f64]) -> Option<Vec<f64>> {
     let mut levels: Vec<f64> = Vec::new();
     for &v in u {
         if !levels.contains(&v) {

@@ -41,6 +41,8 @@ mod samples;
 mod structures;
 mod surface;
 
+pub(crate) use checks::few_levels;
+
 pub use crate::model::{NarxModel, NarxTerm, VolterraModel};
 pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison};
 pub use hammerstein::{

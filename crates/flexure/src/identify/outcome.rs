@@ -1,7 +1,8 @@
 //! Whether a model holds on fresh data, and what the user should know besides.
 
-use super::limits::NEARLY_ALL;
+use super::limits::{MOSTLY, NEARLY_ALL, NEGLIGIBLE_MISFIT};
 use crate::linear::correlation::mean;
+use crate::text::{capitalised, nearly_all, number, p_value, percent};
 use crate::validation::{Estimated, FitMeasures, ResidualTest, ResidualTests};
 
 /// Something that the user should know before trusting the model.
@@ -59,7 +60,8 @@ pub enum Warning {
     NoStaticGain,
     /// The fresh part's input leaves the range in which the nonlinearity was estimated.
     #[error(
-        "{percent:.1} % of the fresh part's input lies outside the range [{low}, {high}] of the fit, where the curve is held at its end value"
+        "{percent:.1} % of the fresh part's input lies outside the range [{}, {}] of the fit, where the curve is held at its end value",
+        number(*.low), number(*.high)
     )]
     OutsideRange {
         /// Share of the fresh samples.
@@ -100,6 +102,17 @@ pub enum Warning {
         parameter: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// The output does not settle under a constant input.
+    #[error(
+        "'{output}' integrates '{input}', as a position integrates a force, and does not settle: a joint's friction and inertia \
+         explain that (`flexure joint`), a block model does not; of any other such system identify the output's difference"
+    )]
+    IntegratedOutput {
+        /// The column that is integrated.
+        input: String,
+        /// The column that integrates it.
+        output: String,
     },
     /// There is little for a cascade's search to start from.
     #[error(
@@ -177,10 +190,12 @@ impl Verdict {
         tested.iter().map(of).collect()
     }
 
-    /// Of several verdicts on one prediction, the first with a test that refutes the model, else the first that does not hold, else
-    /// the first.
+    /// Of several verdicts on one prediction, the one with the largest [misfit](Self::misfit), else the first that does not hold,
+    /// else the first.
     pub fn worst(verdicts: &[Verdict]) -> Option<&Verdict> {
-        let refuted = verdicts.iter().find(|v| v.refutation().is_some());
+        let refuted = verdicts.iter().filter(|v| v.refutation().is_some());
+        // Of equal ones the first.
+        let refuted = refuted.rev().max_by(|a, b| a.misfit().total_cmp(&b.misfit()));
         refuted
             .or_else(|| verdicts.iter().find(|v| !v.holds()))
             .or(verdicts.first())
@@ -205,78 +220,137 @@ impl Verdict {
         self.residuals.as_ref().and_then(ResidualTests::refutation)
     }
 
-    /// Whether the model holds: it explains something, no test refutes it, and what it leaves is white noise, or at
-    /// most a tenth of the output's variance.
+    /// The size of the part of the error that depends on the input, as a share of the output's standard deviation: as far as the
+    /// tests that refute the model see it, and 0 where none does.
+    pub fn misfit(&self) -> f64 {
+        let unexplained = (1.0 - self.measures.r_squared).max(0.0);
+        let dependent = self.refutation().map_or(0.0, ResidualTest::dependent_share);
+        (dependent * unexplained).sqrt()
+    }
+
+    /// Whether the model holds: it explains something; no test refutes it, or the [misfit](Self::misfit) is negligible; and what it
+    /// leaves is white noise, or at most a tenth of the output's variance.
+    ///
+    /// A misfit is negligible below 1 % of the output's standard deviation. What of the error follows from its own past counts with
+    /// it: it may be noise or a part that depends on the input over a longer time than a test sees.
     ///
     /// A large error with a colour of its own may be noise or something that the model misses: that no test
     /// finds the input in it does not say which.
     pub fn holds(&self) -> bool {
-        self.measures.fit_percent > 0.0 && self.residuals.is_some() && self.refutation().is_none() && !self.is_open()
+        self.measures.fit_percent > 0.0 && self.residuals.is_some() && !self.is_refuted() && !self.is_open()
+    }
+
+    /// Whether a test refutes the model, and the misfit matters.
+    fn is_refuted(&self) -> bool {
+        let colour = self.colour().map_or(0.0, |test| test.effect);
+        let unexplained = (1.0 - self.measures.r_squared).max(0.0);
+        let misfit = |test: &ResidualTest| ((test.dependent_share() + colour).min(1.0) * unexplained).sqrt();
+        self.refutation().is_some_and(|test| misfit(test) >= NEGLIGIBLE_MISFIT)
     }
 
     /// Whether the error is neither white nor small.
     fn is_open(&self) -> bool {
-        let white = self
-            .residuals
-            .iter()
-            .flat_map(|r| &r.tests)
-            .all(|t| t.kind.refutes() || t.passed());
-        !white && self.measures.r_squared < NEARLY_ALL
+        self.colour().is_some() && self.measures.r_squared < NEARLY_ALL
+    }
+
+    /// The test that finds a colour in the error, if one does.
+    fn colour(&self) -> Option<&ResidualTest> {
+        let mut tests = self.residuals.iter().flat_map(|r| &r.tests);
+        tests.find(|t| !t.kind.refutes() && !t.passed())
+    }
+
+    /// The answer in the fewest words, behind a fit: "holds", "does not hold exactly".
+    pub fn in_short(&self) -> &'static str {
+        match &self.residuals {
+            _ if self.holds() && self.refutation().is_some() => "holds, but for a negligible misfit",
+            _ if self.holds() => "holds",
+            None => "not tested: too few fresh data",
+            Some(_) if self.measures.fit_percent <= 0.0 => "does not hold",
+            Some(_) if !self.is_refuted() => "neither refuted nor supported",
+            Some(_) if self.measures.r_squared >= MOSTLY => "does not hold exactly",
+            Some(_) => "does not hold",
+        }
     }
 
     /// The answer as a heading.
     pub fn headline(&self) -> &'static str {
-        match (self.holds(), &self.residuals) {
-            (true, _) => "The model holds on fresh data",
-            (false, None) => "Too few fresh data to judge the model",
-            (false, Some(_)) if self.refutation().is_none() && self.measures.fit_percent > 0.0 => {
-                "The fresh data do not refute the model, nor do they support it"
+        match &self.residuals {
+            _ if self.holds() && self.refutation().is_some() => {
+                "The model holds on fresh data, but for a negligible misfit"
             }
-            (false, Some(_)) if self.measures.r_squared >= 0.5 => {
+            _ if self.holds() => "The model holds on fresh data",
+            None => "Too few fresh data to judge the model",
+            Some(_) if self.measures.fit_percent <= 0.0 => "The model does not hold on fresh data",
+            Some(_) if !self.is_refuted() => "The fresh data do not refute the model, nor do they support it",
+            Some(_) if self.measures.r_squared >= MOSTLY => {
                 "The model explains most of the fresh data, but does not hold exactly"
             }
-            (false, Some(_)) => "The model does not hold on fresh data",
+            Some(_) => "The model does not hold on fresh data",
         }
     }
 
-    /// The answer in sentences.
+    /// The answer in sentences: how much the model explains, then how large the misfit is, then the test that says so.
     pub fn text(&self) -> String {
         let fit = self.measures.fit_percent;
-        let explains = format!(
-            "On fresh data the free-run fit is {fit:.1} % (it explains {:.1} % of the output's variance).",
-            100.0 * self.measures.r_squared.max(0.0)
-        );
-        let Some(tests) = &self.residuals else {
-            return format!(
-                "{explains} The fresh part is too short for residual tests: whether the model holds is not known."
-            );
-        };
         if fit <= 0.0 {
             return format!(
                 "The model does not hold: on fresh data it predicts no better than the output's mean (fit {fit:.1} %)."
             );
         }
-        let white = tests.tests.iter().all(|t| t.kind.refutes() || t.passed());
-        match tests.refutation() {
-            Some(test) => format!(
-                "{explains} The model does not hold exactly: the test '{}' rejects it at {} % (statistic {:.1}, limit {:.1}), \
-                 so the error still carries something that the input explains: another structure, or the estimate's own error.",
-                test.kind.name(),
-                (1e4 * test.level).round() / 100.0,
-                test.statistic,
-                test.limit
-            ),
-            None if self.is_open() => format!(
-                "{explains} No test refutes the model, but its error is large and not white. That is coloured \
+        let explains = format!(
+            "On fresh data the model explains {} of the output's variance (fit {fit:.1} %).",
+            nearly_all(self.measures.r_squared.max(0.0))
+        );
+        if self.residuals.is_none() {
+            return format!(
+                "{explains} The fresh part is too short for residual tests: whether the model holds is not known."
+            );
+        }
+        let Some(test) = self.refutation() else {
+            return format!("{explains} {}", self.unrefuted());
+        };
+        let by = format!("test '{}', {}", test.kind.name(), p_value(test.p_value));
+        let misfit = percent(self.misfit());
+        if !self.is_refuted() {
+            return match self.is_open() {
+                true => format!(
+                    "{explains} The misfit that a test sees is negligible, {misfit} of the output's standard deviation ({by}). But the \
+                     error is large and not white: that is coloured noise or something that the model misses."
+                ),
+                false => format!(
+                    "{explains} The model holds, but for a negligible misfit of {misfit} of the output's standard deviation ({by})."
+                ),
+            };
+        }
+        let exactly = if self.measures.r_squared >= MOSTLY {
+            " exactly"
+        } else {
+            ""
+        };
+        let colour = self.colour().map_or_else(String::new, |test| {
+            let finding = capitalised(&test.finding());
+            format!(" {finding}: coloured noise, or more that the model misses.")
+        });
+        let least = if colour.is_empty() { "" } else { "at least " };
+        format!(
+            "{explains} It does not hold{exactly}: {least}{} ({by}), a misfit of {least}{misfit} of the output's standard deviation.{colour} \
+             Another structure may explain it, or it is the estimate's own error.",
+            test.finding()
+        )
+    }
+
+    /// The sentence on a model that no test refutes.
+    fn unrefuted(&self) -> &'static str {
+        match (self.is_open(), self.colour().is_none()) {
+            (true, _) => {
+                "No test refutes the model, but its error is large and not white. That is coloured \
                  noise or something that the model misses: these data do not show which."
-            ),
-            None if white => {
-                format!("{explains} The model holds: no residual test finds anything that it leaves unexplained.")
             }
-            None => format!(
-                "{explains} The model holds: its error is independent of the input. It is not white, \
+            (false, true) => "The model holds: no residual test finds anything that it leaves unexplained.",
+            (false, false) => {
+                "The model holds: its error is independent of the input. It is not white, \
                  so the noise is coloured or enters before the linear part."
-            ),
+            }
         }
     }
 }

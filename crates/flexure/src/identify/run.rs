@@ -60,7 +60,7 @@ impl Run {
         Ok(Identification {
             structure: row.name,
             description: row.description.to_owned(),
-            method: PREDICTION_ERROR,
+            method: PREDICTION_ERROR.into(),
             inputs: request.inputs.iter().map(|i| (*i).to_owned()).collect(),
             output: request.output.to_owned(),
             order: self.paths.iter().map(Path::order).sum(),

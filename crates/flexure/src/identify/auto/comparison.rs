@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::identify::result::StructureName;
+use crate::text::p_value;
 use crate::validation::ResidualTest;
 
 /// What speaks against a candidate.
@@ -59,12 +60,16 @@ pub struct StructureComparison {
 impl fmt::Display for Refutation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refutation::Test(t) => write!(f, "the test '{}' (p {})", t.kind.name(), Probability(t.p_value)),
-            Refutation::Comparison { better, ratio, p_value } => write!(
+            Refutation::Test(t) => write!(f, "the test '{}' ({})", t.kind.name(), p_value(t.p_value)),
+            Refutation::Comparison {
+                better,
+                ratio,
+                p_value: p,
+            } => write!(
                 f,
-                "{better}, whose squared error is {} times smaller (p {})",
+                "{better}, whose squared error is {} times smaller ({})",
                 Factor(*ratio),
-                Probability(*p_value)
+                p_value(*p)
             ),
         }
     }
@@ -79,19 +84,6 @@ impl fmt::Display for Factor {
             r if r < 10.0 => write!(f, "{r:.3}"),
             r if r < 1e4 => write!(f, "{r:.0}"),
             r => write!(f, "{r:.1e}"),
-        }
-    }
-}
-
-/// A p-value as it is usually written.
-struct Probability(f64);
-
-impl fmt::Display for Probability {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0 < 1e-6 {
-            f.write_str("below 1e-6")
-        } else {
-            write!(f, "= {:.2e}", self.0)
         }
     }
 }

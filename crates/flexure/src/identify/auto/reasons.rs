@@ -13,10 +13,9 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) 
     let percent = 100.0 * judgement.not_noise;
     let tests = chosen.refuted_by.len();
     let mut all = vec![match (judgement.supported, tests) {
-        // The verdict's tests are at this level each, so that one of them may well reject what these do not.
-        (true, 0) => format!(
-            "The data support {name}: no simpler structure predicts as well, and no test refutes it at 1 % shared out among them."
-        ),
+        (true, 0) => {
+            format!("The data support {name}: no simpler structure predicts as well, and no residual test refutes it.")
+        }
         (true, _) => format!(
             "The data support {name}: no simpler structure predicts as well. A test sees that it is not exact, but a \
              regression of its error on the input finds only {percent:.1} % of the squared error to depend on it."

@@ -27,7 +27,7 @@
 //! | (4) to (6) | the rigid arm | `manipulator/links.rs`, `manipulator/dynamics.rs` |
 //! | (7), (8) | the arm with flexible joints | `manipulator/dynamics.rs` |
 //! | (10) to (12) | a joint's stiffness and friction | `manipulator/joint.rs` |
-//! | (9) | the matrix S | `manipulator/arm.rs`, `rotor_coupling` |
+//! | (9) | the matrix S, by its one element | `manipulator/arm.rs`, `Arm::coupling` |
 //! | (13), theorem 1 | the kernel estimate of independent pairs | `nonlinearity/kernel/mod.rs`; the quotient: `nonlinearity/kernel/sums.rs` |
 //! | (13), (21) with d > 1 | in several columns; in a system with several inputs | `nonlinearity/kernel/product/`; `identify/surface/` |
 //! | (14), (17) | the Hammerstein system | above |
@@ -267,7 +267,7 @@ impl PlainHammerstein {
             warnings,
         };
         Ok(Identification {
-            method: "plain",
+            method: "plain".into(),
             order: realised.order.order,
             delay: estimate.delay,
             details: self.details(estimate, &realised.order, request.input()?),

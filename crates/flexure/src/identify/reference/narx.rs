@@ -78,7 +78,7 @@ fn identify(request: &Request<'_>, _: &mut Progress<'_>) -> Result<Identificatio
     let block = NamedBlock::new("narx", "Terms", BlockKind::Narx(model.clone()));
     let run = Run::new(&samples, Block::Narx(model), vec![path(request, vec![block])], None)?;
     Ok(Identification {
-        method: "ridge",
+        method: "ridge".into(),
         order,
         delay,
         tried: tried.iter().map(Values::from).collect(),

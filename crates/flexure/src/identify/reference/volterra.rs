@@ -88,7 +88,7 @@ fn identify(request: &Request<'_>, _: &mut Progress<'_>) -> Result<Identificatio
     let block = NamedBlock::new("volterra", "Kernels", BlockKind::Volterra(model.clone()));
     let run = Run::new(&samples, Block::Volterra(model), vec![path(request, vec![block])], None)?;
     Ok(Identification {
-        method: "marginal-likelihood",
+        method: "marginal-likelihood".into(),
         delay,
         details,
         ..run.identification(&ROW, request)?

@@ -1,5 +1,7 @@
 //! What the inputs pass, block by block.
 
+use std::borrow::Cow;
+
 use crate::linear::TransferFunction;
 use crate::model::{NarxModel, VolterraModel};
 use crate::nonlinearity::{Curve, Surface};
@@ -45,9 +47,9 @@ impl Path {
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedBlock {
     /// Its name in JSON and in files, for example "front"; unique within a path.
-    pub role: &'static str,
+    pub role: Cow<'static, str>,
     /// Its heading, for example "Front linear part".
-    pub title: &'static str,
+    pub title: Cow<'static, str>,
     /// Whether it belongs to the second way through the blocks, which acts at an instant between the samples.
     pub between_samples: bool,
     /// The block itself.
@@ -71,10 +73,10 @@ pub enum BlockKind {
 
 impl NamedBlock {
     /// A block that acts at the samples.
-    pub fn new(role: &'static str, title: &'static str, kind: BlockKind) -> Self {
+    pub fn new(role: impl Into<Cow<'static, str>>, title: impl Into<Cow<'static, str>>, kind: BlockKind) -> Self {
         NamedBlock {
-            role,
-            title,
+            role: role.into(),
+            title: title.into(),
             between_samples: false,
             kind,
         }

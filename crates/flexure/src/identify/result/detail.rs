@@ -36,6 +36,8 @@ pub struct Shown {
 pub enum Place {
     /// Among the headline numbers.
     Fact,
+    /// Among the headline numbers of a page; not in the text for a terminal, which says it elsewhere.
+    PageFact,
     /// Among what was chosen from data; not in the text for a terminal.
     Choice,
     /// Among what was chosen from data, and a line of the text.

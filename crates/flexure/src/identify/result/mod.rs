@@ -7,6 +7,8 @@ mod blocks;
 mod detail;
 mod value;
 
+use std::borrow::Cow;
+
 use super::auto::StructureComparison;
 use super::outcome::{Verdict, Warning};
 use crate::linear::TransferFunction;
@@ -39,7 +41,7 @@ pub struct Identification {
     /// What its blocks are, for example "linear dynamics, then a static nonlinearity".
     pub description: String,
     /// The method's name, for example "prediction-error".
-    pub method: &'static str,
+    pub method: Cow<'static, str>,
     /// The inputs' columns.
     pub inputs: Vec<String>,
     /// The output's column.

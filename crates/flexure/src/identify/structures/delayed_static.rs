@@ -67,7 +67,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     let parameters = best.spline.degrees_of_freedom().ceil() as usize + 1;
     let run = Run::new(&samples, path.model(0.0), vec![path], parameters)?;
     Ok(Identification {
-        method: "smoothing-spline",
+        method: "smoothing-spline".into(),
         details: vec![delay_detail(&fits, best.delay)],
         ..run.identification(&ROW, request)?
     })

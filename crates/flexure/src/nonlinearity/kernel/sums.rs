@@ -1,4 +1,4 @@
-//! Kernel sums at a point, and the local constant or local linear fit that they make.
+//! Kernel sums at a point, and the local constant fit, the quotient (13) and (21), or local linear fit that they make.
 
 use serde::{Deserialize, Serialize};
 
@@ -105,6 +105,7 @@ impl Sums {
         if !(s0 > 0.0) {
             return None;
         }
+        // The quotient (13).
         let mean = Local {
             value: self.t[0] / s0,
             leverage: 1.0 / s0,

@@ -175,7 +175,8 @@ impl<'a> WindowBounds<'a> {
                 *j += usize::from(goes_up(i, *j));
             }
         }
-        // A piece that arrives where another one starts has written over what that one found.
+        // At the first cell of a piece the last writer may have been the piece before it. So the end of that row and of that column is
+        // searched again.
         for piece in (1..PIECES).rev() {
             let end = diagonals.get(piece + 1).map_or(steps, |&diagonal| diagonal);
             let j = first_js[piece];

@@ -10,7 +10,7 @@ use super::limits::MOST_LISTED;
 use super::piecewise::Breakpoint;
 use crate::error::Result;
 use crate::identify::result::{Detail, Place, Value, Values};
-use crate::text::number;
+use crate::text::{number, p_value, with_error};
 
 /// Where the nonlinearity breaks, for reading: "kinks at -1.000, 1.000".
 pub(super) fn listed(breakpoints: &[Breakpoint]) -> String {
@@ -64,7 +64,7 @@ impl RefinedHammerstein {
                 why,
             ),
             Detail::sentence(
-                Place::Fact,
+                Place::PageFact,
                 "Breakpoints",
                 breakpoints.len().to_string(),
                 &format!("of the nonlinearity: {text}"),
@@ -106,14 +106,15 @@ impl RefinedHammerstein {
 fn noise_detail(minimum: &Minimum) -> Detail {
     let (model, deviation) = (&minimum.whitening, minimum.noise());
     let value = Values::new([("model", model.as_slice().into()), ("deviation", deviation.into())]);
-    let white = match model.len() {
+    let why = match model.len() {
         0 | 1 => "taken as white".to_owned(),
-        n => format!("whitened by an autoregression of order {}", n - 1),
+        n => format!(
+            "whitened by an autoregression of order {}, which has the smallest Schwarz criterion",
+            n - 1
+        ),
     };
-    let text = format!("standard deviation {}, {white}", number(deviation));
-    let why = "in the output's unit; a coloured error is whitened by the autoregression of smallest Schwarz criterion, unless samples \
-               are missing";
-    Detail::new("noise", value).shown(Place::ChoiceAndText, "Noise", text, why)
+    let text = format!("standard deviation {} in the output's unit", number(deviation));
+    Detail::new("noise", value).shown(Place::ChoiceAndText, "Noise", text, &why)
 }
 
 /// A standard error, if it is one: neither the 0 of what has none nor the infinity of what the data do not determine.
@@ -143,7 +144,7 @@ fn form_detail(fit: &FormFit) -> Detail {
     ]);
     let text: Vec<String> = (fit.parameters.iter())
         .map(|p| match standard_error(p.error) {
-            Some(error) => format!("{} = {} ± {}", p.name, number(p.value), number(error)),
+            Some(error) => format!("{} = {}", p.name, with_error(p.value, error)),
             None if p.error == 0.0 => format!("{} = {}", p.name, number(p.value)),
             None => format!("{} not determined", p.name),
         })
@@ -162,10 +163,7 @@ fn form_verdict(fit: &FormFit) -> String {
         true => "the data do not refute this form",
         false => "the data refute this form at 1 %",
     };
-    let p = match fit.p_value {
-        p if p < 0.001 => "p < 0.001".to_owned(),
-        p => format!("p = {p:.3}"),
-    };
+    let p = p_value(fit.p_value);
     format!(
         "{verdict} (lack of fit {:.1}, limit {:.1}, {} degrees of freedom, {p})",
         fit.statistic, fit.limit, fit.degrees

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::super::FEWEST_SAMPLES;
 use crate::error::{Error, Result};
 use crate::identify::checks::{both_vary, fresh_part};
-use crate::record::Record;
+use crate::record::{Record, bridged};
 
 /// The samples of all experiments.
 pub(super) struct Experiments {
@@ -90,35 +90,9 @@ impl Experiments {
     }
 }
 
-/// The samples with missing ones on the straight line between their neighbours; zeros if all are missing.
-fn bridged(samples: &[f64]) -> Vec<f64> {
-    let mut out = samples.to_vec();
-    let known: Vec<usize> = (0..out.len()).filter(|&i| !out[i].is_nan()).collect();
-    let (Some(&first), Some(&last)) = (known.first(), known.last()) else {
-        return vec![0.0; out.len()];
-    };
-    out[..first].fill(samples[first]);
-    out[last..].fill(samples[last]);
-    for pair in known.windows(2) {
-        let (a, b) = (pair[0], pair[1]);
-        for i in a + 1..b {
-            let share = (i - a) as f64 / (b - a) as f64;
-            out[i] = samples[a] + share * (samples[b] - samples[a]);
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn what_is_missing_is_bridged() {
-        let nan = f64::NAN;
-        assert_eq!(bridged(&[nan, 1.0, nan, nan, 4.0, nan]), [1.0, 1.0, 2.0, 3.0, 4.0, 4.0]);
-        assert_eq!(bridged(&[nan, nan]), [0.0, 0.0]);
-    }
 
     #[test]
     fn the_split_cuts_the_last_experiment() {

@@ -212,7 +212,7 @@ impl RefinedHammerstein {
             warnings,
         };
         Ok(Identification {
-            method: "refined",
+            method: "refined".into(),
             order: order.order,
             delay: minimum.blocks.linear.delay,
             parameters,
@@ -249,7 +249,7 @@ impl RefinedHammerstein {
             }
         }
         Ok(Identification {
-            method: "refined",
+            method: "refined".into(),
             details: self.details_of_plain(plain.details, plain.delay)?,
             fitted: all.fitted,
             predicted,
