@@ -42,12 +42,14 @@
 //! Keys that do not exist are errors. Values that the model does not use are kept but not checked,
 //! so that one file serves all three models.
 
+mod edit;
 mod error;
 mod excitation;
 mod file;
 mod presets;
 mod run;
 
+pub use edit::with_changes;
 pub use error::ArmError;
 pub use excitation::{Amplitude, Distribution, DriveKind, Excitation, Kind, PhaseChoice, SweepChoice};
 pub use file::{ArmFile, Noise, Run};

@@ -99,6 +99,14 @@ pub enum Error {
         /// What it is instead, and what to do.
         what: String,
     },
+    /// The column of sample instants is unclear, or its unit is.
+    #[error("{}: {problem}", .path.display())]
+    Time {
+        /// The file.
+        path: PathBuf,
+        /// What is unclear and what to do.
+        problem: String,
+    },
     /// The file was read, but its samples do not serve the purpose.
     #[error("{}{}: {}", .path.display(), line_suffix(*.line), missing_samples(.cause))]
     Data {
@@ -136,7 +144,9 @@ pub enum Error {
 #[non_exhaustive]
 pub enum LineProblem {
     /// The line has more or fewer fields than there are columns.
-    #[error("{found} fields where there are {expected} columns; every line must have one field a column")]
+    #[error(
+        "{found} fields where there are {expected} columns; every line must have one field a column (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)"
+    )]
     Ragged {
         /// Fields on this line.
         found: usize,
@@ -145,7 +155,7 @@ pub enum LineProblem {
     },
     /// A field is text where a number should be.
     #[error(
-        "column '{column}' holds '{text}' at sample {sample}, which is not a number (numbers look like -1.5e-3, with a decimal point)"
+        "column '{column}' holds '{text}' at sample {sample}, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)"
     )]
     NotANumber {
         /// The column's name.
@@ -155,22 +165,23 @@ pub enum LineProblem {
         /// The field's text, shortened to 40 characters.
         text: String,
     },
-    /// The header has a number where a name should be.
+    /// The first line has texts and numbers, and the columns below the texts have texts too.
     #[error(
-        "the header holds the number {text} where a column's name should be; add a first line with the columns' names"
+        "this line has texts as well as the number {text}; say --header yes if it has the columns' names, --header no if it is the first sample"
     )]
     NumericHeader {
         /// The number.
         text: String,
     },
-    /// A header field is empty.
-    #[error("the header gives no name to column {column}; name every column")]
-    UnnamedColumn {
-        /// The column, from 1.
-        column: usize,
-    },
+    /// The first line has the numbers 0, 1, 2, ...
+    #[error(
+        "this line has the numbers 0, 1, 2, ...; say --header yes if these are the columns' names, --header no if they are the first sample"
+    )]
+    CountedHeader,
     /// Two header fields are the same.
-    #[error("the header names both column {first} and column {second} '{name}'; column names must differ")]
+    #[error(
+        "the header names both column {first} and column {second} '{name}'; column names must differ (or say --header no --skip-lines 1: the columns are then called c0, c1, ...)"
+    )]
     DuplicateName {
         /// The name.
         name: String,
@@ -179,16 +190,24 @@ pub enum LineProblem {
         /// The second column of that name, from 1.
         second: usize,
     },
-    /// The header has commas as well as semicolons.
-    #[error(
-        "the header has both commas and semicolons, so what separates the columns is unclear; use one of them, or quote the names"
-    )]
+    /// Two separators divide the lines equally well.
+    #[error("what separates the columns is unclear; say --separator comma, semicolon, tab or space")]
     MixedSeparators,
-    /// Names with spaces between them and no separator.
+    /// Some numbers have decimal points, others decimal commas.
     #[error(
-        "the columns are separated by spaces, and such a file must have no header (its columns are named c0, c1, ...); put # before this line, or separate the columns by commas"
+        "a number has a decimal point on line {point} and a decimal comma on line {comma}; say --decimal point or --decimal comma: the other sign then groups thousands"
     )]
-    SpacedHeader,
+    BothDecimals {
+        /// The first line with a decimal point.
+        point: u64,
+        /// The first line with a comma in a number.
+        comma: u64,
+    },
+    /// Every comma in a number may group thousands.
+    #[error(
+        "a comma in a number may be a decimal comma or group thousands; say --decimal comma (1,250 is 1.25) or --decimal point (1,250 is 1250)"
+    )]
+    AmbiguousComma,
     /// A quotation mark is never closed.
     #[error("a quotation mark is not closed on this line, or text follows where it is closed")]
     UnclosedQuote,

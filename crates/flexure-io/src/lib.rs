@@ -3,7 +3,7 @@
 //! | to | call |
 //! |---|---|
 //! | read a record (CSV, whitespace-separated columns, Parquet, MAT v5) | [`read_record`] |
-//! | write a record (CSV, Parquet) | [`write_record`] |
+//! | write a record (CSV, Parquet) | [`write_record`], [`write_record_with_units`] |
 //! | read, write or run an arm | [`arm`] |
 //! | read a text file, such as an arm's | [`read_text`] |
 //! | read or write a model | [`read_model`], [`write_model`]; its text [`parse_model`], [`model_text`] |
@@ -13,6 +13,7 @@
 pub mod arm;
 pub mod error;
 pub mod model;
+pub mod options;
 pub mod record_file;
 
 mod atomic;
@@ -20,12 +21,16 @@ mod mat;
 mod parquet_file;
 mod read;
 mod text;
+mod time;
+mod units;
 mod write;
 
 pub use atomic::{check_writable, write_atomically};
 pub use error::{Error, LineProblem, Result};
-pub use model::{BlockLabel, ModelFile, ModelPath, model_text, parse_model, read_model, write_model};
+pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model};
+pub use options::{Decimal, ReadOptions};
 pub use read::read_record;
 pub use record_file::RecordFile;
 pub use text::read_text;
-pub use write::{check_record_writable, write_record};
+pub use time::{Instants, TimeColumn};
+pub use write::{check_record_writable, write_record, write_record_with_units};

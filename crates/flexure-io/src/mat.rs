@@ -80,12 +80,12 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
         };
         match content {
             Content::Scalar(value) => constants.push((name, value)),
-            Content::Other(what) => others.push(Other { name, what }),
+            Content::Other(what) => others.push(Other::new(name, what)),
             Content::Vector(samples) => record.push(name, samples).map_err(|error| Error::data(path, error))?,
         }
     }
     if record.names().is_empty() {
-        let mut found: Vec<String> = others.iter().map(|o| format!("'{}' is {}", o.name, o.what)).collect();
+        let mut found: Vec<String> = others.iter().map(Other::to_string).collect();
         found.extend(constants.iter().map(|(name, _)| format!("'{name}' is a scalar")));
         if found.is_empty() {
             found.push("it holds no variable".to_owned());
@@ -93,10 +93,11 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
         let found = found.join("; ");
         return Err(damaged(path, format!("it holds no vector of real numbers: {found}")));
     }
-    others.extend(constants.iter().map(|(name, value)| Other {
-        name: name.clone(),
-        what: format!("a single number, {value}; a signal is a vector"),
-    }));
+    let scalar = |(name, value): &(String, f64)| {
+        let what = format!("a single number, {value}; a signal is a vector");
+        Other::new(name.clone(), what)
+    };
+    others.extend(constants.iter().map(scalar));
     Ok(RecordFile {
         constants,
         others,

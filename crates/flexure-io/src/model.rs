@@ -1,5 +1,6 @@
 //! Model files: JSON that carries everything needed to predict.
 
+mod mark;
 mod version1;
 
 use std::io::Write;
@@ -12,6 +13,7 @@ use serde_json::error::Category;
 
 use crate::atomic::write_atomically;
 use crate::error::{Error, Result};
+pub use mark::RecordMark;
 
 /// What `format` says in every model file.
 const FORMAT: &str = "flexure-model";
@@ -57,6 +59,9 @@ pub struct ModelFile {
     /// What the model was estimated from, for the limits of its residual tests. `None` where they do not allow for its own error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimated: Option<Estimated>,
+    /// The records that the model was identified from, one an experiment; empty where that is not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub records: Vec<RecordMark>,
     /// How the model was identified, for readers; nothing that predicting needs.
     #[serde(default)]
     pub identification: serde_json::Value,
@@ -76,6 +81,9 @@ pub struct ModelPath {
 pub struct BlockLabel {
     /// Its role, for example "front".
     pub role: String,
+    /// Its heading, for example "Front linear part"; empty in files of earlier versions.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub title: String,
     /// The ends of the pieces of a spline, increasing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub breakpoints: Vec<f64>,
@@ -91,6 +99,11 @@ pub struct BlockLabel {
 }
 
 impl ModelFile {
+    /// Whether the model was identified from these samples of a record, or from the record of which they are a whole experiment.
+    pub fn was_identified_from(&self, mark: &RecordMark) -> bool {
+        self.records.iter().any(|own| own.same_samples(mark))
+    }
+
     /// This version of Flexure, for [`ModelFile::flexure`].
     pub const CURRENT: &str = env!("CARGO_PKG_VERSION");
 

@@ -20,6 +20,7 @@ use parquet::schema::types::{ColumnDescriptor, Type};
 
 use crate::error::{Error, Result};
 use crate::record_file::{Other, RecordFile};
+use crate::units::split_units;
 
 /// The four bytes a Parquet file begins and ends with.
 const MAGIC: &[u8] = b"PAR1";
@@ -71,10 +72,7 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
     for (i, column) in schema.columns().iter().enumerate() {
         match Kind::of(column) {
             Ok(kind) => signals.push((i, kind, Vec::new())),
-            Err(what) => others.push(Other {
-                name: column.path().parts()[0].clone(),
-                what,
-            }),
+            Err(what) => others.push(Other::new(column.path().parts()[0].clone(), what)),
         }
     }
     let name = |i: usize| schema.column(i).name().to_owned();
@@ -96,7 +94,7 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
         for position in (0..exact.len()).rev().filter(|&p| !exact[p]) {
             let (i, ..) = signals.remove(position);
             let what = "a column of integers beyond 2^53, which cannot be represented exactly".to_owned();
-            others.push(Other { name: name(i), what });
+            others.push(Other::new(name(i), what));
         }
     }
     if let Some((i, _, samples)) = signals.iter().find(|(.., samples)| samples.len() != rows) {
@@ -107,16 +105,19 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
         );
         return Err(damaged(path, detail));
     }
-    let columns = signals.into_iter().map(|(i, _, samples)| (name(i), samples));
+    let mut names: Vec<String> = signals.iter().map(|(i, ..)| name(*i)).collect();
+    let units = split_units(&mut names);
+    let columns = names.into_iter().zip(signals.into_iter().map(|(.., samples)| samples));
     let record = Record::new(columns).map_err(|error| damaged(path, error.to_string()))?;
     if record.names().is_empty() {
-        let names: Vec<_> = others.iter().map(|o| format!("'{}' is {}", o.name, o.what)).collect();
+        let names: Vec<_> = others.iter().map(Other::to_string).collect();
         return Err(damaged(
             path,
             format!("it has no column of numbers: {}", names.join("; ")),
         ));
     }
     Ok(RecordFile {
+        units,
         others,
         ..RecordFile::new(record, path)
     })
@@ -286,9 +287,9 @@ fn drain<T: DataType>(
     }
 }
 
-/// Writes `record` as Parquet: required doubles, Snappy.
-pub(crate) fn write<W: Write + Send>(out: &mut W, record: &Record) -> io::Result<()> {
-    let fields = record.names().iter().map(|name| {
+/// Writes `record` under these names as Parquet: required doubles, Snappy.
+pub(crate) fn write<W: Write + Send>(out: &mut W, record: &Record, header: &[String]) -> io::Result<()> {
+    let fields = header.iter().map(|name| {
         let field = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
         Ok(Arc::new(field.build()?))
     });

@@ -5,6 +5,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::options::ReadOptions;
 use crate::record_file::RecordFile;
 use crate::{mat, parquet_file, text};
 
@@ -14,50 +15,72 @@ const SIGNATURE_LENGTH: u64 = 520;
 /// The first eight bytes of an HDF5 file.
 const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
 
-/// Reads a record: CSV with a header, whitespace-separated columns without one, Parquet or MAT v5.
-///
-/// The format comes from the first bytes of the file; where these do not show it, the extensions `.parquet` and
-/// `.mat` name it, and everything else is text. Nothing is guessed in text:
-///
-/// - The first line that is neither blank nor a comment (`#`) decides. Numbers with whitespace
-///   between them are columns without a header, named `c0`, `c1`, ...; a file called `.csv` or
-///   `.tsv` must have a header, though.
-/// - Otherwise that line is the header. The separator is the comma or the semicolon, whichever the
-///   header has (not both), else the tab; a name on its own is a file of one column. Names may be quoted.
-/// - An empty field is a missing sample, which is NaN; so is `nan`. Blank lines may only come last.
-///
-/// A null of a Parquet file is NaN too. The scalars of a MAT file are kept apart as
-/// [`RecordFile::constants`]; its vectors, rows or columns alike, must have equal lengths.
+/// Reads a record as [`ReadOptions::read`] does, with nothing given.
 ///
 /// # Errors
-/// Says what is wrong, in which file, and where: see [`Error`].
+/// As [`ReadOptions::read`].
 pub fn read_record(path: impl AsRef<Path>) -> Result<RecordFile> {
-    let path = path.as_ref();
-    let fail = |source| Error::read(path, source);
-    let mut file = File::open(path).map_err(fail)?;
-    if file.metadata().map_err(fail)?.is_dir() {
-        return Err(fail(std::io::ErrorKind::IsADirectory.into()));
+    ReadOptions::default().read(path)
+}
+
+/// What a path of `-` is called.
+const STANDARD_INPUT: &str = "standard input";
+
+impl ReadOptions {
+    /// Reads a record: text with or without a header, Parquet or MAT v5; text from standard input if `path` is `-`.
+    ///
+    /// The format comes from the first bytes of the file; where these tell nothing, `.parquet` and `.mat`
+    /// are taken at their word, and everything else is text. Text is read as programs and instruments write it:
+    ///
+    /// - Columns are separated by commas, semicolons, tabs or spaces, whichever divides all lines into equally many fields.
+    ///   Lines that begin with `#` are comments; a spreadsheet's first line `sep=;` is passed over.
+    /// - A first line of texts is the header. Units in brackets behind the names, or in a second line, become
+    ///   [`RecordFile::units`]. Without a header the columns are called `c0`, `c1`, ...
+    /// - Numbers have decimal points, or decimal commas where a comma does not separate columns.
+    /// - A column of time stamps (ISO 8601) becomes seconds from its first. A column of texts is no signal; it does no harm.
+    /// - An empty field is a missing sample, which is NaN; so are `nan`, `NA`, `null` and the like. Blank lines may only come last.
+    ///
+    /// What two readings fit is refused, with the option that settles it. [`RecordFile::notes`] says what was decided.
+    ///
+    /// A null of a Parquet file is NaN too. The scalars of a MAT file are kept apart as
+    /// [`RecordFile::constants`]; its vectors, rows or columns alike, must have equal lengths.
+    ///
+    /// # Errors
+    /// Says what is wrong, in which file, and where: see [`Error`].
+    pub fn read(&self, path: impl AsRef<Path>) -> Result<RecordFile> {
+        let path = path.as_ref();
+        if path.as_os_str() == "-" {
+            return text::read(Path::new(STANDARD_INPUT), std::io::stdin().lock(), self);
+        }
+        let fail = |source| Error::read(path, source);
+        let mut file = File::open(path).map_err(fail)?;
+        if file.metadata().map_err(fail)?.is_dir() {
+            return Err(fail(std::io::ErrorKind::IsADirectory.into()));
+        }
+        let mut start = Vec::new();
+        file.by_ref()
+            .take(SIGNATURE_LENGTH)
+            .read_to_end(&mut start)
+            .map_err(fail)?;
+        if start.is_empty() {
+            return Err(Error::Empty { path: path.to_owned() });
+        }
+        let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+        let extension = extension.as_deref().unwrap_or("");
+        if start.starts_with(b"PAR1") || start.starts_with(b"PARE") || extension == "parquet" {
+            return parquet_file::read(path, file);
+        }
+        if start.starts_with(HDF5) || start.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) {
+            return Err(Error::Content {
+                path: path.to_owned(),
+                format: "MAT v5",
+                detail: "it is an HDF5 file, such as MATLAB writes with -v7.3; save it with -v7".to_owned(),
+            });
+        }
+        file.seek(SeekFrom::Start(0)).map_err(fail)?;
+        if start.starts_with(b"MATLAB 5.0 MAT-file") || extension == "mat" {
+            return mat::read(path, file);
+        }
+        text::read(path, file, self)
     }
-    let mut start = Vec::new();
-    file.by_ref()
-        .take(SIGNATURE_LENGTH)
-        .read_to_end(&mut start)
-        .map_err(fail)?;
-    if start.is_empty() {
-        return Err(Error::Empty { path: path.to_owned() });
-    }
-    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    let extension = extension.as_deref().unwrap_or("");
-    if start.starts_with(b"PAR1") || start.starts_with(b"PARE") || extension == "parquet" {
-        return parquet_file::read(path, file);
-    }
-    if start.starts_with(HDF5) || start.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) {
-        let detail = "it is an HDF5 file, such as MATLAB writes with -v7.3; save it with -v7";
-        return Err(Error::content(path, "MAT v5", detail.to_owned()));
-    }
-    file.seek(SeekFrom::Start(0)).map_err(fail)?;
-    if start.starts_with(b"MATLAB 5.0 MAT-file") || extension == "mat" {
-        return mat::read(path, file);
-    }
-    text::read(path, file, matches!(extension, "csv" | "tsv"))
 }

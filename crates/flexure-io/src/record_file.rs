@@ -4,23 +4,66 @@ use std::path::{Path, PathBuf};
 
 use flexure::Record;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, LineProblem, Result};
 
 /// A variable or column that is in the file but is no signal.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Other {
     pub(crate) name: String,
+    pub(crate) why: Unusable,
+}
+
+/// Why a column cannot serve as a signal.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Unusable {
     /// What it is, completing the sentence "it is ...".
-    pub(crate) what: String,
+    Is(String),
+    /// What is wrong on one line of a text file.
+    At { line: u64, problem: LineProblem },
+}
+
+impl std::fmt::Display for Other {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.why {
+            Unusable::Is(what) => write!(f, "'{}' is {what}", self.name),
+            Unusable::At { line, problem } => write!(f, "line {line}: {problem}"),
+        }
+    }
+}
+
+impl Other {
+    pub(crate) fn new(name: String, what: String) -> Self {
+        Other {
+            name,
+            why: Unusable::Is(what),
+        }
+    }
+
+    /// The error of using the column as a signal.
+    pub(crate) fn error(&self, path: &Path) -> Error {
+        let path = path.to_owned();
+        match &self.why {
+            Unusable::Is(what) => Error::NotASignal {
+                path,
+                name: self.name.clone(),
+                what: what.clone(),
+            },
+            Unusable::At { line, problem } => Error::Line {
+                path,
+                line: *line,
+                problem: problem.clone(),
+            },
+        }
+    }
 }
 
 /// From which line of a text file each sample comes.
 ///
 /// Only the samples at which the distance between sample and line changes are kept.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Lines(Vec<(usize, u64)>);
+pub(crate) struct SampleLines(Vec<(usize, u64)>);
 
-impl Lines {
+impl SampleLines {
     /// Notes that `sample` comes from `line`; samples come in order.
     pub(crate) fn note(&mut self, sample: usize, line: u64) {
         if self.get(sample) != Some(line) {
@@ -40,12 +83,18 @@ impl Lines {
 pub struct RecordFile {
     /// The signals. Missing samples are NaN.
     pub record: Record,
+    /// The signals' units, where the file has them: one for each column of the record.
+    pub units: Vec<Option<String>>,
     /// The file.
     pub path: PathBuf,
+    /// How the file was understood where that is not obvious, in sentences: a decimal comma, a header that is missing.
+    pub notes: Vec<String>,
     /// The scalars of a MAT file, in order; empty for all other formats.
     pub constants: Vec<(String, f64)>,
+    /// What columns of time stamps count from, in ns.
+    pub(crate) origins: Vec<(String, i64)>,
     pub(crate) others: Vec<Other>,
-    pub(crate) lines: Lines,
+    pub(crate) lines: SampleLines,
 }
 
 impl RecordFile {
@@ -57,11 +106,14 @@ impl RecordFile {
     /// A record of signals alone, whose lines are not known.
     pub(crate) fn new(record: Record, path: &Path) -> Self {
         RecordFile {
+            units: vec![None; record.names().len()],
             record,
             path: path.to_owned(),
+            notes: Vec::new(),
             constants: Vec::new(),
+            origins: Vec::new(),
             others: Vec::new(),
-            lines: Lines::default(),
+            lines: SampleLines::default(),
         }
     }
 
@@ -71,13 +123,23 @@ impl RecordFile {
         name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
     }
 
-    /// The samples of one column, as they are.
+    /// The samples of one column, as they are; `name` may have the unit behind it that the header has, as in `u [V]`.
     ///
     /// # Errors
     /// [`Error::Data`] if there is no such column, [`Error::NotASignal`] if there is one that is
     /// not a sequence of real numbers.
     pub fn column(&self, name: &str) -> Result<&[f64]> {
         self.signal(name, Record::column)
+    }
+
+    /// Whether the file has a column or variable of this name, be it a signal or not.
+    pub fn has(&self, name: &str) -> bool {
+        let name = self.meant(name);
+        self.record
+            .names()
+            .iter()
+            .chain(self.others.iter().map(|o| &o.name))
+            .any(|own| own == name)
     }
 
     /// The samples of one column, all of them finite.
@@ -121,14 +183,14 @@ impl RecordFile {
         }
     }
 
-    fn signal<'a, T>(&'a self, name: &str, get: impl Fn(&'a Record, &str) -> flexure::Result<T>) -> Result<T> {
+    pub(crate) fn signal<'a, T>(
+        &'a self,
+        name: &str,
+        get: impl Fn(&'a Record, &str) -> flexure::Result<T>,
+    ) -> Result<T> {
         if let Some(other) = self.others.iter().find(|other| other.name == name) {
-            return Err(Error::NotASignal {
-                path: self.path.clone(),
-                name: other.name.clone(),
-                what: other.what.clone(),
-            });
+            return Err(other.error(&self.path));
         }
-        get(&self.record, name).map_err(|error| self.locate(error))
+        get(&self.record, self.meant(name)).map_err(|error| self.locate(error))
     }
 }

@@ -9,7 +9,6 @@ use flexure::Record;
 use crate::atomic::{check_writable, write_atomically};
 use crate::error::{Error, Result};
 use crate::parquet_file;
-use crate::text::looks_numeric;
 
 /// Writes `record` to `path`, whole or not at all: CSV if it ends in `.csv`, Parquet if in `.parquet`.
 ///
@@ -19,6 +18,14 @@ use crate::text::looks_numeric;
 /// [`Error::UnknownExtension`]; [`Error::Unwritable`] if the record has no column or no sample, or
 /// if a name is empty or contains a line break; [`Error::Write`].
 pub fn write_record(path: impl AsRef<Path>, record: &Record) -> Result<()> {
+    write_record_with_units(path, record, &[])
+}
+
+/// [`write_record`], with the columns' units in their names: `q [rad]`. Those behind the end of `units` have none.
+///
+/// # Errors
+/// As [`write_record`].
+pub fn write_record_with_units(path: impl AsRef<Path>, record: &Record, units: &[Option<String>]) -> Result<()> {
     let path = path.as_ref();
     let write = writer(path)?;
     if let Some(problem) = unwritable(record) {
@@ -27,7 +34,13 @@ pub fn write_record(path: impl AsRef<Path>, record: &Record) -> Result<()> {
             problem,
         });
     }
-    write_atomically(path, |out| write(out, record))
+    let units = units.iter().map(Option::as_deref).chain(std::iter::repeat(None));
+    let header = record.names().iter().zip(units).map(|(name, unit)| match unit {
+        Some(unit) => format!("{name} [{unit}]"),
+        None => name.clone(),
+    });
+    let header: Vec<String> = header.collect();
+    write_atomically(path, |out| write(out, record, &header))
 }
 
 /// Refuses `path` where [`write_record`] would whatever the record, without writing anything.
@@ -39,7 +52,8 @@ pub fn check_record_writable(path: impl AsRef<Path>) -> Result<()> {
     check_writable(path)
 }
 
-type Writer = fn(&mut BufWriter<File>, &Record) -> io::Result<()>;
+/// Writes a record under these names.
+type Writer = fn(&mut BufWriter<File>, &Record, &[String]) -> io::Result<()>;
 
 /// Who writes the format that the extension of `path` names.
 fn writer(path: &Path) -> Result<Writer> {
@@ -64,8 +78,8 @@ fn unwritable(record: &Record) -> Option<String> {
     ))
 }
 
-fn csv<W: Write>(out: &mut W, record: &Record) -> io::Result<()> {
-    for (i, name) in record.names().iter().enumerate() {
+fn csv<W: Write>(out: &mut W, record: &Record, header: &[String]) -> io::Result<()> {
+    for (i, name) in header.iter().enumerate() {
         let separator = if i == 0 { "" } else { "," };
         if is_plain(name) {
             write!(out, "{separator}{name}")?;
@@ -88,5 +102,5 @@ fn csv<W: Write>(out: &mut W, record: &Record) -> io::Result<()> {
 
 /// Whether a name needs no quotation marks to be read back as this name.
 fn is_plain(name: &str) -> bool {
-    name.chars().all(|c| c.is_alphanumeric() || "_-.[]()/".contains(c)) && !looks_numeric(name.as_bytes())
+    name.chars().all(|c| c.is_alphanumeric() || "_-./".contains(c)) && name.parse::<f64>().is_err()
 }

@@ -2,9 +2,10 @@
 
 use flexure::Record;
 use flexure::manipulator::{JointKind, Parts, space_arm};
+use flexure_io::RecordFile;
 use flexure_io::arm::{ArmError, ArmFile, PRESETS, preset, preset_text, run};
 
-fn no_record(name: &str) -> Result<Record, String> {
+fn no_record(name: &str) -> Result<RecordFile, String> {
     Err(format!("{name} is not to be loaded"))
 }
 
@@ -207,8 +208,19 @@ fn every_kind_of_excitation_drives_the_arm() {
 fn a_record_can_excite_the_arm() {
     let file = read(&excited("kind = \"record\"\nfile = \"past.csv\""));
     let past = run(&preset("space-arm").unwrap(), no_record).unwrap();
-    assert_eq!(run(&file, |_| Ok::<_, String>(past.clone())).unwrap(), past);
-    let reason = |record: Record| run(&file, |_| Ok::<_, String>(record)).unwrap_err().to_string();
+    assert_eq!(
+        run(&file, |_| Ok::<_, String>(RecordFile::in_memory(
+            past.clone(),
+            "past.csv"
+        )))
+        .unwrap(),
+        past
+    );
+    let reason = |record: Record| {
+        run(&file, |_| Ok::<_, String>(RecordFile::in_memory(record, "past.csv")))
+            .unwrap_err()
+            .to_string()
+    };
     assert!(reason(past.slice(0..9)).contains("'past.csv': it has 9 rows, but the run has 1001"));
     let untimed = Record::new([("tau1", vec![0.0; 1001])]).unwrap();
     assert!(reason(untimed).contains("no column 'tau2'"));

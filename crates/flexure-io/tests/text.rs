@@ -75,88 +75,54 @@ fn unusable_samples_are_located() {
 
 #[test]
 fn bad_lines_are_named() {
-    let cases: [(&str, &[u8], &str); 17] = [
-        (
-            "a.csv",
-            b"u,y\n1,2\n3,x4\n",
-            "a.csv, line 3: column 'y' holds 'x4' at sample 1, which is not a number (numbers look like -1.5e-3, with a decimal point)",
-        ),
-        (
-            "a.csv",
-            b"u;y\n1;2,5\n",
-            "a.csv, line 2: column 'y' holds '2,5' at sample 0, which is not a number (numbers look like -1.5e-3, with a decimal point)",
-        ),
+    let ragged = "; every line must have one field a column (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)";
+    let cases: [(&str, &[u8], String); 10] = [
         (
             "a.csv",
             b"u,y\n1,2\n3\n",
-            "a.csv, line 3: 1 fields where there are 2 columns; every line must have one field a column",
+            format!("a.csv, line 3: 1 fields where there are 2 columns{ragged}"),
         ),
         (
             "a.csv",
             b"u,y\n1,2,3\n",
-            "a.csv, line 2: 3 fields where there are 2 columns; every line must have one field a column",
+            format!("a.csv, line 2: 3 fields where there are 2 columns{ragged}"),
         ),
         (
             "a.dat",
             b"1 2\n3\n",
-            "a.dat, line 2: 1 fields where there are 2 columns; every line must have one field a column",
-        ),
-        (
-            "a.dat",
-            b"1 2\nx 3\n",
-            "a.dat, line 2: column 'c0' holds 'x' at sample 1, which is not a number (numbers look like -1.5e-3, with a decimal point)",
-        ),
-        (
-            "a.csv",
-            b"1,2\n3,4\n",
-            "a.csv, line 1: the header holds the number 1 where a column's name should be; add a first line with the columns' names",
-        ),
-        (
-            "a.csv",
-            b"1 2\n3 4\n",
-            "a.csv, line 1: the header holds the number 1 where a column's name should be; add a first line with the columns' names",
-        ),
-        (
-            "a.csv",
-            b"u,,y\n1,2,3\n",
-            "a.csv, line 1: the header gives no name to column 2; name every column",
+            format!("a.dat, line 2: 1 fields where there are 2 columns{ragged}"),
         ),
         (
             "a.csv",
             b"u,y,u\n1,2,3\n",
-            "a.csv, line 1: the header names both column 1 and column 3 'u'; column names must differ",
+            "a.csv, line 1: the header names both column 1 and column 3 'u'; column names must differ (or say --header no --skip-lines 1: the columns are then called c0, c1, ...)".into(),
         ),
         (
             "a.csv",
-            b"u,y;z\n1,2\n",
-            "a.csv, line 1: the header has both commas and semicolons, so what separates the columns is unclear; use one of them, or quote the names",
-        ),
-        (
-            "a.dat",
-            b"t u\n1 2\n",
-            "a.dat, line 1: the columns are separated by spaces, and such a file must have no header (its columns are named c0, c1, ...); put # before this line, or separate the columns by commas",
+            b"u,y;z\na,b;c\n",
+            "a.csv, line 1: what separates the columns is unclear; say --separator comma, semicolon, tab or space".into(),
         ),
         (
             "a.csv",
             b"u,\"y\n1,2\n",
-            "a.csv, line 1: a quotation mark is not closed on this line, or text follows where it is closed",
+            "a.csv, line 1: a quotation mark is not closed on this line, or text follows where it is closed".into(),
         ),
         (
             "a.csv",
             b"u\n1\n\n2\n",
-            "a.csv, line 3: this line is blank but data follow it; remove it, or write nan for a missing sample",
-        ),
-        (
-            "a.csv",
-            b"u,y\r1,2\r",
-            "a.csv, line 1: there is a carriage return within the line; end the lines with line feeds",
+            "a.csv, line 3: this line is blank but data follow it; remove it, or write nan for a missing sample".into(),
         ),
         (
             "a.csv",
             b"\xff\xfeu\0,\0y\0\n\x001,2\n",
-            "a.csv, line 1: the text is not UTF-8; save the file as UTF-8",
+            "a.csv, line 1: the text is not UTF-8; save the file as UTF-8".into(),
         ),
-        ("a.csv", b"u,y\n\n", "a.csv has the columns u, y but no samples"),
+        (
+            "a.csv",
+            b"u,y\r1,2\r",
+            "a.csv, line 1: there is a carriage return within the line; end the lines with line feeds".into(),
+        ),
+        ("a.csv", b"u,y\n\n", "a.csv has the columns u, y but no samples".into()),
     ];
     for (name, content, expected) in cases {
         assert_eq!(error("bad_lines", name, content), expected);
@@ -164,8 +130,40 @@ fn bad_lines_are_named() {
 }
 
 #[test]
+fn a_column_with_a_text_is_refused_where_it_is_used() {
+    let cases = [
+        (
+            "a.csv",
+            "u,y\n1,2\n3,x4\n",
+            "y",
+            "a.csv, line 3: column 'y' holds 'x4' at sample 1, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)",
+        ),
+        (
+            "a.dat",
+            "1 2\nx 3\n",
+            "c0",
+            "a.dat, line 2: column 'c0' holds 'x' at sample 1, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)",
+        ),
+        (
+            "a.csv",
+            "u,mode\n1,idle\n2,run\n",
+            "mode",
+            "a.csv: 'mode' cannot serve as a signal: it is text, such as 'idle' on line 2",
+        ),
+    ];
+    for (name, content, column, expected) in cases {
+        let file = read("texts", name, content).unwrap();
+        let dir = directory("texts_path");
+        let message =
+            message(&file.column(column).unwrap_err(), &dir).replace(&*directory("texts").display().to_string(), "");
+        assert_eq!(message.trim_start_matches('/'), expected);
+        assert_eq!(file.record.len(), 2);
+    }
+}
+
+#[test]
 fn a_bad_field_is_quoted_in_part() {
-    let text = error("long_field", "a.csv", format!("u\n{}\n", "x".repeat(100)));
+    let text = error("long_field", "a.csv", format!("u\n1\n{}\n", "x".repeat(100)));
     assert!(text.contains(&format!("'{}...'", "x".repeat(40))), "{text}");
 }
 

@@ -12,7 +12,7 @@ use flexure::nonlinearity::{Curve, Outside, Surface, SurfaceAxis};
 use flexure::validation::Estimated;
 use flexure::{Block, record};
 use flexure_io::{
-    BlockLabel, ModelFile, ModelPath, read_model, read_record, write_atomically, write_model, write_record,
+    BlockLabel, ModelFile, ModelPath, RecordMark, read_model, read_record, write_atomically, write_model, write_record,
 };
 
 /// Doubles of every magnitude, and those that are hard to print.
@@ -135,6 +135,7 @@ fn model() -> ModelFile {
                 },
                 BlockLabel {
                     role: "linear".to_owned(),
+                    title: "Linear part".to_owned(),
                     b_errors: Some(vec![0.0, 0.01]),
                     ..BlockLabel::default()
                 },
@@ -147,6 +148,11 @@ fn model() -> ModelFile {
             parameters: 5,
             samples: 900,
         }),
+        records: vec![RecordMark {
+            name: "r.csv".to_owned(),
+            samples: 1200,
+            crc32: u32::MAX,
+        }],
         identification: serde_json::json!({"bandwidth": 0.1}),
     }
 }

@@ -9,6 +9,7 @@ use flexure::simulation::Sampling;
 use super::error::ArmError;
 use super::excitation::{DriveKind, Kind};
 use super::file::ArmFile;
+use crate::record_file::RecordFile;
 
 /// Simulates an arm file; `load` reads the record that an excitation of kind `record` names.
 ///
@@ -16,7 +17,7 @@ use super::file::ArmFile;
 /// [`ArmError::Record`] if that record cannot be loaded or does not fit, [`ArmError::Simulation`].
 pub fn run<L, E>(file: &ArmFile, load: L) -> Result<Record, ArmError>
 where
-    L: FnOnce(&str) -> Result<Record, E>,
+    L: FnOnce(&str) -> Result<RecordFile, E>,
     E: std::fmt::Display,
 {
     run_watched(file, load, &mut |_| ControlFlow::Continue(()))
@@ -32,7 +33,7 @@ pub fn run_watched<L, E>(
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Record, ArmError>
 where
-    L: FnOnce(&str) -> Result<Record, E>,
+    L: FnOnce(&str) -> Result<RecordFile, E>,
     E: std::fmt::Display,
 {
     let options = file.options()?;
@@ -85,14 +86,18 @@ pub fn run_driven(
 
 /// The excitation in a record: a column for each joint that is excited, one row a sample.
 fn recorded(
-    record: &Record,
+    file: &RecordFile,
     drive: DriveKind,
     excited: [bool; 2],
     sampling: &Sampling,
 ) -> Result<[Vec<f64>; 2], String> {
     let rows = sampling.rows();
-    if record.names().iter().any(|n| n == "t") {
-        let step = record.sample_time("t").map_err(|e| e.to_string())?;
+    let names = match drive {
+        DriveKind::Torque => ["tau1", "tau2"],
+        DriveKind::Deflection => ["d1", "d2"],
+    };
+    if let Some(time) = file.time(None, &names).map_err(|e| e.to_string())? {
+        let step = time.clock.step;
         if (step - sampling.sample_time()).abs() > 1e-3 * sampling.sample_time() {
             return Err(format!(
                 "its sample time is {step} s, but the run's is {} s; they must agree",
@@ -100,22 +105,16 @@ fn recorded(
             ));
         }
     }
-    if record.len() < rows {
+    let column = |joint: usize| match excited[joint] {
+        true => file.finite(names[joint]).map(Some).map_err(|e| e.to_string()),
+        false => Ok(None),
+    };
+    let columns = [column(0)?, column(1)?];
+    if file.record.len() < rows {
         return Err(format!(
             "it has {} rows, but the run has {rows} instants; shorten the duration",
-            record.len()
+            file.record.len()
         ));
     }
-    let names = match drive {
-        DriveKind::Torque => ["tau1", "tau2"],
-        DriveKind::Deflection => ["d1", "d2"],
-    };
-    let samples = |joint: usize| match excited[joint] {
-        true => record
-            .finite(names[joint])
-            .map(|samples| samples[..rows].to_vec())
-            .map_err(|e| e.to_string()),
-        false => Ok(flexure::signal::zero(rows)),
-    };
-    Ok([samples(0)?, samples(1)?])
+    Ok(columns.map(|samples| samples.map_or_else(|| flexure::signal::zero(rows), |samples| samples[..rows].to_vec())))
 }

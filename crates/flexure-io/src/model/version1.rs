@@ -57,6 +57,7 @@ pub(super) fn parse(bytes: &[u8]) -> serde_json::Result<ModelFile> {
         settling: old.settling,
         noise_model: old.noise_model,
         estimated: old.estimated,
+        records: Vec::new(),
         structure: old.structure,
         identification: old.identification,
     })

@@ -1,0 +1,41 @@
+//! What settles how a text record is read, where the file leaves it open.
+
+/// How a text record is read; the default takes everything from the file, and refuses what two readings fit.
+///
+/// ```
+/// # fn main() -> flexure_io::Result<()> {
+/// # let path = std::env::temp_dir().join(format!("flexure-options-{}.csv", std::process::id()));
+/// # std::fs::write(&path, "u;y\n1,250;2,125\n1,500;2,250\n").unwrap();
+/// use flexure_io::{Decimal, ReadOptions};
+///
+/// // Is 1,250 one and a quarter, or one thousand two hundred and fifty?
+/// let error = ReadOptions::default().read(&path).unwrap_err();
+/// assert!(error.to_string().contains("--decimal comma"));
+/// let options = ReadOptions { decimal: Some(Decimal::Comma), ..ReadOptions::default() };
+/// assert_eq!(options.read(&path)?.column("u")?, [1.25, 1.5]);
+/// # std::fs::remove_file(&path).unwrap();
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ReadOptions {
+    /// The character between two fields.
+    pub separator: Option<char>,
+    /// The decimal sign of the numbers.
+    pub decimal: Option<Decimal>,
+    /// Whether the first line has the columns' names.
+    pub header: Option<bool>,
+    /// Lines at the beginning of the file that do not belong to the table.
+    pub skip: u64,
+    /// The format of time stamps that are not ISO 8601, such as `%d.%m.%Y %H:%M:%S%.f`.
+    pub time_format: Option<String>,
+}
+
+/// The decimal sign of a file's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decimal {
+    /// 1.5; a comma may group thousands.
+    Point,
+    /// 1,5; a point may group thousands.
+    Comma,
+}

@@ -1,0 +1,283 @@
+//! The columns of a text file: numbers, time stamps, or texts that cannot serve as signals.
+
+use super::stamps::Stamps;
+use crate::error::LineProblem;
+use crate::options::{Decimal, ReadOptions};
+use crate::record_file::Unusable;
+
+/// Characters of a bad field that a message quotes.
+const QUOTED_CHARACTERS: usize = 40;
+
+/// What stands for a missing sample, beside an empty field: as pandas, R and spreadsheets write it.
+const MISSING: [&str; 15] = [
+    "nan", "NaN", "NAN", "-nan", "-NaN", "NA", "<NA>", "N/A", "n/a", "null", "NULL", "None", "-", "#N/A", "#DIV/0!",
+];
+
+/// Reads numbers, and notices which decimal sign they have.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Numbers {
+    given: Option<Decimal>,
+    /// The first line with a decimal point.
+    point: Option<u64>,
+    /// The first line with a comma in a number.
+    comma: Option<u64>,
+    /// Whether a comma can only be a decimal sign: it does not look like one that groups thousands.
+    comma_is_certain: bool,
+}
+
+impl Numbers {
+    pub(super) fn new(given: Option<Decimal>) -> Self {
+        Numbers {
+            given,
+            ..Numbers::default()
+        }
+    }
+
+    /// The number that `field` is.
+    ///
+    /// # Errors
+    /// [`LineProblem::BothDecimals`] where other numbers have the other decimal sign.
+    pub(super) fn number(&mut self, field: &str, line: u64) -> Result<Option<f64>, LineProblem> {
+        if let Some(given) = self.given {
+            return Ok(with_decimal(field, given));
+        }
+        let Some(value) = number(field) else { return Ok(None) };
+        if field.contains(',') {
+            self.comma.get_or_insert(line);
+            self.comma_is_certain |= !groups_thousands(field);
+        } else if field.contains('.') {
+            self.point.get_or_insert(line);
+        }
+        match (self.point, self.comma) {
+            (Some(point), Some(comma)) => Err(LineProblem::BothDecimals { point, comma }),
+            _ => Ok(Some(value)),
+        }
+    }
+
+    /// What all numbers together say of the decimal sign, as a sentence.
+    ///
+    /// # Errors
+    /// [`LineProblem::AmbiguousComma`] and its line, where commas may as well group thousands.
+    pub(super) fn conclude(&self) -> Result<Option<&'static str>, (u64, LineProblem)> {
+        match self.comma {
+            Some(line) if !self.comma_is_certain => Err((line, LineProblem::AmbiguousComma)),
+            Some(_) => Ok(Some("the numbers have decimal commas")),
+            None => Ok(None),
+        }
+    }
+}
+
+/// A number with a decimal point or comma, but no groups of thousands.
+fn number(field: &str) -> Option<f64> {
+    match field.parse() {
+        Ok(value) => Some(value),
+        Err(_) if field.contains('.') => None,
+        Err(_) => field.replacen(',', ".", 1).parse().ok(),
+    }
+}
+
+/// A number with the decimal sign given; the other sign may group thousands.
+fn with_decimal(field: &str, decimal: Decimal) -> Option<f64> {
+    let (point, group) = match decimal {
+        Decimal::Point => ('.', ','),
+        Decimal::Comma => (',', '.'),
+    };
+    let (whole, fraction) = match field.split_once(point) {
+        Some((whole, fraction)) => (whole, Some(fraction)),
+        None => (field, None),
+    };
+    let well_grouped = whole
+        .trim_start_matches(['+', '-'])
+        .split(group)
+        .enumerate()
+        .all(|(i, digits)| i == 0 && (1..=3).contains(&digits.len()) || digits.len() == 3);
+    if whole.contains(group) && !well_grouped {
+        return None;
+    }
+    let whole = whole.replace(group, "");
+    fraction
+        .map_or(whole.clone(), |fraction| format!("{whole}.{fraction}"))
+        .parse()
+        .ok()
+}
+
+/// Whether a number with one comma looks like one thousand or more, 1,234.
+fn groups_thousands(field: &str) -> bool {
+    let Some((whole, rest)) = field.split_once(',') else {
+        return false;
+    };
+    let whole = whole.trim_start_matches(['+', '-']);
+    (1..=3).contains(&whole.len())
+        && !whole.starts_with('0')
+        && rest.len() == 3
+        && rest.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// Whether `field` stands for a sample that is missing.
+pub(super) fn is_missing(field: &str) -> bool {
+    field.is_empty() || MISSING.contains(&field)
+}
+
+/// The number that `field` is, whatever its decimal sign.
+pub(super) fn readable_number(field: &str, options: &ReadOptions) -> Option<f64> {
+    options
+        .decimal
+        .map_or_else(|| number(field), |decimal| with_decimal(field, decimal))
+}
+
+/// Whether `field` is a number, a time stamp, or missing: anything but a text.
+pub(super) fn is_readable(field: &str, options: &ReadOptions) -> bool {
+    is_missing(field)
+        || readable_number(field, options).is_some()
+        || Stamps::of(field, options.time_format.as_deref()).is_some()
+}
+
+/// One column as it is read.
+pub(super) struct Column<'a> {
+    pub(super) name: String,
+    pub(super) values: Vec<f64>,
+    kind: Kind<'a>,
+}
+
+enum Kind<'a> {
+    /// Nothing but missing samples yet.
+    Undecided,
+    Numbers,
+    Stamps {
+        format: Stamps<'a>,
+        /// The first instant, in ns, and as it is written.
+        first: i64,
+        text: String,
+    },
+    Text(Unusable),
+}
+
+impl<'a> Column<'a> {
+    pub(super) fn new(name: String) -> Self {
+        Column {
+            name,
+            values: Vec::new(),
+            kind: Kind::Undecided,
+        }
+    }
+
+    /// Appends `field`, of `line`.
+    ///
+    /// # Errors
+    /// As [`Numbers::number`].
+    pub(super) fn push(
+        &mut self,
+        field: &str,
+        line: u64,
+        numbers: &mut Numbers,
+        options: &'a ReadOptions,
+    ) -> Result<(), LineProblem> {
+        let value = match &self.kind {
+            Kind::Text(_) => return Ok(()),
+            _ if is_missing(field) => Some(f64::NAN),
+            Kind::Stamps { format, first, .. } => format.nanoseconds(field).map(|t| seconds(t, *first)),
+            Kind::Numbers => numbers.number(field, line)?,
+            Kind::Undecided => {
+                let stamps = || Stamps::of(field, options.time_format.as_deref());
+                if let Some(value) = numbers.number(field, line)? {
+                    self.kind = Kind::Numbers;
+                    Some(value)
+                } else if let Some((format, first)) = stamps() {
+                    let text = field.to_owned();
+                    self.kind = Kind::Stamps { format, first, text };
+                    Some(0.0)
+                } else {
+                    None
+                }
+            }
+        };
+        match value {
+            Some(value) => self.values.push(value),
+            None => {
+                let text = shorten(field);
+                self.kind = Kind::Text(match self.kind {
+                    Kind::Undecided => Unusable::Is(format!("text, such as '{text}' on line {line}")),
+                    _ => Unusable::At {
+                        line,
+                        problem: LineProblem::NotANumber {
+                            column: self.name.clone(),
+                            sample: self.values.len(),
+                            text,
+                        },
+                    },
+                });
+                self.values = Vec::new();
+            }
+        }
+        Ok(())
+    }
+
+    /// Why the column cannot serve as a signal, if so.
+    pub(super) fn unusable(&self) -> Option<&Unusable> {
+        match &self.kind {
+            Kind::Text(unusable) => Some(unusable),
+            _ => None,
+        }
+    }
+
+    /// Of time stamps, what their seconds count from: in ns, and as it is written.
+    pub(super) fn origin(&self) -> Option<(i64, &str)> {
+        match &self.kind {
+            Kind::Stamps { first, text, .. } => Some((*first, text)),
+            _ => None,
+        }
+    }
+}
+
+fn seconds(instant: i64, first: i64) -> f64 {
+    (instant - first) as f64 / 1e9
+}
+
+pub(super) fn shorten(text: &str) -> String {
+    let mut short: String = text.chars().take(QUOTED_CHARACTERS).collect();
+    if short.len() < text.len() {
+        short.push_str("...");
+    }
+    short
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimal_signs_are_noticed_and_never_guessed() {
+        let conclude = |fields: &[&str]| {
+            let mut numbers = Numbers::new(None);
+            for (field, line) in fields.iter().zip(1..) {
+                numbers.number(field, line).map_err(|problem| (line, problem))?;
+            }
+            numbers.conclude()
+        };
+        assert_eq!(conclude(&["1", "2.5", "-3e5"]), Ok(None));
+        assert_eq!(
+            conclude(&["1", "2,5", "1,250"]),
+            Ok(Some("the numbers have decimal commas"))
+        );
+        assert_eq!(conclude(&["0,125"]), Ok(Some("the numbers have decimal commas")));
+        assert_eq!(conclude(&["1", "1,250"]), Err((2, LineProblem::AmbiguousComma)));
+        let both = LineProblem::BothDecimals { point: 1, comma: 3 };
+        assert_eq!(conclude(&["1.5", "7", "2,5"]), Err((3, both)));
+    }
+
+    #[test]
+    fn a_given_decimal_sign_leaves_the_other_to_thousands() {
+        let cases = [
+            ("1,250", Decimal::Comma, Some(1.25)),
+            ("1,250", Decimal::Point, Some(1250.0)),
+            ("-12,345.5", Decimal::Point, Some(-12345.5)),
+            ("1.234.567,5e-1", Decimal::Comma, Some(123_456.75)),
+            ("1,25", Decimal::Point, None),
+            ("1,5,000", Decimal::Point, None),
+            ("x", Decimal::Comma, None),
+        ];
+        for (field, decimal, expected) in cases {
+            assert_eq!(with_decimal(field, decimal), expected, "{field}");
+        }
+    }
+}

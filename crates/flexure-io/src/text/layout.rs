@@ -1,0 +1,310 @@
+//! How the lines of a text file are laid out, decided from the first of them.
+//!
+//! 1. **Separator**: of comma, semicolon and tab the one by which all lines have equally many fields, at least two; of several
+//!    such the one by which most fields can be read; without one, spaces.
+//! 2. **Header**: a line of texts. A column of texts, with texts in the second line too, leaves it open, and so do the
+//!    numbers 0, 1, 2, ... as pandas writes them for columns without names.
+//! 3. **Units**: a second line of texts above numbers.
+
+use std::io::Read;
+
+use super::columns;
+use super::lines::Lines;
+use crate::error::LineProblem;
+use crate::options::ReadOptions;
+use crate::units::split_unit;
+
+/// The lines by which the layout is decided.
+const LINES: usize = 20;
+
+/// What a column without a name is called that counts the rows, as pandas writes its index.
+pub(crate) const INDEX: &str = "index";
+
+/// How the lines of a file are laid out.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Layout {
+    /// The byte between two fields; `None`: spaces.
+    pub(super) separator: Option<u8>,
+    /// The columns' names, without their units.
+    pub(super) names: Vec<String>,
+    /// The columns' units.
+    pub(super) units: Vec<Option<String>>,
+    /// The lines of header and units.
+    pub(super) heading_lines: usize,
+    /// What was decided, as sentences.
+    pub(super) notes: Vec<String>,
+}
+
+/// What is wrong, and on which line.
+pub(super) type Problem = (u64, LineProblem);
+
+/// A line with content.
+struct Line {
+    number: u64,
+    bytes: Vec<u8>,
+}
+
+impl Layout {
+    /// Decides from the beginning of a file, `None` if it has no content.
+    pub(super) fn of(head: &[u8], options: &ReadOptions) -> Result<Option<Self>, Problem> {
+        let lines = first_lines(head, options.skip);
+        let Some(first) = lines.first() else { return Ok(None) };
+        if first.bytes.starts_with(b"\xff\xfe") || first.bytes.starts_with(b"\xfe\xff") || first.bytes.contains(&0) {
+            return Err((first.number, LineProblem::NotUtf8));
+        }
+        let separator = match options.separator {
+            Some(' ') => None,
+            Some(character) => Some(character as u8),
+            None => separator(&lines, options)?,
+        };
+        let mut rows = rows(&lines, separator);
+        // A separator at the end of every line makes no column.
+        while rows[0].len() > 1
+            && rows
+                .iter()
+                .all(|row| row.get(rows[0].len() - 1).is_none_or(String::is_empty))
+        {
+            let width = rows[0].len() - 1;
+            rows.iter_mut().for_each(|row| row.truncate(width));
+        }
+        for (row, line) in rows.iter().zip(&lines) {
+            for (end, problem) in [('\n', LineProblem::UnclosedQuote), ('\r', LineProblem::CarriageReturn)] {
+                if row.iter().any(|field| field.contains(end)) {
+                    return Err((line.number, problem));
+                }
+            }
+        }
+        let mut layout = Layout {
+            separator,
+            names: Vec::new(),
+            units: vec![None; rows[0].len()],
+            heading_lines: 0,
+            notes: Vec::new(),
+        };
+        let quoted = |line: &Line| line.bytes.contains(&b'"');
+        let header = match options.header {
+            Some(header) => header,
+            // Numbers are seldom quoted, and names that look like numbers should be.
+            None if quoted(first) && lines.get(1).is_some_and(|second| !quoted(second)) => true,
+            None => has_header(&rows, options).map_err(|problem| (first.number, problem))?,
+        };
+        if !header {
+            layout.names = (0..rows[0].len()).map(|i| format!("c{i}")).collect();
+            layout.note(format!(
+                "there is no header; the columns are called {}",
+                list(&layout.names)
+            ));
+            return Ok(Some(layout));
+        }
+        layout.heading_lines = 1;
+        layout
+            .names(&rows, options)
+            .map_err(|problem| (first.number, problem))?;
+        if has_units(&rows, options) {
+            layout.heading_lines = 2;
+            for (unit, field) in layout.units.iter_mut().zip(&rows[1]) {
+                *unit = unit_text(field).or(unit.take());
+            }
+            layout.note(format!("line {} has the columns' units", lines[1].number));
+        }
+        Ok(Some(layout))
+    }
+
+    fn note(&mut self, note: String) {
+        self.notes.push(note);
+    }
+
+    /// Names and units from the header.
+    fn names(&mut self, rows: &[Vec<String>], options: &ReadOptions) -> Result<(), LineProblem> {
+        for (i, field) in rows[0].iter().enumerate() {
+            let (mut name, unit) = split_unit(field);
+            if name.is_empty() {
+                name = self.unnamed(i, rows, options);
+            }
+            // Two columns that differ in their units alone keep them in their names.
+            if rows[0]
+                .iter()
+                .enumerate()
+                .any(|(j, other)| j != i && split_unit(other).0 == name)
+            {
+                name = field.clone();
+            }
+            if let Some(first) = self.names.iter().position(|n| *n == name) {
+                return Err(LineProblem::DuplicateName {
+                    name,
+                    first: first + 1,
+                    second: i + 1,
+                });
+            }
+            self.names.push(name);
+            self.units[i] = unit;
+        }
+        Ok(())
+    }
+
+    /// A name for column `i`, which has none: pandas writes its index so.
+    fn unnamed(&mut self, i: usize, rows: &[Vec<String>], options: &ReadOptions) -> String {
+        let counts = rows[1..].iter().enumerate().all(|(k, row)| {
+            let value = row.get(i).and_then(|field| columns::readable_number(field, options));
+            let first = rows[1]
+                .get(i)
+                .and_then(|field| columns::readable_number(field, options));
+            matches!((value, first), (Some(value), Some(first)) if value == first + k as f64)
+        });
+        let name = if i == 0 && counts && !rows[0].iter().any(|name| name == INDEX) {
+            INDEX.to_owned()
+        } else {
+            format!("c{i}")
+        };
+        self.note(format!("column {} has no name; it is called {name}", i + 1));
+        name
+    }
+}
+
+fn first_lines(head: &[u8], skip: u64) -> Vec<Line> {
+    let mut text = Vec::new();
+    // Reading from memory does not fail.
+    let _ = Lines::new(head, skip, false).read_to_end(&mut text);
+    let lines = text.split(|&b| b == b'\n').zip(1..);
+    lines
+        .filter(|(bytes, _)| !bytes.trim_ascii().is_empty())
+        .map(|(bytes, number)| Line {
+            number,
+            bytes: bytes.to_vec(),
+        })
+        .take(LINES)
+        .collect()
+}
+
+/// Step 1; see the module.
+fn separator(lines: &[Line], options: &ReadOptions) -> Result<Option<u8>, Problem> {
+    let first = &lines[0];
+    let regular = |rows: &[Vec<String>]| rows[0].len() > 1 && rows.iter().all(|row| row.len() == rows[0].len());
+    let candidates = [Some(b','), Some(b';'), Some(b'\t'), None].map(|separator| (separator, rows(lines, separator)));
+    let readable = |rows: &[Vec<String>]| -> usize {
+        let data = rows.iter().skip(usize::from(rows.len() > 1)).flatten();
+        data.filter(|field| columns::is_readable(field, options)).count()
+    };
+    let mut best: Vec<(Option<u8>, usize)> = Vec::new();
+    for (separator, rows) in candidates.iter().filter(|(_, rows)| regular(rows)) {
+        let count = readable(rows);
+        match best.first() {
+            Some(&(_, other)) if other > count => {}
+            Some(&(_, other)) if other == count => best.push((*separator, count)),
+            _ => best = vec![(*separator, count)],
+        }
+    }
+    // Spaces within names or around another separator do not separate.
+    if best.len() > 1 {
+        best.retain(|(separator, _)| separator.is_some());
+    }
+    match best[..] {
+        [(separator, _)] => Ok(separator),
+        [] => Ok(irregular(&candidates, options)),
+        _ => Err((first.number, LineProblem::MixedSeparators)),
+    }
+}
+
+/// The separator of lines that do not have equally many fields, or one: a line that differs is told later, with its number.
+fn irregular(candidates: &[(Option<u8>, Vec<Vec<String>>)], options: &ReadOptions) -> Option<u8> {
+    let most = |rows: &Vec<Vec<String>>| rows[1..].iter().filter(|row| row.len() > 1).count() + rows[0].len().min(2);
+    let (separator, rows) = candidates
+        .iter()
+        .rev()
+        .max_by_key(|(_, rows)| most(rows))
+        .unwrap_or(&candidates[0]);
+    // One column: its name may have spaces.
+    let is_name = rows[0].iter().any(|field| !columns::is_readable(field, options));
+    if separator.is_none() && is_name && rows[1..].iter().all(|row| row.len() == 1) {
+        return Some(b',');
+    }
+    *separator
+}
+
+/// Step 2; see the module.
+fn has_header(rows: &[Vec<String>], options: &ReadOptions) -> Result<bool, LineProblem> {
+    let readable = |field: &String| columns::is_readable(field, options);
+    let is_text = |field: &String| !readable(field);
+    let first = &rows[0];
+    if first.iter().all(|field| readable(field) && !could_be_name(field)) {
+        let counted = first.iter().filter(|f| !f.is_empty()).enumerate();
+        let default_names = first.len() > 1
+            && rows.len() > 1
+            && counted.clone().all(|(i, field)| *field == i.to_string())
+            && counted.count() + 1 >= first.len();
+        return if default_names {
+            Err(LineProblem::CountedHeader)
+        } else {
+            Ok(false)
+        };
+    }
+    if first.iter().all(|field| is_text(field) || could_be_name(field)) {
+        return Ok(true);
+    }
+    // A text above a number can only be a name.
+    let above_number =
+        |(i, field): (usize, &String)| is_text(field) && rows[1..].iter().any(|row| row.get(i).is_some_and(readable));
+    if first.iter().enumerate().any(above_number) {
+        return Ok(true);
+    }
+    let number = first.iter().find(|field| readable(field)).cloned().unwrap_or_default();
+    Err(LineProblem::NumericHeader { text: number })
+}
+
+/// Whether a field that reads as a missing sample, or as infinity, is rather a column's name.
+fn could_be_name(field: &str) -> bool {
+    !field.bytes().any(|b| b.is_ascii_digit())
+}
+
+/// Step 3; see the module.
+fn has_units(rows: &[Vec<String>], options: &ReadOptions) -> bool {
+    let [_, second, third, ..] = rows else { return false };
+    let is_text = |field: &String| !columns::is_readable(field, options);
+    second.iter().any(is_text)
+        && second.iter().all(|field| is_text(field) || could_be_name(field))
+        && second
+            .iter()
+            .zip(third)
+            .any(|(unit, value)| is_text(unit) && !is_text(value))
+}
+
+/// A unit from a row of units: with or without brackets.
+fn unit_text(field: &str) -> Option<String> {
+    let text = field.trim_matches(['[', ']', '(', ')']).trim();
+    (!text.is_empty()).then(|| text.to_owned())
+}
+
+/// The fields of the lines.
+fn rows(lines: &[Line], separator: Option<u8>) -> Vec<Vec<String>> {
+    let Some(separator) = separator else {
+        let words = |line: &Line| {
+            text_of(&line.bytes)
+                .split_ascii_whitespace()
+                .map(str::to_owned)
+                .collect()
+        };
+        return lines.iter().map(words).collect();
+    };
+    let lines: Vec<&[u8]> = lines.iter().map(|line| &line.bytes[..]).collect();
+    let text = lines.join(&b'\n');
+    let table = super::table(&text[..], separator)
+        .into_byte_records()
+        .map_while(Result::ok);
+    let texts = |row: csv::ByteRecord| row.iter().map(|field| text_of(super::content(field))).collect();
+    table.map(texts).collect()
+}
+
+/// Text in UTF-8, or else in Latin-1, as instruments write units such as degrees and micrometres.
+pub(super) fn text_of(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
+    }
+}
+
+fn list(names: &[String]) -> String {
+    match names {
+        [first, .., last] if names.len() > 3 => format!("{first} to {last}"),
+        _ => names.join(", "),
+    }
+}

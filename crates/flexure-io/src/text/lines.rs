@@ -1,0 +1,106 @@
+//! The lines of a text file as the table's reader wants them.
+
+use std::io::{self, BufRead, Read};
+
+/// Passes lines on, each at its number, without what is not part of the table.
+///
+/// A comment (`#`) or a line before the table becomes an empty line, which the reader of the table counts and passes over.
+/// Columns between spaces become columns between tabs.
+pub(super) struct Lines<R> {
+    input: R,
+    /// The lines before the table.
+    skip: u64,
+    /// Whether spaces separate the columns.
+    spaces: bool,
+    line: u64,
+    /// Whether a line with content has come.
+    begun: bool,
+    /// The first blank line since the last line with content.
+    blank: Option<u64>,
+    /// The first blank line that content follows.
+    gap: Option<u64>,
+    buffer: Vec<u8>,
+    position: usize,
+}
+
+impl<R: BufRead> Lines<R> {
+    pub(super) fn new(input: R, skip: u64, spaces: bool) -> Self {
+        Lines {
+            input,
+            skip,
+            spaces,
+            line: 0,
+            begun: false,
+            blank: None,
+            gap: None,
+            buffer: Vec::new(),
+            position: 0,
+        }
+    }
+
+    /// The first blank line that content follows.
+    pub(super) fn gap(&self) -> Option<u64> {
+        self.gap
+    }
+
+    /// Reads the next line into the buffer; at the end of the file the buffer stays empty.
+    fn advance(&mut self) -> io::Result<()> {
+        self.buffer.clear();
+        self.position = 0;
+        if self.input.read_until(b'\n', &mut self.buffer)? == 0 {
+            return Ok(());
+        }
+        self.line += 1;
+        // Every line ends in the same way, also the last.
+        while let Some(b'\n' | b'\r') = self.buffer.last() {
+            self.buffer.pop();
+        }
+        self.buffer.push(b'\n');
+        if self.line == 1 && self.buffer.starts_with(b"\xef\xbb\xbf") {
+            self.buffer.drain(..3);
+        }
+        let content = self.buffer.trim_ascii();
+        if self.line <= self.skip || is_comment(content) || is_separator_line(content) {
+            self.buffer.clear();
+            self.buffer.push(b'\n');
+        } else if content.is_empty() {
+            self.blank.get_or_insert(self.line);
+        } else {
+            let blank = self.blank.take();
+            self.gap = self.gap.or(blank.filter(|_| self.begun));
+            self.begun = true;
+            if self.spaces {
+                let fields: Vec<&[u8]> = content
+                    .split(u8::is_ascii_whitespace)
+                    .filter(|field| !field.is_empty())
+                    .collect();
+                let mut line = fields.join(&b'\t');
+                line.push(b'\n');
+                self.buffer = line;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether this line is no part of the table; spreadsheets write `#N/A` for a sample.
+fn is_comment(line: &[u8]) -> bool {
+    line.starts_with(b"#") && !line.starts_with(b"#N/A") && !line.starts_with(b"#DIV/0!")
+}
+
+/// Whether this is the line by which spreadsheets tell the separator: `sep=;`.
+fn is_separator_line(line: &[u8]) -> bool {
+    line.len() == 5 && line[..4].eq_ignore_ascii_case(b"sep=")
+}
+
+impl<R: BufRead> Read for Lines<R> {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        if self.position == self.buffer.len() {
+            self.advance()?;
+        }
+        let count = (self.buffer.len() - self.position).min(out.len());
+        out[..count].copy_from_slice(&self.buffer[self.position..self.position + count]);
+        self.position += count;
+        Ok(count)
+    }
+}

@@ -1,0 +1,178 @@
+//! Records as text: delimited, with or without a header, or in columns between spaces.
+//!
+//! [`layout`] decides from the first lines what separates the columns and what they are called; then every line is read once, and
+//! every column becomes numbers, seconds of time stamps, or something that is no signal.
+
+mod columns;
+mod layout;
+mod lines;
+mod stamps;
+
+use std::io::{BufReader, Cursor, Read};
+use std::path::Path;
+
+use flexure::Record;
+
+use crate::error::{Error, LineProblem, Result};
+use crate::options::ReadOptions;
+use crate::record_file::{Other, RecordFile, SampleLines};
+use columns::{Column, Numbers};
+pub(crate) use layout::INDEX;
+use layout::Layout;
+use lines::Lines;
+
+/// Bytes at the beginning of a file that decide how it is laid out.
+const HEAD: u64 = 1 << 18;
+
+/// The rows of a table.
+fn table<R: Read>(input: R, separator: u8) -> csv::Reader<R> {
+    csv::ReaderBuilder::new()
+        .delimiter(separator)
+        .terminator(csv::Terminator::Any(b'\n'))
+        .has_headers(false)
+        .flexible(true)
+        .from_reader(input)
+}
+
+/// What a field says, without the spaces around it, and without quotation marks after such spaces.
+fn content(field: &[u8]) -> &[u8] {
+    let field = field.trim_ascii();
+    let unquoted = field.strip_prefix(b"\"").and_then(|text| text.strip_suffix(b"\""));
+    unquoted.unwrap_or(field)
+}
+
+/// Reads the text record `input`, which `path` names.
+pub(crate) fn read(path: &Path, mut input: impl Read, options: &ReadOptions) -> Result<RecordFile> {
+    let fail = |cause| Error::read(path, cause);
+    let at = |(line, problem)| Error::Line {
+        path: path.to_owned(),
+        line,
+        problem,
+    };
+    let mut head = Vec::new();
+    input.by_ref().take(HEAD).read_to_end(&mut head).map_err(fail)?;
+    // The last line may be there in part.
+    let whole = match head.iter().rposition(|&b| b == b'\n') {
+        Some(end) if head.len() as u64 == HEAD => &head[..=end],
+        _ => &head[..],
+    };
+    let Some(layout) = Layout::of(whole, options).map_err(at)? else {
+        return Err(Error::Empty { path: path.to_owned() });
+    };
+    let lines = Lines::new(
+        BufReader::with_capacity(HEAD as usize, Cursor::new(head).chain(input)),
+        options.skip,
+        layout.separator.is_none(),
+    );
+    let mut columns: Vec<Column> = layout.names.iter().cloned().map(Column::new).collect();
+    let mut sample_lines = SampleLines::default();
+    let mut numbers = Numbers::new(options.decimal);
+    let mut rows = table(lines, layout.separator.unwrap_or(b'\t'));
+    let mut row = csv::ByteRecord::new();
+    let mut count = 0;
+    while rows.read_byte_record(&mut row).map_err(|error| fail(error.into()))? {
+        // The reader stands behind the row; in front of it there may have been empty lines.
+        let line = rows.position().line() - 1;
+        if count >= layout.heading_lines {
+            sample_lines.note(count - layout.heading_lines, line);
+            read_row(&row, line, &mut columns, &mut numbers, options).map_err(|problem| at((line, problem)))?;
+        }
+        count += 1;
+    }
+    if let Some(line) = rows.get_ref().gap() {
+        return Err(at((line, LineProblem::Blank)));
+    }
+    let decimals = numbers.conclude().map_err(at)?;
+    if count <= layout.heading_lines {
+        return Err(Error::NoSamples {
+            path: path.to_owned(),
+            names: layout.names,
+        });
+    }
+    let mut file = assemble(path, layout, columns)?;
+    file.notes.extend(decimals.map(str::to_owned));
+    file.lines = sample_lines;
+    Ok(file)
+}
+
+/// Appends the fields of one row to the columns.
+fn read_row<'a>(
+    row: &csv::ByteRecord,
+    line: u64,
+    columns: &mut [Column<'a>],
+    numbers: &mut Numbers,
+    options: &'a ReadOptions,
+) -> std::result::Result<(), LineProblem> {
+    for (end, problem) in [
+        (b'\n', LineProblem::UnclosedQuote),
+        (b'\r', LineProblem::CarriageReturn),
+    ] {
+        if row.as_slice().contains(&end) {
+            return Err(problem);
+        }
+    }
+    // A separator at the end of every line makes no column.
+    let surplus = row.iter().skip(columns.len()).any(|field| !content(field).is_empty());
+    if row.len() < columns.len() || surplus {
+        return Err(LineProblem::Ragged {
+            found: row.len(),
+            expected: columns.len(),
+        });
+    }
+    for (column, field) in columns.iter_mut().zip(row) {
+        let field = content(field);
+        match std::str::from_utf8(field) {
+            Ok(text) => column.push(text, line, numbers, options)?,
+            Err(_) => column.push(&layout::text_of(field), line, numbers, options)?,
+        }
+    }
+    Ok(())
+}
+
+/// The record of the columns that are signals, and what the others are.
+fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordFile> {
+    let mut record = Record::default();
+    let mut units = Vec::new();
+    let (mut origins, mut others) = (Vec::new(), Vec::new());
+    let mut notes = layout.notes;
+    for (column, unit) in columns.into_iter().zip(layout.units) {
+        if let Some(why) = column.unusable() {
+            others.push(Other {
+                why: why.clone(),
+                name: column.name,
+            });
+            continue;
+        }
+        let stamps = column.origin().map(|(instant, origin)| {
+            origins.push((column.name.clone(), instant));
+            format!(
+                "column '{}' has time stamps; it counts the seconds from {origin}",
+                column.name
+            )
+        });
+        units.push(if stamps.is_some() { Some("s".to_owned()) } else { unit });
+        notes.extend(stamps);
+        record
+            .push(column.name, column.values)
+            .map_err(|error| Error::data(path, error))?;
+    }
+    if record.is_empty() {
+        return Err(others[0].error(path));
+    }
+    Ok(RecordFile {
+        units,
+        notes,
+        origins,
+        others,
+        ..RecordFile::new(record, path)
+    })
+}
+
+/// The whole text of a file.
+///
+/// # Errors
+/// [`Error::Read`], also for text that is not UTF-8.
+pub fn read_text(path: impl AsRef<Path>) -> Result<String> {
+    let path = path.as_ref();
+    std::fs::read_to_string(path).map_err(|cause| Error::read(path, cause))
+}

@@ -1,0 +1,227 @@
+//! Which column of a record has the sample instants, and in what unit.
+
+use flexure::record::SampleClock;
+
+use crate::error::{Error, Result};
+use crate::record_file::RecordFile;
+use crate::text::INDEX;
+use crate::units::split_unit;
+
+/// What columns of instants are called, in lower case.
+const NAMES: [&str; 6] = ["t", "time", "timestamp", "datetime", "date", "elapsedtime"];
+
+/// Units of time, in s.
+const UNITS: [(&[&str], f64); 6] = [
+    (&["s", "sec", "secs", "second", "seconds"], 1.0),
+    (&["ms", "msec", "millisecond", "milliseconds"], 1e-3),
+    (&["us", "µs", "μs", "usec", "microsecond", "microseconds"], 1e-6),
+    (&["ns", "nanosecond", "nanoseconds"], 1e-9),
+    (&["min", "minute", "minutes"], 60.0),
+    (&["h", "hour", "hours"], 3600.0),
+];
+
+/// The column of a record's sample instants.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimeColumn {
+    /// Its name.
+    pub name: String,
+    /// The seconds that a unit of it lasts.
+    pub seconds: f64,
+    /// The record's clock, in s.
+    pub clock: SampleClock,
+}
+
+/// The sample instants of a record, uniform or not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Instants {
+    /// The name of their column.
+    pub name: String,
+    /// The instants, in s.
+    pub seconds: Vec<f64>,
+    /// What they count from where they were time stamps, in ns since 1970 (of times of day: since midnight).
+    pub origin: Option<i64>,
+}
+
+/// The name without a unit behind it (`time_ms`), in lower case, and that unit.
+fn split(name: &str) -> (String, Option<f64>) {
+    let name = name.to_lowercase();
+    match name.rsplit_once(['_', ' ']).map(|(base, unit)| (base, seconds(unit))) {
+        Some((base, Some(unit))) => (base.replace(['_', ' ', '-'], ""), Some(unit)),
+        _ => (name.replace(['_', ' ', '-'], ""), None),
+    }
+}
+
+fn is_time(name: &str) -> bool {
+    NAMES.contains(&split(name).0.as_str())
+}
+
+fn seconds(unit: &str) -> Option<f64> {
+    let unit = unit.to_lowercase();
+    UNITS
+        .iter()
+        .find(|(names, _)| names.contains(&unit.as_str()))
+        .map(|(_, seconds)| *seconds)
+}
+
+impl RecordFile {
+    /// The column of sample instants: the one `given`, or that which is called `t`, `time`, `Time [s]`, `time_ms`, `timestamp` or
+    /// alike and is none of the columns `in_use`; `None` if there is none.
+    ///
+    /// Instants are in s unless the file says otherwise.
+    ///
+    /// # Errors
+    /// [`Error::Time`] for several such columns, and for a unit that is none of time; as [`RecordFile::finite`]; [`Error::Data`] with
+    /// the line of the first instant that is not on a uniform grid.
+    pub fn time(&self, given: Option<&str>, in_use: &[&str]) -> Result<Option<TimeColumn>> {
+        let Some((name, seconds)) = self.instants(given, in_use)? else {
+            return Ok(None);
+        };
+        let SampleClock { step, jitter } = self.signal(name, flexure::Record::sample_clock)?;
+        Ok(Some(TimeColumn {
+            name: name.to_owned(),
+            seconds,
+            clock: SampleClock {
+                step: step * seconds,
+                jitter,
+            },
+        }))
+    }
+
+    /// The sample instants, whether uniform or not, of the column that [`RecordFile::time`] takes.
+    ///
+    /// # Errors
+    /// As [`RecordFile::time`], but for the grid.
+    pub fn instants_in_seconds(&self, given: Option<&str>) -> Result<Option<Instants>> {
+        let Some((name, unit)) = self.instants(given, &[])? else {
+            return Ok(None);
+        };
+        // 7 ms are 0.007 s to the last digit by division, not by a factor of 0.001.
+        let parts = (1.0 / unit).round();
+        let seconds = |t: &f64| if unit < 1.0 { t / parts } else { t * unit };
+        let origin = self.origins.iter().find(|(column, _)| column == name);
+        Ok(Some(Instants {
+            name: name.to_owned(),
+            seconds: self.finite(name)?.iter().map(seconds).collect(),
+            origin: origin.map(|(_, origin)| *origin),
+        }))
+    }
+
+    /// The name of the column of [`RecordFile::time`], whose instants need not be uniform, and the seconds that a unit of it lasts.
+    ///
+    /// # Errors
+    /// [`Error::Time`].
+    pub fn instants<'a>(&'a self, given: Option<&'a str>, in_use: &[&str]) -> Result<Option<(&'a str, f64)>> {
+        let fail = |problem: String| {
+            Err(Error::Time {
+                path: self.path.clone(),
+                problem,
+            })
+        };
+        let is_time = |name: &&str| is_time(name) && !in_use.contains(name);
+        let names: Vec<&str> = match given {
+            Some(name) => vec![name],
+            None => self.record.names().iter().map(String::as_str).filter(is_time).collect(),
+        };
+        let name = match names[..] {
+            [] => return Ok(None),
+            [name] => name,
+            [first, second, ..] => {
+                return fail(format!(
+                    "columns '{first}' and '{second}' may both have the sample instants; say which by --time"
+                ));
+            }
+        };
+        let unit = self.unit(name);
+        let seconds = match (unit, split(name).1) {
+            (Some(unit), _) => match seconds(unit) {
+                Some(seconds) => seconds,
+                None => {
+                    return fail(format!(
+                        "column '{name}' is in {unit}, which is no unit of time; say which column has the sample instants by --time, or give --sample-time"
+                    ));
+                }
+            },
+            (None, Some(seconds)) => seconds,
+            (None, None) => 1.0,
+        };
+        Ok(Some((name, seconds)))
+    }
+
+    /// The columns that are neither instants, those called `time` among them, nor a mere count of the rows, in order.
+    pub fn signals(&self, time: Option<&str>) -> Vec<&str> {
+        let counts = |samples: &[f64]| samples.iter().enumerate().all(|(i, &v)| v == samples[0] + i as f64);
+        let columns = self.record.columns();
+        let signals = columns.filter(|(name, samples)| {
+            let index = *name == INDEX && counts(samples);
+            !(Some(*name) == time || is_time(name) || index)
+        });
+        signals.map(|(name, _)| name).collect()
+    }
+
+    /// The column that `name` means: that of this name, or that which the header calls so with its unit, as in `u [V]`.
+    pub fn meant<'a>(&'a self, name: &'a str) -> &'a str {
+        let names = || self.record.names().iter();
+        if names().any(|own| own == name) {
+            return name;
+        }
+        let (base, unit) = split_unit(name);
+        let found = names().find(|own| **own == base && unit.is_some() && self.unit(own) == unit.as_deref());
+        found.map_or(name, String::as_str)
+    }
+
+    /// The unit of a column, if the file has it.
+    pub fn unit(&self, name: &str) -> Option<&str> {
+        let index = self.record.names().iter().position(|n| n == name)?;
+        self.units.get(index)?.as_deref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flexure::Record;
+
+    fn file(columns: &[(&str, Option<&str>, f64)]) -> RecordFile {
+        let samples = |step: f64| (0..5).map(|i| step * f64::from(i)).collect::<Vec<f64>>();
+        let record = Record::new(columns.iter().map(|(name, _, step)| (*name, samples(*step)))).unwrap();
+        let mut file = RecordFile::in_memory(record, "log");
+        file.units = columns.iter().map(|(_, unit, _)| unit.map(str::to_owned)).collect();
+        file
+    }
+
+    #[test]
+    fn names_and_units_of_time() {
+        for (name, unit, step, expected) in [
+            ("t", None, 0.01, 0.01),
+            ("Time", Some("s"), 0.01, 0.01),
+            ("time_ms", None, 10.0, 0.01),
+            ("Time", Some("ms"), 10.0, 0.01),
+            ("Time Stamp", Some("µs"), 1e4, 0.01),
+            ("lifetime", None, 1.0, f64::NAN),
+            ("torque_s", None, 1.0, f64::NAN),
+        ] {
+            let step = file(&[(name, unit, step), ("u", None, 1.0)])
+                .time(None, &["u"])
+                .unwrap()
+                .map(|t| t.clock.step);
+            match expected.is_nan() {
+                true => assert_eq!(step, None, "{name}"),
+                false => assert!((step.unwrap() - expected).abs() < 1e-12, "{name}"),
+            }
+        }
+    }
+
+    #[test]
+    fn two_columns_of_time_are_settled_by_name() {
+        let both = file(&[("time", None, 1.0), ("timestamp", None, 2.0)]);
+        let message = both.time(None, &[]).unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "log: columns 'time' and 'timestamp' may both have the sample instants; say which by --time"
+        );
+        assert_eq!(both.time(Some("timestamp"), &[]).unwrap().unwrap().clock.step, 2.0);
+        assert_eq!(both.time(None, &["time"]).unwrap().unwrap().name, "timestamp");
+        let odd = file(&[("time", Some("V"), 1.0)]);
+        assert!(odd.time(None, &[]).unwrap_err().to_string().contains("is in V"));
+    }
+}

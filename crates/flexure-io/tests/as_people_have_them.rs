@@ -1,0 +1,267 @@
+//! Text files as programs, spreadsheets, loggers and instruments write them: read, or refused with the option that settles it.
+//!
+//! `python/tests/test_files.py` has files that pandas, polars, NumPy and Python's `csv` write.
+
+mod common;
+
+use common::{directory, message};
+use flexure_io::{Decimal, ReadOptions, RecordFile};
+
+fn read_with(options: &ReadOptions, test: &str, content: impl AsRef<[u8]>) -> Result<RecordFile, String> {
+    let dir = directory(test);
+    std::fs::write(dir.join("log.csv"), content).unwrap();
+    options.read(dir.join("log.csv")).map_err(|e| message(&e, &dir))
+}
+
+fn read(test: &str, content: impl AsRef<[u8]>) -> RecordFile {
+    read_with(&ReadOptions::default(), test, content).unwrap()
+}
+
+fn refused(test: &str, content: impl AsRef<[u8]>) -> String {
+    read_with(&ReadOptions::default(), test, content).unwrap_err()
+}
+
+/// Columns, units and sample time of a log of three samples: u = 1.5, 2.5, 3.5 every 10 ms.
+fn assert_log(file: &RecordFile, names: &[&str]) {
+    assert_eq!(file.record.names(), names);
+    assert_eq!(file.column("u").unwrap(), [1.5, 2.5, 3.5]);
+    let time = file.time(None, &["u", "y"]).unwrap().expect("a column of time");
+    assert!((time.clock.step - 0.01).abs() < 1e-9, "{time:?}");
+}
+
+#[test]
+fn pandas_with_its_index() {
+    let file = read("pandas_index", ",t,u\n0,0.0,1.5\n1,0.01,2.5\n2,0.02,3.5\n");
+    assert_log(&file, &["index", "t", "u"]);
+    assert_eq!(file.notes, ["column 1 has no name; it is called index"]);
+}
+
+#[test]
+fn pandas_with_an_index_of_time() {
+    let file = read(
+        "pandas_time",
+        "timestamp,u,y\n2024-05-01 10:00:00.000,1.5,0\n2024-05-01 10:00:00.010,2.5,0\n2024-05-01 10:00:00.020,3.5,0\n",
+    );
+    assert_log(&file, &["timestamp", "u", "y"]);
+    assert_eq!(file.column("timestamp").unwrap(), [0.0, 0.01, 0.02]);
+    assert_eq!(
+        file.notes,
+        ["column 'timestamp' has time stamps; it counts the seconds from 2024-05-01 10:00:00.000"]
+    );
+}
+
+#[test]
+fn pandas_with_a_time_zone() {
+    let file = read(
+        "pandas_zone",
+        "time,u\n2024-05-01 10:00:00+02:00,1.5\n2024-05-01 10:00:00.010000+02:00,2.5\n2024-05-01 10:00:00.020000+02:00,3.5\n",
+    );
+    assert_log(&file, &["time", "u"]);
+}
+
+#[test]
+fn pandas_with_numbered_columns_needs_a_word() {
+    let content = "0,1\n0.0,1.5\n0.01,2.5\n";
+    assert_eq!(
+        refused("pandas_numbered", content),
+        "log.csv, line 1: this line has the numbers 0, 1, 2, ...; say --header yes if these are the columns' names, --header no if they are the first sample"
+    );
+    for (header, samples) in [(true, 2), (false, 3)] {
+        let options = ReadOptions {
+            header: Some(header),
+            ..ReadOptions::default()
+        };
+        assert_eq!(
+            read_with(&options, "pandas_numbered", content).unwrap().record.len(),
+            samples
+        );
+    }
+}
+
+#[test]
+fn a_spreadsheet_in_english() {
+    let file = read(
+        "excel",
+        "\u{feff}Time [s],u,y\r\n0,1.5,1\r\n0.01,2.5,2\r\n0.02,3.5,3\r\n",
+    );
+    assert_log(&file, &["Time", "u", "y"]);
+    assert_eq!(file.unit("Time"), Some("s"));
+}
+
+#[test]
+fn a_spreadsheet_with_decimal_commas() {
+    let file = read(
+        "excel_comma",
+        "sep=;\r\nTime (ms);u;y\r\n0;1,5;0\r\n10;2,5;1\r\n20;3,5;2\r\n",
+    );
+    assert_log(&file, &["Time", "u", "y"]);
+    assert_eq!(file.notes, ["the numbers have decimal commas"]);
+}
+
+#[test]
+fn thousands_or_decimals() {
+    let content = "time;u\n0;1,500\n0,01;2,500\n0,02;3,500\n";
+    assert_log(&read("thousands_no", content), &["time", "u"]);
+    let unclear = "u;y\n1,500;1\n2,500;2\n3,500;3\n";
+    assert_eq!(
+        refused("thousands", unclear),
+        "log.csv, line 2: a comma in a number may be a decimal comma or group thousands; say --decimal comma (1,250 is 1.25) or --decimal point (1,250 is 1250)"
+    );
+    for (decimal, expected) in [(Decimal::Comma, 1.5), (Decimal::Point, 1500.0)] {
+        let options = ReadOptions {
+            decimal: Some(decimal),
+            ..ReadOptions::default()
+        };
+        let file = read_with(&options, "thousands", unclear).unwrap();
+        assert_eq!(file.column("u").unwrap()[0], expected);
+    }
+    assert_eq!(
+        refused("both_decimals", "u;y\n1.5;2,5\n"),
+        "log.csv, line 2: a number has a decimal point on line 2 and a decimal comma on line 2; say --decimal point or --decimal comma: the other sign then groups thousands"
+    );
+}
+
+#[test]
+fn decimal_commas_between_tabs_and_spaces() {
+    for separator in ["\t", "  "] {
+        let content = "t u\n0,00 1,5\n0,01 2,5\n0,02 3,5\n".replace(' ', separator);
+        assert_log(&read("comma_tab", content), &["t", "u"]);
+    }
+}
+
+#[test]
+fn no_header() {
+    let file = read("no_header", "0.00,1.5\n0.01,2.5\n0.02,3.5\n");
+    assert_eq!(file.record.names(), ["c0", "c1"]);
+    assert_eq!(file.notes, ["there is no header; the columns are called c0, c1"]);
+}
+
+/// Columns of fixed width between tabs, and a tab at the end of every line: as old collections of records have them.
+#[test]
+fn no_header_and_a_tab_at_the_end_of_every_line() {
+    let file = read(
+        "tab at the end",
+        "   6.41e+00\t   4.77e+00\t\n   3.41e+00\t  -4.76e+00\t\n",
+    );
+    assert_eq!(file.record.names(), ["c0", "c1"]);
+    assert_eq!(file.column("c1").unwrap(), [4.77, -4.76]);
+}
+
+#[test]
+fn a_row_of_units() {
+    let file = read(
+        "units",
+        "Time,u,Speed\n(s),(V),(rad/s)\n0,1.5,0\n0.01,2.5,1\n0.02,3.5,2\n",
+    );
+    assert_log(&file, &["Time", "u", "Speed"]);
+    assert_eq!([file.unit("u"), file.unit("Speed")], [Some("V"), Some("rad/s")]);
+    assert_eq!(file.notes, ["line 2 has the columns' units"]);
+}
+
+#[test]
+fn a_text_column_of_states() {
+    let file = read("states", "time_s,state,u\n0,idle,1.5\n0.01,run,2.5\n0.02,,3.5\n");
+    assert_log(&file, &["time_s", "u"]);
+}
+
+#[test]
+fn missing_samples_as_programs_write_them() {
+    let file = read("missing", "u\n1\n\"\"\nNA\nnan\nNULL\n#N/A\n2\n");
+    let missing = file.column("u").unwrap().iter().filter(|v| v.is_nan()).count();
+    assert_eq!((file.record.len(), missing), (7, 5));
+}
+
+#[test]
+fn an_instrument_with_lines_before_the_table() {
+    let content = "Logger 7, channel list A\nStarted 10:00\nt,u,y\n0,1.5,0\n0.01,2.5,1\n0.02,3.5,2\n";
+    assert!(
+        refused("preamble", content).contains("--skip-lines N"),
+        "{}",
+        refused("preamble", content)
+    );
+    let options = ReadOptions {
+        skip: 2,
+        ..ReadOptions::default()
+    };
+    assert_log(&read_with(&options, "preamble", content).unwrap(), &["t", "u", "y"]);
+}
+
+#[test]
+fn an_instrument_that_quotes_all_and_ends_lines_with_commas() {
+    let file = read(
+        "quotes",
+        "\"t\",\"u\",\n\"0\",\"1.5\",\n\"0.01\",\"2.5\",\n\"0.02\",\"3.5\",\n",
+    );
+    assert_log(&file, &["t", "u"]);
+}
+
+#[test]
+fn an_instrument_that_writes_degrees_in_latin_1() {
+    let file = read("latin", b"t,u,Temp [\xb0C]\n0,1.5,20\n0.01,2.5,20\n0.02,3.5,21\n");
+    assert_log(&file, &["t", "u", "Temp"]);
+    assert_eq!(file.unit("Temp"), Some("°C"));
+}
+
+#[test]
+fn a_logger_with_a_clock_that_jitters() {
+    let file = read(
+        "jitter",
+        "time,u\n10:00:00.000,1.5\n10:00:00.0104,2.5\n10:00:00.020,3.5\n",
+    );
+    let time = file.time(None, &["u"]).unwrap().unwrap();
+    assert!((time.clock.jitter - 0.02).abs() < 1e-6, "{time:?}");
+    let late = read(
+        "late",
+        "time,u\n10:00:00.000,1.5\n10:00:00.0134,2.5\n10:00:00.020,3.5\n10:00:00.030,0\n10:00:00.040,0\n",
+    );
+    assert!(
+        late.time(None, &["u"])
+            .unwrap_err()
+            .to_string()
+            .contains("line 3: the sample times are not uniform")
+    );
+}
+
+#[test]
+fn a_logger_with_its_own_time_format() {
+    let content = "date,u\n01.05.2024 10:00:00.00,1.5\n01.05.2024 10:00:00.01,2.5\n01.05.2024 10:00:00.02,3.5\n";
+    let text = read("own_format_text", content).column("date").unwrap_err().to_string();
+    assert!(
+        text.contains("it is text, such as '01.05.2024 10:00:00.00' on line 2"),
+        "{text}"
+    );
+    let options = ReadOptions {
+        time_format: Some("%d.%m.%Y %H:%M:%S%.f".to_owned()),
+        ..ReadOptions::default()
+    };
+    assert_log(&read_with(&options, "own_format", content).unwrap(), &["date", "u"]);
+}
+
+#[test]
+fn numpy_savetxt() {
+    let file = read(
+        "numpy",
+        "# t u\n0.000000000000000000e+00 1.5\n1.000000000000000021e-02 2.5\n",
+    );
+    assert_eq!(file.record.names(), ["c0", "c1"]);
+}
+
+#[test]
+fn one_column_whose_name_has_a_space() {
+    let file = read("one_column", "motor torque\n1.5\n2.5\n");
+    assert_eq!(file.column("motor torque").unwrap(), [1.5, 2.5]);
+}
+
+#[test]
+fn a_header_between_spaces() {
+    assert_log(&read("spaces", "t    u\n0.00 1.5\n0.01 2.5\n0.02 3.5\n"), &["t", "u"]);
+}
+
+#[test]
+fn a_first_line_of_texts_and_numbers_needs_a_word() {
+    let content = "idle,1,2\nrun,3,4\n";
+    assert_eq!(
+        refused("mixed", content),
+        "log.csv, line 1: this line has texts as well as the number 1; say --header yes if it has the columns' names, --header no if it is the first sample"
+    );
+}
