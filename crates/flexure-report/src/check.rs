@@ -1,22 +1,14 @@
 //! Whether a page's data fit together, before anything is drawn from them.
 
-use crate::data::{Approximation, ArmMotion, Axis, LinearPart, Nonlinearity, Page, Prediction, ScoreCurve, Table};
+use crate::data::{
+    Approximation, ArmMotion, Axis, LinearPart, Nonlinearity, Page, Prediction, ScoreCurve, Signal, Table,
+};
 use crate::regression::check_surface;
 use crate::{Error, Result};
 
 /// Checks lengths, axes and abscissas; values may be NaN or infinite, they become gaps.
 pub(crate) fn page(page: &Page) -> Result<()> {
-    if let Some(first) = page.record.first() {
-        axis("time", &page.time)?;
-        for (k, signal) in page.record.iter().enumerate() {
-            same(
-                format!("record[{k}].values"),
-                signal.values.len(),
-                first.values.len(),
-                "sample of record[0]",
-            )?;
-        }
-    }
+    record(&page.record, &page.time)?;
     nonlinearity("nonlinearity", &page.nonlinearity)?;
     if let Some(titled) = &page.surface {
         check_surface("surface.surface", &titled.surface)?;
@@ -48,6 +40,19 @@ pub(crate) fn page(page: &Page) -> Result<()> {
         table(&format!("candidates[{k}]"), candidates)?;
     }
     page.arm.as_ref().map_or(Ok(()), arm)
+}
+
+/// Checks the signals of a record.
+pub(crate) fn record(signals: &[Signal], time: &Axis) -> Result<()> {
+    let Some(first) = signals.first() else {
+        return Ok(());
+    };
+    axis("time", time)?;
+    for (k, signal) in signals.iter().enumerate() {
+        let (part, got) = (format!("record[{k}].values"), signal.values.len());
+        same(part, got, first.values.len(), "sample of record[0]")?;
+    }
+    Ok(())
 }
 
 /// Checks a measured signal against a computed one; `part` is its path.
@@ -102,7 +107,8 @@ fn linear(part: &str, l: &LinearPart) -> Result<()> {
     same(format!("{part}.phase_deg"), l.phase_deg.len(), need, "frequency")
 }
 
-fn table(part: &str, t: &Table) -> Result<()> {
+/// Checks that every row has as many cells as there are columns.
+pub(crate) fn table(part: &str, t: &Table) -> Result<()> {
     for (k, row) in t.rows.iter().enumerate() {
         same(format!("{part}.rows[{k}]"), row.len(), t.columns.len(), "column")?;
     }

@@ -5,10 +5,14 @@
 
 use serde::Serialize;
 
+mod comparison;
 mod joint;
+mod look;
 mod regression;
 mod study;
+pub use comparison::ComparisonPage;
 pub use joint::{Comparison, JointCurve, JointPage, ParameterTable};
+pub use look::{LagPlot, LookPage, NextCommand, SpectrumPlot};
 pub use regression::{RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
 pub use study::{RateLine, RatePlot, RateRow, StudyPage, StudySection};
 

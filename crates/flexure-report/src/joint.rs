@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::Result;
 use crate::check;
-use crate::data::{Fact, JointPage, ParameterTable};
+use crate::data::{Comparison, Fact, JointPage, ParameterTable};
 use crate::payload::{NonlinearityPlot, PredictionPlot, nonlinearity, prediction};
 use crate::regression::{Cloud, cloud};
 use crate::text::{count, number};
@@ -44,8 +44,9 @@ struct CurveText<'a> {
     outside: Option<String>,
 }
 
+/// What is said of a measured signal against a computed one.
 #[derive(Serialize)]
-struct MotionText<'a> {
+pub(crate) struct MotionText<'a> {
     heading: &'a str,
     fit: String,
     rms: String,
@@ -107,15 +108,18 @@ pub(crate) fn text<'a>(page: &'a JointPage, payload: &Payload<'_>) -> Text<'a> {
             })
             .collect(),
         tables: &page.tables,
-        motions: motions
-            .map(|(m, plot)| MotionText {
-                heading: &m.heading,
-                fit: format!("{:.2}", m.prediction.fit_percent),
-                rms: number(m.prediction.rms, 4),
-                bucket: plot.time.bucket,
-            })
-            .collect(),
+        motions: motions.map(|(m, plot)| motion_text(m, plot)).collect(),
         command: page.command.as_deref(),
         version: env!("CARGO_PKG_VERSION"),
+    }
+}
+
+/// What is said of a measured signal against a computed one, which is plotted so.
+pub(crate) fn motion_text<'a>(motion: &'a Comparison, plot: &PredictionPlot<'_>) -> MotionText<'a> {
+    MotionText {
+        heading: &motion.heading,
+        fit: format!("{:.2}", motion.prediction.fit_percent),
+        rms: number(motion.prediction.rms, 4),
+        bucket: plot.time.bucket,
     }
 }

@@ -1,19 +1,21 @@
-//! One self-contained offline HTML page that shows an identification, a regression or a convergence study.
+//! One self-contained offline HTML page that shows a first look at a record, an identification, a regression or a convergence study.
 //!
-//! [`render`] turns a [`data::Page`] of plain values, [`render_regression`] a [`data::RegressionPage`] and [`render_study`] a
-//! [`data::StudyPage`] into one HTML document: style, scripts, plots ([uPlot], embedded) and data are all inside, nothing is ever fetched, and a content security policy in the page forbids it. The text is
-//! ordinary HTML, readable without scripts; the data ride along as JSON for the plots.
+//! [`render`] turns a [`data::Page`] of plain values, [`render_joint`] a [`data::JointPage`], and so on, into one HTML document. Style, scripts,
+//! plots ([uPlot], embedded) and data are all inside. Nothing is ever fetched, and a content security policy in the page forbids it.
+//! The text is ordinary HTML, readable without scripts; the data ride along as JSON for the plots.
 //!
 //! How large records stay small is described in [`limits`].
 //!
 //! [uPlot]: https://github.com/leeoniya/uPlot
 
 mod check;
+mod comparison;
 pub mod data;
 mod decimate;
 mod error;
 mod joint;
 pub mod limits;
+mod look;
 mod payload;
 mod regression;
 mod render;
@@ -21,4 +23,4 @@ mod study;
 mod text;
 
 pub use error::{Error, Result};
-pub use render::{render, render_joint, render_regression, render_study};
+pub use render::{render, render_comparison, render_joint, render_look, render_regression, render_study};

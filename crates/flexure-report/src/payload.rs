@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::data::{
-    Approximation, ArmMotion, Axis, Choice, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve,
+    Approximation, ArmMotion, Axis, Choice, LinearPart, Nonlinearity, Page, Prediction, Residuals, ScoreCurve, Signal,
 };
 use crate::decimate::{bucket, head, min_max, thin};
 use crate::limits;
@@ -91,7 +91,7 @@ pub(crate) fn payload(page: &Page) -> Payload<'_> {
         prediction: (!page.prediction.measured.is_empty()).then(|| prediction(&page.prediction)),
         residuals: residuals(&page.residuals),
         scores: page.choices.iter().map(score).collect(),
-        record: record(page),
+        record: record(&page.record, &page.time, page.fresh_from),
         arm: page.arm.as_ref().filter(|arm| arm.q[0].len() > 1).map(arm),
     }
 }
@@ -209,21 +209,20 @@ pub(crate) fn score(choice: &Choice) -> Option<ScoreCurve> {
     })
 }
 
-fn record(page: &Page) -> Option<RecordPlot<'_>> {
-    let n = page.record.first()?.values.len();
+/// The signals of a record, reduced to what is drawn; those from `fresh_from` on are shaded.
+pub(crate) fn record<'a>(signals: &'a [Signal], time: &Axis, fresh_from: usize) -> Option<RecordPlot<'a>> {
+    let n = signals.first()?.values.len();
     if n == 0 {
         return None;
     }
-    let limit = (limits::RECORD_POINTS / page.record.len()).clamp(1_000, limits::SIGNAL_POINTS);
+    let limit = (limits::RECORD_POINTS / signals.len()).clamp(1_000, limits::SIGNAL_POINTS);
     let bucket = bucket(n, limit);
     let stride = if bucket == 1 { 1.0 } else { bucket as f64 / 2.0 };
     let count = if bucket == 1 { n } else { 2 * n.div_ceil(bucket) };
     Some(RecordPlot {
-        time: grid(&page.time, bucket, stride, count),
-        fresh_from: (page.fresh_from > 0 && page.fresh_from < n)
-            .then_some(page.time.start + page.fresh_from as f64 * page.time.step),
-        signals: page
-            .record
+        time: grid(time, bucket, stride, count),
+        fresh_from: (fresh_from > 0 && fresh_from < n).then_some(time.start + fresh_from as f64 * time.step),
+        signals: signals
             .iter()
             .map(|signal| SignalPlot {
                 name: &signal.name,

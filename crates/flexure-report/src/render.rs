@@ -6,17 +6,19 @@ use minijinja::{AutoEscape, Environment, context};
 
 use serde::Serialize;
 
-use crate::data::{JointPage, Page, RegressionPage, StudyPage};
+use crate::data::{ComparisonPage, JointPage, LookPage, Page, RegressionPage, StudyPage};
 use crate::payload::payload;
 use crate::text::text;
-use crate::{Result, check, joint, regression, study};
+use crate::{Result, check, comparison, joint, look, regression, study};
 
 /// The templates by the names under which they include one another.
-const TEMPLATES: [(&str, &str); 6] = [
+const TEMPLATES: [(&str, &str); 8] = [
     ("base.html", include_str!("../assets/base.html")),
     ("parts.html", include_str!("../assets/parts.html")),
     ("identification.html", include_str!("../assets/identification.html")),
+    ("compare.html", include_str!("../assets/compare.html")),
     ("joint.html", include_str!("../assets/joint.html")),
+    ("look.html", include_str!("../assets/look.html")),
     ("regression.html", include_str!("../assets/regression.html")),
     ("study.html", include_str!("../assets/study.html")),
 ];
@@ -51,6 +53,8 @@ const IDENTIFICATION: [&str; 6] = [
 
 const JOINT: [&str; 2] = [include_str!("../assets/signals.js"), include_str!("../assets/joint.js")];
 
+const LOOK: [&str; 2] = [include_str!("../assets/signals.js"), include_str!("../assets/look.js")];
+
 const REGRESSION: [&str; 3] = [
     include_str!("../assets/distribution.js"),
     include_str!("../assets/surface.js"),
@@ -71,6 +75,18 @@ pub fn render(page: &Page) -> Result<String> {
     check::page(page)?;
     let payload = payload(page);
     document("identification.html", &IDENTIFICATION, text(page, &payload), &payload)
+}
+
+/// The page of a first look at a record as one HTML document that needs nothing else.
+///
+/// # Errors
+///
+/// [`crate::Error::Length`], [`crate::Error::NotIncreasing`], [`crate::Error::NotPositive`] and [`crate::Error::Axis`] if the
+/// page's data contradict one another.
+pub fn render_look(page: &LookPage) -> Result<String> {
+    look::check(page)?;
+    let payload = look::payload(page);
+    document("look.html", &LOOK, look::text(page, &payload), &payload)
 }
 
 /// The page of a regression as one HTML document that needs nothing else.
@@ -99,6 +115,17 @@ pub fn render_regression(page: &RegressionPage) -> Result<String> {
 pub fn render_study(page: &StudyPage) -> Result<String> {
     study::check(page)?;
     document("study.html", &STUDY, study::text(page), &study::payload(page))
+}
+
+/// The page of several models on one record as one HTML document that needs nothing else.
+///
+/// # Errors
+///
+/// [`crate::Error::Length`] and [`crate::Error::Axis`] if the page's data contradict one another.
+pub fn render_comparison(page: &ComparisonPage) -> Result<String> {
+    comparison::check(page)?;
+    let payload = comparison::payload(page);
+    document("compare.html", &JOINT, comparison::text(page, &payload), &payload)
 }
 
 /// The page of a joint's friction and stiffness as one HTML document that needs nothing else.
