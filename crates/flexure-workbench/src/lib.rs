@@ -1,13 +1,17 @@
-//! What lies between a record and its result: identification, regression and joints, with their warnings, and the result as text,
+//! What lies between a record and its result: a first look, identification, regression and joints, with their warnings, and the result as text,
 //! JSON, model file and page.
 //!
 //! The command line and the Python package both work through this crate, so that they give the same numbers and the same text. It reads no
-//! options and knows no terminal: what is being done is reported to a callback.
+//! options and knows no terminal: text is [`Lines`](lines::Lines), which its user wraps; what is being done is reported to a callback.
 
 pub mod demo;
 pub mod joints;
+mod labels;
+pub mod lines;
+pub mod look;
 mod named;
 mod plots;
+pub mod preparation;
 pub mod regression;
 pub mod study;
 pub mod systems;

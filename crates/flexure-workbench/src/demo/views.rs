@@ -9,6 +9,7 @@ use flexure_io::arm::{Amplitude, ArmFile, DriveKind, Excitation, Kind};
 use serde_json::{Value, json};
 
 use super::{JOINT, aligned_velocity, arm, beside_friction, friction, nonlinearity, stiffness};
+use crate::lines::WIDTH;
 use crate::systems::{Decoration, Identified, Truth};
 
 /// Noise of a torque or a velocity, as a share of its root mean square.
@@ -199,7 +200,8 @@ impl View {
     ) -> Result<Self> {
         let IdentifiedRecord { file, identified } = of_record;
         json["fit_percent"] = json!(identified.result.verdict.measures.fit_percent);
-        lines.extend(identified.summary().lines().map(|line| format!("  {line}")));
+        let summary = identified.summary().wrapped(WIDTH - 2);
+        lines.extend(summary.lines().map(|line| format!("  {line}")));
         Ok(View {
             name,
             html: identified.html(&file, decoration)?,

@@ -7,9 +7,11 @@ use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
 use super::text::{
-    Units, findings, fitted_json, fitted_lines, lack_text, nearness, parameter_lines, range_line, titled, with_error,
+    Units, fitted_json, is_refuted, lack_text, nearness, range_text, titled, with_error, write_findings,
+    write_headline, write_others, write_parameters,
 };
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page, simulation};
+use crate::lines::Lines;
 use crate::text::number;
 
 /// An identified flexible joint with its log.
@@ -41,12 +43,14 @@ impl Joint for Flexible {
         ("replay", json!(motion))
     }
 
-    fn summary(&self, motions: &[Motion]) -> Vec<String> {
-        let log = &self.log;
-        let mut lines = vec![format!("Flexible joint from {} samples of {}", log.samples(), log.name)];
-        lines.extend(axis_lines(&self.axis, "link inertia"));
-        lines.extend(motions.iter().map(|m| motion_line(m, "torque")));
-        lines.extend(findings(&self.axis.link.findings));
+    fn summary(&self, motions: &[Motion]) -> Lines {
+        let (axis, log) = (&self.axis, &self.log);
+        let mut lines = Lines::new();
+        let inertia = format!("link inertia {} kg m^2", with_error(axis.link.inertia));
+        let refuted = is_refuted(&axis.model.friction);
+        write_headline("Flexible joint", &inertia, motions, refuted, &mut lines);
+        lines.item("log", format!("{} samples of {}", log.samples(), log.name));
+        write_axis(axis, "link inertia", motions.first(), "torque", &mut lines);
         lines
     }
 
@@ -108,39 +112,40 @@ pub fn curves(axis: &FlexibleAxis) -> flexure::Result<Curves> {
     })
 }
 
-/// How near a simulated motion is to the measured one; `torque` is what the recorded drive is called.
-pub fn motion_line(motion: &Motion, torque: &str) -> String {
-    format!(
-        "  simulated under the recorded {torque}: link angle {}; link velocity fit {:.2} %",
-        nearness(motion.fit, "rad"),
-        motion.velocity_fit_percent
-    )
-}
-
-/// The results of a joint, a line each; `link` names its link's inertia.
-pub fn axis_lines(axis: &FlexibleAxis, link: &str) -> Vec<String> {
+/// The results of a joint; `link` names its link's inertia, `torque` the recorded drive of its simulated motion.
+pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torque: &str, lines: &mut Lines) {
     let units = Units::of(false);
-    let inertia = |name: &str, e: Estimated| match e.standard_error != 0.0 {
-        true => format!("  {name:<14} {} kg m^2", with_error(e)),
-        false => format!("  {name:<14} {} kg m^2  (as given)", number(e.value)),
+    let inertia = |e: Estimated| match e.standard_error != 0.0 {
+        true => format!("{} kg m^2", with_error(e)),
+        false => format!("{} kg m^2, as given", number(e.value)),
     };
-    let mut lines = vec![
-        inertia("motor inertia", axis.motor_inertia),
-        inertia(link, axis.link.inertia),
-        range_line("stiffness", &axis.stiffness.band, "rad"),
-        range_line("friction", &axis.link.friction.band, "rad/s"),
-    ];
-    for form in [&axis.model.stiffness, &axis.model.friction] {
-        lines.push(format!("  {}", titled(form)));
-        lines.extend(parameter_lines(form, &units));
+    lines.item("motor inertia", inertia(axis.motor_inertia));
+    lines.item(link, inertia(axis.link.inertia));
+    lines.item("stiffness", range_text(&axis.stiffness.band, "rad"));
+    lines.item("friction", range_text(&axis.link.friction.band, "rad/s"));
+    if let Some(motion) = motion {
+        lines.item(
+            "simulated motion",
+            format!(
+                "under the recorded {torque}: link angle {}; link velocity fit {:.2} %",
+                nearness(motion.fit, "rad"),
+                motion.velocity_fit_percent
+            ),
+        );
     }
-    lines.push(format!("    together {}", lack_text(&axis.model.friction)));
+    let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
+    lines.sentence(format!("Both forms together: {}", lack_text(friction)));
+    for form in [stiffness, friction] {
+        lines.sentence(titled(form));
+        lines.deeper(|lines| write_parameters(form, &units, lines));
+    }
     for (what, curve) in [("stiffness", &axis.stiffness), ("friction", &axis.link.friction)] {
-        lines.push(format!("  Forms of the {what}, each by itself"));
-        for (i, form) in curve.forms.iter().enumerate() {
-            let form = fitted_lines(form, &units, i == curve.best);
-            lines.extend(form.into_iter().map(|line| format!("  {line}")));
-        }
+        lines.sentence(format!("Forms of the {what}, each by itself, smallest BIC first"));
+        // The best one first.
+        let best = std::iter::once(curve.best());
+        let others = curve.forms.iter().enumerate().filter(|(i, _)| *i != curve.best);
+        let forms = best.chain(others.map(|(_, form)| form));
+        lines.deeper(|lines| write_others(forms, &units, lines));
     }
-    lines
+    write_findings(&axis.link.findings, lines);
 }

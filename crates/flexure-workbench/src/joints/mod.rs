@@ -23,6 +23,7 @@ use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use crate::Spelling;
+use crate::lines::Lines;
 use flexible::Flexible;
 use rigid::Rigid;
 use two_link::TwoLink;
@@ -71,8 +72,8 @@ pub trait Joint: Send + Sync {
     /// The simulated motions, as the field of that name.
     fn motions_json(&self, motions: &[Motion]) -> (&'static str, Value);
 
-    /// A short account for a terminal, a line each.
-    fn summary(&self, motions: &[Motion]) -> Vec<String>;
+    /// A short account, the result first.
+    fn summary(&self, motions: &[Motion]) -> Lines;
 
     /// The page that shows everything, without the command that makes it again.
     fn page(&self, motions: &[Motion]) -> JointPage;

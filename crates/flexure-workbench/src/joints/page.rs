@@ -7,7 +7,7 @@ use flexure_report::data::{
 };
 
 use super::simulation::Fit;
-use super::text::{Constant, Units, constants, lack_text, parameter_text, titled, with_error};
+use super::text::{Constant, Units, constants, lack_text, parameter_value, titled, with_error};
 use super::{Log, Motion};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, number};
@@ -189,7 +189,7 @@ fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
 
 /// Text of the terminal with the signs of a page.
 fn typeset(text: &str) -> String {
-    text.replace("+-", "±").replace("^2", "²").replace("^3", "³")
+    text.replace("^2", "²").replace("^3", "³")
 }
 
 /// What is to be known before trusting a result; that a torque is held from sample to sample is how it should be.
@@ -238,9 +238,8 @@ fn table(form: &Fitted, units: &Units) -> ParameterTable {
     }
     for parameter in &form.parameters {
         let unit = units.of_curve(parameter.unit, form.form.is_stiffness());
-        let text = parameter_text(parameter, &unit);
-        let value = text.strip_prefix(&parameter.symbol).unwrap_or(&text).trim();
-        rows.push([parameter.symbol.clone(), typeset(value)]);
+        let value = parameter_value(parameter, &unit);
+        rows.push([parameter.symbol.clone(), typeset(&value)]);
     }
     ParameterTable {
         heading: titled(form),

@@ -7,8 +7,12 @@ use serde_json::{Value, json};
 
 use super::arm_file::{self, Place};
 use super::simulation::Fit;
-use super::text::{Units, estimate, findings, fitted_json, fitted_lines, nearness, range_line, with_error};
+use super::text::{
+    Units, estimate, fitted_json, is_refuted, nearness, range_text, with_error, write_findings, write_form,
+    write_headline, write_others,
+};
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page};
+use crate::lines::Lines;
 
 /// An identified rigid axis with its log.
 pub struct Rigid {
@@ -75,35 +79,36 @@ impl Joint for Rigid {
         ("replays", each.collect())
     }
 
-    fn summary(&self, motions: &[Motion]) -> Vec<String> {
+    fn summary(&self, motions: &[Motion]) -> Lines {
         let (axis, log, units) = (&self.axis, &self.log, self.units());
-        let mut lines = vec![
-            format!("Rigid axis from {} samples of {}", log.samples(), log.name),
-            format!(
-                "  {:<12} {} {}  (beside the free friction curve)",
-                "inertia",
-                with_error(axis.inertia),
-                units.inertia()
-            ),
-        ];
+        let best = axis.friction.best();
+        let inertia = format!("{} {}", with_error(axis.inertia), units.inertia());
+        let mut lines = Lines::new();
+        write_headline(
+            "Rigid axis",
+            &format!("inertia {inertia}"),
+            motions,
+            is_refuted(best),
+            &mut lines,
+        );
+        lines.item("log", format!("{} samples of {}", log.samples(), log.name));
+        lines.item("inertia", format!("{inertia}, beside the free friction curve"));
         let velocity = format!("{}/s", units.position);
-        lines.push(range_line("friction", &axis.friction.band, &velocity));
+        lines.item("friction", range_text(&axis.friction.band, &velocity));
         for extra in &axis.extras {
             let value = with_error(estimate(extra));
-            lines.push(format!(
-                "  {:<12} {value} {}",
-                extra.symbol,
-                units.of_curve(extra.unit, true)
-            ));
-        }
-        for (i, form) in axis.friction.forms.iter().enumerate() {
-            lines.extend(fitted_lines(form, &units, i == axis.friction.best));
+            lines.item(&extra.symbol, format!("{value} {}", units.of_curve(extra.unit, true)));
         }
         for motion in motions {
             let near = nearness(motion.fit, units.position);
-            lines.push(format!("  simulated {}: {near}", motion.drive));
+            lines.item("simulated motion", format!("{}: {near}", motion.drive));
         }
-        lines.extend(findings(&axis.findings));
+        write_form(best, &units, &mut lines);
+        lines.sentence("Other forms of the friction");
+        let forms = axis.friction.forms.iter().enumerate();
+        let others = forms.filter(|(i, _)| *i != axis.friction.best).map(|(_, form)| form);
+        lines.deeper(|lines| write_others(others, &units, lines));
+        write_findings(&axis.findings, &mut lines);
         lines
     }
 

@@ -2,9 +2,11 @@
 
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{Estimated, Finding, Fitted, Parameter, REFUTED, TwoLinkArm};
+use flexure::text::{p_value, percent};
 use serde_json::{Value, json};
 
-use super::simulation::Fit;
+use super::simulation::{Fit, Motion};
+use crate::lines::{Lines, Tone, unbroken};
 use crate::text::{capitalised, number};
 
 /// The units of a joint's quantities.
@@ -50,11 +52,11 @@ impl Units {
     }
 }
 
-/// A value with its standard error.
+/// A value with its standard error, to the same decimal place.
 pub fn with_error(estimated: Estimated) -> String {
     let Estimated { value, standard_error } = estimated;
     match standard_error.is_finite() {
-        true => format!("{} +- {}", number(value), number(standard_error)),
+        true => flexure::text::with_error(value, standard_error),
         false => format!("{} (no standard error: see the notes)", number(value)),
     }
 }
@@ -67,12 +69,15 @@ pub fn estimate(parameter: &Parameter) -> Estimated {
     }
 }
 
-/// A parameter for reading.
+/// A parameter for reading, its symbol first.
 pub fn parameter_text(parameter: &Parameter, unit: &str) -> String {
-    let name = format!("{:<6}", parameter.symbol);
+    format!("{} {}", parameter.symbol, parameter_value(parameter, unit))
+}
+
+/// The value of a parameter for reading, or what is known of it.
+pub fn parameter_value(parameter: &Parameter, unit: &str) -> String {
     if parameter.identifiable {
-        let value = with_error(estimate(parameter));
-        return format!("{name} {value} {unit}");
+        return format!("{} {unit}", with_error(estimate(parameter)));
     }
     let [low, high] = parameter.range;
     let range = match (low.is_finite(), high.is_finite()) {
@@ -82,7 +87,7 @@ pub fn parameter_text(parameter: &Parameter, unit: &str) -> String {
         (false, false) if parameter.standard_error.is_finite() => "the data support any value".to_owned(),
         (false, false) => format!("the best fit has {} {unit}", number(parameter.value)),
     };
-    format!("{name} not identifiable: {}; {range}", parameter.remark)
+    format!("not identifiable: {}; {range}", parameter.remark)
 }
 
 /// The title of a form, with a capital letter at the start.
@@ -90,45 +95,69 @@ pub fn titled(form: &Fitted) -> String {
     capitalised(form.form.title())
 }
 
-/// A form for reading, a line a parameter.
-pub fn fitted_lines(form: &Fitted, units: &Units, best: bool) -> Vec<String> {
-    let mut title = titled(form);
-    if best {
-        title.push_str("  [smallest BIC]");
-    }
-    let mut lines = vec![format!("  {title}")];
-    if form.inertia.value.is_finite() {
-        let inertia = with_error(form.inertia);
-        lines.push(format!("    {:<6} {inertia} {}", "M", units.inertia()));
-    }
-    lines.extend(parameter_lines(form, units));
-    lines.push(format!("    {}", lack_text(form)));
-    lines
+/// The best form for reading: how near it is to the free curve, then an item a parameter.
+pub fn write_form(form: &Fitted, units: &Units, lines: &mut Lines) {
+    lines.sentence(format!("{}, smallest BIC: {}", titled(form), lack_text(form)));
+    lines.deeper(|lines| {
+        if form.inertia.value.is_finite() {
+            lines.item("M", format!("{} {}", with_error(form.inertia), units.inertia()));
+        }
+        write_parameters(form, units, lines);
+    });
 }
 
-/// The parameters of a form for reading, a line each.
-pub fn parameter_lines(form: &Fitted, units: &Units) -> Vec<String> {
+/// The parameters of a form, an item each; those of which the same is known in one.
+pub fn write_parameters(form: &Fitted, units: &Units, lines: &mut Lines) {
     let unit = |p: &Parameter| units.of_curve(p.unit, form.form.is_stiffness());
-    let lines = form
-        .parameters
-        .iter()
-        .map(|p| format!("    {}", parameter_text(p, &unit(p))));
-    lines.collect()
+    let mut items: Vec<(Vec<&str>, String)> = Vec::new();
+    // First what the data determine.
+    let (known, unknown): (Vec<_>, Vec<_>) = form.parameters.iter().partition(|p| p.identifiable);
+    for p in known.into_iter().chain(unknown) {
+        let text = parameter_value(p, &unit(p));
+        match items.iter_mut().find(|(_, other)| !p.identifiable && *other == text) {
+            Some((symbols, _)) => symbols.push(&p.symbol),
+            None => items.push((vec![&p.symbol], text)),
+        }
+    }
+    for (symbols, text) in items {
+        lines.item(&symbols.join(", "), text);
+    }
 }
 
-/// The test of a form against the free curve, for reading.
+/// The other forms that were tried: how near each is to the free curve, and its parameters in a row.
+pub fn write_others<'a>(forms: impl Iterator<Item = &'a Fitted>, units: &Units, lines: &mut Lines) {
+    for form in forms {
+        lines.sentence(format!("{}: {}", titled(form), lack_text(form)));
+        let inertia = form.inertia;
+        let mass = inertia.value.is_finite();
+        let mass = mass.then(|| format!("M = {} {}", with_error(inertia), units.inertia()));
+        let parameters = form.parameters.iter().map(|p| match p.identifiable {
+            true => {
+                let unit = units.of_curve(p.unit, form.form.is_stiffness());
+                format!("{} = {} {unit}", p.symbol, with_error(estimate(p)))
+            }
+            false => format!("{} not identifiable", p.symbol),
+        });
+        let each = mass.into_iter().chain(parameters);
+        let each: Vec<String> = each.map(|text| unbroken(&text)).collect();
+        lines.deeper(|lines| lines.sentence(each.join(", ")));
+    }
+}
+
+/// The distance of a form from the free curve, then its test.
 pub fn lack_text(form: &Fitted) -> String {
     let lack = form.lack_of_fit;
-    let verdict = match lack.p_value < REFUTED {
-        true => "refuted by",
-        false => "agrees with",
-    };
-    format!(
-        "{verdict} the free curve (F = {}, p = {}), {:.2} % from it",
-        number(lack.statistic),
-        number(lack.p_value),
-        100.0 * lack.distance
-    )
+    let distance = percent(lack.distance);
+    let p = unbroken(&p_value(lack.p_value));
+    match is_refuted(form) {
+        true => format!("{distance} from the free curve, refuted ({p})"),
+        false => format!("{distance} from the free curve, not refuted ({p})"),
+    }
+}
+
+/// Whether the free curve refutes a form.
+pub fn is_refuted(form: &Fitted) -> bool {
+    form.lack_of_fit.p_value < REFUTED
 }
 
 /// A form as JSON.
@@ -156,13 +185,33 @@ pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
 }
 
 /// Over what a free curve was seen.
-pub fn range_line(what: &str, band: &Band, unit: &str) -> String {
+pub fn range_text(band: &Band, unit: &str) -> String {
     let x = &band.x[0];
     format!(
-        "  {what:<14} seen from {} to {} {unit}; beyond, these data say nothing",
+        "seen from {} to {} {unit}; beyond, these data say nothing",
         number(x[0]),
         number(x[x.len() - 1])
     )
+}
+
+/// The headline of an identified joint or arm: `what` it is, its `inertia`, and how near its simulated motions are.
+pub fn write_headline(what: &str, inertia: &str, motions: &[Motion], refuted: bool, lines: &mut Lines) {
+    let fits: Vec<f64> = motions.iter().map(|m| m.fit.percent).collect();
+    let runs_away = fits.iter().any(|&fit| !(fit > RUN_AWAY));
+    let simulated = match fits[..] {
+        [] => String::new(),
+        _ if runs_away => "; its simulated motion runs away".to_owned(),
+        _ => {
+            let each: Vec<String> = fits.iter().map(|fit| format!("{fit:.2} %")).collect();
+            format!("; its simulated motion fits by {}", each.join(" and "))
+        }
+    };
+    let tone = match (runs_away, refuted) {
+        (true, _) => Tone::Bad,
+        (false, true) => Tone::Caution,
+        (false, false) => Tone::Good,
+    };
+    lines.headline(tone, format!("{what}: {inertia}{simulated}"));
 }
 
 /// A fit below this, in percent, is that of a motion that has run away.
@@ -177,9 +226,11 @@ pub fn nearness(fit: Fit, unit: &str) -> String {
     }
 }
 
-/// What to know before trusting a result, a line each.
-pub fn findings(findings: &[Finding]) -> Vec<String> {
-    findings.iter().map(|f| format!("  note: {f}")).collect()
+/// What to know before trusting a result, an item each.
+pub fn write_findings(findings: &[Finding], lines: &mut Lines) {
+    for finding in findings {
+        lines.note(finding);
+    }
 }
 
 /// A constant of the links of an arm.

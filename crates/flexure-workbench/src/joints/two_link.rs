@@ -6,9 +6,10 @@ use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
-use super::flexible::{axis_json, axis_lines, curves, motion_line};
-use super::text::{Constant, constants, findings, with_error};
+use super::flexible::{axis_json, curves, write_axis};
+use super::text::{Constant, constants, is_refuted, with_error, write_headline};
 use super::{Curves, Joint, Log, Motion, page, simulation};
+use crate::lines::Lines;
 
 /// An identified two-link arm with its log.
 pub struct TwoLink {
@@ -55,18 +56,19 @@ impl Joint for TwoLink {
         ("replay", json!(both))
     }
 
-    fn summary(&self, motions: &[Motion]) -> Vec<String> {
+    fn summary(&self, motions: &[Motion]) -> Lines {
         let log = &self.log;
-        let mut lines = vec![format!("Two-link arm from {} samples of {}", log.samples(), log.name)];
+        let mut lines = Lines::new();
+        let elbow = format!("elbow's inertia {} kg m^2", with_error(self.arm.elbow));
+        let refuted = self.arm.joints.iter().any(|axis| is_refuted(&axis.model.friction));
+        write_headline("Two-link arm", &elbow, motions, refuted, &mut lines);
+        lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         for Constant { name, formula, value } in constants(&self.arm) {
-            let value = with_error(value);
-            lines.push(format!("  {name:<14} {value} kg m^2  ({formula})"));
+            lines.item(name, format!("{} kg m^2, {formula}", with_error(value)));
         }
         for (i, axis) in self.arm.joints.iter().enumerate() {
-            lines.push(format!("Joint {}", i + 1));
-            lines.extend(axis_lines(axis, "M at q2 = 0"));
-            lines.extend(motions.get(i).map(|m| motion_line(m, "torques")));
-            lines.extend(findings(&axis.link.findings));
+            lines.sentence(format!("Joint {}", i + 1));
+            lines.deeper(|lines| write_axis(axis, "M at q2 = 0", motions.get(i), "torques", lines));
         }
         lines
     }

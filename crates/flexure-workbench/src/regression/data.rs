@@ -5,6 +5,7 @@ use flexure::error::DataError;
 use flexure::record::SIZES;
 use flexure_io::RecordFile;
 
+use crate::labels::Labels;
 use crate::plots::extent;
 
 /// Points of the curve along each column, by the number of columns.
@@ -33,6 +34,8 @@ pub struct RegressionData<'a> {
     pub y: &'a [f64],
     /// The weights, if there are any.
     pub weights: Option<&'a [f64]>,
+    /// The columns' units.
+    pub labels: Labels,
     /// Whether rows are repeated on purpose, in place of weights.
     pub repeated: bool,
 }
@@ -59,6 +62,7 @@ impl<'a> RegressionData<'a> {
             x,
             y,
             weights,
+            labels: Labels::new(file),
             repeated: false,
         };
         data.check_variation(file)?;
@@ -78,6 +82,7 @@ impl<'a> RegressionData<'a> {
             x,
             y,
             weights,
+            labels: Labels::default(),
             repeated: false,
         }
     }

@@ -7,7 +7,7 @@ use flexure_report::data::{Choice, Fact, Nonlinearity, RegressionPage, Regressio
 use super::text::{FELL_BACK, fell_back, local_range, local_rule, places, predicted_by, why};
 use super::{BandDescription, Evaluation, Regression, RegressionData, Report};
 use crate::plots::median;
-use crate::systems::{labelled, score_curve};
+use crate::systems::score_curve;
 use crate::text::{capitalised, kernel_text, list, number, percent};
 
 /// Points of the curve.
@@ -124,8 +124,8 @@ fn curve(at: &Evaluation, along: usize, data: &RegressionData) -> Nonlinearity {
     let band = at.band.as_ref();
     let edge = |values: &[f64]| if band.is_some() { values.to_vec() } else { Vec::new() };
     Nonlinearity {
-        x_label: labelled(&data.names.x[along]),
-        y_label: labelled(&data.names.y),
+        x_label: data.labels.of(&data.names.x[along]),
+        y_label: data.labels.of(&data.names.y),
         x: at.x[along].clone(),
         y: at.y.clone(),
         lower: edge(&at.lower),
@@ -142,9 +142,9 @@ fn surface(report: &Report) -> flexure::Result<Surface> {
     let up: Vec<f64> = y.iter().flat_map(|&v| std::iter::repeat_n(v, SURFACE)).collect();
     let of = |column: usize| -> Vec<f64> { rows.iter().map(|&i| data.x[column][i]).collect() };
     Ok(Surface {
-        x_label: labelled(&data.names.x[0]),
-        y_label: labelled(&data.names.x[1]),
-        z_label: labelled(&data.names.y),
+        x_label: data.labels.of(&data.names.x[0]),
+        y_label: data.labels.of(&data.names.x[1]),
+        z_label: data.labels.of(&data.names.y),
         z: report.regression.fit.regression.predict(&[&across, &up])?,
         x,
         y,
@@ -201,11 +201,11 @@ fn slices(report: &Report) -> flexure::Result<Slices> {
 
 fn residuals(report: &Report) -> RegressionResiduals {
     let (data, diagnosis) = (report.data, &report.diagnosis);
-    let y_label = labelled(&data.names.y);
+    let y_label = data.labels.of(&data.names.y);
     // Over x where there is one, else over the estimate.
     let (x_label, x): (String, Vec<f64>) = match data.x.as_slice() {
         [x] => (
-            labelled(&data.names.x[0]),
+            data.labels.of(&data.names.x[0]),
             diagnosis.rows.iter().map(|&i| x[i]).collect(),
         ),
         _ => (format!("estimate of {y_label}"), diagnosis.fitted.clone()),

@@ -2,12 +2,14 @@
 
 use flexure::identify::result::Values;
 use flexure::nonlinearity::{LocalWindow, Side, Tuning};
+use flexure::text::nearly_all;
 use serde_json::{Value, json};
 
 use super::text::{FELL_BACK, fell_back, judged, local_range, local_rule, places, why};
 use super::warnings::Subject;
 use super::{BandOptions, Diagnosis, Evaluation, Regression, RegressionData, Validation};
 use crate::Spelling;
+use crate::lines::{Lines, Tone};
 use crate::text::{capitalised, kernel_text, list, number, percent};
 
 /// A regression, and what a reader needs to judge it.
@@ -121,55 +123,60 @@ impl<'a> Report<'a> {
         })
     }
 
-    /// A short account for a terminal.
-    pub fn summary(&self) -> String {
+    /// A short account, the result first.
+    pub fn summary(&self) -> Lines {
         let Regression { estimator, fit } = &self.regression;
         let names = &self.data.names;
-        let kernel = kernel_text(fit.name, estimator.kernel, ", ", "");
-        let mut lines = vec![
+        let r_squared = self.validation.r_squared;
+        let explains = match r_squared.is_finite() {
+            true if r_squared > 0.0 => format!(", explains {} of its variance", nearly_all(r_squared)),
+            true => ", explains none of its variance".to_owned(),
+            false => String::new(),
+        };
+        let tone = match r_squared > 0.0 {
+            true => Tone::Good,
+            false => Tone::Caution,
+        };
+        let mut lines = Lines::new();
+        lines.headline(
+            tone,
             format!(
-                "{} of '{}' on '{}'{kernel}",
+                "{} of '{}' on '{}'{explains}",
                 capitalised(fit.name.title()),
                 names.y,
                 names.x.join("', '")
             ),
-            format!(
-                "  {:<19} {}  ({})",
-                fit.name.parameter(),
-                list(&fit.parameter),
-                why(&self.regression)
-            ),
-        ];
+        );
+        let kernel = kernel_text(fit.name, estimator.kernel, ", ", "");
+        lines.item(
+            fit.name.parameter(),
+            format!("{}{kernel}  ({})", list(&fit.parameter), why(&self.regression)),
+        );
         if let Some(local) = &fit.local {
             let jumps = match local.jumps.as_slice() {
                 [] => String::new(),
                 _ => format!("; jumps at {}", places(local)),
             };
-            lines.push(format!(
-                "  local bandwidths    {}{jumps}  ({})",
-                local_range(local),
-                local_rule(local).why
-            ));
+            let text = format!("{}{jumps}  ({})", local_range(local), local_rule(local).why);
+            lines.item("local bandwidths", text);
         } else if fell_back(&self.regression) {
-            lines.push(format!("  local bandwidths    {FELL_BACK}"));
+            lines.item("local bandwidths", FELL_BACK);
         }
-        lines.extend([
-            format!("  R squared           {}", judged(&self.validation, &self.diagnosis)),
+        lines.item("R squared", judged(&self.validation, &self.diagnosis));
+        lines.item(
+            "residuals",
             format!(
-                "  residuals           standard deviation {}, {} rows",
+                "standard deviation {}, {} rows",
                 number(self.validation.residual_sd),
                 self.diagnosis.rows.len()
             ),
-        ]);
+        );
         if let Some(band) = &self.evaluation.band {
-            lines.push(format!(
-                "  band                {} %, {}{}",
-                percent(band.level),
-                band.kind,
-                band.of
-            ));
+            lines.item("band", format!("{} %, {}{}", percent(band.level), band.kind, band.of));
         }
-        lines.extend(self.warnings.iter().map(|w| format!("  warning: {w}")));
-        lines.join("\n")
+        for warning in &self.warnings {
+            lines.warning(warning);
+        }
+        lines
     }
 }

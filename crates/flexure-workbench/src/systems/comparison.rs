@@ -6,6 +6,8 @@ use flexure::text::number;
 use flexure_report::data::{Page, Table};
 use serde_json::{Value, json};
 
+use crate::lines::{Lines, Tone};
+
 /// The answer, in short.
 fn answer(comparison: &StructureComparison) -> &'static str {
     comparison
@@ -58,21 +60,26 @@ pub fn json(comparison: &StructureComparison) -> Value {
     })
 }
 
-/// The comparison for a terminal; `columns` says from which columns to which.
-pub fn lines(comparison: &StructureComparison, columns: &str) -> Vec<String> {
-    let mut lines = vec![
-        format!("Structure {columns}: {}", answer(comparison)),
-        format!("  {:<20} {:>10} {:>11} {:>11}", "", "fit", "RMS error", "parameters"),
-    ];
-    lines.extend(comparison.candidates.iter().map(|c| {
+/// The comparison for reading; `columns` says from which columns to which.
+pub fn write(comparison: &StructureComparison, columns: &str, lines: &mut Lines) {
+    let tone = match comparison.supported {
+        Some(_) => Tone::Good,
+        None => Tone::Caution,
+    };
+    lines.headline(tone, format!("Structure {columns}: {}", answer(comparison)));
+    lines.row(format!(
+        "{:<20} {:>10} {:>11} {:>11}",
+        "", "fit", "RMS error", "parameters"
+    ));
+    for c in &comparison.candidates {
         let refuted = if c.refuted_by.is_empty() { "" } else { "  refuted" };
         let (fit, rms) = (format!("{:.2} %", c.fit_percent), number(c.rms));
         let name = c.structure.title;
-        format!("  {name:<20} {fit:>10} {rms:>11} {:>11}{refuted}", c.parameters)
-    }));
-    let sentences = comparison.reasons.iter().cloned().chain(reservation(comparison));
-    lines.extend(sentences.map(|s| format!("  {s}")));
-    lines
+        lines.row(format!("{name:<20} {fit:>10} {rms:>11} {:>11}{refuted}", c.parameters));
+    }
+    for sentence in comparison.reasons.iter().cloned().chain(reservation(comparison)) {
+        lines.sentence(sentence);
+    }
 }
 
 /// Puts the comparison onto the page of the chosen structure.

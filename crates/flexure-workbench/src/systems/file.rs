@@ -14,7 +14,7 @@ impl Identified {
         ModelFile {
             flexure: ModelFile::CURRENT.to_owned(),
             structure: result.structure.key.to_owned(),
-            method: result.method.to_owned(),
+            method: result.method.clone().into_owned(),
             inputs: result.inputs.clone(),
             output: result.output.clone(),
             sample_time: self.sample_time,
@@ -26,6 +26,7 @@ impl Identified {
             settling: Some(result.model.settling(SETTLED)),
             noise_model: result.noise_model.clone(),
             estimated: result.verdict.estimated,
+            records: self.records.clone(),
             identification: findings(self, |detail| detail.saved),
         }
     }
@@ -43,7 +44,8 @@ fn label(block: &NamedBlock) -> BlockLabel {
     let curve = block.curve();
     let errors = block.linear().and_then(|linear| linear.errors.as_ref());
     BlockLabel {
-        role: block.role.to_owned(),
+        role: block.role.clone().into_owned(),
+        title: block.title.clone().into_owned(),
         breakpoints: curve.map_or_else(Vec::new, |c| c.breakpoints.clone()),
         kinks: curve.map_or_else(Vec::new, |c| c.kinks.clone()),
         b_errors: errors.map(|e| e.b.clone()),

@@ -44,6 +44,7 @@ pub fn findings(identified: &Identified, kept: fn(&Detail) -> bool) -> Value {
         "samples_fitted": result.fitted,
         "samples_fresh": verdict.measures.samples,
         "holds": verdict.holds(),
+        "misfit": verdict.misfit(),
         "verdict": verdict.text(),
         "residual_tests": tests(verdict),
         "warnings": result.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
@@ -73,11 +74,11 @@ fn branch(path: &Path) -> Value {
 }
 
 /// A block under its role; a model without blocks by its own names.
-fn block(block: &NamedBlock) -> Vec<(&'static str, Value)> {
+fn block(block: &NamedBlock) -> Vec<(&str, Value)> {
     match &block.kind {
-        BlockKind::Static(own) => vec![(block.role, curve(own))],
-        BlockKind::Linear(own) => vec![(block.role, linear(own))],
-        BlockKind::Surface(own) => vec![(block.role, json!(own))],
+        BlockKind::Static(own) => vec![(&*block.role, curve(own))],
+        BlockKind::Linear(own) => vec![(&*block.role, linear(own))],
+        BlockKind::Surface(own) => vec![(&*block.role, json!(own))],
         BlockKind::Narx(model) => narx(model),
         BlockKind::Volterra(model) => volterra(model),
     }
@@ -151,6 +152,8 @@ pub fn tests(verdict: &Verdict) -> Value {
                 "degrees_of_freedom": t.degrees,
                 "limit": t.limit,
                 "p_value": t.p_value,
+                "level": t.level,
+                "effect": t.effect,
                 "passed": t.passed(),
                 "refutes": t.kind.refutes(),
             })

@@ -1,20 +1,24 @@
 //! What `flexure identify`, `predict` and `validate` do between reading and writing, with a record in memory.
 
+mod again;
 mod columns;
+mod compare;
 mod comparison;
 mod file;
 mod form;
 mod json;
 mod page;
 mod periods;
+mod poles;
 mod prediction;
 mod summary;
 mod task;
 mod validation;
 
 pub use columns::SystemColumns;
+pub use compare::{Compared, Contender};
 pub use form::form;
-pub use page::{Decoration, Truth, arm_motion, labelled, score_curve};
+pub use page::{Decoration, Truth, arm_motion, score_curve};
 pub use periods::{Periodic, period};
 pub use prediction::{Ahead, FreeRun, Outside, Start, columns, predict, simulate};
 pub use task::{Identified, Task, check};

@@ -7,6 +7,7 @@ use flexure_io::RecordFile;
 use flexure_report::data::Approximation;
 use serde_json::{Value, json};
 
+use crate::lines::Lines;
 use crate::plots::unwrapped;
 use crate::text::number;
 
@@ -118,21 +119,22 @@ impl Periodic {
         }
     }
 
-    /// For a terminal.
-    pub fn lines(&self) -> Vec<String> {
+    /// For reading.
+    pub fn write(&self, lines: &mut Lines) {
         let frequency = &self.best.frequency;
         let ends = [frequency.first(), frequency.last()].map(|f| number(self.frequency(f.copied().unwrap_or(0.0))));
-        vec![
+        lines.item(
+            "best linear approximation",
             format!(
-                "  best linear approximation   {} lines from {} to {} {}, {}",
+                "{} lines from {} to {} {}, {}: {}",
                 frequency.len(),
                 ends[0],
                 ends[1],
                 self.unit(),
-                self.measured()
+                self.measured(),
+                self.levels()
             ),
-            format!("    {}", self.levels()),
-        ]
+        );
     }
 
     fn unit(&self) -> &'static str {

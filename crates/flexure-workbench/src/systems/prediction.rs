@@ -277,6 +277,11 @@ impl Outside {
 
     /// What the user should know about it.
     pub fn warning(&self) -> Option<String> {
+        self.remark().map(|remark| format!("warning: {remark}"))
+    }
+
+    /// How many samples lie outside, and what happens there.
+    pub fn remark(&self) -> Option<String> {
         let there = if self.held {
             "held at its end value"
         } else {
@@ -290,7 +295,7 @@ impl Outside {
         };
         (self.samples > 0).then(|| {
             format!(
-                "warning: {} {which} outside the range in which the nonlinearity was identified; there it is {there}",
+                "{} {which} outside the range in which the nonlinearity was identified; there it is {there}",
                 self.samples
             )
         })

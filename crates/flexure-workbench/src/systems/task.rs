@@ -4,11 +4,13 @@ use std::ops::ControlFlow;
 
 use anyhow::Result;
 use flexure::Record;
-use flexure::identify::{HammersteinMethod, Identification, Options, Request, Structure};
-use flexure_io::RecordFile;
+use flexure::identify::{HammersteinMethod, Identification, Options, Request, Structure, Warning};
+use flexure::look::integrated_output;
+use flexure_io::{RecordFile, RecordMark};
 
 use super::columns::SystemColumns;
 use super::periods::Periodic;
+use crate::labels::Labels;
 
 /// What is to be identified, with the choices that were given.
 #[derive(Clone)]
@@ -25,6 +27,12 @@ pub struct Identified {
     pub result: Identification,
     /// The sample time of its record in s, where it is known.
     pub sample_time: Option<f64>,
+    /// Whether its record is another one than it was identified from: then all samples behind the first are judged, and none was fitted.
+    pub is_other_record: bool,
+    /// The units of its record's columns.
+    pub labels: Labels,
+    /// The records that it was identified from, one an experiment.
+    pub records: Vec<RecordMark>,
     /// The best linear approximation of a periodic record, which is reported beside the model.
     pub periodic: Option<Periodic>,
 }
@@ -67,12 +75,33 @@ impl Task {
         };
         let request = Request::new(&records, inputs, output, self.options.clone());
         let result = self.structure.identify_with(&request, &mut |name| stage(name));
+        let mut result = result.map_err(|error| file.locate(error))?;
+        let integrated = integrated(records[0], inputs, output);
+        result.warnings.splice(0..0, integrated);
+        let columns = [inputs, &[output]].concat();
+        let marks = records
+            .iter()
+            .map(|record| RecordMark::new(&file.name(), record, &columns));
         Ok(Identified {
-            result: result.map_err(|error| file.locate(error))?,
+            result,
             sample_time,
+            is_other_record: false,
+            labels: Labels::new(file),
+            records: marks.collect::<flexure::Result<_>>()?,
             periodic: None,
         })
     }
+}
+
+/// A warning for an output that integrates an input; it is the first one, as it says why all others were to be expected.
+fn integrated(record: &Record, inputs: &[&str], output: &str) -> Option<Warning> {
+    let y = record.column(output).ok()?;
+    let integrates = |input: &&&str| record.column(input).is_ok_and(|u| integrated_output(u, y).is_some());
+    let input = inputs.iter().find(integrates)?;
+    Some(Warning::IntegratedOutput {
+        input: (*input).to_owned(),
+        output: output.to_owned(),
+    })
 }
 
 /// The records of experiments that follow each other.

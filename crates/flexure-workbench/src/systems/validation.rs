@@ -6,20 +6,25 @@ use flexure::identify::Verdict;
 use flexure_io::{ModelFile, RecordFile};
 use serde_json::{Value, json};
 
+use crate::lines::{Lines, Tone};
 use crate::named::Named;
 use crate::plots::extent;
 use crate::systems::SETTLED;
 use crate::systems::columns::SystemColumns;
 use crate::systems::json::tests;
 use crate::systems::prediction::{self, FreeRun, Outside, Start};
+use crate::systems::summary;
 use crate::text::number;
+use flexure::text::p_value;
 
 /// What a model says about a record that was not used for its fit.
 pub struct Judged {
     /// The verdict on the samples after those that are skipped.
     pub verdict: Verdict,
-    skip: usize,
-    free: FreeRun,
+    /// The samples at the start that do not count.
+    pub skip: usize,
+    /// The model's run.
+    pub free: FreeRun,
     outside: Outside,
 }
 
@@ -37,8 +42,8 @@ impl Judged {
         initial_state: Option<Start>,
     ) -> Result<Self> {
         let (u, y) = (prediction::columns(file, inputs)?, file.finite(output)?);
-        let settling = model.settling.unwrap_or_else(|| model.block.settling(SETTLED));
-        let skip = skip.unwrap_or_else(|| settling.min(y.len() / 10));
+        let settling = settling(model);
+        let skip = skip.unwrap_or_else(|| usual_skip(model, y.len()));
         if skip >= y.len() {
             bail!(
                 "{}: leaving out the first {skip} of {} samples leaves nothing to compare",
@@ -79,6 +84,7 @@ impl Judged {
             "initial_state": self.free.start().name(),
             "initial_state_samples": self.free.estimated_from,
             "holds": verdict.holds(),
+            "misfit": verdict.misfit(),
             "verdict": verdict.text(),
             "residual_tests": tests(verdict),
             "samples_outside_range": self.outside.samples,
@@ -86,32 +92,64 @@ impl Judged {
     }
 
     /// The text that `validate` prints.
-    pub fn summary(&self) -> String {
-        let measures = &self.verdict.measures;
-        let mut lines = vec![
+    pub fn summary(&self) -> Lines {
+        let (verdict, measures) = (&self.verdict, &self.verdict.measures);
+        let mut lines = Lines::new();
+        lines.headline(
+            summary::tone(verdict),
             format!(
-                "fit {:.2} %, RMS error {}, {} samples compared, the first {} skipped",
+                "Fit {:.2} % on this record, {}",
                 measures.fit_percent,
+                verdict.in_short()
+            ),
+        );
+        lines.sentence(verdict.text());
+        lines.item(
+            "RMS error",
+            format!(
+                "{} over {} samples, the first {} skipped",
                 number(measures.rms),
                 measures.samples,
                 self.skip
             ),
-            format!("free run {}", self.free.description()),
-        ];
-        for test in self.verdict.residuals.iter().flat_map(|r| &r.tests) {
-            lines.push(format!(
-                "  {:<62} {} (statistic {:.1}, limit {:.1}, p = {:.2e})",
-                test.kind.name(),
-                if test.passed() { "passed" } else { "FAILED" },
-                test.statistic,
-                test.limit,
-                test.p_value
-            ));
+        );
+        lines.item("free run", self.free.description());
+        for test in verdict.residuals.iter().flat_map(|r| &r.tests) {
+            let p = p_value(test.p_value);
+            match (test.passed(), test.kind.refutes()) {
+                (true, _) => lines.marked(Tone::Good, "passed", format!("{} ({p})", test.kind.name())),
+                (false, true) => lines.marked(
+                    Tone::Bad,
+                    "FAILED",
+                    format!("{} ({p}): {}", test.kind.name(), test.finding()),
+                ),
+                (false, false) => lines.marked(
+                    Tone::Caution,
+                    "not white",
+                    format!(
+                        "{} ({p}): {}, which does not refute the model",
+                        test.kind.name(),
+                        test.finding()
+                    ),
+                ),
+            }
         }
-        lines.push(self.verdict.text());
-        lines.extend(self.outside.warning());
-        lines.join("\n")
+        if let Some(warning) = self.outside.remark() {
+            lines.warning(warning);
+        }
+        lines
     }
+}
+
+/// The samples that a model takes to settle.
+fn settling(model: &ModelFile) -> usize {
+    model.settling.unwrap_or_else(|| model.block.settling(SETTLED))
+}
+
+/// The samples at the start of a record of so many that do not count unless the user says otherwise: those that the model takes to
+/// settle, at most a tenth.
+pub(super) fn usual_skip(model: &ModelFile, samples: usize) -> usize {
+    settling(model).min(samples / 10)
 }
 
 /// Whether samples vary by no more than rounding: then no test can find anything in them.

@@ -8,7 +8,7 @@ use flexure::linear::{Complex, TransferFunction};
 use flexure::text::{capitalised, number};
 use flexure_report::data::{LinearPart, Nonlinearity, Scatter, Surface, Table, TitledCurve, TitledSurface};
 
-use super::labelled;
+use crate::labels::Labels;
 use crate::plots::{evenly, median, unwrapped};
 use crate::systems::SETTLED;
 use crate::systems::json::parts;
@@ -44,6 +44,11 @@ pub(super) struct Drawn {
 /// Draws all blocks; the first nonlinearity has the page's main picture.
 pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
     let result = &identified.result;
+    // The data whose density is drawn behind the curves.
+    let shown = match identified.is_other_record {
+        true => record.len(),
+        false => result.fitted,
+    };
     let mut drawn = Drawn::default();
     let mut curves = Vec::new();
     for (i, path) in result.paths.iter().enumerate() {
@@ -58,13 +63,13 @@ pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
         for (k, block) in path.blocks.iter().enumerate() {
             let title = match result.is_sum {
                 true => prefix.clone() + &block.title.to_lowercase(),
-                false => block.title.to_owned(),
+                false => block.title.clone().into_owned(),
             };
             match &block.kind {
                 BlockKind::Static(_) if block.between_samples => {}
                 BlockKind::Static(own) => {
-                    let labels = [behind(path, k), leaving(result, path, k)];
-                    let curve = curve(own, labels, &entering[..result.fitted]);
+                    let labels = [behind(&identified.labels, path, k), leaving(identified, path, k)];
+                    let curve = curve(own, labels, &entering[..shown]);
                     curves.push(TitledCurve { title, curve });
                     entering = entering.iter().map(|&u| own.curve.value(u)).collect();
                 }
@@ -73,9 +78,9 @@ pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
                     entering = own.system.simulate_from_mean(&entering);
                 }
                 BlockKind::Surface(surface) => {
-                    let fitted: Vec<&[f64]> = inputs.iter().map(|u| &u[..result.fitted]).collect();
-                    let sections = Sections::new(surface, &path.inputs, &fitted);
-                    drawn.surface = Some(sections.picture(block.title));
+                    let fitted: Vec<&[f64]> = inputs.iter().map(|u| &u[..shown]).collect();
+                    let sections = Sections::new(surface, &identified.labels, &path.inputs, &fitted);
+                    drawn.surface = Some(sections.picture(&block.title));
                     drawn
                         .curves
                         .extend((0..inputs.len()).map(|along| sections.along(along)));
@@ -84,7 +89,7 @@ pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
                 BlockKind::Narx(model) => drawn.tables.push(terms(result, model)),
                 BlockKind::Volterra(model) => {
                     drawn.linear.extend(first_kernel(model, identified.sample_time)?);
-                    drawn.surface = second_kernel(result, model);
+                    drawn.surface = second_kernel(identified, model);
                 }
             }
         }
@@ -96,18 +101,19 @@ pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
 }
 
 /// The name of what enters the block of this index.
-fn behind(path: &Path, index: usize) -> String {
+fn behind(labels: &Labels, path: &Path, index: usize) -> String {
     match index.checked_sub(1).and_then(|i| path.blocks.get(i)) {
-        None => labelled(&path.inputs.join(", ")),
+        None => labels.of_all(&path.inputs),
         Some(before) => format!("intermediate signal, behind the {}", before.title.to_lowercase()),
     }
 }
 
 /// The name of what leaves the block of this index.
-fn leaving(result: &Identification, path: &Path, index: usize) -> String {
+fn leaving(identified: &Identified, path: &Path, index: usize) -> String {
+    let result = &identified.result;
     let is_last = path.main().count() == index + 1;
     match is_last && !result.is_sum && result.output_offset == 0.0 {
-        true => labelled(&result.output),
+        true => identified.labels.of(&result.output),
         false => "output of the nonlinearity".to_owned(),
     }
 }
@@ -183,16 +189,23 @@ fn linear_part(title: &str, system: &TransferFunction, shown: Option<usize>, sam
 /// A surface and the places of the other inputs in sections through it: their medians.
 struct Sections<'a> {
     surface: &'a flexure::nonlinearity::Surface,
+    labels: &'a Labels,
     names: &'a [String],
     inputs: &'a [&'a [f64]],
     middle: Vec<f64>,
 }
 
 impl<'a> Sections<'a> {
-    fn new(surface: &'a flexure::nonlinearity::Surface, names: &'a [String], inputs: &'a [&'a [f64]]) -> Self {
+    fn new(
+        surface: &'a flexure::nonlinearity::Surface,
+        labels: &'a Labels,
+        names: &'a [String],
+        inputs: &'a [&'a [f64]],
+    ) -> Self {
         let middle = inputs.iter().map(|u| median(u.iter().copied())).collect();
         Sections {
             surface,
+            labels,
             names,
             inputs,
             middle,
@@ -231,8 +244,8 @@ impl<'a> Sections<'a> {
                  the model keeps the value at the edge.{kept}"
             ),
             surface: Surface {
-                x_label: labelled(&self.names[0]),
-                y_label: labelled(&self.names[1]),
+                x_label: self.labels.of(&self.names[0]),
+                y_label: self.labels.of(&self.names[1]),
                 z_label: "output of the nonlinearity".to_owned(),
                 x,
                 y,
@@ -254,7 +267,7 @@ impl<'a> Sections<'a> {
         TitledCurve {
             title: format!("Along {} at {}", self.names[along], self.others(&[along])),
             curve: Nonlinearity {
-                x_label: labelled(&self.names[along]),
+                x_label: self.labels.of(&self.names[along]),
                 y_label: "output of the nonlinearity".to_owned(),
                 y: x.iter().map(value).collect(),
                 density: density(self.inputs[along], &x),
@@ -311,7 +324,7 @@ fn first_kernel(model: &VolterraModel, sample_time: Option<f64>) -> Result<Optio
 }
 
 /// The kernel of second order over both lags.
-fn second_kernel(result: &Identification, model: &VolterraModel) -> Option<TitledSurface> {
+fn second_kernel(identified: &Identified, model: &VolterraModel) -> Option<TitledSurface> {
     let lags: Vec<f64> = (0..model.second_memory).map(|i| (model.delay + i) as f64).collect();
     (lags.len() > 1).then(|| TitledSurface {
         title: "Second-order kernel".to_owned(),
@@ -321,7 +334,7 @@ fn second_kernel(result: &Identification, model: &VolterraModel) -> Option<Title
         surface: Surface {
             x_label: "first lag (samples)".to_owned(),
             y_label: "second lag (samples)".to_owned(),
-            z_label: format!("second-order kernel of {}", labelled(&result.output)),
+            z_label: format!("second-order kernel of {}", identified.labels.of(&identified.result.output)),
             x: lags.clone(),
             y: lags,
             z: model.second.clone(),

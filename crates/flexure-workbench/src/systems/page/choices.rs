@@ -5,7 +5,7 @@ use flexure::identify::result::{Place, Score, Shown, StaticBlock, Value, Values}
 use flexure::text::{number, short};
 use flexure_report::data::{Choice, Fact, ScoreCurve, Table};
 
-use super::unit_of;
+use crate::systems::task::Identified;
 
 /// Most structures that the table of those that were tried shows.
 const MOST_TRIED: usize = 15;
@@ -13,8 +13,9 @@ const MOST_TRIED: usize = 15;
 const SCORES: [&str; 4] = ["samples", "relative_error", "bic", "score"];
 
 /// The headline numbers.
-pub(super) fn facts(result: &Identification) -> Vec<Fact> {
-    let mut facts = fit_facts(result);
+pub(super) fn facts(identified: &Identified) -> Vec<Fact> {
+    let result = &identified.result;
+    let mut facts = fit_facts(identified);
     facts.extend(linear_facts(result));
     let curves: Vec<&StaticBlock> = result.paths.iter().flat_map(|p| p.curves()).collect();
     let pieces: Vec<usize> = curves.iter().map(|c| c.pieces()).collect();
@@ -31,15 +32,16 @@ pub(super) fn facts(result: &Identification) -> Vec<Fact> {
         facts.push(Fact::new("Kinks", joined(&kinks), note));
     }
     let shown = result.details.iter().filter_map(|d| d.shown.as_ref());
-    let own = shown.filter(|s| s.place == Place::Fact);
+    let own = shown.filter(|s| matches!(s.place, Place::Fact | Place::PageFact));
     facts.extend(own.map(|s| Fact::new(&s.title, s.text.clone(), &s.note)));
-    facts.push(samples_fact(result));
+    facts.push(samples_fact(identified));
     facts
 }
 
 /// How near the prediction is.
-fn fit_facts(result: &Identification) -> Vec<Fact> {
-    let unit = match unit_of(&result.output) {
+fn fit_facts(identified: &Identified) -> Vec<Fact> {
+    let result = &identified.result;
+    let unit = match identified.labels.unit(&result.output) {
         "" => String::new(),
         unit => format!(" {unit}"),
     };
@@ -79,8 +81,13 @@ fn linear_facts(result: &Identification) -> Vec<Fact> {
 }
 
 /// How many samples there are, and what they were used for.
-fn samples_fact(result: &Identification) -> Fact {
+fn samples_fact(identified: &Identified) -> Fact {
+    let result = &identified.result;
     let (all, fitted) = (result.predicted.len(), result.fitted);
+    if identified.is_other_record {
+        let note = format!("{fitted} at the start left out of the verdict, for the model to settle");
+        return Fact::new("Samples", all.to_string(), note);
+    }
     let missing = match all - fitted - result.verdict.measures.samples {
         0 => String::new(),
         n => format!(" ({n} of those missing)"),
@@ -101,7 +108,9 @@ fn joined(counts: &[usize]) -> String {
 /// What was chosen from data, and why.
 pub(super) fn choices(result: &Identification) -> Vec<Choice> {
     let shown = result.details.iter().filter_map(|d| d.shown.as_ref());
-    let own = shown.filter(|s| s.place != Place::Fact).map(choice);
+    let own = shown
+        .filter(|s| !matches!(s.place, Place::Fact | Place::PageFact))
+        .map(choice);
     let mut all: Vec<Choice> = own.collect();
     for (i, path) in result.paths.iter().enumerate() {
         for block in path.main() {
@@ -110,7 +119,7 @@ pub(super) fn choices(result: &Identification) -> Vec<Choice> {
             };
             let name = match result.is_sum {
                 true => format!("{}, {}", block.title, result.path_title(i)),
-                false => block.title.to_owned(),
+                false => block.title.clone().into_owned(),
             };
             let why = "smallest Schwarz criterion; breakpoints are dense where the curve bends, kinks where very strong evidence asks \
                        for them";

@@ -12,6 +12,7 @@ use flexure_report::data::{ArmMotion, Axis, Page, Prediction, Residuals, Signal,
 use super::comparison;
 use super::periods::Periodic;
 use super::task::Identified;
+use crate::labels::Labels;
 pub use choices::score_curve;
 
 /// What the caller knows beyond the record and the result.
@@ -60,28 +61,36 @@ impl Identified {
         let inputs = result
             .inputs
             .iter()
-            .map(|input| Ok(signal(input, record.finite(input)?)));
+            .map(|input| Ok(signal(&self.labels, input, record.finite(input)?)));
         let mut signals = inputs.collect::<Result<Vec<Signal>>>()?;
-        signals.push(signal(&result.output, y));
+        signals.push(signal(&self.labels, &result.output, y));
         let sentences = [result.verdict.text()].into_iter().chain(decoration.remark);
         let title = || format!("From {} to {}", result.inputs.join(", "), result.output);
         let (fitted, fresh) = (result.fitted, y.len() - result.fitted);
         let mut page = Page {
             title: decoration.title.unwrap_or_else(title),
-            subtitle: format!(
-                "A {} model ({}) identified from {fitted} samples of {}; judged on the {fresh} that follow.",
-                result.structure,
-                result.description,
-                file.name()
-            ),
+            subtitle: match self.is_other_record {
+                true => format!(
+                    "A {} model ({}), judged on {fresh} samples of {}.",
+                    result.structure,
+                    result.description,
+                    file.name()
+                ),
+                false => format!(
+                    "A {} model ({}) identified from {fitted} samples of {}; judged on the {fresh} that follow.",
+                    result.structure,
+                    result.description,
+                    file.name()
+                ),
+            },
             verdict: Verdict {
                 headline: result.verdict.headline().to_owned(),
                 holds: result.verdict.holds(),
                 text: sentences.collect::<Vec<_>>().join(" "),
             },
-            facts: choices::facts(result),
+            facts: choices::facts(self),
             record: signals,
-            fresh_from: fitted,
+            fresh_from: if self.is_other_record { 0 } else { fitted },
             nonlinearity: drawn.nonlinearity,
             surface: drawn.surface,
             curves: drawn.curves,
@@ -103,10 +112,10 @@ impl Identified {
     }
 }
 
-fn signal(column: &str, values: &[f64]) -> Signal {
+fn signal(labels: &Labels, column: &str, values: &[f64]) -> Signal {
     Signal {
         name: column.to_owned(),
-        unit: unit_of(column).to_owned(),
+        unit: labels.unit(column).to_owned(),
         values: values.to_vec(),
     }
 }
@@ -115,30 +124,12 @@ fn signal(column: &str, values: &[f64]) -> Signal {
 fn prediction(identified: &Identified, y: &[f64]) -> Prediction {
     let result = &identified.result;
     Prediction {
-        y_label: labelled(&result.output),
+        y_label: identified.labels.of(&result.output),
         time: Axis::of_samples(identified.sample_time, result.fitted),
         measured: y[result.fitted..].to_vec(),
         predicted: result.predicted[result.fitted..].to_vec(),
         fit_percent: result.verdict.measures.fit_percent,
         rms: result.verdict.measures.rms,
-    }
-}
-
-/// The unit of the columns that Flexure's simulation writes; empty for any other.
-fn unit_of(column: &str) -> &'static str {
-    match column {
-        "tau1" | "tau2" => "N m",
-        "q1" | "q2" | "qm1" | "qm2" | "d1" | "d2" => "rad",
-        "dq1" | "dq2" | "dqm1" | "dqm2" => "rad/s",
-        _ => "",
-    }
-}
-
-/// A column's name with its unit, where that is known.
-pub fn labelled(column: &str) -> String {
-    match unit_of(column) {
-        "" => column.to_owned(),
-        unit => format!("{column} ({unit})"),
     }
 }
 
@@ -158,9 +149,12 @@ fn residuals(verdict: &flexure::identify::Verdict) -> Residuals {
 
 fn test(t: &flexure::validation::ResidualTest) -> Test {
     let text = match (t.passed(), t.kind.refutes()) {
-        (true, _) => "nothing found",
-        (false, true) => "the model leaves something that the input explains",
-        (false, false) => "the noise is coloured, which alone does not refute the model",
+        (true, _) => "nothing found".to_owned(),
+        (false, true) => t.finding(),
+        (false, false) => format!(
+            "{}: the noise is coloured, which alone does not refute the model",
+            t.finding()
+        ),
     };
     let name = t.kind.name();
     Test {
@@ -169,7 +163,7 @@ fn test(t: &flexure::validation::ResidualTest) -> Test {
         limit: t.limit,
         p_value: t.p_value,
         passed: t.passed(),
-        text: text.to_owned(),
+        text,
     }
 }
 

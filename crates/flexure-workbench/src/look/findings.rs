@@ -1,0 +1,300 @@
+//! What is worth knowing of a record, in sentences.
+
+use flexure::look::{Clock, Column, Kinship, Look, Relation, Stop};
+use flexure::text::{number, short};
+use flexure_io::RecordFile;
+
+/// Samples that a sentence lists.
+const LISTED: usize = 3;
+/// Jitter of the instants, in steps, that is worth saying: what `flexure identify` says too.
+const NOTED_JITTER: f64 = 0.01;
+/// A column whose power lies below this part of half the sampling frequency is sampled much faster than needed. Convention.
+const SLOW: f64 = 0.02;
+/// Steps in a column's standard deviation below which its grid is coarse. Convention: the rounding then is a tenth of it or more.
+const COARSE: f64 = 3.0;
+
+/// Steps of rounding in a column's range above which they are not worth saying: those of a converter of 16 bits.
+const FINE: f64 = 65536.0;
+/// Deviation of a factor from 1 up to which two columns are nearly the same. Convention.
+const SAME_FACTOR: f64 = 1e-3;
+
+/// Something worth knowing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// A sentence.
+    pub text: String,
+    /// Whether it may spoil an identification.
+    pub warning: bool,
+}
+
+/// All of a record's, the instants first, then column by column, then pairs.
+pub fn findings(file: &RecordFile, look: &Look, seconds: f64, sample_time: Option<f64>) -> Vec<Finding> {
+    let mut list = List {
+        file,
+        findings: Vec::new(),
+    };
+    list.clock(look, seconds);
+    if look.time.is_none() && sample_time.is_none() {
+        list.note("No column has the sample instants: frequencies are in cycles a sample. --sample-time S says the time between two samples.".to_owned());
+    }
+    let columns = look.columns.iter().enumerate();
+    for (_, column) in columns.filter(|(i, _)| Some(*i) != look.time) {
+        list.column(column);
+    }
+    list.slow(look);
+    list.kinships(look, sample_time);
+    list.integrations(look);
+    list.findings
+}
+
+struct List<'a> {
+    file: &'a RecordFile,
+    findings: Vec<Finding>,
+}
+
+impl List<'_> {
+    fn note(&mut self, text: String) {
+        self.findings.push(Finding { text, warning: false });
+    }
+
+    fn warn(&mut self, text: String) {
+        self.findings.push(Finding { text, warning: true });
+    }
+
+    /// Some samples, with their lines where these are known.
+    fn places(&self, samples: &[usize]) -> String {
+        let place = |&sample: &usize| match self.file.line(sample) {
+            Some(line) => format!("{sample} (line {line})"),
+            None => sample.to_string(),
+        };
+        let listed: Vec<String> = samples.iter().take(LISTED).map(place).collect();
+        let more = if samples.len() > LISTED { ", ..." } else { "" };
+        format!(
+            "{} {}{more}",
+            if samples.len() == 1 { "sample" } else { "samples" },
+            listed.join(", ")
+        )
+    }
+
+    fn clock(&mut self, look: &Look, seconds: f64) {
+        let Some(time) = look.time else {
+            return;
+        };
+        let name = &look.columns[time].name;
+        let Some(clock) = &look.clock else {
+            self.warn(format!("'{name}' should have the instants, but does not increase: sort the record by time, or name another column by --time."));
+            return;
+        };
+        if clock.missing > 0 {
+            self.warn(format!("'{name}' lacks {}.", counted(clock.missing, "instant")));
+        }
+        if !clock.backwards.is_empty() {
+            let places = self.places(&clock.backwards);
+            self.warn(format!(
+                "'{name}' does not increase at {places}: sort the record by time, and remove what is there twice."
+            ));
+        }
+        if let Some(longest) = clock.gaps.iter().map(|g| g.steps).max_by(f64::total_cmp) {
+            let samples: Vec<usize> = clock.gaps.iter().map(|g| g.sample).collect();
+            self.warn(format!(
+                "'{name}' has {}, before {}: about {} lost, the longest gap lasts {} s.",
+                counted(clock.gaps.len(), "gap"),
+                self.places(&samples),
+                counted(clock.lost() as usize, "sample"),
+                number(longest * clock.step * seconds)
+            ));
+        }
+        let percent = 100.0 * clock.jitter;
+        if clock.jitter > Clock::UNIFORM {
+            self.warn(format!("The steps of '{name}' differ from the median step by up to {percent:.0} %: the samples are not evenly spaced."));
+        } else if clock.jitter > NOTED_JITTER {
+            self.note(format!(
+                "The steps of '{name}' differ from the median step by up to {percent:.0} %."
+            ));
+        }
+    }
+
+    fn column(&mut self, column: &Column) {
+        let name = &column.name;
+        let all = self.file.record.len();
+        if column.samples == 0 {
+            self.warn(format!("'{name}' has no number."));
+            return;
+        }
+        if column.missing > 0 {
+            let share = percent(column.missing, all);
+            self.warn(format!(
+                "'{name}' misses {} ({share}).",
+                counted(column.missing, "sample")
+            ));
+        }
+        if column.infinite > 0 {
+            self.warn(format!(
+                "'{name}' is infinite at {}.",
+                counted(column.infinite, "sample")
+            ));
+        }
+        if column.constant {
+            self.note(format!("'{name}' is {} throughout.", number(column.least)));
+        } else if column.counts {
+            self.note(format!(
+                "'{name}' rises evenly: it counts the samples, or has the instants (then say --time '{name}')."
+            ));
+        }
+        if let Some(levels) = &column.levels {
+            let listed: Vec<String> = levels.iter().take(2 * LISTED).map(|&v| short(v)).collect();
+            let more = if levels.len() > 2 * LISTED { ", ..." } else { "" };
+            self.note(format!(
+                "'{name}' has {} levels: {}{more}.",
+                levels.len(),
+                listed.join(", ")
+            ));
+        }
+        if let Some(q) = column.quantisation.filter(|q| q.steps <= FINE) {
+            let text = format!(
+                "'{name}' is rounded to steps of {}, {} in its range.",
+                number(q.step),
+                short(q.steps)
+            );
+            match column.deviation < COARSE * q.step {
+                true => self.warn(format!(
+                    "{text} These are coarse: its standard deviation is {} steps.",
+                    number(column.deviation / q.step)
+                )),
+                false => self.note(text),
+            }
+        }
+        self.stop(name, "least", column.lower_stop);
+        self.stop(name, "greatest", column.upper_stop);
+        if !column.outliers.is_empty() {
+            let places = self.places(&column.outliers);
+            let count = counted(column.outliers.len(), "sample");
+            self.warn(format!(
+                "'{name}' has {count} far from {} neighbours: {places}.",
+                if column.outliers.len() == 1 { "its" } else { "their" }
+            ));
+        }
+    }
+
+    fn stop(&mut self, name: &str, which: &str, stop: Option<Stop>) {
+        if let Some(stop) = stop {
+            let share = percent(stop.samples, self.file.record.len());
+            self.warn(format!(
+                "'{name}' stands at its {which} value {} for {share} of the samples, up to {} in a row: clipped, or held there.",
+                number(stop.value),
+                stop.longest
+            ));
+        }
+    }
+
+    /// Columns that are made of others, of all derivatives in one sentence.
+    fn kinships(&mut self, look: &Look, sample_time: Option<f64>) {
+        let name = |i: usize| look.columns[i].name.clone();
+        let (mut columns, mut of) = (Vec::new(), Vec::new());
+        for k in &look.kinships {
+            match k.relation {
+                Relation::Derivative { .. } => {
+                    columns.push(name(k.column));
+                    of.push(name(k.of));
+                }
+                Relation::Multiple { factor, left } if (factor - 1.0).abs() < left.max(SAME_FACTOR) => {
+                    self.note(format!(
+                        "'{}' and '{}' are nearly the same: they differ by {} of their standard deviation.",
+                        name(k.of),
+                        name(k.column),
+                        percent_of(left.max((factor - 1.0).abs()))
+                    ))
+                }
+                Relation::Multiple { factor, .. } => {
+                    self.note(format!(
+                        "'{}' is '{}' times {}.",
+                        name(k.column),
+                        name(k.of),
+                        number(factor)
+                    ));
+                }
+            }
+        }
+        let factor = if sample_time.is_some() { "" } else { ", times a factor" };
+        match columns.len() {
+            0 => {}
+            1 => self.note(format!(
+                "{} is the derivative of {}{factor}.",
+                quoted(&columns),
+                quoted(&of)
+            )),
+            _ => self.note(format!(
+                "{} are the derivatives of {}{factor}, in this order.",
+                quoted(&columns),
+                quoted(&of)
+            )),
+        }
+    }
+
+    /// Columns that integrate a column which is no derivative itself.
+    fn integrations(&mut self, look: &Look) {
+        let name = |i: usize| look.columns[i].name.clone();
+        for input in 0..look.columns.len() {
+            let is_derivative = |k: &Kinship| k.column == input && matches!(k.relation, Relation::Derivative { .. });
+            let outputs: Vec<String> = (look.integrations.iter())
+                .filter(|i| i.input == input && !look.kinships.iter().any(is_derivative))
+                .map(|i| name(i.output))
+                .collect();
+            let input = name(input);
+            match &outputs[..] {
+                [] => {}
+                [output] => self.note(format!(
+                    "'{output}' integrates '{input}': it does not settle while the record lasts."
+                )),
+                _ => self.note(format!(
+                    "{} integrate '{input}': they do not settle while the record lasts.",
+                    quoted(&outputs)
+                )),
+            }
+        }
+    }
+
+    /// Whether all signals are sampled much faster than they change.
+    fn slow(&mut self, look: &Look) {
+        let signals = look
+            .columns
+            .iter()
+            .enumerate()
+            .filter(|(i, c)| Some(*i) != look.time && c.is_signal());
+        let below = signals.filter_map(|(_, c)| Some(c.spectrum.as_ref()?.below(super::MOST_POWER)));
+        let highest = below.fold(0.0, f64::max);
+        if highest > 0.0 && highest < SLOW * 0.5 {
+            self.note(format!(
+                "All signals have 95 % of their power below {} of half the sampling frequency: the record is sampled faster than they change.",
+                percent_of(highest / 0.5)
+            ));
+        }
+    }
+}
+
+fn percent(part: usize, all: usize) -> String {
+    percent_of(part as f64 / all.max(1) as f64)
+}
+
+/// A share in percent to two digits.
+pub(super) fn percent_of(share: f64) -> String {
+    match 100.0 * share {
+        large if large >= 9.95 => format!("{large:.0} %"),
+        medium if medium >= 0.995 => format!("{medium:.1} %"),
+        small => format!("{small:.2} %"),
+    }
+}
+
+/// "1 sample", "3 samples".
+pub(super) fn counted(count: usize, one: &str) -> String {
+    format!("{count} {one}{}", if count == 1 { "" } else { "s" })
+}
+
+/// "'a', 'b' and 'c'".
+pub(super) fn quoted(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("'{name}'")).collect();
+    match &quoted[..] {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+        _ => quoted.join(""),
+    }
+}

@@ -1,0 +1,193 @@
+//! What `flexure look` does between reading and writing: what a record is like, and the command that fits it.
+
+mod findings;
+mod joint;
+mod page;
+mod roles;
+mod suggestion;
+mod text;
+
+use anyhow::Result;
+use flexure::look::{Dependence, Direction, Kind, Look, Relation, look};
+use flexure_io::RecordFile;
+use serde_json::{Value, json};
+
+use crate::labels::Labels;
+
+pub use findings::Finding;
+pub use suggestion::Suggestion;
+
+/// What is asked of a record.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Request<'a> {
+    /// The column of the instants, and the seconds that a unit of it lasts.
+    pub time: Option<(&'a str, f64)>,
+    /// The sample time in s, where it is given.
+    pub sample_time: Option<f64>,
+    /// The inputs, where they are given.
+    pub inputs: &'a [&'a str],
+    /// The output, where it is given.
+    pub output: Option<&'a str>,
+}
+
+/// A record that was looked at.
+pub struct Inspection<'a> {
+    file: &'a RecordFile,
+    /// What was seen.
+    pub look: Look,
+    /// The sample time in s; `None` if it is not known.
+    pub sample_time: Option<f64>,
+    /// What is worth knowing, in sentences.
+    pub findings: Vec<Finding>,
+    /// The command to type next.
+    pub suggestion: Option<Suggestion>,
+}
+
+impl<'a> Inspection<'a> {
+    /// Looks at a record.
+    ///
+    /// # Errors
+    /// For columns that the record lacks or that are no signals.
+    pub fn new(file: &'a RecordFile, request: &Request) -> Result<Self> {
+        for name in request.inputs.iter().copied().chain(request.output) {
+            file.column(name)?;
+        }
+        let time = request.time.map(|(name, _)| name);
+        let seconds = request.time.map_or(1.0, |(_, seconds)| seconds);
+        let instants = match time {
+            Some(name) => flexure::look::Clock::new(file.column(name)?),
+            None => None,
+        };
+        let measured = instants.map(|clock| tidy(seconds * clock.usual_step(file.record.len())));
+        let sample_time = request.sample_time.or(measured);
+        let look = look(&file.record, time, sample_time).map_err(|error| file.locate(error))?;
+        Ok(Inspection {
+            findings: findings::findings(file, &look, seconds, sample_time),
+            suggestion: suggestion::suggestion(file, request, &look, sample_time),
+            file,
+            look,
+            sample_time,
+        })
+    }
+
+    /// The name of a column.
+    fn name(&self, column: usize) -> &str {
+        &self.look.columns[column].name
+    }
+
+    /// A column's name with its unit.
+    fn labelled(&self, column: usize) -> String {
+        Labels::new(self.file).of(self.name(column))
+    }
+
+    /// The dependences that say something new: not those of derivatives, nor those between columns that are nearly the same.
+    fn dependences(&self) -> Vec<&Dependence> {
+        let is_derivative = |i: usize| {
+            (self.look.kinships.iter()).any(|k| k.column == i && matches!(k.relation, Relation::Derivative { .. }))
+        };
+        let are_kin = |d: &Dependence| {
+            let both = [d.cause, d.effect];
+            self.look
+                .kinships
+                .iter()
+                .any(|k| both.contains(&k.column) && both.contains(&k.of))
+        };
+        let new = |d: &&Dependence| !is_derivative(d.cause) && !is_derivative(d.effect) && !are_kin(d);
+        self.look.dependences.iter().filter(new).collect()
+    }
+
+    /// Whether a column is a signal, and not the instants.
+    fn is_signal(&self, column: usize) -> bool {
+        Some(column) != self.look.time && self.look.columns[column].is_signal()
+    }
+
+    /// The object that `flexure look --json` prints; `next` is the command as it is typed.
+    pub fn json(&self, next: Option<String>) -> Value {
+        let columns = self.look.columns.iter().enumerate().map(|(i, c)| {
+            let stop = |stop: Option<flexure::look::Stop>| {
+                stop.map(|s| json!({ "value": s.value, "samples": s.samples, "longest": s.longest }))
+            };
+            json!({
+                "name": c.name,
+                "unit": self.file.unit(&c.name),
+                "signal": self.is_signal(i),
+                "samples": c.samples,
+                "missing": c.missing,
+                "infinite": c.infinite,
+                "least": c.least,
+                "greatest": c.greatest,
+                "mean": c.mean,
+                "deviation": c.deviation,
+                "constant": c.constant,
+                "counts": c.counts,
+                "levels": c.levels,
+                "quantisation": c.quantisation.map(|q| json!({ "step": q.step, "share": q.share })),
+                "lower_stop": stop(c.lower_stop),
+                "upper_stop": stop(c.upper_stop),
+                "outliers": c.outliers,
+                "power_below": self.power_below(i),
+            })
+        });
+        let pair = |i: usize, j: usize| json!({ "input": self.name(i), "output": self.name(j) });
+        json!({
+            "file": self.file.name(),
+            "samples": self.file.record.len(),
+            "sample_time": self.sample_time,
+            "time": self.look.time.map(|i| self.name(i)),
+            "clock": self.look.clock.as_ref().map(|c| json!({
+                "jitter": c.jitter,
+                "gaps": c.gaps.iter().map(|g| json!({ "sample": g.sample, "steps": g.steps })).collect::<Vec<_>>(),
+                "backwards": c.backwards,
+                "missing": c.missing,
+            })),
+            "columns": columns.collect::<Vec<_>>(),
+            "dependences": self.look.dependences.iter().map(|d| self.dependence_json(d)).collect::<Vec<_>>(),
+            "integrations": self.look.integrations.iter().map(|i| pair(i.input, i.output)).collect::<Vec<_>>(),
+            "findings": self.findings.iter().map(|f| f.text.as_str()).collect::<Vec<_>>(),
+            "next": self.suggestion.as_ref().map(|s| json!({
+                "command": next,
+                "why": s.why,
+                "notes": s.notes,
+            })),
+        })
+    }
+
+    fn dependence_json(&self, d: &Dependence) -> Value {
+        json!({
+            "cause": self.name(d.cause),
+            "effect": self.name(d.effect),
+            "kind": match d.kind { Kind::Linear => "linear", Kind::Square => "square" },
+            "direction": match d.direction {
+                Direction::Forward => "forward",
+                Direction::AtOnce => "at-once",
+                Direction::Both => "both",
+            },
+            "delay": d.delay,
+            "delay_within": d.block,
+            "correlation": d.correlation,
+            "coherent_share": d.coherent,
+            "p_value": d.p_value,
+        })
+    }
+
+    /// The frequency below which 95 % of a column's power lies: Hz, or cycles a sample.
+    fn power_below(&self, column: usize) -> Option<f64> {
+        let spectrum = self.look.columns[column].spectrum.as_ref()?;
+        Some(spectrum.below(MOST_POWER) / self.sample_time.unwrap_or(1.0))
+    }
+
+    fn frequency_unit(&self) -> &'static str {
+        match self.sample_time {
+            Some(_) => "Hz",
+            None => "cycles/sample",
+        }
+    }
+}
+
+/// A number without what rounding of printed instants leaves.
+fn tidy(value: f64) -> f64 {
+    format!("{value:.8e}").parse().unwrap_or(value)
+}
+
+/// The share of a column's power that counts as nearly all.
+const MOST_POWER: f64 = 0.95;

@@ -1,0 +1,306 @@
+//! The command to type after a look.
+
+use flexure::look::{Clock, Direction, Kind, Look, Relation};
+use flexure_io::RecordFile;
+
+use super::Request;
+use super::joint;
+use super::roles::{Role, role};
+use super::text::plain;
+
+/// Levels of an input at which no nonlinearity can be told from a straight line.
+const TWO: usize = 2;
+/// Fewest samples for which an identification is suggested: what block structures need.
+const FEWEST: usize = 200;
+
+/// The coherent share from which a column that follows another one is an output, or lies between that and one. Convention.
+const BETWEEN: f64 = 0.2;
+
+/// A command that fits the record.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Suggestion {
+    /// The subcommand, for example "identify".
+    pub command: &'static str,
+    /// What follows the file: options with their values, one an entry.
+    pub options: Vec<String>,
+    /// Why this command, in a sentence.
+    pub why: String,
+    /// What else should be known before it is typed, a sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Suggestion {
+    pub(super) fn new(command: &'static str, options: &[&str], why: String) -> Self {
+        Suggestion {
+            command,
+            options: options.iter().map(|&o| o.to_owned()).collect(),
+            why,
+            notes: Vec::new(),
+        }
+    }
+}
+
+/// The inputs and the output that an identification would take.
+pub(super) struct Signals {
+    pub inputs: Vec<usize>,
+    pub output: usize,
+    /// Other columns that depend on the inputs.
+    pub others: Vec<usize>,
+    /// How they were chosen, in a sentence.
+    pub why: String,
+}
+
+/// The command that fits a record; `None` if there is nothing to identify.
+pub fn suggestion(file: &RecordFile, request: &Request, look: &Look, sample_time: Option<f64>) -> Option<Suggestion> {
+    let signals = signals(request, look);
+    let joint = joint::suggestion(file, request, look, sample_time);
+    let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();
+    let suggestion = joint.or_else(|| identification(look, request, &signals?, file))?;
+    match (&look.clock, sample_time) {
+        (Some(clock), Some(step)) if !clock.is_uniform() => Some(even_spacing(look, clock, step, &held)),
+        _ => Some(suggestion),
+    }
+}
+
+/// A preparation of a record whose samples are not evenly spaced; the inputs of few levels hold them between samples.
+fn even_spacing(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize]) -> Suggestion {
+    let samples = look
+        .time
+        .map_or(0, |i| look.columns[i].samples + look.columns[i].missing);
+    let mut breaks: Vec<usize> = clock.gaps.iter().map(|gap| gap.sample).collect();
+    breaks.extend(&clock.backwards);
+    breaks.extend([0, samples]);
+    breaks.sort_unstable();
+    let longest = breaks
+        .windows(2)
+        .map(|w| w[0]..w[1])
+        .rev()
+        .max_by_key(|stretch| stretch.len());
+    let stretch = longest.unwrap_or(0..samples);
+    let (part, step) = (format!("{}:{}", stretch.start, stretch.end), plain(sample_time));
+    let mut options: Vec<&str> = Vec::new();
+    if stretch.len() < samples {
+        options.extend(["--cut-samples", &part]);
+    }
+    let held: Vec<&str> = (inputs.iter().map(|&i| &look.columns[i]))
+        .filter(|column| column.levels.is_some())
+        .map(|column| column.name.as_str())
+        .collect();
+    let held = held.join(",");
+    if clock.jitter > Clock::UNIFORM {
+        options.extend(["--resample", &step]);
+        if !held.is_empty() {
+            options.extend(["--hold", &held]);
+        }
+    }
+    options.extend(["-o", "prepared.csv"]);
+    let why = "The samples are not evenly spaced, which every identification needs.".to_owned();
+    let mut suggestion = Suggestion::new("prepare", &options, why);
+    if stretch.len() < samples {
+        let text = format!(
+            "This keeps the longest part without a gap: {} of {samples} samples.",
+            stretch.len()
+        );
+        suggestion.notes.push(text);
+    }
+    suggestion
+        .notes
+        .push("Then look again: flexure look prepared.csv".to_owned());
+    suggestion
+}
+
+/// The columns that are given, else what their names say, else what depends on what.
+pub(super) fn signals(request: &Request, look: &Look) -> Option<Signals> {
+    let index = |name: &str| look.columns.iter().position(|c| c.name == name);
+    let usable: Vec<usize> = (0..look.columns.len())
+        .filter(|i| Some(*i) != look.time && look.columns[*i].is_signal())
+        .collect();
+    let given: Vec<usize> = request.inputs.iter().filter_map(|name| index(name)).collect();
+    let output = request.output.and_then(index);
+    if let (false, Some(output)) = (given.is_empty(), output) {
+        return Some(Signals {
+            inputs: given,
+            output,
+            others: Vec::new(),
+            why: "You named the columns.".to_owned(),
+        });
+    }
+    let named = |wanted: Role| -> Vec<usize> {
+        // A second output of another number, such as y0 beside y, may be one without noise.
+        let of = |number: &dyn Fn(&str) -> bool| -> Vec<usize> {
+            let says = |i: &&usize| role(&look.columns[**i].name).is_some_and(|(r, n)| r == wanted && number(n));
+            usable.iter().filter(says).copied().collect()
+        };
+        match of(&|n| n.is_empty()) {
+            plain if !plain.is_empty() => plain,
+            _ => of(&|n| !n.is_empty()),
+        }
+    };
+    let (inputs, outputs) = (named(Role::Input), named(Role::Output));
+    let inputs = if given.is_empty() { inputs } else { given.clone() };
+    let outputs = output.map_or(outputs, |o| vec![o]);
+    if let (false, [output, others @ ..]) = (inputs.is_empty(), &outputs[..]) {
+        return Some(Signals {
+            inputs,
+            output: *output,
+            others: others.to_vec(),
+            why: match given.is_empty() && request.output.is_none() {
+                true => "The columns' names say which is the input and which the output.".to_owned(),
+                false => "You named a column; the other one is named as its counterpart.".to_owned(),
+            },
+        });
+    }
+    by_dependence(look, &usable, &given, output)
+}
+
+/// Inputs and output by what depends on what: the output follows others most, and others follow it least.
+fn by_dependence(look: &Look, usable: &[usize], given: &[usize], output: Option<usize>) -> Option<Signals> {
+    let made = |i: usize| {
+        look.kinships
+            .iter()
+            .any(|k| k.column == i && matches!(k.relation, Relation::Multiple { .. }))
+    };
+    let dependences = || {
+        look.dependences
+            .iter()
+            .filter(move |d| !made(d.cause) && !made(d.effect))
+    };
+    let strength = |d: &flexure::look::Dependence| match d.kind {
+        Kind::Linear => d.coherent.max(f64::MIN_POSITIVE),
+        Kind::Square => d.correlation.powi(2),
+    };
+    let follows = |i: usize| {
+        let towards = dependences()
+            .filter(|d| d.effect == i && !given.contains(&i))
+            .filter(|d| d.kind == Kind::Square || d.direction != Direction::AtOnce || usable.len() == 2)
+            .map(strength);
+        let away = dependences()
+            .filter(|d| d.cause == i && d.direction == Direction::Forward)
+            .map(strength);
+        (towards.fold(0.0, f64::max), away.fold(0.0, f64::max))
+    };
+    let leads = |i: usize, to: usize| dependences().any(|d| d.cause == i && d.effect == to);
+    let candidates = usable.iter().copied().filter(|i| !given.contains(i));
+    let best = output.or_else(|| {
+        let followers = candidates.filter(|i| given.is_empty() || given.iter().any(|g| leads(*g, *i)));
+        let scored = followers
+            .map(|i| (follows(i).0 - follows(i).1, i))
+            .filter(|(_, i)| follows(*i).0 > 0.0);
+        // Of equal ones the last.
+        scored.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
+    })?;
+    // What follows others and leads none is another output.
+    let is_output = |i: usize| {
+        let (towards, away) = follows(i);
+        i != best && towards > BETWEEN && away == 0.0
+    };
+    // What follows another column in its turn lies between that and the output, and is no input.
+    let lies_between = |i: usize| {
+        dependences().any(|d| {
+            let later = d.block == 1 && d.delay > 0 && d.direction == Direction::Forward;
+            d.effect == i && d.cause != best && later && d.coherent > BETWEEN
+        })
+    };
+    // An input that is left out does more harm than one that does nothing.
+    let causes = |i: usize| dependences().any(|d| d.cause == i);
+    let is_derivative = |i: usize| look.kinships.iter().any(|k| k.column == i);
+    let inputs: Vec<usize> = match given.is_empty() {
+        false => given.to_vec(),
+        true => usable
+            .iter()
+            .copied()
+            .filter(|&i| i != best && causes(i) && !is_output(i) && !lies_between(i) && !is_derivative(i))
+            .collect(),
+    };
+    let inputs = match inputs.is_empty() {
+        true => dependences()
+            .filter(|d| d.effect == best)
+            .map(|d| d.cause)
+            .take(1)
+            .collect(),
+        false => inputs,
+    };
+    if inputs.is_empty() {
+        return None;
+    }
+    let told = dependences().any(|d| d.effect == best && d.direction == Direction::Forward);
+    Some(Signals {
+        others: usable.iter().copied().filter(|&i| (is_output(i) || (i != best && lies_between(i))) && !inputs.contains(&i)).collect(),
+        why: match (told, output.is_some() || !given.is_empty()) {
+            (_, true) => "You named a column; the data show what it belongs to.".to_owned(),
+            (true, _) => format!("'{}' follows, and does not lead.", look.columns[best].name),
+            (false, _) => "The lags do not tell which column is the cause: the order of the columns was taken. Turn the names round if it is wrong.".to_owned(),
+        },
+        inputs,
+        output: best,
+    })
+}
+
+/// An identification of a block model.
+fn identification(look: &Look, request: &Request, signals: &Signals, file: &RecordFile) -> Option<Suggestion> {
+    let name = |i: &usize| look.columns[*i].name.as_str();
+    let output = &look.columns[signals.output];
+    if output.samples < FEWEST {
+        return None;
+    }
+    let inputs: Vec<&str> = signals.inputs.iter().map(name).collect();
+    let joined = inputs.join(",");
+    let mut options = vec!["--input", &joined, "--output", &output.name];
+    let mut why = signals.why.clone();
+    let several = inputs.len() > 1;
+    let levels = signals
+        .inputs
+        .iter()
+        .map(|&i| look.columns[i].levels.as_ref().map(Vec::len));
+    let few = levels.flatten().any(|levels| levels <= TWO);
+    let incomplete = output.missing + output.infinite > 0;
+    if several {
+        options.extend(["--structure", "multiple-inputs"]);
+        why.push_str(" Every input gets a nonlinearity and dynamics of its own.");
+    } else if incomplete {
+        options.push("--missing");
+        why.push_str(" The output misses samples, which --missing leaves out of the fit.");
+    } else if few {
+        why.push_str(" The input has two levels, between which the curve is drawn straight: the dynamics are what there is to find.");
+    } else {
+        options.extend(["--structure", "auto"]);
+        why.push_str(" The structure is chosen by the data.");
+    }
+    let step = request.sample_time.map(|step| step.to_string());
+    options.extend(step.iter().flat_map(|step| ["--sample-time", step.as_str()]));
+    options.extend(["-o", "model.json", "--report", "report.html"]);
+    let mut suggestion = Suggestion::new("identify", &options, why);
+    let gaps = signals
+        .inputs
+        .iter()
+        .filter(|&&i| look.columns[i].samples < file.record.len());
+    suggestion.notes.extend(gaps.map(|i| {
+        let name = name(i);
+        format!(
+            "The input '{name}' misses samples, which no identification allows: see flexure prepare, --cut and --fill."
+        )
+    }));
+    if several && incomplete {
+        let text = format!(
+            "The output '{}' misses samples, which a model of several inputs does not allow: see flexure prepare, --cut and --fill.",
+            output.name
+        );
+        suggestion.notes.push(text);
+    }
+    if !output.outliers.is_empty() {
+        let text = format!(
+            "flexure prepare, --outliers {}, makes the output's outliers missing samples.",
+            output.name
+        );
+        suggestion.notes.push(text);
+    }
+    if !signals.others.is_empty() {
+        let others: Vec<String> = signals.others.iter().map(|i| format!("'{}'", name(i))).collect();
+        let are = if others.len() == 1 { "an output" } else { "outputs" };
+        suggestion.notes.push(format!(
+            "{} may be {are} too: --output takes one at a time.",
+            others.join(", ")
+        ));
+    }
+    Some(suggestion)
+}

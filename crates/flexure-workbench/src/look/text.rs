@@ -1,0 +1,173 @@
+//! A look for the terminal.
+
+use flexure::look::{Dependence, Direction, Kind};
+use flexure::text::number;
+
+use super::Inspection;
+use super::findings::{counted, percent_of};
+
+/// Rows of dependences that are printed; the page and JSON have all of them.
+const ROWS: usize = 12;
+
+impl Inspection<'_> {
+    /// The summary, besides the command to type next.
+    pub fn summary(&self) -> Vec<String> {
+        let mut lines = vec![self.headline(), String::new()];
+        lines.extend(aligned(&self.column_rows()));
+        let dependences = self.dependences();
+        lines.push(String::new());
+        match dependences.is_empty() {
+            true => lines
+                .push("No column was seen to depend on another (level 1 %, all pairs and lags together).".to_owned()),
+            false => lines.push("What depends on what (level 1 %, all pairs and lags together):".to_owned()),
+        }
+        lines.extend(dependences.iter().take(ROWS).map(|d| format!("  {}", self.sentence(d))));
+        if dependences.len() > ROWS {
+            lines.push(format!(
+                "  and {} more: see --report or --json",
+                dependences.len() - ROWS
+            ));
+        }
+        let of = |warning: bool| self.findings.iter().filter(move |f| f.warning == warning);
+        if !self.findings.is_empty() {
+            lines.push(String::new());
+        }
+        lines.extend(of(false).map(|f| format!("  note: {}", f.text)));
+        lines.extend(of(true).map(|f| format!("  warning: {}", f.text)));
+        lines
+    }
+
+    /// Samples, sample time and duration.
+    fn headline(&self) -> String {
+        let n = self.file.record.len();
+        let time = match (self.sample_time, &self.look.clock) {
+            (Some(step), _) => format!(", every {} s, {} s in all", plain(step), plain(step * n as f64)),
+            _ => String::new(),
+        };
+        format!(
+            "{}: {} of {}{time}",
+            self.file.name(),
+            counted(n, "sample"),
+            counted(self.look.columns.len(), "column")
+        )
+    }
+
+    /// A table of the columns, its header first.
+    pub(super) fn column_rows(&self) -> Vec<Vec<String>> {
+        let header = [
+            "column",
+            "unit",
+            "least",
+            "greatest",
+            "mean",
+            "standard deviation",
+            "95 % of power below",
+        ];
+        let mut rows = vec![header.map(str::to_owned).to_vec()];
+        rows.extend(self.look.columns.iter().enumerate().map(|(i, c)| {
+            let finite = |v: f64| if v.is_finite() { number(v) } else { "-".to_owned() };
+            let power = match self.power_below(i).filter(|_| self.is_signal(i)) {
+                Some(frequency) => format!("{} {}", number(frequency), self.frequency_unit()),
+                None => "-".to_owned(),
+            };
+            let unit = self.file.unit(&c.name).unwrap_or_default().to_owned();
+            let numbers = [c.least, c.greatest, c.mean, c.deviation].map(finite);
+            [vec![c.name.clone(), unit], numbers.to_vec(), vec![power]].concat()
+        }));
+        let no_units = rows[1..].iter().all(|row| row[1].is_empty());
+        if no_units {
+            rows.iter_mut().for_each(|row| drop(row.remove(1)));
+        }
+        rows
+    }
+
+    /// A dependence as a sentence, its size before its test.
+    pub(super) fn sentence(&self, d: &Dependence) -> String {
+        let (cause, effect) = (self.name(d.cause), self.name(d.effect));
+        let follows = match (d.direction, d.delay) {
+            (Direction::Forward, 0) => format!("'{effect}' follows '{cause}' {}", self.at_once(d)),
+            (Direction::Forward, _) => format!("'{effect}' follows '{cause}' after {}", self.delay(d)),
+            (Direction::AtOnce, _) => format!("'{cause}' and '{effect}' change together"),
+            (Direction::Both, _) => {
+                format!("'{cause}' and '{effect}' follow each other: feedback, or both follow a third")
+            }
+        };
+        match d.kind {
+            Kind::Linear => format!(
+                "{follows}; {} of its power is coherent ({})",
+                percent_of(d.coherent),
+                p_value(d.p_value)
+            ),
+            Kind::Square => format!(
+                "{follows}, by the square of '{cause}' alone: an even nonlinearity ({})",
+                p_value(d.p_value)
+            ),
+        }
+    }
+
+    fn at_once(&self, d: &Dependence) -> String {
+        match d.block {
+            1 => "without delay".to_owned(),
+            block => format!("within {block} samples"),
+        }
+    }
+
+    /// A delay in samples and seconds.
+    pub(super) fn delay(&self, d: &Dependence) -> String {
+        if d.direction == Direction::Both {
+            return "not told".to_owned();
+        }
+        match (d.delay, d.block) {
+            (0, 1) => return "none".to_owned(),
+            (0, block) => return format!("under {block} samples"),
+            _ => {}
+        }
+        let about = if d.block > 1 { "about " } else { "" };
+        let samples = if d.delay == 1 { "sample" } else { "samples" };
+        let seconds = self
+            .sample_time
+            .map(|step| format!(" ({} s)", plain(d.delay as f64 * step)));
+        format!("{about}{} {samples}{}", d.delay, seconds.unwrap_or_default())
+    }
+}
+
+/// A number to four digits, without zeros at its end.
+pub(super) fn plain(value: f64) -> String {
+    let text = number(format!("{value:.3e}").parse().unwrap_or(value));
+    match text.contains('.') && !text.contains('e') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+/// A p-value without more digits than it has.
+pub(super) fn p_value(p: f64) -> String {
+    match p {
+        p if p < 1e-6 => "p < 1e-6".to_owned(),
+        p => format!("p = {}", number(p)),
+    }
+}
+
+/// The rows as lines with aligned columns; names and units to the left, numbers to the right.
+fn aligned(rows: &[Vec<String>]) -> Vec<String> {
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
+    let texts = rows[0]
+        .iter()
+        .take_while(|name| *name == "column" || *name == "unit")
+        .count();
+    let line = |row: &Vec<String>| {
+        let cells = row
+            .iter()
+            .zip(&widths)
+            .enumerate()
+            .map(|(i, (cell, &width))| match i < texts {
+                true => format!("{cell:<width$}"),
+                false => format!("{cell:>width$}"),
+            });
+        format!("  {}", cells.collect::<Vec<_>>().join("  "))
+            .trim_end()
+            .to_owned()
+    };
+    rows.iter().map(line).collect()
+}

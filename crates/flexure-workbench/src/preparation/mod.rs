@@ -1,0 +1,257 @@
+//! `flexure prepare`: one or several files in, a record and a line about each step out.
+//!
+//! The steps have one order, whatever the order of the options:
+//!
+//! 1. **keep** some columns, or all;
+//! 2. **cut**: what is cut off has no influence on anything that follows;
+//! 3. **convert** units;
+//! 4. **outliers** become missing samples;
+//! 5. **merge** several files at common instants, and **resample**: short gaps are interpolated here;
+//! 6. **fill** short gaps, where nothing was resampled;
+//! 7. **low-pass**;
+//! 8. **means** and **trends** are taken off, of what is left after all this.
+
+mod merge;
+mod steps;
+mod table;
+mod units;
+
+use anyhow::{Context as _, Result, bail};
+use flexure::preparation::{Grid, LONGEST_GAP, LowPass, Outliers};
+use serde_json::{Value, json};
+
+pub use table::{Column, Table};
+pub use units::conversion;
+
+/// Some columns.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Columns {
+    /// Every column.
+    All,
+    /// Those of these names.
+    Named(Vec<String>),
+}
+
+impl Columns {
+    fn has(&self, name: &str) -> bool {
+        match self {
+            Columns::All => true,
+            Columns::Named(names) => names.iter().any(|n| n == name),
+        }
+    }
+}
+
+/// What is kept of a record; both ends may be open.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cut {
+    /// From and to these instants, in s, both included.
+    Time([Option<f64>; 2]),
+    /// From this sample to the one before that, counted from 0.
+    Samples([Option<usize>; 2]),
+}
+
+/// A column and the unit that it is to have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Conversion {
+    /// The column's name.
+    pub column: String,
+    /// Its unit, where the record does not say it.
+    pub from: Option<String>,
+    /// The unit that it is to have.
+    pub to: String,
+}
+
+/// What is to be done to a record; nothing by default. The module has the order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preparation {
+    /// The columns to keep.
+    pub keep: Columns,
+    /// What to keep of the samples.
+    pub cut: Option<Cut>,
+    /// Units to convert.
+    pub convert: Vec<Conversion>,
+    /// The columns whose outliers become missing.
+    pub outliers: Option<Columns>,
+    /// What an outlier is.
+    pub rule: Outliers,
+    /// The new sample time, s.
+    pub resample: Option<f64>,
+    /// The columns that hold their value between samples.
+    pub held: Vec<String>,
+    /// Most samples in a row that may be missing and are interpolated where something is resampled.
+    pub longest_gap: usize,
+    /// The same where nothing is; none by default.
+    pub fill: Option<usize>,
+    /// The low-pass for all columns.
+    pub low_pass: Option<LowPass>,
+    /// The columns whose mean is taken off.
+    pub remove_mean: Option<Columns>,
+    /// The columns whose linear trend is taken off, with their mean.
+    pub detrend: Option<Columns>,
+}
+
+impl Default for Preparation {
+    fn default() -> Self {
+        Preparation {
+            keep: Columns::All,
+            cut: None,
+            convert: Vec::new(),
+            outliers: None,
+            rule: Outliers::default(),
+            resample: None,
+            held: Vec::new(),
+            longest_gap: LONGEST_GAP,
+            fill: None,
+            low_pass: None,
+            remove_mean: None,
+            detrend: None,
+        }
+    }
+}
+
+/// What a step did.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Done {
+    /// The step's name.
+    pub step: &'static str,
+    /// What it did, as a sentence without a full stop.
+    pub text: String,
+}
+
+/// A prepared record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prepared {
+    /// The record.
+    pub table: Table,
+    /// What was done, in order.
+    pub done: Vec<Done>,
+}
+
+impl Preparation {
+    /// Prepares one record of one or several tables.
+    ///
+    /// # Errors
+    /// For columns that do not exist, units that do not fit, tables without common instants, and steps that leave nothing; of the library for
+    /// parameters out of range. The message says what to do.
+    pub fn run(&self, mut tables: Vec<Table>) -> Result<Prepared> {
+        let mut done = Vec::new();
+        for note in tables.iter_mut().filter_map(|table| table.note.take()) {
+            done.push(Done {
+                step: "time",
+                text: note,
+            });
+        }
+        merge::rename(&mut tables, &mut done);
+        self.check(&tables).with_context(|| names(&tables))?;
+        for table in &mut tables {
+            steps::keep(table, &self.keep, &mut done);
+        }
+        tables.retain(|table| !table.columns.is_empty());
+        for table in &mut tables {
+            let name = table.name.clone();
+            self.clean(table, &mut done).context(name)?;
+        }
+        let name = names(&tables);
+        let mut table = match tables.len() {
+            1 => tables.remove(0),
+            _ => merge::merge(tables, self, &mut done)?,
+        };
+        self.smooth(&mut table, &mut done).context(name)?;
+        Ok(Prepared { table, done })
+    }
+
+    /// The steps before several tables become one.
+    fn clean(&self, table: &mut Table, done: &mut Vec<Done>) -> Result<()> {
+        if let Some(cut) = self.cut {
+            steps::cut(table, cut, done)?;
+        }
+        steps::convert(table, &self.convert, done)?;
+        if let Some(columns) = &self.outliers {
+            steps::outliers(table, columns, self.rule, done)?;
+        }
+        Ok(())
+    }
+
+    /// The steps after.
+    fn smooth(&self, table: &mut Table, done: &mut Vec<Done>) -> Result<()> {
+        let resampled = |done: &[Done]| done.iter().any(|done| done.step == "resample");
+        // A merge of different instants has done this.
+        if let Some(step) = self.resample
+            && !resampled(done)
+        {
+            let old = table.step("a new sample time")?;
+            let ends = table.instants.as_ref().and_then(|t| Some([*t.first()?, *t.last()?]));
+            steps::resample(table, Grid::over(ends.unwrap_or_default(), step)?, old, self, done)?;
+        }
+        if let Some(longest) = self.fill
+            && !resampled(done)
+        {
+            steps::fill(table, longest, done);
+        }
+        if let Some(filter) = self.low_pass {
+            steps::low_pass(table, filter, done)?;
+        }
+        if let Some(columns) = &self.remove_mean {
+            steps::remove_mean(table, columns, done);
+        }
+        if let Some(columns) = &self.detrend {
+            steps::detrend(table, columns, done)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses names that no table has, and a cut by samples of several files.
+    fn check(&self, tables: &[Table]) -> Result<()> {
+        let available: Vec<&str> = tables.iter().flat_map(|t| &t.columns).map(|c| &*c.name).collect();
+        let lists = [
+            Some(&self.keep),
+            self.outliers.as_ref(),
+            self.remove_mean.as_ref(),
+            self.detrend.as_ref(),
+        ];
+        let named = lists.into_iter().flatten().flat_map(|columns| match columns {
+            Columns::All => &[][..],
+            Columns::Named(names) => names,
+        });
+        let named = named
+            .chain(self.convert.iter().map(|convert| &convert.column))
+            .chain(&self.held);
+        for name in named {
+            if !available.contains(&name.as_str()) {
+                bail!("no column '{name}'; the columns are: {}", available.join(", "));
+            }
+            if !self.keep.has(name) {
+                bail!("column '{name}' is not among those to keep; add it, or leave out what is to be done to it");
+            }
+        }
+        if tables.len() > 1 && matches!(self.cut, Some(Cut::Samples(_))) {
+            bail!("samples of several files have no common numbers; cut by time");
+        }
+        Ok(())
+    }
+}
+
+/// The tables' names.
+fn names(tables: &[Table]) -> String {
+    tables.iter().map(|table| &*table.name).collect::<Vec<_>>().join(", ")
+}
+
+impl Prepared {
+    /// Samples that are missing, by column.
+    pub fn missing(&self) -> Vec<usize> {
+        let missing = |column: &Column| column.samples.iter().filter(|x| !x.is_finite()).count();
+        self.table.columns.iter().map(missing).collect()
+    }
+
+    /// The record and what was done to it, for programs.
+    pub fn json(&self) -> Value {
+        let columns = self.table.columns.iter().zip(self.missing());
+        let columns = columns.map(|(c, missing)| json!({"name": c.name, "unit": c.unit, "missing": missing}));
+        json!({
+            "samples": self.table.len(),
+            "sample_time": self.table.step("").ok(),
+            "columns": columns.collect::<Vec<_>>(),
+            "steps": self.done.iter().map(|d| json!({"step": d.step, "text": d.text})).collect::<Vec<_>>(),
+        })
+    }
+}

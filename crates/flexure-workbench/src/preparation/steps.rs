@@ -1,0 +1,282 @@
+//! The steps, each with a sentence about what it did.
+
+use anyhow::{Context as _, Result, bail};
+use flexure::Record;
+use flexure::preparation::{Between, Grid, LowPass, Outliers, Resampling, Trend, mean};
+use flexure::text::short;
+
+use super::table::Table;
+use super::{Column, Columns, Conversion, Cut, Done, Preparation, units};
+use crate::text::{decimal, grouped};
+
+/// The share of a step by which an instant may lie outside of a cut: rounding of printed digits.
+const ROUNDING: f64 = 1e-6;
+/// Most outliers whose places are listed.
+const LISTED: usize = 5;
+
+fn say(done: &mut Vec<Done>, step: &'static str, text: String) {
+    done.push(Done { step, text });
+}
+
+/// "1 sample", "12,000 samples".
+fn samples(count: usize) -> String {
+    format!("{} sample{}", grouped(count), if count == 1 { "" } else { "s" })
+}
+
+/// "'u', 'v' and 'w'".
+fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut names: Vec<String> = names.map(|name| format!("'{name}'")).collect();
+    let last = names.pop().unwrap_or_default();
+    match names.is_empty() {
+        true => last,
+        false => format!("{} and {last}", names.join(", ")),
+    }
+}
+
+/// A value with its unit, if known.
+fn with_unit(value: f64, unit: Option<&str>) -> String {
+    unit.map_or_else(|| short(value), |unit| format!("{} {unit}", short(value)))
+}
+
+/// Columns of a table that a step is for.
+fn chosen<'a>(table: &'a mut Table, columns: &'a Columns) -> impl Iterator<Item = &'a mut Column> {
+    table.columns.iter_mut().filter(|column| columns.has(&column.name))
+}
+
+pub(super) fn keep(table: &mut Table, columns: &Columns, done: &mut Vec<Done>) {
+    if *columns == Columns::All {
+        return;
+    }
+    let before = table.columns.len();
+    table.columns.retain(|column| columns.has(&column.name));
+    let text = match table.columns.len() {
+        0 => format!("none of the columns of {} is kept", table.name),
+        kept => {
+            let names = listed(table.columns.iter().map(|column| &*column.name));
+            format!(
+                "{names} {} kept, of {before} columns",
+                if kept == 1 { "is" } else { "are" }
+            )
+        }
+    };
+    say(done, "keep", text);
+}
+
+pub(super) fn cut(table: &mut Table, cut: Cut, done: &mut Vec<Done>) -> Result<()> {
+    let before = table.len();
+    let last = before.saturating_sub(1);
+    let range = match cut {
+        Cut::Samples([from, to]) => from.unwrap_or(0)..to.unwrap_or(before).min(before),
+        Cut::Time([from, to]) => {
+            let near = ROUNDING * table.step("a cut by time")?;
+            let t = table.instants.as_deref().unwrap_or_default();
+            let first = from.map_or(0, |from| t.partition_point(|&t| t < from - near));
+            first..to.map_or(before, |to| t.partition_point(|&t| t <= to + near))
+        }
+    };
+    if range.is_empty() {
+        bail!(
+            "nothing is left after the cut; the record goes from {} to {}",
+            table.place(0),
+            table.place(last)
+        );
+    }
+    let text = format!(
+        "{} of {} are kept, from {} to {}",
+        grouped(range.len()),
+        samples(before),
+        table.place(range.start),
+        table.place(range.end - 1)
+    );
+    for column in &mut table.columns {
+        column.samples = column.samples[range.clone()].to_vec();
+    }
+    table.instants = table.instants.as_ref().map(|t| t[range].to_vec());
+    say(done, "cut", text);
+    Ok(())
+}
+
+pub(super) fn convert(table: &mut Table, conversions: &[Conversion], done: &mut Vec<Done>) -> Result<()> {
+    for Conversion { column, from, to } in conversions {
+        let Some(column) = table.column(column) else { continue };
+        let name = &column.name;
+        let from = match (from, &column.unit) {
+            (Some(from), _) => from.clone(),
+            (None, Some(unit)) => unit.clone(),
+            (None, None) => {
+                bail!("the record does not say the unit of column '{name}'; give both: {name}=UNIT:{to}")
+            }
+        };
+        let conversion = units::conversion(&from, to).with_context(|| format!("column '{name}'"))?;
+        say(done, "convert", format!("'{name}' is converted from {from} to {to}"));
+        for value in &mut column.samples {
+            *value = conversion(*value);
+        }
+        column.unit = Some(to.clone());
+    }
+    Ok(())
+}
+
+pub(super) fn outliers(table: &mut Table, columns: &Columns, rule: Outliers, done: &mut Vec<Done>) -> Result<()> {
+    for i in 0..table.columns.len() {
+        let column = &table.columns[i];
+        if !columns.has(&column.name) {
+            continue;
+        }
+        let found = rule.find(&column.samples)?;
+        let text = match found.len() {
+            0 => format!("'{}' has no outliers", column.name),
+            count => {
+                let places: Vec<String> = found.iter().take(LISTED).map(|&sample| table.place(sample)).collect();
+                format!(
+                    "{} of {} of '{}' {} (more than {} robust deviations from {} neighbours), at {}{}; {} missing now",
+                    grouped(count),
+                    samples(column.samples.len()),
+                    column.name,
+                    if count == 1 { "is an outlier" } else { "are outliers" },
+                    short(rule.threshold),
+                    2 * rule.neighbours,
+                    places.join(", "),
+                    if count > LISTED { ", ..." } else { "" },
+                    if count == 1 { "it is" } else { "they are" },
+                )
+            }
+        };
+        for sample in found {
+            table.columns[i].samples[sample] = f64::NAN;
+        }
+        say(done, "outliers", text);
+    }
+    Ok(())
+}
+
+/// Brings all columns to a grid; `old` is the step before.
+pub(super) fn resample(
+    table: &mut Table,
+    grid: Grid,
+    old: f64,
+    preparation: &Preparation,
+    done: &mut Vec<Done>,
+) -> Result<()> {
+    let before = table.len();
+    let Some(t) = table.instants.take() else { return Ok(()) };
+    for column in &mut table.columns {
+        let resampling = Resampling {
+            between: match preparation.held.contains(&column.name) {
+                true => Between::Held,
+                false => Between::Smooth,
+            },
+            longest_gap: preparation.longest_gap,
+        };
+        column.samples = resampling.resample(&t, &column.samples, &grid)?;
+    }
+    table.instants = Some(grid.instants().collect());
+    let mut text = format!(
+        "{}, about {} s apart, are now {} every {} s",
+        samples(before),
+        decimal(old),
+        grouped(grid.samples),
+        decimal(grid.step)
+    );
+    if Resampling::slows(old, &grid) {
+        text.push_str(&format!(
+            "; what is faster than {} Hz is taken out first",
+            short(Resampling::cutoff(&grid))
+        ));
+    }
+    let held = table.columns.iter().map(|c| &*c.name);
+    let held: Vec<&str> = held
+        .filter(|name| preparation.held.iter().any(|held| held == name))
+        .collect();
+    if !held.is_empty() {
+        text.push_str(&format!(
+            "; {} keep their values between samples",
+            listed(held.into_iter())
+        ));
+    }
+    for column in &table.columns {
+        let missing = column.samples.iter().filter(|x| !x.is_finite()).count();
+        if missing > 0 {
+            text.push_str(&format!(
+                "; {} of '{}' are missing, in gaps",
+                samples(missing),
+                column.name
+            ));
+        }
+    }
+    say(done, "resample", text);
+    Ok(())
+}
+
+pub(super) fn fill(table: &mut Table, longest_gap: usize, done: &mut Vec<Done>) {
+    let filled = table.fill(longest_gap);
+    for (column, [filled, missing]) in table.columns.iter().zip(filled) {
+        if filled + missing == 0 {
+            continue;
+        }
+        let mut text = format!(
+            "{} of '{}' {} interpolated, in gaps of at most {longest_gap}",
+            samples(filled),
+            column.name,
+            if filled == 1 { "is" } else { "are" }
+        );
+        if missing > 0 {
+            text.push_str(&format!(
+                "; {} in longer gaps, or at the ends, stay missing",
+                grouped(missing)
+            ));
+        }
+        say(done, "fill", text);
+    }
+}
+
+pub(super) fn low_pass(table: &mut Table, filter: LowPass, done: &mut Vec<Done>) -> Result<()> {
+    table.step("a low-pass")?;
+    let t = table.instants.clone().unwrap_or_default();
+    let clock = Record::new([("t", t)])?.sample_clock("t")?;
+    for column in &mut table.columns {
+        column.samples = filter.filter(&column.samples, clock.step)?;
+    }
+    let text = format!(
+        "{} went through a low-pass of {} Hz (Butterworth of order {}, forward and backward, so without delay)",
+        listed(table.columns.iter().map(|column| &*column.name)),
+        short(filter.cutoff),
+        filter.order
+    );
+    say(done, "low-pass", text);
+    Ok(())
+}
+
+pub(super) fn remove_mean(table: &mut Table, columns: &Columns, done: &mut Vec<Done>) {
+    for column in chosen(table, columns) {
+        let Some(mean) = mean(&column.samples) else { continue };
+        for value in &mut column.samples {
+            *value -= mean;
+        }
+        let mean = with_unit(mean, column.unit.as_deref());
+        say(
+            done,
+            "mean",
+            format!("the mean of '{}', {mean}, is taken off", column.name),
+        );
+    }
+}
+
+pub(super) fn detrend(table: &mut Table, columns: &Columns, done: &mut Vec<Done>) -> Result<()> {
+    let samples = |n: usize| (0..n).map(|i| i as f64).collect();
+    let t = table.instants.clone().unwrap_or_else(|| samples(table.len()));
+    let ends = [table.place(0), table.place(t.len() - 1)];
+    for column in chosen(table, columns) {
+        let trend = Trend::of(&t, &column.samples).with_context(|| format!("column '{}'", column.name))?;
+        for (value, t) in column.samples.iter_mut().zip(&t) {
+            *value -= trend.value(*t);
+        }
+        let [first, last] = [t[0], t[t.len() - 1]].map(|t| with_unit(trend.value(t), column.unit.as_deref()));
+        let text = format!(
+            "the straight line through '{}', {first} at {} to {last} at {}, is taken off",
+            column.name, ends[0], ends[1]
+        );
+        say(done, "trend", text);
+    }
+    Ok(())
+}

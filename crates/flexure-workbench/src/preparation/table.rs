@@ -1,0 +1,139 @@
+//! A record in preparation: columns with units, at instants.
+
+use anyhow::{Result, bail};
+use flexure::Record;
+use flexure::preparation::{fill, nominal_step};
+use flexure_io::{Instants, RecordFile};
+
+use crate::text::{decimal, grouped};
+
+/// A column with its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// Its unit, if known.
+    pub unit: Option<String>,
+    /// The samples; NaN where they are missing.
+    pub samples: Vec<f64>,
+}
+
+/// Columns of equal length, and their instants.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// The file's name, for messages.
+    pub name: String,
+    /// What was made of the file's instants, if anything.
+    pub note: Option<String>,
+    /// The instants, in s, where they are known.
+    pub instants: Option<Vec<f64>>,
+    /// What the instants count from, in ns, where they were time stamps: tables that have it share a clock.
+    pub origin: Option<i64>,
+    /// The columns.
+    pub columns: Vec<Column>,
+}
+
+impl Table {
+    /// The columns of a file, but for that of its `instants`.
+    ///
+    /// A `sample_time`, in s, takes the place of instants: the samples then have that distance.
+    ///
+    /// # Errors
+    /// Where there is no other column.
+    pub fn of(file: &RecordFile, instants: Option<Instants>, sample_time: Option<f64>) -> Result<Self> {
+        let mut columns = Vec::new();
+        for ((name, samples), unit) in file.record.columns().zip(&file.units) {
+            if instants.as_ref().is_none_or(|instants| instants.name != name) {
+                columns.push(Column {
+                    name: name.to_owned(),
+                    unit: unit.clone(),
+                    samples: samples.to_vec(),
+                });
+            }
+        }
+        if columns.is_empty() {
+            bail!("{}: there is no column but the time", file.path.display());
+        }
+        let name = file.path.display().to_string();
+        let uniform = |step: f64| (0..file.record.len()).map(|i| i as f64 * step).collect();
+        let note = match (&instants, sample_time) {
+            (Some(instants), Some(step)) => Some(format!(
+                "the samples of {name} count as {step} s apart; column '{}' is left out",
+                instants.name
+            )),
+            _ => None,
+        };
+        Ok(Table {
+            origin: instants.as_ref().and_then(|instants| instants.origin),
+            instants: sample_time.map(uniform).or(instants.map(|instants| instants.seconds)),
+            name,
+            note,
+            columns,
+        })
+    }
+
+    /// The number of samples a column.
+    pub fn len(&self) -> usize {
+        self.columns.first().map_or(0, |column| column.samples.len())
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The usual step of the instants, in s.
+    ///
+    /// # Errors
+    /// Where the instants are not known, or do not increase.
+    pub fn step(&self, what: &str) -> Result<f64> {
+        match &self.instants {
+            Some(instants) => Ok(nominal_step(instants)?),
+            None => bail!("{what} needs the sample time, and there is no column of time"),
+        }
+    }
+
+    /// The column of this name.
+    pub fn column(&mut self, name: &str) -> Option<&mut Column> {
+        self.columns.iter_mut().find(|column| column.name == name)
+    }
+
+    /// Where a sample is, for reading: its instant, or its number.
+    pub(super) fn place(&self, sample: usize) -> String {
+        match &self.instants {
+            Some(instants) => format!("{} s", decimal(instants[sample])),
+            None => format!("sample {}", grouped(sample)),
+        }
+    }
+
+    /// The columns as a record, the instants first as column `t`, and their units.
+    ///
+    /// # Errors
+    /// Where another column is called `t` too.
+    pub fn record(&self) -> Result<(Record, Vec<Option<String>>)> {
+        let instants = self.instants.iter().map(|instants| ("t", instants.clone()));
+        let columns = self
+            .columns
+            .iter()
+            .map(|column| (&*column.name, column.samples.clone()));
+        let units = self.instants.iter().map(|_| Some("s".to_owned()));
+        let units = units
+            .chain(self.columns.iter().map(|column| column.unit.clone()))
+            .collect();
+        Ok((Record::new(instants.chain(columns))?, units))
+    }
+
+    /// Interpolates short gaps of every column; how many samples were interpolated, and how many are still missing, by column.
+    pub(super) fn fill(&mut self, longest_gap: usize) -> Vec<[usize; 2]> {
+        let missing = |x: &[f64]| x.iter().filter(|x| !x.is_finite()).count();
+        let of = |column: &mut Column| {
+            let before = missing(&column.samples);
+            if before > 0 {
+                column.samples = fill(&column.samples, longest_gap);
+            }
+            let after = missing(&column.samples);
+            [before - after, after]
+        };
+        self.columns.iter_mut().map(of).collect()
+    }
+}

@@ -1,0 +1,218 @@
+//! Several models on one record, side by side.
+
+use anyhow::{Context as _, Result};
+use flexure::text::number;
+use flexure_io::{ModelFile, RecordFile, RecordMark};
+use flexure_report::data::{Axis, Comparison, ComparisonPage, Prediction, Table};
+use serde_json::{Value, json};
+
+use super::columns::SystemColumns;
+use super::validation::{Judged, usual_skip};
+use crate::labels::Labels;
+
+/// The mark behind a model that has seen the record.
+const SEEN: &str = " *";
+
+/// A model that takes part, and the columns that it connects.
+pub struct Contender {
+    /// The model file's name.
+    pub name: String,
+    /// The model.
+    pub model: ModelFile,
+    /// The columns that enter the model.
+    pub inputs: Vec<String>,
+    /// The column that it should predict.
+    pub output: String,
+}
+
+/// What a model made of the record.
+struct Outcome {
+    contender: Contender,
+    judged: Judged,
+    /// Whether the model was identified from this very record.
+    seen: bool,
+}
+
+/// Models on one record, the best fit first.
+pub struct Compared {
+    record: String,
+    samples: usize,
+    skip: usize,
+    outcomes: Vec<Outcome>,
+}
+
+impl Compared {
+    /// Runs every model under the record's inputs. The first `skip` samples count for none of them; by default as many as the slowest
+    /// model takes to settle, at most a tenth of the record.
+    ///
+    /// # Errors
+    /// As [`Judged::new`].
+    pub fn new(contenders: Vec<Contender>, file: &RecordFile, skip: Option<usize>) -> Result<Self> {
+        let samples = file.record.len();
+        let usual = contenders.iter().map(|c| usual_skip(&c.model, samples)).max();
+        let skip = skip.or(usual).unwrap_or(0);
+        let judge = |contender: Contender| -> Result<Outcome> {
+            let inputs: Vec<&str> = contender.inputs.iter().map(String::as_str).collect();
+            let output = contender.output.as_str();
+            let columns = SystemColumns {
+                inputs: &inputs,
+                output,
+            };
+            let judged = Judged::new(&contender.model, file, columns, Some(skip), None)
+                .with_context(|| contender.name.clone())?;
+            let mark = RecordMark::new(&file.name(), &file.record, &[&inputs[..], &[output]].concat())?;
+            let seen = contender.model.was_identified_from(&mark);
+            Ok(Outcome {
+                contender,
+                judged,
+                seen,
+            })
+        };
+        let mut outcomes = contenders.into_iter().map(judge).collect::<Result<Vec<_>>>()?;
+        outcomes.sort_by(|a, b| b.fit().total_cmp(&a.fit()));
+        Ok(Compared {
+            record: file.name(),
+            samples,
+            skip,
+            outcomes,
+        })
+    }
+
+    /// What is compared on how many samples.
+    fn heading(&self) -> String {
+        let most = self.samples - self.skip;
+        format!(
+            "{} models on {}: {most} samples compared, the first {} skipped",
+            self.outcomes.len(),
+            self.record,
+            self.skip
+        )
+    }
+
+    /// What the mark means, where a model has it.
+    fn remark(&self) -> Option<String> {
+        let seen = self.outcomes.iter().filter(|o| o.seen).count();
+        (seen > 0).then(|| {
+            let which = match seen {
+                1 => "was identified from this very record, so its row says",
+                _ => "were identified from this very record, so their rows say",
+            };
+            format!("* {which} little about fresh data")
+        })
+    }
+
+    fn columns() -> [&'static str; 6] {
+        ["model", "structure", "order", "fit", "RMS error", "holds"]
+    }
+
+    /// The text that `flexure compare` prints.
+    pub fn summary(&self) -> String {
+        let columns = Self::columns();
+        let rows: Vec<[String; 6]> = self.outcomes.iter().map(Outcome::row).collect();
+        let width = |k: usize| {
+            let cells = rows.iter().map(|row| row[k].chars().count());
+            cells.chain([columns[k].len()]).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..columns.len()).map(width).collect();
+        let line = |cells: &[String; 6]| {
+            let each = cells.iter().zip(&widths).enumerate();
+            let padded = each.map(|(k, (cell, &width))| match k {
+                0 | 1 | 5 => format!("{cell:<width$}"),
+                _ => format!("{cell:>width$}"),
+            });
+            format!("  {}", padded.collect::<Vec<_>>().join("  "))
+                .trim_end()
+                .to_owned()
+        };
+        let mut lines = vec![self.heading(), line(&columns.map(str::to_owned))];
+        lines.extend(rows.iter().map(line));
+        lines.extend(self.remark());
+        lines.join("\n")
+    }
+
+    /// The object that `flexure compare --json` prints.
+    pub fn json(&self) -> Value {
+        json!({
+            "record": self.record,
+            "samples": self.samples - self.skip,
+            "skipped": self.skip,
+            "models": self.outcomes.iter().map(Outcome::json).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The page that `flexure compare --report` writes.
+    ///
+    /// # Errors
+    /// For numbers that cannot be drawn.
+    pub fn html(&self, file: &RecordFile, command: Option<String>) -> Result<String> {
+        let page = ComparisonPage {
+            title: format!("Models on {}", self.record),
+            subtitle: format!("{}.", self.heading()),
+            table: Table {
+                title: "Fits, the best first".to_owned(),
+                text: self.remark().map_or_else(String::new, |remark| remark + "."),
+                columns: Self::columns().map(str::to_owned).to_vec(),
+                rows: self.outcomes.iter().map(|o| o.row().to_vec()).collect(),
+                chosen: None,
+                ends_in_text: true,
+            },
+            runs: self
+                .outcomes
+                .iter()
+                .map(|outcome| outcome.run(file, self.skip))
+                .collect::<Result<_>>()?,
+            command,
+        };
+        flexure_report::render_comparison(&page).context("the report")
+    }
+}
+
+impl Outcome {
+    fn fit(&self) -> f64 {
+        self.judged.verdict.measures.fit_percent
+    }
+
+    /// The cells of the model's row.
+    fn row(&self) -> [String; 6] {
+        let Contender { name, model, .. } = &self.contender;
+        let mark = if self.seen { SEEN } else { "" };
+        let holds = if self.judged.verdict.holds() { "yes" } else { "no" };
+        [
+            format!("{name}{mark}"),
+            model.structure.clone(),
+            model.order.to_string(),
+            format!("{:.2} %", self.fit()),
+            number(self.judged.verdict.measures.rms),
+            holds.to_owned(),
+        ]
+    }
+
+    fn json(&self) -> Value {
+        let Contender { name, model, .. } = &self.contender;
+        let mut object = self.judged.json();
+        object["model"] = json!(name);
+        object["structure"] = json!(model.structure);
+        object["order"] = json!(model.order);
+        object["identified_from_this_record"] = json!(self.seen);
+        object
+    }
+
+    /// The output against the model's run.
+    fn run(&self, file: &RecordFile, skip: usize) -> Result<Comparison> {
+        let Contender {
+            name, model, output, ..
+        } = &self.contender;
+        let measures = &self.judged.verdict.measures;
+        Ok(Comparison {
+            heading: name.clone(),
+            prediction: Prediction {
+                y_label: Labels::new(file).of(output),
+                time: Axis::of_samples(model.sample_time, skip),
+                measured: file.finite(output)?[skip..].to_vec(),
+                predicted: self.judged.free.output[skip..].to_vec(),
+                fit_percent: measures.fit_percent,
+                rms: measures.rms,
+            },
+        })
+    }
+}
