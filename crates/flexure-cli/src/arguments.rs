@@ -2,19 +2,13 @@
 
 use std::ops::RangeInclusive;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use flexure::identify::hammerstein::MOST_ORDER;
 use flexure::identify::{Structure, structures};
 use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
-use flexure_io::{ModelFile, RecordFile};
 use flexure_workbench::Named;
 use flexure_workbench::text::capitalised;
-
-/// The column of sample instants in records that Flexure writes, and looks for in others.
-pub const TIME: &str = "t";
-/// Relative difference of two sample times that still counts as none (printed digits).
-pub const SAME_SAMPLE_TIME: f64 = 1e-3;
 
 /// What is wrong with a name that none of the choices has; clap refuses such names before this.
 const NO_SUCH_NAME: Usage = Usage(String::new());
@@ -150,9 +144,16 @@ fn one_of<T: Copy>(text: &str, all: &[T], name: fn(T) -> &'static str) -> Result
     choice.ok_or_else(|| format!("expected one of {}", names()))
 }
 
-/// An estimator by name.
-pub fn estimator(text: &str) -> Result<EstimatorName, String> {
-    one_of(text, &EstimatorName::ALL, EstimatorName::name)
+/// An estimator by name; the help says of each what it is.
+pub fn estimator() -> impl TypedValueParser<Value = EstimatorName> {
+    let values = EstimatorName::ALL.map(|estimator| {
+        let columns = match estimator.most_columns() {
+            1 => "",
+            _ => ", of several columns too",
+        };
+        PossibleValue::new(estimator.name()).help(format!("{}{columns}", capitalised(estimator.title())))
+    });
+    PossibleValuesParser::new(values).try_map(|name| EstimatorName::parse(&name).ok_or(NO_SUCH_NAME))
 }
 
 /// A rule that chooses a parameter, by name.
@@ -198,60 +199,7 @@ pub fn distinct_inputs(inputs: &[&str], output: Option<&str>) -> Result<(), Usag
     Ok(())
 }
 
-/// Whether a record has a column of sample instants: one named `t` that is none of the `signals` in use.
-pub fn has_time(file: &RecordFile, signals: &[&str]) -> bool {
-    !signals.contains(&TIME) && file.record.names().iter().any(|n| n == TIME)
-}
-
-/// The sample time of a record in s: as given, or from its column `t`, unless that is one of the `signals`; `None` without
-/// either.
-pub fn sample_time(file: &RecordFile, given: Option<f64>, signals: &[&str]) -> Result<Option<f64>> {
-    let recorded = match has_time(file, signals) {
-        true => Some(file.sample_time(TIME)?),
-        false => None,
-    };
-    if let (Some(given), Some(recorded)) = (given, recorded)
-        && (given - recorded).abs() > SAME_SAMPLE_TIME * recorded
-    {
-        bail!(
-            "{}: column '{TIME}' has a sample time of {recorded} s, but --sample-time says {given} s; leave the option out or correct the column",
-            file.path.display()
-        );
-    }
-    Ok(given.or(recorded))
-}
-
-/// Refuses a record whose sample time is not the model's; `signals` are the columns in use.
-pub fn same_sample_time(file: &RecordFile, model: Option<f64>, signals: &[&str]) -> Result<()> {
-    if let (Some(model), Some(recorded)) = (model, sample_time(file, None, signals)?)
-        && (model - recorded).abs() > SAME_SAMPLE_TIME * model
-    {
-        bail!(
-            "{}: the sample time is {recorded} s, but the model was identified at {model} s; resample the record",
-            file.path.display()
-        );
-    }
-    Ok(())
-}
-
 /// The columns of a list, separated by commas.
 pub fn columns(list: &str) -> Vec<&str> {
     list.split(',').map(str::trim).collect()
-}
-
-/// The columns that enter a model: a list in `given` for a model of several inputs.
-pub fn model_inputs<'a>(model: &ModelFile, given: &'a str) -> Result<Vec<&'a str>, Usage> {
-    let needed = model.block.inputs();
-    let names = match needed {
-        1 => vec![given],
-        _ => columns(given),
-    };
-    if names.len() != needed {
-        return Err(Usage(format!(
-            "--input names {} of the model's {needed} inputs; give them all, separated by commas, in the model's order: {}",
-            names.len(),
-            model.inputs.join(",")
-        )));
-    }
-    Ok(names)
 }

@@ -11,7 +11,7 @@ use serde_json::{Map, json};
 
 use crate::files::{write_text, wrote};
 use crate::identify::hammerstein;
-use crate::output::{command_line, print};
+use crate::output::{command_line, print, print_result};
 use crate::simulate::simulate;
 
 /// Simulate the space arm, identify its elbow joint, and show it on one page.
@@ -64,10 +64,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         object["files"] = paths.iter().map(|p| p.display().to_string()).collect();
         return print(&object.to_string());
     }
-    let mut lines = vec![identified.summary()];
-    lines.extend(wrote(&paths));
-    lines.push(format!("open {} in a browser", paths[3].display()));
-    print(&lines.join("\n"))
+    let open = format!("open {} in a browser", paths[3].display());
+    print_result(&identified.summary(), wrote(&paths).chain([open]))
 }
 
 /// Simulates, identifies and writes the three views of the joint.

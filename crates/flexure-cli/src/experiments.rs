@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use flexure::Record;
-use flexure_io::{RecordFile, read_record};
+use flexure_io::RecordFile;
 use flexure_workbench::systems::{Task, check};
 
-use crate::arguments::{self, SAME_SAMPLE_TIME, Usage};
+use crate::arguments::Usage;
+use crate::columns::Connected;
+use crate::reading::{Reading, SAME_SAMPLE_TIME};
 
 /// The records of experiments, as one.
 pub struct Experiments {
@@ -20,36 +22,41 @@ pub struct Experiments {
 }
 
 impl Experiments {
-    /// Reads them: columns `input` and `output` of each, and their sample time.
+    /// The `first` record, and those at the paths `others`: the columns that are `connected` of each, and their sample time.
     ///
     /// # Errors
     /// Names the record, the column and the line.
     pub fn read(
-        paths: &[PathBuf],
-        (input, output): (&str, &str),
+        reading: &Reading,
+        first: RecordFile,
+        others: &[PathBuf],
+        connected: &Connected,
         sample_time: Option<f64>,
         may_miss: bool,
     ) -> Result<Self> {
-        let (mut u, mut y, mut samples) = (Vec::new(), Vec::new(), Vec::new());
-        let mut known: Option<(f64, &PathBuf)> = None;
-        for path in paths {
-            let file = read_record(path)?;
-            check(&file, &[input], output, may_miss)?;
-            u.extend_from_slice(file.column(input)?);
-            y.extend_from_slice(file.column(output)?);
+        let all = connected.all();
+        let mut columns = vec![Vec::new(); all.len()];
+        let (mut samples, mut names) = (Vec::new(), Vec::new());
+        let mut known: Option<(f64, String)> = None;
+        let files = std::iter::once(Ok(first)).chain(others.iter().map(|path| reading.read(path)));
+        for file in files {
+            let file = file?;
+            check(&file, &connected.inputs(), &connected.output, may_miss)?;
+            for (name, column) in all.iter().zip(&mut columns) {
+                column.extend_from_slice(file.column(name)?);
+            }
             samples.push(file.record.len());
-            match (arguments::sample_time(&file, sample_time, &[input, output])?, known) {
+            let path = file.path.display().to_string();
+            match (reading.sample_time(&file, sample_time, &all)?, &known) {
                 (Some(own), Some((first, of))) if (own - first).abs() > SAME_SAMPLE_TIME * first => bail!(
-                    "{}: the sample time is {own} s, but that of {} is {first} s; experiments of one system need the same: resample one of them",
-                    path.display(),
-                    of.display()
+                    "{path}: the sample time is {own} s, but that of {of} is {first} s; experiments of one system need the same: resample one of them"
                 ),
-                (Some(own), None) => known = Some((own, path)),
+                (Some(own), None) => known = Some((own, path.clone())),
                 _ => {}
             }
+            names.push(path);
         }
-        let record = Record::new([(input.to_owned(), u), (output.to_owned(), y)])?;
-        let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        let record = Record::new(all.into_iter().zip(columns))?;
         Ok(Experiments {
             file: RecordFile::in_memory(record, &names.join(", ")),
             samples,

@@ -6,24 +6,26 @@ use std::path::PathBuf;
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::identify::{Calibration, Options, RefinedHammerstein, Structure, structures};
-use flexure_io::{RecordFile, model_text, read_record};
+use flexure_io::{RecordFile, model_text};
 use flexure_report::data::ArmMotion;
 use flexure_workbench::systems::{Decoration, Identified, SystemColumns, Task, arm_motion};
 
 use crate::arguments::{self, Auto, Usage};
+use crate::columns::Connected;
 use crate::experiments::{self, Experiments};
 use crate::files::{prepare, write_text, wrote};
 use crate::method::{self, MethodName, PlainOptions, RefinedOptions};
-use crate::output::{print, print_note, this_command};
+use crate::output::{print, print_note, print_result, this_command};
 use crate::periods::PeriodOptions;
 use crate::progress::{spinning, spinning_through};
+use crate::reading::Reading;
 use crate::simulate::read_arm;
 
 /// Identify a block-oriented model from an input-output record.
 ///
 /// The last quarter of the record is kept from the fit; fit, RMS error and residual tests are those on it.
 /// A record is CSV with a header, whitespace-separated columns without one (named c0, c1, ...), Parquet, or
-/// MAT v5. Nothing has to be typed in but the two columns.
+/// MAT v5. Of a record with two signals nothing has to be typed in; of more, the two columns.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  flexure identify record.csv --input u --output y -o model.json --report report.html"
@@ -32,12 +34,12 @@ pub struct Arguments {
     /// The record; several are so many experiments of one system, for a refined Hammerstein model, judged on the end of the last.
     #[arg(value_name = "RECORD", required = true)]
     records: Vec<PathBuf>,
-    /// The input's column; A,B for a structure with several inputs.
+    /// The input's column; A,B for a structure with several inputs. A record with two signals needs no names.
     #[arg(long, value_name = "COLUMN")]
-    input: String,
+    input: Option<String>,
     /// The output's column.
     #[arg(long, value_name = "COLUMN")]
-    output: String,
+    output: Option<String>,
     /// The structure of the model.
     #[arg(long, default_value = "hammerstein", value_parser = arguments::structure())]
     structure: &'static Structure,
@@ -74,6 +76,8 @@ pub struct Arguments {
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -113,12 +117,14 @@ impl Arguments {
         }
     }
 
-    /// The inputs' columns: one, but for a structure with several.
-    fn inputs(&self) -> Vec<&str> {
-        match self.structure.has_several_inputs() {
-            true => arguments::columns(&self.input),
-            false => vec![&self.input],
-        }
+    /// The inputs' columns, where they are named: one, but for a structure with several.
+    fn inputs(&self) -> Option<Vec<&str>> {
+        self.input
+            .as_deref()
+            .map(|names| match self.structure.has_several_inputs() {
+                true => arguments::columns(names),
+                false => vec![names],
+            })
     }
 
     /// The options that were given of those that not every structure knows.
@@ -148,19 +154,20 @@ impl Arguments {
         Ok((Task { structure, options }, note))
     }
 
-    /// The record, or those of several experiments, whose output may miss samples or not.
-    fn read(&self, inputs: &[&str], may_miss: bool) -> Result<Experiments> {
-        let [path] = self.records.as_slice() else {
-            let columns = (self.input.as_str(), self.output.as_str());
-            return Experiments::read(&self.records, columns, self.sample_time, may_miss);
+    /// The record, or those of several experiments, whose output may miss samples or not; and the columns that are meant.
+    fn read(&self, may_miss: bool) -> Result<(Experiments, Connected)> {
+        let file = self.reading.read(&self.records[0])?;
+        let columns = Connected::of_record(&file, self.reading.time_column(), self.inputs(), self.output.as_deref())?;
+        check_input_count(self.structure, columns.inputs.len())?;
+        let experiments = match &self.records[1..] {
+            [] => Experiments {
+                sample_time: self.reading.sample_time(&file, self.sample_time, &columns.all())?,
+                samples: vec![file.record.len()],
+                file,
+            },
+            others => Experiments::read(&self.reading, file, others, &columns, self.sample_time, may_miss)?,
         };
-        let file = read_record(path)?;
-        let columns = [inputs, &[&self.output]].concat();
-        Ok(Experiments {
-            sample_time: arguments::sample_time(&file, self.sample_time, &columns)?,
-            samples: vec![file.record.len()],
-            file,
-        })
+        Ok((experiments, columns))
     }
 
     /// The arm in motion, for a record that has its angles.
@@ -209,10 +216,11 @@ fn check_input_count(structure: &Structure, inputs: usize) -> Result<(), Usage> 
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let inputs = arguments.inputs();
-    arguments::distinct_inputs(&inputs, Some(&arguments.output))?;
+    if let Some(inputs) = arguments.inputs() {
+        arguments::distinct_inputs(&inputs, arguments.output.as_deref())?;
+        check_input_count(arguments.structure, inputs.len())?;
+    }
     arguments::distinct_points(&arguments.known)?;
-    check_input_count(arguments.structure, inputs.len())?;
     let (task, note) = arguments.task()?;
     let outputs = [&arguments.model, &arguments.report].into_iter().flatten();
     let others = [arguments.periods.first_given(), arguments.arm.as_ref().map(|_| "--arm")];
@@ -221,14 +229,15 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(note) = note {
         print_note(&note);
     }
+    let (experiments, connected) = arguments.read(task.skips_missing())?;
     let Experiments {
         file,
         samples,
         sample_time,
-    } = spinning("reading", || arguments.read(&inputs, task.skips_missing()))?;
+    } = experiments;
     let columns = SystemColumns {
-        inputs: &inputs,
-        output: &arguments.output,
+        inputs: &connected.inputs(),
+        output: &connected.output,
     };
     let periodic = match samples.len() {
         1 => arguments.periods.approximate(&file, columns, sample_time)?,
@@ -261,9 +270,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json {
         return print(&identified.json().to_string());
     }
-    let mut lines = vec![identified.summary()];
-    lines.extend(wrote(outputs));
-    print(&lines.join("\n"))
+    print_result(&identified.summary(), wrote(outputs))
 }
 
 /// Identifies a Hammerstein model by the refined method, and says in which file and line an error lies.

@@ -3,18 +3,25 @@
 //! Exit codes: 0 done, 1 the data or the fit failed, 2 wrong usage.
 
 mod arguments;
+mod columns;
+mod compare;
 mod demo;
 mod excite;
 mod experiments;
 mod files;
+mod help;
 mod identify;
 mod joint;
+mod look;
 mod method;
 mod output;
 mod periods;
 mod predict;
+mod prepare;
 mod progress;
+mod reading;
 mod regress;
+mod report;
 mod simulate;
 mod study;
 mod tuning;
@@ -22,12 +29,16 @@ mod validate;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 #[derive(Parser)]
-#[command(name = "flexure", version, arg_required_else_help = true)]
-/// Simulate flexible-joint space manipulators, and identify the nonlinear blocks inside systems from
-/// their input-output records.
+#[command(
+    name = "flexure",
+    version,
+    arg_required_else_help = true,
+    after_help = "Completions for a shell: flexure completions --help. Manual pages: flexure man --help."
+)]
+/// Find the friction, dead zone or saturation inside a system from a log of its input and output; simulate arms with flexible joints.
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -35,29 +46,46 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    // In the order in which a user needs them.
     Demo(demo::Arguments),
+    Look(look::Arguments),
+    Prepare(Box<prepare::Arguments>),
+    Identify(Box<identify::Arguments>),
+    Validate(validate::Arguments),
+    Predict(predict::Arguments),
+    Compare(compare::Arguments),
+    Report(report::Arguments),
+    Joint(Box<joint::Arguments>),
+    Regress(Box<regress::Arguments>),
     Excite(Box<excite::Arguments>),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
-    Identify(Box<identify::Arguments>),
-    Joint(Box<joint::Arguments>),
-    Predict(predict::Arguments),
-    Regress(Box<regress::Arguments>),
-    Validate(validate::Arguments),
+    #[command(hide = true)]
+    Completions(help::CompletionArguments),
+    #[command(hide = true)]
+    Man(help::ManualArguments),
 }
 
 fn main() -> ExitCode {
     // Where the arguments cannot be read, the process ends here with 2; after `--help`, with 0.
-    let result = match Cli::parse().command {
+    let command = help::grouped(Cli::command());
+    let given = Cli::from_arg_matches(&command.clone().get_matches()).unwrap_or_else(|error| error.exit());
+    let result = match given.command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Joint(arguments) => joint::run(&arguments),
+        Command::Look(arguments) => look::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),
+        Command::Prepare(arguments) => prepare::run(&arguments),
         Command::Regress(arguments) => regress::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
+        Command::Completions(arguments) => help::completions(&arguments, command),
+        Command::Man(arguments) => help::manual(&arguments, command),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -29,7 +29,7 @@ pub struct RefinedOptions {
     #[arg(long)]
     missing: bool,
     /// Estimator of the nonlinearity that the refinement starts from: kernel (the default) or another that --nonlinearity has.
-    #[arg(long, value_name = "NAME", value_parser = arguments::estimator)]
+    #[arg(long, value_name = "NAME", value_parser = arguments::estimator())]
     start: Option<EstimatorName>,
 }
 
@@ -40,9 +40,8 @@ pub struct PlainOptions {
     /// Lag of the regression of output on input: 'strongest' dependence (the default), 'delay' (the paper's), or a number.
     #[arg(long, value_name = "strongest|delay|N", allow_hyphen_values = true, value_parser = regression_lag)]
     lag: Option<RegressionLag>,
-    /// Estimator of the nonlinearity: kernel (the paper's, and the default), local-linear, local-bandwidth, knn, fourier, cosine,
-    /// legendre, hermite, haar, polynomial, spline, network or recursive.
-    #[arg(long, value_name = "NAME", value_parser = arguments::estimator)]
+    /// Estimator of the nonlinearity: kernel, the paper's, unless given.
+    #[arg(long, value_name = "NAME", value_parser = arguments::estimator())]
     nonlinearity: Option<EstimatorName>,
     /// Bandwidth of an estimator with a kernel, in the input's unit; auto unless given.
     #[arg(long, value_name = "auto|H", allow_hyphen_values = true, value_parser = arguments::auto_positive)]

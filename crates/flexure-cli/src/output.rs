@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 
 use anyhow::Result;
+use flexure_workbench::lines::{Lines, WIDTH};
 
 /// Prints the lines of a result.
 ///
@@ -12,7 +13,26 @@ use anyhow::Result;
 /// # Errors
 /// [`flexure_io::Error::Write`] where the output cannot be written for any other reason.
 pub fn print(lines: &str) -> Result<()> {
-    let mut out = io::stdout().lock();
+    write_all(&mut io::stdout().lock(), lines)
+}
+
+/// Prints a result, and then further lines as they are: wrapped to the terminal's width, and coloured where the output is a terminal.
+/// The variables `NO_COLOR` and `CLICOLOR_FORCE` are obeyed.
+///
+/// # Errors
+/// Those of [`print`].
+pub fn print_result(result: &Lines, further: impl IntoIterator<Item = String>) -> Result<()> {
+    let columns = terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
+    let text = result.coloured(columns.map_or(WIDTH, |columns| columns.min(WIDEST)));
+    let lines: Vec<String> = std::iter::once(text).chain(further).collect();
+    // Where colours are not wanted, this leaves them out.
+    write_all(&mut anstream::stdout().lock(), &lines.join("\n"))
+}
+
+/// The widest text that is easily read.
+const WIDEST: usize = 120;
+
+fn write_all(out: &mut impl Write, lines: &str) -> Result<()> {
     match writeln!(out, "{lines}").and_then(|()| out.flush()) {
         Err(cause) if cause.kind() != io::ErrorKind::BrokenPipe => Err(flexure_io::Error::Write {
             path: "the standard output".into(),

@@ -5,90 +5,145 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexure::Record;
 use flexure::validation::FitMeasures;
-use flexure_io::{read_model, read_record, write_record};
+use flexure_io::{ModelFile, RecordFile, read_model, write_record};
 use flexure_workbench::Named;
 use flexure_workbench::systems::{Ahead, FreeRun, Outside, Start, columns};
 use flexure_workbench::text::number;
 use serde_json::json;
 
-use crate::arguments::{self, TIME, Usage};
+use crate::arguments::{self, Usage};
+use crate::columns::Connected;
 use crate::files::prepare;
-use crate::output::print;
+use crate::output::{print, print_note};
 use crate::progress::spinning;
+use crate::reading::Reading;
 
 /// Simulate a model under a record's input, or predict its output from the past.
 ///
-/// Writes the output as column 'y' (after the record's column of times 't', if it has one), one row a sample of the record. Without
-/// --horizon that is the free run, which sees the input alone.
+/// Writes the columns t (in s, where the record has instants), measured (where it has the output), predicted and error, one row a
+/// sample of the record. Without --horizon the prediction is the free run: it sees the input, and of the output only the first
+/// samples, for the state in which the record begins.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  flexure predict model.json fresh.csv --input u -o predicted.csv\n  flexure predict model.json fresh.csv --input u --output y --horizon 5 -o predicted.csv"
+    after_help = "Examples:\n  flexure predict model.json fresh.csv -o predicted.csv\n  flexure predict model.json fresh.csv --horizon 5 -o predicted.csv"
 )]
 pub struct Arguments {
     /// The model, from `flexure identify -o`.
     model: PathBuf,
     /// The record with the input.
     record: PathBuf,
-    /// The input's column; A,B for a model of several inputs.
+    /// The input's column, where it is not called as the model's; A,B for a model of several inputs.
     #[arg(long, value_name = "COLUMN")]
-    input: String,
-    /// The measured output's column: for --horizon, for the initial state, and for a fit.
+    input: Option<String>,
+    /// The measured output's column, where it is not called as the model's: for --horizon, for the initial state, and for a fit.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
     /// Predict so many samples ahead: every value uses the outputs measured up to K samples before it.
-    #[arg(long, value_name = "K", requires = "output", allow_hyphen_values = true, value_parser = arguments::count_from_one)]
+    #[arg(long, value_name = "K", allow_hyphen_values = true, value_parser = arguments::count_from_one)]
     horizon: Option<usize>,
-    /// The state in which the record begins: estimate if --output is given and the record has enough samples, else steady.
+    /// The state in which the record begins: estimate if the record has the output and enough samples, else steady.
     #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     initial_state: Option<Start>,
     /// Write the prediction here: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "OUT.csv")]
     out: PathBuf,
+    #[command(flatten)]
+    reading: Reading,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
 }
 
+impl Arguments {
+    /// The measured output: the column that is named, or the model's where the record has it. One that is not named and misses
+    /// samples is written beside the prediction, but not used.
+    ///
+    /// # Errors
+    /// Names the file and the line of a sample that is missing in a column that is named; wrong usage where an option needs the output.
+    fn measured<'a>(&self, file: &'a RecordFile, model: &ModelFile, output: &str) -> Result<Measured<'a>> {
+        let needs = match (self.horizon, self.initial_state) {
+            (Some(_), _) => Some("--horizon"),
+            (_, Some(Start::Estimate)) => Some("--initial-state estimate"),
+            _ => None,
+        };
+        let there = file.has(output);
+        if self.output.is_some() || needs.is_some() && there {
+            let used = Some(file.finite(output)?);
+            return Ok(Measured { written: used, used });
+        }
+        if let Some(option) = needs {
+            return Err(Usage(format!(
+                "{option} needs the measured output, and {} has no column '{}', as the model calls it; name it by --output",
+                file.path.display(),
+                model.output
+            ))
+            .into());
+        }
+        let used = match file.finite(output) {
+            Err(error) if there => {
+                print_note(&format!(
+                    "note: {error}; the output is not used for the prediction's initial state or a fit"
+                ));
+                None
+            }
+            finite => finite.ok(),
+        };
+        let written = file.column(output).ok();
+        Ok(Measured { written, used })
+    }
+}
+
+/// The measured output of a record, where it has one.
+struct Measured<'a> {
+    /// What is written beside the prediction.
+    written: Option<&'a [f64]>,
+    /// What the prediction and its fit use: only finite samples.
+    used: Option<&'a [f64]>,
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    arguments::distinct_inputs(&[&arguments.input], arguments.output.as_deref())?;
-    if arguments.output.is_none() && arguments.initial_state == Some(Start::Estimate) {
-        let message =
-            "--initial-state estimate needs the measured output; name its column by --output, or choose steady";
-        return Err(Usage(message.to_owned()).into());
+    if let Some(input) = &arguments.input {
+        arguments::distinct_inputs(&[input], arguments.output.as_deref())?;
     }
     prepare([&arguments.model, &arguments.record], [&arguments.out], [])?;
     let model = read_model(&arguments.model)?;
-    let inputs = arguments::model_inputs(&model, &arguments.input)?;
-    arguments::distinct_inputs(&inputs, arguments.output.as_deref())?;
-    let file = spinning("reading", || read_record(&arguments.record))?;
-    let mut signals = [&inputs[..], &[&model.output]].concat();
-    signals.extend(arguments.output.as_deref());
-    arguments::same_sample_time(&file, model.sample_time, &signals)?;
+    let file = arguments.reading.read(&arguments.record)?;
+    let connected = Connected::of_model(&file, &model, arguments.input.as_deref(), arguments.output.as_deref())?;
+    let inputs = connected.inputs();
+    let time = arguments
+        .reading
+        .same_sample_time(&file, model.sample_time, &connected.all())?;
     let entering = columns(&file, &inputs)?;
-    let measured = (arguments.output.as_deref())
-        .map(|output| file.finite(output))
-        .transpose()?;
+    let measured = arguments.measured(&file, &model, &connected.output)?;
     let free = spinning("simulating", || {
-        FreeRun::new(&model.block, &file, &inputs, measured, arguments.initial_state)
+        FreeRun::new(&model.block, &file, &inputs, measured.used, arguments.initial_state)
     })?;
-    let ahead = match (arguments.horizon, measured) {
+    let ahead = match (arguments.horizon, measured.used) {
         (Some(horizon), Some(measured)) => Some(Ahead::new(&model, &free, measured, horizon)?),
         _ => None,
     };
-    let y = ahead.as_ref().map_or(&free.output, |ahead| &ahead.output);
+    let predicted = ahead.as_ref().map_or(&free.output, |ahead| &ahead.output);
     // A constant output has no fit.
-    let measures = measured.and_then(|measured| FitMeasures::new(measured, y).ok());
+    let measures = (measured.used).and_then(|measured| FitMeasures::new(measured, predicted).ok());
     let outside = Outside::new(&model.block, &entering);
     let mut columns = Vec::new();
-    if arguments::has_time(&file, &signals) {
-        columns.push((TIME, file.column(TIME)?.to_vec()));
+    if let Some(time) = time {
+        let instants = file.column(&time.name)?.iter().map(|t| t * time.seconds);
+        columns.push(("t", instants.collect()));
     }
-    columns.push(("y", y.clone()));
+    if let Some(measured) = measured.written {
+        columns.push(("measured", measured.to_vec()));
+        columns.push(("predicted", predicted.clone()));
+        let error = measured.iter().zip(predicted).map(|(y, yh)| y - yh);
+        columns.push(("error", error.collect()));
+    } else {
+        columns.push(("predicted", predicted.clone()));
+    }
     write_record(&arguments.out, &Record::new(columns)?)?;
     if arguments.json {
         let object = json!({
-            "samples": y.len(),
+            "samples": predicted.len(),
             "samples_outside_range": outside.samples,
             "initial_state": free.start().name(),
             "initial_state_samples": free.estimated_from,
@@ -100,7 +155,11 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         });
         return print(&object.to_string());
     }
-    let mut lines = vec![format!("wrote {} ({} samples)", arguments.out.display(), y.len())];
+    let mut lines = vec![format!(
+        "wrote {} ({} samples)",
+        arguments.out.display(),
+        predicted.len()
+    )];
     lines.extend(ahead.map(|ahead| ahead.description));
     lines.push(format!("free run {}", free.description()));
     lines.extend(measures.map(|m| format!("fit {:.2} %, RMS error {}", m.fit_percent, number(m.rms))));

@@ -125,7 +125,7 @@ pub fn read_arm(path: &Path) -> Result<ArmFile> {
 /// Simulates under a progress bar; a record that the excitation names is looked for beside the arm file.
 pub fn simulate(file: &ArmFile, folder: &Path) -> Result<Record, ArmError> {
     let progress = Progress::new("simulating", file.run.duration);
-    let load = |name: &str| read_record(folder.join(name)).map(|f| f.record);
+    let load = |name: &str| read_record(folder.join(name));
     run_watched(file, load, &mut |t| {
         progress.at(t);
         ControlFlow::Continue(())

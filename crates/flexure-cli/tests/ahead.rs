@@ -10,7 +10,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use serde_json::Value;
 
-const PREDICT: &str = "predict model.json fresh.csv --input u -o p.csv";
+const PREDICT: &str = "predict model.json fresh.csv -o p.csv";
+const STEADY: &str = "predict model.json fresh.csv -o p.csv --initial-state steady";
 
 /// A limiter and a slowly ringing linear part, with output noise of its own colour.
 fn record(samples: usize, seed: u64) -> Record {
@@ -55,13 +56,13 @@ fn the_noise_model_looks_ahead() {
     let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
     let r = numbers(&model["noise_model"]);
     assert!(r.len() > 1 && r[0] == 1.0, "{r:?}");
-    folder.done(PREDICT);
-    let free = column(&folder, "p.csv", "y");
+    folder.done(STEADY);
+    let free = column(&folder, "p.csv", "predicted");
     let measured = column(&folder, "fresh.csv", "y");
     let v: Vec<f64> = measured.iter().zip(&free).map(|(y, s)| y - s).collect();
     let mut fits = Vec::new();
     for horizon in [1, 3, 20, 1000] {
-        let options = format!("{PREDICT} --output y --initial-state steady --horizon {horizon}");
+        let options = format!("{STEADY} --horizon {horizon}");
         let found = folder.json(&options);
         assert_eq!(
             (&found["horizon"], &found["noise_model_used"]),
@@ -69,7 +70,7 @@ fn the_noise_model_looks_ahead() {
         );
         fits.push(found["fit_percent"].as_f64().unwrap());
         // The autoregression run on from what was known, one step after the other.
-        for (t, got) in column(&folder, "p.csv", "y").iter().enumerate() {
+        for (t, got) in column(&folder, "p.csv", "predicted").iter().enumerate() {
             let mut known = v[..(t + 1).saturating_sub(horizon)].to_vec();
             let past = known.len();
             while past > 0 && known.len() <= t {
@@ -86,9 +87,7 @@ fn the_noise_model_looks_ahead() {
             "{words}"
         );
     }
-    let run = folder.json(&format!("{PREDICT} --output y --initial-state steady"))["fit_percent"]
-        .as_f64()
-        .unwrap();
+    let run = folder.json(STEADY)["fit_percent"].as_f64().unwrap();
     println!("free run {run}, ahead {fits:?}");
     assert!(fits[0] > fits[1] && fits[1] > run, "{fits:?} {run}");
     assert!((fits[3] - run).abs() < 1e-9);
@@ -97,9 +96,9 @@ fn the_noise_model_looks_ahead() {
 #[test]
 fn without_a_noise_model_the_prediction_is_the_free_run_and_that_is_said() {
     let folder = folder(300, "plain");
-    folder.done(PREDICT);
+    folder.done(STEADY);
     let free = folder.read("p.csv");
-    let options = format!("{PREDICT} --output y --initial-state steady --horizon 2");
+    let options = format!("{STEADY} --horizon 2");
     let words = folder.done(&options);
     assert!(
         words.contains("predicted 2 samples ahead, the model has no noise model: the same as the free run\n"),
@@ -126,34 +125,30 @@ fn the_initial_state_of_a_short_record_is_estimated() {
     assert!(percent(&default) > percent(&steady) + 5.0);
     // Where the start is skipped, it does not matter.
     assert_eq!(fit("--skip 40 --initial-state estimate")["initial_state"], "estimate");
-    let words = folder.done(&format!("{validate} --skip 0"));
+    let words = folder.said(&format!("{validate} --skip 0"));
     assert!(
-        words.contains("\nfree run from the state estimated from the first "),
+        words.contains(" free run from the state estimated from the first "),
         "{words}"
     );
 
-    // The same in predict, once the output is named.
-    folder.done(PREDICT);
-    let without = column(&folder, "p.csv", "y");
-    let found = folder.json(&format!("{PREDICT} --output y"));
+    // The same in predict.
+    folder.done(STEADY);
+    let without = column(&folder, "p.csv", "predicted");
+    let found = folder.json(PREDICT);
     assert_eq!(found["initial_state"], "estimate");
     assert!((percent(&found) - percent(&default)).abs() < 1e-9);
-    assert_ne!(column(&folder, "p.csv", "y"), without);
-    let words = folder.done(&format!("{PREDICT} --output y --initial-state steady"));
+    assert_ne!(column(&folder, "p.csv", "predicted"), without);
+    let words = folder.done(STEADY);
     assert!(
         words.contains("\nfree run from the steady state that belongs to the mean input\nfit "),
         "{words}"
     );
-    assert_eq!(column(&folder, "p.csv", "y"), without);
+    assert_eq!(column(&folder, "p.csv", "predicted"), without);
 }
 
 #[test]
 fn what_cannot_be_done_is_refused() {
     let folder = folder(60, "refined");
-    folder.misused(
-        &format!("{PREDICT} --initial-state estimate"),
-        "--initial-state estimate needs the measured output; name its column by --output, or choose steady",
-    );
     folder.misused(
         &format!("{PREDICT} --output u"),
         "--input and --output are both 'u'; name two different columns",
@@ -162,11 +157,8 @@ fn what_cannot_be_done_is_refused() {
         &format!("{PREDICT} --output y --horizon 0"),
         "invalid value '0' for '--horizon <K>': expected a whole number from 1",
     );
-    let outcome = folder.run(&format!("{PREDICT} --horizon 1"));
-    assert_eq!(outcome.code, Some(2));
-    assert!(outcome.stderr.contains("--output <COLUMN>"), "{outcome:?}");
     folder.write("fresh.csv", "u,y\n1,2\n");
-    let outcome = folder.run(&format!("{PREDICT} --output y --initial-state estimate"));
+    let outcome = folder.run(&format!("{PREDICT} --initial-state estimate"));
     assert_eq!(outcome.code, Some(1));
     assert!(
         outcome

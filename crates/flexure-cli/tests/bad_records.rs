@@ -35,12 +35,12 @@ fn files_that_are_no_records() {
         (
             "text.csv",
             "u,y\n1,2\n3,abc\n",
-            "text.csv, line 3: column 'y' holds 'abc' at sample 1, which is not a number (numbers look like -1.5e-3, with a decimal point)",
+            "text.csv, line 3: column 'y' holds 'abc' at sample 1, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)",
         ),
         (
             "ragged.csv",
             "u,y\n1,2\n3\n4,5\n",
-            "ragged.csv, line 3: 1 fields where there are 2 columns; every line must have one field a column",
+            "ragged.csv, line 3: 1 fields where there are 2 columns; every line must have one field a column (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)",
         ),
         (
             "empty.csv",
@@ -49,18 +49,24 @@ fn files_that_are_no_records() {
         ),
         ("header.csv", "u,y\n", "header.csv has the columns u, y but no samples"),
         (
-            "spaced.txt",
-            "u y\n1 2\n",
-            "spaced.txt, line 1: the columns are separated by spaces, and such a file must have no header (its columns are named c0, c1, ...); put # before this line, or separate the columns by commas",
-        ),
-        (
             "text.parquet",
             "u,y\n1,2\n3,4\n5,6\n",
             "text.parquet cannot be read as Parquet: it does not begin with PAR1; give it the extension of its true format",
         ),
     ] {
         folder.write(name, content);
-        all_refuse(&folder, name, message);
+        if name != "text.csv" {
+            all_refuse(&folder, name, message);
+            continue;
+        }
+        // Predicting needs no output.
+        folder.failed(&COMMANDS[0].replace("RECORD", name), message);
+        folder.failed(&COMMANDS[2].replace("RECORD", name), message);
+        let outcome = folder.run("predict model.json text.csv -o predicted.csv");
+        assert_eq!(outcome.code, Some(0), "{outcome:?}");
+        let note = format!("note: {message}; the output is not used for the prediction's initial state or a fit\n");
+        assert_eq!(outcome.stderr, note);
+        assert!(folder.read("predicted.csv").starts_with("predicted\n"));
     }
     all_refuse(
         &folder,
@@ -122,7 +128,18 @@ fn samples_that_are_missing_or_not_finite() {
     let message = "output.csv, line 3: column 'y' is inf at sample 1; remove or repair that sample";
     folder.failed(&COMMANDS[0].replace("RECORD", "output.csv"), message);
     folder.failed(&COMMANDS[2].replace("RECORD", "output.csv"), message);
-    folder.done("predict model.json output.csv --input u -o predicted.csv");
+    let outcome = folder.run("predict model.json output.csv -o predicted.csv");
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    let note = "note: output.csv, line 3: column 'y' is inf at sample 1; remove or repair that sample; the output is not used for the prediction's initial state or a fit\n";
+    assert_eq!(outcome.stderr, note);
+    assert!(!outcome.stdout.contains("fit"), "{outcome:?}");
+    assert!(
+        folder
+            .read("predicted.csv")
+            .starts_with("measured,predicted,error\n2.0,")
+    );
+    folder.failed("predict model.json output.csv --output y -o new.csv", message);
+    folder.failed("predict model.json output.csv --horizon 2 -o new.csv", message);
 }
 
 #[test]

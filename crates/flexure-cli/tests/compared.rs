@@ -76,11 +76,12 @@ fn a_wiener_model_comes_back_and_predicts() {
         assert!(page.contains(words), "{words}");
     }
     assert!(!page.contains("back order") && !page.contains("Back linear part"));
-    let words = folder.done(&format!("{IDENTIFY} wiener"));
+    let words = folder.said(&format!("{IDENTIFY} wiener"));
     for line in [
-        "Wiener model from 'u' to 'y', method prediction-error\n",
-        "\n  linear part         order 2, delay ",
-        "\n  nonlinearity        cubic spline of ",
+        "Wiener model from 'u' to 'y': fit ",
+        ", method prediction-error ",
+        " linear part order 2, delay ",
+        " nonlinearity cubic spline of ",
     ] {
         assert!(words.contains(line), "{line}: {words}");
     }
@@ -113,10 +114,9 @@ fn a_linear_model_comes_back_and_knows_no_range() {
     for absent in ["id=\"nonlinearity\"", "cubic spline of", "Structures that were tried"] {
         assert!(!page.contains(absent), "{absent}");
     }
-    let words = folder.done(&format!("{IDENTIFY} linear"));
+    let words = folder.said(&format!("{IDENTIFY} linear"));
     assert!(
-        words.starts_with("Linear model from 'u' to 'y', method prediction-error\n")
-            && words.contains("\n  output offset       5.0"),
+        words.starts_with("Linear model from 'u' to 'y': fit ") && words.contains(" output offset 5.0"),
         "{words}"
     );
     assert!(
@@ -129,13 +129,13 @@ fn a_linear_model_comes_back_and_knows_no_range() {
 fn the_structure_is_named_and_the_others_are_refuted() {
     let folder = Folder::new();
     write(&folder, "r.csv", &wiener(), 2500, 3);
-    let words = folder.done(&format!("{IDENTIFY} auto -o model.json --report page.html"));
+    let words = folder.said(&format!("{IDENTIFY} auto -o model.json --report page.html"));
     for line in [
-        "Structure from 'u' to 'y': Wiener\n",
-        "\n  The data support Wiener: ",
-        "\n  Linear is refuted by Wiener, whose squared error is ",
-        "\n  Hammerstein is refuted by ",
-        "\nWiener model from 'u' to 'y', method prediction-error\n",
+        "Structure from 'u' to 'y': Wiener fit RMS error parameters",
+        " The data support Wiener: ",
+        " Linear is refuted by Wiener, whose squared error is ",
+        " Hammerstein is refuted by ",
+        " Wiener model from 'u' to 'y': fit ",
     ] {
         assert!(words.contains(line), "{line}: {words}");
     }
@@ -216,12 +216,12 @@ fn none_of_these_is_a_verdict() {
         })
         .collect();
     write_record(folder.path("r.csv"), &Record::new([("u", u), ("y", y)]).unwrap()).unwrap();
-    let words = folder.done(&format!("{IDENTIFY} auto -o model.json --report page.html"));
+    let words = folder.said(&format!("{IDENTIFY} auto -o model.json --report page.html"));
     for line in [
-        "Structure from 'u' to 'y': none of these\n",
-        "\n  The data support none of these structures: the best, ",
-        "Nonlinear feedback or parallel branches would do that.\n",
-        "\n  The model is the best of these structures, ",
+        "Structure from 'u' to 'y': none of these fit RMS error",
+        " The data support none of these structures: the best, ",
+        "Nonlinear feedback or parallel branches would do that.",
+        " The model is the best of these structures, ",
     ] {
         assert!(words.contains(line), "{line}: {words}");
     }

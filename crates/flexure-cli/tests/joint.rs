@@ -119,7 +119,7 @@ fn what_cannot_be_used_is_said() {
     folder.write("n.csv", "q,tau\n0,0\n1,1\n");
     folder.failed(
         "joint n.csv --position q --torque tau",
-        "n.csv: no column 't' tells the sample time; give it by --sample-time",
+        "n.csv: no column of sample instants, such as 't', says the sample time; give it by --sample-time, or name the column by --time",
     );
 }
 

@@ -25,7 +25,20 @@ fn check_tests(object: &Value) {
     }
     assert!(tests.iter().any(|t| t["refutes"] == true));
     let refuted = tests.iter().any(|t| t["refutes"] == true && t["passed"] == false);
-    assert_eq!(object["holds"], !refuted && number(object, "r_squared") >= 0.1);
+    let misfit = number(object, "misfit");
+    assert_eq!(refuted, misfit > 0.0);
+    if object["holds"] == true {
+        assert!(misfit < 0.01 && number(object, "r_squared") >= 0.1);
+    } else {
+        assert!(refuted || number(object, "r_squared") < 0.9);
+    }
+    assert!(tests.iter().all(|t| (0.0..=1.0).contains(&number(t, "effect"))));
+    // Five tests share the level, and one input has all of it.
+    let levels = tests
+        .iter()
+        .filter(|t| t["refutes"] == true)
+        .map(|t| number(t, "level"));
+    assert!((levels.sum::<f64>() - 0.01).abs() < 1e-12);
 }
 
 fn check_identification(object: &Value) {

@@ -29,9 +29,13 @@ fn identify(name: &str, columns: [&str; 2], method: &str) -> Option<Value> {
     let folder = Folder::new();
     std::fs::copy(path, folder.path(name)).unwrap();
     let [input, output] = columns;
-    let found = folder.json(&format!(
-        "identify {name} --input {input} --output {output} --method {method} -o model.json --report report.html"
+    let outcome = folder.run(&format!(
+        "identify {name} --input {input} --output {output} --method {method} -o model.json --report report.html --json"
     ));
+    // A record without a header is read with a note.
+    let notes = outcome.stderr.lines().all(|line| line.starts_with("note: "));
+    assert!(outcome.code == Some(0) && notes, "{name}: {outcome:?}");
+    let found: Value = serde_json::from_str(&outcome.stdout).unwrap();
     println!(
         "{name}, {method}: fit {:.2} %, order {}, delay {}\n  {}",
         found["fit_percent"].as_f64().unwrap(),
@@ -98,12 +102,12 @@ fn the_wiener_hammerstein_circuit() {
         assert!(found["rms"].as_f64().unwrap() < 0.0434, "{}", found["rms"]);
         assert_eq!(found["holds"], false);
         let tests = found["residual_tests"].as_array().unwrap();
-        let named = tests
-            .iter()
-            .find(|t| t["refutes"] == true && t["passed"] == false)
-            .unwrap();
         let verdict = found["verdict"].as_str().unwrap();
-        assert!(verdict.contains(named["name"].as_str().unwrap()), "{verdict}");
+        let mut failed = tests.iter().filter(|t| t["refutes"] == true && t["passed"] == false);
+        assert!(
+            failed.any(|t| verdict.contains(t["name"].as_str().unwrap())),
+            "{verdict}"
+        );
     }
 }
 

@@ -157,8 +157,8 @@ fn the_true_form_is_accepted_with_its_parameters_and_a_wrong_one_refuted() {
     }
     let page = folder.read("page.html");
     assert!(page.contains("Form dead-zone") && page.contains("the data do not refute this form"));
-    let words = folder.done(&format!("{IDENTIFY} --form dead-zone"));
-    assert!(words.contains("\n  form dead-zone      low = -0."), "{words}");
+    let words = folder.said(&format!("{IDENTIFY} --form dead-zone"));
+    assert!(words.contains(" form dead-zone low = -0."), "{words}");
     assert!(
         words.contains("the data do not refute this form (lack of fit "),
         "{words}"
@@ -245,7 +245,7 @@ fn the_page_shows_what_the_method_has() {
         ("<dt>Breakpoints</dt>", true, false),
         ("Breakpoints of the nonlinearity", true, false),
         ("kinks at ", true, false),
-        ("a coloured error is whitened by", true, false),
+        ("has the smallest Schwarz criterion", true, false),
         ("<dt>Bandwidth</dt>", false, true),
         ("Delay and lag of the regression", false, true),
         ("leave-one-out", false, true),

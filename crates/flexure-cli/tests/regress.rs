@@ -161,7 +161,7 @@ fn a_search_on_data_in_bins_says_how_far_it_is_off() {
     let object = folder.json(&format!("{REGRESS} --kernel gaussian --band-method none"));
     let off = object["scores"]["binning_error"].as_f64().unwrap();
     assert!(off > 0.0 && off < 1e-3, "{off}");
-    let words = folder.done(&format!("{REGRESS} --kernel gaussian --band-method none"));
+    let words = folder.said(&format!("{REGRESS} --kernel gaussian --band-method none"));
     assert!(words.contains("on data in bins, which is off by at most"), "{words}");
     let exact = folder.json(&format!("{REGRESS} --band-method none"));
     assert!(exact["scores"]["binning_error"].is_null());
@@ -351,7 +351,7 @@ fn rows_alone_in_their_windows_are_told() {
             warnings.contains("no other row is within reach of 60 of the 60 rows"),
             "{warnings}"
         );
-        let text = folder.done(&format!("{options} --bandwidth 1e-9"));
+        let text = folder.said(&format!("{options} --bandwidth 1e-9"));
         assert!(
             text.contains("with 60 of 60 rows predicted by their nearest as none is within reach"),
             "{text}"
@@ -375,8 +375,8 @@ fn what_cannot_be_predicted_is_said() {
     let folder = Folder::new();
     folder.write("r.csv", "x,y\n0,1\n1,3\n");
     let options = "regress r.csv --x x --y y --estimator spline --band-method none";
-    let text = folder.done(options);
-    assert!(text.contains("R squared           not known  (too few rows"), "{text}");
+    let text = folder.said(options);
+    assert!(text.contains(" R squared not known (too few rows"), "{text}");
     assert!(folder.json(options)["r_squared"].is_null());
     folder.write("r.csv", "x,y\n0,1\n1,3\n2,2\n");
     let object = folder.json("regress r.csv --x x --y y");

@@ -141,8 +141,8 @@ fn parameters_that_are_not_the_estimators() {
     );
     folder.misused(
         &regress("--x x --y y --estimator magic"),
-        "invalid value 'magic' for '--estimator <NAME>': expected one of kernel, local-linear, local-bandwidth, knn, fourier, cosine, \
-         legendre, hermite, haar, polynomial, spline, network, recursive",
+        "invalid value 'magic' for '--estimator <NAME>'\n  [possible values: kernel, local-linear, local-bandwidth, knn, fourier, cosine, \
+         legendre, hermite, haar, polynomial, spline, network, recursive]",
     );
     folder.misused(
         &regress("--x x --y y --band 95"),

@@ -12,10 +12,21 @@ fn predict_is_interpolation_and_filtering_and_validate_agrees() {
     folder.known("record.csv", 1200, 1);
     let fresh = folder.known("fresh.csv", 400, 2);
     folder.done("identify record.csv --input u --output y --unit first-coefficient -o model.json");
-    folder.done("predict model.json fresh.csv --input u -o predicted.csv");
+    folder.done("predict model.json fresh.csv --initial-state steady -o predicted.csv");
     let predicted = read_record(folder.path("predicted.csv")).unwrap();
-    assert_eq!(predicted.record.names(), ["y"]);
-    let y = predicted.record.column("y").unwrap();
+    assert_eq!(predicted.record.names(), ["measured", "predicted", "error"]);
+    let y = predicted.record.column("predicted").unwrap();
+    assert_eq!(predicted.record.column("measured").unwrap(), fresh.column("y").unwrap());
+    for ((e, m), p) in predicted
+        .record
+        .column("error")
+        .unwrap()
+        .iter()
+        .zip(fresh.column("y").unwrap())
+        .zip(y)
+    {
+        assert_eq!(*e, m - p);
+    }
 
     let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
     let blocks = &model["block"]["series"];
@@ -37,7 +48,7 @@ fn predict_is_interpolation_and_filtering_and_validate_agrees() {
 
     for skip in [0, 37] {
         let object = folder.json(&format!(
-            "validate model.json fresh.csv --input u --output y --skip {skip} --initial-state steady"
+            "validate model.json fresh.csv --skip {skip} --initial-state steady"
         ));
         let measured = &fresh.column("y").unwrap()[skip..];
         let mean = measured.iter().sum::<f64>() / measured.len() as f64;
@@ -76,9 +87,9 @@ fn a_column_of_times_goes_along() {
     let folder = Folder::new();
     folder.write("record.csv", with_times(600));
     folder.done("identify record.csv --input u --output y -o model.json");
-    folder.done("predict model.json record.csv --input u -o predicted.parquet");
+    folder.done("predict model.json record.csv -o predicted.parquet");
     let predicted = read_record(folder.path("predicted.parquet")).unwrap();
-    assert_eq!(predicted.record.names(), ["t", "y"]);
+    assert_eq!(predicted.record.names(), ["t", "measured", "predicted", "error"]);
     assert_eq!(predicted.sample_time("t").unwrap(), 0.25);
     let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
     assert_eq!(model["sample_time"], 0.25);
@@ -95,7 +106,7 @@ fn signals_may_be_named_t() {
     };
     write_record(folder.path("uy.csv"), &named(["u", "y"])).unwrap();
     let expected = folder.json("identify uy.csv --input u --output y -o uy.json");
-    folder.done("predict uy.json uy.csv --input u -o uy_predicted.csv");
+    folder.done("predict uy.json uy.csv -o uy_predicted.csv");
     for [input, output] in [["t", "y"], ["u", "t"]] {
         write_record(folder.path("t.csv"), &named([input, output])).unwrap();
         let columns = format!("--input {input} --output {output}");
@@ -106,7 +117,7 @@ fn signals_may_be_named_t() {
         found["output"] = "y".into();
         assert_eq!(found, expected);
         assert!(!folder.read("page.html").contains("t (s)"));
-        folder.done(&format!("predict model.json t.csv --input {input} -o predicted.csv"));
+        folder.done(&format!("predict model.json t.csv {columns} -o predicted.csv"));
         assert_eq!(folder.read("predicted.csv"), folder.read("uy_predicted.csv"));
         folder.done(&format!("validate model.json t.csv {columns}"));
         // Nor has it a sample time that could differ from the option's.
@@ -142,7 +153,12 @@ fn every_format_gives_the_same_model() {
             "{name}"
         );
     }
-    let mut found = folder.json("identify record.dat --input c0 --output c1");
+    let outcome = folder.run("identify record.dat --input c0 --output c1 --json");
+    assert_eq!(
+        outcome.stderr,
+        "note: record.dat: there is no header; the columns are called c0, c1\n"
+    );
+    let mut found: Value = serde_json::from_str(&outcome.stdout).unwrap();
     found["input"] = "u".into();
     found["inputs"] = serde_json::json!(["u"]);
     found["output"] = "y".into();

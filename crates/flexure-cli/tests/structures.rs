@@ -111,7 +111,7 @@ fn check_model(folder: &Folder) {
 /// `predict` and `validate` against filtering, interpolation and filtering.
 fn check_prediction(folder: &Folder) {
     let fresh = write(folder, "fresh.csv", 800, 2);
-    let words = folder.done("predict model.json fresh.csv --input u -o predicted.csv");
+    let words = folder.done("predict model.json fresh.csv --initial-state steady -o predicted.csv");
     assert!(
         !words.contains("warning") || words.contains("samples behind the first linear part lie outside"),
         "{words}"
@@ -133,13 +133,13 @@ fn check_prediction(folder: &Folder) {
     let outside = w.iter().filter(|w| **w < x[0] || **w > x[x.len() - 1]).count();
     let z: Vec<f64> = w.iter().map(|w| straight(&x, &f, *w)).collect();
     let y = through(&blocks[2], &z);
-    for (sample, (got, want)) in predicted.record.column("y").unwrap().iter().zip(&y).enumerate() {
+    for (sample, (got, want)) in predicted.record.column("predicted").unwrap().iter().zip(&y).enumerate() {
         assert!(
             (got - want).abs() < 1e-9 * want.abs().max(1.0),
             "{sample}: {got} {want}"
         );
     }
-    let object = folder.json("predict model.json fresh.csv --input u -o predicted.csv");
+    let object = folder.json("predict model.json fresh.csv --initial-state steady -o predicted.csv");
     assert_eq!(object["samples_outside_range"], outside);
     let judged = folder.json("validate model.json fresh.csv --input u --output y");
     assert!(judged["fit_percent"].as_f64().unwrap() > 97.0, "{judged}");
@@ -171,15 +171,17 @@ fn check_page(page: &str) {
 fn words_tell_both_linear_parts() {
     let folder = Folder::new();
     write(&folder, "r.csv", 2000, 3);
-    let words = folder.done(IDENTIFY);
+    let words = folder.said(IDENTIFY);
     for line in [
-        "Wiener-Hammerstein model from 'u' to 'y', method prediction-error\n",
-        "\n  front linear part   order ",
-        "\n  nonlinearity        cubic spline of ",
-        "\n  back linear part    order ",
-        "\n    poles ",
-        "\n    zeros ",
-        "\n  structures tried    ",
+        "Wiener-Hammerstein model from 'u' to 'y': fit ",
+        ", method prediction-error RMS error ",
+        " front linear part order ",
+        " nonlinearity cubic spline of ",
+        " back linear part order ",
+        " cycles/sample with damping 0.",
+        " zeros ",
+        " poles time constant ",
+        " structures tried ",
     ] {
         assert!(words.contains(line), "{line}: {words}");
     }

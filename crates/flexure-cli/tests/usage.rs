@@ -4,8 +4,9 @@ mod common;
 
 use common::Folder;
 
-const COMMANDS: [&str; 8] = [
-    "demo", "simulate", "study", "identify", "joint", "predict", "regress", "validate",
+const COMMANDS: [&str; 12] = [
+    "compare", "demo", "simulate", "study", "identify", "joint", "look", "predict", "prepare", "regress", "report",
+    "validate",
 ];
 
 #[test]
@@ -45,7 +46,7 @@ fn the_examples_work() {
     let folder = Folder::new();
     folder.known("record.csv", 600, 1);
     folder.known("fresh.csv", 300, 2);
-    for command in ["identify", "predict", "validate", "regress"] {
+    for command in ["identify", "predict", "prepare", "validate", "regress"] {
         let help = folder.done(&format!("{command} --help"));
         let (_, examples) = help.split_once("\nExample").unwrap_or_else(|| panic!("{help}"));
         for example in examples.split("\n  flexure ").skip(1) {
@@ -190,7 +191,7 @@ fn options_that_contradict_each_other_or_are_missing() {
     );
     usage(
         "identify r.csv --input u",
-        "the following required arguments were not provided:\n  --output <COLUMN>\n",
+        "r.csv: the signals are u, y, y0; name the output by --output\n",
     );
     usage(
         "predict m.json r.csv --input u",

@@ -60,7 +60,7 @@ pub struct Arguments {
     #[arg(long, value_name = "S", default_value = "60", allow_hyphen_values = true, value_parser = arguments::positive)]
     duration: f64,
     /// Sample time in s.
-    #[arg(long, value_name = "S", default_value = "0.001", allow_hyphen_values = true, value_parser = arguments::positive)]
+    #[arg(long, help_heading = "Experiment", value_name = "S", default_value = "0.001", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: f64,
     /// The lowest frequency of a multisine or chirp, Hz.
     #[arg(long, value_name = "HZ", default_value = "0.05", allow_hyphen_values = true, value_parser = arguments::positive)]

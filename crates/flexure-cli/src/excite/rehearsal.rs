@@ -118,9 +118,7 @@ impl Rehearsal {
         for form in [&axis.model.stiffness, &axis.model.friction] {
             for p in &form.parameters {
                 let unit = units.of_curve(p.unit, form.form.is_stiffness());
-                let text = parameter_text(p, &unit);
-                let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-                self.sort(p.identifiable, format!("{of}{text}"));
+                self.sort(p.identifiable, format!("{of}{}", parameter_text(p, &unit)));
             }
         }
         let forms = [&axis.model.stiffness, &axis.model.friction];

@@ -8,7 +8,7 @@ use flexure_io::RecordFile;
 use flexure_workbench::joints::{AxisLog, Log};
 
 use super::Arguments;
-use crate::arguments::{TIME, Usage, sample_time};
+use crate::arguments::Usage;
 
 /// A number, or the name of one in the record.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,9 +123,9 @@ impl Columns {
     pub fn log(&self, file: &RecordFile, arguments: &Arguments) -> Result<Log> {
         let used = self.torque.iter().chain(&self.position).chain(&self.motor);
         let used: Vec<&str> = used.chain(&self.velocity).map(String::as_str).collect();
-        let Some(sample_time) = sample_time(file, arguments.sample_time, &used)? else {
+        let Some(sample_time) = arguments.reading.sample_time(file, arguments.sample_time, &used)? else {
             bail!(
-                "{}: no column '{TIME}' tells the sample time; give it by --sample-time",
+                "{}: no column of sample instants, such as 't', says the sample time; give it by --sample-time, or name the column by --time",
                 file.path.display()
             );
         };

@@ -7,14 +7,15 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use flexure::identify::robot_joint::{AxisDrive, Extra};
 use flexure_io::arm::Excitation;
-use flexure_io::{RecordFile, check_record_writable, read_record, write_record};
+use flexure_io::{RecordFile, check_record_writable, write_record};
 use flexure_workbench::joints::{Curves, Place, Settings, identify, recorded};
 use serde_json::{Value, json};
 
 use crate::arguments::{self, Usage};
 use crate::files::{name_json, prepare, write_text, wrote};
-use crate::output::{print, this_command};
+use crate::output::{print, print_result, this_command};
 use crate::progress::spinning;
+use crate::reading::Reading;
 use crate::simulate::read_arm;
 use log::{Columns, Number};
 
@@ -106,6 +107,8 @@ pub struct Arguments {
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -115,7 +118,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.refuse_arm_with_extras()?;
     arguments.check_files()?;
-    let file = spinning("reading", || read_record(&arguments.record))?;
+    let file = arguments.reading.read(&arguments.record)?;
     let columns = Columns::new(&file, arguments)?;
     if columns.joints() == 2 {
         arguments.check_two_joints()?;
@@ -154,9 +157,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut lines = joint.summary(&motions);
     let missing = |path: &&PathBuf| columns.joints() == 1 && !written.contains(path);
     let missing = arguments.stiffness.iter().filter(missing);
-    lines.extend(missing.map(|path| format!("  note: {} is not written: no stiffness was seen", path.display())));
-    lines.extend(wrote(&written));
-    print(&lines.join("\n"))
+    for path in missing {
+        lines.note(format!("{} is not written: no stiffness was seen", path.display()));
+    }
+    print_result(&lines, wrote(&written))
 }
 
 impl Arguments {

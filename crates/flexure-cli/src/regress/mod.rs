@@ -7,13 +7,14 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexure::error::ParameterError;
 use flexure::nonlinearity::{EstimatorName, Kernel, NamedEstimator, Outside, Rule, Tuning};
-use flexure_io::{RecordFile, read_record, write_record};
+use flexure_io::{RecordFile, write_record};
 use flexure_workbench::regression::{self, BandMethod, BandOptions, Columns, Regression, RegressionData, Report};
 
 use crate::arguments::{self, Auto, Usage};
 use crate::files::{name_json, prepare, write_text, wrote};
-use crate::output::{print, this_command};
+use crate::output::{print, print_result, this_command};
 use crate::progress::spinning;
+use crate::reading::Reading;
 
 /// Estimate the regression of a column on one or several others, with a confidence band.
 ///
@@ -31,11 +32,9 @@ pub struct Arguments {
     /// The column to estimate.
     #[arg(long, value_name = "COLUMN")]
     y: String,
-    /// Estimator: kernel (local constant), local-linear, local-bandwidth, knn, fourier, cosine, legendre, hermite, haar,
-    /// polynomial, spline, network or recursive; several columns: kernel, local-linear, knn, network. By default
-    /// local-linear; in one column, where nothing else asks for one bandwidth, local-bandwidth, which is local-linear
-    /// unless bandwidths that vary along x predict clearly better.
-    #[arg(long, value_name = "NAME", value_parser = arguments::estimator)]
+    /// Estimator: by default local-linear; in one column, where nothing else asks for one bandwidth, local-bandwidth, which is
+    /// local-linear unless bandwidths that vary along x predict clearly better.
+    #[arg(long, value_name = "NAME", value_parser = arguments::estimator())]
     estimator: Option<EstimatorName>,
     /// Bandwidth of an estimator with a kernel, in the unit of x: one, or one a column.
     #[arg(long, value_name = "auto|H[,H...]", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_positives)]
@@ -87,6 +86,8 @@ pub struct Arguments {
     /// Write a page that shows everything here.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -115,7 +116,7 @@ impl Arguments {
         let Some(path) = &self.at else {
             return Ok(data.grid(self.grid.map(|n| n as usize)));
         };
-        let file = read_record(path)?;
+        let file = self.reading.read(path)?;
         let columns = self.x.iter().map(|name| Ok(file.finite(name)?.to_vec()));
         columns.collect()
     }
@@ -126,7 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let estimator = method::estimator(arguments)?;
     let inputs = [&arguments.record].into_iter().chain(&arguments.at);
     prepare(inputs, &arguments.out, &arguments.report)?;
-    let file = spinning("reading", || read_record(&arguments.record))?;
+    let file = arguments.reading.read(&arguments.record)?;
     let data = RegressionData::read(&file, arguments.columns())?;
     let at = arguments.points(&data)?;
     let report = spinning("estimating", || -> Result<Report> {
@@ -158,9 +159,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return print(&object.to_string());
     }
     let written = [&arguments.out, &arguments.report].into_iter().flatten();
-    let mut lines = vec![report.summary()];
-    lines.extend(wrote(written));
-    print(&lines.join("\n"))
+    print_result(&report.summary(), wrote(written))
 }
 
 /// Fits the estimator; a parameter that was given and can be none, whatever the data, is wrong usage.

@@ -90,6 +90,12 @@ impl Folder {
         outcome.stdout
     }
 
+    /// As [`done`](Self::done), with a single blank in place of every line break and indent: where a line is wrapped does not matter.
+    pub fn said(&self, arguments: &str) -> String {
+        let printed = self.done(arguments);
+        printed.split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
     /// Runs a command that must print one JSON object on one line, and nothing else.
     pub fn json(&self, arguments: &str) -> Value {
         let text = self.done(&format!("{arguments} --json"));

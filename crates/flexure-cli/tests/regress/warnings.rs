@@ -129,7 +129,7 @@ fn jumps_far_from_zero_keep_their_place() {
     let x = uniform(3000);
     let (y, far) = (step(&x), x.iter().map(|x| x + 1e6).collect());
     let folder = written(far, y);
-    let text = folder.done(super::REGRESS);
+    let text = folder.said(super::REGRESS);
     let place = text
         .split("jumps at ")
         .nth(1)
@@ -148,7 +148,7 @@ fn that_one_bandwidth_serves_is_said() {
     let folder = written(x, y);
     let asked = format!("{} --estimator local-bandwidth --report r.html", super::REGRESS);
     let words = "ot used: they do not predict clearly better than one";
-    assert!(folder.done(&asked).contains(words));
+    assert!(folder.said(&asked).contains(words));
     assert!(std::fs::read_to_string(folder.path("r.html")).unwrap().contains(words));
     let object = folder.json(&asked);
     assert_eq!(

@@ -1,0 +1,138 @@
+//! Which columns of a record a system connects: those that are named, those of a model, or the only two that there are.
+
+use anyhow::Result;
+use flexure_io::{ModelFile, RecordFile};
+
+use crate::arguments::{Usage, columns, distinct_inputs};
+use crate::output::print_note;
+
+/// The columns of a system's signals.
+pub struct Connected {
+    /// The inputs.
+    pub inputs: Vec<String>,
+    /// The output.
+    pub output: String,
+}
+
+impl Connected {
+    /// The columns that the options name; of a record with two signals those that are not named follow: the first is the input,
+    /// unless the names are `y` and `u`.
+    ///
+    /// # Errors
+    /// Wrong usage where the record leaves a choice: it lists the columns.
+    pub fn of_record(
+        file: &RecordFile,
+        time: Option<&str>,
+        inputs: Option<Vec<&str>>,
+        output: Option<&str>,
+    ) -> Result<Self> {
+        let signals = file.signals(time);
+        let (inputs, output) = match (inputs, output) {
+            (Some(inputs), Some(output)) => (inputs, output),
+            (inputs, output) => {
+                let [first, second] = signals[..] else {
+                    return Err(unnamed(file, &signals, inputs.is_some(), output.is_some()).into());
+                };
+                let other = |name: &str| if file.meant(name) == first { second } else { first };
+                let (input, output) = match (inputs.as_deref(), output) {
+                    (Some([input, ..]), _) => (*input, other(input)),
+                    (_, Some(output)) => (other(output), output),
+                    _ if [first, second] == ["y", "u"] => (second, first),
+                    _ => (first, second),
+                };
+                print_note(&format!(
+                    "note: {}: the input is '{input}', the output '{output}'; these two are all signals (--input and --output name others)",
+                    file.path.display()
+                ));
+                (inputs.unwrap_or(vec![input]), output)
+            }
+        };
+        let inputs: Vec<String> = inputs.iter().map(|name| file.meant(name).to_owned()).collect();
+        let output = file.meant(output).to_owned();
+        let names: Vec<&str> = inputs.iter().map(String::as_str).collect();
+        distinct_inputs(&names, Some(&output))?;
+        Ok(Connected { inputs, output })
+    }
+
+    /// The columns that enter a model and its output: the model's own, unless options name others.
+    ///
+    /// # Errors
+    /// Wrong usage for another number of inputs than the model has, and for a column that the record does not have.
+    pub fn of_model(
+        file: &RecordFile,
+        model: &ModelFile,
+        inputs: Option<&str>,
+        output: Option<&str>,
+    ) -> Result<Self, Usage> {
+        let inputs = match inputs {
+            Some(given) => model_inputs(model, given)?,
+            None => model.inputs.iter().map(String::as_str).collect(),
+        };
+        let inputs: Vec<String> = inputs.iter().map(|name| file.meant(name).to_owned()).collect();
+        let output = file.meant(output.unwrap_or(&model.output)).to_owned();
+        let names: Vec<&str> = inputs.iter().map(String::as_str).collect();
+        distinct_inputs(&names, Some(&output))?;
+        Ok(Connected { inputs, output })
+    }
+
+    /// The inputs, borrowed.
+    pub fn inputs(&self) -> Vec<&str> {
+        self.inputs.iter().map(String::as_str).collect()
+    }
+
+    /// Inputs and output.
+    pub fn all(&self) -> Vec<&str> {
+        let mut all = self.inputs();
+        all.push(&self.output);
+        all
+    }
+}
+
+/// The columns that enter a model: a list in `given` for a model of several inputs.
+fn model_inputs<'a>(model: &ModelFile, given: &'a str) -> Result<Vec<&'a str>, Usage> {
+    let needed = model.block.inputs();
+    let names = match needed {
+        1 => vec![given],
+        _ => columns(given),
+    };
+    if names.len() != needed {
+        return Err(Usage(format!(
+            "--input names {} of the model's {needed} inputs; give them all, separated by commas, in the model's order: {}",
+            names.len(),
+            model.inputs.join(",")
+        )));
+    }
+    Ok(names)
+}
+
+/// The record leaves open which columns are meant.
+fn unnamed(file: &RecordFile, signals: &[&str], input: bool, output: bool) -> Usage {
+    let list: Vec<String> = signals.iter().map(|name| with_unit(file, name)).collect();
+    if list.len() < 2 {
+        let there = list.first().map_or("there is no signal".to_owned(), |name| {
+            format!("the only signal is {name}")
+        });
+        return Usage(format!(
+            "{}: {there}, but a system has an input and an output; if a column of instants or counts is one of them, name both by --input and --output",
+            file.path.display()
+        ));
+    }
+    let missing = match (input, output) {
+        (false, false) => "name the input by --input and the output by --output",
+        (true, _) => "name the output by --output",
+        (_, true) => "name the input by --input",
+    };
+    Usage(format!(
+        "{}: the signals are {}; {missing}",
+        file.path.display(),
+        list.join(", ")
+    ))
+}
+
+/// A column with its unit, where the file has it.
+fn with_unit(file: &RecordFile, name: &str) -> String {
+    match file.unit(name) {
+        Some(unit) => format!("{name} [{unit}]"),
+        None => name.to_owned(),
+    }
+}

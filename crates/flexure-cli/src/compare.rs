@@ -1,0 +1,74 @@
+//! `flexure compare`: several models on one record.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use flexure_io::read_model;
+use flexure_workbench::systems::{Compared, Contender};
+
+use crate::arguments;
+use crate::columns::Connected;
+use crate::files::{prepare, write_text, wrote};
+use crate::output::{print, this_command};
+use crate::progress::spinning;
+use crate::reading::Reading;
+
+/// Judge several models on one record, side by side.
+///
+/// Every model runs free under the record's inputs, and is judged on the same samples. A model that was identified from this very
+/// record is marked. The columns are the models' own.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  flexure compare a.json b.json fresh.csv --report comparison.html")]
+pub struct Arguments {
+    /// The models, from `flexure identify -o`, and behind them the record.
+    #[arg(value_name = "MODEL... RECORD", required = true, num_args = 2..)]
+    files: Vec<PathBuf>,
+    /// Leave the first N samples out of the comparison; by default as many as the slowest model takes to settle, at most a tenth of
+    /// the record.
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
+    skip: Option<usize>,
+    /// Write a page with the models' runs here.
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    // At least two files are required.
+    let Some((record, models)) = arguments.files.split_last() else {
+        return Ok(());
+    };
+    prepare(&arguments.files, [], &arguments.report)?;
+    let models: Vec<_> = models
+        .iter()
+        .map(|path| Ok((path.display().to_string(), read_model(path)?)))
+        .collect::<Result<_>>()?;
+    let file = arguments.reading.read(record)?;
+    let mut contenders = Vec::with_capacity(models.len());
+    for (name, model) in models {
+        let Connected { inputs, output } = Connected::of_model(&file, &model, None, None)?;
+        let used: Vec<&str> = inputs.iter().chain([&output]).map(String::as_str).collect();
+        arguments.reading.same_sample_time(&file, model.sample_time, &used)?;
+        contenders.push(Contender {
+            name,
+            model,
+            inputs,
+            output,
+        });
+    }
+    let compared = spinning("simulating", || Compared::new(contenders, &file, arguments.skip))?;
+    if let Some(path) = &arguments.report {
+        write_text(path, &compared.html(&file, Some(this_command()))?)?;
+    }
+    if arguments.json {
+        return print(&compared.json().to_string());
+    }
+    let mut lines = vec![compared.summary()];
+    lines.extend(wrote(&arguments.report));
+    print(&lines.join("\n"))
+}

@@ -1,0 +1,86 @@
+//! `flexure look`: what a record is like, and the command to type next.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use flexure_workbench::look::{Inspection, Request, Suggestion};
+
+use crate::arguments;
+use crate::files::{prepare, write_text, wrote};
+use crate::output::{command_line, print, this_command};
+use crate::progress::spinning;
+use crate::reading::Reading;
+
+/// Look at a record: what its columns are like, what depends on what, and which command to type next.
+///
+/// Of every column the range, missing samples, outliers, levels, steps of rounding, standstill at an extreme and the power
+/// spectrum; of the instants gaps and jitter; of every pair of columns whether one follows the other, and after how many samples. A
+/// record is CSV, whitespace-separated columns, Parquet, or MAT v5.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  flexure look record.csv --report look.html")]
+pub struct Arguments {
+    /// The record; - for the standard input.
+    record: PathBuf,
+    /// The input's column, or A,B for several, where the data and the names do not show it.
+    #[arg(long, value_name = "COLUMN")]
+    input: Option<String>,
+    /// The output's column.
+    #[arg(long, value_name = "COLUMN")]
+    output: Option<String>,
+    /// Sample time in s; without it that of a column of instants.
+    #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
+    sample_time: Option<f64>,
+    /// Write a page with plots of everything here.
+    #[arg(long, value_name = "LOOK.html")]
+    report: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Arguments {
+    /// A suggested command as it is typed: with this record, read as it was read here.
+    fn typed(&self, suggestion: &Suggestion) -> String {
+        let options = suggestion.options.iter().cloned().chain(self.reading.given());
+        let record = [suggestion.command.into(), self.record.clone().into_os_string()];
+        command_line(record.into_iter().chain(options.map(Into::into)))
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let inputs = arguments.input.as_deref().map(arguments::columns).unwrap_or_default();
+    arguments::distinct_inputs(&inputs, arguments.output.as_deref())?;
+    prepare([&arguments.record], [], &arguments.report)?;
+    let file = arguments.reading.read(&arguments.record)?;
+    let output = arguments.output.as_deref();
+    let in_use: Vec<&str> = inputs.iter().copied().chain(output).collect();
+    let request = Request {
+        time: arguments.reading.instants(&file, &in_use)?,
+        sample_time: arguments.sample_time,
+        inputs: &inputs,
+        output,
+    };
+    let inspection = spinning("looking", || Inspection::new(&file, &request))?;
+    let next = inspection.suggestion.as_ref().map(|s| arguments.typed(s));
+    if let Some(path) = &arguments.report {
+        write_text(path, &inspection.html(next.clone(), Some(this_command()))?)?;
+    }
+    if arguments.json {
+        return print(&inspection.json(next).to_string());
+    }
+    let mut lines = inspection.summary();
+    lines.extend(wrote(&arguments.report));
+    lines.push(String::new());
+    match (&inspection.suggestion, next) {
+        (Some(suggestion), Some(next)) => {
+            lines.push(suggestion.why.clone());
+            lines.extend(suggestion.notes.iter().cloned());
+            lines.push(format!("next: {next}"));
+        }
+        _ => lines.push("next: nothing here can be identified; --input A --output Y says what you expect".to_owned()),
+    }
+    print(&lines.join("\n"))
+}

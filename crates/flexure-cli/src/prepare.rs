@@ -1,0 +1,218 @@
+//! `flexure prepare`: a record made ready for identification.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use flexure::preparation::{LONGEST_GAP, LowPass, Outliers};
+use flexure_io::write_record_with_units;
+use flexure_workbench::preparation::{Columns, Conversion, Cut, Preparation, Table};
+use flexure_workbench::text::grouped;
+use serde_json::json;
+
+use crate::arguments;
+use crate::files::prepare;
+use crate::output::print;
+use crate::progress::spinning;
+use crate::reading::Reading;
+
+/// The heading of the steps' options.
+const STEPS: &str = "Steps, in their order";
+
+/// Cut, resample, filter, clean or merge records.
+///
+/// Reads one or several files, and writes one record with the time in s as column 't'. Says what was done, a line a step. The steps
+/// have one order, whatever the order of the options: keep, cut, convert, outliers, merge and resample, fill, low-pass, means and trends.
+/// Several files are merged at the instants of the first; they are resampled where their instants differ.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  flexure prepare record.csv --cut-samples 100: --outliers y --fill 3 -o clean.csv\n  flexure prepare record.csv --sample-time 0.01 --resample 0.02 --hold u --remove-mean y -o slow.csv"
+)]
+pub struct Arguments {
+    /// The files: any records that `flexure` reads.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Keep these columns and the time: A,B,...
+    #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
+    keep: Option<String>,
+    /// Keep the samples from A to B, in s of the record's time; either may be left out.
+    #[arg(long, help_heading = STEPS, value_name = "A:B", allow_hyphen_values = true, conflicts_with = "cut_samples", value_parser = time_range)]
+    cut: Option<[Option<f64>; 2]>,
+    /// Keep the samples from number A to the one before B, counted from 0; either may be left out.
+    #[arg(long, help_heading = STEPS, value_name = "A:B", value_parser = sample_range)]
+    cut_samples: Option<[Option<usize>; 2]>,
+    /// Convert the unit of a column, for example q=rad; q=deg:rad where the file does not say its unit. May be given more than once.
+    #[arg(long, help_heading = STEPS, value_name = "COLUMN=UNIT", value_parser = conversion)]
+    convert: Vec<Conversion>,
+    /// Make outliers of these columns missing samples: A,B,... or all. An outlier is far away from its neighbours.
+    #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
+    outliers: Option<String>,
+    /// How far an outlier is away from the median of its neighbours, in robust standard deviations.
+    #[arg(long, help_heading = STEPS, value_name = "DEVIATIONS", default_value_t = Outliers::default().threshold, requires = "outliers", value_parser = arguments::positive)]
+    threshold: f64,
+    /// How many samples on either side are a sample's neighbours.
+    #[arg(long, help_heading = STEPS, value_name = "N", default_value_t = Outliers::default().neighbours, requires = "outliers", value_parser = arguments::count_from_one)]
+    neighbours: usize,
+    /// Bring the record to a uniform sample time of DT s, also from instants that jitter. A longer one comes with a filter against aliases.
+    #[arg(long, help_heading = STEPS, value_name = "DT", value_parser = arguments::positive)]
+    resample: Option<f64>,
+    /// These columns hold their value between samples, as commands do: A,B,... The others are taken as smooth.
+    #[arg(long, help_heading = STEPS, value_name = "COLUMNS", value_delimiter = ',')]
+    hold: Vec<String>,
+    /// Interpolate gaps of at most N missing samples; by default 3 where something is resampled, else none.
+    #[arg(long, help_heading = STEPS, value_name = "N", value_parser = arguments::count)]
+    fill: Option<usize>,
+    /// Take out what is faster than HZ from all columns, without a delay.
+    #[arg(long, help_heading = STEPS, value_name = "HZ", value_parser = arguments::positive)]
+    low_pass: Option<f64>,
+    /// The order of the Butterworth low-pass, which is run forward and backward; even.
+    #[arg(long, help_heading = STEPS, value_name = "N", default_value_t = 4, requires = "low_pass", value_parser = arguments::count_from_one)]
+    order: usize,
+    /// Take the mean off these columns: A,B,... or all.
+    #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
+    remove_mean: Option<String>,
+    /// Take the straight line off these columns: A,B,... or all.
+    #[arg(long, help_heading = STEPS, value_name = "COLUMNS")]
+    detrend: Option<String>,
+    /// The sample time in s, of a record without a column of time, or in place of one whose stamps are not exact.
+    #[arg(long, value_name = "S", value_parser = arguments::positive)]
+    sample_time: Option<f64>,
+    /// Write the record here: .csv or .parquet.
+    #[arg(short = 'o', long = "out", value_name = "OUT.csv")]
+    out: PathBuf,
+    #[command(flatten)]
+    reading: Reading,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// `A:B` with both ends optional.
+fn range<T>(text: &str, parse: impl Fn(&str) -> Option<T>) -> Option<[Option<T>; 2]> {
+    let end = |text: &str| match text.trim() {
+        "" => Some(None),
+        text => parse(text).map(Some),
+    };
+    let (from, to) = text.split_once(':')?;
+    Some([end(from)?, end(to)?])
+}
+
+fn time_range(text: &str) -> Result<[Option<f64>; 2], String> {
+    let range = range(text, |text| text.parse().ok().filter(|t: &f64| t.is_finite()));
+    let ordered = range.filter(|range| !matches!(range, [Some(from), Some(to)] if from > to));
+    ordered.ok_or_else(|| "expected A:B with two instants in s, A before B, for example 10:60, 10: or :60".to_owned())
+}
+
+fn sample_range(text: &str) -> Result<[Option<usize>; 2], String> {
+    let range = range(text, |text| text.parse().ok());
+    let ordered = range.filter(|range| !matches!(range, [Some(from), Some(to)] if from >= to));
+    ordered.ok_or_else(|| {
+        "expected A:B with two whole numbers from 0, A before B, for example 100:5000, 100: or :5000".to_owned()
+    })
+}
+
+fn conversion(text: &str) -> Result<Conversion, String> {
+    let parts = text
+        .rsplit_once('=')
+        .map(|(column, units)| (column.trim(), units.trim()));
+    let Some((column, units)) = parts.filter(|(column, units)| !column.is_empty() && !units.is_empty()) else {
+        return Err("expected COLUMN=UNIT or COLUMN=UNIT:UNIT, for example q=rad or q=deg:rad".to_owned());
+    };
+    let (from, to) = match units.split_once(':') {
+        Some((from, to)) => (Some(from.trim().to_owned()), to.trim()),
+        None => (None, units),
+    };
+    Ok(Conversion {
+        column: column.to_owned(),
+        from,
+        to: to.to_owned(),
+    })
+}
+
+/// `all` or a list of columns.
+fn columns(list: &str) -> Columns {
+    match list {
+        "all" => Columns::All,
+        _ => Columns::Named(arguments::columns(list).into_iter().map(str::to_owned).collect()),
+    }
+}
+
+impl Arguments {
+    fn preparation(&self) -> Preparation {
+        let chosen = |list: &Option<String>| list.as_deref().map(columns);
+        Preparation {
+            keep: chosen(&self.keep).unwrap_or(Columns::All),
+            cut: self.cut.map(Cut::Time).or(self.cut_samples.map(Cut::Samples)),
+            convert: self.convert.clone(),
+            outliers: chosen(&self.outliers),
+            rule: Outliers {
+                neighbours: self.neighbours,
+                threshold: self.threshold,
+            },
+            resample: self.resample,
+            held: self.hold.iter().map(|name| name.trim().to_owned()).collect(),
+            longest_gap: self.fill.unwrap_or(LONGEST_GAP),
+            fill: self.fill,
+            low_pass: self.low_pass.map(|cutoff| LowPass {
+                cutoff,
+                order: self.order,
+            }),
+            remove_mean: chosen(&self.remove_mean),
+            detrend: chosen(&self.detrend),
+        }
+    }
+
+    /// The columns of a file at its instants.
+    fn table(&self, path: &Path) -> Result<Table> {
+        let file = self.reading.read(path)?;
+        let instants = self.reading.instants_in_seconds(&file)?;
+        let table = Table::of(&file, instants, self.sample_time)?;
+        let steps = [
+            ("--cut", self.cut.is_some()),
+            ("--resample", self.resample.is_some()),
+            ("--low-pass", self.low_pass.is_some()),
+        ];
+        if let Some((option, _)) = steps.iter().find(|(_, given)| *given && table.instants.is_none()) {
+            bail!(
+                "{}: {option} needs the sample time, and there is no column of time; name it by --time, or give --sample-time",
+                table.name
+            );
+        }
+        Ok(table)
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    prepare(&arguments.files, [&arguments.out], [])?;
+    let tables = arguments
+        .files
+        .iter()
+        .map(|path| arguments.table(path))
+        .collect::<Result<Vec<_>>>()?;
+    let prepared = spinning("preparing", || arguments.preparation().run(tables))?;
+    let (record, units) = prepared.table.record()?;
+    write_record_with_units(&arguments.out, &record, &units)?;
+    if arguments.json {
+        let mut object = prepared.json();
+        object["files"] = json!(arguments.files);
+        object["out"] = json!(arguments.out);
+        return print(&object.to_string());
+    }
+    let mut lines: Vec<String> = prepared.done.iter().map(|done| done.text.clone()).collect();
+    lines.push(format!(
+        "wrote {} ({} samples)",
+        arguments.out.display(),
+        grouped(prepared.table.len())
+    ));
+    let missing: usize = prepared.missing().iter().sum();
+    if missing > 0 {
+        let samples = match missing {
+            1 => "1 sample is".to_owned(),
+            n => format!("{} samples are", grouped(n)),
+        };
+        lines.push(format!(
+            "{samples} missing, written as NaN; --fill N interpolates gaps of at most N"
+        ));
+    }
+    print(&lines.join("\n"))
+}

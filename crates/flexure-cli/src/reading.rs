@@ -1,0 +1,186 @@
+//! How a record is read, and where its sample instants stand.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use clap::ValueEnum;
+use flexure_io::{Decimal, Instants, ReadOptions, RecordFile, TimeColumn};
+
+use crate::output::print_note;
+use crate::progress::spinning;
+
+/// Relative difference of two sample times that still count as the same.
+pub const SAME_SAMPLE_TIME: f64 = 1e-3;
+/// Jitter of the sample instants, in steps, that is worth saying: more than printed digits.
+const NOTED_JITTER: f64 = 0.01;
+
+/// The options that settle what a file of text leaves open.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Reading the record")]
+pub struct Reading {
+    /// What separates the columns; by default what divides all lines into equally many fields.
+    #[arg(long, value_name = "NAME")]
+    separator: Option<Separator>,
+    /// The decimal sign of the numbers, where commas may also group thousands.
+    #[arg(long, value_name = "SIGN")]
+    decimal: Option<DecimalSign>,
+    /// Whether the first line has the columns' names; by default it has if it is text above numbers.
+    #[arg(long, value_name = "yes|no")]
+    header: Option<Answer>,
+    /// Leave out N lines before the table.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    skip_lines: u64,
+    /// The column of the sample instants; by default the one called t, time, timestamp or alike ("Time [s]", time_ms).
+    #[arg(long, value_name = "COLUMN")]
+    time: Option<String>,
+    /// The format of time stamps that are not ISO 8601, for example "%d.%m.%Y %H:%M:%S%.f".
+    #[arg(long, value_name = "FORMAT")]
+    time_format: Option<String>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Separator {
+    Comma,
+    Semicolon,
+    Tab,
+    Space,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum DecimalSign {
+    Point,
+    Comma,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Answer {
+    Yes,
+    No,
+}
+
+impl Reading {
+    /// Reads the record at `path`, `-` for the standard input, and notes what was decided.
+    ///
+    /// # Errors
+    /// As [`ReadOptions::read`].
+    pub fn read(&self, path: &Path) -> Result<RecordFile> {
+        let options = ReadOptions {
+            separator: self.separator.map(|separator| match separator {
+                Separator::Comma => ',',
+                Separator::Semicolon => ';',
+                Separator::Tab => '\t',
+                Separator::Space => ' ',
+            }),
+            decimal: self.decimal.map(|sign| match sign {
+                DecimalSign::Point => Decimal::Point,
+                DecimalSign::Comma => Decimal::Comma,
+            }),
+            header: self.header.map(|answer| answer == Answer::Yes),
+            skip: self.skip_lines,
+            time_format: self.time_format.clone(),
+        };
+        let file = spinning("reading", || options.read(path))?;
+        if !file.notes.is_empty() {
+            print_note(&format!("note: {}: {}", file.path.display(), file.notes.join("; ")));
+        }
+        Ok(file)
+    }
+
+    /// The column that the user says has the sample instants.
+    pub fn time_column(&self) -> Option<&str> {
+        self.time.as_deref()
+    }
+
+    /// The name of the column of the sample instants, which need not be uniform, and the seconds that a unit of it lasts; `signals`
+    /// are the columns in use.
+    ///
+    /// # Errors
+    /// As [`RecordFile::instants`].
+    pub fn instants<'a>(&'a self, file: &'a RecordFile, signals: &[&str]) -> Result<Option<(&'a str, f64)>> {
+        Ok(file.instants(self.time.as_deref(), signals)?)
+    }
+
+    /// The options that were given, as they are typed for another command on the same file.
+    pub fn given(&self) -> Vec<String> {
+        let choice = |value: Option<clap::builder::PossibleValue>| value.map(|v| v.get_name().to_owned());
+        let skip = (self.skip_lines > 0).then(|| self.skip_lines.to_string());
+        let all = [
+            (
+                "--separator",
+                choice(self.separator.and_then(|v| v.to_possible_value())),
+            ),
+            ("--decimal", choice(self.decimal.and_then(|v| v.to_possible_value()))),
+            ("--header", choice(self.header.and_then(|v| v.to_possible_value()))),
+            ("--skip-lines", skip),
+            ("--time", self.time.clone()),
+            ("--time-format", self.time_format.clone()),
+        ];
+        let given = all
+            .into_iter()
+            .filter_map(|(name, value)| Some([name.to_owned(), value?]));
+        given.flatten().collect()
+    }
+
+    /// The column of the sample instants; `signals` are the columns in use.
+    ///
+    /// # Errors
+    /// As [`RecordFile::time`].
+    pub fn time(&self, file: &RecordFile, signals: &[&str]) -> Result<Option<TimeColumn>> {
+        let time = file.time(self.time.as_deref(), signals)?;
+        if let Some(TimeColumn { name, clock, .. }) = &time
+            && clock.jitter > NOTED_JITTER
+        {
+            print_note(&format!(
+                "note: {}: the instants of column '{name}' deviate from a uniform grid by up to {:.0} % of a step; they count as uniform",
+                file.path.display(),
+                100.0 * clock.jitter
+            ));
+        }
+        Ok(time)
+    }
+
+    /// The sample instants of a record, uniform or not.
+    ///
+    /// # Errors
+    /// As [`RecordFile::instants_in_seconds`].
+    pub fn instants_in_seconds(&self, file: &RecordFile) -> Result<Option<Instants>> {
+        Ok(file.instants_in_seconds(self.time.as_deref())?)
+    }
+
+    /// The sample time of a record in s: as given, or from its column of instants, unless that is one of the `signals`; `None` if
+    /// neither says it.
+    pub fn sample_time(&self, file: &RecordFile, given: Option<f64>, signals: &[&str]) -> Result<Option<f64>> {
+        let recorded = self.time(file, signals)?;
+        if let (Some(given), Some(time)) = (given, &recorded)
+            && (given - time.clock.step).abs() > SAME_SAMPLE_TIME * time.clock.step
+        {
+            bail!(
+                "{}: column '{}' has a sample time of {} s, but --sample-time says {given} s; leave the option out or correct the column",
+                file.path.display(),
+                time.name,
+                time.clock.step
+            );
+        }
+        Ok(given.or(recorded.map(|time| time.clock.step)))
+    }
+
+    /// Refuses a record whose sample time is not the model's; `signals` are the columns in use.
+    pub fn same_sample_time(
+        &self,
+        file: &RecordFile,
+        model: Option<f64>,
+        signals: &[&str],
+    ) -> Result<Option<TimeColumn>> {
+        let time = self.time(file, signals)?;
+        if let (Some(model), Some(time)) = (model, &time)
+            && (model - time.clock.step).abs() > SAME_SAMPLE_TIME * model
+        {
+            bail!(
+                "{}: the sample time is {} s, but the model was identified at {model} s; resample the record",
+                file.path.display(),
+                time.clock.step
+            );
+        }
+        Ok(time)
+    }
+}

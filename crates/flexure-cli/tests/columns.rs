@@ -1,0 +1,112 @@
+//! The columns that a system connects: named, those of the model, or the only two that there are.
+
+mod common;
+
+use common::{Folder, known};
+use serde_json::Value;
+
+/// A record of a known system as text, with these names.
+fn text(header: &str, columns: &[&str], samples: usize) -> String {
+    let record = known(samples, 1);
+    let row = |k: usize| {
+        let field = |name: &&str| match *name {
+            "t" => format!("{}", k as f64 * 0.25),
+            "k" => format!("{k}"),
+            name => record.column(name).unwrap()[k].to_string(),
+        };
+        columns.iter().map(field).collect::<Vec<_>>().join(",") + "\n"
+    };
+    format!("{header}\n{}", (0..samples).map(row).collect::<String>())
+}
+
+/// Identifies, and returns the input, the output and the note on the error stream.
+fn identified(folder: &Folder, arguments: &str) -> (Value, Value, String) {
+    let outcome = folder.run(&format!("identify {arguments} --json"));
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    let object: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    (object["input"].clone(), object["output"].clone(), outcome.stderr)
+}
+
+#[test]
+fn a_record_with_two_signals_needs_no_names() {
+    let folder = Folder::new();
+    folder.write("two.csv", text("volts,speed", &["u", "y"], 600));
+    let note = "note: two.csv: the input is 'volts', the output 'speed'; these two are all signals (--input and --output name others)\n";
+    assert_eq!(
+        identified(&folder, "two.csv"),
+        ("volts".into(), "speed".into(), note.to_owned())
+    );
+    // One that is named leaves the other.
+    let (input, output, _) = identified(&folder, "two.csv --input speed");
+    assert_eq!((input, output), ("speed".into(), "volts".into()));
+    let (input, output, _) = identified(&folder, "two.csv --output volts");
+    assert_eq!((input, output), ("speed".into(), "volts".into()));
+    // Neither instants nor a count of the rows is a signal; y is the output wherever it stands.
+    folder.write("pandas.csv", text(",time [s],y,u", &["k", "t", "y", "u"], 600));
+    let (input, output, notes) = identified(&folder, "pandas.csv");
+    assert_eq!((input, output), ("u".into(), "y".into()));
+    assert!(notes.starts_with("note: pandas.csv: column 1 has no name; it is called index\nnote: pandas.csv: the input is 'u', the output 'y'"), "{notes}");
+}
+
+#[test]
+fn more_signals_are_listed() {
+    let folder = Folder::new();
+    folder.write("three.csv", text("t,u [V],y [rad/s],y0", &["t", "u", "y", "y0"], 600));
+    let list = "three.csv: the signals are u [V], y [rad/s], y0; ";
+    folder.misused(
+        "identify three.csv",
+        &format!("{list}name the input by --input and the output by --output"),
+    );
+    folder.misused(
+        "identify three.csv --input u",
+        &format!("{list}name the output by --output"),
+    );
+    folder.misused(
+        "identify three.csv --output y",
+        &format!("{list}name the input by --input"),
+    );
+    folder.write("one.csv", text("t,u", &["t", "u"], 600));
+    folder.misused(
+        "identify one.csv",
+        "one.csv: the only signal is u, but a system has an input and an output; if a column of instants or counts is one of them, name both by --input and --output",
+    );
+    // A name may have the unit behind it that the header has.
+    let (input, output, note) = identified(&folder, "three.csv --input u --output y");
+    assert_eq!((input, output, &*note), ("u".into(), "y".into(), ""));
+    let mut command = folder.command("identify three.csv --json");
+    let with_units = common::outcome(command.args(["--input", "u [V]", "--output", "y [rad/s]"]));
+    let object: Value = serde_json::from_str(&with_units.stdout).unwrap();
+    assert_eq!((&object["input"], &object["output"]), (&"u".into(), &"y".into()));
+}
+
+#[test]
+fn a_model_knows_its_columns() {
+    let folder = Folder::new();
+    folder.write("r.csv", text("volts,speed", &["u", "y"], 600));
+    folder.done("identify r.csv --input volts --output speed -o model.json");
+    let named = folder.json("validate model.json r.csv --input volts --output speed");
+    assert_eq!(folder.json("validate model.json r.csv"), named);
+    let predicted = folder.json("predict model.json r.csv -o p.csv");
+    assert_eq!(predicted["initial_state"], "estimate");
+    assert!(predicted["fit_percent"].as_f64().unwrap() > 60.0);
+    // The input alone: no fit, and nothing measured.
+    folder.write("input.csv", text("volts", &["u"], 600));
+    let alone = folder.json("predict model.json input.csv -o p.csv");
+    assert_eq!(
+        (&alone["fit_percent"], &alone["initial_state"]),
+        (&Value::Null, &"steady".into())
+    );
+    assert!(folder.read("p.csv").starts_with("predicted\n"));
+    folder.misused(
+        "predict model.json input.csv --horizon 2 -o new.csv",
+        "--horizon needs the measured output, and input.csv has no column 'speed', as the model calls it; name it by --output",
+    );
+    folder.misused(
+        "predict model.json input.csv --initial-state estimate -o new.csv",
+        "--initial-state estimate needs the measured output, and input.csv has no column 'speed', as the model calls it; name it by --output",
+    );
+    folder.failed(
+        "validate model.json input.csv",
+        "input.csv: no column 'speed'; the columns are: volts",
+    );
+}

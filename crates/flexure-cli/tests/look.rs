@@ -1,0 +1,313 @@
+//! `flexure look`: what it says of records whose truth is known, and that the command it suggests runs as printed.
+
+mod common;
+
+use std::process::Command;
+
+use common::{Folder, mat, outcome};
+use flexure::Record;
+use flexure::identify::Warning;
+use flexure_io::write_record;
+use serde_json::Value;
+
+/// The line with the command to type next, without what stands before it.
+fn next(text: &str) -> &str {
+    let line = text.lines().last().unwrap();
+    line.strip_prefix("next: ").unwrap_or_else(|| panic!("{text}"))
+}
+
+/// Runs a printed command line by a shell, in the folder.
+fn typed(folder: &Folder, line: &str) -> common::Outcome {
+    let rest = line.strip_prefix("flexure ").unwrap();
+    let mut shell = Command::new("sh");
+    let program = env!("CARGO_BIN_EXE_flexure");
+    shell
+        .args(["-c", &format!("'{program}' {rest}")])
+        .current_dir(folder.path(""));
+    outcome(&mut shell)
+}
+
+/// An axis with friction that a controller moves back and forth: instants, force in units of the motor, position.
+fn axis(samples: usize) -> [Vec<f64>; 3] {
+    let (dt, constant) = (0.002, 35.0);
+    let (mut q, mut v) = (0.0_f64, 0.0_f64);
+    let (mut t, mut force, mut position) = (Vec::new(), Vec::new(), Vec::new());
+    for n in 0..samples {
+        let time = dt * n as f64;
+        let target = 0.1 * (1.3 * time).sin() + 0.08 * (3.1 * time).sin() + 0.02 * (9.7 * time).sin();
+        let u = (2000.0 * (10.0 * (target - q) - v)).clamp(-300.0, 300.0);
+        v += dt * (u - 200.0 * v - 20.0 * (v / 1e-3).tanh()) / 95.0;
+        q += dt * v;
+        t.push(time);
+        force.push(u / constant);
+        position.push((q * 1e6).round() / 1e6);
+    }
+    [t, force, position]
+}
+
+#[test]
+fn a_system_is_identified_by_the_command_that_is_printed() {
+    let folder = Folder::new();
+    let record = common::known(3000, 1);
+    let columns = ["u", "y"].map(|name| (name, record.column(name).unwrap().to_vec()));
+    // A name that a shell would take apart.
+    write_record(folder.path("my log's.csv"), &Record::new(columns).unwrap()).unwrap();
+    let mut look = folder.command("look");
+    let found = outcome(look.arg("my log's.csv"));
+    assert_eq!((found.code, found.stderr.as_str()), (Some(0), ""), "{found:?}");
+    assert!(
+        found.stdout.contains("'y' follows 'u' without delay"),
+        "{}",
+        found.stdout
+    );
+    let line = next(&found.stdout);
+    assert!(
+        line.starts_with(r"flexure identify 'my log'\''s.csv' --input u --output y"),
+        "{line}"
+    );
+    let identified = typed(&folder, line);
+    assert_eq!(identified.code, Some(0), "{identified:?}");
+    assert!(folder.read("report.html").starts_with("<!"));
+    assert!(folder.read("model.json").contains("\"output\""));
+}
+
+#[test]
+fn how_the_record_was_read_is_part_of_the_command() {
+    let folder = Folder::new();
+    let record = common::known(600, 2);
+    let rows = (0..600).map(|i| {
+        let cell = |name: &str| format!("{:.6}", record.column(name).unwrap()[i]).replace('.', ",");
+        format!("{};{};{:.3}\n", cell("u"), cell("y"), 0.01 * i as f64)
+    });
+    let text: String = rows.map(|row| row.replace('.', ",")).collect();
+    folder.write("log.txt", format!("made by a logger\n{text}"));
+    let printed = folder.run("look log.txt --skip-lines 1 --header no --separator semicolon --decimal comma --time c2");
+    assert_eq!(printed.code, Some(0), "{printed:?}");
+    let line = next(&printed.stdout);
+    for option in [
+        "--skip-lines 1",
+        "--header no",
+        "--separator semicolon",
+        "--decimal comma",
+        "--time c2",
+    ] {
+        assert!(line.contains(option), "{line}");
+    }
+    assert!(line.contains("--input c0 --output c1"), "{line}");
+    assert_eq!(typed(&folder, line).code, Some(0));
+    assert!(
+        printed.stdout.contains("every 0.01 s, 6 s in all"),
+        "{}",
+        printed.stdout
+    );
+}
+
+#[test]
+fn an_axis_is_a_joint_and_identify_says_so() {
+    let folder = Folder::new();
+    let [t, vir, qm] = axis(12_000);
+    let columns: [(&str, &[f64]); 4] = [("t", &t), ("vir", &vir), ("qm", &qm), ("gtau", &[35.0])];
+    folder.write("axis.mat", mat(&columns));
+    let text = folder.done("look axis.mat");
+    let line = next(&text);
+    assert_eq!(
+        line,
+        "flexure joint axis.mat --position qm --torque vir --torque-constant gtau --prismatic --report report.html"
+    );
+    assert!(
+        text.contains("'qm' integrates 'vir', as a position integrates a force"),
+        "{text}"
+    );
+    let found = typed(&folder, &format!("{line} --json"));
+    let joint: Value = serde_json::from_str(&found.stdout).unwrap();
+    let inertia = joint["inertia"]["value"].as_f64().unwrap_or_else(|| panic!("{joint}"));
+    assert!((inertia / 95.0 - 1.0).abs() < 0.05, "{inertia}");
+    // The same of names that say nothing, from the data alone.
+    write_record(
+        folder.path("plain.csv"),
+        &Record::new([("t", t), ("c1", vir), ("c2", qm)]).unwrap(),
+    )
+    .unwrap();
+    let line = next(&folder.done("look plain.csv")).to_owned();
+    assert_eq!(
+        line,
+        "flexure joint plain.csv --position c2 --torque c1 --report report.html"
+    );
+    let warned = folder.json("identify plain.csv --input c1 --output c2 --structure linear");
+    let expected = Warning::IntegratedOutput {
+        input: "c1".to_owned(),
+        output: "c2".to_owned(),
+    };
+    assert_eq!(warned["warnings"][0], expected.to_string());
+}
+
+#[test]
+fn two_encoders_and_two_joints() {
+    let folder = Folder::new();
+    let [t, tau, q] = axis(4000);
+    let motor: Vec<f64> = q.iter().zip(&tau).map(|(q, tau)| q + 1e-4 * tau).collect();
+    let one = [
+        ("t", t.clone()),
+        ("q", q.clone()),
+        ("qm", motor.clone()),
+        ("tau", tau.clone()),
+    ];
+    write_record(folder.path("one.csv"), &Record::new(one).unwrap()).unwrap();
+    assert_eq!(
+        next(&folder.done("look one.csv")),
+        "flexure joint one.csv --motor qm --link q --torque tau --report report.html"
+    );
+    let later = |x: &[f64]| x.iter().rev().copied().collect::<Vec<f64>>();
+    let names = ["q1", "qm1", "tau1", "q2", "qm2", "tau2"];
+    let columns = [
+        q.clone(),
+        motor.clone(),
+        tau.clone(),
+        later(&q),
+        later(&motor),
+        later(&tau),
+    ];
+    let two = [("t", t)].into_iter().chain(names.into_iter().zip(columns));
+    write_record(folder.path("two.csv"), &Record::new(two).unwrap()).unwrap();
+    assert_eq!(
+        next(&folder.done("look two.csv")),
+        "flexure joint two.csv --motor qm1,qm2 --link q1,q2 --torque tau1,tau2 --report report.html"
+    );
+}
+
+/// A force and a position may be of a mass on a spring, which is no axis.
+#[test]
+fn a_mass_on_a_spring_is_no_axis() {
+    let folder = Folder::new();
+    let force = common::known(4000, 9).column("u").unwrap().to_vec();
+    let position = common::filter(&[0.0, 0.01], &[1.0, -1.8, 0.85], &force, 0.0);
+    let columns = [("force", force), ("position", position)];
+    write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
+    let line = next(&folder.done("look r.csv")).to_owned();
+    assert!(
+        line.starts_with("flexure identify r.csv --input force --output position"),
+        "{line}"
+    );
+}
+
+#[test]
+fn missing_outputs_several_inputs_and_two_levels() {
+    let folder = Folder::new();
+    let record = common::known(2000, 3);
+    let (u, mut y) = (
+        record.column("u").unwrap().to_vec(),
+        record.column("y").unwrap().to_vec(),
+    );
+    let other = common::known(2000, 4);
+    let (p, added) = (other.column("u").unwrap().to_vec(), other.column("y").unwrap().to_vec());
+    let both: Vec<f64> = y.iter().zip(&added).map(|(a, b)| a + b).collect();
+    let three = [("speed", u.clone()), ("valve", p), ("level", both)];
+    write_record(folder.path("three.csv"), &Record::new(three).unwrap()).unwrap();
+    let line = next(&folder.done("look three.csv")).to_owned();
+    assert!(
+        line.contains("--input speed,valve --output level --structure multiple-inputs"),
+        "{line}"
+    );
+
+    y[100] = f64::NAN;
+    write_record(
+        folder.path("missing.csv"),
+        &Record::new([("u", u.clone()), ("y", y)]).unwrap(),
+    )
+    .unwrap();
+    let text = folder.done("look missing.csv");
+    assert!(next(&text).contains("--input u --output y --missing"), "{text}");
+    assert!(text.contains("'y' misses 1 sample (0.05 %)"), "{text}");
+    assert_eq!(typed(&folder, next(&text)).code, Some(0));
+
+    let levels: Vec<f64> = u.iter().map(|u| u.signum()).collect();
+    let response: Vec<f64> = levels.windows(2).map(|w| w[0] + 0.3 * w[1]).collect();
+    let two = [("u", levels[1..].to_vec()), ("y", response)];
+    write_record(folder.path("two.csv"), &Record::new(two).unwrap()).unwrap();
+    let line = next(&folder.done("look two.csv")).to_owned();
+    assert_eq!(
+        line,
+        "flexure identify two.csv --input u --output y -o model.json --report report.html"
+    );
+}
+
+#[test]
+fn what_is_named_decides() {
+    let folder = Folder::new();
+    folder.known("r.csv", 1000, 5);
+    let line = next(&folder.done("look r.csv --input y --output u")).to_owned();
+    assert!(line.contains("--input y --output u"), "{line}");
+    folder.failed(
+        "look r.csv --input volts",
+        "r.csv: no column 'volts'; the columns are: u, y, y0",
+    );
+    folder.misused(
+        "look r.csv --input u --output u",
+        "--input and --output are both 'u'; name two different columns",
+    );
+}
+
+#[test]
+fn json_and_gaps_in_time() {
+    let folder = Folder::new();
+    let record = common::known(1000, 6);
+    let mut t: Vec<f64> = (0..1000).map(|i| 0.01 * f64::from(i)).collect();
+    t[500..].iter_mut().for_each(|t| *t += 0.2);
+    let column = |name: &str| record.column(name).unwrap().to_vec();
+    let columns = [
+        ("t", t),
+        ("u", column("u")),
+        ("y", column("y")),
+        ("mode", vec![3.0; 1000]),
+    ];
+    write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
+    let found = folder.json("look r.csv");
+    assert_eq!(found["clock"]["gaps"][0]["sample"], 500);
+    assert!((found["sample_time"].as_f64().unwrap() - 0.01).abs() < 1e-9);
+    assert_eq!(found["columns"][3]["constant"], true);
+    let first = &found["dependences"][0];
+    assert_eq!(
+        (&first["cause"], &first["effect"], &first["delay"]),
+        (&"u".into(), &"y".into(), &0.into())
+    );
+    let line = found["next"]["command"].as_str().unwrap();
+    assert_eq!(line, "flexure prepare r.csv --cut-samples 0:500 -o prepared.csv");
+    assert_eq!(typed(&folder, line).code, Some(0));
+    assert!(next(&folder.done("look prepared.csv")).starts_with("flexure identify prepared.csv --input u --output y"));
+    let findings = found["findings"].to_string();
+    assert!(
+        findings.contains("'t' has 1 gap, before sample 500 (line 502): about 20 samples lost"),
+        "{findings}"
+    );
+}
+
+#[test]
+fn a_clock_that_jitters_too_much_is_resampled() {
+    let folder = Folder::new();
+    let record = common::known(1000, 6);
+    let late = |i: u32| if i % 7 == 3 { 0.003 } else { 0.0 };
+    let t: Vec<f64> = (0..1000).map(|i| 0.01 * f64::from(i) + late(i)).collect();
+    let column = |name: &str| record.column(name).unwrap().to_vec();
+    let levels: Vec<f64> = column("u").iter().map(|u| u.signum()).collect();
+    let response = common::filter(&[0.0, 0.5], &[1.0, -0.5], &levels, 0.0);
+    let columns = [("t", t), ("u", levels), ("y", response)];
+    write_record(folder.path("r.csv"), &Record::new(columns).unwrap()).unwrap();
+    let text = folder.done("look r.csv");
+    let line = next(&text);
+    assert_eq!(line, "flexure prepare r.csv --resample 0.01 --hold u -o prepared.csv");
+    assert!(text.contains("differ from the median step by up to 30 %"), "{text}");
+    assert_eq!(typed(&folder, line).code, Some(0));
+    let again = folder.done("look prepared.csv");
+    assert!(next(&again).starts_with("flexure identify prepared.csv"), "{again}");
+}
+
+#[test]
+fn nothing_to_identify() {
+    let folder = Folder::new();
+    let [a, b] = [7, 8].map(|seed| common::known(1000, seed).column("u").unwrap().to_vec());
+    write_record(folder.path("r.csv"), &Record::new([("left", a), ("right", b)]).unwrap()).unwrap();
+    let text = folder.done("look r.csv --report look.html");
+    assert!(text.contains("No column was seen to depend on another"), "{text}");
+    assert!(next(&text).starts_with("nothing here can be identified"), "{text}");
+    assert!(folder.read("look.html").contains("left"));
+}
