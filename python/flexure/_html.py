@@ -12,6 +12,7 @@ from flexure.results import Block, LinearPart, Nonlinearity, Surface
 
 if TYPE_CHECKING:
     from flexure._system import System
+    from flexure.joints import Joint, TwoLinkArm
 
 Array = npt.NDArray[np.float64]
 
@@ -23,6 +24,7 @@ _SQUARES = 24
 _BLUE, _ORANGE = (0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)
 _TITLES = {"narx": "NARX model", "multiple-inputs": "Model of several inputs", "joint-inputs": "Joint Hammerstein model"}
 _WORDS = {"narx": "a polynomial of past outputs and inputs", "volterra": "a Volterra series of second order"}
+_TEXT = "font-family:sans-serif;font-size:13px"
 _STYLE = "border:1px solid #999;border-radius:4px;background:#fff;color:#222;padding:4px 8px"
 
 
@@ -43,10 +45,42 @@ def html(model: System) -> str:
     colour = "#1a7f37" if model.verdict_.holds else "#b35900"
     warnings = "".join(f"<li>{escape(text)}</li>" for text in model.warnings_)
     return (
-        f'<div style="font-family:sans-serif;font-size:13px"><b>{title}</b>, fit on fresh data '
+        f'<div style="{_TEXT}"><b>{title}</b>, fit on fresh data '
         f"{model.verdict_.fit_percent:.2f} %" + "".join(rows) + f'<div style="color:{colour};max-width:60em">'
         f"{escape(model.verdict_.text)}</div>" + (f'<ul style="margin:4px 0">{warnings}</ul>' if warnings else "") + "</div>"
     )
+
+
+def joint_html(joint: Joint) -> str:
+    """A joint's inertias, its curves with their bands, and what to know."""
+    what = "Rigid axis" if joint.kind == "rigid" else "Flexible joint"
+    return f'<div style="{_TEXT}"><b>{what}</b>{_joint(joint)}</div>'
+
+
+def arm_html(arm: TwoLinkArm) -> str:
+    """The inertias of an arm, and those and the curves of both joints."""
+    constants = {"shoulder": arm.shoulder, "elbow": arm.elbow, "coupling": arm.coupling}
+    values = ", ".join(f"{name} {value} kg m²" for name, value in constants.items())
+    joints = "".join(f"<div><b>{name}</b>{_joint(joint)}</div>" for name, joint in zip(("Shoulder", "Elbow"), arm.joints, strict=True))
+    return f'<div style="{_TEXT}"><b>Two-link arm</b>: {escape(values)}{joints}</div>'
+
+
+def _joint(joint: Joint) -> str:
+    position, torque = joint.units
+    unit = "kg" if position == "m" else "kg m²"
+    inertias = {"inertia": joint.inertia} if joint.motor_inertia is None else {"link's inertia": joint.inertia, "motor's inertia": joint.motor_inertia}
+    values = ", ".join(f"{name} {value} {unit}" for name, value in inertias.items())
+    curves = [("friction", joint.friction, f"{position}/s", joint.best_friction.name)]
+    if joint.stiffness is not None:
+        curves.append(("stiffness", joint.stiffness, position, joint.best_stiffness.name))
+    cells = "".join(
+        f'<div style="{_STYLE};margin-right:8px"><div>{name}: {escape(form.replace("_", " "))}</div>{_curve(curve)}'
+        f'<div style="color:#666;font-size:11px">{_range(curve.x)} {across}<br/>onto {_range(curve.y)} {torque}</div></div>'
+        for name, curve, across, form in curves
+    )
+    findings = "".join(f"<li>{escape(text)}</li>" for text in joint.findings)
+    listed = f'<ul style="margin:4px 0">{findings}</ul>' if findings else ""
+    return f': {escape(values)}<div style="display:flex;flex-wrap:wrap;margin:6px 0">{cells}</div>{listed}'
 
 
 def _cell(name: str, block: Block) -> str:

@@ -33,7 +33,7 @@ def signals(
     ``TimeResponseData``. The sample time comes from `dt`, from the index of a pandas object or the coordinate of an xarray one
     where that is time, or from a column of that name; inputs and output must be at the same instants.
     """
-    given, dt, u, y = _given(input, several), times.given_step(dt), _plain(u), _plain(y)
+    given, dt, u, y = _given(input, several), times.given_step(dt), plain(u), plain(y)
     if y is None:
         parts, y, instants, inputs, output = _columns(u, given, output)
     else:
@@ -58,7 +58,7 @@ def signals(
 
 def input_signals(u: Any, names: Sequence[str], several: bool, dt: float | None = None) -> list[Array]:
     """The inputs out of arrays or series, or the columns of these names out of a table; sampled as the model is."""
-    u = _plain(u)
+    u = plain(u)
     parts = [_take(u, name) for name in names] if _is_table(u) else _parts(u, None, several)[0]
     instants = times.instants_of(u)
     if instants is None and _is_table(u) and not _is_response(u):
@@ -72,7 +72,7 @@ def input_signals(u: Any, names: Sequence[str], several: bool, dt: float | None 
 
 def named_columns(data: Any, names: dict[str, Any]) -> tuple[dict[str, Any], Any]:
     """The columns of a table by what they are, where each is one name, a list of names or None; and the table's instants."""
-    data = _plain(data)
+    data = plain(data)
     if not _is_table(data):
         raise DataError("data is no table with columns by name")
     found: dict[str, Any] = {}
@@ -97,7 +97,7 @@ def check_same_times(u: Any, y: Any, output: str) -> None:
     times.check_same_instants(times.instants_of(u), times.instants_of(y), output)
 
 
-def _plain(data: Any) -> Any:
+def plain(data: Any) -> Any:
     """Tables of other kinds as what the others are: lazy frames collected, arrays with named fields as dicts."""
     if hasattr(data, "collect_schema") and hasattr(data, "collect"):
         return data.collect()

@@ -19,7 +19,7 @@ from flexure._arrays import whole
 from flexure._core import FlexureError, Identification, Model, ParameterError
 from flexure._files import blocks_of
 from flexure._html import html
-from flexure.results import Block, Branch, LinearPart, Verdict, block_of, frame
+from flexure.results import Block, Branch, Comparison, FormTest, LinearPart, Verdict, block_of, frame
 
 Array = npt.NDArray[np.float64]
 
@@ -94,6 +94,8 @@ class System(BaseEstimator):  # type: ignore[misc]
         What to know before trusting it.
     predicted_ : array of shape (n,)
         The free run over the record; None of a model out of a file.
+    comparison_ : Comparison or None
+        Of `Auto`: the structures that were compared.
     fitted_ : int
         The samples of the record that were fitted; the others are fresh.
     result_ : dict
@@ -192,7 +194,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         self.verdict_ = Verdict.of(result)
         self.warnings_ = list(result["warnings"])
         self.fitted_ = result["samples_fitted"]
-        self.comparison_ = result.get("comparison")
+        self.comparison_ = Comparison.of(result["comparison"]) if result.get("comparison") else None
         roles = [[label["role"] for label in path["blocks"]] for path in file["paths"]]
         if file["is_sum"]:
             found = zip(roles, result["branches"], strict=True)
@@ -209,6 +211,13 @@ class System(BaseEstimator):  # type: ignore[misc]
         breaks = self.result_.get("breakpoints") or ()
         blocks = [(role, block_of(found.get(role), self.dt_, breaks)) for role in roles if not role.startswith("intersample_")]
         return [(role, block) for role, block in blocks if block is not None]
+
+    @property
+    def form_(self) -> FormTest | None:
+        """The physical form that was fitted to the nonlinearity and its test; None where none was asked for."""
+        self._fitted()
+        found = self.result_.get("form")
+        return None if found is None else FormTest.of(found)
 
     @property
     def paths_(self) -> list[tuple[str, list[tuple[str, Block]]]]:
@@ -340,6 +349,16 @@ class System(BaseEstimator):  # type: ignore[misc]
         from flexure import plots
 
         return plots.system(self, truth=truth)
+
+    def __repr__(self, N_CHAR_MAX: int = 700) -> str:
+        """The parameters, as scikit-learn shows them; of a fitted model what was found."""
+        if not self.__sklearn_is_fitted__():
+            return str(super().__repr__(N_CHAR_MAX))
+        name = type(self).__name__
+        if self._structure == "auto":
+            name += f" ({self.structure_})"
+        found = f"order {self.order_}, delay {self.delay_}; fit {self.verdict_.fit_percent:.2f} % on fresh samples"
+        return f"<{name} from {self.input_} to {self.output_}: {found}, {'holds' if self.verdict_.holds else 'does not hold'}>"
 
     def _repr_html_(self) -> str:
         """The blocks as a drawing, for notebooks."""

@@ -67,7 +67,7 @@ def step_of(times: npt.NDArray[Any] | None) -> float | None:
     """
     if times is None or len(times) < 2:
         return None
-    return sample_time(_seconds(times, times[0]))
+    return sample_time(seconds(times, times[0]))
 
 
 def column_of_time(values: Any, name: str) -> npt.NDArray[Any]:
@@ -99,7 +99,7 @@ def check_same_instants(first: npt.NDArray[Any] | None, second: npt.NDArray[Any]
     """
     if first is None or second is None or len(first) != len(second) or len(first) < 2 or first.dtype.kind != second.dtype.kind:
         return
-    one, other = _seconds(first, first[0]), _seconds(second, first[0])
+    one, other = seconds(first, first[0]), seconds(second, first[0])
     apart = np.flatnonzero(np.abs(one - other) > _SAME * np.abs(one[-1] - one[0]) / (len(one) - 1))
     if len(apart):
         raise DataError(
@@ -119,7 +119,7 @@ def check_same_step(step: float | None, other: float | None, message: str) -> No
         raise DataError(message.format(step, other))
 
 
-def _seconds(times: npt.NDArray[Any], origin: Any) -> Array:
+def seconds(times: npt.NDArray[Any], origin: Any) -> Array:
     """Instants as seconds since one of them, numbers as they are."""
     if times.dtype.kind in "mM":
         return np.asarray((times - origin) / np.timedelta64(1, "s"), dtype=np.float64)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from typing import Any, Self
 
@@ -80,6 +81,71 @@ class Arm:
         """The run's duration, s."""
         return self._core.duration
 
+    def with_(
+        self,
+        *,
+        duration: float | None = None,
+        dt: float | None = None,
+        model: str | None = None,
+        joints: Sequence[Mapping[str, Any]] | None = None,
+        links: Sequence[Mapping[str, Any]] | None = None,
+        initial: Mapping[str, Any] | None = None,
+        excitation: Mapping[str, Any] | None = None,
+        noise: Mapping[str, Any] | bool | None = None,
+    ) -> Self:
+        """The arm with other values; the arm itself stays as it is, and so do the comments of its file.
+
+        Parameters
+        ----------
+        duration, dt : float, optional
+            Of the run, s.
+        model : {"rigid", "linear", "nonlinear"}, optional
+            Of the joints.
+        joints, links : two dicts, optional
+            The keys to change in the joints and links of the arm file; a key whose value is None is taken out.
+        initial : dict, optional
+            The keys to change in the state at the start.
+        excitation : dict, optional
+            The new excitation, as a whole.
+        noise : dict or False, optional
+            The new noise, as a whole; False for none.
+
+        Raises
+        ------
+        FlexureError
+            A key or a value that an arm file cannot have.
+
+        Examples
+        --------
+        >>> from flexure import Arm
+        >>> arm = Arm.preset("space-arm").with_(
+        ...     duration=20.0,
+        ...     dt=0.002,
+        ...     joints=[{"locked": True}, {}],
+        ...     excitation={"kind": "multisine", "amplitude": [40.0, 20.0], "f_min": 0.05, "f_max": 3.0},
+        ...     noise={"std": {"q2": 1e-5, "qm2": 1e-5}},
+        ... )
+        >>> arm
+        <Arm, 20 s in steps of 0.002 s>
+        """
+        run = {"duration": duration, "sample_time": dt}
+        parts = {"model": model, "joint": joints, "link": links}
+        tables = {
+            "run": {key: value for key, value in run.items() if value is not None},
+            "arm": {key: value for key, value in parts.items() if value is not None},
+            "initial": initial,
+            "excitation": excitation,
+            "noise": noise,
+        }
+        changes = {name: table for name, table in tables.items() if table}
+        if noise is False:
+            changes["noise"] = None
+        try:
+            text = json.dumps(changes, default=_plain, allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise _core.ParameterError(f"an arm file cannot have these values: {error}") from None
+        return type(self)(self._core.changed(text))
+
     def simulate(self, torque: Any = None, *, deflection: Any = None) -> dict[str, Array]:
         """Simulates the run of the arm file, or one under other inputs in place of its excitation.
 
@@ -133,6 +199,15 @@ class Arm:
 
     def __repr__(self) -> str:
         return f"<Arm, {self.duration:g} s in steps of {self.dt:g} s>"
+
+
+def _plain(value: Any) -> Any:
+    """Arrays and numbers of NumPy, and mappings, as JSON has them."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is no number, text, list or dict")
 
 
 def _pair(values: Any, name: str) -> tuple[Array, Array]:

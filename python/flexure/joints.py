@@ -16,29 +16,43 @@ from flexure import _records as records
 from flexure import _times as times
 from flexure._arrays import samples
 from flexure._core import DataError, FlexureError, ParameterError
+from flexure._html import arm_html, joint_html
 from flexure.arms import Arm
-from flexure.results import Nonlinearity
+from flexure.results import Estimate, Nonlinearity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Estimate", "Form", "Joint", "TwoLinkArm", "identify_joint"]
+__all__ = ["Estimate", "Form", "Joint", "Motion", "Parameter", "TwoLinkArm", "identify_joint"]
 
 Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """A number with its standard error; `error` is 0 for one that was given."""
+class Parameter(Estimate):
+    """A parameter of a physical form."""
 
-    value: float
-    """In SI units."""
-    error: float
-    """Its standard error, in the same unit."""
+    unit: str
+    """Its unit."""
+    identifiable: bool
+    """Whether the data determine it."""
+    range: tuple[float, float] | None = None
+    """The values that the data support, where they do not determine one."""
+    remark: str | None = None
+    """What else is to be said of it."""
 
-    def __str__(self) -> str:
-        return f"{self.value:.4g} ± {self.error:.2g}" if self.error > 0 else f"{self.value:.4g}"
+
+@dataclass(frozen=True)
+class Motion:
+    """The measured motion simulated with what was identified."""
+
+    drive: str
+    """What drives it, for example "under the recorded torque"."""
+    rms: float
+    """The root mean square of measured less simulated position, rad (m)."""
+    fit_percent: float
+    """``100 (1 - |q - qh| / |q - mean q|)``."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +61,8 @@ class Form:
 
     name: str
     """For example "lugre_static"."""
-    parameters: dict[str, dict[str, Any]]
-    """By symbol: value, standard error or the range that the data support, unit."""
+    parameters: dict[str, Parameter]
+    """By symbol."""
     result: dict[str, Any] = field(repr=False)
     """All that ``flexure joint --json`` says of it."""
 
@@ -63,6 +77,19 @@ class _Logged:
             raise FlexureError(f"{what} needs the log; which a joint of an arm or one out of a pickle does not have")
         return self._found
 
+    def summary(self) -> str:
+        """The text that ``flexure joint`` prints."""
+        return self._own("summary").summary()
+
+    @property
+    def motions(self) -> tuple[Motion, ...]:
+        """The measured motion simulated with what was identified: under the recorded torque, of every joint; of a rigid axis also in the position
+        loop, where that is known. Empty where the simulation fails."""
+        found = json.loads(self._own("motions").motions())
+        each = found if isinstance(found, list) else [found]
+        recorded = "under the recorded torque"
+        return tuple(Motion(m.get("drive", recorded), m["rms"], m["fit_percent"]) for m in each if m is not None)
+
     def report(self, path: str | PathLike[str]) -> None:
         """Writes the page that ``flexure joint --report`` writes: one HTML file that needs no network."""
         page = self._own("report").page()
@@ -73,7 +100,7 @@ class _Logged:
         return {**self.__dict__, "_found": None}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Joint(_Logged):
     """A rigid axis, or a flexible joint with its link."""
 
@@ -108,6 +135,21 @@ class Joint(_Logged):
         return Arm.from_text(self._own("arm").arm_file(joint - 1, None if template is None else template.toml))
 
     @property
+    def units(self) -> tuple[str, str]:
+        """Of positions and torques: rad and N m, or m and N of a prismatic axis."""
+        return ("m", "N") if self.result.get("inertia_unit") == "kg" else ("rad", "N m")
+
+    def __repr__(self) -> str:
+        unit = "kg" if self.units[0] == "m" else "kg m²"
+        motor = "" if self.motor_inertia is None else f", motor {self.motor_inertia} {unit}"
+        what = "Rigid axis" if self.kind == "rigid" else "Flexible joint"
+        return f"<{what}, inertia {self.inertia} {unit}{motor}, friction {self.best_friction.name}>"
+
+    def _repr_html_(self) -> str:
+        """Inertias, curves and findings, for notebooks."""
+        return joint_html(self)
+
+    @property
     def best_friction(self) -> Form:
         """The form of the friction that the data support best."""
         return _best(self.friction_forms, self.result.get("best_friction_form", self.result.get("best_form")))
@@ -130,14 +172,16 @@ class Joint(_Logged):
         """Draws friction and, of a flexible joint, stiffness into matplotlib axes; dashed, the true curves where they are known."""
         from flexure.plots import nonlinearity
 
-        curves = [(self.friction, "velocity / rad/s", "friction / N m", friction)]
+        position, torque = self.units
+        what = "force" if torque == "N" else "torque"
+        curves = [(self.friction, f"velocity / ({position}/s)", f"friction {what} / {_within_brackets(torque)}", friction)]
         if self.stiffness is not None:
-            curves.append((self.stiffness, "deflection / rad", "torque / N m", stiffness))
+            curves.append((self.stiffness, f"deflection / {position}", f"{what} / {_within_brackets(torque)}", stiffness))
         for (curve, x, y, truth), ax in zip(curves, axes, strict=True):
             nonlinearity(curve, input=x, output=y, truth=truth, axes=ax)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TwoLinkArm(_Logged):
     """A two-link arm with flexible joints and the coupling of its links."""
 
@@ -152,6 +196,13 @@ class TwoLinkArm(_Logged):
     result: dict[str, Any] = field(repr=False)
     """All that ``flexure joint --json`` says of it."""
     _found: _core.Joint | None = field(default=None, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        return f"<Two-link arm, shoulder {self.shoulder}, elbow {self.elbow}, coupling {self.coupling} kg m²>"
+
+    def _repr_html_(self) -> str:
+        """Inertias, curves and findings of both joints, for notebooks."""
+        return arm_html(self)
 
     def plot(self) -> Figure:
         """The curves of both joints with their bands in a matplotlib figure, the shoulder's above the elbow's."""
@@ -186,6 +237,10 @@ def identify_joint(
     spring: bool = False,
     prismatic: bool = False,
     level: float = 0.95,
+    torque_constant: float = 1.0,
+    reference: Any = None,
+    kp: float | None = None,
+    kv: float | None = None,
     data: Any = None,
 ) -> Joint | TwoLinkArm:
     """Identifies a joint: a rigid axis from `position`, a flexible joint from `motor` and `link`, a two-link arm from two each.
@@ -193,7 +248,7 @@ def identify_joint(
     Parameters
     ----------
     torque : array of shape (n,), or (n, 2) for an arm
-        On the link's side of the gear, N m (N for a prismatic axis).
+        On the link's side of the gear, N m (N for a prismatic axis); or a current or voltage, see `torque_constant`.
     dt : float, optional
         The sample time, s; None: from a time index of `torque`, or from the times in `data`.
     position : array of shape (n,)
@@ -210,6 +265,13 @@ def identify_joint(
         Whether the rigid axis moves along a line.
     level : float
         Of the confidence bands.
+    torque_constant : float
+        Torque a unit of `torque`.
+    reference : array of shape (n,), optional
+        What a position controller of a rigid axis followed: ``motions`` then has the motion in its loop too, with ``torque = kv
+        (kp (reference - position) - velocity)``, in the unit of `torque`.
+    kp, kv : float, optional
+        The controller's gains.
     data : table, optional
         A table (pandas, polars, xarray, a dict) whose columns the signals then name: ``identify_joint("tau", motor="qm",
         link="q", data=log)``; lists of two names for an arm.
@@ -223,16 +285,25 @@ def identify_joint(
     """
     if (position is None) == (motor is None or link is None):
         raise ParameterError("give the position of a rigid axis, or motor and link of a flexible joint")
-    signals = {"torque": torque, "position": position, "motor": motor, "link": link, "velocity": velocity}
+    signals = {"torque": torque, "position": position, "motor": motor, "link": link, "velocity": velocity, "reference": reference}
     signals, step = _named(signals, data, times.given_step(dt))
-    torque, position, motor, link, velocity = signals.values()
-    for name, value in {"velocity": velocity is not None, "gravity": gravity, "spring": spring, "prismatic": prismatic}.items():
+    torque, position, motor, link, velocity, reference = signals.values()
+    if {reference is None, kp is None, kv is None} == {True, False}:
+        raise ParameterError("a position loop has a reference, kp and kv; give all three, or none")
+    constant = _finite(torque_constant, "torque_constant")
+    of_axis = {"velocity": velocity, "reference": reference}
+    for name, value in {
+        **{name: value is not None for name, value in of_axis.items()},
+        "gravity": gravity,
+        "spring": spring,
+        "prismatic": prismatic,
+    }.items():
         if value and position is None:
             raise ParameterError(f"{name} is for a rigid axis, which has a position; a flexible joint has motor and link")
     if motor_inertia is not None and position is not None:
         raise ParameterError("motor_inertia is for a flexible joint; a rigid axis has one inertia")
     core = _core.identify_joint(
-        _columns(torque, "torque"),
+        [column * constant for column in _columns(torque, "torque")],
         _columns(link if position is None else position, "link" if position is None else "position"),
         [] if motor is None else _columns(motor, "motor"),
         None if velocity is None else samples(velocity, "velocity"),
@@ -242,6 +313,7 @@ def identify_joint(
         spring=spring,
         prismatic=prismatic,
         level=level,
+        position_loop=_position_loop(reference, kp, kv, constant, len(position) if position is not None else 0),
     )
     result = json.loads(core.json())
     if result["joint"] != "two_link_arm":
@@ -264,11 +336,36 @@ def _named(signals: dict[str, Any], data: Any, dt: float | None) -> tuple[dict[s
     return signals, dt
 
 
+def _position_loop(reference: Any, kp: Any, kv: Any, constant: float, length: int) -> tuple[Array, float, float, float] | None:
+    """The loop of a position controller, if there is one."""
+    if reference is None:
+        return None
+    column = samples(reference, "reference")
+    if len(column) != length or not np.isfinite(column).all():
+        raise DataError(f"'reference' must have {length} finite samples, as the position has")
+    return column, _finite(kp, "kp"), _finite(kv, "kv"), constant
+
+
+def _finite(value: Any, name: str) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.nan
+    if not np.isfinite(number) or isinstance(value, str):
+        raise ParameterError(f"{name} is {value!r}, but must be a finite number")
+    return number
+
+
+def _within_brackets(unit: str) -> str:
+    """A unit behind a solidus."""
+    return f"({unit})" if " " in unit else unit
+
+
 def _columns(values: Any, name: str) -> list[Array]:
     if np.ndim(values) == 2 and np.shape(values)[1] == 2:
         values = np.asarray(values)
         return [samples(values[:, i], f"{name} {i + 1}") for i in (0, 1)]
-    if np.ndim(values) > 1:
+    if np.ndim(values) > 1 and np.shape(values)[1:] != (1,):
         raise DataError(f"'{name}' has the shape {np.shape(values)}, but one signal has the shape (n,), an arm's (n, 2)")
     return [samples(values, name)]
 
@@ -294,7 +391,20 @@ def _estimate(found: dict[str, Any]) -> Estimate:
 
 
 def _form(found: dict[str, Any]) -> Form:
-    return Form(found["form"], found["parameters"], found)
+    return Form(found["form"], {symbol: _parameter(p) for symbol, p in found["parameters"].items()}, found)
+
+
+def _parameter(found: dict[str, Any]) -> Parameter:
+    error = found["standard_error"]
+    interval = found["range"]
+    return Parameter(
+        found["value"],
+        np.nan if error is None else error,
+        found["unit"],
+        found["identifiable"],
+        None if interval is None else (interval[0], interval[1]),
+        found["remark"],
+    )
 
 
 def _best(forms: tuple[Form, ...], name: str | None) -> Form:

@@ -112,7 +112,7 @@ def residual_tests(verdict: Verdict, *, axes: Axes | None = None) -> Axes:
     axes.barh(range(len(tests)), shares, color=[BLUE if test.passed else ORANGE for test in tests], height=0.6)
     axes.axvline(1, color=GREY, linewidth=1)
     axes.set_yticks(range(len(tests)), [test.name for test in tests], fontsize="small")
-    axes.set_xlabel("statistic / limit at 1 %")
+    axes.set_xlabel("statistic / limit")
     axes.set_xlim(0, max(1.25, *(1.05 * share for share in shares)) if shares else 1.25)
     axes.spines[["top", "right"]].set_visible(False)
     return axes

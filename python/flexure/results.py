@@ -10,7 +10,18 @@ import numpy.typing as npt
 
 from flexure._core import DataError, ParameterError
 
-__all__ = ["Branch", "LinearPart", "Nonlinearity", "ResidualTest", "Surface", "Verdict"]
+__all__ = [
+    "Branch",
+    "Candidate",
+    "Comparison",
+    "Estimate",
+    "FormTest",
+    "LinearPart",
+    "Nonlinearity",
+    "ResidualTest",
+    "Surface",
+    "Verdict",
+]
 
 Array = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
@@ -31,6 +42,102 @@ def frame(columns: dict[str, Any], library: str) -> Any:
 
         return polars.DataFrame(columns)
     raise ParameterError(f"the library is {library!r}, but must be pandas or polars")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its standard error."""
+
+    value: float
+    """In SI units, or in the unit of the signals."""
+    error: float
+    """Its standard error, in the same unit; 0 for a number that was given, NaN where none is known."""
+
+    def __str__(self) -> str:
+        return f"{self.value:.4g} ± {self.error:.2g}" if self.error > 0 else f"{self.value:.4g}"
+
+
+@dataclass(frozen=True)
+class FormTest:
+    """A physical form that was fitted to a nonlinearity, and its test."""
+
+    name: str
+    """For example "dead-zone"."""
+    parameters: dict[str, Estimate]
+    """By name."""
+    statistic: float
+    """How far the form is from the free nonlinearity."""
+    degrees_of_freedom: float
+    """Of its distribution where the form holds."""
+    limit: float
+    """The value above which the form is refuted."""
+    p_value: float
+    """The probability of a larger value where the form holds."""
+    holds: bool
+    """Whether it stayed below."""
+
+    @classmethod
+    def of(cls, found: dict[str, Any]) -> FormTest:
+        """From the object that ``flexure identify --json`` prints."""
+        parameters = {p["name"]: Estimate(p["value"], np.nan if p["error"] is None else p["error"]) for p in found["parameters"]}
+        rest = {name: found[name] for name in ("statistic", "degrees_of_freedom", "limit", "p_value", "holds")}
+        return cls(found["name"], parameters, **rest)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One of the structures that were compared."""
+
+    structure: str
+    """Its name."""
+    fit_percent: float
+    """The fit of its free run on fresh samples."""
+    rms: float
+    """The root mean square of that run's error, in the unit of the output."""
+    parameters: int
+    """The number of its parameters."""
+    verdict: str
+    """What is to be said of it, in sentences."""
+    refuted_by: tuple[dict[str, Any], ...] = field(default=(), repr=False)
+    """What refutes it: tests, and comparisons with better ones."""
+
+    @property
+    def refuted(self) -> bool:
+        """Whether anything refutes it."""
+        return len(self.refuted_by) > 0
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What the data say about the structures that were compared."""
+
+    supported: str | None
+    """The structure that the data support; None if they support none."""
+    best: str
+    """The structure of the model that was kept."""
+    as_good: tuple[str, ...]
+    """Those that are as good."""
+    reasons: tuple[str, ...]
+    """Why, in sentences."""
+    candidates: tuple[Candidate, ...] = field(repr=False)
+    """All that were compared."""
+
+    def __str__(self) -> str:
+        return " ".join(self.reasons)
+
+    def to_frame(self, library: str = "pandas") -> Any:
+        """The structures, one a row, as a frame of "pandas" or "polars"."""
+        names = ["structure", "fit_percent", "rms", "parameters", "refuted"]
+        return frame({name: [getattr(candidate, name) for candidate in self.candidates] for name in names}, library)
+
+    @classmethod
+    def of(cls, found: dict[str, Any]) -> Comparison:
+        """From the object that ``flexure identify --json`` prints."""
+        names = ("structure", "fit_percent", "rms", "parameters", "verdict")
+        candidates = tuple(
+            Candidate(**{name: c[name] for name in names}, refuted_by=tuple(c["refuted_by"])) for c in found["candidates"]
+        )
+        return cls(found["supported"], found["best"], tuple(found["as_good"]), tuple(found["reasons"]), candidates)
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,9 +381,13 @@ class ResidualTest:
     degrees_of_freedom: float
     """Of its distribution where the model holds."""
     limit: float
-    """The value above which it fails at 1 %."""
+    """The value above which it fails at its level."""
     p_value: float
     """The probability of a larger value where the model holds."""
+    level: float
+    """Its share of the joint level of 1 %: a fifth, for each of the five tests that can refute a model of one input."""
+    effect: float
+    """The size of what it sees: the share of the error's variance that it explains, less what it would explain by chance."""
     passed: bool
     """Whether it stayed below."""
     refutes: bool
@@ -288,7 +399,8 @@ class Verdict:
     """How well a model does on samples that were not used for the fit, and whether they refute it."""
 
     holds: bool
-    """Whether no test refutes the model."""
+    """Whether no test refutes the model, or only for a misfit below 1 % of the output's standard deviation; and its error is white or
+    small."""
     text: str
     """The verdict in sentences."""
     fit_percent: float
@@ -297,6 +409,9 @@ class Verdict:
     """The root mean square of the free run's error, in the unit of y."""
     r_squared: float
     """``1 - |y - yh|² / |y - mean y|²``."""
+    misfit: float = 0.0
+    """The size of the part of the error that depends on the input, as a share of the output's standard deviation; 0 where no test
+    refutes the model."""
     tests: tuple[ResidualTest, ...] = field(default=(), repr=False)
     """The tests of the residual."""
 
@@ -317,5 +432,6 @@ class Verdict:
             result["fit_percent"],
             result["rms"],
             result["r_squared"],
+            result["misfit"],
             tuple(ResidualTest(**test) for test in result["residual_tests"]),
         )

@@ -11,7 +11,7 @@ estimator                  blocks, in the signal's order                   resul
 `Parallel`                 a sum of cascades from one input                ``branches_``
 `MultipleInputs`           a sum of Hammerstein systems, one an input      ``branches_``
 `JointInputs`              one static of all inputs, linear                ``nonlinearity_`` (a `Surface`), ``linear_``
-`estimator("linear")`      linear                                          ``linear_``
+`Linear`                   linear                                          ``linear_``
 `NARX`, `Volterra`         none: what blocks should come near to           ``terms_``; ``first_``, ``second_``
 =========================  ==============================================  =============================================
 
@@ -38,6 +38,7 @@ __all__ = [
     "Hammerstein",
     "HammersteinWiener",
     "JointInputs",
+    "Linear",
     "MultipleInputs",
     "Parallel",
     "System",
@@ -156,6 +157,18 @@ class Hammerstein(System):
                 if getattr(self, name) != signature(type(self)).parameters[name].default:
                     raise ParameterError(f"{name} is for method='{method}', but the method is '{options['method']}'")
         return options
+
+
+class Linear(System):
+    """Linear dynamics alone: what every nonlinear model should be better than.
+
+    Parameters
+    ----------
+    fresh : float
+        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+    """
+
+    _structure = "linear"
 
 
 class Wiener(System):
@@ -337,6 +350,7 @@ _CLASSES: dict[str, type[System]] = {
     c._structure: c
     for c in (
         Auto,
+        Linear,
         Hammerstein,
         Wiener,
         WienerHammerstein,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use flexure::simulation::batch;
 use flexure::{Interrupt, Record};
-use flexure_io::arm::{ArmError, ArmFile, DriveKind, PRESETS, preset_text, run_driven, run_watched};
+use flexure_io::arm::{ArmError, ArmFile, DriveKind, PRESETS, preset_text, run_driven, run_watched, with_changes};
 use flexure_io::{read_record, read_text};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -113,6 +113,13 @@ impl Arm {
         Source::arm(text, path.display().to_string(), folder)
     }
 
+    /// The arm with other values: an object of tables as JSON, merged into the arm file.
+    fn changed(&self, changes: &str) -> PyResult<Self> {
+        let source = &self.0;
+        let text = with_changes(&source.text, changes).map_err(|error| of_arm(&error))?;
+        Source::arm(text, source.name.clone(), source.folder.clone())
+    }
+
     /// The text of the arm file, with its comments.
     #[getter]
     fn text(&self) -> &str {
@@ -150,7 +157,7 @@ impl Arm {
         let record = interruptible(py, move |interrupt| match drive {
             Some(drive) => driven(&source.driven(kind, drive.0.len()), &drive, interrupt),
             None => {
-                let load = |name: &str| read_record(source.folder.join(name)).map(|file| file.record);
+                let load = |name: &str| read_record(source.folder.join(name));
                 let mut watch = |_| -> ControlFlow<()> { interrupt.flow() };
                 run_watched(&source.file, load, &mut watch)
             }

@@ -179,7 +179,7 @@ impl Identification {
 
     /// The text that `flexure identify` prints.
     fn summary(&self) -> String {
-        self.0.identified.summary()
+        self.0.identified.summary().to_string()
     }
 
     /// The model.

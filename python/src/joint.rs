@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use anyhow::Result;
 use flexure::Record;
-use flexure::identify::robot_joint::Extra;
+use flexure::identify::robot_joint::{AxisDrive, Extra};
 use flexure_io::RecordFile;
 use flexure_io::arm::{ArmFile, Excitation};
-use flexure_workbench::joints::{AxisLog, Joint as Identified, Log, Place, Settings, identify};
+use flexure_workbench::joints::{AxisLog, Joint as Identified, Log, Motion, Place, Settings, identify};
 use pyo3::prelude::*;
 
 use crate::arrays::Column;
@@ -18,22 +19,75 @@ use crate::run::interruptible;
 /// What stands for a file's name in messages and on pages.
 const LOG: &str = "the log";
 
+/// A position controller with a velocity loop inside, in which a log was made.
+struct PositionLoop {
+    reference: Vec<f64>,
+    kp: f64,
+    kv: f64,
+    torque_constant: f64,
+}
+
+impl PositionLoop {
+    fn drive(&self) -> AxisDrive<'_> {
+        AxisDrive::Loop {
+            reference: &self.reference,
+            kp: self.kp,
+            kv: self.kv,
+            torque_constant: self.torque_constant,
+        }
+    }
+}
+
+/// An identified joint or arm with its log.
+struct Session {
+    found: Box<dyn Identified>,
+    position_loop: Option<PositionLoop>,
+}
+
+impl Session {
+    fn motions(&self) -> Result<Vec<Motion>> {
+        self.found
+            .simulate(self.position_loop.as_ref().map(PositionLoop::drive))
+    }
+}
+
 /// An identified joint or arm with its log.
 #[pyclass(frozen, module = "flexure._core")]
-pub struct Joint(Arc<dyn Identified>);
+pub struct Joint(Arc<Session>);
+
+impl Joint {
+    /// What `work` makes of the simulated motions.
+    fn simulated<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&dyn Identified, &[Motion]) -> Result<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let session = Arc::clone(&self.0);
+        let made = interruptible(py, move |_| work(&*session.found, &session.motions()?))?;
+        made.map_err(|error| of_any(&error))
+    }
+}
 
 #[pymethods]
 impl Joint {
     /// The object that `flexure joint --json` prints, as text, without simulated motions and files.
     fn json(&self) -> String {
-        self.0.json().to_string()
+        self.0.found.json().to_string()
+    }
+
+    /// The text that `flexure joint` prints.
+    fn summary(&self, py: Python<'_>) -> PyResult<String> {
+        self.simulated(py, |found, motions| Ok(found.summary(motions).to_string()))
+    }
+
+    /// The simulated motions, as `flexure joint --json` prints them, as text.
+    fn motions(&self, py: Python<'_>) -> PyResult<String> {
+        self.simulated(py, |found, motions| Ok(found.motions_json(motions).1.to_string()))
     }
 
     /// The page that `flexure joint --report` writes.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
-        let joint = Arc::clone(&self.0);
-        let page = interruptible(py, move |_| joint.html(&joint.simulate(None)?, None))?;
-        page.map_err(|error| of_any(&error))
+        self.simulated(py, |found, motions| found.html(motions, None))
     }
 
     /// The text of the arm file that `flexure joint --arm` writes, not driven by any record; `joint`, 0 or 1, is the place of a
@@ -47,13 +101,14 @@ impl Joint {
             template: template.map(|file| file.arm),
             excitation: Excitation::default(),
         };
-        self.0.arm_file(place).map_err(|error| of_any(&error))
+        self.0.found.arm_file(place).map_err(|error| of_any(&error))
     }
 }
 
-/// Identifies a joint or an arm from the columns of its log, one or two of each kind. Without `motor` it is a rigid axis.
+/// Identifies a joint or an arm from the columns of its log, one or two of each kind. Without `motor` it is a rigid axis. The
+/// position loop is a reference, kp, kv and the torque constant.
 #[pyfunction]
-#[pyo3(signature = (torque, link, motor, velocity, sample_time, *, motor_inertia=None, gravity=false, spring=false, prismatic=false, level=0.95))]
+#[pyo3(signature = (torque, link, motor, velocity, sample_time, *, motor_inertia=None, gravity=false, spring=false, prismatic=false, level=0.95, position_loop=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords on the other side")]
 pub fn identify_joint(
     py: Python<'_>,
@@ -67,6 +122,7 @@ pub fn identify_joint(
     spring: bool,
     prismatic: bool,
     level: f64,
+    position_loop: Option<(Column, f64, f64, f64)>,
 ) -> PyResult<Joint> {
     let known = matches!((torque.len(), link.len(), motor.len()), (1, 1, 0 | 1) | (2, 2, 2));
     if !known {
@@ -98,9 +154,16 @@ pub fn identify_joint(
             level,
         };
         let file = RecordFile::in_memory(Record::new::<String>([])?, LOG);
-        identify(log, &settings, &file, argument)
+        let found = identify(log, &settings, &file, argument)?;
+        let position_loop = position_loop.map(|(reference, kp, kv, torque_constant)| PositionLoop {
+            reference: samples(&reference),
+            kp,
+            kv,
+            torque_constant,
+        });
+        Ok(Session { found, position_loop })
     })?;
     joint
-        .map(|joint| Joint(Arc::from(joint)))
-        .map_err(|error| of_any(&error))
+        .map(|session| Joint(Arc::new(session)))
+        .map_err(|error: anyhow::Error| of_any(&error))
 }

@@ -7,6 +7,7 @@ mod identification;
 mod joint;
 mod model;
 mod names;
+mod prepare;
 mod regression;
 mod run;
 
@@ -31,6 +32,8 @@ mod _core {
     use crate::joint::{Joint, identify_joint};
     #[pymodule_export]
     use crate::model::PyModel;
+    #[pymodule_export]
+    use crate::prepare::prepare;
     #[pymodule_export]
     use crate::regression::Regression;
 

@@ -17,6 +17,7 @@ import flexure
 
 _START = """
 import os, signal, sys, threading, time, warnings
+import sklearn.base  # Imported at the first use otherwise, where the interrupt may reach it.
 import numpy as np
 import flexure
 warnings.simplefilter("ignore", DeprecationWarning)  # os.fork beside threads, which is the point here

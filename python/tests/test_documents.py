@@ -1,11 +1,13 @@
 """What the documents show runs: the READMEs' examples, the notebooks, the names in the table for users of MATLAB."""
 
+import importlib.util
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import flexure
@@ -15,8 +17,19 @@ PYTHON = Path(__file__).parent.parent
 ROOT = PYTHON.parent
 
 
+def docs_systems():
+    """The systems of the documentation's logs, `docs/examples/systems.py`."""
+    spec = importlib.util.spec_from_file_location("systems", ROOT / "docs" / "examples" / "systems.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
 @pytest.mark.parametrize("path", [PYTHON / "README.md", ROOT / "README.md"], ids=["package", "project"])
 def test_the_readmes_example(path, tmp_path):
+    # The log that the project's README reads.
+    record = docs_systems().motor()
+    np.savetxt(tmp_path / "log.csv", np.column_stack(list(record.values())), delimiter=",", header=",".join(record), comments="")
     blocks = re.findall(r"```python\n(.*?)```", path.read_text(), flags=re.DOTALL)
     assert blocks
     for block in blocks:
@@ -24,6 +37,12 @@ def test_the_readmes_example(path, tmp_path):
         assert done.returncode == 0, done.stderr
         assert "holds" in done.stdout
     assert (tmp_path / "report.html").exists()
+
+
+@pytest.mark.parametrize("page", ["readme-identify", "readme-predict"])
+def test_the_readme_shows_what_the_program_prints(page):
+    printed = (ROOT / "docs" / "examples" / "output" / f"{page}.txt").read_text()
+    assert printed in (ROOT / "README.md").read_text(), f"docs/examples/run readme wrote another {page}.txt than README.md shows"
 
 
 def test_the_table_names_what_there_is(fitted):

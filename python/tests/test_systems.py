@@ -80,7 +80,9 @@ def test_the_numbers_are_the_command_lines(case, tmp_path, command):
     )
     fit = clone(estimator).fit(record.u, record.y, dt=0.1)
     assert fit.result_ == json.loads(done.stdout)
-    assert fit.to_dict() == json.loads(model.read_text())
+    (own,), (theirs,) = fit.to_dict()["records"], json.loads(model.read_text())["records"]
+    assert (own["samples"], own["crc32"], theirs["name"]) == (1500, theirs["crc32"], "record.csv")
+    assert fit.to_dict() | {"records": [theirs]} == json.loads(model.read_text())
     fit.report(tmp_path / "own.html")
     own, theirs = (tmp_path / "own.html").read_text(), page.read_text()
     assert own.count("<svg") == theirs.count("<svg") and abs(len(own) - len(theirs)) < 2000
@@ -93,10 +95,10 @@ def test_the_numbers_are_the_command_lines(case, tmp_path, command):
     assert fit.score(fresh.u, fresh.y) == judged["r_squared"]
     for horizon in (None, 1, 5):
         out = tmp_path / "out.csv"
-        ahead = [] if horizon is None else ["--output", "y", "--horizon", horizon]
+        ahead = ["--initial-state", "steady"] if horizon is None else ["--horizon", horizon]
         command("predict", model, path, *inputs, *ahead, "-o", out)
         own = fit.simulate(fresh.u) if horizon is None else fit.predict(fresh.u, fresh.y, horizon)
-        np.testing.assert_array_equal(own, np.loadtxt(out, skiprows=1))
+        np.testing.assert_array_equal(own, np.genfromtxt(out, delimiter=",", names=True)["predicted"])
 
     loaded = flexure.load(model)
     assert type(loaded) is type(fit) or case == "auto"
