@@ -99,3 +99,14 @@ def narrow_start(n=4000, seed=9):
     voltage = rng.uniform(-1, 1, n) * np.where(np.arange(n) < 0.75 * n, 1.5, 3)
     speed = lag(dead_zone(voltage), [1, -0.8], [4.0 * 0.2], delay=1)
     return {"t": 0.01 * np.arange(n), "voltage": voltage, "speed": speed + rng.normal(0, 0.05, n)}
+
+
+def raw_motor():
+    """The motor's log as an instrument writes it: other units, five seconds of standstill at the start, four lost readings of the encoder."""
+    record = motor()
+    waiting = 500
+    rng = np.random.default_rng(10)
+    voltage = np.concatenate([np.zeros(waiting), record["voltage"]])
+    speed = np.concatenate([0.02 * rng.normal(size=waiting), record["speed"]])
+    speed[[900, 2400, 2401, 4100]] = [4e3, -4e3, -4e3, 4e3]
+    return {"Time [ms]": 10.0 * np.arange(len(voltage)), "voltage [mV]": 1000 * voltage, "speed [rpm]": speed * 30 / np.pi}
