@@ -155,6 +155,8 @@ fn straight(x: &[f64], y: &[f64], at: f64) -> f64 {
 fn check_page(page: &str) {
     for words in [
         "A Wiener-Hammerstein model (linear dynamics, a static nonlinearity, linear dynamics)",
+        "Block diagram: u, then Front linear part (order 2, delay ",
+        "), then Nonlinearity, then Back linear part (order ",
         "Front linear part",
         "Back linear part",
         "Order 2, delay ",

@@ -1,6 +1,7 @@
 /* One way to make a plot: uPlot with this page's axes, colours, legend and sizes. */
 
-const charts = [];
+const charts = []; // what a reader can save: plots, and drawings that are SVG already
+const drawings = [];
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "Noto Sans", Arial, sans-serif';
 const AXIS_WIDTH = 54; // of ordinary tick labels, the same in all plots, so that plots below one another line up
 const LABEL_WIDTH = 20; // of the text beside them
@@ -70,14 +71,36 @@ function fullHeight(height) {
 /**
  * Makes the plot in `host`. `x` and `y` are `{ label, log, range, ticks, step }`; `series` and `data` leave out the
  * abscissas, which are `at`; `draw` and `below` are hooks above and below the curves; `group` ties plots to one another;
- * `bare` makes a strip without numbers beside the plots of a group.
+ * `bare` makes a strip without numbers beside the plots of a group; `columns` are named lists that stand beside the series, or
+ * in place of them where `only` says so, when the data are saved.
  */
-function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, group, legend = true, bare }) {
+function chart(host, spec) {
+  const { group, legend = true, bare } = spec;
   const height = () => fullHeight(Number(host.dataset.height)) - (legend ? LEGEND_HEIGHT : 0);
+  const options = plotOptions(spec, Math.max(host.clientWidth, 80), height());
+  options.hooks.setScale = [(u, key) => key === "x" && showWindow(host, u, group)];
+  if (bare) bareAxes(options, bare);
+  const u = new uPlot(options, [spec.at, ...spec.data], host);
+  const resize = () => {
+    const width = host.clientWidth;
+    if (width > 0 && (width !== u.width || height() !== u.height)) u.setSize({ width, height: height() });
+  };
+  new ResizeObserver(resize).observe(host);
+  onAppearance(() => {
+    resize();
+    u.redraw(true, true);
+  });
+  if (!bare) charts.push({ u, host, spec });
+  group?.add(u);
+  return u;
+}
+
+/** What uPlot is asked for. */
+function plotOptions({ x, y, series, scales = {}, bands, draw, below, group, legend = true, bare }, width, height) {
   const marker = (property) => (u, i) => (u.series[i].areaName ? property(u.series[i]) : "transparent");
-  const options = {
-    width: Math.max(host.clientWidth, 80),
-    height: height(),
+  return {
+    width,
+    height,
     padding: [bare ? 4 : 10, 18, 0, 0],
     scales: {
       x: { time: false, distr: x.log ? 3 : 1, ...(x.range && { range: x.range }) },
@@ -105,23 +128,8 @@ function chart(host, { at, x, y, series, data, scales = {}, bands, draw, below, 
     hooks: {
       drawClear: below ? [below] : [],
       draw: draw ? [draw] : [],
-      setScale: [(u, key) => key === "x" && showWindow(host, u, group)],
     },
   };
-  if (bare) bareAxes(options, bare);
-  const u = new uPlot(options, [at, ...data], host);
-  const resize = () => {
-    const width = host.clientWidth;
-    if (width > 0 && (width !== u.width || height() !== u.height)) u.setSize({ width, height: height() });
-  };
-  new ResizeObserver(resize).observe(host);
-  onAppearance(() => {
-    resize();
-    u.redraw(true, true);
-  });
-  charts.push(u);
-  group?.add(u);
-  return u;
 }
 
 /** A strip without numbers at its side, as wide as the plots of `group`. */
@@ -136,18 +144,6 @@ function showWindow(host, u, group) {
   host.dataset.xMin = min;
   host.dataset.xMax = max;
   group?.follow(u);
-}
-
-/** Two edges at +-limit with a wash between them, as series, data and band for `chart`, to be drawn first. */
-function noiseLimits(label, limit, count) {
-  return {
-    series: [
-      line(label, "--limit", { width: 1, dash: [5, 4], area: "--wash" }),
-      line("lower limit", "--limit", { width: 1, dash: [5, 4], unlisted: true }),
-    ].map((s) => ({ ...s, fill: undefined })),
-    data: [Array(count).fill(limit), Array(count).fill(-limit)],
-    bands: [{ series: [1, 2], fill: () => colour("--wash") }],
-  };
 }
 
 /** Draws series `index` as stems from 0; those beyond `limit` in another colour and with a square head. */

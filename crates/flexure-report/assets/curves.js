@@ -18,9 +18,9 @@ function plotCurve(host, n, cloud, dashed = "truth") {
     scales.density = { range: [0, 3.6 * Math.max(extent(n.density)[1], 1e-300)] };
   }
   if (n.lower.length) {
-    add(line(`band (${n.band_label || "of the estimate"})`, "--model", { area: "--soft", hidden: true }), n.upper);
-    add(line("lower edge", "--model", { unlisted: true, hidden: true }), n.lower);
-    bands.push({ series: [series.length - 1, series.length], fill: () => colour("--soft") });
+    const band = bandSeries(`band (${n.band_label || "of the estimate"})`, n.lower, n.upper, series.length);
+    band.series.forEach((s, i) => add(s, band.data[i]));
+    bands.push(...band.bands);
   }
   if (n.truth.length) add(line(dashed, "--truth", { width: 2, dash: [8, 5] }), n.truth);
   add(line("estimate", "--model", { width: n.points ? 1.3 : 2.6, points: n.points && 10 }), n.y);
@@ -32,6 +32,7 @@ function plotCurve(host, n, cloud, dashed = "truth") {
     data,
     bands,
     scales,
+    columns: cloud && cloudColumns(cloud, n.x_label, n.y_label),
     below: (u) => {
       drawLevel(u, "y", 0, "--line");
       if (cloud) drawCloud(u, cloud, 1);

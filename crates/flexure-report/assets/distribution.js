@@ -4,20 +4,17 @@
 function plotResidualCloud(residuals) {
   const host = byId("plot-residuals");
   const { running_x: at, points } = residuals;
-  const series = [
-    pointsSeries("residuals"),
-    line("± running spread", "--model", { area: "--soft", hidden: true }),
-    line("lower edge", "--model", { unlisted: true, hidden: true }),
-    line("running mean", "--model", { width: 2 }),
-  ];
+  const band = bandSeries("± running spread", residuals.running_low, residuals.running_high, 1);
+  const series = [pointsSeries("residuals"), ...band.series, line("running mean", "--model", { width: 2 })];
   const x = cloudExtent(points, at);
   chart(host, {
     at,
     x: { label: residuals.x_label, range: (u, low, high) => (u.status ? [low, high] : x) },
     y: { label: residuals.y_label, range: () => widened(points.y_range) },
     series,
-    data: [at.map(() => null), residuals.running_high, residuals.running_low, residuals.running_mean],
-    bands: [{ series: [2, 3], fill: () => colour("--soft") }],
+    data: [at.map(() => null), ...band.data, residuals.running_mean],
+    bands: band.bands,
+    columns: cloudColumns(points, residuals.x_label, residuals.y_label),
     below: (u) => {
       drawCloud(u, points, 1);
       drawLevel(u, "y", 0, "--limit");
@@ -44,6 +41,7 @@ function plotDistribution(h, label) {
     y: { label: "density", range: () => [0, 1.08 * extent(h.density, normal)[1]] },
     series: [drawn("residuals", "--measured", { width: 4 }), line("normal", "--model")],
     data: [at.map(() => null), normal],
+    columns: [["bin from", h.edges.slice(0, -1)], ["bin to", h.edges.slice(1)], ["density of the residuals", h.density]],
     below: (u) => drawBars(u, h, 1, "--measured"),
   });
 }

@@ -3,4 +3,4 @@
 startTheme();
 (page.curves ?? []).forEach((c, i) => plotCurve(byId(`plot-curve-${i}`), c.curve, c.points, "form"));
 page.motions.forEach((motion, i) => plotPrediction(motion, `-${i}`));
-root.dataset.ready = "true";
+finishPage();

@@ -30,6 +30,36 @@ function plotImpulse(linear, k) {
   });
 }
 
+/** B(1) / A(1); none where an integrator makes it infinite. */
+function staticGain({ a, b }) {
+  const sum = (list, of = (v) => v) => list.reduce((total, v) => total + of(v), 0);
+  const finite = Math.abs(sum(a)) > 1e-9 * sum(a, Math.abs);
+  return b.length && finite ? sum(b) / sum(a) : null;
+}
+
+/** The impulse response added up: what a step at the input makes of the output. */
+function plotStep(linear, k) {
+  const host = byId(`plot-step-${k}`);
+  if (!host) return;
+  const impulse = linear.impulse.length ? linear.impulse : linear.impulse_estimate;
+  let sum = 0;
+  const step = impulse.map((v) => (sum += v ?? 0));
+  const at = step.map((_, i) => i);
+  const gain = staticGain(linear);
+  chart(host, {
+    at,
+    x: { label: "time since the step (samples)", range: () => widened([0, Math.max(at.length - 1, 1)], 0.02), step: WHOLE_STEPS },
+    y: { label: "step response", range: () => widened(extent(step, [0, gain ?? 0])) },
+    series: [line("step response", "--model", { width: 2, points: at.length <= 120 })],
+    data: [step],
+    legend: false,
+    below: (u) => {
+      drawLevel(u, "y", 0, "--limit");
+      if (gain != null) drawLevel(u, "y", gain, "--truth", [5, 4]);
+    },
+  });
+}
+
 function plotBode(linear, k) {
   if (!byId(`plot-magnitude-${k}`)) return;
   const at = linear.frequency;
@@ -37,15 +67,18 @@ function plotBode(linear, k) {
   const decades = at.length > 1 ? Math.log10(at.at(-1) / at[0]) : 0;
   if (decades < 1) x.log = false;
   const group = new Group(`bode-${k}`, [at[0], at.at(-1)], 0);
-  const common = { at, x: { ...x, range: (u, low, high) => [low, high] }, legend: false, group };
+  const common = { at, legend: false, group };
+  x.range = (u, low, high) => [low, high];
   chart(byId(`plot-magnitude-${k}`), {
     ...common,
+    x: { ...x, ticks: false },
     y: { label: "magnitude (dB)", range: () => widened(extent(linear.magnitude_db)) },
     series: [line("magnitude", "--model")],
     data: [linear.magnitude_db],
   });
   chart(byId(`plot-phase-${k}`), {
     ...common,
+    x,
     y: { label: "phase (degrees)", range: () => widened(extent(linear.phase_deg)), step: [1, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1800] },
     series: [line("phase", "--model")],
     data: [linear.phase_deg],
@@ -116,6 +149,9 @@ function plotRoots(linear, k) {
   parts.push(`${poleMark(left + 8, 10)}<text class="root-legend" x="${left + 20}" y="14">${poles.length === 1 ? "1 pole" : `${poles.length} poles`}</text>`);
   parts.push(`${zeroMark(left + 98, 10)}<text class="root-legend" x="${left + 110}" y="14">${zeros.length === 1 ? "1 zero" : `${zeros.length} zeros`}</text></svg>`);
   host.innerHTML = parts.join("");
+  const all = [...poles.map((r) => ["pole", ...r]), ...zeros.map((r) => ["zero", ...r])];
+  const columns = ["root", "real part", "imaginary part"].map((name, i) => [name, all.map((r) => r[i])]);
+  drawings.push({ host, svg: () => host.querySelector("svg"), columns: () => columns });
   byId(`roots-caption-${k}`).textContent = rootCaption(poles, zeros, inside);
 }
 

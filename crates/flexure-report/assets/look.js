@@ -19,4 +19,4 @@ startTheme();
 if (page.record) plotRecord(page.record);
 page.correlations.forEach((plot, i) => plotCorrelation(`plot-correlation-${i}`, plot.lags, plot.values, plot, "correlation"));
 page.spectra.forEach(plotSpectrum);
-root.dataset.ready = "true";
+finishPage();

@@ -1,12 +1,15 @@
 /* Everything drawn, in the order of the page. */
 
 startTheme();
+const diagram = byId("diagram");
+if (diagram) drawings.push({ host: diagram, svg: () => [...diagram.querySelectorAll("svg")].find((svg) => svg.getBoundingClientRect().width > 0) });
 if (page.nonlinearity) plotNonlinearity(page.nonlinearity);
 if (page.surface) plotSurface(page.surface);
 page.curves.forEach((curve, i) => plotCurve(byId(`plot-curve-${i}`), curve));
 if (page.approximation) plotApproximation(page.approximation);
 page.linear.forEach((part, k) => {
   plotImpulse(part, k);
+  plotStep(part, k);
   plotBode(part, k);
   plotRoots(part, k);
 });
@@ -15,4 +18,4 @@ plotResiduals(page.residuals);
 page.scores.forEach((score, i) => score && plotScore(score, i));
 if (page.record) plotRecord(page.record);
 if (page.arm) new Player(page.arm);
-root.dataset.ready = "true";
+finishPage();

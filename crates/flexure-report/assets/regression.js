@@ -7,4 +7,4 @@ page.slices.forEach((slice, i) => plotCurve(byId(`plot-slice-${i}`), slice));
 if (page.residuals) plotResidualCloud(page.residuals);
 if (page.distribution) plotDistribution(page.distribution, page.residuals.y_label);
 page.scores.forEach((score, i) => score && plotScore(score, i));
-root.dataset.ready = "true";
+finishPage();

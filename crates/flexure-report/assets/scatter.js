@@ -43,3 +43,15 @@ function drawCells(u, cells) {
     ctx.fillRect(left, top, Math.max(right - left, 1), Math.max(bottom - top, 1));
   });
 }
+
+/** A cloud as named lists: its points, or the cells that have any. */
+function cloudColumns(cloud, xLabel, yLabel) {
+  const { cells } = cloud;
+  if (!cells) return [[`data: ${xLabel}`, cloud.x], [`data: ${yLabel}`, cloud.y]];
+  const middle = ([low, high], i, count) => low + ((high - low) * (i + 0.5)) / count;
+  return [
+    [`cell: ${xLabel}`, cells.index.map((i) => middle(cells.x, i % cells.columns, cells.columns))],
+    [`cell: ${yLabel}`, cells.index.map((i) => middle(cells.y, Math.floor(i / cells.columns), cells.rows))],
+    ["points in the cell", cells.count],
+  ];
+}

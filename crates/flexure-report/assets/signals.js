@@ -1,7 +1,5 @@
 /* Signals over time: measured against predicted, and the record. */
 
-const READABLE = 0.55; // points a pixel: more are a blot at first sight, so a longer fresh part opens zoomed
-
 function plotPrediction(p, suffix = "") {
   const at = gridValues(p.time);
   const group = gridGroup(`prediction${suffix}`, p.time);
@@ -25,8 +23,6 @@ function plotPrediction(p, suffix = "") {
   });
   plotOverview(byId(`plot-overview${suffix}`), at, p, group);
   group.buttons(byId(`tools-prediction${suffix}`));
-  const points = Math.round(READABLE * byId(`plot-prediction${suffix}`).clientWidth);
-  if (at.length > 2 * points) group.show(at[0], at[points]);
 }
 
 /** The strip that always shows everything, with the group's window marked on it. */

@@ -22,4 +22,4 @@ function plotRates(plot, index) {
 
 startTheme();
 page.plots.forEach(plotRates);
-root.dataset.ready = "true";
+finishPage();

@@ -39,6 +39,12 @@ function plotSurface(s) {
     series: [pointsSeries("data", "--card")],
     data: [s.x.map(() => null)],
     legend: false,
+    columns: [
+      [s.x_label, s.z.map((_, k) => s.x[k % s.x.length])],
+      [s.y_label, s.z.map((_, k) => s.y[Math.floor(k / s.x.length)])],
+      [s.z_label, s.z],
+    ],
+    only: true,
     draw: (u) => {
       drawImage(u, s, image);
       drawContours(u, s, levels);

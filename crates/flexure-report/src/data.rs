@@ -6,11 +6,13 @@
 use serde::Serialize;
 
 mod comparison;
+mod diagram;
 mod joint;
 mod look;
 mod regression;
 mod study;
 pub use comparison::ComparisonPage;
+pub use diagram::{DiagramBlock, Flow, Sketch};
 pub use joint::{Comparison, JointCurve, JointPage, ParameterTable};
 pub use look::{LagPlot, LookPage, NextCommand, SpectrumPlot};
 pub use regression::{RegressionPage, RegressionResiduals, Scatter, Slice, Surface};
@@ -27,6 +29,8 @@ pub struct Page {
     pub verdict: Verdict,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
+    /// The model as a block diagram.
+    pub diagram: Option<Flow>,
     /// The record that was used, decimated by the page where it is long.
     pub record: Vec<Signal>,
     /// Sample times of `record`, s, or sample numbers if there is no sample time.

@@ -12,6 +12,7 @@ mod check;
 mod comparison;
 pub mod data;
 mod decimate;
+mod diagram;
 mod error;
 mod joint;
 pub mod limits;

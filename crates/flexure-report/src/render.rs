@@ -23,9 +23,11 @@ const TEMPLATES: [(&str, &str); 8] = [
     ("study.html", include_str!("../assets/study.html")),
 ];
 
-const STYLES: [&str; 3] = [
+const STYLES: [&str; 5] = [
     include_str!("../assets/vendor/uplot/uPlot.min.css"),
     include_str!("../assets/page.css"),
+    include_str!("../assets/diagram.css"),
+    include_str!("../assets/save.css"),
     include_str!("../assets/print.css"),
 ];
 
@@ -33,13 +35,17 @@ const UPLOT: &str = include_str!("../assets/vendor/uplot/uPlot.iife.min.js");
 
 /// The scripts that all pages share, in the order in which they build on one another; a page's own follow, all in one
 /// function scope.
-const SHARED: [&str; 6] = [
+const SHARED: [&str; 10] = [
     include_str!("../assets/format.js"),
     include_str!("../assets/theme.js"),
     include_str!("../assets/chart.js"),
+    include_str!("../assets/bands.js"),
     include_str!("../assets/group.js"),
     include_str!("../assets/scatter.js"),
     include_str!("../assets/curves.js"),
+    include_str!("../assets/svg-context.js"),
+    include_str!("../assets/image.js"),
+    include_str!("../assets/save.js"),
 ];
 
 const IDENTIFICATION: [&str; 6] = [

@@ -3,8 +3,12 @@
 use serde::Serialize;
 
 use crate::data::{ArmMotion, Choice, Fact, LinearPart, Page, Residuals, ScoreCurve, Table, Test, Verdict};
+use crate::diagram::{DiagramText, diagram};
 use crate::limits;
 use crate::payload::Payload;
+
+/// Share of a sum's terms that rounding may leave of it.
+const ROUNDING: f64 = 1e-9;
 
 /// What the template shows as text, and which parts exist at all.
 #[derive(Serialize)]
@@ -13,6 +17,7 @@ pub(crate) struct Text<'a> {
     subtitle: &'a str,
     verdict: &'a Verdict,
     facts: &'a [Fact],
+    diagram: Option<DiagramText>,
     warnings: &'a [String],
     tests: Vec<TestRow<'a>>,
     choices: Vec<ChoiceText<'a>>,
@@ -80,6 +85,8 @@ struct LinearText<'a> {
     limits: bool,
     bode: bool,
     roots: bool,
+    /// The static gain, where it is finite.
+    gain: Option<String>,
     equation: Option<[String; 2]>,
 }
 
@@ -123,6 +130,7 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
         subtitle: &page.subtitle,
         verdict: &page.verdict,
         facts: &page.facts,
+        diagram: page.diagram.as_ref().map(diagram),
         warnings: &page.warnings,
         tests: page.residuals.tests.iter().map(row).collect(),
         choices: choices(&page.choices, &payload.scores),
@@ -253,14 +261,29 @@ fn linear((index, l): (usize, &LinearPart)) -> LinearText<'_> {
         limits: !l.impulse_estimate.is_empty() && l.impulse_limit > 0.0,
         bode,
         roots,
+        gain: static_gain(l),
         equation,
     }
 }
 
+/// The static gain of a transfer function; none where an integrator makes it infinite.
+fn static_gain(l: &LinearPart) -> Option<String> {
+    let (sum, size) = (l.a.iter().sum::<f64>(), l.a.iter().map(|a| a.abs()).sum::<f64>());
+    let is_finite = sum.abs() > ROUNDING * size;
+    (is_finite && !l.b.is_empty()).then(|| number(l.b.iter().sum::<f64>() / sum, 4))
+}
+
 /// The unit in parentheses at the end of an axis's label.
 fn unit(label: &str) -> Option<&str> {
-    let (_, unit) = label.strip_suffix(')')?.rsplit_once(" (")?;
-    (!unit.is_empty()).then_some(unit)
+    name_and_unit(label).1
+}
+
+/// An axis's label without the unit in parentheses at its end, and the unit.
+pub(crate) fn name_and_unit(label: &str) -> (&str, Option<&str>) {
+    match label.strip_suffix(')').and_then(|label| label.rsplit_once(" (")) {
+        Some((name, unit)) if !unit.is_empty() => (name, Some(unit)),
+        _ => (label, None),
+    }
 }
 
 /// `c0 + c1 z^-1 + ...` with typographic signs and exponents, without the terms that are 0.

@@ -28,6 +28,7 @@ pub fn full() -> Page {
     let linear = linear_part(uf, yf);
     let cross = (-20..=40).map(|lag| correlation(&error, &u[fresh..], lag)).collect();
     let arm = super::arm::motion(3_000, SAMPLE_TIME);
+    let diagram = diagram(&nonlinearity);
     Page {
         title: "Elbow joint of the space arm".into(),
         subtitle: "The motor torque’s way to the elbow’s rate, identified as a Hammerstein system from 40\u{a0}s of a \
@@ -55,6 +56,7 @@ pub fn full() -> Page {
             fact("Delay", "1 sample", "10 ms"),
             fact("Samples", "4000 + 2000", "for the fit, and fresh"),
         ],
+        diagram: Some(diagram),
         record: vec![signal("tau2", "N m", u), signal("dq2", "rad/s", y)],
         time: axis("time", "s", 0.0, SAMPLE_TIME),
         fresh_from: fresh,
@@ -156,6 +158,7 @@ pub fn bare() -> Page {
         "No sample time was given: frequencies are in cycles a sample.".into(),
         "The input is not white, which the correlation method assumes.".into(),
     ];
+    page.diagram = None;
     page.time = axis("sample", "", 0.0, 1.0);
     page.prediction.time = axis("sample", "", 4_000.0, 1.0);
     for signal in &mut page.record {
@@ -272,4 +275,26 @@ fn plain_choice(name: &str, value: &str, why: &str) -> Choice {
         why: why.into(),
         curve: None,
     }
+}
+
+/// A static nonlinearity before linear dynamics.
+fn diagram(nonlinearity: &Nonlinearity) -> Flow {
+    let block = |title: &str, note: &str, sketch| {
+        Flow::Block(DiagramBlock {
+            title: title.into(),
+            sketch,
+            note: note.into(),
+        })
+    };
+    let curve = Sketch::Curve {
+        x: nonlinearity.x.clone(),
+        y: nonlinearity.y.clone(),
+    };
+    let fraction = Sketch::Fraction("B(z)".into(), "A(z)".into());
+    Flow::Series(vec![
+        Flow::Signal("tau2 (N m)".into()),
+        block("Nonlinearity", "", curve),
+        block("Linear part", "order 2, delay 1", fraction),
+        Flow::Signal("dq2 (rad/s)".into()),
+    ])
 }

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod choices;
+mod diagram;
 
 use anyhow::{Context as _, Result};
 use flexure::Record;
@@ -89,6 +90,7 @@ impl Identified {
                 text: sentences.collect::<Vec<_>>().join(" "),
             },
             facts: choices::facts(self),
+            diagram: Some(diagram::diagram(result, &self.labels)),
             record: signals,
             fresh_from: if self.is_other_record { 0 } else { fitted },
             nonlinearity: drawn.nonlinearity,
