@@ -87,7 +87,7 @@ impl Joint {
 
     /// The page that `flexure joint --report` writes.
     fn page(&self, py: Python<'_>) -> PyResult<String> {
-        self.simulated(py, |found, motions| found.html(motions, None))
+        self.simulated(py, |found, motions| found.html(motions, None, None))
     }
 
     /// The text of the arm file that `flexure joint --arm` writes, not driven by any record; `joint`, 0 or 1, is the place of a

@@ -18,6 +18,7 @@ use crate::method::{self, MethodName, PlainOptions, RefinedOptions};
 use crate::output::{print, print_note, print_result, this_command};
 use crate::periods::PeriodOptions;
 use crate::progress::{spinning, spinning_through};
+use crate::python::{self, Call};
 use crate::reading::Reading;
 use crate::simulate::read_arm;
 
@@ -170,6 +171,27 @@ impl Arguments {
         Ok((experiments, columns))
     }
 
+    /// Python code that identifies the same model and writes its page; none for what Python does otherwise.
+    fn python(
+        &self,
+        file: &RecordFile,
+        columns: SystemColumns,
+        sample_time: Option<f64>,
+        task: &Task,
+    ) -> Option<String> {
+        let is_plain =
+            self.records.len() == 1 && self.reading.given().is_empty() && self.periods.first_given().is_none();
+        let reading = python::reading(file, &[columns.inputs, &[columns.output]].concat()).filter(|_| is_plain)?;
+        let model = python::estimator(self.structure, &task.options)?.text();
+        let fit = Call::new(".fit")
+            .code("record")
+            .with("input", Some(python::names(columns.inputs)))
+            .with("output", Some(columns.output))
+            .with("dt", sample_time);
+        let report = Call::new("model.report").by_place(self.report.as_ref()?.to_str()?);
+        Some(format!("{reading}model = {model}{}\n{}", fit.text(), report.text()))
+    }
+
     /// The arm in motion, for a record that has its angles.
     fn moving_arm(&self, file: &RecordFile, sample_time: Option<f64>) -> Result<Option<ArmMotion>> {
         let (lengths, known) = match &self.arm {
@@ -256,6 +278,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(path) = &arguments.report {
         let decoration = Decoration {
             command: Some(this_command()),
+            python: arguments.python(&file, columns, sample_time, &task),
             arm: arguments.moving_arm(&file, sample_time)?,
             ..Decoration::default()
         };

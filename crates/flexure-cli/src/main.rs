@@ -19,6 +19,7 @@ mod periods;
 mod predict;
 mod prepare;
 mod progress;
+mod python;
 mod reading;
 mod regress;
 mod report;

@@ -64,6 +64,13 @@ fn the_identified_arm_moves_as_the_true_one_under_a_fresh_torque() {
     }
     let page = folder.read("report.html");
     assert!(page.starts_with("<!") && page.contains("Elastic torque"));
+    let verdict = page.split_once("id=\"verdict-heading\">").map(|(_, rest)| rest);
+    assert!(
+        verdict.is_some_and(|rest| rest.starts_with("Nothing refutes the form of the friction")),
+        "{verdict:.200?}"
+    );
+    assert!(page.contains("Its simulated motion fits by "));
+    assert!(page.contains("joint = flexure.identify_joint("));
 
     // Another multisine: the true arm, and the identified one under the same torque.
     folder.write("fresh.toml", shoulder(7, 0.0));

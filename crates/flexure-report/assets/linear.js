@@ -67,22 +67,27 @@ function plotBode(linear, k) {
   const decades = at.length > 1 ? Math.log10(at.at(-1) / at[0]) : 0;
   if (decades < 1) x.log = false;
   const group = new Group(`bode-${k}`, [at[0], at.at(-1)], 0);
-  const common = { at, legend: false, group };
   x.range = (u, low, high) => [low, high];
-  chart(byId(`plot-magnitude-${k}`), {
-    ...common,
-    x: { ...x, ticks: false },
-    y: { label: "magnitude (dB)", range: () => widened(extent(linear.magnitude_db)) },
-    series: [line("magnitude", "--model")],
-    data: [linear.magnitude_db],
-  });
-  chart(byId(`plot-phase-${k}`), {
-    ...common,
-    x,
-    y: { label: "phase (degrees)", range: () => widened(extent(linear.phase_deg)), step: [1, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1800] },
-    series: [line("phase", "--model")],
-    data: [linear.phase_deg],
-  });
+  const curve = (name, values, errors, host, xAxis, yAxis) => {
+    const edge = (sign) => values.map((v, i) => (v == null || errors[i] == null ? null : v + sign * errors[i]));
+    const band = errors.length ? bandSeries("band (95 %, pointwise)", edge(-1), edge(1)) : { series: [], data: [], bands: [] };
+    // A band that is wide somewhere would flatten the curve.
+    const [low, high] = widened(extent(values), 0.25);
+    const shown = extent(values, ...band.data.map((list) => list.map((v) => Math.min(Math.max(v ?? low, low), high))));
+    chart(host, {
+      at,
+      group,
+      legend: band.series.length > 0,
+      x: xAxis,
+      y: { ...yAxis, range: () => widened(shown) },
+      series: [...band.series, line(name, "--model")],
+      data: [...band.data, values],
+      bands: band.bands,
+    });
+  };
+  const degrees = { label: "phase (degrees)", step: [1, 5, 10, 15, 30, 45, 90, 180, 360, 720, 1800] };
+  curve("magnitude", linear.magnitude_db, linear.magnitude_error ?? [], byId(`plot-magnitude-${k}`), { ...x, ticks: false }, { label: "magnitude (dB)" });
+  curve("phase", linear.phase_deg, linear.phase_error ?? [], byId(`plot-phase-${k}`), x, degrees);
 }
 
 /** The best linear approximation with the levels of what disturbs it, and its phase. */
@@ -142,6 +147,8 @@ function plotRoots(linear, k) {
   const mark = ([re, im], body, name) =>
     parts.push(`<g><title>${name} ${rootText([re, im])}, |z| = ${readable(Math.hypot(re, im))}</title>${body(px(re), py(im))}</g>`);
   const inside = (root) => root.every((c) => Math.abs(c) <= reach);
+  const covariances = linear.pole_covariances ?? [];
+  covariances.forEach((covariance, i) => parts.push(region(linear.poles[i], covariance, px, py, size / 2 / reach)));
   for (const zero of zeros.filter(inside)) mark(zero, zeroMark, "zero");
   for (const pole of poles.filter(inside)) mark(pole, poleMark, "pole");
   parts.push(`<text class="root-text" x="${left + size / 2}" y="${top + size + 33}" text-anchor="middle">real part</text>`);
@@ -152,7 +159,22 @@ function plotRoots(linear, k) {
   const all = [...poles.map((r) => ["pole", ...r]), ...zeros.map((r) => ["zero", ...r])];
   const columns = ["root", "real part", "imaginary part"].map((name, i) => [name, all.map((r) => r[i])]);
   drawings.push({ host, svg: () => host.querySelector("svg"), columns: () => columns });
-  byId(`roots-caption-${k}`).textContent = rootCaption(poles, zeros, inside);
+  const known = covariances.some((c) => c.every(Number.isFinite));
+  byId(`roots-caption-${k}`).textContent = rootCaption(poles, zeros, inside) + (known ? " Shaded: the regions that hold the true poles with 95 % each." : "");
+}
+
+/** The region of a pole that holds the true one with 95 %: an ellipse, or a piece of the real axis. */
+function region([re, im], [real, both, imaginary], px, py, scale) {
+  if (![re, im, real, both, imaginary].every(Number.isFinite)) return "";
+  const [middle, half] = [(real + imaginary) / 2, (real - imaginary) / 2];
+  const spread = Math.hypot(half, both);
+  const along = Math.sqrt(middle + spread);
+  const across = Math.sqrt(Math.max(middle - spread, 0));
+  // Of one number 95 % lie within 1.96 standard deviations, of two within the root of 5.991.
+  const times = (Math.abs(im) < 1e-12 ? 1.96 : Math.sqrt(5.991)) * scale;
+  const angle = (-Math.atan2(both, half) / 2) * (180 / Math.PI);
+  const text = Math.abs(im) < 1e-12 ? `95 % interval: ${readable(re - 1.96 * along)} to ${readable(re + 1.96 * along)}` : "95 % confidence region";
+  return `<g><title>${text}</title><ellipse class="root-region" cx="${px(re)}" cy="${py(im)}" rx="${times * along}" ry="${Math.max(times * across, 1.5)}" transform="rotate(${angle} ${px(re)} ${py(im)})"/></g>`;
 }
 
 const poleMark = (x, y) => `<path class="root-pole" d="M${x - 5} ${y - 5} L${x + 5} ${y + 5} M${x - 5} ${y + 5} L${x + 5} ${y - 5}"/>`;

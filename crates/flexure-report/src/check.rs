@@ -104,7 +104,20 @@ fn linear(part: &str, l: &LinearPart) -> Result<()> {
     increasing(format!("{part}.frequency"), &l.frequency)?;
     let need = l.frequency.len();
     same(format!("{part}.magnitude_db"), l.magnitude_db.len(), need, "frequency")?;
-    same(format!("{part}.phase_deg"), l.phase_deg.len(), need, "frequency")
+    same(format!("{part}.phase_deg"), l.phase_deg.len(), need, "frequency")?;
+    optional(
+        &format!("{part}.magnitude_error"),
+        l.magnitude_error.len(),
+        need,
+        "frequency",
+    )?;
+    optional(&format!("{part}.phase_error"), l.phase_error.len(), need, "frequency")?;
+    optional(
+        &format!("{part}.pole_covariances"),
+        l.pole_covariances.len(),
+        l.poles.len(),
+        "pole",
+    )
 }
 
 /// Checks that every row has as many cells as there are columns.

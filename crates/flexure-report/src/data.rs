@@ -61,6 +61,8 @@ pub struct Page {
     pub arm: Option<ArmMotion>,
     /// How to make this page again: a command line.
     pub command: Option<String>,
+    /// The same in Python.
+    pub python: Option<String>,
 }
 
 /// The answer to "does the model hold on fresh data?".
@@ -227,8 +229,17 @@ pub struct LinearPart {
     pub magnitude_db: Vec<f64>,
     /// Phase, degrees, unwrapped.
     pub phase_deg: Vec<f64>,
+    /// Half width of the magnitude's 95 % band, dB, pointwise; empty where it is not known.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub magnitude_error: Vec<f64>,
+    /// That of the phase, degrees, or empty.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub phase_error: Vec<f64>,
     /// Poles `[re, im]`.
     pub poles: Vec<[f64; 2]>,
+    /// The covariance `[re re, re im, im im]` of every pole, as many as `poles`, NaN where it is not known; or empty.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pole_covariances: Vec<[f64; 3]>,
     /// Zeros `[re, im]`.
     pub zeros: Vec<[f64; 2]>,
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::Result;
 use crate::check;
-use crate::data::{Comparison, Fact, JointPage, ParameterTable};
+use crate::data::{Comparison, Fact, JointPage, ParameterTable, Verdict};
 use crate::payload::{NonlinearityPlot, PredictionPlot, nonlinearity, prediction};
 use crate::regression::{Cloud, cloud};
 use crate::text::{count, number};
@@ -27,12 +27,14 @@ struct CurvePlot {
 pub(crate) struct Text<'a> {
     title: &'a str,
     subtitle: &'a str,
+    verdict: Option<&'a Verdict>,
     facts: &'a [Fact],
     warnings: &'a [String],
     curves: Vec<CurveText<'a>>,
     tables: &'a [ParameterTable],
     motions: Vec<MotionText<'a>>,
     command: Option<&'a str>,
+    python: Option<&'a str>,
     version: &'static str,
 }
 
@@ -93,6 +95,7 @@ pub(crate) fn text<'a>(page: &'a JointPage, payload: &Payload<'_>) -> Text<'a> {
     Text {
         title: &page.title,
         subtitle: &page.subtitle,
+        verdict: page.verdict.as_ref(),
         facts: &page.facts,
         warnings: &page.warnings,
         curves: curves
@@ -110,6 +113,7 @@ pub(crate) fn text<'a>(page: &'a JointPage, payload: &Payload<'_>) -> Text<'a> {
         tables: &page.tables,
         motions: motions.map(|(m, plot)| motion_text(m, plot)).collect(),
         command: page.command.as_deref(),
+        python: page.python.as_deref(),
         version: env!("CARGO_PKG_VERSION"),
     }
 }

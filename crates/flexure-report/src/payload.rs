@@ -155,6 +155,7 @@ fn linear(l: &LinearPart) -> LinearPart {
     // A logarithmic frequency axis has no place for 0.
     let positive = l.frequency.partition_point(|&f| f <= 0.0);
     let thin = |v: &[f64]| thin(&v[positive..], limits::CURVE_POINTS);
+    let errors = |v: &[f64]| if v.is_empty() { Vec::new() } else { thin(v) };
     let rounded = |v: &[f64]| head(v, limits::LAGS);
     LinearPart {
         title: l.title.clone(),
@@ -168,7 +169,10 @@ fn linear(l: &LinearPart) -> LinearPart {
         frequency_unit: l.frequency_unit.clone(),
         magnitude_db: thin(&l.magnitude_db),
         phase_deg: thin(&l.phase_deg),
+        magnitude_error: errors(&l.magnitude_error),
+        phase_error: errors(&l.phase_error),
         poles: l.poles.clone(),
+        pole_covariances: l.pole_covariances.clone(),
         zeros: l.zeros.clone(),
     }
 }

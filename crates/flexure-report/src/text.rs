@@ -32,6 +32,7 @@ pub(crate) struct Text<'a> {
     record: Option<RecordText>,
     arm: Option<ArmText>,
     command: Option<&'a str>,
+    python: Option<&'a str>,
     version: &'static str,
 }
 
@@ -85,6 +86,8 @@ struct LinearText<'a> {
     limits: bool,
     bode: bool,
     roots: bool,
+    /// Whether bands and regions of confidence are drawn.
+    confidence: bool,
     /// The static gain, where it is finite.
     gain: Option<String>,
     equation: Option<[String; 2]>,
@@ -176,6 +179,7 @@ pub(crate) fn text<'a>(page: &'a Page, payload: &Payload<'_>) -> Text<'a> {
             .zip(page.arm.as_ref())
             .map(|(_, motion)| arm(motion)),
         command: page.command.as_deref(),
+        python: page.python.as_deref(),
         version: env!("CARGO_PKG_VERSION"),
     }
 }
@@ -261,6 +265,7 @@ fn linear((index, l): (usize, &LinearPart)) -> LinearText<'_> {
         limits: !l.impulse_estimate.is_empty() && l.impulse_limit > 0.0,
         bode,
         roots,
+        confidence: !l.magnitude_error.is_empty(),
         gain: static_gain(l),
         equation,
     }

@@ -1,6 +1,7 @@
 //! `flexure joint`: a joint's friction, stiffness and inertia from its log.
 
 mod log;
+mod python;
 
 use std::path::{Path, PathBuf};
 
@@ -134,7 +135,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     // Everything is made before anything is written.
     let page = match &arguments.report {
         None => None,
-        Some(path) => Some((path, joint.html(&motions, Some(this_command()))?)),
+        Some(path) => {
+            let python = arguments.python(&file, columns.joints(), sample_time);
+            Some((path, joint.html(&motions, Some(this_command()), python)?))
+        }
     };
     let arm = match &arguments.arm {
         None => None,

@@ -139,6 +139,7 @@ pub fn full() -> Page {
         warnings: vec!["Only 31 samples have an input beyond ±7.5 N m: the curve is uncertain there.".into()],
         arm: Some(arm),
         command: Some("flexure demo --out flexure-demo --preset space-arm --seed 1".into()),
+        python: Some("import flexure\n\nmodel = flexure.Hammerstein().fit(tau2, dq2, dt=0.01)".into()),
     }
 }
 
@@ -159,6 +160,7 @@ pub fn bare() -> Page {
         "The input is not white, which the correlation method assumes.".into(),
     ];
     page.diagram = None;
+    page.python = None;
     page.time = axis("sample", "", 0.0, 1.0);
     page.prediction.time = axis("sample", "", 4_000.0, 1.0);
     for signal in &mut page.record {

@@ -122,13 +122,21 @@ pub fn linear_part(u: &[f64], y: &[f64]) -> LinearPart {
         impulse_estimate: (0..45).map(|lag| correlation(y, u, lag) * scale).collect(),
         impulse_limit: 2.576 / (u.len() as f64).sqrt() * scale,
         impulse,
-        frequency,
+        frequency: frequency.clone(),
         frequency_unit: "Hz".into(),
         magnitude_db: response.iter().map(|r| r.0).collect(),
         phase_deg: response.iter().map(|r| r.1).collect(),
+        magnitude_error: frequency_errors(&frequency, 0.4),
+        phase_error: frequency_errors(&frequency, 3.0),
         poles: vec![[re, disc], [re, -disc]],
+        pole_covariances: vec![[4e-4, 2e-4, 3e-4], [4e-4, -2e-4, 3e-4]],
         zeros: vec![[-B[2] / B[1], 0.0]],
     }
+}
+
+/// Made-up half widths of a band, the larger the higher the frequency.
+fn frequency_errors(frequency: &[f64], size: f64) -> Vec<f64> {
+    frequency.iter().map(|f| size * (1.0 + f / 20.0)).collect()
 }
 
 /// Magnitude in dB and phase in degrees at `w` rad a sample.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Fact, Nonlinearity, Prediction, Scatter};
+use super::{Fact, Nonlinearity, Prediction, Scatter, Verdict};
 
 /// Everything on the page of a joint's friction and stiffness.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -11,6 +11,8 @@ pub struct JointPage {
     pub title: String,
     /// One sentence below it: what was identified from what.
     pub subtitle: String,
+    /// Whether what was found explains the motion.
+    pub verdict: Option<Verdict>,
     /// The headline numbers, in order.
     pub facts: Vec<Fact>,
     /// Warnings, a sentence each.
@@ -23,6 +25,8 @@ pub struct JointPage {
     pub motions: Vec<Comparison>,
     /// How to make this page again: a command line.
     pub command: Option<String>,
+    /// The same in Python.
+    pub python: Option<String>,
 }
 
 /// An estimated curve over its data.

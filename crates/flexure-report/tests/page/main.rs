@@ -212,7 +212,10 @@ fn parts_without_data_leave_no_empty_boxes() {
     }
     linear.magnitude_db.clear();
     linear.phase_deg.clear();
+    linear.magnitude_error.clear();
+    linear.phase_error.clear();
     linear.poles.clear();
+    linear.pole_covariances.clear();
     linear.zeros.clear();
     page.prediction.measured.clear();
     page.prediction.predicted.clear();
@@ -277,6 +280,7 @@ fn every_linear_part_has_a_section_and_plots_of_its_own() {
     back.title = "Behind the nonlinearity".into();
     back.zeros.clear();
     back.poles.clear();
+    back.pole_covariances.clear();
     page.linear.push(back);
     let html = html(&page);
     for (id, heading) in [("linear", "Linear part"), ("linear-1", "Behind the nonlinearity")] {

@@ -144,7 +144,7 @@ fn deflection(steps: &Steps, command: &str) -> Result<View> {
             label: "simulated stiffness torque (10)-(11) over g6, not aligned".to_owned(),
         }),
         remark: Some(format!("The pole is {nearest:.5}; exp(-g6 T / M) is {pole:.5}.")),
-        arm: None,
+        ..Decoration::default()
     };
     let json = json!({ "error": error, "pole": nearest, "true_pole": pole });
     View::new("deflection", of_record, decoration, json, lines)

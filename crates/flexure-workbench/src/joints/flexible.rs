@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
 use super::text::{
-    Units, fitted_json, is_refuted, lack_text, nearness, range_text, titled, with_error, write_findings,
-    write_headline, write_others, write_parameters,
+    Outcome, Units, fitted_json, lack_text, nearness, range_text, titled, with_error, write_findings, write_others,
+    write_parameters,
 };
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page, simulation};
 use crate::lines::Lines;
@@ -47,8 +47,7 @@ impl Joint for Flexible {
         let (axis, log) = (&self.axis, &self.log);
         let mut lines = Lines::new();
         let inertia = format!("link inertia {} kg m^2", with_error(axis.link.inertia));
-        let refuted = is_refuted(&axis.model.friction);
-        write_headline("Flexible joint", &inertia, motions, refuted, &mut lines);
+        Outcome::new(motions, [&axis.model.friction]).write_headline("Flexible joint", &inertia, &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         write_axis(axis, "link inertia", motions.first(), "torque", &mut lines);
         lines

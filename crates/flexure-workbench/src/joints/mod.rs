@@ -78,13 +78,14 @@ pub trait Joint: Send + Sync {
     /// The page that shows everything, without the command that makes it again.
     fn page(&self, motions: &[Motion]) -> JointPage;
 
-    /// The page that shows everything; `command` makes it again.
+    /// The page that shows everything; `command` makes it again, and `python` in Python.
     ///
     /// # Errors
     /// For numbers that cannot be drawn.
-    fn html(&self, motions: &[Motion], command: Option<String>) -> Result<String> {
+    fn html(&self, motions: &[Motion], command: Option<String>, python: Option<String>) -> Result<String> {
         let page = JointPage {
             command,
+            python,
             ..self.page(motions)
         };
         flexure_report::render_joint(&page).context("the report")

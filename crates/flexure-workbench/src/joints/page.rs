@@ -7,7 +7,7 @@ use flexure_report::data::{
 };
 
 use super::simulation::Fit;
-use super::text::{Constant, Units, constants, lack_text, parameter_value, titled, with_error};
+use super::text::{Constant, Outcome, Units, constants, lack_text, parameter_value, titled, with_error};
 use super::{Log, Motion};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, number};
@@ -29,6 +29,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
     JointPage {
         title: "A rigid axis".to_owned(),
         subtitle: subtitle("", log),
+        verdict: Some(Outcome::new(motions, [best]).verdict()),
         facts: vec![
             inertia("Inertia", axis.inertia, units.inertia()),
             Fact::new("Best form", distance, from),
@@ -45,6 +46,7 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
         tables: axis.friction.forms.iter().map(|f| table(f, units)).collect(),
         motions: comparisons(log, 0, &axis.reconstructed, motions, units, ""),
         command: None,
+        python: None,
     }
 }
 
@@ -54,6 +56,7 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
     JointPage {
         title: "A flexible joint".to_owned(),
         subtitle: subtitle("", log),
+        verdict: Some(Outcome::new(motions, [&axis.model.friction]).verdict()),
         facts: vec![
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
             inertia("Link inertia", axis.link.inertia, "kg m^2"),
@@ -65,6 +68,7 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
         tables: forms(axis).map(|f| table(f, &units)).collect(),
         motions: comparisons(log, 0, &axis.link.reconstructed, motions, &units, ""),
         command: None,
+        python: None,
     }
 }
 
@@ -74,6 +78,7 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
     let mut page = JointPage {
         title: "A two-link arm".to_owned(),
         subtitle: subtitle(" of both joints", log),
+        verdict: Some(Outcome::new(motions, arm.joints.iter().map(|axis| &axis.model.friction)).verdict()),
         facts: constants(arm).into_iter().map(constant).collect(),
         ..JointPage::default()
     };

@@ -8,8 +8,7 @@ use serde_json::{Value, json};
 use super::arm_file::{self, Place};
 use super::simulation::Fit;
 use super::text::{
-    Units, estimate, fitted_json, is_refuted, nearness, range_text, with_error, write_findings, write_form,
-    write_headline, write_others,
+    Outcome, Units, estimate, fitted_json, nearness, range_text, with_error, write_findings, write_form, write_others,
 };
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page};
 use crate::lines::Lines;
@@ -84,13 +83,7 @@ impl Joint for Rigid {
         let best = axis.friction.best();
         let inertia = format!("{} {}", with_error(axis.inertia), units.inertia());
         let mut lines = Lines::new();
-        write_headline(
-            "Rigid axis",
-            &format!("inertia {inertia}"),
-            motions,
-            is_refuted(best),
-            &mut lines,
-        );
+        Outcome::new(motions, [best]).write_headline("Rigid axis", &format!("inertia {inertia}"), &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         lines.item("inertia", format!("{inertia}, beside the free friction curve"));
         let velocity = format!("{}/s", units.position);

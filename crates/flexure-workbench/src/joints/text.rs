@@ -3,6 +3,7 @@
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{Estimated, Finding, Fitted, Parameter, REFUTED, TwoLinkArm};
 use flexure::text::{p_value, percent};
+use flexure_report::data::Verdict;
 use serde_json::{Value, json};
 
 use super::simulation::{Fit, Motion};
@@ -194,24 +195,73 @@ pub fn range_text(band: &Band, unit: &str) -> String {
     )
 }
 
-/// The headline of an identified joint or arm: `what` it is, its `inertia`, and how near its simulated motions are.
-pub fn write_headline(what: &str, inertia: &str, motions: &[Motion], refuted: bool, lines: &mut Lines) {
-    let fits: Vec<f64> = motions.iter().map(|m| m.fit.percent).collect();
-    let runs_away = fits.iter().any(|&fit| !(fit > RUN_AWAY));
-    let simulated = match fits[..] {
-        [] => String::new(),
-        _ if runs_away => "; its simulated motion runs away".to_owned(),
-        _ => {
-            let each: Vec<String> = fits.iter().map(|fit| format!("{fit:.2} %")).collect();
-            format!("; its simulated motion fits by {}", each.join(" and "))
+/// What an identified joint or arm explains of its log.
+pub struct Outcome<'a> {
+    /// How near its simulated motions are, percent; empty where none could be simulated.
+    fits: Vec<f64>,
+    /// A form of friction for every axis.
+    frictions: Vec<&'a Fitted>,
+}
+
+impl<'a> Outcome<'a> {
+    /// Of simulated motions, and of a form of friction for every axis.
+    pub fn new(motions: &[Motion], frictions: impl IntoIterator<Item = &'a Fitted>) -> Self {
+        Outcome {
+            fits: motions.iter().map(|m| m.fit.percent).collect(),
+            frictions: frictions.into_iter().collect(),
         }
-    };
-    let tone = match (runs_away, refuted) {
-        (true, _) => Tone::Bad,
-        (false, true) => Tone::Caution,
-        (false, false) => Tone::Good,
-    };
-    lines.headline(tone, format!("{what}: {inertia}{simulated}"));
+    }
+
+    fn tone(&self) -> Tone {
+        match (self.runs_away(), self.frictions.iter().any(|form| is_refuted(form))) {
+            (true, _) => Tone::Bad,
+            (false, true) => Tone::Caution,
+            (false, false) => Tone::Good,
+        }
+    }
+
+    fn runs_away(&self) -> bool {
+        self.fits.iter().any(|&fit| !(fit > RUN_AWAY))
+    }
+
+    /// How near its simulated motions are; `None` where there are none.
+    fn motion(&self) -> Option<String> {
+        let each: Vec<String> = self.fits.iter().map(|fit| format!("{fit:.2} %")).collect();
+        match (each.is_empty(), self.runs_away()) {
+            (true, _) => None,
+            (false, true) => Some("its simulated motion runs away".to_owned()),
+            (false, false) => Some(format!("its simulated motion fits by {}", each.join(" and "))),
+        }
+    }
+
+    /// The first line of its text: `what` it is, its `inertia`, and how near its simulated motions are.
+    pub fn write_headline(&self, what: &str, inertia: &str, lines: &mut Lines) {
+        let simulated = self.motion().map_or_else(String::new, |motion| format!("; {motion}"));
+        lines.headline(self.tone(), format!("{what}: {inertia}{simulated}"));
+    }
+
+    /// The same as the verdict of its page.
+    pub fn verdict(&self) -> Verdict {
+        let tone = self.tone();
+        let headline = match tone {
+            Tone::Bad => "The simulated motion runs away",
+            Tone::Caution => "The free curve refutes the form of the friction",
+            _ => "Nothing refutes the form of the friction",
+        };
+        let motion = match tone {
+            Tone::Bad => Some("Inertia and friction as they were found do not explain the measured motion".to_owned()),
+            _ => self.motion().map(|text| capitalised(&text)),
+        };
+        let form = |form: &&Fitted| format!("{}: {}", titled(form), lack_text(form));
+        let refuted =
+            (tone == Tone::Caution).then(|| "Where that matters, use the curve instead of the form".to_owned());
+        let sentences = motion.into_iter().chain(self.frictions.iter().map(form)).chain(refuted);
+        Verdict {
+            headline: headline.to_owned(),
+            holds: tone == Tone::Good,
+            text: sentences.map(|sentence| sentence + ".").collect::<Vec<_>>().join(" "),
+        }
+    }
 }
 
 /// A fit below this, in percent, is that of a motion that has run away.

@@ -133,7 +133,11 @@ fn collect<'a>(block: &Block, labels: &mut impl Iterator<Item = &'a BlockLabel>,
 /// The standard errors of a linear block, where the file has them.
 fn errors(label: &BlockLabel) -> Option<CoefficientErrors> {
     let (b, a) = (label.b_errors.clone()?, label.a_errors.clone()?);
-    Some(CoefficientErrors { b, a })
+    Some(CoefficientErrors {
+        b,
+        a,
+        covariance: Vec::new(),
+    })
 }
 
 /// The heading of a block; files of earlier versions have its role alone.

@@ -171,6 +171,7 @@ mod tests {
         let errors = Some(CoefficientErrors {
             b: [vec![0.0; 306], vec![0.012]].concat(),
             a: vec![0.0, 0.0003],
+            covariance: Vec::new(),
         });
         assert_eq!(
             text(b, vec![1.0, -0.9], errors),

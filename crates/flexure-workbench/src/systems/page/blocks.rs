@@ -2,9 +2,10 @@
 
 use anyhow::Result;
 use flexure::Record;
-use flexure::identify::result::{BlockKind, LinearBlock, Path, StaticBlock};
+use flexure::identify::result::{BlockKind, LinearBlock, Path, ResponseError, StaticBlock};
 use flexure::identify::{Identification, NarxModel, NarxTerm, VolterraModel};
 use flexure::linear::{Complex, TransferFunction};
+use flexure::quantiles::NORMAL_95;
 use flexure::text::{capitalised, number};
 use flexure_report::data::{LinearPart, Nonlinearity, Scatter, Surface, Table, TitledCurve, TitledSurface};
 
@@ -155,7 +156,29 @@ fn linear(title: &str, block: &LinearBlock, sample_time: Option<f64>) -> LinearP
         part.impulse_estimate.clone_from(&estimate.values);
         part.impulse_limit = estimate.limit;
     }
+    show_confidence(block, &mut part);
     part
+}
+
+/// The bands of the frequency response and the regions of the poles, where the covariance of the coefficients is known.
+fn show_confidence(block: &LinearBlock, part: &mut LinearPart) {
+    let errors = shares().map(|share| block.response_error(std::f64::consts::PI * share));
+    let Some(errors) = errors.collect::<Option<Vec<ResponseError>>>() else {
+        return;
+    };
+    let decibels = NORMAL_95 * 20.0 / std::f64::consts::LN_10;
+    part.magnitude_error = errors.iter().map(|e| decibels * e.log_magnitude).collect();
+    part.phase_error = errors.iter().map(|e| (NORMAL_95 * e.phase).to_degrees()).collect();
+    let covariance = |[re, im]: &[f64; 2]| {
+        let found = block.pole_covariance(Complex::new(*re, *im));
+        found.map_or([f64::NAN; 3], |c| [c.real, c.both, c.imaginary])
+    };
+    part.pole_covariances = part.poles.iter().map(covariance).collect();
+}
+
+/// The frequencies of the Bode plot as shares of the highest one.
+fn shares() -> impl Iterator<Item = f64> {
+    (0..FREQUENCIES).map(|i| 10.0_f64.powf(DECADES * (i as f64 / (FREQUENCIES - 1) as f64 - 1.0)))
 }
 
 /// A transfer function; the impulse response has at least `shown` values, or as many as it needs to settle.
@@ -165,18 +188,14 @@ fn linear_part(title: &str, system: &TransferFunction, shown: Option<usize>, sam
         None => (0.5, "cycles/sample"),
     };
     let shown = shown.unwrap_or_else(|| system.settling(SETTLED).min(LONGEST_IMPULSE));
-    let share = |i: usize| 10.0_f64.powf(DECADES * (i as f64 / (FREQUENCIES - 1) as f64 - 1.0));
-    let shares: Vec<f64> = (0..FREQUENCIES).map(share).collect();
-    let response = shares
-        .iter()
-        .map(|s| system.frequency_response(std::f64::consts::PI * s));
+    let response = shares().map(|s| system.frequency_response(std::f64::consts::PI * s));
     let response: Vec<Complex<f64>> = response.collect();
     LinearPart {
         title: title.to_owned(),
         b: system.b().to_vec(),
         a: system.a().to_vec(),
         impulse: system.impulse_response(shown.max(SHORTEST_IMPULSE)),
-        frequency: shares.iter().map(|s| highest * s).collect(),
+        frequency: shares().map(|s| highest * s).collect(),
         frequency_unit: frequency_unit.to_owned(),
         magnitude_db: response.iter().map(|g| 20.0 * g.norm().log10()).collect(),
         phase_deg: unwrapped(response.iter().map(|g| g.arg().to_degrees())),

@@ -23,6 +23,8 @@ pub struct Decoration {
     pub title: Option<String>,
     /// The command line that makes the page again.
     pub command: Option<String>,
+    /// The same in Python.
+    pub python: Option<String>,
     /// The true nonlinearity of simulated data.
     pub truth: Option<Truth>,
     /// A sentence that follows the verdict.
@@ -106,6 +108,7 @@ impl Identified {
             arm: decoration.arm,
             time: Axis::of_samples(self.sample_time, 0),
             command: decoration.command,
+            python: decoration.python,
         };
         if let Some(comparison) = &result.comparison {
             comparison::show_on(comparison, &mut page);

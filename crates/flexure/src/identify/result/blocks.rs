@@ -200,6 +200,9 @@ pub struct CoefficientErrors {
     pub b: Vec<f64>,
     /// Of [`TransferFunction::a`], zero for the leading 1.
     pub a: Vec<f64>,
+    /// The covariance of the coefficients behind the delay, first those of b, then those of a from the second on, row by row; empty where
+    /// it is not known, as of a model out of a file.
+    pub covariance: Vec<f64>,
 }
 
 impl LinearBlock {

@@ -5,6 +5,7 @@
 
 mod blocks;
 mod detail;
+mod regions;
 mod value;
 
 use std::borrow::Cow;
@@ -16,6 +17,7 @@ use crate::model::Block;
 use crate::nonlinearity::Curve;
 pub use blocks::{BlockKind, CoefficientErrors, ImpulseEstimate, LinearBlock, NamedBlock, Path, StaticBlock};
 pub use detail::{Detail, Place, Score, Shown};
+pub use regions::{PoleCovariance, ResponseError};
 pub use value::{Value, Values};
 
 /// The name of a block structure.

@@ -52,15 +52,17 @@ impl CalibratedBlocks {
         let phi = blocks.nonlinearity();
         let ordinates = at.iter().map(|x| gain * phi.value(*x) + mean).collect();
         let linear = &blocks.linear;
-        let errors = covariance.and_then(|v| reported.standard_errors(blocks, &v));
-        let errors = errors.unwrap_or_else(|| vec![0.0; at.len() + linear.b().len() + linear.a().len()]);
-        let (band, coefficients) = errors.split_at(at.len());
-        let (b, a) = coefficients.split_at(linear.b().len());
+        let coefficients = linear.b().len() + linear.a().len();
+        let spread = covariance.and_then(|v| reported.spread(blocks, &v));
+        let spread = spread.unwrap_or_else(|| Spread::none(at.len(), coefficients));
+        let (band, errors) = spread.errors.split_at(at.len());
+        let (b, a) = errors.split_at(linear.b().len());
         Ok(CalibratedBlocks {
             band: band.iter().map(|e| NORMAL_95 * e).collect(),
             errors: CoefficientErrors {
                 b: [&vec![0.0; linear.delay], b].concat(),
                 a: [&[0.0], a].concat(),
+                covariance: spread.coefficients,
             },
             breakpoints: breakpoints(&minimum.terms, cells.unit),
             memory_removed: MemoryRemoved {
@@ -152,8 +154,8 @@ impl Reported<'_> {
         Some(curve.chain(b).chain(blocks.linear.a().iter().copied()).collect())
     }
 
-    /// The standard errors of all these values; `None` where one is not finite.
-    fn standard_errors(&self, blocks: &Blocks, covariance: &Covariance) -> Option<Vec<f64>> {
+    /// How uncertain all these values are; `None` where an error is not finite.
+    fn spread(&self, blocks: &Blocks, covariance: &Covariance) -> Option<Spread> {
         let p = blocks.parameters();
         // By the parameters that have an error.
         let mut slopes: Vec<(usize, Vec<f64>)> = Vec::new();
@@ -171,16 +173,41 @@ impl Reported<'_> {
             let slope = up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * step));
             slopes.push((i, slope.collect()));
         }
+        let first = self.at.len();
         let mut variance = vec![0.0; slopes.first()?.1.len()];
+        let count = variance.len() - first;
+        let mut coefficients = vec![0.0; count * count];
         for (i, a) in &slopes {
             for (j, b) in &slopes {
                 let v = covariance.of(*i, *j);
                 let terms = variance.iter_mut().zip(a).zip(b);
                 terms.for_each(|((s, a), b)| *s += v * a * b);
+                for (row, a) in coefficients.chunks_exact_mut(count).zip(&a[first..]) {
+                    let terms = row.iter_mut().zip(&b[first..]);
+                    terms.for_each(|(s, b)| *s += v * a * b);
+                }
             }
         }
         let errors: Vec<f64> = variance.iter().map(|v| v.max(0.0).sqrt()).collect();
-        errors.iter().all(|e| e.is_finite()).then_some(errors)
+        let is_finite = errors.iter().all(|e| e.is_finite());
+        is_finite.then_some(Spread { errors, coefficients })
+    }
+}
+
+/// How uncertain the reported values are.
+struct Spread {
+    /// Standard errors of all of them.
+    errors: Vec<f64>,
+    /// The covariance of b and of a from a_1 on, row by row; empty where it is not known.
+    coefficients: Vec<f64>,
+}
+
+impl Spread {
+    fn none(points: usize, coefficients: usize) -> Self {
+        Spread {
+            errors: vec![0.0; points + coefficients],
+            coefficients: Vec::new(),
+        }
     }
 }
 

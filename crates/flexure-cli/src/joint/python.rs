@@ -1,0 +1,58 @@
+//! Python code that identifies the same joint or arm.
+
+use flexure_io::RecordFile;
+use serde_json::Value;
+
+use super::Arguments;
+use super::log::Number;
+use crate::python::{self, Call};
+
+impl Arguments {
+    /// Python code that identifies the same and writes its page; none for what Python does otherwise.
+    pub(super) fn python(&self, file: &RecordFile, joints: usize, sample_time: f64) -> Option<String> {
+        if !self.reading.given().is_empty() || self.gear_ratio != 1.0 {
+            return None;
+        }
+        let named = |text: &str| -> Value {
+            let names: Vec<&str> = if joints == 2 {
+                text.split(',').collect()
+            } else {
+                vec![text]
+            };
+            python::names(&names)
+        };
+        let columns = [&self.position, &self.motor, &self.link, &self.velocity, &self.reference];
+        let columns = columns.into_iter().flatten().chain([&self.torque]);
+        let columns = columns.flat_map(|text| match joints {
+            2 => text.split(',').collect(),
+            _ => vec![text.as_str()],
+        });
+        let reading = python::reading(file, &columns.collect::<Vec<_>>())?;
+        let number = |number: &Number| match number {
+            Number::Given(value) => Some(*value),
+            Number::Named(_) => None,
+        };
+        let gain = |gain: &Option<Number>| gain.as_ref().map_or(Some(None), |g| number(g).map(Some));
+        let constant = number(&self.torque_constant)?;
+        let of = |column: &Option<String>| column.as_deref().map(named);
+        let call = Call::new("flexure.identify_joint")
+            .by_place(named(&self.torque))
+            .with("position", of(&self.position))
+            .with("motor", of(&self.motor))
+            .with("link", of(&self.link))
+            .with("velocity", of(&self.velocity))
+            .with("motor_inertia", self.motor_inertia)
+            .flag("gravity", self.gravity)
+            .flag("spring", self.spring)
+            .flag("prismatic", self.prismatic)
+            .with("level", (self.band != 0.95).then_some(self.band))
+            .with("torque_constant", (constant != 1.0).then_some(constant))
+            .with("reference", of(&self.reference))
+            .with("kp", gain(&self.kp)?)
+            .with("kv", gain(&self.kv)?)
+            .with("dt", Some(sample_time))
+            .code("data=record");
+        let report = Call::new("joint.report").by_place(self.report.as_ref()?.to_str()?);
+        Some(format!("{reading}joint = {}\n{}", call.text(), report.text()))
+    }
+}
