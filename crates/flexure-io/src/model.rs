@@ -142,6 +142,7 @@ fn block_problem(block: &Block) -> Option<String> {
         Block::Offset(offset) => Some(format!(
             "its offset is {offset}, but must be finite; identify the model again"
         )),
+        Block::Feedback(model) => model.problem(),
         Block::Narx(model) => model.problem(),
         Block::Volterra(model) => model.problem(),
         Block::Linear(system) if system.is_stable() => None,

@@ -1,15 +1,17 @@
-//! A model is blocks in series or in parallel; a block is a static nonlinearity or a linear system.
+//! A model is blocks in series, in parallel or in a loop; a block is a static nonlinearity or a linear system.
 //!
 //! Hammerstein is `Series[Static, Linear]`, Wiener `Series[Linear, Static]`, Wiener-Hammerstein
 //! `Series[Linear, Static, Linear]`, a sum of them `Parallel[Series[..], ..]`, a Hammerstein model of several inputs
 //! `Inputs[Series[..], ..]`, or `Series[Surface, Linear]` where they act jointly: values of one type, so that simulating, saving
 //! and exporting is one walk over it. The references without blocks are blocks themselves.
 
+mod feedback;
 mod narx;
 mod volterra;
 
 use serde::{Deserialize, Serialize};
 
+pub use feedback::{FeedbackLevels, FeedbackModel, LoopInput, LoopOutput, LoopRun};
 pub use narx::{NarxModel, NarxTerm};
 pub use volterra::VolterraModel;
 
@@ -38,6 +40,8 @@ pub enum Block {
     Offset(f64),
     /// A memoryless nonlinearity of several inputs.
     Surface(Surface),
+    /// A static nonlinearity in a feedback loop.
+    Feedback(Box<FeedbackModel>),
     /// A polynomial of past outputs and inputs.
     Narx(NarxModel),
     /// A Volterra series.
@@ -64,7 +68,8 @@ impl Block {
     /// The number of inputs.
     pub fn inputs(&self) -> usize {
         match self {
-            Block::Static(_) | Block::Linear(_) | Block::Offset(_) | Block::Narx(_) | Block::Volterra(_) => 1,
+            Block::Static(_) | Block::Linear(_) | Block::Offset(_) => 1,
+            Block::Feedback(_) | Block::Narx(_) | Block::Volterra(_) => 1,
             Block::Surface(surface) => surface.inputs(),
             Block::Inputs(blocks) => blocks.len(),
             Block::Series(blocks) => blocks.first().map_or(1, Block::inputs),
@@ -103,7 +108,7 @@ impl Block {
     /// What enters every linear block on average over a free run under `inputs`, in the order in which the blocks stand.
     pub(crate) fn levels(&self, inputs: &[&[f64]], levels: &mut Vec<f64>) -> Vec<f64> {
         self.walk(inputs, &mut |block, entering| {
-            if let Block::Linear(_) = block {
+            if let Block::Linear(_) | Block::Feedback(_) = block {
                 let input = first(entering);
                 levels.push(input.iter().sum::<f64>() / input.len().max(1) as f64);
             }
@@ -115,11 +120,15 @@ impl Block {
     /// states ([`TransferFunction::simulate_from`]); both in the order in which the blocks stand.
     pub(crate) fn simulate_from(&self, inputs: &[&[f64]], levels: &mut &[f64], states: &mut &[f64]) -> Vec<f64> {
         self.walk(inputs, &mut |block, entering| match block {
-            Block::Linear(system) => {
+            Block::Linear(_) | Block::Feedback(_) => {
                 let (level, others) = levels.split_first().unwrap_or((&0.0, &[]));
-                let (own, rest) = states.split_at(system.states().min(states.len()));
+                let (own, rest) = states.split_at(block.states().min(states.len()));
                 (*levels, *states) = (others, rest);
-                system.simulate_from(first(entering), *level, own)
+                match block {
+                    Block::Feedback(model) => model.run_from(first(entering), *level, own).output,
+                    Block::Linear(system) => system.simulate_from(first(entering), *level, own),
+                    _ => Vec::new(),
+                }
             }
             _ => block.respond(entering),
         })
@@ -152,6 +161,7 @@ impl Block {
             Block::Static(curve) => input.iter().map(|&u| curve.value(u)).collect(),
             Block::Linear(system) => system.simulate_from_mean(input),
             Block::Offset(offset) => input.iter().map(|u| u + offset).collect(),
+            Block::Feedback(model) => model.simulate(input),
             Block::Narx(model) => model.simulate(input),
             Block::Volterra(model) => model.simulate(input),
             Block::Surface(surface) => {
@@ -167,6 +177,7 @@ impl Block {
         match self {
             Block::Static(_) | Block::Offset(_) | Block::Surface(_) | Block::Narx(_) | Block::Volterra(_) => 0,
             Block::Linear(system) => system.states(),
+            Block::Feedback(model) => model.order(),
             Block::Series(blocks) | Block::Parallel(blocks) | Block::Inputs(blocks) => {
                 blocks.iter().map(Block::states).sum()
             }
@@ -179,6 +190,7 @@ impl Block {
         match self {
             Block::Static(_) | Block::Offset(_) | Block::Surface(_) => 0,
             Block::Linear(system) => system.settling(share),
+            Block::Feedback(model) => model.settling(share),
             Block::Narx(model) => model.settling(share),
             Block::Volterra(model) => model.memory(),
             Block::Series(blocks) => blocks.iter().map(|b| b.settling(share)).sum(),

@@ -198,6 +198,7 @@ fn collect(block: &Block, kinds: &mut Vec<&'static str>) {
         }
         Block::Static(_) | Block::Surface(_) => kinds.push("nonlinearity"),
         Block::Linear(_) => kinds.push("linear"),
+        Block::Feedback(_) => kinds.push("nonlinearity"),
         Block::Narx(_) => kinds.push("narx"),
         Block::Volterra(_) => kinds.push("volterra"),
         Block::Offset(_) => {}

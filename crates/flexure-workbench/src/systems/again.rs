@@ -4,8 +4,9 @@ use anyhow::{Context as _, Result};
 use flexure::Block;
 use flexure::identify::Structure;
 use flexure::identify::result::{
-    BlockKind, CoefficientErrors, Identification, LinearBlock, NamedBlock, Path, StaticBlock,
+    BlockKind, CoefficientErrors, FeedbackBlock, Identification, LinearBlock, NamedBlock, Path, StaticBlock,
 };
+use flexure::nonlinearity::Curve;
 use flexure::text::capitalised;
 use flexure_io::{BlockLabel, ModelFile, RecordFile, RecordMark};
 use serde_json::Value;
@@ -148,13 +149,22 @@ fn title(label: &BlockLabel) -> String {
     }
 }
 
+/// A curve with what its label knows of it.
+fn nonlinearity(curve: &Curve, label: &BlockLabel) -> StaticBlock {
+    match label.breakpoints.is_empty() {
+        true => StaticBlock::new(curve.clone(), "curve"),
+        false => StaticBlock::spline(curve.clone(), label.breakpoints.clone(), label.kinks.clone()),
+    }
+}
+
 /// A block that is neither a compound nor an offset, with what its label knows of it.
 fn kind(block: &Block, label: &BlockLabel) -> Option<BlockKind> {
     Some(match block {
-        Block::Static(curve) if label.breakpoints.is_empty() => {
-            BlockKind::Static(StaticBlock::new(curve.clone(), "curve"))
-        }
-        Block::Static(curve) => StaticBlock::spline(curve.clone(), label.breakpoints.clone(), label.kinks.clone()),
+        Block::Static(curve) => BlockKind::Static(nonlinearity(curve, label)),
+        Block::Feedback(model) => BlockKind::Feedback(Box::new(FeedbackBlock {
+            model: (**model).clone(),
+            nonlinearity: nonlinearity(&model.nonlinearity, label),
+        })),
         Block::Linear(system) => BlockKind::Linear(LinearBlock {
             system: system.clone(),
             errors: errors(label),

@@ -1,6 +1,6 @@
 //! An identified system and a verdict as JSON.
 
-use flexure::identify::result::{BlockKind, Detail, LinearBlock, NamedBlock, Path, StaticBlock};
+use flexure::identify::result::{BlockKind, Detail, FeedbackBlock, LinearBlock, NamedBlock, Path, StaticBlock};
 use flexure::identify::{NarxModel, Verdict, VolterraModel};
 use flexure::linear::Complex;
 use serde_json::{Value, json};
@@ -79,6 +79,7 @@ fn block(block: &NamedBlock) -> Vec<(&str, Value)> {
         BlockKind::Static(own) => vec![(&*block.role, curve(own))],
         BlockKind::Linear(own) => vec![(&*block.role, linear(own))],
         BlockKind::Surface(own) => vec![(&*block.role, json!(own))],
+        BlockKind::Feedback(own) => feedback(block, own),
         BlockKind::Narx(model) => narx(model),
         BlockKind::Volterra(model) => volterra(model),
     }
@@ -113,6 +114,27 @@ fn linear(block: &LinearBlock) -> Value {
         object["a_errors"] = json!(errors.a);
     }
     object
+}
+
+/// The nonlinearity of a loop, the ways through its linear part, and the state space.
+fn feedback<'a>(block: &'a NamedBlock, own: &FeedbackBlock) -> Vec<(&'a str, Value)> {
+    let parts = own.linear_parts();
+    let mut all = vec![(&*block.role, curve(&own.nonlinearity))];
+    all.extend(parts.iter().map(|part| (part.role, linear(&part.block))));
+    let model = &own.model;
+    let state_space = json!({
+        "state": model.state,
+        "input_to_state": model.input_to_state,
+        "nonlinearity_to_state": model.nonlinearity_to_state,
+        "state_to_output": model.state_to_output,
+        "state_to_nonlinearity": model.state_to_nonlinearity,
+        "input_to_output": model.input_to_output,
+        "nonlinearity_to_output": model.nonlinearity_to_output,
+        "input_to_nonlinearity": model.input_to_nonlinearity,
+        "levels": model.levels,
+    });
+    all.push(("state_space", state_space));
+    all
 }
 
 fn narx(model: &NarxModel) -> Vec<(&'static str, Value)> {

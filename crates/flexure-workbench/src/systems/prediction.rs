@@ -210,6 +210,7 @@ impl<'a> Entry<'a> {
             Block::Parallel(blocks) => Entry::of(blocks.first()?, signal, input),
             Block::Linear(_)
             | Block::Offset(_)
+            | Block::Feedback(_)
             | Block::Inputs(_)
             | Block::Surface(_)
             | Block::Narx(_)

@@ -71,23 +71,31 @@ impl Identified {
         lines
     }
 
+    fn write_linear(&self, title: &str, own: &LinearBlock, lines: &mut Lines) {
+        lines.item(title, linear_text(own));
+        lines.deeper(|lines| {
+            lines.item("coefficients", coefficients(own));
+            let roots = [
+                ("poles", poles_text(own.system.poles(), self.sample_time)),
+                ("zeros", roots_text(own.system.zeros())),
+            ];
+            for (name, text) in roots.into_iter().filter(|(_, text)| text != NONE) {
+                lines.item(name, text);
+            }
+        });
+    }
+
     fn write_block(&self, block: &NamedBlock, path: &Path, lines: &mut Lines) {
         let title = uncapitalised(&block.title);
         match &block.kind {
             BlockKind::Static(own) => lines.item(&title, &*own.description),
-            BlockKind::Linear(own) => {
-                lines.item(&title, linear_text(own));
-                lines.deeper(|lines| {
-                    lines.item("coefficients", coefficients(own));
-                    let roots = [
-                        ("poles", poles_text(own.system.poles(), self.sample_time)),
-                        ("zeros", roots_text(own.system.zeros())),
-                    ];
-                    for (name, text) in roots.into_iter().filter(|(_, text)| text != NONE) {
-                        lines.item(name, text);
-                    }
-                });
+            BlockKind::Feedback(own) => {
+                lines.item(&title, &*own.nonlinearity.description);
+                for part in own.linear_parts() {
+                    self.write_linear(&uncapitalised(part.title), &part.block, lines);
+                }
             }
+            BlockKind::Linear(own) => self.write_linear(&title, own, lines),
             BlockKind::Surface(surface) => write_surface(&title, surface, &path.inputs, lines),
             // Their details say what there is to say.
             BlockKind::Narx(_) | BlockKind::Volterra(_) => {}

@@ -18,6 +18,7 @@
 //! | a sum of linear, static, linear | [`PARALLEL`] | beside others | yes | no | no |
 //! | static, linear, of every input | [`MULTIPLE_INPUTS`] | yes | yes | no | no |
 //! | static of all inputs, linear | [`JOINT_INPUTS`] | yes | yes | no | no |
+//! | static in a feedback loop | [`FEEDBACK`] | yes | yes | band | no |
 //! | delay, static | [`Structure::by_name`]`("static")` | yes | yes | no | no |
 //! | no blocks: past outputs and inputs | [`NARX`] | yes | yes | no | no |
 //! | no blocks: past inputs | [`VOLTERRA`] | yes | yes | no | no |
@@ -28,6 +29,7 @@ mod block;
 mod checks;
 #[cfg(test)]
 mod derivative_tests;
+mod feedback;
 pub mod hammerstein;
 mod limits;
 mod outcome;
@@ -43,8 +45,9 @@ mod surface;
 
 pub(crate) use checks::few_levels;
 
-pub use crate::model::{NarxModel, NarxTerm, VolterraModel};
+pub use crate::model::{FeedbackModel, NarxModel, NarxTerm, VolterraModel};
 pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison};
+pub use feedback::FEEDBACK;
 pub use hammerstein::{
     Calibration, HAMMERSTEIN, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag,
 };

@@ -97,6 +97,7 @@ impl BlockKind {
             BlockKind::Static(block) => Block::Static(block.curve.clone()),
             BlockKind::Linear(block) => Block::Linear(block.system.clone()),
             BlockKind::Surface(surface) => Block::Surface(surface.clone()),
+            BlockKind::Feedback(block) => Block::Feedback(Box::new(block.model.clone())),
             BlockKind::Narx(model) => Block::Narx(model.clone()),
             BlockKind::Volterra(model) => Block::Volterra(model.clone()),
         }

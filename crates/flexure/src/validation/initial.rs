@@ -140,6 +140,10 @@ pub fn estimate_initial_state_of_inputs(block: &Block, inputs: &[&[f64]], measur
 fn sizes(block: &Block, inputs: &[&[f64]]) -> Vec<f64> {
     let mut sizes = Vec::new();
     block.visit(inputs, &mut |part, output| {
+        if let Block::Feedback(model) = part {
+            // An identified loop has states of unit variance.
+            sizes.extend(std::iter::repeat_n(1.0, model.order()));
+        }
         if let Block::Linear(system) = part {
             let spread = variance(output).sqrt();
             let size = if spread > 0.0 && spread.is_finite() {

@@ -74,6 +74,21 @@ pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
                     curves.push(TitledCurve { title, curve });
                     entering = entering.iter().map(|&u| own.curve.value(u)).collect();
                 }
+                BlockKind::Feedback(own) => {
+                    let run = own.model.run(&entering);
+                    let labels = [
+                        "what enters the nonlinearity".to_owned(),
+                        "output of the nonlinearity".to_owned(),
+                    ];
+                    let curve = curve(&own.nonlinearity, labels, &run.entering[..shown]);
+                    curves.push(TitledCurve { title, curve });
+                    let parts = own.linear_parts();
+                    let parts = parts
+                        .iter()
+                        .map(|part| linear(part.title, &part.block, identified.sample_time));
+                    drawn.linear.extend(parts);
+                    entering = run.output;
+                }
                 BlockKind::Linear(own) => {
                     drawn.linear.push(linear(&title, own, identified.sample_time));
                     entering = own.system.simulate_from_mean(&entering);

@@ -92,11 +92,33 @@ impl KinkedSpline {
         within
     }
 
-    /// Becomes the identity, by Greville's abscissas.
+    /// Becomes the identity.
     pub fn straighten(&mut self) {
-        for (j, c) in self.c.iter_mut().enumerate() {
-            *c = self.knots[j + 1..j + 4].iter().sum::<f64>() / 3.0;
+        self.c = self.line();
+    }
+
+    /// The coefficients of the identity: Greville's abscissas.
+    pub fn line(&self) -> Vec<f64> {
+        let abscissa = |j: usize| self.knots[j + 1..j + 4].iter().sum::<f64>() / 3.0;
+        (0..self.c.len()).map(abscissa).collect()
+    }
+
+    /// The same curve in other units: abscissas and values times these factors, the first of which is positive.
+    pub fn rescaled(&self, abscissa: f64, value: f64) -> KinkedSpline {
+        let kink = |k: &Kink| Kink {
+            at: k.at * abscissa,
+            bend: k.bend * value / abscissa,
+        };
+        KinkedSpline {
+            knots: self.knots.iter().map(|x| x * abscissa).collect(),
+            c: self.c.iter().map(|c| c * value).collect(),
+            kinks: self.kinks.iter().map(kink).collect(),
         }
+    }
+
+    /// The largest size of a breakpoint.
+    pub fn span(&self) -> f64 {
+        self.breakpoints().iter().fold(0.0, |m, x| x.abs().max(m))
     }
 
     /// The B-splines at `x`; beyond the ends their tangents there.

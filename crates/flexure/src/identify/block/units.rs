@@ -91,7 +91,7 @@ impl Blocks {
         let nonlinearity = |front: &Rational| {
             let curve = table(inner.iter().copied(), |x| abscissa(x, front), ordinate)?;
             let [breakpoints, kinks] = [s.spline.breakpoints(), &kinks].map(|at| mapped(at, |x| abscissa(x, front)));
-            Ok::<_, Error>(StaticBlock::spline(curve, breakpoints, kinks))
+            Ok::<_, Error>(BlockKind::Static(StaticBlock::spline(curve, breakpoints, kinks)))
         };
         let front = front_gain.divided(&s.front.b, &s.front);
         let between_samples = (s.between.as_ref())
@@ -200,7 +200,7 @@ pub(in crate::identify) fn tabulated(
     entering: &[f64],
     abscissa: impl Fn(f64) -> f64,
     ordinate: impl Fn(f64) -> f64,
-) -> Result<BlockKind> {
+) -> Result<StaticBlock> {
     let range = spline.range_with(entering);
     let (points, kinks) = match few_levels(entering) {
         Some(levels) if levels.len() > 1 => (levels, Vec::new()),
@@ -226,10 +226,7 @@ mod tests {
     }
 
     fn table_of(spline: &KinkedSpline, entering: &[f64]) -> StaticBlock {
-        match tabulated(spline, entering, |x| 3e-7 * x, |y| 2e6 * y).unwrap() {
-            BlockKind::Static(block) => block,
-            other => panic!("{other:?} is not static"),
-        }
+        tabulated(spline, entering, |x| 3e-7 * x, |y| 2e6 * y).unwrap()
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::linear::TransferFunction;
-use crate::model::{NarxModel, VolterraModel};
+use crate::model::{FeedbackModel, LoopInput, LoopOutput, NarxModel, VolterraModel};
 use crate::nonlinearity::{Curve, Surface};
 use crate::text::{counted, number};
 
@@ -65,6 +65,8 @@ pub enum BlockKind {
     Linear(LinearBlock),
     /// A static nonlinearity of several inputs.
     Surface(Surface),
+    /// A static nonlinearity in a feedback loop.
+    Feedback(Box<FeedbackBlock>),
     /// A polynomial of past outputs and inputs.
     Narx(NarxModel),
     /// A Volterra series.
@@ -82,10 +84,11 @@ impl NamedBlock {
         }
     }
 
-    /// The static nonlinearity of one input, if it is one.
+    /// The static nonlinearity of one input, if it is one or has one in its loop.
     pub fn curve(&self) -> Option<&StaticBlock> {
         match &self.kind {
             BlockKind::Static(block) => Some(block),
+            BlockKind::Feedback(block) => Some(&block.nonlinearity),
             _ => None,
         }
     }
@@ -96,6 +99,68 @@ impl NamedBlock {
             BlockKind::Linear(block) => Some(block),
             _ => None,
         }
+    }
+}
+
+/// A static nonlinearity in a feedback loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FeedbackBlock {
+    /// The loop.
+    pub model: FeedbackModel,
+    /// Its nonlinearity.
+    pub nonlinearity: StaticBlock,
+}
+
+/// One of the ways through the linear part of a loop.
+pub struct LoopPart {
+    /// Its name in JSON, for example "input_to_output".
+    pub role: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    /// The transfer function.
+    pub block: LinearBlock,
+}
+
+impl FeedbackBlock {
+    /// The ways through the linear part: from the input and from the nonlinearity, to the output and to the nonlinearity.
+    pub fn linear_parts(&self) -> Vec<LoopPart> {
+        let ways = [
+            (
+                "input_to_output",
+                "Linear part, input to output",
+                LoopInput::Input,
+                LoopOutput::Output,
+            ),
+            (
+                "nonlinearity_to_output",
+                "Linear part, nonlinearity to output",
+                LoopInput::Nonlinearity,
+                LoopOutput::Output,
+            ),
+            (
+                "input_to_nonlinearity",
+                "Linear part, input to nonlinearity",
+                LoopInput::Input,
+                LoopOutput::Nonlinearity,
+            ),
+            (
+                "around",
+                "Linear part, nonlinearity back to itself",
+                LoopInput::Nonlinearity,
+                LoopOutput::Nonlinearity,
+            ),
+        ];
+        let part = |(role, title, from, to)| {
+            let system = self.model.transfer_function(from, to).ok()?;
+            let (errors, impulse) = (None, None);
+            let block = LinearBlock {
+                system,
+                errors,
+                impulse,
+            };
+            Some(LoopPart { role, title, block })
+        };
+        ways.into_iter().filter_map(part).collect()
     }
 }
 
@@ -118,7 +183,7 @@ pub struct StaticBlock {
 
 impl StaticBlock {
     /// A cubic spline with kinks.
-    pub fn spline(curve: Curve, breakpoints: Vec<f64>, kinks: Vec<f64>) -> BlockKind {
+    pub fn spline(curve: Curve, breakpoints: Vec<f64>, kinks: Vec<f64>) -> Self {
         let end = |x: Option<&f64>| x.map_or_else(String::new, |x| number(*x));
         let description = format!(
             "cubic spline of {} on [{}, {}]{}",
@@ -127,14 +192,14 @@ impl StaticBlock {
             end(breakpoints.last()),
             places(&kinks)
         );
-        BlockKind::Static(StaticBlock {
+        StaticBlock {
             curve,
             band: Vec::new(),
             band_label: "",
             breakpoints,
             kinks,
             description,
-        })
+        }
     }
 
     /// A curve by an estimator of this name.

@@ -15,7 +15,9 @@ use super::outcome::{Verdict, Warning};
 use crate::linear::TransferFunction;
 use crate::model::Block;
 use crate::nonlinearity::Curve;
-pub use blocks::{BlockKind, CoefficientErrors, ImpulseEstimate, LinearBlock, NamedBlock, Path, StaticBlock};
+pub use blocks::{
+    BlockKind, CoefficientErrors, FeedbackBlock, ImpulseEstimate, LinearBlock, LoopPart, NamedBlock, Path, StaticBlock,
+};
 pub use detail::{Detail, Place, Score, Shown};
 pub use regions::{PoleCovariance, ResponseError};
 pub use value::{Value, Values};

@@ -27,7 +27,7 @@ use super::super::block::{
 use super::limits::NO_LINE;
 use crate::error::Result;
 use crate::identify::request::{Progress, Request, Structure};
-use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Place, StructureName};
+use crate::identify::result::{BlockKind, Detail, Identification, LinearBlock, NamedBlock, Place, StructureName};
 use crate::identify::run::{Run, path};
 use crate::linear::correlation::{mean, variance};
 
@@ -86,7 +86,12 @@ fn blocks(system: &System, prepared: &Prepared) -> Result<Vec<NamedBlock>> {
     let line = Line::conventional(&branch.spline, &data.u[0]);
     let (slope, level) = (line.slope * scale.spread, scale.back(line.level));
     let entering = &data.u[0][data.from..];
-    let input = tabulated(&branch.spline, entering, |u| scale.back(u), |v| slope * v + level)?;
+    let input = BlockKind::Static(tabulated(
+        &branch.spline,
+        entering,
+        |u| scale.back(u),
+        |v| slope * v + level,
+    )?);
     let fixed = linear.static_gain();
     let passed = if fixed.is_finite() { fixed * level } else { 0.0 };
     // The linear part's output is (x - o) slope / gain + passed.
@@ -99,7 +104,7 @@ fn blocks(system: &System, prepared: &Prepared) -> Result<Vec<NamedBlock>> {
     };
     let spline = system.output.clone().unwrap_or_else(identity);
     let inner = &system.inner(&data.u)[data.from..];
-    let output = tabulated(&spline, inner, abscissa, |y| prepared.output.back(y))?;
+    let output = BlockKind::Static(tabulated(&spline, inner, abscissa, |y| prepared.output.back(y))?);
     Ok(vec![
         NamedBlock::new("nonlinearity", "Nonlinearity at the input", input),
         NamedBlock::new("linear", "Linear part", LinearBlock::of(linear)),

@@ -12,6 +12,7 @@ mod wiener;
 mod wiener_hammerstein;
 
 use super::auto::AUTO;
+use super::feedback::FEEDBACK;
 use super::hammerstein::HAMMERSTEIN;
 use super::reference::{NARX, VOLTERRA};
 use super::request::Structure;
@@ -32,6 +33,7 @@ pub(super) static STRUCTURES: &[Structure] = &[
     WIENER,
     WIENER_HAMMERSTEIN,
     HAMMERSTEIN_WIENER,
+    FEEDBACK,
     PARALLEL,
     MULTIPLE_INPUTS,
     JOINT_INPUTS,

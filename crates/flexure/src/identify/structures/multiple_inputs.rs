@@ -14,7 +14,7 @@ use super::super::block::{
 };
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
-use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, Path, Place, StructureName};
+use crate::identify::result::{BlockKind, Detail, Identification, LinearBlock, NamedBlock, Path, Place, StructureName};
 use crate::identify::run::Run;
 use crate::linear::correlation::mean;
 use crate::model::Block;
@@ -103,7 +103,7 @@ fn in_units(system: &System, prepared: &Prepared, names: &[&str]) -> Result<Bran
         paths.push(Path {
             inputs: vec![names[i].to_owned()],
             blocks: vec![
-                NamedBlock::new("nonlinearity", "Nonlinearity", nonlinearity),
+                NamedBlock::new("nonlinearity", "Nonlinearity", BlockKind::Static(nonlinearity)),
                 NamedBlock::new("linear", "Linear part", LinearBlock::of(linear)),
             ],
         });

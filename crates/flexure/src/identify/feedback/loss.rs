@@ -1,0 +1,278 @@
+//! The simulation error of a loop and its exact derivatives, by one recursion beside the simulation.
+//!
+//! With the slope f' at z the derivatives by a parameter p obey
+//!
+//! ```text
+//! dz = Cz dx + (dCz x + dDzu u)         dw = f'(z) dz + (df)(z)
+//! dx' = A dx + Bw dw + (dA x + dBu u + dBw w)
+//! dy = Cy dx + Dyw dw + (dCy x + dDyu u + dDyw w + do)
+//! ```
+//! and while the state is corrected by K (y_measured - y), dx' has - K dy besides.
+//!
+//! A system can be written in many ways (see `system`). Steps are taken in the directions that are orthogonal to all of them
+//! (McKelvey, Helmersson & Ribarits 2004, "data driven local coordinates"): the parameters here are coordinates along an orthonormal
+//! basis of these directions at the start, and the initial states.
+
+use super::system::{Entering, Loop, Observed, dot};
+use crate::identify::block::Residuals;
+use crate::linalg;
+use crate::linear::levenberg_marquardt::Linearisation;
+
+/// Eigenvalues of the projector onto redundant directions below this share of the largest count as zero.
+const NEGLIGIBLE: f64 = 1e-9;
+
+/// The simulation error of a loop near where it is.
+pub(super) struct LoopError<'a> {
+    data: &'a Observed,
+    at: Loop,
+    base: Vec<f64>,
+    basis: Basis,
+}
+
+/// Directions of all parameters, row by row: a row for every parameter, a column for every direction.
+struct Basis {
+    rows: Vec<f64>,
+    directions: usize,
+}
+
+impl Basis {
+    fn row(&self, parameter: usize) -> &[f64] {
+        &self.rows[parameter * self.directions..(parameter + 1) * self.directions]
+    }
+}
+
+impl<'a> LoopError<'a> {
+    /// The problem near a loop.
+    pub fn new(at: Loop, data: &'a Observed) -> Self {
+        LoopError {
+            basis: essential(&at),
+            base: at.parameters(),
+            at,
+            data,
+        }
+    }
+
+    /// The parameters of the loop itself.
+    pub fn start(&self) -> Vec<f64> {
+        let mut p = vec![0.0; self.basis.directions];
+        p.extend(self.at.initial.iter().flatten());
+        p
+    }
+
+    /// The number of directions that change the system.
+    pub fn directions(&self) -> usize {
+        self.basis.directions
+    }
+
+    /// The loop with these parameters.
+    pub fn with(&self, p: &[f64]) -> Loop {
+        let (along, states) = p.split_at(self.basis.directions);
+        let all: Vec<f64> = (self.base.iter().enumerate())
+            .map(|(i, base)| base + dot(self.basis.row(i), along))
+            .collect();
+        let mut next = self.at.clone();
+        next.set(&all);
+        for (own, state) in next.initial.iter_mut().zip(states.chunks_exact(self.at.order().max(1))) {
+            own.copy_from_slice(state);
+        }
+        next
+    }
+}
+
+/// An orthonormal basis of the directions that change the system.
+fn essential(at: &Loop) -> Basis {
+    let count = at.count();
+    let mut sum = vec![0.0; count * count];
+    for direction in redundant(at) {
+        let size = dot(&direction, &direction);
+        if size > 0.0 {
+            for (i, d) in direction.iter().enumerate().filter(|(_, d)| **d != 0.0) {
+                let row = &mut sum[i * count..(i + 1) * count];
+                row.iter_mut().zip(&direction).for_each(|(s, e)| *s += d * e / size);
+            }
+        }
+    }
+    let Some(eigen) = linalg::symmetric_eigen(&sum, count) else {
+        return Basis {
+            rows: Vec::new(),
+            directions: 0,
+        };
+    };
+    let largest = eigen.values.iter().fold(0.0_f64, |m, v| m.max(*v));
+    let vectors = eigen.vectors.chunks_exact(count).zip(&eigen.values);
+    let kept: Vec<&[f64]> = vectors
+        .filter(|(_, v)| **v <= NEGLIGIBLE * largest)
+        .map(|(v, _)| v)
+        .collect();
+    let entry = |k: usize| kept[k % kept.len()][k / kept.len()];
+    Basis {
+        rows: (0..count * kept.len()).map(entry).collect(),
+        directions: kept.len(),
+    }
+}
+
+/// Directions that leave the output as it is, to first order, or that a convention forbids.
+fn redundant(at: &Loop) -> Vec<Vec<f64>> {
+    let (l, n) = (at.layout(), at.order());
+    let mut all = Vec::new();
+    let zero = || vec![0.0; at.count()];
+    // A change of state I + e X: dA = XA - AX, dB = XB, dC = -CX; X has one entry, at (p, q).
+    for p in 0..n {
+        for q in 0..n {
+            let mut d = zero();
+            for j in 0..n {
+                d[l.a(p, j)] += at.a[q * n + j];
+                d[l.a(j, q)] -= at.a[j * n + p];
+            }
+            d[l.bu(p)] = at.bu[q];
+            d[l.bw(p)] = at.bw[q];
+            d[l.cy(q)] = -at.cy[p];
+            d[l.cz(q)] = -at.cz[p];
+            all.push(d);
+        }
+    }
+    // The scale of w.
+    let mut d = zero();
+    (0..n).for_each(|i| d[l.bw(i)] = at.bw[i]);
+    d[l.dyw()] = at.dyw;
+    at.spline.c.iter().enumerate().for_each(|(j, c)| d[l.spline() + j] = -c);
+    for (k, kink) in at.spline.kinks.iter().enumerate() {
+        d[l.spline() + at.spline.c.len() + 2 * k + 1] = -kink.bend;
+    }
+    all.push(d);
+    // A slope that moves from f into the linear part.
+    let mut d = zero();
+    for i in 0..n {
+        (0..n).for_each(|j| d[l.a(i, j)] = at.bw[i] * at.cz[j]);
+        d[l.bu(i)] = at.bw[i] * at.dzu;
+        d[l.cy(i)] = at.dyw * at.cz[i];
+    }
+    d[l.dyu()] = at.dyw * at.dzu;
+    at.spline
+        .line()
+        .iter()
+        .enumerate()
+        .for_each(|(j, x)| d[l.spline() + j] = -x);
+    all.push(d);
+    // The level of f.
+    let mut d = zero();
+    (0..at.spline.c.len()).for_each(|j| d[l.spline() + j] = 1.0);
+    all.push(d);
+    match at.entering {
+        // The scale of z.
+        Entering::Hidden => {
+            let mut d = zero();
+            (0..n).for_each(|i| d[l.cz(i)] = at.cz[i]);
+            d[l.dzu()] = at.dzu;
+            all.push(d);
+        }
+        // z stays the same multiple of y.
+        Entering::Output => {
+            let scale = at.scale_of_entering();
+            let mut tie = |z: usize, y: usize| {
+                let mut d = zero();
+                (d[z], d[y]) = (1.0, -scale);
+                all.push(d);
+            };
+            (0..n).for_each(|i| tie(l.cz(i), l.cy(i)));
+            tie(l.dzu(), l.dyu());
+            let mut d = zero();
+            d[l.dyw()] = 1.0;
+            all.push(d);
+        }
+    }
+    all
+}
+
+impl Loop {
+    /// z over y, where z is a multiple of y.
+    pub fn scale_of_entering(&self) -> f64 {
+        let product = dot(&self.cz, &self.cy) + self.dzu * self.dyu;
+        product / (dot(&self.cy, &self.cy) + self.dyu * self.dyu)
+    }
+}
+
+/// Adds a multiple of a row.
+fn add(sum: &mut [f64], factor: f64, row: &[f64]) {
+    sum.iter_mut().zip(row).for_each(|(s, r)| *s += factor * r);
+}
+
+impl Residuals for LoopError<'_> {
+    fn from(&self) -> usize {
+        0
+    }
+
+    fn residuals(&self, p: &[f64]) -> Option<Vec<f64>> {
+        let mut residuals = Vec::with_capacity(self.data.y.len());
+        let report = |k: usize, y: f64| if self.data.missing[k] { 0.0 } else { y - self.data.y[k] };
+        let ran = self.with(p).run(self.data, |s| residuals.push(report(s.k, s.y)));
+        ran.then_some(residuals)
+    }
+
+    fn linearise(&self, p: &[f64]) -> Linearisation {
+        let system = self.with(p);
+        let (n, m, l) = (system.order(), self.basis.directions, system.layout());
+        let columns = m + n * system.initial.len();
+        let samples = self.data.y.len();
+        let mut jacobian: Vec<Vec<f64>> = (0..columns).map(|_| vec![0.0; samples]).collect();
+        let mut residuals = vec![0.0; samples];
+        // The derivatives of the state, a row a state; of z, w, y; and of the next state.
+        let mut dx = vec![0.0; n * columns];
+        let mut next = vec![0.0; n * columns];
+        let [mut dz, mut dw, mut dy] = [(); 3].map(|()| vec![0.0; columns]);
+        let row = |parameter: usize| self.basis.row(parameter);
+        let (splines, spline) = (l.spline(), &system.spline);
+        system.run(self.data, |s| {
+            let u = self.data.u[s.k];
+            if let Some(experiment) = self.data.starting_at(s.k) {
+                dx.fill(0.0);
+                (0..n).for_each(|i| dx[i * columns + m + experiment * n + i] = 1.0);
+            }
+            let of = |i: usize| i * columns..(i + 1) * columns;
+            dz.fill(0.0);
+            for i in 0..n {
+                add(&mut dz, system.cz[i], &dx[of(i)]);
+                add(&mut dz[..m], s.x[i], row(l.cz(i)));
+            }
+            add(&mut dz[..m], u, row(l.dzu()));
+            let local = spline.local(s.z);
+            let slope = spline.tangent(s.z, &local).slope;
+            dw.iter_mut().zip(&dz).for_each(|(w, z)| *w = slope * z);
+            for (j, value) in local.at.values.iter().enumerate() {
+                add(&mut dw[..m], *value, row(splines + local.at.first + j));
+            }
+            let kinks = splines + spline.c.len();
+            for (j, kink) in spline.kinks.iter().enumerate().filter(|(_, kink)| s.z > kink.at) {
+                add(&mut dw[..m], -kink.bend, row(kinks + 2 * j));
+                add(&mut dw[..m], s.z - kink.at, row(kinks + 2 * j + 1));
+            }
+            if !self.data.missing[s.k] {
+                residuals[s.k] = s.y - self.data.y[s.k];
+                dy.iter_mut().zip(&dw).for_each(|(y, w)| *y = system.dyw * w);
+                for i in 0..n {
+                    add(&mut dy, system.cy[i], &dx[of(i)]);
+                    add(&mut dy[..m], s.x[i], row(l.cy(i)));
+                }
+                add(&mut dy[..m], u, row(l.dyu()));
+                add(&mut dy[..m], s.w, row(l.dyw()));
+                add(&mut dy[..m], 1.0, row(l.offset()));
+                jacobian.iter_mut().zip(&dy).for_each(|(column, y)| column[s.k] = *y);
+            }
+            for i in 0..n {
+                let to = &mut next[of(i)];
+                to.iter_mut().zip(&dw).for_each(|(t, w)| *t = system.bw[i] * w);
+                for j in 0..n {
+                    add(to, system.a[i * n + j], &dx[of(j)]);
+                    add(&mut to[..m], s.x[j], row(l.a(i, j)));
+                }
+                add(&mut to[..m], u, row(l.bu(i)));
+                add(&mut to[..m], s.w, row(l.bw(i)));
+                if !self.data.missing[s.k] && system.correction[i] != 0.0 {
+                    add(to, -system.correction[i], &dy);
+                }
+            }
+            std::mem::swap(&mut dx, &mut next);
+        });
+        Linearisation { residuals, jacobian }
+    }
+}

@@ -1,0 +1,234 @@
+//! A static nonlinearity in a feedback loop (a nonlinear linear-fractional representation; a Lur'e system).
+//!
+//! $$ x_{k+1} = A x_k + B_u u_k + B_w f(z_k), \quad z_k = C_z x_k + D_{zu} u_k, \quad
+//!    Y_k = C_y x_k + D_{yu} u_k + D_{yw} f(z_k) + e_k $$
+//! contains every structure with one nonlinearity: friction brakes the velocity that it acts on, a spring turns the angle that it hangs
+//! on. From the record alone:
+//!
+//! | step | file |
+//! |---|---|
+//! | 1. linear approximations of orders 1 to 6 by the output error | `block` |
+//! | 2. starts: guesses of z; f and the linear part by the equation error with B-splines of the guess | `starts` |
+//! | 3. the simulation error over all parameters by Levenberg-Marquardt, with exact derivatives along the directions that change the output | `system`, `loss` |
+//! | 4. the best of several orders by Schwarz's criterion; then pieces of f, kinks on very strong evidence, and whether z is the output or a signal of its own | `search` |
+//! | 5. a last refinement on all samples | `search` |
+//! | 6. the record's units, and the one f of all that give the same output: the input that holds z | `units` |
+//!
+//! A loop that runs away on any part of the record, fitted or not, is not returned.
+
+mod limits;
+mod loss;
+mod search;
+mod starts;
+mod system;
+#[cfg(test)]
+mod tests;
+mod units;
+
+use super::block::{KinkedSpline, Monitor, Prepared, Scale};
+use crate::error::Result;
+use crate::identify::request::{Progress, Request, Structure};
+use crate::identify::result::{
+    BlockKind, Detail, FeedbackBlock, Identification, NamedBlock, Place, Score, StructureName, Values,
+};
+use crate::identify::run::{Run, path};
+use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
+use crate::model::FeedbackModel;
+use crate::text::number;
+use limits::{FARTHEST, MOST_SAMPLES};
+use search::{Candidate, Found, Search};
+use system::{Entering, Loop, Observed};
+use units::{Convention, InUnits, Signal};
+
+/// The identification of a nonlinearity in a feedback loop.
+///
+/// ```
+/// use flexure::identify::FEEDBACK;
+/// use flexure::record::Record;
+/// use rand::{RngExt, SeedableRng};
+///
+/// // A mass on a hardening spring, with a damper.
+/// let mut random = rand_pcg::Pcg64::seed_from_u64(1);
+/// let u: Vec<f64> = (0..3000).map(|_| random.random_range(-1.0..1.0)).collect();
+/// let mut y: Vec<f64> = vec![0.0; 3000];
+/// for n in 2..3000 {
+///     let spring = 0.3 * y[n - 1] + 0.2 * y[n - 1].powi(3);
+///     y[n] = 1.6 * y[n - 1] - 0.7 * y[n - 2] + 0.4 * (u[n - 1] - spring);
+/// }
+/// let result = FEEDBACK.identify(&Record::new([("u", u), ("y", y)])?, &["u"], "y")?;
+/// assert!(result.fit_percent() > 99.0);
+/// # Ok::<(), flexure::Error>(())
+/// ```
+pub const FEEDBACK: Structure = Structure {
+    name: StructureName {
+        key: "feedback",
+        title: "feedback",
+    },
+    description: "linear dynamics with a static nonlinearity in a feedback loop",
+    inputs: 1..=1,
+    options: &[],
+    complexity: None,
+    identify,
+};
+
+fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
+    let samples = request.samples("a fit with a loop (besides the fresh part)")?;
+    let Prepared {
+        inputs, output, data, ..
+    } = samples.prepared();
+    let fitted = Observed::of(data.u.into_iter().next().unwrap_or_default(), data.y);
+    let first = samples.fitted.saturating_sub(MOST_SAMPLES);
+    let all = inputs[0].standardised(&samples.input()[first..]);
+    let whole = Observed::of(all, output.standardised(&samples.y[first..]));
+    let monitor = &mut Monitor::new(progress);
+    let found = Search {
+        data: &fitted,
+        whole: &whole,
+        monitor,
+        tried: Vec::new(),
+    }
+    .run();
+    monitor.finished()?;
+    let Found {
+        best,
+        tried,
+        approximations,
+        dependence,
+    } = found.unwrap_or_else(nothing);
+    let (mut best, mut may_continue) = (best, true);
+    let units = loop {
+        let units = InUnits::new(&best.system, &fitted, [inputs[0], output], dependence, may_continue)?;
+        if stays(&units.model, samples.input(), output) || best.origin == NOTHING {
+            break units;
+        }
+        // A loop that runs away from its steady state goes on straight, or is none.
+        (best, may_continue) = match may_continue {
+            true => (best, false),
+            false => (nothing().best, true),
+        };
+    };
+    let details = details(&units, &best, &approximations, request.output);
+    let block = FeedbackBlock {
+        model: units.model,
+        nonlinearity: units.nonlinearity,
+    };
+    let blocks = vec![NamedBlock::new(
+        "nonlinearity",
+        "Nonlinearity in the loop",
+        BlockKind::Feedback(Box::new(block)),
+    )];
+    let path = path(request, blocks);
+    let run = Run::new(&samples, path.model(0.0), vec![path], best.degrees)?;
+    let errors = samples
+        .y
+        .iter()
+        .zip(&run.predicted)
+        .take(samples.fitted)
+        .map(|(y, p)| y - p);
+    let noise_model = whitening(&errors.collect::<Vec<_>>(), SAMPLES_PER_COEFFICIENT);
+    Ok(Identification {
+        order: best.system.order(),
+        tried,
+        details,
+        noise_model: Some(noise_model),
+        ..run.identification(&FEEDBACK, request)?
+    })
+}
+
+/// The start of what is no loop.
+const NOTHING: &str = "nothing";
+
+/// Whether a free run stays near the output's range.
+fn stays(model: &FeedbackModel, input: &[f64], output: Scale) -> bool {
+    let near = |y: &f64| (y - output.mean).abs() <= FARTHEST * output.spread;
+    model.simulate(input).iter().all(near)
+}
+
+/// No loop at all: the mean.
+fn nothing() -> Found {
+    let system = Loop {
+        a: vec![0.0],
+        bu: vec![0.0],
+        bw: vec![0.0],
+        cy: vec![0.0],
+        cz: vec![0.0],
+        dyu: 0.0,
+        dyw: 0.0,
+        dzu: 1.0,
+        offset: 0.0,
+        spline: KinkedSpline::new(&[-1.0, 1.0]),
+        correction: vec![0.0],
+        initial: vec![vec![0.0]],
+        entering: Entering::Hidden,
+    };
+    Found {
+        best: Candidate {
+            system,
+            squares: 0.0,
+            degrees: 1,
+            origin: NOTHING,
+        },
+        tried: Vec::new(),
+        approximations: Vec::new(),
+        dependence: 1.0,
+    }
+}
+
+/// What enters the nonlinearity, which f stands for all, where it was seen, and the order.
+fn details(units: &InUnits, best: &Candidate, approximations: &[f64], output: &str) -> Vec<Detail> {
+    let (key, entering) = match units.signal {
+        Signal::Output => ("output", format!("'{output}', the output fed back")),
+        Signal::Difference => (
+            "difference",
+            format!("the difference of '{output}' from sample to sample"),
+        ),
+        Signal::Hidden => ("hidden", "a hidden signal, scaled to unit variance".to_owned()),
+    };
+    let (convention, meaning) = match units.convention {
+        Convention::HoldingInput => (
+            "holding-input",
+            "the constant input that holds what enters it: friction of a velocity, the spring of an angle",
+        ),
+        Convention::NoTangent => (
+            "no-tangent",
+            "no constant passes around the loop: the tangent at the median is moved into the linear part, and the scale is the output's",
+        ),
+    };
+    let [low, high] = units.seen;
+    let beyond = match best.system.spline.pieces() == 1 && best.system.spline.kinks.is_empty() {
+        true => "one cubic suffices, which goes on half the range further, then straight",
+        false => "beyond, it goes on straight",
+    };
+    let order = best.system.order();
+    let scores = (1..=approximations.len()).contains(&order).then(|| Score {
+        x_label: "order of the linear approximation".to_owned(),
+        y_label: "relative error".to_owned(),
+        logarithmic: false,
+        x: (1..=approximations.len()).map(|n| n as f64).collect(),
+        y: approximations.to_vec(),
+        chosen: order as f64,
+    });
+    let range = format!("{} to {}", number(low), number(high));
+    vec![
+        Detail::new("entering", key).shown(
+            Place::ChoiceAndText,
+            "What enters the nonlinearity",
+            entering,
+            "chosen by Schwarz's criterion",
+        ),
+        Detail::new("convention", convention).shown(Place::ChoiceAndText, "Nonlinearity", "f", meaning),
+        Detail::new("seen", vec![Values::new([("low", low.into()), ("high", high.into())])]).shown(
+            Place::ChoiceAndText,
+            "Nonlinearity seen",
+            range,
+            beyond,
+        ),
+        Detail::sentence(
+            Place::Choice,
+            "Order",
+            order.to_string(),
+            "smallest value of Schwarz's criterion after refinement",
+        )
+        .scored(scores),
+    ]
+}

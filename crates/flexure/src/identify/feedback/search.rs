@@ -1,0 +1,381 @@
+//! The search: starts of several orders, the best of them refined, then pieces, kinks and what enters the nonlinearity.
+
+use super::limits::{
+    CORRECTED, CORRECTIONS, FEWEST_IN_PIECE, FINE_PIECES, KEPT, KEPT_PIECES, LARGEST_ORDER, LAST, MOST_KINKS, PIECES,
+    REFINED, RESTARTS, ROUGH, START_SAMPLES, STRUCTURE_SAMPLES, TRIAL, WORSE_ORDERS, WORSE_PIECES,
+};
+use super::loss::LoopError;
+use super::starts::{guesses, start};
+use super::system::{Entering, Loop, Observed};
+use crate::identify::block::{
+    EVEN, KINK_EVIDENCE, KINK_PLACES, Kink, KinkedSpline, Monitor, Residuals, Roughness, Signals, Stage, StopRule,
+    approximate, descend, least_squares, thinned,
+};
+use crate::identify::result::{Value, Values};
+use crate::sort;
+
+/// A loop and its sum of squared simulation errors.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    pub system: Loop,
+    pub squares: f64,
+    /// The number of parameters that change the system.
+    pub degrees: usize,
+    /// The guess that it started from.
+    pub origin: &'static str,
+}
+
+/// The samples that candidates are compared on.
+struct Judge<'a> {
+    data: &'a Observed,
+    /// This many samples carry as much information as one whose error is independent of the others'.
+    dependence: f64,
+}
+
+impl Judge<'_> {
+    fn bic(&self, c: &Candidate) -> f64 {
+        let samples = self.data.counted() as f64;
+        let n = samples / self.dependence;
+        n * (c.squares.max(f64::MIN_POSITIVE) / samples).ln() + c.degrees as f64 * n.ln()
+    }
+
+    fn better(&self, a: &Candidate, b: &Candidate) -> bool {
+        a.squares.is_finite() && self.bic(a) < self.bic(b)
+    }
+
+    /// Takes the dependence from the errors of a candidate.
+    fn set_dependence(&mut self, c: &Candidate) {
+        if let Some(output) = c.system.output(self.data) {
+            let mut signals = Signals::of_input(Vec::new(), self.data.y.clone(), 0);
+            for (k, y) in signals.y.iter_mut().enumerate().filter(|(k, _)| self.data.missing[*k]) {
+                *y = output[k];
+            }
+            signals.set_dependence(&output);
+            self.dependence = signals.dependence;
+        }
+    }
+}
+
+/// What the search found.
+pub(super) struct Found {
+    pub best: Candidate,
+    pub tried: Vec<Values>,
+    /// The relative errors of the linear approximations of order 1, 2, ...
+    pub approximations: Vec<f64>,
+    /// This many samples carry as much information as one whose error is independent of the others'.
+    pub dependence: f64,
+}
+
+pub(super) struct Search<'a, 'm> {
+    /// The samples that are fitted.
+    pub data: &'a Observed,
+    /// The whole record, over which a loop must not run away.
+    pub whole: &'a Observed,
+    pub monitor: &'a mut Monitor<'m>,
+    pub tried: Vec<Values>,
+}
+
+impl Search<'_, '_> {
+    /// The best loop; `None` if every start runs away, or if the work was stopped.
+    pub fn run(mut self) -> Option<Found> {
+        let few = self.data.head(START_SAMPLES);
+        let signals = Signals::of_input(few.u.clone(), few.y.clone(), (few.y.len() / 10).min(500));
+        let largest = LARGEST_ORDER.min(few.y.len() / 40).max(1);
+        let linear: Vec<_> = (1..=largest).map(|n| approximate(&signals, n, self.monitor)).collect();
+        self.monitor.stage = Stage::Screening;
+        let judge = Judge {
+            data: &few,
+            dependence: 1.0,
+        };
+        let (mut all, mut least, mut worse): (Vec<Candidate>, _, _) = (Vec::new(), f64::INFINITY, 0);
+        for (i, linear) in linear.iter().enumerate() {
+            if worse == WORSE_ORDERS {
+                break;
+            }
+            let Some(linear) = linear else { continue };
+            let found = self.starts(&few, &linear.system, i + 1);
+            let best = found.into_iter().min_by(|a, b| judge.bic(a).total_cmp(&judge.bic(b)));
+            let score = best.as_ref().map_or(f64::INFINITY, |c| judge.bic(c));
+            (least, worse) = if score < least { (score, 0) } else { (least, worse + 1) };
+            all.extend(best);
+        }
+        sort::by_key(&mut all, |c| judge.bic(c));
+        all.truncate(KEPT);
+        let medium = self.data.head(STRUCTURE_SAMPLES);
+        let mut refined: Vec<Candidate> = Vec::new();
+        let mut judge = Judge {
+            data: &medium,
+            dependence: 1.0,
+        };
+        for c in all {
+            let c = self.listed(c, &medium, TRIAL);
+            let finer = self.with_pieces(&c, KEPT_PIECES, &judge, None);
+            let finer = finer
+                .map(|c| self.listed(c, &medium, TRIAL))
+                .filter(|f| judge.better(f, &c));
+            let c = finer.unwrap_or(c);
+            refined.push(self.freed(c, &judge));
+        }
+        let best = refined.into_iter().filter(|c| c.squares.is_finite());
+        let mut best = best.min_by(|a, b| judge.bic(a).total_cmp(&judge.bic(b)))?;
+        self.monitor.stage = Stage::Structure;
+        judge.set_dependence(&best);
+        best = self.pieces(best, &judge);
+        best = self.freed(best, &judge);
+        best = self.kinked(best, &judge);
+        self.monitor.stage = Stage::Refinement;
+        let mut judge = Judge {
+            data: self.data,
+            dependence: 1.0,
+        };
+        best = self.listed(best, self.data, TRIAL);
+        judge.set_dependence(&best);
+        best = self.freed(best, &judge);
+        best = self.pieces(best, &judge);
+        let last = self.listed(best.clone(), self.data, LAST);
+        best = if last.squares.is_finite() { last } else { best };
+        let errors = linear.iter().flatten();
+        Some(Found {
+            approximations: errors.map(|a| (a.squares / signals.counted() as f64).sqrt()).collect(),
+            dependence: judge.dependence,
+            best,
+            tried: self.tried,
+        })
+    }
+
+    /// The best starts of an order, fitted.
+    fn starts(&mut self, few: &Observed, linear: &crate::identify::block::Rational, order: usize) -> Vec<Candidate> {
+        let mut all = Vec::new();
+        for guess in guesses(few, linear) {
+            if !self.monitor.keep_on() {
+                return Vec::new();
+            }
+            all.extend(start(few, &guess, order).map(|s| (s, guess.name)));
+        }
+        sort::by_key(&mut all, |(s, _)| s.squares);
+        all.truncate(REFINED);
+        let candidates = all.into_iter().map(|(s, origin)| Candidate {
+            degrees: 0,
+            squares: s.squares,
+            system: s.system,
+            origin,
+        });
+        let fitted = candidates.map(|c| self.released(c, few));
+        fitted.filter(|c| c.squares.is_finite()).collect()
+    }
+
+    /// Fitted with less and less correction of the state, in the end with none.
+    fn released(&mut self, mut c: Candidate, data: &Observed) -> Candidate {
+        c.system = c.system.corrected(CORRECTIONS[0]);
+        for pair in CORRECTIONS.windows(2) {
+            let next = self.fitted(c.clone(), data, CORRECTED);
+            if next.squares.is_finite() {
+                c = next;
+            }
+            c.system = c.system.corrected(pair[1] / pair[0]);
+        }
+        self.listed(c, data, ROUGH)
+    }
+
+    /// All parameters fitted from where they are; on the list.
+    fn listed(&mut self, c: Candidate, data: &Observed, rule: StopRule) -> Candidate {
+        let mut next = self.fitted(c, data, rule);
+        if !next.system.squares(self.whole).is_finite() {
+            next.squares = f64::INFINITY;
+        }
+        let count = data.counted() as f64;
+        self.tried.push(Values::new([
+            ("start", Value::from(next.origin)),
+            ("order", next.system.order().into()),
+            ("pieces", next.system.spline.pieces().into()),
+            ("kinks", next.system.spline.kinks.len().into()),
+            ("output_fed_back", (next.system.entering == Entering::Output).into()),
+            ("relative_error", (next.squares / count).sqrt().into()),
+        ]));
+        next
+    }
+
+    fn fitted(&mut self, mut c: Candidate, data: &Observed, rule: StopRule) -> Candidate {
+        c.squares = c.system.squares(data);
+        let restarts = if rule.steps == LAST.steps { RESTARTS } else { 1 };
+        for _ in 0..restarts {
+            let at = c.system.balanced(data);
+            let problem = LoopError::new(at, data);
+            c.degrees = problem.directions();
+            let Some(minimum) = descend(&problem, problem.start(), rule, self.monitor) else {
+                break;
+            };
+            let fall = c.squares - minimum.squares;
+            if !(fall > 0.0) {
+                break;
+            }
+            c.system = problem.with(&minimum.parameters);
+            c.squares = minimum.squares;
+            if fall <= 10.0 * rule.tolerance * c.squares {
+                break;
+            }
+        }
+        c
+    }
+
+    /// Other numbers of pieces, while Schwarz's criterion falls.
+    fn pieces(&mut self, mut best: Candidate, judge: &Judge<'_>) -> Candidate {
+        let fine = self
+            .with_pieces(&best, FINE_PIECES, judge, None)
+            .map(|c| self.fitted(c, judge.data, ROUGH));
+        let fine = fine.filter(|c| c.squares.is_finite()).map(|c| c.system.spline);
+        let present = best.system.spline.pieces();
+        let more = PIECES.iter().filter(|p| **p > present);
+        let fewer = PIECES.iter().rev().filter(|p| **p <= present);
+        for direction in [more.collect::<Vec<_>>(), fewer.collect()] {
+            let mut worse = 0;
+            for pieces in direction {
+                if worse == WORSE_PIECES || !self.monitor.keep_on() {
+                    break;
+                }
+                let mut improved = false;
+                for rough in [None, fine.as_ref()] {
+                    let Some(next) = self.with_pieces(&best, *pieces, judge, rough) else {
+                        continue;
+                    };
+                    let next = self.listed(next, judge.data, TRIAL);
+                    if judge.better(&next, &best) {
+                        (best, improved) = (next, true);
+                    }
+                }
+                worse = if improved { 0 } else { worse + 1 };
+            }
+        }
+        best
+    }
+
+    /// The same loop with the nonlinearity on other breakpoints: dense where it is rough, or, if `shape` is given, where that bends.
+    fn with_pieces(
+        &self,
+        c: &Candidate,
+        pieces: usize,
+        judge: &Judge<'_>,
+        shape: Option<&KinkedSpline>,
+    ) -> Option<Candidate> {
+        let mut sorted = c.system.entering(judge.data)?;
+        let z = sorted.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
+        let even = || {
+            (0..=pieces)
+                .map(|i| low + (high - low) * i as f64 / pieces as f64)
+                .collect()
+        };
+        let mut at: Vec<f64> = match shape {
+            Some(shape) => shape.denser(pieces, Roughness::Second, EVEN),
+            None if pieces == FINE_PIECES => even(),
+            None => c.system.spline.denser(pieces, Roughness::Fourth, EVEN),
+        };
+        at.retain(|x| (low..=high).contains(x));
+        if at.len() < 2 {
+            at = even();
+        }
+        let last = at.len() - 1;
+        (at[0], at[last]) = (low, high);
+        let at = thinned(&at, &sorted, FEWEST_IN_PIECE, 2 * FEWEST_IN_PIECE);
+        let spline = on_breakpoints(&c.system.spline, &at, &z)?;
+        let system = Loop {
+            spline,
+            ..c.system.clone()
+        };
+        let squares = system.squares(judge.data);
+        squares.is_finite().then(|| Candidate {
+            system,
+            squares,
+            ..c.clone()
+        })
+    }
+
+    /// With a signal of its own entering the nonlinearity, if that lowers Schwarz's criterion.
+    fn freed(&mut self, best: Candidate, judge: &Judge<'_>) -> Candidate {
+        if best.system.entering == Entering::Hidden {
+            return best;
+        }
+        let mut free = best.clone();
+        free.system.entering = Entering::Hidden;
+        let free = self.listed(free, judge.data, TRIAL);
+        if judge.better(&free, &best) { free } else { best }
+    }
+
+    /// Kinks, one after the other, on very strong evidence.
+    fn kinked(&mut self, best: Candidate, judge: &Judge<'_>) -> Candidate {
+        let mut kinked: Option<Candidate> = None;
+        for pieces in [1, 3] {
+            let Some(start) = self.with_pieces(&best, pieces, judge, None) else {
+                continue;
+            };
+            let mut present = self.listed(start, judge.data, ROUGH);
+            while present.system.spline.kinks.len() < MOST_KINKS && self.monitor.keep_on() {
+                let Some(next) = with_kink(&present, judge) else { break };
+                let next = self.listed(next, judge.data, TRIAL);
+                if !judge.better(&next, &present) {
+                    break;
+                }
+                present = next;
+            }
+            let has_kinks = !present.system.spline.kinks.is_empty();
+            if has_kinks && kinked.as_ref().is_none_or(|k| judge.better(&present, k)) {
+                kinked = Some(present);
+            }
+        }
+        kinked
+            .filter(|k| judge.bic(k) < judge.bic(&best) - KINK_EVIDENCE)
+            .unwrap_or(best)
+    }
+}
+
+/// The same curve on other breakpoints, by least squares over the values of a signal; kinks stay.
+pub(super) fn on_breakpoints(spline: &KinkedSpline, at: &[f64], z: &[f64]) -> Option<KinkedSpline> {
+    let mut next = KinkedSpline::new(at);
+    let step = (z.len() / 4000).max(1);
+    let z: Vec<f64> = z.iter().step_by(step).copied().collect();
+    let mut kinkless = spline.clone();
+    kinkless.kinks.clear();
+    let target: Vec<f64> = z.iter().map(|z| kinkless.value(*z)).collect();
+    let local: Vec<_> = z.iter().map(|z| next.local(*z)).collect();
+    let columns: Vec<Vec<f64>> = (0..next.c.len()).map(|j| next.by_parameter(j, &z, &local)).collect();
+    next.c = least_squares(&target, &columns, 0)?.coefficients;
+    next.kinks.clone_from(&spline.kinks);
+    next.c.iter().all(|c| c.is_finite()).then_some(next)
+}
+
+/// A kink more, at the place at which its bend explains most of the error that all other parameters leave, to first order.
+fn with_kink(c: &Candidate, judge: &Judge<'_>) -> Option<Candidate> {
+    let few = judge.data.head(START_SAMPLES);
+    let mut sorted = c.system.entering(&few)?;
+    sorted.sort_unstable_by(f64::total_cmp);
+    let places = (1..=KINK_PLACES).map(|i| sorted[i * sorted.len() / (KINK_PLACES + 1)]);
+    let mut tried = Vec::new();
+    for at in places {
+        let mut next = c.system.clone();
+        next.spline.kinks.push(Kink { at, bend: 0.0 });
+        let problem = LoopError::new(next, &few);
+        let linearised = problem.linearise(&problem.start());
+        let target: Vec<f64> = linearised.residuals.iter().map(|r| -r).collect();
+        let found = least_squares(&target, &linearised.jacobian, 0)?;
+        let moved = problem.with(&add(&problem.start(), &found.coefficients));
+        tried.push((moved, found.squares));
+    }
+    let (moved, _) = tried.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let bend = *moved.spline.kinks.last()?;
+    // The whole step where the loop bears it, else its kink alone.
+    let mut alone = c.system.clone();
+    alone.spline.kinks.push(Kink { bend: 0.0, ..bend });
+    let systems = [moved, alone].into_iter();
+    let each = systems.map(|system| Candidate {
+        squares: system.squares(judge.data),
+        system,
+        ..c.clone()
+    });
+    each.min_by(|a, b| a.squares.total_cmp(&b.squares))
+        .filter(|c| c.squares.is_finite())
+}
+
+fn add(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a + b).collect()
+}

@@ -1,0 +1,324 @@
+//! The loop in the record's units, with the freedom in it fixed by convention.
+//!
+//! Both sides of the nonlinearity have scales and levels that the output does not determine, and a straight line can move between f and
+//! the linear part. The conventions:
+//!
+//! - z is in the unit of the output, or of its difference, where it is (nearly) that signal; else it has unit variance.
+//! - **f is the input that holds z**: the constant input under which the loop rests at z. f is in the unit of the input: the friction of
+//!   a joint whose velocity z is, the spring of an oscillator whose angle z is; the linear part has a pole at 1 from the input to z. All
+//!   ways to write one system have the same such f.
+//! - Where a constant does not pass from the input or from w to z, there is no such f. Then its tangent at the median of z is moved into
+//!   the linear part, and its scale is that of the output.
+
+use super::loss::LoopError;
+use super::search::on_breakpoints;
+use super::system::{Entering, Loop, Observed, dot};
+use crate::error::Result;
+use crate::identify::block::{Residuals, Scale, UnitDiagonal, normal_equations, tabulated};
+use crate::identify::result::StaticBlock;
+use crate::linalg::{Matrix, Vector};
+use crate::linear::correlation::{mean, variance};
+use crate::model::{FeedbackLevels, FeedbackModel};
+use crate::quantiles::NORMAL_95;
+
+/// A signal that explains this share of z's variance names it. Convention.
+const NAMES: f64 = 0.9;
+/// A static gain passes a constant if it is at least this share of the root of the impulse response's sum of squares, and between
+/// signals of unit variance at least the second number. Conventions.
+const PASSES: f64 = 0.05;
+const NOTICED: f64 = 0.003;
+/// Samples of these impulse responses.
+const RESPONSE: usize = 500;
+/// By how many standard errors a parameter is changed to see what the curve does.
+const STEP: f64 = 1e-3;
+/// Points of the band between which it is interpolated.
+const BAND_POINTS: usize = 201;
+/// A polynomial goes on beyond its data by this share of their range on either side; then straight. Convention.
+const CONTINUED: f64 = 0.5;
+
+/// What enters the nonlinearity, as far as it has a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Signal {
+    Output,
+    Difference,
+    Hidden,
+}
+
+/// Which f stands for all that give the same output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Convention {
+    /// The input that holds z.
+    HoldingInput,
+    /// No slope at the median of z.
+    NoTangent,
+}
+
+/// z in its unit: `slope` z + `level`.
+#[derive(Debug, Clone, Copy)]
+struct Abscissa {
+    slope: f64,
+    level: f64,
+}
+
+/// f in its unit: `scale` f(z) + `slope` z + `level`.
+#[derive(Debug, Clone, Copy)]
+struct Ordinate {
+    scale: f64,
+    slope: f64,
+    level: f64,
+}
+
+/// The loop in the record's units.
+pub(super) struct InUnits {
+    pub model: FeedbackModel,
+    pub nonlinearity: StaticBlock,
+    pub signal: Signal,
+    pub convention: Convention,
+    /// The range of z over the fitted samples.
+    pub seen: [f64; 2],
+}
+
+impl InUnits {
+    /// Of a loop on standardised samples, its nonlinearity continued as a cubic if it is one and `may_continue`; `dependence` samples carry as much information as one with an independent error.
+    pub fn new(
+        system: &Loop,
+        data: &Observed,
+        [input, output]: [Scale; 2],
+        dependence: f64,
+        may_continue: bool,
+    ) -> Result<InUnits> {
+        let system = system.balanced(data);
+        let (mut z, mut y) = (Vec::new(), Vec::new());
+        system.run(data, |s| {
+            z.push(s.z);
+            y.push(s.y);
+        });
+        let (signal, abscissa) = named(&system, &z, &y, output);
+        let mut sorted = z.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let median = sorted[sorted.len() / 2];
+        let convention = match holding(&system, input) {
+            Some(_) => Convention::HoldingInput,
+            None => Convention::NoTangent,
+        };
+        let ordinate = |system: &Loop| match convention {
+            Convention::HoldingInput => holding(system, input).unwrap_or_else(|| tangential(system, median, output)),
+            Convention::NoTangent => tangential(system, median, output),
+        };
+        let own = ordinate(&system);
+        let value =
+            |system: &Loop, own: Ordinate, z: f64| own.scale * system.spline.value(z) + own.slope * z + own.level;
+        let to_units = |z: f64| abscissa.slope * z + abscissa.level;
+        let shown = Loop {
+            spline: match may_continue {
+                true => continued(&system, &z).unwrap_or_else(|| system.spline.clone()),
+                false => system.spline.clone(),
+            },
+            ..system.clone()
+        };
+        // The line is added to the curve, so that the table is made of the sum.
+        let mut whole = shown.spline.rescaled(1.0, own.scale);
+        let line = whole.line();
+        whole
+            .c
+            .iter_mut()
+            .zip(line)
+            .for_each(|(c, x)| *c += own.slope * x + own.level);
+        let mut nonlinearity = tabulated(&whole, &z, to_units, |v| v)?;
+        let band = band(&system, data, dependence, &sorted, |system, z| {
+            value(system, ordinate(system), z)
+        });
+        if let Some(band) = band {
+            let back = |x: f64| (x - abscissa.level) / abscissa.slope;
+            nonlinearity.band = nonlinearity.curve.x().iter().map(|x| band.at(back(*x))).collect();
+            nonlinearity.band_label = "95 % pointwise, for this structure and these breakpoints";
+        }
+        let mut seen = [sorted[0], sorted[sorted.len() - 1]].map(to_units);
+        seen.sort_unstable_by(f64::total_cmp);
+        Ok(InUnits {
+            model: model(&system, own, abscissa, [input, output], nonlinearity.curve.clone()),
+            nonlinearity,
+            signal,
+            convention,
+            seen,
+        })
+    }
+}
+
+/// The name of z, and its unit.
+fn named(system: &Loop, z: &[f64], y: &[f64], output: Scale) -> (Signal, Abscissa) {
+    if system.entering == Entering::Output {
+        let slope = output.spread / system.scale_of_entering();
+        let level = output.back(system.offset);
+        return (Signal::Output, Abscissa { slope, level });
+    }
+    let difference: Vec<f64> = (0..y.len()).map(|k| y[k] - y[k.saturating_sub(1)]).collect();
+    let candidates = [(Signal::Output, y, output.mean), (Signal::Difference, &difference, 0.0)];
+    let fits = candidates.map(|(signal, values, level)| {
+        let (centre_z, centre) = (mean(z), mean(values));
+        let products = z.iter().zip(values).map(|(z, v)| (z - centre_z) * (v - centre));
+        let covariance = products.sum::<f64>() / z.len() as f64;
+        let (power_z, power) = (variance(z), variance(values));
+        let share = covariance * covariance / (power_z * power);
+        let slope = covariance / power_z;
+        let abscissa = Abscissa {
+            slope: output.spread * slope,
+            level: level + output.spread * (centre - slope * centre_z),
+        };
+        (share, signal, abscissa)
+    });
+    let best = fits
+        .into_iter()
+        .filter(|f| f.0 >= NAMES && f.2.slope.is_finite() && f.2.slope != 0.0);
+    let hidden = (Signal::Hidden, Abscissa { slope: 1.0, level: 0.0 });
+    best.max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(hidden, |(_, signal, abscissa)| (signal, abscissa))
+}
+
+/// The input that holds z, if a constant passes from the input and from w to z.
+fn holding(system: &Loop, input: Scale) -> Option<Ordinate> {
+    let n = system.order();
+    let matrix = Matrix::identity(n, n) - Matrix::from_row_slice(n, n, &system.a);
+    let inverse = matrix.try_inverse()?;
+    let gain = |b: &[f64]| dot(&system.cz, (&inverse * Vector::from_column_slice(b)).as_slice());
+    let (of_w, of_u) = (gain(&system.bw), gain(&system.bu) + system.dzu);
+    let sizes = [(&system.bw, 0.0), (&system.bu, system.dzu)].map(|(b, d)| response_size(system, b, d));
+    let passes = |g: f64, size: f64| g.is_finite() && g.abs() >= NOTICED && g.abs() >= PASSES * size;
+    (passes(of_w, sizes[0]) && passes(of_u, sizes[1])).then(|| Ordinate {
+        scale: -input.spread * of_w / of_u,
+        slope: input.spread / of_u,
+        level: input.mean,
+    })
+}
+
+/// The root of the sum of squares of the impulse response to z.
+fn response_size(system: &Loop, b: &[f64], direct: f64) -> f64 {
+    let n = system.order();
+    let (mut x, mut sum) = (b.to_vec(), direct * direct);
+    for _ in 0..RESPONSE {
+        sum += dot(&system.cz, &x).powi(2);
+        x = (0..n).map(|i| dot(&system.a[i * n..(i + 1) * n], &x)).collect();
+    }
+    sum.sqrt()
+}
+
+/// No slope and no value at a point, in the output's scale.
+fn tangential(system: &Loop, at: f64, output: Scale) -> Ordinate {
+    let tangent = system.tangent(at);
+    Ordinate {
+        scale: output.spread,
+        slope: -output.spread * tangent.slope,
+        level: output.spread * (tangent.slope * at - tangent.value),
+    }
+}
+
+/// The curve on longer breakpoints, if it is one cubic.
+fn continued(system: &Loop, z: &[f64]) -> Option<crate::identify::block::KinkedSpline> {
+    let spline = &system.spline;
+    if spline.pieces() > 1 || !spline.kinks.is_empty() {
+        return None;
+    }
+    let (low, high) = (spline.breakpoints()[0], spline.breakpoints()[1]);
+    let more = CONTINUED * (high - low);
+    on_breakpoints(spline, &[low - more, high + more], z)
+}
+
+/// The model with these units.
+fn model(
+    system: &Loop,
+    f: Ordinate,
+    z: Abscissa,
+    [input, output]: [Scale; 2],
+    nonlinearity: crate::nonlinearity::Curve,
+) -> FeedbackModel {
+    let n = system.order();
+    // w = (f - slope z - level) / scale.
+    let moved = -f.slope / f.scale;
+    let with = |own: f64, w: f64, z: f64| own + moved * w * z;
+    FeedbackModel {
+        state: (0..n)
+            .map(|i| {
+                (0..n)
+                    .map(|j| with(system.a[i * n + j], system.bw[i], system.cz[j]))
+                    .collect()
+            })
+            .collect(),
+        input_to_state: (0..n)
+            .map(|i| with(system.bu[i], system.bw[i], system.dzu) / input.spread)
+            .collect(),
+        nonlinearity_to_state: system.bw.iter().map(|b| b / f.scale).collect(),
+        state_to_output: (0..n)
+            .map(|j| output.spread * with(system.cy[j], system.dyw, system.cz[j]))
+            .collect(),
+        state_to_nonlinearity: system.cz.iter().map(|c| z.slope * c).collect(),
+        input_to_output: output.spread * with(system.dyu, system.dyw, system.dzu) / input.spread,
+        nonlinearity_to_output: output.spread * system.dyw / f.scale,
+        input_to_nonlinearity: z.slope * system.dzu / input.spread,
+        levels: FeedbackLevels {
+            input: input.mean,
+            nonlinearity: f.level,
+            output: output.back(system.offset),
+            entering: z.level,
+        },
+        nonlinearity,
+    }
+}
+
+/// Half widths of a band over z, straight between points.
+struct Band {
+    z: Vec<f64>,
+    width: Vec<f64>,
+}
+
+impl Band {
+    fn at(&self, z: f64) -> f64 {
+        let last = self.z.len() - 1;
+        let z = z.clamp(self.z[0], self.z[last]);
+        let right = self.z.partition_point(|p| *p <= z).clamp(1, last);
+        let share = (z - self.z[right - 1]) / (self.z[right] - self.z[right - 1]);
+        self.width[right - 1] + share * (self.width[right] - self.width[right - 1])
+    }
+}
+
+/// Pointwise half widths by the parameters' covariance and the derivatives of the curve, which differences give.
+fn band(
+    system: &Loop,
+    data: &Observed,
+    dependence: f64,
+    sorted: &[f64],
+    curve: impl Fn(&Loop, f64) -> f64,
+) -> Option<Band> {
+    let problem = LoopError::new(system.clone(), data);
+    let start = problem.start();
+    let at = problem.linearise(&start);
+    let equations = normal_equations(&at.residuals, &at.jacobian, 0);
+    let count = start.len();
+    let inverse = UnitDiagonal::new(&equations).inverse()?;
+    let degrees = data.counted().checked_sub(count).filter(|d| *d > 0)?;
+    let power = dependence * equations.cost / degrees as f64;
+    let (low, high) = (sorted[0], sorted[sorted.len() - 1]);
+    let z: Vec<f64> = (0..BAND_POINTS)
+        .map(|i| low + (high - low) * i as f64 / (BAND_POINTS - 1) as f64)
+        .collect();
+    let derivatives: Vec<Vec<f64>> = (0..problem.directions())
+        .map(|p| {
+            let step = STEP * (power * inverse[p * count + p]).sqrt();
+            let moved = |sign: f64| {
+                let mut q = start.clone();
+                q[p] += sign * step;
+                problem.with(&q)
+            };
+            let [up, down] = [moved(1.0), moved(-1.0)];
+            z.iter()
+                .map(|z| (curve(&up, *z) - curve(&down, *z)) / (2.0 * step))
+                .collect()
+        })
+        .collect();
+    let width = |k: usize| {
+        let g: Vec<f64> = derivatives.iter().map(|d| d[k]).collect();
+        let each = g.iter().enumerate().map(|(i, a)| a * dot(&inverse[i * count..], &g));
+        NORMAL_95 * (power * each.sum::<f64>()).max(0.0).sqrt()
+    };
+    let width: Vec<f64> = (0..BAND_POINTS).map(width).collect();
+    width.iter().all(|w| w.is_finite()).then_some(Band { z, width })
+}
