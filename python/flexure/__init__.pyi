@@ -15,6 +15,7 @@ from .results import Branch, Comparison, Estimate, FormTest, LinearPart, Nonline
 from .systems import (
     NARX,
     Auto,
+    Feedback,
     Hammerstein,
     HammersteinWiener,
     JointInputs,
@@ -36,6 +37,7 @@ __all__ = [
     "Comparison",
     "DataError",
     "Estimate",
+    "Feedback",
     "FileError",
     "FlexureError",
     "FormTest",

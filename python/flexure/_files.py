@@ -40,4 +40,25 @@ def _named(label: dict[str, Any], kind: str, value: Any) -> dict[str, Any]:
         return {"past_outputs": value["outputs"], "past_inputs": value["inputs"], **value}
     if kind == "volterra":
         return {**value, "second": np.reshape(value["second"], (value["second_memory"], -1)).tolist()}
+    if kind == "feedback":
+        curve = {**value.pop("nonlinearity"), **{name: known for name, known in label.items() if name != "role"}}
+        return {label["role"]: curve, **_ways(value), "state_space": value}
     return {label["role"]: {**value, **{name: known for name, known in label.items() if name != "role"}}}
+
+
+def _ways(loop: dict[str, Any]) -> dict[str, Any]:
+    """The transfer functions of a loop's linear part, by where they come from and where they lead."""
+    state = np.array(loop["state"])
+    denominator = np.poly(state)
+
+    def way(source: str, target: str, direct: float) -> dict[str, Any]:
+        product = np.outer(loop[f"{source}_to_state"], loop[f"state_to_{target}"])
+        numerator = np.poly(state - product) + (direct - 1) * denominator
+        return {"b": numerator.tolist(), "a": denominator.tolist()}
+
+    return {
+        "input_to_output": way("input", "output", loop["input_to_output"]),
+        "nonlinearity_to_output": way("nonlinearity", "output", loop["nonlinearity_to_output"]),
+        "input_to_nonlinearity": way("input", "nonlinearity", loop["input_to_nonlinearity"]),
+        "around": way("nonlinearity", "nonlinearity", 0.0),
+    }

@@ -7,6 +7,7 @@ estimator                  blocks, in the signal's order                   resul
 `Wiener`                   linear, static                                  ``linear_``, ``nonlinearity_``
 `WienerHammerstein`        linear, static, linear                          ``front_``, ``nonlinearity_``, ``back_``
 `HammersteinWiener`        static, linear, static                          ``nonlinearity_``, ``linear_``, ``output_nonlinearity_``
+`Feedback`                 linear, with a static in a feedback loop        ``nonlinearity_``, ``input_to_output_``
 `Auto`                     those of the structure that the data support    ``structure_``, ``comparison_`` and its blocks
 `Parallel`                 a sum of cascades from one input                ``branches_``
 `MultipleInputs`           a sum of Hammerstein systems, one an input      ``branches_``
@@ -35,6 +36,7 @@ __all__ = [
     "EXPECTED_FAILED_CHECKS",
     "NARX",
     "Auto",
+    "Feedback",
     "Hammerstein",
     "HammersteinWiener",
     "JointInputs",
@@ -207,6 +209,23 @@ class HammersteinWiener(System):
     _structure = "hammerstein-wiener"
 
 
+class Feedback(System):
+    """Linear dynamics with a static nonlinearity in a feedback loop: friction on a velocity, a spring on an angle.
+
+    ``nonlinearity_`` is the constant input that holds what enters it, if a constant passes around the loop (``result_["convention"]`` is
+    then "holding-input"). ``result_["entering"]`` says what enters it: "output", "difference" (of the output, from sample to sample) or
+    "hidden". The linear part has ``input_to_output_``, ``nonlinearity_to_output_``, ``input_to_nonlinearity_`` and, from the nonlinearity
+    back to itself, ``around_``; ``result_["state_space"]`` is all of it.
+
+    Parameters
+    ----------
+    fresh : float
+        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+    """
+
+    _structure = "feedback"
+
+
 class Auto(System):
     """The structure that the data support: linear, Hammerstein, Wiener, Wiener-Hammerstein, or none of them.
 
@@ -355,6 +374,7 @@ _CLASSES: dict[str, type[System]] = {
         Wiener,
         WienerHammerstein,
         HammersteinWiener,
+        Feedback,
         Parallel,
         MultipleInputs,
         JointInputs,

@@ -38,6 +38,7 @@ CASES = {
     "known": (flexure.Hammerstein(known=((0, 0), (1, 0.5))), ["--known", "0=0", "1=0.5"]),
     "wiener": (flexure.Wiener(fresh=0.3), ["--structure", "wiener", "--fresh", "0.3"]),
     "auto": (flexure.Auto(), ["--structure", "auto"]),
+    "feedback": (flexure.Feedback(), ["--structure", "feedback"]),
     "parallel": (flexure.Parallel(branches=1), ["--structure", "parallel", "--branches", "1"]),
     "narx": (flexure.NARX(), ["--structure", "narx"]),
     "volterra": (flexure.Volterra(fresh=0.3), ["--structure", "volterra", "--fresh", "0.3"]),

@@ -130,7 +130,7 @@ fn values_out_of_range() {
         (
             "--structure fuzzy",
             "'fuzzy' for '--structure <STRUCTURE>'\n  [possible values: auto, linear, hammerstein, wiener, wiener-hammerstein, \
-             hammerstein-wiener, parallel, multiple-inputs, joint-inputs, static, narx, volterra]",
+             hammerstein-wiener, feedback, parallel, multiple-inputs, joint-inputs, static, narx, volterra]",
         ),
         (
             "--method magic",

@@ -71,6 +71,7 @@ identifications! {
     wiener: wiener, "--structure wiener";
     wiener_hammerstein: wiener_hammerstein, "--structure wiener-hammerstein";
     hammerstein_wiener: hammerstein_wiener, "--structure hammerstein-wiener";
+    feedback: feedback, "--structure feedback";
     parallel: parallel, "--structure parallel";
     parallel_of_two: parallel, "--structure parallel --branches 2";
     static_nonlinearity: hammerstein, "--structure static";

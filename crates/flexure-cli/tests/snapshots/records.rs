@@ -101,6 +101,19 @@ pub fn hammerstein_wiener(folder: &Folder) {
     write(folder, "r.csv", &system, white(1500, 7), 0.005);
 }
 
+/// A mass on a hardening spring, with a damper.
+pub fn feedback(folder: &Folder) {
+    let u = white(1500, 12);
+    let mut rng = Pcg64::seed_from_u64(13);
+    let mut y: Vec<f64> = vec![0.0; u.len()];
+    for n in 2..u.len() {
+        let spring = 0.3 * y[n - 1] + 0.2 * y[n - 1].powi(3);
+        y[n] = 1.5 * y[n - 1] - 0.6 * y[n - 2] + 0.4 * (u[n - 1] - spring);
+    }
+    y.iter_mut().for_each(|y| *y += rng.random_range(-0.02..0.02));
+    write_record(folder.path("r.csv"), &Record::new([("u", u), ("y", y)]).unwrap()).unwrap();
+}
+
 pub fn parallel(folder: &Folder) {
     let system = Block::Parallel(vec![
         Block::Series(vec![table(|u| u.powi(3) / 4.0), linear(&[0.0, 0.5], &[1.0, -0.8])]),

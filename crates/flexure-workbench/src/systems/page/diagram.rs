@@ -1,7 +1,7 @@
 //! The model as a block diagram.
 
 use flexure::identify::Identification;
-use flexure::identify::result::{BlockKind, LinearBlock, NamedBlock, Path};
+use flexure::identify::result::{BlockKind, FeedbackBlock, LinearBlock, NamedBlock, Path, StaticBlock};
 use flexure::text::{capitalised, number};
 use flexure_report::data::{DiagramBlock, Flow, Sketch};
 
@@ -70,13 +70,38 @@ fn joined(mut parts: Vec<Flow>) -> Flow {
     }
 }
 
+/// A nonlinearity as a small curve.
+fn curve(block: &StaticBlock) -> Sketch {
+    let (x, y) = (block.curve.x().to_vec(), block.curve.y().to_vec());
+    Sketch::Curve { x, y }
+}
+
+/// A loop: the linear part on the way forward, the nonlinearity on the way back.
+fn feedback(title: &str, block: &FeedbackBlock) -> Flow {
+    let model = &block.model;
+    let entries = model.input_to_state.iter().zip(&model.nonlinearity_to_state);
+    let forward = DiagramBlock {
+        title: "Linear part".to_owned(),
+        sketch: Sketch::Formula("x' = A x + B u".to_owned()),
+        note: format!("order {}", model.order()),
+    };
+    let back = DiagramBlock {
+        title: title.to_owned(),
+        sketch: curve(&block.nonlinearity),
+        note: String::new(),
+    };
+    Flow::Feedback {
+        forward: Box::new(Flow::Block(forward)),
+        back: Box::new(Flow::Block(back)),
+        subtracted: entries.map(|(u, w)| u * w).sum::<f64>() < 0.0,
+    }
+}
+
 /// A block of a path as a part of the diagram.
 fn part(block: &NamedBlock, path: &Path, output: &str) -> Flow {
     let (sketch, note) = match &block.kind {
-        BlockKind::Static(own) => {
-            let (x, y) = (own.curve.x().to_vec(), own.curve.y().to_vec());
-            (Sketch::Curve { x, y }, String::new())
-        }
+        BlockKind::Static(own) => (curve(own), String::new()),
+        BlockKind::Feedback(own) => return feedback(&capitalised(&block.title), own),
         BlockKind::Linear(own) => (fraction(own), order_and_delay(own)),
         BlockKind::Surface(_) => (Sketch::Formula(format!("f({})", path.inputs.join(", "))), String::new()),
         BlockKind::Narx(model) => {
