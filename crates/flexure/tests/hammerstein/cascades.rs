@@ -25,6 +25,7 @@ fn sound(block: &Block) -> bool {
         Block::Offset(offset) => offset.is_finite(),
         Block::Linear(g) => g.is_stable() && finite(g.b()) && finite(g.a()),
         Block::Surface(surface) => finite(surface.coefficients()),
+        Block::Feedback(model) => model.problem().is_none(),
         Block::Narx(model) => model.problem().is_none(),
         Block::Volterra(model) => model.problem().is_none() && finite(&model.first) && finite(&model.second),
         Block::Series(blocks) | Block::Parallel(blocks) | Block::Inputs(blocks) => {

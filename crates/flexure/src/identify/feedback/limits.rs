@@ -45,11 +45,11 @@ pub const TRIAL: StopRule = StopRule {
     tolerance: 1e-4,
 };
 pub const LAST: StopRule = StopRule {
-    steps: 60,
-    tolerance: 1e-7,
+    steps: 20,
+    tolerance: 1e-6,
 };
 /// Last minimisations one after the other, each in coordinates of its own.
-pub const RESTARTS: usize = 3;
+pub const RESTARTS: usize = 2;
 
 /// Numbers of pieces that are tried.
 pub const PIECES: [usize; 9] = [1, 2, 3, 5, 8, 12, 18, 26, 36];

@@ -13,10 +13,11 @@
 //! (McKelvey, Helmersson & Ribarits 2004, "data driven local coordinates"): the parameters here are coordinates along an orthonormal
 //! basis of these directions at the start, and the initial states.
 
-use super::system::{Entering, Loop, Observed, dot};
+use super::system::{Entering, Loop, Observed, Sample, dot};
 use crate::identify::block::Residuals;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::Linearisation;
+use crate::wide::widest;
 
 /// Eigenvalues of the projector onto redundant directions below this share of the largest count as zero.
 const NEGLIGIBLE: f64 = 1e-9;
@@ -193,6 +194,7 @@ impl Loop {
 }
 
 /// Adds a multiple of a row.
+#[inline(always)]
 fn add(sum: &mut [f64], factor: f64, row: &[f64]) {
     sum.iter_mut().zip(row).for_each(|(s, r)| *s += factor * r);
 }
@@ -222,57 +224,66 @@ impl Residuals for LoopError<'_> {
         let [mut dz, mut dw, mut dy] = [(); 3].map(|()| vec![0.0; columns]);
         let row = |parameter: usize| self.basis.row(parameter);
         let (splines, spline) = (l.spline(), &system.spline);
-        system.run(self.data, |s| {
-            let u = self.data.u[s.k];
-            if let Some(experiment) = self.data.starting_at(s.k) {
-                dx.fill(0.0);
-                (0..n).for_each(|i| dx[i * columns + m + experiment * n + i] = 1.0);
-            }
-            let of = |i: usize| i * columns..(i + 1) * columns;
-            dz.fill(0.0);
-            for i in 0..n {
-                add(&mut dz, system.cz[i], &dx[of(i)]);
-                add(&mut dz[..m], s.x[i], row(l.cz(i)));
-            }
-            add(&mut dz[..m], u, row(l.dzu()));
-            let local = spline.local(s.z);
-            let slope = spline.tangent(s.z, &local).slope;
-            dw.iter_mut().zip(&dz).for_each(|(w, z)| *w = slope * z);
-            for (j, value) in local.at.values.iter().enumerate() {
-                add(&mut dw[..m], *value, row(splines + local.at.first + j));
-            }
-            let kinks = splines + spline.c.len();
-            for (j, kink) in spline.kinks.iter().enumerate().filter(|(_, kink)| s.z > kink.at) {
-                add(&mut dw[..m], -kink.bend, row(kinks + 2 * j));
-                add(&mut dw[..m], s.z - kink.at, row(kinks + 2 * j + 1));
-            }
-            if !self.data.missing[s.k] {
-                residuals[s.k] = s.y - self.data.y[s.k];
-                dy.iter_mut().zip(&dw).for_each(|(y, w)| *y = system.dyw * w);
-                for i in 0..n {
-                    add(&mut dy, system.cy[i], &dx[of(i)]);
-                    add(&mut dy[..m], s.x[i], row(l.cy(i)));
-                }
-                add(&mut dy[..m], u, row(l.dyu()));
-                add(&mut dy[..m], s.w, row(l.dyw()));
-                add(&mut dy[..m], 1.0, row(l.offset()));
-                jacobian.iter_mut().zip(&dy).for_each(|(column, y)| column[s.k] = *y);
-            }
-            for i in 0..n {
-                let to = &mut next[of(i)];
-                to.iter_mut().zip(&dw).for_each(|(t, w)| *t = system.bw[i] * w);
-                for j in 0..n {
-                    add(to, system.a[i * n + j], &dx[of(j)]);
-                    add(&mut to[..m], s.x[j], row(l.a(i, j)));
-                }
-                add(&mut to[..m], u, row(l.bu(i)));
-                add(&mut to[..m], s.w, row(l.bw(i)));
-                if !self.data.missing[s.k] && system.correction[i] != 0.0 {
-                    add(to, -system.correction[i], &dy);
-                }
-            }
-            std::mem::swap(&mut dx, &mut next);
-        });
+        widest(
+            #[inline(always)]
+            || {
+                system.run(
+                    self.data,
+                    #[inline(always)]
+                    |s: Sample<'_>| {
+                        let u = self.data.u[s.k];
+                        if let Some(experiment) = self.data.starting_at(s.k) {
+                            dx.fill(0.0);
+                            (0..n).for_each(|i| dx[i * columns + m + experiment * n + i] = 1.0);
+                        }
+                        let of = |i: usize| i * columns..(i + 1) * columns;
+                        dz.fill(0.0);
+                        for i in 0..n {
+                            add(&mut dz, system.cz[i], &dx[of(i)]);
+                            add(&mut dz[..m], s.x[i], row(l.cz(i)));
+                        }
+                        add(&mut dz[..m], u, row(l.dzu()));
+                        let local = spline.local(s.z);
+                        let slope = spline.tangent(s.z, &local).slope;
+                        dw.iter_mut().zip(&dz).for_each(|(w, z)| *w = slope * z);
+                        for (j, value) in local.at.values.iter().enumerate() {
+                            add(&mut dw[..m], *value, row(splines + local.at.first + j));
+                        }
+                        let kinks = splines + spline.c.len();
+                        for (j, kink) in spline.kinks.iter().enumerate().filter(|(_, kink)| s.z > kink.at) {
+                            add(&mut dw[..m], -kink.bend, row(kinks + 2 * j));
+                            add(&mut dw[..m], s.z - kink.at, row(kinks + 2 * j + 1));
+                        }
+                        if !self.data.missing[s.k] {
+                            residuals[s.k] = s.y - self.data.y[s.k];
+                            dy.iter_mut().zip(&dw).for_each(|(y, w)| *y = system.dyw * w);
+                            for i in 0..n {
+                                add(&mut dy, system.cy[i], &dx[of(i)]);
+                                add(&mut dy[..m], s.x[i], row(l.cy(i)));
+                            }
+                            add(&mut dy[..m], u, row(l.dyu()));
+                            add(&mut dy[..m], s.w, row(l.dyw()));
+                            add(&mut dy[..m], 1.0, row(l.offset()));
+                            jacobian.iter_mut().zip(&dy).for_each(|(column, y)| column[s.k] = *y);
+                        }
+                        for i in 0..n {
+                            let to = &mut next[of(i)];
+                            to.iter_mut().zip(&dw).for_each(|(t, w)| *t = system.bw[i] * w);
+                            for j in 0..n {
+                                add(to, system.a[i * n + j], &dx[of(j)]);
+                                add(&mut to[..m], s.x[j], row(l.a(i, j)));
+                            }
+                            add(&mut to[..m], u, row(l.bu(i)));
+                            add(&mut to[..m], s.w, row(l.bw(i)));
+                            if !self.data.missing[s.k] && system.correction[i] != 0.0 {
+                                add(to, -system.correction[i], &dy);
+                            }
+                        }
+                        std::mem::swap(&mut dx, &mut next);
+                    },
+                )
+            },
+        );
         Linearisation { residuals, jacobian }
     }
 }

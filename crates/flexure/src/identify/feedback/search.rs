@@ -131,7 +131,6 @@ impl Search<'_, '_> {
         best = self.listed(best, self.data, TRIAL);
         judge.set_dependence(&best);
         best = self.freed(best, &judge);
-        best = self.pieces(best, &judge);
         let last = self.listed(best.clone(), self.data, LAST);
         best = if last.squares.is_finite() { last } else { best };
         let errors = linear.iter().flatten();

@@ -173,6 +173,7 @@ impl Loop {
     }
 
     /// Runs from the initial states, freely but for the correction, and reports every sample; false if the loop runs away.
+    #[inline(always)]
     pub fn run(&self, data: &Observed, mut report: impl FnMut(Sample<'_>)) -> bool {
         let n = self.order();
         let (mut x, mut next) = (vec![0.0; n], vec![0.0; n]);
