@@ -41,8 +41,8 @@ def _named(label: dict[str, Any], kind: str, value: Any) -> dict[str, Any]:
     if kind == "volterra":
         return {**value, "second": np.reshape(value["second"], (value["second_memory"], -1)).tolist()}
     if kind == "feedback":
-        curve = {**value.pop("nonlinearity"), **{name: known for name, known in label.items() if name != "role"}}
-        return {label["role"]: curve, **_ways(value), "state_space": value}
+        loop = {name: part for name, part in value.items() if name != "nonlinearity"}
+        return {**_named(label, "static", value["nonlinearity"]), **_ways(loop), "state_space": loop}
     return {label["role"]: {**value, **{name: known for name, known in label.items() if name != "role"}}}
 
 

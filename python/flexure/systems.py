@@ -7,7 +7,7 @@ estimator                  blocks, in the signal's order                   resul
 `Wiener`                   linear, static                                  ``linear_``, ``nonlinearity_``
 `WienerHammerstein`        linear, static, linear                          ``front_``, ``nonlinearity_``, ``back_``
 `HammersteinWiener`        static, linear, static                          ``nonlinearity_``, ``linear_``, ``output_nonlinearity_``
-`Feedback`                 linear, with a static in a feedback loop        ``nonlinearity_``, ``input_to_output_``
+`Feedback`                 linear, with a static in a feedback loop        ``nonlinearity_``
 `Auto`                     those of the structure that the data support    ``structure_``, ``comparison_`` and its blocks
 `Parallel`                 a sum of cascades from one input                ``branches_``
 `MultipleInputs`           a sum of Hammerstein systems, one an input      ``branches_``
@@ -214,8 +214,8 @@ class Feedback(System):
 
     ``nonlinearity_`` is the constant input that holds what enters it, if a constant passes around the loop (``result_["convention"]`` is
     then "holding-input"). ``result_["entering"]`` says what enters it: "output", "difference" (of the output, from sample to sample) or
-    "hidden". The linear part has ``input_to_output_``, ``nonlinearity_to_output_``, ``input_to_nonlinearity_`` and, from the nonlinearity
-    back to itself, ``around_``; ``result_["state_space"]`` is all of it.
+    "hidden". ``result_["state_space"]`` is the linear part; ``result_`` has its transfer functions too: "input_to_output",
+    "nonlinearity_to_output", "input_to_nonlinearity" and, from the nonlinearity back to itself, "around".
 
     Parameters
     ----------
