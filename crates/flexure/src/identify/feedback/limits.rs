@@ -1,5 +1,5 @@
-//! Every threshold of the search for a loop, in the order of its steps. Where no source is given, the value was chosen on the systems of
-//! `examples/feedback.rs` with other seeds. A convention is a choice that no reference or measurement decided.
+//! Every threshold of the search for a loop, in the order of its steps. Where no source is given, it is a convention: a choice that no
+//! reference or measurement decided.
 
 use crate::identify::block::StopRule;
 
