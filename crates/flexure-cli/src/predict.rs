@@ -5,18 +5,16 @@ use std::path::PathBuf;
 use anyhow::Result;
 use flexure::Record;
 use flexure::validation::FitMeasures;
-use flexure_io::{ModelFile, RecordFile, read_model, write_record};
+use flexure_io::{ModelFile, RecordFile, write_record};
 use flexure_workbench::Named;
 use flexure_workbench::systems::{Ahead, FreeRun, Outside, Start, columns};
 use flexure_workbench::text::number;
 use serde_json::json;
 
+use crate::applied::{Applied, ModelOnRecord};
 use crate::arguments::{self, Usage};
-use crate::columns::Connected;
-use crate::files::prepare;
 use crate::output::{print, print_note};
 use crate::progress::spinning;
-use crate::reading::Reading;
 
 /// Simulate a model under a record's input, or predict its output from the past.
 ///
@@ -28,27 +26,14 @@ use crate::reading::Reading;
     after_help = "Examples:\n  flexure predict model.json fresh.csv -o predicted.csv\n  flexure predict model.json fresh.csv --horizon 5 -o predicted.csv"
 )]
 pub struct Arguments {
-    /// The model, from `flexure identify -o`.
-    model: PathBuf,
-    /// The record with the input.
-    record: PathBuf,
-    /// The input's column, where it is not called as the model's; A,B for a model of several inputs.
-    #[arg(long, value_name = "COLUMN")]
-    input: Option<String>,
-    /// The measured output's column, where it is not called as the model's: for --horizon, for the initial state, and for a fit.
-    #[arg(long, value_name = "COLUMN")]
-    output: Option<String>,
+    #[command(flatten)]
+    applied: ModelOnRecord,
     /// Predict so many samples ahead: every value uses the outputs measured up to K samples before it.
     #[arg(long, value_name = "K", allow_hyphen_values = true, value_parser = arguments::count_from_one)]
     horizon: Option<usize>,
-    /// The state in which the record begins: estimate if the record has the output and enough samples, else steady.
-    #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
-    initial_state: Option<Start>,
     /// Write the prediction here: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "OUT.csv")]
     out: PathBuf,
-    #[command(flatten)]
-    reading: Reading,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -61,13 +46,13 @@ impl Arguments {
     /// # Errors
     /// Names the file and the line of a sample that is missing in a column that is named; wrong usage where an option needs the output.
     fn measured<'a>(&self, file: &'a RecordFile, model: &ModelFile, output: &str) -> Result<Measured<'a>> {
-        let needs = match (self.horizon, self.initial_state) {
+        let needs = match (self.horizon, self.applied.initial_state) {
             (Some(_), _) => Some("--horizon"),
             (_, Some(Start::Estimate)) => Some("--initial-state estimate"),
             _ => None,
         };
         let there = file.has(output);
-        if self.output.is_some() || needs.is_some() && there {
+        if self.applied.output.is_some() || needs.is_some() && there {
             let used = Some(file.finite(output)?);
             return Ok(Measured { written: used, used });
         }
@@ -103,21 +88,23 @@ struct Measured<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    if let Some(input) = &arguments.input {
-        arguments::distinct_inputs(&[input], arguments.output.as_deref())?;
-    }
-    prepare([&arguments.model, &arguments.record], [&arguments.out], [])?;
-    let model = read_model(&arguments.model)?;
-    let file = arguments.reading.read(&arguments.record)?;
-    let connected = Connected::of_model(&file, &model, arguments.input.as_deref(), arguments.output.as_deref())?;
+    let Applied {
+        model,
+        file,
+        connected,
+        time,
+    } = arguments.applied.open([&arguments.out], [])?;
     let inputs = connected.inputs();
-    let time = arguments
-        .reading
-        .same_sample_time(&file, model.sample_time, &connected.all())?;
     let entering = columns(&file, &inputs)?;
     let measured = arguments.measured(&file, &model, &connected.output)?;
     let free = spinning("simulating", || {
-        FreeRun::new(&model.block, &file, &inputs, measured.used, arguments.initial_state)
+        FreeRun::new(
+            &model.block,
+            &file,
+            &inputs,
+            measured.used,
+            arguments.applied.initial_state,
+        )
     })?;
     let ahead = match (arguments.horizon, measured.used) {
         (Some(horizon), Some(measured)) => Some(Ahead::new(&model, &free, measured, horizon)?),

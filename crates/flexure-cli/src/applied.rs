@@ -1,0 +1,74 @@
+//! A model on a record: what `predict`, `validate` and `report` begin with.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use flexure_io::{ModelFile, RecordFile, TimeColumn, read_model};
+use flexure_workbench::systems::Start;
+
+use crate::arguments;
+use crate::columns::Connected;
+use crate::files::prepare;
+use crate::reading::Reading;
+
+/// The model, the record, and which columns of it are the model's.
+#[derive(clap::Args)]
+pub struct ModelOnRecord {
+    /// The model, from `flexure identify -o`.
+    model: PathBuf,
+    /// The record.
+    record: PathBuf,
+    /// The input's column, where it is not called as the model's; A,B for a model of several inputs.
+    #[arg(long, value_name = "COLUMN")]
+    input: Option<String>,
+    /// The measured output's column, where it is not called as the model's.
+    #[arg(long, value_name = "COLUMN")]
+    pub output: Option<String>,
+    /// The state in which the record begins: estimate where the record has the output and enough samples, and fewer are skipped than
+    /// the model takes to settle; else steady.
+    #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
+    pub initial_state: Option<Start>,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+/// A model, and the record that it is applied to.
+pub struct Applied {
+    /// The model.
+    pub model: ModelFile,
+    /// The record.
+    pub file: RecordFile,
+    /// The columns that enter the model, and its output.
+    pub connected: Connected,
+    /// The column of the record's instants.
+    pub time: Option<TimeColumn>,
+}
+
+impl ModelOnRecord {
+    /// Reads both. `tables` and `others` are the files that the command will write.
+    ///
+    /// # Errors
+    /// For files that cannot be read or written, columns that the record lacks, and another sample time than the model's.
+    pub fn open<'a>(
+        &'a self,
+        tables: impl IntoIterator<Item = &'a PathBuf>,
+        others: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Result<Applied> {
+        if let Some(input) = &self.input {
+            arguments::distinct_inputs(&[input], self.output.as_deref())?;
+        }
+        prepare([&self.model, &self.record], tables, others)?;
+        let model = read_model(&self.model)?;
+        let file = self.reading.read(&self.record)?;
+        let connected = Connected::of_model(&file, &model, self.input.as_deref(), self.output.as_deref())?;
+        let time = self
+            .reading
+            .same_sample_time(&file, model.sample_time, &connected.all())?;
+        Ok(Applied {
+            model,
+            file,
+            connected,
+            time,
+        })
+    }
+}
