@@ -220,7 +220,7 @@ fn none_of_these_is_a_verdict() {
     for line in [
         "Structure from 'u' to 'y': none of these fit RMS error",
         " The data support none of these structures: the best, ",
-        "Nonlinear feedback or parallel branches would do that.",
+        "A nonlinearity in feedback or parallel branches would do that.",
         " The model is the best of these structures, ",
     ] {
         assert!(words.contains(line), "{line}: {words}");

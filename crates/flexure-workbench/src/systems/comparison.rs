@@ -84,15 +84,13 @@ pub fn write(comparison: &StructureComparison, columns: &str, lines: &mut Lines)
 
 /// Puts the comparison onto the page of the chosen structure.
 pub fn show_on(comparison: &StructureComparison, page: &mut Page) {
-    let exact = |c: &StructureCandidate| c.structure == comparison.chosen && c.refuted_by.is_empty();
-    page.verdict.holds = comparison.supported.is_some() && comparison.candidates.iter().any(exact);
-    let reserve = if page.verdict.holds { "" } else { ", though not exactly" };
+    page.verdict.holds = comparison.supported.is_some();
     page.verdict.headline = match comparison.supported {
         Some(structure) if comparison.as_good.is_empty() => {
-            format!("The data support one structure{reserve}: {structure}")
+            format!("The data support one structure: {structure}")
         }
         Some(structure) => format!(
-            "The data support {structure} and {} alike{reserve}",
+            "The data support {structure} and {} alike",
             comparison
                 .as_good
                 .iter()

@@ -9,6 +9,7 @@ mod ahead;
 mod comparison;
 mod initial;
 mod measures;
+mod output_functions;
 mod regression;
 mod residuals;
 mod test;

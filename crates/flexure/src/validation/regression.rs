@@ -45,6 +45,37 @@ impl<'a> Regression<'a> {
         self.whitened.len()
     }
 
+    /// The signal before the filter.
+    pub fn original(&self) -> &[f64] {
+        self.original
+    }
+
+    /// The whitened signal.
+    pub fn whitened(&self) -> &[f64] {
+        &self.whitened
+    }
+
+    /// The order of the autoregression.
+    pub fn order(&self) -> usize {
+        self.autoregression.len() - 1
+    }
+
+    /// The squares of what this last part of the whitened signal becomes without the filter, over those of the same samples of the signal
+    /// about their mean.
+    pub fn share_of_original(&self, whitened: &[f64]) -> f64 {
+        let mut part: Vec<f64> = Vec::with_capacity(whitened.len());
+        for v in whitened {
+            let past = part.iter().rev().zip(&self.autoregression[1..]);
+            part.push(v - past.map(|(p, a)| a * p).sum::<f64>());
+        }
+        let all = squares_about_mean(&self.original[self.original.len() - whitened.len()..]);
+        if all > 0.0 {
+            squares_about_mean(&part) / all
+        } else {
+            0.0
+        }
+    }
+
     /// What a regression on lags 0 to `lags` of `w` and a constant explains.
     ///
     /// There are more than two samples a lag.

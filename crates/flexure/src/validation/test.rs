@@ -23,6 +23,8 @@ pub enum TestKind {
     SquaredPredictionIndependence,
     /// Is the residual independent of the prediction's cube?
     CubedPredictionIndependence,
+    /// Is the residual independent of nonlinear functions of the output's past?
+    OutputFunctionIndependence,
 }
 
 impl TestKind {
@@ -35,6 +37,7 @@ impl TestKind {
             TestKind::SquaredIndependence => "squared residual independent of squared input (Billings-Voon)",
             TestKind::SquaredPredictionIndependence => "residual independent of squared prediction",
             TestKind::CubedPredictionIndependence => "residual independent of cubed prediction",
+            TestKind::OutputFunctionIndependence => "residual independent of functions of the output's past",
         }
     }
 
@@ -173,6 +176,9 @@ impl ResidualTest {
             }
             TestKind::CubedPredictionIndependence => {
                 format!("{size} of the error's variance depends on the cubed prediction")
+            }
+            TestKind::OutputFunctionIndependence => {
+                format!("{size} of the error's variance follows from functions of the output's past")
             }
         }
     }

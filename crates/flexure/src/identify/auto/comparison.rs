@@ -50,8 +50,8 @@ pub struct StructureComparison {
     pub as_good: Vec<StructureName>,
     /// All that were fitted, simplest first.
     pub candidates: Vec<StructureCandidate>,
-    /// The share of the chosen one's squared error that a general function of the input explains; looked for only where a test
-    /// refutes it, zero otherwise.
+    /// The share of the chosen one's squared error that is seen not to be noise: by a general function of the input, or by the test that
+    /// refutes it; zero where none does.
     pub not_noise: f64,
     /// Why, in sentences.
     pub reasons: Vec<String>,

@@ -1,6 +1,6 @@
 //! Which of the candidates the fresh samples support: tests and comparisons, no fits.
 
-use super::limits::{AS_GOOD, CUT, MOST_EXPLAINED, NEAR_NOISE};
+use super::limits::{AS_GOOD, CUT};
 use super::remainder::explained;
 use super::{Refutation, complexity};
 use crate::identify::outcome::Verdict;
@@ -62,20 +62,23 @@ fn cut(mut errors: Vec<f64>) -> Vec<f64> {
 }
 
 /// The outcome for all candidates.
-pub(super) struct Judgement {
+pub(super) struct Judgement<'a> {
     /// The candidate's index.
     pub chosen: usize,
+    /// Its verdict.
+    pub verdict: &'a Verdict,
     /// Others of the same complexity that are as good.
     pub ties: Vec<usize>,
     /// What refutes each.
     pub refuted_by: Vec<Vec<Refutation>>,
-    /// The share of the chosen one's error that is not noise.
+    /// The share of the chosen one's squared error that is not noise.
     pub not_noise: f64,
+    /// Whether the chosen one holds.
     pub supported: bool,
 }
 
 /// Judges candidates, at least one, in order of complexity, on the fresh samples of this input.
-pub(super) fn judge(candidates: &[Judged<'_>], u: &[f64]) -> Judgement {
+pub(super) fn judge<'a>(candidates: &[Judged<'a>], u: &[f64]) -> Judgement<'a> {
     let squares: Vec<f64> = candidates.iter().map(Judged::mean_square).collect();
     let best = smallest(&squares, 0..candidates.len());
     let level = LEVEL / candidates.len().saturating_sub(1).max(1) as f64;
@@ -112,14 +115,14 @@ pub(super) fn judge(candidates: &[Judged<'_>], u: &[f64]) -> Judgement {
     let not_noise = if refuted_by[chosen].is_empty() {
         0.0
     } else {
-        explained(&c.errors, u, c.predicted)
+        let seen = c.verdict.refutation().map_or(0.0, ResidualTest::dependent_share);
+        explained(&c.errors, u, c.predicted).max(seen)
     };
-    let enough = c.verdict.measures.fit_percent > 0.0 && c.verdict.residuals.is_some();
-    let small = c.verdict.measures.r_squared >= MOST_EXPLAINED;
     Judgement {
         chosen,
+        verdict: c.verdict,
         ties: tier.into_iter().filter(|i| *i != chosen).collect(),
-        supported: enough && (refuted_by[chosen].is_empty() || not_noise < NEAR_NOISE && small),
+        supported: c.verdict.holds(),
         refuted_by,
         not_noise,
     }

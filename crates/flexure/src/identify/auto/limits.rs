@@ -4,11 +4,6 @@
 pub(super) const CUT: f64 = 6.0;
 /// A mean squared error larger by less than this share is as good: the candidates' own estimation errors differ. Convention.
 pub(super) const AS_GOOD: f64 = 0.02;
-/// Of the error's variance, what a general function of the input may explain if the error is to be called noise. Convention.
-pub(super) const NEAR_NOISE: f64 = 0.1;
-/// The share of the output's variance that a candidate explains if its error is to be called small. A right structure with much
-/// noise is not refuted in the first place, and of a wrong one's large error the regression may find little. Convention.
-pub(super) const MOST_EXPLAINED: f64 = 0.9;
 
 /// The error's regression: lags of every signal. Convention.
 pub(super) const LAGS: usize = 12;

@@ -10,11 +10,9 @@
 //!   the tests).
 //! - **Chosen** is the simplest candidate that no comparison refutes. Hammerstein and Wiener are equally simple; where both are as
 //!   good, the result says so.
-//! - It is **supported** if no test refutes it, or if what the test sees is small: the candidate explains at least nine tenths of
-//!   the output's variance, and a general regression of its error on the input's and the prediction's powers explains less than a
-//!   tenth of the error's variance out of sample, so that the error is, as far as that regression sees, within 5 % of the noise floor.
-//!   Otherwise the data support none of these structures, as they should where the nonlinearity is in a
-//!   feedback path.
+//! - It is **supported** if its [verdict](super::Verdict::holds) is that it holds: no test refutes it, or the misfit that a test sees is
+//!   negligible, and what it leaves is white noise or small. Otherwise the data support none of these structures, as they should where the
+//!   nonlinearity is in a loop.
 //!
 //! Where a simple candidate leaves white noise, more complex ones are not fitted. Nothing here is random.
 //!

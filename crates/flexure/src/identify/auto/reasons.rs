@@ -3,33 +3,36 @@
 use super::compared_structures;
 use super::comparison::{Refutation, StructureCandidate};
 use super::judge::Judgement;
-use super::limits::NEAR_NOISE;
-use crate::text::capitalised;
+use crate::text::{capitalised, percent};
 
 /// What is supported and why, then what refutes each candidate, then what was not fitted.
-pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement) -> Vec<String> {
+pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'_>) -> Vec<String> {
     let chosen = &candidates[judgement.chosen];
     let name = chosen.structure;
-    let percent = 100.0 * judgement.not_noise;
-    let tests = chosen.refuted_by.len();
-    let mut all = vec![match (judgement.supported, tests) {
-        (true, 0) => {
+    let verdict = judgement.verdict;
+    let mut all = vec![match (judgement.supported, verdict.refutation()) {
+        (true, None) => {
             format!("The data support {name}: no simpler structure predicts as well, and no residual test refutes it.")
         }
-        (true, _) => format!(
-            "The data support {name}: no simpler structure predicts as well. A test sees that it is not exact, but a \
-             regression of its error on the input finds only {percent:.1} % of the squared error to depend on it."
+        (true, Some(_)) => format!(
+            "The data support {name}: no simpler structure predicts as well, and the misfit that a test sees is negligible, {} of the \
+             output's standard deviation.",
+            percent(verdict.misfit())
         ),
-        (false, 0) => format!(
-            "The data support none of the structures: the best, {name}, explains nothing or could not be tested."
+        (false, _) if verdict.measures.fit_percent <= 0.0 => {
+            format!("The data support none of these structures: the best, {name}, explains nothing.")
+        }
+        (false, _) if verdict.residuals.is_none() => {
+            format!("The data support none of these structures: too few of them are fresh to test the best, {name}.")
+        }
+        (false, None) => format!(
+            "The data support none of these structures: the error of the best, {name}, is large and not white, which is noise or something \
+             that all of them miss."
         ),
-        (false, _) if judgement.not_noise < NEAR_NOISE => format!(
-            "The data support none of these structures: the best, {name}, is refuted, and its error is too large to be taken for \
-             noise. Nonlinear feedback or parallel branches would do that."
-        ),
-        (false, _) => format!(
-            "The data support none of these structures: the best, {name}, is refuted, and at least {percent:.1} % of its \
-             squared error is not noise but depends on the input. Nonlinear feedback or parallel branches would do that."
+        (false, Some(_)) => format!(
+            "The data support none of these structures: the best, {name}, is refuted, and at least {} of its squared error is not noise. \
+             A nonlinearity in feedback or parallel branches would do that.",
+            percent(judgement.not_noise)
         ),
     }];
     for i in &judgement.ties {

@@ -255,10 +255,10 @@ fn a_few_wild_samples_decide_nothing_and_what_the_input_explains_does() {
     let (chosen, _, supported, _) = judged_with(&[(name("linear"), wild), (name("hammerstein"), e.clone())], &u);
     assert_eq!((chosen, supported), (0, true));
     let missed = |share: f64| -> Vec<f64> { u.iter().zip(&e).map(|(u, e)| e + share * (u * u - 1.0)).collect() };
-    let (_, _, supported, not_noise) = judged_with(&[(name("linear"), missed(0.15))], &u);
+    // A misfit of 0.5 % of the output's deviation is negligible, one of 2 % is not.
+    let (_, _, supported, not_noise) = judged_at(40.0, &[(name("linear"), missed(0.15))], &u);
     assert!(supported && not_noise > 0.01 && not_noise < 0.1, "{not_noise}");
-    // The same where the error is not small beside the output.
-    let (_, _, supported, not_noise) = judged_at(1.0, &[(name("linear"), missed(0.15))], &u);
+    let (_, _, supported, not_noise) = judged_at(10.0, &[(name("linear"), missed(0.15))], &u);
     assert!(!supported && not_noise < 0.1, "{not_noise}");
     let (_, _, supported, not_noise) = judged_with(&[(name("linear"), missed(1.0))], &u);
     assert!(!supported && (not_noise - 2.0 / 3.0).abs() < 0.08, "{not_noise}");
