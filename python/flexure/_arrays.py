@@ -58,6 +58,17 @@ def whole(value: Any, name: str, least: int = 0) -> int:
     return number
 
 
+def finite_number(value: Any, name: str) -> float:
+    """A finite number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.nan
+    if not np.isfinite(number) or isinstance(value, str):
+        raise ParameterError(f"{name} is {value!r}, but must be a finite number")
+    return number
+
+
 def _numbers(array: npt.NDArray[Any], name: str) -> Array:
     """An array of objects that are numbers, or None or pandas' missing value."""
     flat = [np.nan if value is None or type(value).__name__ == "NAType" else value for value in array.ravel()]

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from flexure import _core
 from flexure import _records as records
 from flexure import _times as times
-from flexure._arrays import samples
+from flexure._arrays import finite_number, samples
 from flexure._core import DataError, FlexureError, ParameterError
 from flexure._html import arm_html, joint_html
 from flexure.arms import Arm
@@ -290,7 +290,7 @@ def identify_joint(
     torque, position, motor, link, velocity, reference = signals.values()
     if {reference is None, kp is None, kv is None} == {True, False}:
         raise ParameterError("a position loop has a reference, kp and kv; give all three, or none")
-    constant = _finite(torque_constant, "torque_constant")
+    constant = finite_number(torque_constant, "torque_constant")
     of_axis = {"velocity": velocity, "reference": reference}
     for name, value in {
         **{name: value is not None for name, value in of_axis.items()},
@@ -343,17 +343,7 @@ def _position_loop(reference: Any, kp: Any, kv: Any, constant: float, length: in
     column = samples(reference, "reference")
     if len(column) != length or not np.isfinite(column).all():
         raise DataError(f"'reference' must have {length} finite samples, as the position has")
-    return column, _finite(kp, "kp"), _finite(kv, "kv"), constant
-
-
-def _finite(value: Any, name: str) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.nan
-    if not np.isfinite(number) or isinstance(value, str):
-        raise ParameterError(f"{name} is {value!r}, but must be a finite number")
-    return number
+    return column, finite_number(kp, "kp"), finite_number(kv, "kv"), constant
 
 
 def _within_brackets(unit: str) -> str:

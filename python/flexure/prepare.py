@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from flexure import _core
-from flexure._arrays import whole
+from flexure._arrays import finite_number, whole
 from flexure._core import DataError, ParameterError
 from flexure._frames import Frame
 
@@ -71,7 +71,7 @@ def cut(frame: Any, start: float | None = None, stop: float | None = None) -> An
     >>> prepare.cut({"t": [0.0, 0.1, 0.2, 0.3], "y": [1.0, 2.0, 3.0, 4.0]}, 0.1, 0.2)["y"]
     array([2., 3.])
     """
-    ends = [None if end is None else _number(end, name) for end, name in ((start, "start"), (stop, "stop"))]
+    ends = [None if end is None else finite_number(end, name) for end, name in ((start, "start"), (stop, "stop"))]
     given = Frame(frame)
     instants, _ = _run([given], cut=ends)
     if instants is None or given.seconds is None:
@@ -129,7 +129,7 @@ def outliers(frame: Any, columns: str | Sequence[str] | None = None, *, threshol
     """
     given = Frame(frame)
     chosen = given.chosen(columns)
-    settings = {"outliers": chosen, "threshold": _number(threshold, "threshold"), "neighbours": whole(neighbours, "neighbours", 1)}
+    settings = {"outliers": chosen, "threshold": finite_number(threshold, "threshold"), "neighbours": whole(neighbours, "neighbours", 1)}
     return given.replaced(_run([given.only(chosen)], **settings)[1])
 
 
@@ -187,7 +187,7 @@ def resample(frame: Any, dt: float, *, hold: str | Sequence[str] = (), longest_g
     True
     """
     given = Frame(frame)
-    settings = {"resample": _number(dt, "dt"), "hold": given.chosen(hold), "longest_gap": whole(longest_gap, "longest_gap")}
+    settings = {"resample": finite_number(dt, "dt"), "hold": given.chosen(hold), "longest_gap": whole(longest_gap, "longest_gap")}
     return given.at(*_run([given], **settings))
 
 
@@ -220,7 +220,7 @@ def low_pass(frame: Any, cutoff: float, *, columns: str | Sequence[str] | None =
     True
     """
     given = Frame(frame, dt)
-    settings = {"low_pass": _number(cutoff, "cutoff"), "order": whole(order, "order", 1)}
+    settings = {"low_pass": finite_number(cutoff, "cutoff"), "order": whole(order, "order", 1)}
     return given.replaced(_run([given.only(given.chosen(columns))], **settings)[1])
 
 
@@ -280,18 +280,8 @@ def merge(*frames: Any, dt: float | None = None, hold: str | Sequence[str] = (),
         raise ParameterError("merge needs at least one frame")
     given = Frame.of_all(frames)
     names = [hold] if isinstance(hold, str) else list(hold)
-    step = None if dt is None else _number(dt, "dt")
+    step = None if dt is None else finite_number(dt, "dt")
     return given[0].at(*_run(given, resample=step, hold=names, longest_gap=whole(longest_gap, "longest_gap")))
-
-
-def _number(value: Any, name: str) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.nan
-    if not np.isfinite(number) or isinstance(value, str):
-        raise ParameterError(f"{name} is {value!r}, but must be a finite number")
-    return number
 
 
 def _run(frames: Sequence[Frame], **settings: Any) -> tuple[Any, dict[str, Any]]:

@@ -18,6 +18,16 @@ pub fn percent(level: f64) -> String {
     rounded.to_string()
 }
 
+/// Names for reading: "'u', 'v' and 'w'".
+pub fn quoted<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let mut names: Vec<String> = names.into_iter().map(|name| format!("'{name}'")).collect();
+    let last = names.pop().unwrap_or_default();
+    match names.is_empty() {
+        true => last,
+        false => format!("{} and {last}", names.join(", ")),
+    }
+}
+
 /// Values of a parameter for reading: whole numbers as they are.
 pub fn list(values: &[f64]) -> String {
     values.iter().map(|&v| short(v)).collect::<Vec<_>>().join(", ")

@@ -10,6 +10,8 @@
 //!
 //! Messages say what is wrong, where, and what to do about it; samples are counted from 0.
 
+use crate::text::counted;
+
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -187,9 +189,9 @@ pub enum DataError {
     },
     /// The points of a regression lie at fewer different places than it needs.
     #[error(
-        "{what} in {columns} column{} needs points of positive weight at {need} or more different places, but there \
+        "{what} in {} needs points of positive weight at {need} or more different places, but there \
          are {got}; take more points, fewer columns or a local constant fit with a given bandwidth",
-        if *.columns == 1 { "" } else { "s" }
+        counted(*.columns, "column")
     )]
     TooFewDistinct {
         /// The kind of regression.
@@ -319,8 +321,8 @@ pub enum ParameterError {
     },
     /// A rule cannot choose an estimator's parameter.
     #[error(
-        "the rule '{rule}' cannot choose the parameter of a {estimator} in {columns} column{}; {instead}",
-        if *.columns == 1 { "" } else { "s" }
+        "the rule '{rule}' cannot choose the parameter of a {estimator} in {}; {instead}",
+        counted(*.columns, "column")
     )]
     RuleUnsuited {
         /// The rule's name.

@@ -131,8 +131,13 @@ pub fn capitalised(text: &str) -> String {
         .map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// "1 piece", "3 pieces".
-pub(crate) fn counted(count: usize, one: &str) -> String {
+/// So many of a thing.
+///
+/// ```
+/// assert_eq!(flexure::text::counted(1, "piece"), "1 piece");
+/// assert_eq!(flexure::text::counted(3, "piece"), "3 pieces");
+/// ```
+pub fn counted(count: usize, one: &str) -> String {
     format!("{count} {one}{}", if count == 1 { "" } else { "s" })
 }
 

@@ -1,6 +1,7 @@
 //! The options as an estimator; what contradicts itself is wrong usage.
 
 use flexure::nonlinearity::{EstimatorName, NamedEstimator, Rule, Tuning};
+use flexure::text::counted;
 use flexure_workbench::regression::BandMethod;
 
 use super::Arguments;
@@ -134,7 +135,7 @@ fn chosen(arguments: &Arguments, name: EstimatorName) -> Result<Tuning, Usage> {
         Some(values) if values.len() != 1 && values.len() != columns => Err(Usage(format!(
             "--bandwidth gives {} values for {} of x; give one for all, or one a column",
             values.len(),
-            counted(columns)
+            counted(columns, "column")
         ))),
         Some(values) => match arguments.select {
             Some(rule) => Err(Usage(format!(
@@ -172,11 +173,7 @@ fn unsuited(name: EstimatorName, columns: usize, rule: Rule) -> Usage {
     Usage(format!(
         "--select {}: --estimator {name} with {} of x is chosen by {}{instead}",
         rule.name(),
-        counted(columns),
+        counted(columns, "column"),
         suited.map(Rule::name).collect::<Vec<_>>().join(", ")
     ))
-}
-
-fn counted(columns: usize) -> String {
-    format!("{columns} column{}", if columns == 1 { "" } else { "s" })
 }

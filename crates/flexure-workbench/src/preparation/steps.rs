@@ -7,7 +7,7 @@ use flexure::text::short;
 
 use super::table::Table;
 use super::{Column, Columns, Conversion, Cut, Done, Preparation, units};
-use crate::text::{decimal, grouped};
+use crate::text::{decimal, grouped, quoted};
 
 /// The share of a step by which an instant may lie outside of a cut: rounding of printed digits.
 const ROUNDING: f64 = 1e-6;
@@ -21,16 +21,6 @@ fn say(done: &mut Vec<Done>, step: &'static str, text: String) {
 /// "1 sample", "12,000 samples".
 fn samples(count: usize) -> String {
     format!("{} sample{}", grouped(count), if count == 1 { "" } else { "s" })
-}
-
-/// "'u', 'v' and 'w'".
-fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let mut names: Vec<String> = names.map(|name| format!("'{name}'")).collect();
-    let last = names.pop().unwrap_or_default();
-    match names.is_empty() {
-        true => last,
-        false => format!("{} and {last}", names.join(", ")),
-    }
 }
 
 /// A value with its unit, if known.
@@ -52,7 +42,7 @@ pub(super) fn keep(table: &mut Table, columns: &Columns, done: &mut Vec<Done>) {
     let text = match table.columns.len() {
         0 => format!("none of the columns of {} is kept", table.name),
         kept => {
-            let names = listed(table.columns.iter().map(|column| &*column.name));
+            let names = quoted(table.columns.iter().map(|column| &*column.name));
             format!(
                 "{names} {} kept, of {before} columns",
                 if kept == 1 { "is" } else { "are" }
@@ -191,7 +181,7 @@ pub(super) fn resample(
     if !held.is_empty() {
         text.push_str(&format!(
             "; {} keep their values between samples",
-            listed(held.into_iter())
+            quoted(held.into_iter())
         ));
     }
     for column in &table.columns {
@@ -239,7 +229,7 @@ pub(super) fn low_pass(table: &mut Table, filter: LowPass, done: &mut Vec<Done>)
     }
     let text = format!(
         "{} went through a low-pass of {} Hz (Butterworth of order {}, forward and backward, so without delay)",
-        listed(table.columns.iter().map(|column| &*column.name)),
+        quoted(table.columns.iter().map(|column| &*column.name)),
         short(filter.cutoff),
         filter.order
     );

@@ -3,6 +3,7 @@
 
 use anyhow::Result;
 use flexure::linear::{BestLinearApproximation, PeriodicSignals, period_of};
+use flexure::text::counted;
 use flexure_io::RecordFile;
 use flexure_report::data::Approximation;
 use serde_json::{Value, json};
@@ -77,10 +78,6 @@ impl Periodic {
 
     /// What was measured, for reading.
     fn measured(&self) -> String {
-        let counted = |n: usize, what: &str| match n {
-            1 => format!("1 {what}"),
-            n => format!("{n} {what}s"),
-        };
         let left_out = if self.settled { ", the first one left out" } else { "" };
         format!(
             "{} of {} samples in {}{left_out}",

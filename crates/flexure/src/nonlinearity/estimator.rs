@@ -115,7 +115,7 @@ pub(crate) fn check_queries<'a, 'b>(x: &'a [&'b [f64]], dimension: usize) -> Res
 }
 
 pub(super) fn columns(count: usize) -> String {
-    format!("{count} column{}", if count == 1 { "" } else { "s" })
+    crate::text::counted(count, "column")
 }
 
 fn equal_lengths(x: &[&[f64]]) -> Result<()> {

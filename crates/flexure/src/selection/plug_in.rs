@@ -11,6 +11,7 @@ use super::grid::Grid;
 use crate::error::{Error, Result};
 use crate::nonlinearity::kernel::{Kernel, Sorted};
 use crate::parallel;
+use crate::text::counted;
 
 /// The share of the data that is left out at either end.
 const TRIM: f64 = 0.01;
@@ -58,12 +59,10 @@ impl PlugIn {
 
     pub fn description(&self) -> String {
         format!(
-            "direct plug-in for the local line: noise variance {:.3e}, mean squared second derivative {:.3e}, pilot of {} \
-             block{}",
+            "direct plug-in for the local line: noise variance {:.3e}, mean squared second derivative {:.3e}, pilot of {}",
             self.noise,
             self.curvature,
-            self.blocks,
-            if self.blocks == 1 { "" } else { "s" },
+            counted(self.blocks, "block"),
         )
     }
 }
