@@ -9,7 +9,7 @@ use flexure_workbench::systems::{Compared, Contender};
 use crate::arguments;
 use crate::columns::Connected;
 use crate::files::{prepare, write_text, wrote};
-use crate::output::{print, this_command};
+use crate::output::{print, print_result, this_command};
 use crate::progress::spinning;
 use crate::reading::Reading;
 
@@ -68,7 +68,5 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json {
         return print(&compared.json().to_string());
     }
-    let mut lines = vec![compared.summary()];
-    lines.extend(wrote(&arguments.report));
-    print(&lines.join("\n"))
+    print_result(&compared.summary(), wrote(&arguments.report))
 }

@@ -7,7 +7,7 @@ use flexure_workbench::look::{Inspection, Request, Suggestion};
 
 use crate::arguments;
 use crate::files::{prepare, write_text, wrote};
-use crate::output::{command_line, print, this_command};
+use crate::output::{command_line, print, print_result, this_command};
 use crate::progress::spinning;
 use crate::reading::Reading;
 
@@ -71,16 +71,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json {
         return print(&inspection.json(next).to_string());
     }
-    let mut lines = inspection.summary();
-    lines.extend(wrote(&arguments.report));
-    lines.push(String::new());
-    match (&inspection.suggestion, next) {
-        (Some(suggestion), Some(next)) => {
-            lines.push(suggestion.why.clone());
-            lines.extend(suggestion.notes.iter().cloned());
-            lines.push(format!("next: {next}"));
-        }
-        _ => lines.push("next: nothing here can be identified; --input A --output Y says what you expect".to_owned()),
-    }
-    print(&lines.join("\n"))
+    let next =
+        next.unwrap_or_else(|| "nothing here can be identified; --input A --output Y says what you expect".to_owned());
+    let last = [String::new(), format!("next: {next}")];
+    print_result(&inspection.summary(), wrote(&arguments.report).chain(last))
 }

@@ -5,14 +5,13 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use flexure_io::{Decimal, Instants, ReadOptions, RecordFile, TimeColumn};
+use flexure_workbench::look::NOTED_JITTER;
 
 use crate::output::print_note;
 use crate::progress::spinning;
 
 /// Relative difference of two sample times that still count as the same.
 pub const SAME_SAMPLE_TIME: f64 = 1e-3;
-/// Jitter of the sample instants, in steps, that is worth saying: more than printed digits.
-const NOTED_JITTER: f64 = 0.01;
 
 /// The options that settle what a file of text leaves open.
 #[derive(clap::Args)]

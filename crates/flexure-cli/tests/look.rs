@@ -217,7 +217,7 @@ fn missing_outputs_several_inputs_and_two_levels() {
     .unwrap();
     let text = folder.done("look missing.csv");
     assert!(next(&text).contains("--input u --output y --missing"), "{text}");
-    assert!(text.contains("'y' misses 1 sample (0.05 %)"), "{text}");
+    assert!(text.contains("'y' misses 1 sample (0.050 %)"), "{text}");
     assert_eq!(typed(&folder, next(&text)).code, Some(0));
 
     let levels: Vec<f64> = u.iter().map(|u| u.signum()).collect();

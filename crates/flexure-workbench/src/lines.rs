@@ -119,6 +119,26 @@ impl Lines {
         self.push(Kind::Row, Tone::Plain, text.into());
     }
 
+    /// A table, its header first, which is not wrapped: the columns in `texts` to the left, the others, of numbers, to the right.
+    pub fn table<R: AsRef<[String]>>(&mut self, rows: &[R], texts: &[usize]) {
+        let columns = rows.first().map_or(0, |row| row.as_ref().len());
+        let width = |column: usize| rows.iter().map(|row| row.as_ref()[column].chars().count()).max();
+        let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
+        for row in rows {
+            let cells = row.as_ref().iter().zip(&widths).enumerate();
+            let padded = cells.map(|(i, (cell, &width))| match texts.contains(&i) {
+                true => format!("{cell:<width$}"),
+                false => format!("{cell:>width$}"),
+            });
+            self.row(padded.collect::<Vec<_>>().join("  ").trim_end());
+        }
+    }
+
+    /// An empty line.
+    pub fn space(&mut self) {
+        self.row("");
+    }
+
     /// Lines of a deeper level.
     pub fn deeper(&mut self, write: impl FnOnce(&mut Lines)) {
         self.level += 1;
@@ -164,6 +184,7 @@ impl Line {
     fn rendered(&self, columns: usize, paint: &impl Fn(Style, &str) -> String) -> String {
         let indent = " ".repeat(INDENT * self.level);
         match &self.kind {
+            Kind::Row if self.text.is_empty() => String::new(),
             Kind::Row => format!("{indent}{}", self.text),
             Kind::Sentence => filled(&self.text, columns, &indent, &indent),
             Kind::Headline => {
@@ -235,6 +256,15 @@ mod tests {
              warning:            beware\n  \
              a row of a table that is not wrapped, however long it may be"
         );
+    }
+
+    #[test]
+    fn tables_are_aligned() {
+        let mut lines = Lines::new();
+        let rows = [["name", "value"], ["größe", "1.5"], ["b", "-120"]].map(|row| row.map(str::to_owned));
+        lines.table(&rows, &[0]);
+        lines.space();
+        assert_eq!(lines.wrapped(20), "name   value\ngröße    1.5\nb       -120\n");
     }
 
     #[test]

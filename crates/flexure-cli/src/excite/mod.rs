@@ -12,11 +12,12 @@ use flexure::Record;
 use flexure::manipulator::{Arm, JointKind, LinkDynamics, SimulationOptions};
 use flexure_io::arm::ArmFile;
 use flexure_io::write_record;
+use flexure_workbench::lines::Lines;
 use serde_json::{Value, json};
 
 use crate::arguments::{self, Usage};
 use crate::files::prepare;
-use crate::output::print;
+use crate::output::{print, print_result};
 use crate::progress::spinning;
 use crate::simulate::Source;
 use rehearsal::Rehearsal;
@@ -188,17 +189,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut lines = summary(&trial, &setup, arguments.reference);
     for (title, items) in [("It can tell", &rehearsal.can), ("It cannot tell", &rehearsal.cannot)] {
         if !items.is_empty() {
-            lines.push(format!("{title}:"));
-            lines.extend(items.iter().map(|item| format!("  {item}")));
+            lines.sentence(format!("{title}:"));
+            lines.deeper(|lines| items.iter().for_each(|item| lines.sentence(&**item)));
         }
     }
-    lines.push(format!(
+    let wrote = format!(
         "wrote {} ({} samples of {})",
         arguments.out.display(),
         record.len(),
         names.join(", ")
-    ));
-    print(&lines.join("\n"))
+    );
+    print_result(&lines, [wrote])
 }
 
 fn json_of(trial: &Trial, setup: &Setup, rehearsal: &Rehearsal, arguments: &Arguments) -> Value {
@@ -221,15 +222,15 @@ fn json_of(trial: &Trial, setup: &Setup, rehearsal: &Rehearsal, arguments: &Argu
 }
 
 /// What each joint reaches, a line each.
-fn summary(trial: &Trial, setup: &Setup, reference: bool) -> Vec<String> {
+fn summary(trial: &Trial, setup: &Setup, reference: bool) -> Lines {
     let of = |value: f64, limit: f64, unit: &str| match limit.is_finite() {
         true => format!("{value:.3} of {limit} {unit}"),
         false => format!("{value:.3} {unit}"),
     };
-    let mut lines = Vec::new();
+    let mut lines = Lines::new();
     for i in (0..2).filter(|&i| setup.free[i]) {
         let (reached, limits) = (trial.reached[i], setup.limits[i]);
-        lines.push(format!(
+        lines.sentence(format!(
             "Joint {}: crest factor {:.2}; torque up to {}, link {} from its start, velocity {}",
             i + 1,
             signals::crest_factor(&trial.signals[i]),
@@ -239,9 +240,10 @@ fn summary(trial: &Trial, setup: &Setup, reference: bool) -> Vec<String> {
         ));
         if reference {
             let Gains { kp, kd } = setup.gains[i];
-            lines.push(format!(
-                "  in a servo with torque = kp (reference - motor angle) - kd motor velocity, kp = {kp:.4} N m/rad, kd = {kd:.4} N m s/rad"
-            ));
+            let servo = format!(
+                "in a servo with torque = kp (reference - motor angle) - kd motor velocity, kp = {kp:.4} N m/rad, kd = {kd:.4} N m s/rad"
+            );
+            lines.deeper(|lines| lines.sentence(servo));
         }
     }
     lines

@@ -1,13 +1,15 @@
 //! What is worth knowing of a record, in sentences.
 
 use flexure::look::{Clock, Column, Kinship, Look, Relation, Stop};
-use flexure::text::{number, short};
+use flexure::text::{counted, number, short};
 use flexure_io::RecordFile;
+
+use crate::text::quoted;
 
 /// Samples that a sentence lists.
 const LISTED: usize = 3;
-/// Jitter of the instants, in steps, that is worth saying: what `flexure identify` says too.
-const NOTED_JITTER: f64 = 0.01;
+/// Jitter of the instants, in steps, that is worth saying: more than printed digits.
+pub const NOTED_JITTER: f64 = 0.01;
 /// A column whose power lies below this part of half the sampling frequency is sampled much faster than needed. Convention.
 const SLOW: f64 = 0.02;
 /// Steps in a column's standard deviation below which its grid is coarse. Convention: the rounding then is a tenth of it or more.
@@ -202,7 +204,7 @@ impl List<'_> {
                         "'{}' and '{}' are nearly the same: they differ by {} of their standard deviation.",
                         name(k.of),
                         name(k.column),
-                        percent_of(left.max((factor - 1.0).abs()))
+                        flexure::text::percent(left.max((factor - 1.0).abs()))
                     ))
                 }
                 Relation::Multiple { factor, .. } => {
@@ -220,13 +222,13 @@ impl List<'_> {
             0 => {}
             1 => self.note(format!(
                 "{} is the derivative of {}{factor}.",
-                quoted(&columns),
-                quoted(&of)
+                quoted(columns.iter().map(String::as_str)),
+                quoted(of.iter().map(String::as_str))
             )),
             _ => self.note(format!(
                 "{} are the derivatives of {}{factor}, in this order.",
-                quoted(&columns),
-                quoted(&of)
+                quoted(columns.iter().map(String::as_str)),
+                quoted(of.iter().map(String::as_str))
             )),
         }
     }
@@ -248,7 +250,7 @@ impl List<'_> {
                 )),
                 _ => self.note(format!(
                     "{} integrate '{input}': they do not settle while the record lasts.",
-                    quoted(&outputs)
+                    quoted(outputs.iter().map(String::as_str))
                 )),
             }
         }
@@ -266,35 +268,12 @@ impl List<'_> {
         if highest > 0.0 && highest < SLOW * 0.5 {
             self.note(format!(
                 "All signals have 95 % of their power below {} of half the sampling frequency: the record is sampled faster than they change.",
-                percent_of(highest / 0.5)
+                flexure::text::percent(highest / 0.5)
             ));
         }
     }
 }
 
 fn percent(part: usize, all: usize) -> String {
-    percent_of(part as f64 / all.max(1) as f64)
-}
-
-/// A share in percent to two digits.
-pub(super) fn percent_of(share: f64) -> String {
-    match 100.0 * share {
-        large if large >= 9.95 => format!("{large:.0} %"),
-        medium if medium >= 0.995 => format!("{medium:.1} %"),
-        small => format!("{small:.2} %"),
-    }
-}
-
-/// "1 sample", "3 samples".
-pub(super) fn counted(count: usize, one: &str) -> String {
-    format!("{count} {one}{}", if count == 1 { "" } else { "s" })
-}
-
-/// "'a', 'b' and 'c'".
-pub(super) fn quoted(names: &[String]) -> String {
-    let quoted: Vec<String> = names.iter().map(|name| format!("'{name}'")).collect();
-    match &quoted[..] {
-        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
-        _ => quoted.join(""),
-    }
+    flexure::text::percent(part as f64 / all.max(1) as f64)
 }

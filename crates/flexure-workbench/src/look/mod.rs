@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::labels::Labels;
 
-pub use findings::Finding;
+pub use findings::{Finding, NOTED_JITTER};
 pub use suggestion::Suggestion;
 
 /// What is asked of a record.

@@ -2,10 +2,10 @@
 
 use anyhow::{Context as _, Result};
 use flexure::look::{Dependence, Direction, Kind};
+use flexure::text::{p_value, percent};
 use flexure_report::data::{Axis, Fact, LagPlot, LookPage, NextCommand, Signal, SpectrumPlot, Table};
 
-use super::findings::percent_of;
-use super::text::{p_value, plain};
+use super::text::plain;
 use super::{Inspection, MOST_POWER};
 
 /// Correlations that are drawn.
@@ -87,7 +87,7 @@ impl Inspection<'_> {
                 self.name(most.effect),
                 self.name(most.cause)
             );
-            facts.push(Fact::new("Strongest dependence", percent_of(most.coherent), of));
+            facts.push(Fact::new("Strongest dependence", percent(most.coherent), of));
         }
         facts
     }
@@ -114,7 +114,7 @@ impl Inspection<'_> {
                 Direction::Both => format!("{effect} and {cause}, both ways"),
             };
             let share = match d.kind {
-                Kind::Linear => percent_of(d.coherent),
+                Kind::Linear => percent(d.coherent),
                 Kind::Square => format!("by the square of {cause}"),
             };
             vec![

@@ -1,39 +1,48 @@
 //! A look for the terminal.
 
 use flexure::look::{Dependence, Direction, Kind};
-use flexure::text::number;
+use flexure::text::{counted, number, p_value, percent};
 
 use super::Inspection;
-use super::findings::{counted, percent_of};
+use crate::lines::{Lines, Tone};
 
 /// Rows of dependences that are printed; the page and JSON have all of them.
 const ROWS: usize = 12;
 
 impl Inspection<'_> {
-    /// The summary, besides the command to type next.
-    pub fn summary(&self) -> Vec<String> {
-        let mut lines = vec![self.headline(), String::new()];
-        lines.extend(aligned(&self.column_rows()));
+    /// The summary, and why the suggested command is suggested.
+    pub fn summary(&self) -> Lines {
+        let mut lines = Lines::new();
+        lines.headline(Tone::Plain, self.headline());
+        let rows = self.column_rows();
+        let texts = rows[0].iter().take_while(|name| *name == "column" || *name == "unit");
+        lines.table(&rows, &(0..texts.count()).collect::<Vec<_>>());
+        lines.space();
         let dependences = self.dependences();
-        lines.push(String::new());
-        match dependences.is_empty() {
-            true => lines
-                .push("No column was seen to depend on another (level 1 %, all pairs and lags together).".to_owned()),
-            false => lines.push("What depends on what (level 1 %, all pairs and lags together):".to_owned()),
-        }
-        lines.extend(dependences.iter().take(ROWS).map(|d| format!("  {}", self.sentence(d))));
-        if dependences.len() > ROWS {
-            lines.push(format!(
-                "  and {} more: see --report or --json",
-                dependences.len() - ROWS
-            ));
+        lines.sentence(match dependences.is_empty() {
+            true => "No column was seen to depend on another (level 1 %, all pairs and lags together).",
+            false => "What depends on what (level 1 %, all pairs and lags together):",
+        });
+        lines.deeper(|lines| {
+            dependences
+                .iter()
+                .take(ROWS)
+                .for_each(|d| lines.sentence(self.sentence(d)));
+            if dependences.len() > ROWS {
+                lines.sentence(format!("and {} more: see --report or --json", dependences.len() - ROWS));
+            }
+        });
+        if !self.findings.is_empty() {
+            lines.space();
         }
         let of = |warning: bool| self.findings.iter().filter(move |f| f.warning == warning);
-        if !self.findings.is_empty() {
-            lines.push(String::new());
+        of(false).for_each(|f| lines.note(&f.text));
+        of(true).for_each(|f| lines.warning(&f.text));
+        if let Some(suggestion) = &self.suggestion {
+            lines.space();
+            lines.sentence(&*suggestion.why);
+            suggestion.notes.iter().for_each(|note| lines.sentence(&**note));
         }
-        lines.extend(of(false).map(|f| format!("  note: {}", f.text)));
-        lines.extend(of(true).map(|f| format!("  warning: {}", f.text)));
         lines
     }
 
@@ -95,7 +104,7 @@ impl Inspection<'_> {
         match d.kind {
             Kind::Linear => format!(
                 "{follows}; {} of its power is coherent ({})",
-                percent_of(d.coherent),
+                percent(d.coherent),
                 p_value(d.p_value)
             ),
             Kind::Square => format!(
@@ -138,36 +147,4 @@ pub(super) fn plain(value: f64) -> String {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
         false => text,
     }
-}
-
-/// A p-value without more digits than it has.
-pub(super) fn p_value(p: f64) -> String {
-    match p {
-        p if p < 1e-6 => "p < 1e-6".to_owned(),
-        p => format!("p = {}", number(p)),
-    }
-}
-
-/// The rows as lines with aligned columns; names and units to the left, numbers to the right.
-fn aligned(rows: &[Vec<String>]) -> Vec<String> {
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
-    let texts = rows[0]
-        .iter()
-        .take_while(|name| *name == "column" || *name == "unit")
-        .count();
-    let line = |row: &Vec<String>| {
-        let cells = row
-            .iter()
-            .zip(&widths)
-            .enumerate()
-            .map(|(i, (cell, &width))| match i < texts {
-                true => format!("{cell:<width$}"),
-                false => format!("{cell:>width$}"),
-            });
-        format!("  {}", cells.collect::<Vec<_>>().join("  "))
-            .trim_end()
-            .to_owned()
-    };
-    rows.iter().map(line).collect()
 }

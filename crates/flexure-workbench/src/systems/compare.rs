@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::columns::SystemColumns;
 use super::validation::{Judged, usual_skip};
 use crate::labels::Labels;
+use crate::lines::{Lines, Tone};
 
 /// The mark behind a model that has seen the record.
 const SEEN: &str = " *";
@@ -105,29 +106,17 @@ impl Compared {
         ["model", "structure", "order", "fit", "RMS error", "holds"]
     }
 
-    /// The text that `flexure compare` prints.
-    pub fn summary(&self) -> String {
-        let columns = Self::columns();
-        let rows: Vec<[String; 6]> = self.outcomes.iter().map(Outcome::row).collect();
-        let width = |k: usize| {
-            let cells = rows.iter().map(|row| row[k].chars().count());
-            cells.chain([columns[k].len()]).max().unwrap_or(0)
-        };
-        let widths: Vec<usize> = (0..columns.len()).map(width).collect();
-        let line = |cells: &[String; 6]| {
-            let each = cells.iter().zip(&widths).enumerate();
-            let padded = each.map(|(k, (cell, &width))| match k {
-                0 | 1 | 5 => format!("{cell:<width$}"),
-                _ => format!("{cell:>width$}"),
-            });
-            format!("  {}", padded.collect::<Vec<_>>().join("  "))
-                .trim_end()
-                .to_owned()
-        };
-        let mut lines = vec![self.heading(), line(&columns.map(str::to_owned))];
-        lines.extend(rows.iter().map(line));
-        lines.extend(self.remark());
-        lines.join("\n")
+    /// What `flexure compare` prints.
+    pub fn summary(&self) -> Lines {
+        let mut lines = Lines::new();
+        lines.headline(Tone::Plain, self.heading());
+        let mut rows = vec![Self::columns().map(str::to_owned)];
+        rows.extend(self.outcomes.iter().map(Outcome::row));
+        lines.table(&rows, &[0, 1, 5]);
+        if let Some(remark) = self.remark() {
+            lines.sentence(remark);
+        }
+        lines
     }
 
     /// The object that `flexure compare --json` prints.
