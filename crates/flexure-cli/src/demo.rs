@@ -1,23 +1,29 @@
-//! `flexure demo`: simulate the space arm, identify its elbow, show it.
+//! `flexure demo`: simulate the space arm, identify its joints, show them.
 
+use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure_io::arm::{ArmFile, preset_text};
 use flexure_io::{check_writable, read_record, write_model, write_record};
-use flexure_workbench::demo::{self, PRESET, Steps, VIEW_FILES, View};
+use flexure_workbench::demo::{self, BothJoints, ELBOW_COLUMNS, FreshRun, LOG_PRESET, Steps, VIEW_FILES, View};
 use serde_json::{Map, json};
 
 use crate::files::{write_text, wrote};
-use crate::identify::hammerstein;
+use crate::identify;
 use crate::output::{command_line, print, print_result};
+use crate::progress::spinning;
 use crate::simulate::simulate;
 
-/// Simulate the space arm, identify its elbow joint, and show it on one page.
+/// Simulate the space arm, identify both of its joints from a minute of its log, and show them on a page.
 ///
-/// The shoulder is locked and a white torque, held for 20 s a sample, drives the elbow; the friction in the joint then shows as
-/// the dead zone of a Hammerstein model from torque to link velocity. DIR gets arm.toml, record.csv, model.json and report.html.
+/// Both motors of a two-link arm with flexible joints play multisines, and drives and encoders log them with noise. From this log
+/// come the inertias, and of each joint the friction and the stiffness, with bands; the page shows them over the simulated truth. The
+/// identified arm then follows torques that it has not seen, beside the true one. Last, the elbow alone is identified as a chain of
+/// blocks, from torque to velocity, and refuted: friction is a loop.
+///
+/// DIR gets arm.toml, log.csv, identified.toml and report.html of both joints; elbow.csv, elbow.json and elbow.html of the elbow alone.
 ///
 /// With --joint-views, the three ways of seeing the joint as a block-oriented system instead, a record and a page each: the static
 /// regression of joint torque on deflection; commanded deflection to link velocity, exactly a Hammerstein system with the
@@ -31,10 +37,24 @@ pub struct Arguments {
     /// Show the joint's stiffness and friction in the three block-oriented views.
     #[arg(long)]
     joint_views: bool,
+    /// Do not open the page in a browser, as is done where the output is a terminal.
+    #[arg(long)]
+    no_open: bool,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
 }
+
+/// The files of the demo.
+const FILES: [&str; 7] = [
+    "arm.toml",
+    "log.csv",
+    "identified.toml",
+    "report.html",
+    "elbow.csv",
+    "elbow.json",
+    "elbow.html",
+];
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
@@ -46,26 +66,59 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if arguments.joint_views {
         return show_views(out, arguments.json);
     }
-    let paths = writable(out, ["arm.toml", "record.csv", "model.json", "report.html"])?;
-    write_text(&paths[0], preset_text(PRESET)?)?;
-    let arm = demo::arm()?;
-    write_record(&paths[1], &simulated(&arm)?)?;
+    let paths = writable(out, FILES)?;
+    let [
+        arm_path,
+        log_path,
+        identified_path,
+        page_path,
+        elbow_path,
+        model_path,
+        elbow_page_path,
+    ] = &paths;
+    let command = || command_line(["demo".into(), "--out".into(), out.into()]);
 
-    // From here on, what `flexure identify` does with anybody's record.
-    let file = read_record(&paths[1])?;
-    let identified = hammerstein(&file, "tau2", "dq2", arm.run.sample_time)?;
-    let command = command_line(["demo".into(), "--out".into(), out.into()]);
-    let decoration = demo::decoration(&arm, &file.record, &identified, command)?;
-    let html = identified.html(&file, decoration)?;
-    write_model(&paths[2], &identified.model())?;
-    write_text(&paths[3], &html)?;
+    let arm = demo::logged_arm()?;
+    write_text(arm_path, preset_text(LOG_PRESET)?)?;
+    write_record(log_path, &simulated(&arm)?)?;
+    // From here on, what `flexure joint` does with anybody's log.
+    let file = read_record(log_path)?;
+    let both = spinning("identifying both joints", || BothJoints::identify(&file, &arm))?;
+    write_text(identified_path, &both.arm_file()?)?;
+    let fresh = demo::under_fresh_torques(&arm);
+    let fresh = FreshRun::new(
+        &simulated(&fresh)?,
+        &simulated(&both.under(&fresh)?)?,
+        arm.run.sample_time,
+    )?;
+    write_text(page_path, &both.html(&fresh, command())?)?;
+
+    let alone = demo::elbow_alone(&arm);
+    write_record(elbow_path, &simulated(&alone)?)?;
+    let file = read_record(elbow_path)?;
+    let elbow = identify::by_name("auto", &file, ELBOW_COLUMNS, alone.run.sample_time)?;
+    write_model(model_path, &elbow.model())?;
+    let decoration = demo::elbow_decoration(&alone, &file.record, &elbow, command());
+    write_text(elbow_page_path, &elbow.html(&file, decoration)?)?;
+
     if arguments.json {
-        let mut object = identified.json();
-        object["files"] = paths.iter().map(|p| p.display().to_string()).collect();
+        let object = json!({
+            "joints": both.json(&fresh),
+            "elbow": elbow.json(),
+            "files": paths.each_ref().map(|path| path.display().to_string()),
+        });
         return print(&object.to_string());
     }
-    let open = format!("open {} in a browser", paths[3].display());
-    print_result(&identified.summary(), wrote(&paths).chain([open]))
+    print_result(&both.summary(&fresh), [String::new()])?;
+    let opened = !arguments.no_open && std::io::stdout().is_terminal() && open::that_detached(page_path).is_ok();
+    let page = page_path.display();
+    let look = match opened {
+        true => format!("opened {page} in your browser"),
+        false => format!("open {page} in a browser"),
+    };
+    let next = "now your file: flexure look FILE".to_owned();
+    let further = [String::new()].into_iter().chain(wrote(&paths)).chain([look, next]);
+    print_result(&demo::elbow_summary(&elbow), further)
 }
 
 /// Simulates, identifies and writes the three views of the joint.
@@ -73,7 +126,9 @@ fn show_views(out: &Path, json: bool) -> Result<()> {
     let command = command_line(["demo".into(), "--joint-views".into(), "--out".into(), out.into()]);
     let steps = Steps {
         simulate: simulated,
-        identify: hammerstein,
+        identify: |file, input, output, sample_time| {
+            identify::by_name("hammerstein", file, [input, output], sample_time)
+        },
     };
     let mut files = Vec::new();
     for name in VIEW_FILES {

@@ -111,6 +111,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "resume",
             "json",
             "joint-views",
+            "no-open",
             "write-arm",
         ],
     ),

@@ -296,9 +296,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     print_result(&identified.summary(), wrote(outputs))
 }
 
-/// Identifies a Hammerstein model by the refined method, and says in which file and line an error lies.
-pub fn hammerstein(file: &RecordFile, input: &str, output: &str, sample_time: f64) -> Result<Identified> {
-    let structure = Structure::by_name("hammerstein").context("there is no structure 'hammerstein'")?;
+/// Identifies a system of this structure, with its usual choices, and says in which file and line an error lies.
+pub fn by_name(structure: &str, file: &RecordFile, [input, output]: [&str; 2], sample_time: f64) -> Result<Identified> {
+    let structure = Structure::by_name(structure).with_context(|| format!("there is no structure '{structure}'"))?;
     let options = Options::default();
     let task = Task { structure, options };
     let columns = SystemColumns {

@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 the data or the fit failed, 2 wrong usage.
 
+mod applied;
 mod arguments;
 mod columns;
 mod compare;

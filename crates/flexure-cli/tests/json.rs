@@ -153,27 +153,42 @@ fn simulate_says_what_it_wrote() {
 }
 
 #[test]
-fn the_demo_gives_the_same_files_each_time() {
+fn the_demo_finds_both_joints_and_gives_the_same_files_each_time() {
+    const FILES: [&str; 7] = [
+        "arm.toml",
+        "log.csv",
+        "identified.toml",
+        "report.html",
+        "elbow.csv",
+        "elbow.json",
+        "elbow.html",
+    ];
     let folder = Folder::new();
     let object = folder.json("demo --out one");
-    check_identification(&object);
-    for (file, name) in
-        object["files"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .zip(["arm.toml", "record.csv", "model.json", "report.html"])
-    {
-        assert_eq!(file, &format!("one/{name}"));
-        assert!(folder.path(&format!("one/{name}")).is_file());
+    let files = FILES.map(|name| format!("one/{name}"));
+    assert_eq!(object["files"], serde_json::json!(files));
+    assert!(files.iter().all(|file| folder.path(file).is_file()));
+    let joints = &object["joints"];
+    for (name, truth) in joints["truth"]["links"].as_object().unwrap() {
+        let (found, truth) = (joints[name]["value"].as_f64().unwrap(), truth.as_f64().unwrap());
+        assert!((found / truth - 1.0).abs() < 0.01, "{name}: {found} {truth}");
     }
+    for curves in joints["truth"]["curves"].as_array().unwrap() {
+        for curve in ["elastic_torque", "friction_curve"] {
+            assert!(curves[curve]["distance"].as_f64().unwrap() < 0.02, "{curve}: {curves}");
+        }
+    }
+    for fit in joints["fresh"]["fit_percent"].as_array().unwrap() {
+        assert!(fit.as_f64().unwrap() > 98.0, "{fit}");
+    }
+    assert_eq!(object["elbow"]["holds"], false, "friction is feedback");
+
     let words = folder.done("demo --out two");
     assert!(words.contains("wrote two/report.html"), "{words}");
-    for name in ["arm.toml", "record.csv", "model.json"] {
-        assert!(
-            folder.read(&format!("one/{name}")) == folder.read(&format!("two/{name}")),
-            "{name}"
-        );
+    assert!(words.ends_with("now your file: flexure look FILE\n"), "{words}");
+    for name in FILES.iter().filter(|name| !name.ends_with(".html")) {
+        let [one, two] = ["one", "two"].map(|run| folder.read(&format!("{run}/{name}")));
+        assert!(one == two, "{name}");
     }
     let left: Vec<String> = folder.content().into_keys().filter(|n| n.contains(".tmp")).collect();
     assert!(left.is_empty(), "{left:?}");

@@ -6,8 +6,8 @@ use std::process::Stdio;
 
 use common::{Folder, outcome};
 
-/// Every command, in words and as JSON.
-const COMMANDS: [&str; 10] = [
+/// Commands, in words and as JSON.
+const COMMANDS: [&str; 9] = [
     "identify record.csv --input u --output y",
     "identify record.csv --input u --output y --json",
     "identify record.csv --input u --output y --method plain",
@@ -17,7 +17,6 @@ const COMMANDS: [&str; 10] = [
     "validate model.json record.csv --input u --output y --json",
     "simulate --preset space-arm --write-arm arm.toml",
     "simulate --preset space-arm --write-arm arm.toml --json",
-    "demo --out demo",
 ];
 
 fn folder() -> Folder {

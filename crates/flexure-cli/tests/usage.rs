@@ -148,7 +148,7 @@ fn values_out_of_range() {
     );
     folder.misused(
         "simulate --preset moon -o new.csv",
-        "invalid value 'moon' for '--preset <NAME>': no preset 'moon'; the presets are: space-arm, elbow-test, short-stiff, frictionless",
+        "invalid value 'moon' for '--preset <NAME>': no preset 'moon'; the presets are: space-arm, motor-log, elbow-test, short-stiff, frictionless",
     );
 }
 

@@ -49,7 +49,7 @@ fn every_preset_reads_writes_and_runs() {
     let error = preset("moon-arm").unwrap_err().to_string();
     assert_eq!(
         error,
-        "no preset 'moon-arm'; the presets are: space-arm, elbow-test, short-stiff, frictionless"
+        "no preset 'moon-arm'; the presets are: space-arm, motor-log, elbow-test, short-stiff, frictionless"
     );
 }
 

@@ -4,8 +4,9 @@ use super::error::ArmError;
 use super::file::ArmFile;
 
 /// The names of the presets with their commented texts.
-pub const PRESETS: [(&str, &str); 4] = [
+pub const PRESETS: [(&str, &str); 5] = [
     ("space-arm", include_str!("../../presets/space-arm.toml")),
+    ("motor-log", include_str!("../../presets/motor-log.toml")),
     ("elbow-test", include_str!("../../presets/elbow-test.toml")),
     ("short-stiff", include_str!("../../presets/short-stiff.toml")),
     ("frictionless", include_str!("../../presets/frictionless.toml")),

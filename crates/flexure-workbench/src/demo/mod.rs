@@ -1,44 +1,29 @@
-//! The elbow of a simulated space arm, identified: what `flexure demo` shows.
+//! A simulated space arm, identified: what `flexure demo` shows.
 
+mod arm;
+mod elbow;
 mod stiffness;
 mod views;
 
 use anyhow::{Context as _, Result};
-use flexure::Record;
-use flexure::manipulator::{Arm, Drive, Friction, SimulationOptions};
+use flexure::manipulator::Friction;
 use flexure::nonlinearity::Curve;
 use flexure_io::arm::{ArmFile, preset};
-use flexure_report::data::ArmMotion;
 
-use crate::systems::{Decoration, Identified, Truth, arm_motion};
+use crate::systems::{Decoration, Identified, Truth};
 
+pub use arm::{BothJoints, FreshRun, LOG_PRESET, logged_arm, under_fresh_torques};
+pub use elbow::{ELBOW_COLUMNS, elbow_alone, elbow_decoration, elbow_summary};
 pub use views::{Steps, VIEW_FILES, View, views};
 
-/// The preset that is simulated.
-pub const PRESET: &str = "elbow-test";
+/// The preset of the elbow's slow test, which two of the three views are of.
+const SLOW_PRESET: &str = "elbow-test";
 /// The elbow.
 const JOINT: usize = 1;
-/// Samples of the record that the page shows the arm moving through.
-const SHOWN_SAMPLES: usize = 10;
-/// Time between two pictures of the moving arm, s.
-const FRAME: f64 = 0.05;
 
-/// The arm of the preset.
-pub fn arm() -> Result<ArmFile> {
-    Ok(preset(PRESET)?)
-}
-
-/// The page's parts that only simulated data have: the true nonlinearity and the moving arm.
-///
-/// # Errors
-/// For a model without a static nonlinearity.
-pub fn decoration(arm: &ArmFile, record: &Record, identified: &Identified, command: String) -> Result<Decoration> {
-    Ok(Decoration {
-        title: Some("The elbow of a space arm: from torque to velocity".to_owned()),
-        command: Some(command),
-        arm: motion(arm, record)?,
-        ..beside_friction(&friction(arm), identified)?
-    })
+/// The arm whose elbow is tested slowly.
+fn slow_arm() -> Result<ArmFile> {
+    Ok(preset(SLOW_PRESET)?)
 }
 
 /// The true friction of the elbow.
@@ -58,26 +43,6 @@ fn beside_friction(friction: &Friction, identified: &Identified) -> Result<Decor
         remark: (!identified.result.verdict.holds()).then(|| remark.to_owned()),
         ..Decoration::default()
     })
-}
-
-/// The beginning of the motion, simulated again with close samples, as the eye cannot follow an arm every 20 s.
-fn motion(arm: &ArmFile, record: &Record) -> Result<Option<ArmMotion>> {
-    let steps = (arm.run.sample_time / FRAME).round() as usize;
-    let held = |column: &str| -> flexure::Result<Vec<f64>> {
-        let torque = record.finite(column)?[..SHOWN_SAMPLES].iter();
-        let frames = torque.flat_map(|&tau| std::iter::repeat_n(tau, steps));
-        Ok(frames.chain([0.0]).collect())
-    };
-    let (tau1, tau2) = (held("tau1")?, held("tau2")?);
-    let mut options = SimulationOptions::new(SHOWN_SAMPLES as f64 * arm.run.sample_time, FRAME)?;
-    options.initial = arm.initial;
-    let shown = flexure::manipulator::simulate(&Arm::new(arm.arm)?, &Drive::Held([&tau1, &tau2]), &options)?;
-    let caption = format!(
-        "The first {} s of the record, simulated again every {FRAME} s, seen from above the plane of motion.",
-        options.sampling.instant(options.sampling.rows() - 1)
-    );
-    let lengths = arm.arm.links.map(|link| link.length);
-    Ok(arm_motion(&shown, lengths, Some(FRAME), caption))
 }
 
 /// The static nonlinearity of a Hammerstein model.

@@ -8,7 +8,7 @@ use flexure_io::RecordFile;
 use flexure_io::arm::{Amplitude, ArmFile, DriveKind, Excitation, Kind};
 use serde_json::{Value, json};
 
-use super::{JOINT, aligned_velocity, arm, beside_friction, friction, nonlinearity, stiffness};
+use super::{JOINT, aligned_velocity, beside_friction, friction, nonlinearity, slow_arm, stiffness};
 use crate::lines::WIDTH;
 use crate::systems::{Decoration, Identified, Truth};
 
@@ -53,7 +53,7 @@ pub fn views(steps: &Steps, command: &str) -> Result<[View; 3]> {
 
 /// The arm of the preset, with another run and excitation.
 pub(super) fn arm_with(duration: f64, sample_time: f64, excitation: Excitation) -> Result<ArmFile> {
-    let mut arm = arm()?;
+    let mut arm = slow_arm()?;
     arm.run.duration = duration;
     arm.run.sample_time = sample_time;
     arm.excitation = excitation;
@@ -156,7 +156,7 @@ fn deflection(steps: &Steps, command: &str) -> Result<View> {
 /// velocity of that torque when it is sampled, and comes the farther the less it rubs. Three times as long, and it has
 /// nearly arrived.
 fn torque(steps: &Steps, command: &str) -> Result<View> {
-    let mut arm = arm()?;
+    let mut arm = slow_arm()?;
     arm.run.duration *= 0.5 * SLOWER;
     arm.run.sample_time *= SLOWER;
     let of_record = identified(steps, &arm, "tau2", VIEW_FILES[2])?;

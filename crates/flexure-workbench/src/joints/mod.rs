@@ -16,7 +16,7 @@ use anyhow::{Context as _, Result, bail};
 use flexure::Record;
 use flexure::bands::Band;
 use flexure::identify::robot_joint::{
-    AxisDrive, Estimated, Extra, FlexibleJoint, IdentifiedJoint, RigidJoint, TwoLinkLog,
+    AxisDrive, Estimated, Extra, FlexibleJoint, IdentifiedJoint, RigidJoint, TwoLinkArm, TwoLinkLog,
 };
 use flexure_io::RecordFile;
 use flexure_report::data::JointPage;
@@ -26,12 +26,13 @@ use crate::Spelling;
 use crate::lines::Lines;
 use flexible::Flexible;
 use rigid::Rigid;
-use two_link::TwoLink;
 
 pub use arm_file::{Place, recorded};
 pub use log::{AxisLog, Log};
-pub use simulation::Motion;
+pub use simulation::{Fit, Motion};
+pub(crate) use text::{Constant, constants, estimate, with_error};
 pub use text::{Units, parameter_text};
+pub(crate) use two_link::TwoLink;
 
 /// Standard errors by which a negative inertia is no chance.
 const CLEARLY: f64 = 3.0;
@@ -116,14 +117,7 @@ pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spel
             IdentifiedJoint::Flexible(axis) => Box::new(Flexible { axis: *axis, log }),
         },
         [first, second] => {
-            let joints = TwoLinkLog {
-                motor: [first, second].map(|axis| axis.motor.as_deref().unwrap_or_default()),
-                link: [&first.position, &second.position],
-                torque: [&first.torque, &second.torque],
-                sample_time: log.sample_time,
-                level: settings.level,
-            };
-            let arm = joints.identify().map_err(|e| located(&log, e))?;
+            let arm = arm([first, second], log.sample_time, settings).map_err(|e| located(&log, e))?;
             Box::new(TwoLink { arm, log })
         }
         _ => bail!("a joint's log has one axis, an arm's two"),
@@ -140,6 +134,18 @@ pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spel
         }
     }
     Ok(joint)
+}
+
+/// Identifies an arm from the log of its axes.
+pub(crate) fn arm(axes: [&AxisLog; 2], sample_time: f64, settings: &Settings) -> flexure::Result<TwoLinkArm> {
+    let joints = TwoLinkLog {
+        motor: axes.map(|axis| axis.motor.as_deref().unwrap_or_default()),
+        link: axes.map(|axis| &axis.position[..]),
+        torque: axes.map(|axis| &axis.torque[..]),
+        sample_time,
+        level: settings.level,
+    };
+    joints.identify()
 }
 
 impl AxisLog {
