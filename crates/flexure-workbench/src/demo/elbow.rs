@@ -8,7 +8,7 @@ use crate::systems::{Decoration, Identified, arm_motion};
 
 /// The input and the output of the elbow's model: its torque and its velocity.
 pub const ELBOW_COLUMNS: [&str; 2] = ["tau2", "dq2"];
-/// Time between two samples, s: ten in a period of the fastest sine.
+/// Time between two samples, s: sixteen in a period of the fastest sine, 3 Hz.
 const SAMPLE_TIME: f64 = 0.02;
 /// Why no chain of blocks holds.
 const REASON: &str = "That is as it should be: friction acts on the velocity that it brakes, and the spring on the angle that it turns. Both \

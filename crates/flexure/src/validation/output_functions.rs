@@ -11,9 +11,9 @@
 use super::regression::Regression;
 use super::test::{Observed, ResidualTest, TestKind};
 
-/// Lags m of the input and the output whose linear part is not tested.
+/// Lags m of the input and the output whose linear part is not tested. Convention.
 const LAGS: usize = 5;
-/// Hinges of each argument. Four find as much, and twelve lose degrees of freedom on short records.
+/// Hinges of each argument. Convention.
 const HINGES: usize = 6;
 /// What remains of a column that others determine: rounding, relative to its length.
 const DETERMINED: f64 = 1e-7;
@@ -144,7 +144,7 @@ mod tests {
         }
     }
 
-    /// A link under friction: what the best linear model leaves depends on hardly a lag of the input, but on the velocity.
+    /// A link under friction: what a linear model leaves depends on the velocity.
     #[test]
     fn friction_in_a_loop_is_seen() {
         let n = 1500;
@@ -162,7 +162,7 @@ mod tests {
             torque.iter().scan(0.0, step).collect()
         };
         let y = run(&|v| 0.2 * (30.0 * v).tanh() + 0.5 * v);
-        // The linear model with the same energy in its friction.
+        // A linear model: its friction grows with the velocity throughout.
         let p = run(&|v| 1.3 * v);
         let e: Vec<f64> = y
             .iter()
