@@ -19,6 +19,8 @@ const RUN_AWAY: f64 = 1e6;
 const LONGEST_REST: usize = 100_000;
 /// The change of the state from sample to sample, relative to its size, below which a loop has settled: that of rounding.
 const AT_REST: f64 = 1e-13;
+/// A coefficient of a transfer function this much smaller than the largest is rounding.
+const ROUNDING: f64 = 1e-12;
 /// Points of the nonlinearity at which the loop is linearised, to see how long it takes to settle.
 const SETTLING_POINTS: usize = 9;
 /// The settling time of a loop that settles at none of these points.
@@ -206,6 +208,12 @@ impl FeedbackModel {
             m = am;
             (0..n).for_each(|i| m[i][i] += a);
         }
+        // What cancels is left as rounding, which would make zeros far away.
+        let size = numerator.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
+        numerator
+            .iter_mut()
+            .filter(|b| b.abs() <= ROUNDING * size)
+            .for_each(|b| *b = 0.0);
         TransferFunction::new(numerator, denominator)
     }
 

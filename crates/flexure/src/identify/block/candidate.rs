@@ -86,6 +86,11 @@ pub(in crate::identify) struct Tried {
 }
 
 impl Tried {
+    /// The system, if it was tried on these samples or as many.
+    pub fn on(&self, data: &Signals) -> Option<Candidate> {
+        (self.samples == data.counted()).then(|| Candidate::new(self.system.clone(), data))
+    }
+
     /// The entry of a cascade of three blocks; `None` without a branch.
     pub fn cascade(&self) -> Option<Values> {
         let b = self.system.branches.first()?;

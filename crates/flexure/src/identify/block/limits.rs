@@ -296,3 +296,12 @@ pub const SUM_ROUNDS: [Round; 3] = [
         listed: true,
     },
 ];
+
+// Whether a fit survives another start.
+
+/// A mean squared error that is larger by this factor from another start shows that a fit runs away. Convention: three times the error.
+pub const RUN_AWAY: f64 = 9.0;
+/// One below this share of the output's variance is no running away: a lightly damped system takes long to forget its start. Convention.
+pub const POOR: f64 = 0.25;
+/// One that is larger by less than this factor is as good. Convention.
+pub const AS_GOOD_RESTARTED: f64 = 1.5;

@@ -7,6 +7,7 @@
 //! | the simulation error with its derivatives, and its minimum by (generalised) least squares | `loss`, `descent`, `least_squares`, `efficient` |
 //! | starts: one branch; Hammerstein branches; sums of branches | `cascade`; `hammerstein_branches`, `rank_one`; `sum`, `sum_starts` |
 //! | the search, the same for all, and its changes: poles and zeros, pieces, kinks, a second instant | `search`, `candidate`; `changes`, `pieces`, `kinks`, `intersample` |
+//! | whether the result survives another start of its run | `restart` |
 //! | thresholds; progress | `limits`; `monitor` |
 //! | blocks in the record's units | `units` |
 
@@ -29,6 +30,7 @@ mod pieces;
 mod prepared;
 mod rank_one;
 mod rational;
+mod restart;
 mod search;
 mod signals;
 mod spline;
@@ -53,6 +55,7 @@ pub(super) use {
     prepared::Prepared,
     rank_one::dominant_products,
     rational::Rational,
+    restart::survivor,
     search::SearchResult,
     signals::{Scale, Signals, delayed, standardised},
     spline::{Kink, KinkedSpline, Roughness, Tangent, thinned},

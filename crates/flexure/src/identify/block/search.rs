@@ -46,6 +46,7 @@ impl<'a, 'm> Search<'a, 'm> {
     pub fn run(mut self, starts: Vec<Candidate>, rounds: &[Round], data: &Signals) -> Option<SearchResult> {
         let start = self.screened(starts, rounds, data)?;
         let last = self.refined(start, data);
+        let last = self.surviving(last, data);
         Some(SearchResult {
             system: last.system,
             tried: self.tried,

@@ -84,6 +84,7 @@ impl Sums<'_, '_, '_> {
         let sum = sum.on(data).fitted(data, LAST, monitor);
         let sum = sum.fitted_efficiently(data, monitor).unwrap_or(sum);
         self.search.tried.push(sum.tried(data));
+        let sum = self.search.surviving(sum, data);
         Some(Best { sum, free })
     }
 

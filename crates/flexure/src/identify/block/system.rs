@@ -18,6 +18,7 @@ use std::borrow::Cow;
 use super::rational::Rational;
 use super::signals::{Signals, add, convolved, delayed};
 use super::spline::KinkedSpline;
+use crate::linear::correlation::mean;
 
 /// Linear, static, linear, of one input.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,6 +84,22 @@ impl Branch {
             let w = convolved(front, &all_pole);
             let z: Vec<f64> = w.iter().map(|w| self.spline.value(*w)).collect();
             add(&mut sum, &convolved(back, &self.back.all_pole(&z)));
+        }
+        sum
+    }
+
+    /// The output for these inputs, the back from the steady state of the mean of what enters it.
+    fn run_settled(&self, u: &[Vec<f64>]) -> Vec<f64> {
+        let mut sum = self.run(u);
+        for (w, Numerators { back, .. }) in self.intermediate(u).zip(self.instants()) {
+            let z: Vec<f64> = w.iter().map(|w| self.spline.value(*w)).collect();
+            let back = Rational {
+                b: back.to_vec(),
+                sections: self.back.sections.clone(),
+            };
+            let (level, gain) = (mean(&z), back.static_gain());
+            let rise = back.run(&vec![level; z.len()]);
+            sum.iter_mut().zip(rise).for_each(|(y, r)| *y += gain * level - r);
         }
         sum
     }
@@ -189,14 +206,26 @@ impl System {
 
     /// The sum of the branches: what enters the last nonlinearity.
     pub fn inner(&self, u: &[Vec<f64>]) -> Vec<f64> {
+        self.sum_of(u, Branch::run)
+    }
+
+    fn sum_of(&self, u: &[Vec<f64>], run: fn(&Branch, &[Vec<f64>]) -> Vec<f64>) -> Vec<f64> {
         let mut sum = vec![0.0; u.first().map_or(0, Vec::len)];
-        self.branches.iter().for_each(|b| add(&mut sum, &b.run(u)));
+        self.branches.iter().for_each(|b| add(&mut sum, &run(b, u)));
         sum
     }
 
     /// The output for these inputs, from rest.
     pub fn run(&self, u: &[Vec<f64>]) -> Vec<f64> {
-        let mut x = self.inner(u);
+        self.through_output(self.inner(u))
+    }
+
+    /// The output for these inputs, every back from the steady state of the mean of what enters it: as a free run of the model.
+    pub fn run_settled(&self, u: &[Vec<f64>]) -> Vec<f64> {
+        self.through_output(self.sum_of(u, Branch::run_settled))
+    }
+
+    fn through_output(&self, mut x: Vec<f64>) -> Vec<f64> {
         if let Some(output) = &self.output {
             x.iter_mut().for_each(|x| *x = output.value(*x));
         }

@@ -14,7 +14,8 @@
 //! | 5. a last refinement on all samples | `search` |
 //! | 6. the record's units, and the one f of all that give the same output: the input that holds z | `units` |
 //!
-//! A loop that runs away on any part of the record, fitted or not, is not returned.
+//! A loop that runs away on any part of the record, fitted or not, is not returned. One whose error is far larger after a restart
+//! in the middle of the record gives way to the simplest that survives it.
 
 mod limits;
 mod loss;
@@ -67,7 +68,7 @@ pub const FEEDBACK: Structure = Structure {
     description: "linear dynamics with a static nonlinearity in a feedback loop",
     inputs: 1..=1,
     options: &[],
-    complexity: None,
+    complexity: Some(4),
     identify,
 };
 
@@ -86,6 +87,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         whole: &whole,
         monitor,
         tried: Vec::new(),
+        seen: Vec::new(),
     }
     .run();
     monitor.finished()?;

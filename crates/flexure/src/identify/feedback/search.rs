@@ -9,7 +9,7 @@ use super::starts::{guesses, start};
 use super::system::{Entering, Loop, Observed};
 use crate::identify::block::{
     EVEN, KINK_EVIDENCE, KINK_PLACES, Kink, KinkedSpline, Monitor, Residuals, Roughness, Signals, Stage, StopRule,
-    approximate, descend, least_squares, thinned,
+    approximate, descend, least_squares, survivor, thinned,
 };
 use crate::identify::result::{Value, Values};
 use crate::sort;
@@ -73,6 +73,8 @@ pub(super) struct Search<'a, 'm> {
     pub whole: &'a Observed,
     pub monitor: &'a mut Monitor<'m>,
     pub tried: Vec<Values>,
+    /// What was tried and does not run away.
+    pub seen: Vec<Candidate>,
 }
 
 impl Search<'_, '_> {
@@ -133,6 +135,7 @@ impl Search<'_, '_> {
         best = self.freed(best, &judge);
         let last = self.listed(best.clone(), self.data, LAST);
         best = if last.squares.is_finite() { last } else { best };
+        best = self.surviving(best);
         let errors = linear.iter().flatten();
         Some(Found {
             approximations: errors.map(|a| (a.squares / signals.counted() as f64).sqrt()).collect(),
@@ -181,6 +184,8 @@ impl Search<'_, '_> {
         let mut next = self.fitted(c, data, rule);
         if !next.system.squares(self.whole).is_finite() {
             next.squares = f64::INFINITY;
+        } else {
+            self.seen.push(next.clone());
         }
         let count = data.counted() as f64;
         self.tried.push(Values::new([
@@ -192,6 +197,22 @@ impl Search<'_, '_> {
             ("relative_error", (next.squares / count).sqrt().into()),
         ]));
         next
+    }
+
+    /// The best candidate, or the simplest of those tried that survives a restart in the middle of the record where it does not.
+    fn surviving(&self, best: Candidate) -> Candidate {
+        let data = self.data;
+        let restarted = data.restarted();
+        let usual = best.squares / data.counted() as f64;
+        let simpler = |c: &&Candidate| c.degrees < best.degrees;
+        let others: Vec<Candidate> = self.seen.iter().filter(simpler).cloned().collect();
+        survivor(
+            best,
+            usual,
+            others,
+            |c| c.degrees,
+            |c| c.system.squares(&restarted) / restarted.counted().max(1) as f64,
+        )
     }
 
     fn fitted(&mut self, mut c: Candidate, data: &Observed, rule: StopRule) -> Candidate {

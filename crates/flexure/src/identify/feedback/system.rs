@@ -73,6 +73,21 @@ impl Observed {
         }
     }
 
+    /// The second half of the last experiment, of which the second half counts.
+    pub fn restarted(&self) -> Observed {
+        let n = self.y.len();
+        let first = self.starts.last().copied().unwrap_or(0);
+        let (middle, counted) = (first + (n - first) / 2, first + (n - first) / 4 * 3);
+        let mut missing = self.missing[middle..].to_vec();
+        missing[..counted - middle].fill(true);
+        Observed {
+            u: self.u[middle..].to_vec(),
+            y: self.y[middle..].to_vec(),
+            missing,
+            starts: vec![0],
+        }
+    }
+
     /// The number of outputs that are not missing.
     pub fn counted(&self) -> usize {
         self.missing.iter().filter(|m| !**m).count()

@@ -56,7 +56,7 @@ pub const ROW: Structure = Structure {
     description: "a static nonlinearity, linear dynamics, a static nonlinearity",
     inputs: 1..=1,
     options: &[],
-    complexity: None,
+    complexity: Some(3),
     identify,
 };
 

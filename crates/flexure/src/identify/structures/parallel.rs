@@ -66,7 +66,7 @@ pub const ROW: Structure = Structure {
     description: "a sum of branches from one input: each a static nonlinearity and linear dynamics, with linear dynamics before it if needed",
     inputs: 1..=1,
     options: &["branches"],
-    complexity: None,
+    complexity: Some(5),
     identify,
 };
 
