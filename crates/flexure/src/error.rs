@@ -10,7 +10,7 @@
 //!
 //! Messages say what is wrong, where, and what to do about it; samples are counted from 0.
 
-use crate::text::counted;
+use crate::text::{counted, decimal};
 
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -227,8 +227,8 @@ pub enum DataError {
     },
     /// A record is sampled too slowly for the motion in it.
     #[error(
-        "a sample time of {step} s is too long: the motion still stands out at {band:.4} Hz, and what happens between the \
-         samples is lost; sample faster, or excite more slowly"
+        "a sample time of {} s is too long: the motion still stands out at {} Hz, and what happens between the \
+         samples is lost; sample faster, or excite more slowly", decimal(*step), decimal(*band)
     )]
     SampledTooSlowly {
         /// The sample time, s.

@@ -30,6 +30,12 @@ pub fn short(value: f64) -> String {
     }
 }
 
+/// A number to at most six digits, without zeros behind them: 0.01, not 0.01000.
+pub fn decimal(number: f64) -> String {
+    let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
+    rounded.to_string()
+}
+
 /// A p-value as it is usually written: to two digits, and not below 1e-6, where no distribution is known so well.
 ///
 /// ```
@@ -144,6 +150,12 @@ pub fn counted(count: usize, one: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::{nearly_all, number, p_value, percent, with_error};
+
+    #[test]
+    fn decimals_have_no_zeros_behind_them() {
+        let shown = [0.0, 0.01, 4.5, 1.0 / 3.0, 123.456_789, -2e6, 0.1 + 0.2].map(super::decimal);
+        assert_eq!(shown, ["0", "0.01", "4.5", "0.333333", "123.457", "-2000000", "0.3"]);
+    }
 
     #[test]
     fn numbers_are_short() {

@@ -193,6 +193,7 @@ impl Outcome {
         } = &self.contender;
         let measures = &self.judged.verdict.measures;
         Ok(Comparison {
+            names: ["measured", "predicted"],
             heading: name.clone(),
             prediction: Prediction {
                 y_label: Labels::new(file).of(output),

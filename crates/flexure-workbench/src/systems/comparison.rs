@@ -1,12 +1,15 @@
 //! What the data say about the structures that were compared: as JSON, as text and on the page.
 
 use flexure::identify::result::StructureName;
-use flexure::identify::{Refutation, StructureCandidate, StructureComparison};
+use flexure::identify::{Refutation, StructureCandidate, StructureComparison, Symptom};
 use flexure::text::number;
 use flexure_report::data::{Page, Table};
 use serde_json::{Value, json};
 
 use crate::lines::{Lines, Tone};
+
+/// A fit below which its size says nothing, percent.
+const DIVERGES: f64 = -1000.0;
 
 /// The answer, in short.
 fn answer(comparison: &StructureComparison) -> &'static str {
@@ -40,6 +43,7 @@ pub fn json(comparison: &StructureComparison) -> Value {
             "p_value": t.p_value,
         }),
     };
+    let like = |(kind, share): &(Symptom, f64)| json!({ "kind": kind.key(), "share": share });
     let candidate = |c: &StructureCandidate| {
         json!({
             "structure": name(c.structure),
@@ -51,13 +55,22 @@ pub fn json(comparison: &StructureComparison) -> Value {
         })
     };
     json!({
-        "supported": comparison.supported.map(name),
+        "supported": comparison.supported.is_some(),
         "best": name(comparison.chosen),
         "as_good": comparison.as_good.iter().copied().map(name).collect::<Vec<_>>(),
         "not_noise": comparison.not_noise,
+        "looks_like": comparison.looks_like.iter().map(like).collect::<Vec<_>>(),
         "reasons": comparison.reasons,
         "candidates": comparison.candidates.iter().map(candidate).collect::<Vec<_>>(),
     })
+}
+
+/// The fit, as far as it says anything.
+fn fit(c: &StructureCandidate) -> String {
+    match c.fit_percent {
+        f if f < DIVERGES => "diverges".to_owned(),
+        f => format!("{f:.2} %"),
+    }
 }
 
 /// The comparison for reading; `columns` says from which columns to which.
@@ -73,7 +86,7 @@ pub fn write(comparison: &StructureComparison, columns: &str, lines: &mut Lines)
     ));
     for c in &comparison.candidates {
         let refuted = if c.refuted_by.is_empty() { "" } else { "  refuted" };
-        let (fit, rms) = (format!("{:.2} %", c.fit_percent), number(c.rms));
+        let (fit, rms) = (fit(c), number(c.rms));
         let name = c.structure.title;
         lines.row(format!("{name:<20} {fit:>10} {rms:>11} {:>11}{refuted}", c.parameters));
     }
@@ -123,7 +136,7 @@ fn table(comparison: &StructureComparison) -> Table {
         };
         vec![
             c.structure.title.to_owned(),
-            format!("{:.2} %", c.fit_percent),
+            fit(c),
             number(c.rms),
             c.parameters.to_string(),
             refuted,

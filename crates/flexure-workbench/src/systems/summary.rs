@@ -1,7 +1,7 @@
 //! An identified system as text: the result first, then what it says, then the blocks.
 
-use flexure::identify::Verdict;
 use flexure::identify::result::{BlockKind, LinearBlock, NamedBlock, Path, Place};
+use flexure::identify::{Verdict, Warning};
 use flexure::nonlinearity::Surface;
 use flexure::text::{capitalised, number, with_error};
 
@@ -30,6 +30,9 @@ impl Identified {
                 verdict.in_short()
             ),
         );
+        // It says why the model cannot hold.
+        let (above, below): (Vec<_>, Vec<_>) = (result.warnings.iter()).partition(|w| is_fundamental(w));
+        above.into_iter().for_each(|warning| lines.warning(warning));
         lines.sentence(verdict.text());
         lines.item("structure", format!("{}, method {}", result.description, result.method));
         lines.item(
@@ -65,9 +68,7 @@ impl Identified {
         if let Some(periodic) = &self.periodic {
             periodic.write(&mut lines);
         }
-        for warning in &result.warnings {
-            lines.warning(warning);
-        }
+        below.into_iter().for_each(|warning| lines.warning(warning));
         lines
     }
 
@@ -103,6 +104,11 @@ impl Identified {
     }
 }
 
+/// Whether a warning says why no block model can hold; it stands before all others.
+pub fn is_fundamental(warning: &Warning) -> bool {
+    matches!(warning, Warning::IntegratedOutput { .. })
+}
+
 /// The colour of a verdict.
 pub fn tone(verdict: &Verdict) -> Tone {
     match (verdict.holds(), verdict.measures.fit_percent > 0.0) {
@@ -119,10 +125,18 @@ pub fn uncapitalised(title: &str) -> String {
         .map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
 }
 
+/// A denominator that is smaller than this at zero frequency, relative to its coefficients, has a pole at 1.
+const ROUNDING: f64 = 1e-9;
+
 /// Order, delay and static gain.
 pub fn linear_text(block: &LinearBlock) -> String {
-    let gain = number(block.system.static_gain());
-    format!("order {}, delay {}, static gain {gain}", block.order(), block.delay())
+    let a = block.system.a();
+    let size: f64 = a.iter().map(|a| a.abs()).sum();
+    let gain = match a.iter().sum::<f64>().abs() > ROUNDING * size {
+        true => format!("static gain {}", number(block.system.static_gain())),
+        false => "no static gain, as it integrates".to_owned(),
+    };
+    format!("order {}, delay {}, {gain}", block.order(), block.delay())
 }
 
 /// The coefficients that are not zero, each with its standard error where there is one: `b_k` weights the input of k samples ago,

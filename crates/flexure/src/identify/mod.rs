@@ -46,7 +46,7 @@ mod surface;
 pub(crate) use checks::few_levels;
 
 pub use crate::model::{FeedbackModel, NarxModel, NarxTerm, VolterraModel};
-pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison};
+pub use auto::{AUTO, Refutation, StructureCandidate, StructureComparison, Symptom};
 pub use feedback::FEEDBACK;
 pub use hammerstein::{
     Calibration, HAMMERSTEIN, HammersteinMethod, PhysicalForm, PlainHammerstein, RefinedHammerstein, RegressionLag,

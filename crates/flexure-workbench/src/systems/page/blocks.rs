@@ -90,7 +90,10 @@ pub(super) fn drawn(record: &Record, identified: &Identified) -> Result<Drawn> {
                     entering = run.output;
                 }
                 BlockKind::Linear(own) => {
-                    drawn.linear.push(linear(&title, own, identified.sample_time));
+                    drawn.linear.push(LinearPart {
+                        response_unit: response_unit(identified, path, k),
+                        ..linear(&title, own, identified.sample_time)
+                    });
                     entering = own.system.simulate_from_mean(&entering);
                 }
                 BlockKind::Surface(surface) => {
@@ -132,6 +135,27 @@ fn leaving(identified: &Identified, path: &Path, index: usize) -> String {
         true => identified.labels.of(&result.output),
         false => "output of the nonlinearity".to_owned(),
     }
+}
+
+/// The unit of the response of the linear block of this index: a column without a unit is named, and what is between two blocks has a unit
+/// of its own.
+fn response_unit(identified: &Identified, path: &Path, index: usize) -> String {
+    let unit = |column: &str| match identified.labels.unit(column) {
+        "" => format!("'{column}'"),
+        unit => unit.to_owned(),
+    };
+    let between = || "intermediate unit".to_owned();
+    let is_first = index == 0 || path.blocks[index].between_samples && index == path.main().count();
+    let entering = match &path.inputs[..] {
+        [input] if is_first => unit(input),
+        _ => between(),
+    };
+    let is_last = index + 1 == path.main().count() || index + 1 == path.blocks.len();
+    let leaving = match is_last {
+        true => unit(&identified.result.output),
+        false => between(),
+    };
+    format!("{leaving} per {entering}")
 }
 
 fn curve(block: &StaticBlock, [x_label, y_label]: [String; 2], entering: &[f64]) -> Nonlinearity {
@@ -202,14 +226,16 @@ fn linear_part(title: &str, system: &TransferFunction, shown: Option<usize>, sam
         Some(step) => (0.5 / step, "Hz"),
         None => (0.5, "cycles/sample"),
     };
-    let shown = shown.unwrap_or_else(|| system.settling(SETTLED).min(LONGEST_IMPULSE));
+    // A long delay must not push the response out of the picture.
+    let delay = system.b().iter().take_while(|&&b| b == 0.0).count();
+    let shown = shown.unwrap_or_else(|| system.settling(SETTLED).min(LONGEST_IMPULSE + delay));
     let response = shares().map(|s| system.frequency_response(std::f64::consts::PI * s));
     let response: Vec<Complex<f64>> = response.collect();
     LinearPart {
         title: title.to_owned(),
         b: system.b().to_vec(),
         a: system.a().to_vec(),
-        impulse: system.impulse_response(shown.max(SHORTEST_IMPULSE)),
+        impulse: system.impulse_response(shown.max(SHORTEST_IMPULSE + delay)),
         frequency: shares().map(|s| highest * s).collect(),
         frequency_unit: frequency_unit.to_owned(),
         magnitude_db: response.iter().map(|g| 20.0 * g.norm().log10()).collect(),

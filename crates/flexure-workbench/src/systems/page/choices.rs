@@ -210,7 +210,20 @@ fn cell(value: &Value) -> String {
 /// The best of the structures that were tried on all samples.
 pub(super) fn tried(result: &Identification) -> Option<Table> {
     let Compared { all, chosen } = compared(result)?;
-    let shown = &all[..all.len().min(MOST_TRIED)];
+    let is_chosen = |t: &&Values| same(t, chosen, "");
+    let mut shown = all[..all.len().min(MOST_TRIED)].to_vec();
+    if !shown.iter().any(is_chosen) {
+        shown.pop();
+        shown.push(chosen);
+    }
+    // At its end the search takes account of the errors' dependence.
+    let choice = match shown.first().is_some_and(is_chosen) {
+        true => "The one of smallest Schwarz criterion was chosen.",
+        false => {
+            "The marked one was chosen at the end of the search, where the criterion takes account of the errors' dependence; those \
+             above it were judged before, and their criteria cannot be compared with it."
+        }
+    };
     // What is zero in all of them is no choice.
     let varies = |name: &str| {
         shown
@@ -236,7 +249,7 @@ pub(super) fn tried(result: &Identification) -> Option<Table> {
         title: "Structures that were tried".to_owned(),
         text: format!(
             "{} fits were made in all, most of them on the beginning of the record; these are the best {} of {} structures that were \
-             fitted to all {} samples that count. The one of smallest Schwarz criterion was chosen.",
+             fitted to all {} samples that count. {choice}",
             result.tried.len(),
             shown.len(),
             all.len(),
@@ -244,7 +257,7 @@ pub(super) fn tried(result: &Identification) -> Option<Table> {
         ),
         columns: names.iter().map(column).collect(),
         rows: shown.iter().map(row).collect(),
-        chosen: shown.iter().position(|t| same(t, chosen, "")),
+        chosen: shown.iter().position(is_chosen),
         ends_in_text: false,
     })
 }

@@ -12,6 +12,7 @@ use flexure_report::data::{ArmMotion, Axis, Page, Prediction, Residuals, Signal,
 
 use super::comparison;
 use super::periods::Periodic;
+use super::summary::is_fundamental;
 use super::task::Identified;
 use crate::labels::Labels;
 pub use choices::score_curve;
@@ -69,6 +70,7 @@ impl Identified {
         signals.push(signal(&self.labels, &result.output, y));
         let sentences = [result.verdict.text()].into_iter().chain(decoration.remark);
         let title = || format!("From {} to {}", result.inputs.join(", "), result.output);
+        let (above, below): (Vec<_>, Vec<_>) = (result.warnings.iter()).partition(|w| is_fundamental(w));
         let (fitted, fresh) = (result.fitted, y.len() - result.fitted);
         let mut page = Page {
             title: decoration.title.unwrap_or_else(title),
@@ -104,7 +106,7 @@ impl Identified {
             residuals: residuals(&result.verdict),
             choices: choices::choices(result),
             candidates: drawn.tables.into_iter().chain(choices::tried(result)).collect(),
-            warnings: result.warnings.iter().map(ToString::to_string).collect(),
+            warnings: below.into_iter().map(ToString::to_string).collect(),
             arm: decoration.arm,
             time: Axis::of_samples(self.sample_time, 0),
             command: decoration.command,
@@ -112,6 +114,13 @@ impl Identified {
         };
         if let Some(comparison) = &result.comparison {
             comparison::show_on(comparison, &mut page);
+        }
+        for warning in above {
+            let verdict = &mut page.verdict;
+            if !verdict.holds {
+                verdict.headline = "The output integrates the input: no block model explains it".to_owned();
+            }
+            verdict.text = format!("{}. {}", capitalised(&warning.to_string()), verdict.text);
         }
         Ok(page)
     }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::symptoms::Symptom;
 use crate::identify::result::StructureName;
 use crate::text::p_value;
 use crate::validation::ResidualTest;
@@ -53,6 +54,8 @@ pub struct StructureComparison {
     /// The share of the chosen one's squared error that is seen not to be noise: by a general function of the input, or by the test that
     /// refutes it; zero where none does.
     pub not_noise: f64,
+    /// Where no structure is supported: what the chosen one's error looks like, with shares of its square, largest first.
+    pub looks_like: Vec<(Symptom, f64)>,
     /// Why, in sentences.
     pub reasons: Vec<String>,
 }

@@ -2,6 +2,7 @@
 
 use super::limits::{AS_GOOD, CUT};
 use super::remainder::explained;
+use super::symptoms::{Symptom, symptoms};
 use super::{Refutation, complexity};
 use crate::identify::outcome::Verdict;
 use crate::identify::result::StructureName;
@@ -14,7 +15,8 @@ pub(super) struct Judged<'a> {
     pub structure: StructureName,
     pub verdict: &'a Verdict,
     predicted: &'a [f64],
-    /// Fresh errors, cut.
+    /// Fresh errors, as they are and cut.
+    uncut: Vec<f64>,
     errors: Vec<f64>,
 }
 
@@ -25,7 +27,8 @@ impl<'a> Judged<'a> {
             structure,
             verdict,
             predicted,
-            errors: cut(errors),
+            errors: cut(errors.clone()),
+            uncut: errors,
         }
     }
 
@@ -73,6 +76,8 @@ pub(super) struct Judgement<'a> {
     pub refuted_by: Vec<Vec<Refutation>>,
     /// The share of the chosen one's squared error that is not noise.
     pub not_noise: f64,
+    /// What its error looks like, where it does not hold.
+    pub looks_like: Vec<(Symptom, f64)>,
     /// Whether the chosen one holds.
     pub supported: bool,
 }
@@ -118,11 +123,22 @@ pub(super) fn judge<'a>(candidates: &[Judged<'a>], u: &[f64]) -> Judgement<'a> {
         let seen = c.verdict.refutation().map_or(0.0, ResidualTest::dependent_share);
         explained(&c.errors, u, c.predicted).max(seen)
     };
+    let supported = c.verdict.holds();
+    let looks_like = match supported {
+        true => Vec::new(),
+        false => symptoms(c.verdict, &c.uncut, u, c.predicted),
+    };
+    let seen = looks_like
+        .iter()
+        .filter(|(kind, _)| *kind != Symptom::Outliers)
+        .map(|(_, share)| *share);
+    let not_noise = seen.fold(not_noise, f64::max);
     Judgement {
         chosen,
         verdict: c.verdict,
         ties: tier.into_iter().filter(|i| *i != chosen).collect(),
-        supported: c.verdict.holds(),
+        supported,
+        looks_like,
         refuted_by,
         not_noise,
     }

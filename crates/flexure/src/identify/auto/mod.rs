@@ -1,4 +1,4 @@
-//! Which structure: linear, Hammerstein, Wiener or Wiener-Hammerstein, or none of these.
+//! Which structure: linear, Hammerstein, Wiener, Wiener-Hammerstein, Hammerstein-Wiener, a loop, parallel branches; or none of these.
 //!
 //! All candidates are fitted to the first part of the record and compared on the rest, which none of them has seen:
 //!
@@ -11,19 +11,24 @@
 //! - **Chosen** is the simplest candidate that no comparison refutes. Hammerstein and Wiener are equally simple; where both are as
 //!   good, the result says so.
 //! - It is **supported** if its [verdict](super::Verdict::holds) is that it holds: no test refutes it, or the misfit that a test sees is
-//!   negligible, and what it leaves is white noise or small. Otherwise the data support none of these structures, as they should where the
-//!   nonlinearity is in a loop.
+//!   negligible, and what it leaves is white noise or small. Otherwise the data support none of these structures, as they should where there is
+//!   hysteresis or a drift.
 //!
-//! Where a simple candidate leaves white noise, more complex ones are not fitted. Nothing here is random.
+//! Where a simple candidate leaves white noise, more complex ones are not fitted. A loop and parallel branches contain most others and
+//! take longest: they are fitted only where nothing simpler holds. Nothing here is random.
+//!
+//! Where no candidate holds, the result says what the error of the chosen one looks like: something in a loop, a drift in time,
+//! hysteresis, outliers.
 //!
 //! What cannot be decided: a Wiener-Hammerstein system one of whose blocks hardly has a memory is nearly a Wiener or a Hammerstein system, and found as
-//! such; a structure outside the four that one of them imitates to within the noise is not refuted.
+//! such; a structure outside these that one of them imitates to within the noise is not refuted.
 
 mod comparison;
 mod judge;
 mod limits;
 mod reasons;
 mod remainder;
+mod symptoms;
 #[cfg(test)]
 mod tests;
 
@@ -34,6 +39,8 @@ use super::samples::Samples;
 use crate::error::Result;
 pub use comparison::{Refutation, StructureCandidate, StructureComparison};
 use judge::{Judged, judge};
+use limits::GENERAL;
+pub use symptoms::Symptom;
 
 /// The structures that are compared, simplest first.
 fn compared_structures() -> Vec<&'static Structure> {
@@ -79,8 +86,14 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
             let (y, predicted) = (&samples.y[fresh.clone()], &i.predicted[fresh.clone()]);
             Judged::new(i.structure, &i.verdict, y, predicted).leaves_white_noise()
         };
+        let general = structure.complexity >= Some(GENERAL);
+        let holds = |i: &Identification| {
+            let exactly = i.verdict.refutation().is_none();
+            i.verdict.holds() && (exactly || complexity(i.structure) >= Some(GENERAL))
+        };
+        let suffices = |i: &Identification| leaves_white_noise(i) || general && holds(i);
         let simpler = |i: &&Identification| complexity(i.structure) < structure.complexity;
-        if fitted.iter().filter(simpler).any(leaves_white_noise) {
+        if fitted.iter().filter(simpler).any(suffices) {
             continue;
         }
         let stage = &mut |stage: &str| progress(&format!("{}, {stage}", structure.name));
@@ -121,6 +134,7 @@ fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>) -> Identific
         supported: judgement.supported.then_some(chosen),
         as_good: judgement.ties.iter().map(|i| candidates[*i].structure).collect(),
         not_noise: judgement.not_noise,
+        looks_like: judgement.looks_like.clone(),
         reasons: reasons::reasons(&candidates, &judgement),
         candidates,
     };

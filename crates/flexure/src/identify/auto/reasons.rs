@@ -3,7 +3,8 @@
 use super::compared_structures;
 use super::comparison::{Refutation, StructureCandidate};
 use super::judge::Judgement;
-use crate::text::{capitalised, percent};
+use super::symptoms::Symptom;
+use crate::text::{capitalised, counted, percent};
 
 /// What is supported and why, then what refutes each candidate, then what was not fitted.
 pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'_>) -> Vec<String> {
@@ -30,25 +31,21 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
              that all of them miss."
         ),
         (false, Some(_)) => format!(
-            "The data support none of these structures: the best, {name}, is refuted, and at least {} of its squared error is not noise. \
-             A nonlinearity in feedback or parallel branches would do that.",
+            "The data support none of these structures: the best, {name}, is refuted, and at least {} of its squared error is not noise.",
             percent(judgement.not_noise)
         ),
     }];
+    if !judgement.supported && verdict.measures.fit_percent > 0.0 {
+        all.push(looks_like(&judgement.looks_like));
+    }
     for i in &judgement.ties {
         let other = candidates[*i].structure;
         all.push(format!(
             "{other} predicts as well as {name}: these data do not distinguish them."
         ));
     }
-    for c in candidates.iter().filter(|c| !c.refuted_by.is_empty()) {
-        let by: Vec<String> = c.refuted_by.iter().map(Refutation::to_string).collect();
-        all.push(format!(
-            "{} is refuted by {}.",
-            capitalised(c.structure.title),
-            by.join("; by ")
-        ));
-    }
+    let refuted = candidates.iter().filter_map(|c| Some((c, strongest(c)?)));
+    all.extend(refuted.map(|(c, by)| format!("{} is refuted by {by}.", capitalised(c.structure.title))));
     let skipped: Vec<&str> = compared_structures()
         .iter()
         .filter(|s| candidates.iter().all(|c| c.structure != s.name))
@@ -56,9 +53,38 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
         .collect();
     if !skipped.is_empty() {
         all.push(format!(
-            "Not fitted, as a simpler structure leaves white noise: {}.",
+            "Not fitted, as a simpler structure leaves nothing to explain: {}.",
             skipped.join(", ")
         ));
     }
     all
+}
+
+/// What refutes a candidate most: a comparison, else the test that sees most.
+fn strongest(c: &StructureCandidate) -> Option<String> {
+    let seen = |r: &Refutation| match r {
+        Refutation::Comparison { .. } => f64::INFINITY,
+        Refutation::Test(t) => t.dependent_share(),
+    };
+    let first = c.refuted_by.iter().max_by(|a, b| seen(a).total_cmp(&seen(b)))?;
+    let others = c.refuted_by.len() - 1;
+    Some(match others {
+        0 => first.to_string(),
+        _ => format!("{first}, and by {}", counted(others, "more test")),
+    })
+}
+
+/// What kind of thing the error looks like.
+fn looks_like(symptoms: &[(Symptom, f64)]) -> String {
+    let all: Vec<String> = symptoms
+        .iter()
+        .map(|(kind, share)| kind.sentence(&percent(*share)))
+        .collect();
+    match all.as_slice() {
+        [] => "Its error looks like noise, or like an input that was not recorded: neither a loop nor a drift in time, hysteresis or outliers \
+               are seen in it."
+            .to_owned(),
+        [first] => format!("Its error looks like {first}."),
+        several => format!("Its error looks like, most of it first: {}.", several.join("; ")),
+    }
 }

@@ -33,18 +33,28 @@ fn explained_by(error: &[f64], signals: &[&[f64]]) -> f64 {
         .collect();
     let error = &error[lags - 1..];
     let half = error.len() / 2;
+    predicted_share(error, &columns, |k| k < half)
+}
+
+/// The share of the error's variance that a regression on columns predicts of one part from the other, in turn: `first` says which
+/// samples are of the first part.
+pub(super) fn predicted_share(error: &[f64], columns: &[Vec<f64>], first: impl Fn(usize) -> bool) -> f64 {
     let (mut unexplained, mut all) = (0.0, 0.0);
-    for (fit, test) in [(0..half, half..error.len()), (half..error.len(), 0..half)] {
-        let level = mean(&error[fit.clone()]);
-        let target: Vec<f64> = error[fit.clone()].iter().map(|e| e - level).collect();
-        let fitted: Vec<Vec<f64>> = columns.iter().map(|c| c[fit.clone()].to_vec()).collect();
+    for in_fit in [true, false] {
+        let first = &first;
+        let of = move |part: bool| (0..error.len()).filter(move |k| first(*k) == part);
+        let pick = |v: &[f64]| -> Vec<f64> { of(in_fit).map(|k| v[k]).collect() };
+        let mut target = pick(error);
+        let level = mean(&target);
+        target.iter_mut().for_each(|e| *e -= level);
+        let fitted: Vec<Vec<f64>> = columns.iter().map(|c| pick(c)).collect();
         let mut equations = regression(&target, &fitted, 0);
         let size = columns.len();
-        (0..size).for_each(|i| equations.normal[i * size + i] += RIDGE * fit.len() as f64);
+        (0..size).for_each(|i| equations.normal[i * size + i] += RIDGE * target.len() as f64);
         let Some(c) = linalg::solve_positive_definite(&equations.normal, &equations.descent) else {
             return 0.0;
         };
-        for t in test {
+        for t in of(!in_fit) {
             let guess: f64 = columns.iter().zip(&c).map(|(x, c)| c * x[t]).sum();
             unexplained += (error[t] - level - guess).powi(2);
             all += (error[t] - level).powi(2);
@@ -58,7 +68,7 @@ fn explained_by(error: &[f64], signals: &[&[f64]]) -> f64 {
 }
 
 /// The signal in standard deviations, cut where single samples would decide a regression on powers.
-fn moderate(v: &[f64]) -> Vec<f64> {
+pub(super) fn moderate(v: &[f64]) -> Vec<f64> {
     standardised(v).iter().map(|x| x.clamp(-MODERATE, MODERATE)).collect()
 }
 

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::text::{counted, decimal};
+
 /// Something to know before trusting the result; its text names a remedy.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -88,14 +90,17 @@ impl fmt::Display for Finding {
             ),
             Finding::FewReversals { reversals } => write!(
                 f,
-                "the joint reverses only {reversals} times: the record is too short to determine friction well; record more \
-                 motions in both directions"
+                "the joint reverses only {}: the record is too short to determine friction well; record more \
+                 motions in both directions",
+                counted(reversals, "time")
             ),
             Finding::SampledTooSlowly { step, band } => write!(
                 f,
-                "the motion still stands out of the noise at {band:.4} Hz, near the limit of {:.4} Hz of a sample time \
-                 of {step} s: what happens between the samples is lost; sample faster, or excite more slowly",
-                0.5 / step
+                "the motion still stands out of the noise at {} Hz, near the limit of {} Hz of a sample time \
+                 of {} s: what happens between the samples is lost; sample faster, or excite more slowly",
+                decimal(band),
+                decimal(0.5 / step),
+                decimal(step)
             ),
             Finding::FastTimeConstant { time_constant, step } => write!(
                 f,
