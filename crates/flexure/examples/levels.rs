@@ -318,7 +318,7 @@ fn wrong_table(options: &Options) {
             Ok(result.verdict.residuals)
         })
         .print(false, options);
-        for (kind, name) in [(Kind::Wiener, "Wiener"), (Kind::Duffing, "Duffing")] {
+        for (kind, name) in [(Kind::Wiener, "Wiener"), (Kind::Feedback, "Duffing")] {
             Row::new(&format!("n = {n}, Hammerstein to {name}"), runs, move |seed| {
                 let drawn = draw(kind, seed, n, 0.1)?;
                 let record = record(&drawn.u, &drawn.y)?;

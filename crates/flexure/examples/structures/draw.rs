@@ -28,7 +28,20 @@ pub enum Kind {
     Wiener,
     WienerHammerstein,
     /// A mass on a spring of cubic stiffness: nonlinear feedback.
-    Duffing,
+    Feedback,
+    HammersteinWiener,
+    /// Two Hammerstein branches.
+    Parallel,
+    /// None of the structures: a mass on a spring with hysteresis (Bouc and Wen).
+    Hysteresis,
+    /// None: a Hammerstein system whose gain doubles.
+    Drift,
+    /// None: linear dynamics that change where the input's running mean changes its sign.
+    Regimes,
+    /// None: a hardening spring and dry friction.
+    TwoLoops,
+    /// None: a hardening spring under a force that is not recorded.
+    Disturbed,
 }
 
 /// A record of a drawn system.
@@ -153,7 +166,51 @@ pub fn draw(kind: Kind, seed: u64, n: usize, noise: f64) -> flexure::Result<Draw
                 format!("{} poles, {name}, {} poles", poles(&g), poles(&h)),
             )
         }
-        Kind::Duffing => duffing(rng, &u),
+        Kind::Feedback => moved(rng, &u, Force::Spring),
+        Kind::HammersteinWiener => {
+            let g = block(rng)?;
+            let (z, first) = bent(rng, &u, false);
+            let (y, second) = bent(rng, &g.simulate(&z), false);
+            (y, format!("{first}, {} poles, {second}", poles(&g)))
+        }
+        Kind::Parallel => {
+            let (g, h) = (block(rng)?, block(rng)?);
+            let (z, first) = bent(rng, &u, true);
+            let (v, second) = bent(rng, &u, true);
+            let [p, q] = [g.simulate(&z), h.simulate(&v)].map(|x| standardised(&x));
+            let sum = p.iter().zip(&q).map(|(p, q)| p + q).collect();
+            (
+                sum,
+                format!("{first}, {} poles; {second}, {} poles", poles(&g), poles(&h)),
+            )
+        }
+        Kind::Hysteresis => moved(rng, &u, Force::Hysteresis),
+        Kind::Drift => {
+            let (g, (z, name)) = (block(rng)?, bent(rng, &u, true));
+            let last = u.len() as f64;
+            let drifting = g
+                .simulate(&z)
+                .iter()
+                .enumerate()
+                .map(|(k, y)| (1.0 + k as f64 / last) * y)
+                .collect();
+            (drifting, format!("{name}, {} poles", poles(&g)))
+        }
+        Kind::Regimes => {
+            let (g, h) = (block(rng)?, block(rng)?);
+            let slow = TransferFunction::new(vec![0.05], vec![1.0, -0.95])?.simulate(&u);
+            let [p, q] = [g, h].map(|g| standardised(&g.simulate(&u)));
+            let each = slow
+                .iter()
+                .zip(p.iter().zip(&q))
+                .map(|(s, (p, q))| if *s > 0.0 { *p } else { *q });
+            (each.collect(), "two regimes".to_owned())
+        }
+        Kind::TwoLoops => moved(rng, &u, Force::SpringAndFriction),
+        Kind::Disturbed => {
+            let force: Vec<f64> = u.iter().map(|u| u + 0.5 * normal(rng)).collect();
+            moved(rng, &force, Force::Spring)
+        }
     };
     let (u, y0) = (u[BEFORE..].to_vec(), y0[BEFORE..].to_vec());
     let size = noise * moments(&y0).1;
@@ -165,26 +222,51 @@ pub fn draw(kind: Kind, seed: u64, n: usize, noise: f64) -> flexure::Result<Draw
     })
 }
 
-/// $\ddot y + 2 \zeta \dot y + y + k y^3 = u$, the input held over intervals of 0.5 to 1, by Runge and Kutta's method.
-fn duffing(rng: &mut Pcg64, u: &[f64]) -> (Vec<f64>, String) {
+fn standardised(v: &[f64]) -> Vec<f64> {
+    let (mean, spread) = moments(v);
+    v.iter().map(|x| (x - mean) / spread).collect()
+}
+
+/// What acts on a mass besides the input and a damper.
+#[derive(Clone, Copy)]
+enum Force {
+    Spring,
+    SpringAndFriction,
+    Hysteresis,
+}
+
+/// $\ddot y + 2 \zeta \dot y + F = u$, the input held over intervals of 0.5 to 1, by Runge and Kutta's method. F is y + k y^3, with friction, or
+/// y + 2 z with $\dot z = \dot y - |\dot y| |z| z - 0.5 \dot y z^2$ (Bouc and Wen).
+fn moved(rng: &mut Pcg64, u: &[f64], force: Force) -> (Vec<f64>, String) {
     let damping: f64 = rng.random_range(0.1..0.4);
     let stiffness: f64 = rng.random_range(0.3..1.0);
     let step: f64 = rng.random_range(0.5..1.0);
     const SUBSTEPS: usize = 20;
     let h = step / SUBSTEPS as f64;
-    let (mut x, mut v) = (0.0, 0.0);
+    let rate = |[x, v, z]: [f64; 3], u: f64| {
+        let force = match force {
+            Force::Spring => x + stiffness * x * x * x,
+            Force::SpringAndFriction => x + stiffness * x * x * x + 0.4 * (20.0 * v).tanh(),
+            Force::Hysteresis => 0.5 * x + 2.0 * z,
+        };
+        [
+            v,
+            u - 2.0 * damping * v - force,
+            v - v.abs() * z.abs() * z - 0.5 * v * z * z,
+        ]
+    };
+    let mut x = [0.0; 3];
+    let after = |x: [f64; 3], s: f64, k: [f64; 3]| std::array::from_fn(|i| x[i] + s * k[i]);
     let y = u
         .iter()
         .map(|u| {
-            let acceleration = |x: f64, v: f64| u - 2.0 * damping * v - x - stiffness * x * x * x;
-            let now = x;
+            let now = x[0];
             for _ in 0..SUBSTEPS {
-                let (k1, l1) = (v, acceleration(x, v));
-                let (k2, l2) = (v + 0.5 * h * l1, acceleration(x + 0.5 * h * k1, v + 0.5 * h * l1));
-                let (k3, l3) = (v + 0.5 * h * l2, acceleration(x + 0.5 * h * k2, v + 0.5 * h * l2));
-                let (k4, l4) = (v + h * l3, acceleration(x + h * k3, v + h * l3));
-                x += h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4);
-                v += h / 6.0 * (l1 + 2.0 * (l2 + l3) + l4);
+                let k1 = rate(x, *u);
+                let k2 = rate(after(x, 0.5 * h, k1), *u);
+                let k3 = rate(after(x, 0.5 * h, k2), *u);
+                let k4 = rate(after(x, h, k3), *u);
+                x = std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
             }
             now
         })
