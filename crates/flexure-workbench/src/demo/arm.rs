@@ -157,6 +157,7 @@ impl FreshRun {
         let [measured, predicted] = self.angles[joint].clone();
         let fit = self.fits()[joint];
         Comparison {
+            names: ["true", "identified"],
             heading: format!(
                 "{}: the true arm against the identified one, under torques that neither has seen",
                 NAMES[joint]
@@ -352,17 +353,20 @@ fn lay_over_truth(curves: &mut [JointCurve], joint: &JointParameters) {
         ("the true elastic torque", &|d| stiffness.torque(d)),
         ("the true friction", &|v| friction.torque(v)),
     ];
-    for (JointCurve { curve, .. }, (label, truth)) in curves.iter_mut().zip(truths) {
+    for (JointCurve { curve, dashed, .. }, (label, truth)) in curves.iter_mut().zip(truths) {
         curve.truth = curve.x.iter().map(|&x| truth(x)).collect();
         curve.truth_label = label.to_owned();
+        *dashed = "truth";
     }
 }
 
 /// The table with the true values.
 fn with_truth(mut table: ParameterTable, joint: &JointParameters) -> ParameterTable {
-    for [symbol, value] in &mut table.rows {
-        if let Some(truth) = true_value(joint, symbol) {
-            value.push_str(&format!(" (true {})", number(truth)));
+    for [symbols, value] in &mut table.rows {
+        let each = symbols.split(", ").filter_map(|symbol| true_value(joint, symbol));
+        let truths: Vec<String> = each.map(number).collect();
+        if !truths.is_empty() {
+            value.push_str(&format!(" (true {})", truths.join(", ")));
         }
     }
     table

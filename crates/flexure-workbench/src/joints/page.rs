@@ -1,19 +1,23 @@
 //! A joint as the page that shows it.
 
 use flexure::bands::Band;
-use flexure::identify::robot_joint::{Estimated, Finding, Fitted, FlexibleAxis, RigidAxis, TwoLinkArm};
+use flexure::identify::robot_joint::{
+    Estimated, Finding, Fitted, FlexibleAxis, IdentifiedCurve, RigidAxis, TwoLinkArm,
+};
 use flexure_report::data::{
     Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
 };
 
 use super::simulation::Fit;
-use super::text::{Constant, Outcome, Units, constants, lack_text, parameter_value, titled, with_error};
+use super::text::{Constant, Outcome, Units, constants, lack_text, parameter_rows, titled, with_error};
 use super::{Log, Motion};
 use crate::plots::{banded, median};
-use crate::text::{capitalised, number};
+use crate::text::{capitalised, decimal, number};
 
 /// A stiffness whose band is wider than this share of its median is not shown.
 const WIDEST_BAND: f64 = 0.03;
+/// Standard errors from which an offset of clocks differs from zero.
+const DISTINGUISHED: f64 = 3.0;
 /// Deflections below this share of the largest one are next to zero.
 const NEXT: f64 = 0.2;
 
@@ -22,28 +26,30 @@ pub fn rigid(axis: &RigidAxis, units: &Units, log: &Log, motions: &[Motion]) -> 
     let best = axis.friction.best();
     let labels = [
         format!("velocity ({}/s)", units.position),
-        format!("torque ({})", units.torque),
+        format!("{} ({})", units.effort, units.torque),
     ];
     let distance = format!("{:.1} %", 100.0 * best.lack_of_fit.distance);
-    let from = format!("root mean square distance of {} from the free curve", best.form.title());
+    let from = format!("{} from the free curve, root mean square", best.form.title());
     JointPage {
         title: "A rigid axis".to_owned(),
-        subtitle: subtitle("", log),
+        subtitle: subtitle("Friction and inertia", log),
         verdict: Some(Outcome::new(motions, [best]).verdict()),
         facts: vec![
             inertia("Inertia", axis.inertia, units.inertia()),
-            Fact::new("Best form", distance, from),
+            Fact::new("Distance of the best form", distance, from),
             samples(log),
         ],
         warnings: warnings(&axis.findings).collect(),
         curves: vec![JointCurve::new(
             "Friction",
-            "The torque that inertia and position-dependent terms leave, over the velocity, with the free curve and its \
-             band; dashed the form with the smallest BIC.",
+            format!(
+                "The {} that inertia and position-dependent terms leave, over the velocity, with the free curve and its band.",
+                units.effort
+            ),
             curve(&axis.friction.band, [&labels[0], &labels[1]], |v| best.torque(v), best),
             Scatter::new(&axis.friction.x[..], &axis.friction.partial[..]),
         )],
-        tables: axis.friction.forms.iter().map(|f| table(f, units)).collect(),
+        tables: best_first(&axis.friction).map(|f| table(f, units)).collect(),
         motions: comparisons(log, 0, &axis.reconstructed, motions, units, ""),
         command: None,
         python: None,
@@ -55,7 +61,7 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
     let units = Units::of(false);
     JointPage {
         title: "A flexible joint".to_owned(),
-        subtitle: subtitle("", log),
+        subtitle: subtitle("Friction, stiffness and inertia", log),
         verdict: Some(Outcome::new(motions, [&axis.model.friction]).verdict()),
         facts: vec![
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
@@ -64,8 +70,8 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
             samples(log),
         ],
         warnings: warnings(&axis.link.findings).collect(),
-        curves: joint_curves(axis, "").into(),
-        tables: forms(axis).map(|f| table(f, &units)).collect(),
+        curves: joint_curves(axis, ""),
+        tables: tables(axis, &units, "").collect(),
         motions: comparisons(log, 0, &axis.link.reconstructed, motions, &units, ""),
         command: None,
         python: None,
@@ -77,7 +83,7 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
     let units = Units::of(false);
     let mut page = JointPage {
         title: "A two-link arm".to_owned(),
-        subtitle: subtitle(" of both joints", log),
+        subtitle: subtitle("Friction, stiffness and inertia of both joints", log),
         verdict: Some(Outcome::new(motions, arm.joints.iter().map(|axis| &axis.model.friction)).verdict()),
         facts: constants(arm).into_iter().map(constant).collect(),
         ..JointPage::default()
@@ -89,14 +95,8 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
         page.warnings
             .extend(warnings(&axis.link.findings).map(|f| format!("{name}: {f}")));
         page.curves.extend(joint_curves(axis, &format!(", {name}")));
-        page.tables.extend(forms(axis).enumerate().map(|(k, f)| {
-            let table = table(f, &units);
-            let all = if k < 2 { ", all equations together" } else { "" };
-            ParameterTable {
-                heading: format!("{} of {name}{all}", table.heading),
-                ..table
-            }
-        }));
+        page.tables
+            .extend(tables(axis, &units, &format!("{}: ", capitalised(&name))));
         let own = motions.get(i..=i).unwrap_or_default();
         let of = format!(" of {name}");
         page.motions
@@ -105,10 +105,23 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
     page
 }
 
-/// The forms of a joint: those of the model, then each by itself.
-fn forms(axis: &FlexibleAxis) -> impl Iterator<Item = &Fitted> {
-    let model = [&axis.model.stiffness, &axis.model.friction].into_iter();
-    model.chain(&axis.stiffness.forms).chain(&axis.link.friction.forms)
+/// The forms of a joint: those of the model, then each by itself; `of` begins their headings.
+fn tables(axis: &FlexibleAxis, units: &Units, of: &str) -> impl Iterator<Item = ParameterTable> {
+    let model = [&axis.model.stiffness, &axis.model.friction];
+    let alone = best_first(&axis.stiffness).chain(best_first(&axis.link.friction));
+    let forms = model.map(|f| (f, ", all equations together")).into_iter();
+    forms
+        .chain(alone.map(|f| (f, "")))
+        .map(move |(form, how)| ParameterTable {
+            heading: capitalised(&format!("{of}{}{how}", form.form.title())),
+            ..table(form, units)
+        })
+}
+
+/// The forms of a curve, the one of smallest BIC first.
+fn best_first(curve: &IdentifiedCurve) -> impl Iterator<Item = &Fitted> {
+    let others = curve.forms.iter().enumerate().filter(|(i, _)| *i != curve.best);
+    std::iter::once(curve.best()).chain(others.map(|(_, form)| form))
 }
 
 fn constant(constant: Constant) -> Fact {
@@ -120,38 +133,47 @@ fn constant(constant: Constant) -> Fact {
 }
 
 fn clock_offset(axis: &FlexibleAxis) -> Fact {
-    let note = match axis
-        .link
-        .findings
-        .iter()
-        .any(|f| matches!(f, Finding::EncoderClocks { .. }))
-    {
-        true => "by which the link's samples are late; corrected".to_owned(),
-        false => format!(
-            "not distinguished from zero (standard error {:.3} ms)",
-            1e3 * axis.clock_offset.standard_error
-        ),
+    let Estimated { value, standard_error } = axis.clock_offset;
+    let has = |finding: fn(&Finding) -> bool| axis.link.findings.iter().any(finding);
+    let note = if has(|f| matches!(f, Finding::EncoderClocks { .. })) {
+        "by which the link's samples are late; corrected".to_owned()
+    } else if !(value.abs() > DISTINGUISHED * standard_error) {
+        let error = 1e3 * standard_error;
+        format!("not distinguished from zero (standard error {error:.3} ms)")
+    } else if has(|f| matches!(f, Finding::FewReversals { .. } | Finding::NeverReverses { .. })) {
+        "not corrected: the motion reverses too seldom to determine it".to_owned()
+    } else {
+        "a negligible part of a sample; not corrected".to_owned()
     };
-    Fact::new("Encoder skew", format!("{:.3} ms", 1e3 * axis.clock_offset.value), note)
+    Fact::new("Encoder skew", format!("{:.3} ms", 1e3 * value), note)
 }
 
-/// The curves of a flexible joint; `of` is added to their headings.
-fn joint_curves(axis: &FlexibleAxis, of: &str) -> [JointCurve; 3] {
+/// The curves of a flexible joint; `of` is added to their headings. A stiffness that is not known anywhere is left out.
+fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
     let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
     let (deflection, torque) = ("deflection (rad)", "torque (N m)");
     let secant = |d: f64| if d == 0.0 { f64::NAN } else { stiffness.torque(d) / d };
     let secant = curve(&axis.secant, [deflection, "stiffness (N m/rad)"], secant, stiffness);
-    [
+    let secant = without_wide_band(secant);
+    let known = secant.y.iter().any(|k| k.is_finite());
+    let mut elastic =
+        "The torque that the motor's inertia leaves, over the deflection, with the free curve.".to_owned();
+    if !known {
+        elastic.push_str(" The stiffness, torque over deflection, is not drawn: its band is wide everywhere.");
+    }
+    let stiffness_curve = known.then(|| {
         JointCurve::new(
             format!("Stiffness{of}"),
             "The stiffness k(d) = κ(d)/d with its band, where that is narrow enough to tell it: a dip at zero is a soft wind-up. Next \
              to zero no torque tells it.",
-            without_wide_band(secant),
+            secant,
             Scatter::default(),
-        ),
+        )
+    });
+    let others = [
         JointCurve::new(
             format!("Elastic torque{of}"),
-            "The torque that the motor's inertia leaves, over the deflection, with the free curve.",
+            elastic,
             curve(
                 &axis.stiffness.band,
                 [deflection, torque],
@@ -172,15 +194,12 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> [JointCurve; 3] {
             ),
             Scatter::new(&axis.link.friction.x[..], &axis.link.friction.partial[..]),
         ),
-    ]
+    ];
+    stiffness_curve.into_iter().chain(others).collect()
 }
 
-fn subtitle(of: &str, log: &Log) -> String {
-    format!(
-        "Friction, stiffness and inertia{of} from {} samples of {}.",
-        log.samples(),
-        log.name
-    )
+fn subtitle(what: &str, log: &Log) -> String {
+    format!("{what} from {} samples of {}.", log.samples(), log.name)
 }
 
 fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
@@ -204,7 +223,7 @@ fn warnings(findings: &[Finding]) -> impl Iterator<Item = String> {
 }
 
 fn samples(log: &Log) -> Fact {
-    let apart = format!("{} s apart", number(log.sample_time));
+    let apart = format!("{} s apart", decimal(log.sample_time));
     Fact::new("Samples", log.samples().to_string(), apart)
 }
 
@@ -241,11 +260,7 @@ fn table(form: &Fitted, units: &Units) -> ParameterTable {
         let value = with_error(form.inertia);
         rows.push(["inertia".to_owned(), typeset(&format!("{value} {}", units.inertia()))]);
     }
-    for parameter in &form.parameters {
-        let unit = units.of_curve(parameter.unit, form.form.is_stiffness());
-        let value = parameter_value(parameter, &unit);
-        rows.push([parameter.symbol.clone(), typeset(&value)]);
-    }
+    rows.extend(parameter_rows(form, units).map(|(symbols, value)| [symbols.join(", "), typeset(&value)]));
     ParameterTable {
         heading: titled(form),
         rows,
@@ -264,10 +279,13 @@ fn comparisons(
 ) -> Vec<Comparison> {
     let torque = comparison(
         log,
-        format!("Torque{of}: measured against reconstructed from the motion"),
-        format!("torque ({})", units.torque),
+        format!(
+            "{}{of}: measured against reconstructed from the motion",
+            capitalised(units.effort)
+        ),
+        format!("{} ({})", units.effort, units.torque),
         &log.axes[i].torque,
-        reconstructed,
+        ("reconstructed", reconstructed),
     );
     let (quantity, plural) = match of {
         "" => ("position", ""),
@@ -279,16 +297,23 @@ fn comparisons(
             format!("Motion{of}: measured against simulated {}{plural}", motion.drive),
             format!("{quantity} ({})", units.position),
             &log.axes[i].position,
-            &motion.position,
+            ("simulated", &motion.position),
         )
     });
     [torque].into_iter().chain(motions).collect()
 }
 
-fn comparison(log: &Log, heading: String, y_label: String, measured: &[f64], predicted: &[f64]) -> Comparison {
+fn comparison(
+    log: &Log,
+    heading: String,
+    y_label: String,
+    measured: &[f64],
+    (name, predicted): (&'static str, &[f64]),
+) -> Comparison {
     let n = measured.len().min(predicted.len());
     let fit = Fit::new(measured, predicted);
     Comparison {
+        names: ["measured", name],
         heading,
         prediction: Prediction {
             y_label,

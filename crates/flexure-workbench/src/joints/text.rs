@@ -16,16 +16,22 @@ pub struct Units {
     pub position: &'static str,
     /// Of torques: N m or N.
     pub torque: &'static str,
+    /// What acts on the joint: a torque or a force.
+    pub effort: &'static str,
     prismatic: bool,
 }
 
 impl Units {
     /// Those of a prismatic or a revolute joint.
     pub fn of(prismatic: bool) -> Units {
-        let [position, torque] = if prismatic { ["m", "N"] } else { ["rad", "N m"] };
+        let [position, torque, effort] = match prismatic {
+            true => ["m", "N", "force"],
+            false => ["rad", "N m", "torque"],
+        };
         Units {
             position,
             torque,
+            effort,
             prismatic,
         }
     }
@@ -107,22 +113,26 @@ pub fn write_form(form: &Fitted, units: &Units, lines: &mut Lines) {
     });
 }
 
-/// The parameters of a form, an item each; those of which the same is known in one.
+/// The parameters of a form, an item each.
 pub fn write_parameters(form: &Fitted, units: &Units, lines: &mut Lines) {
+    for (symbols, text) in parameter_rows(form, units) {
+        lines.item(&symbols.join(", "), text);
+    }
+}
+
+/// What is known of the parameters of a form: first those that the data determine; those of which the same is known together.
+pub fn parameter_rows<'a>(form: &'a Fitted, units: &Units) -> impl Iterator<Item = (Vec<&'a str>, String)> {
     let unit = |p: &Parameter| units.of_curve(p.unit, form.form.is_stiffness());
-    let mut items: Vec<(Vec<&str>, String)> = Vec::new();
-    // First what the data determine.
+    let mut rows: Vec<(Vec<&str>, String)> = Vec::new();
     let (known, unknown): (Vec<_>, Vec<_>) = form.parameters.iter().partition(|p| p.identifiable);
     for p in known.into_iter().chain(unknown) {
         let text = parameter_value(p, &unit(p));
-        match items.iter_mut().find(|(_, other)| !p.identifiable && *other == text) {
+        match rows.iter_mut().find(|(_, other)| !p.identifiable && *other == text) {
             Some((symbols, _)) => symbols.push(&p.symbol),
-            None => items.push((vec![&p.symbol], text)),
+            None => rows.push((vec![&p.symbol], text)),
         }
     }
-    for (symbols, text) in items {
-        lines.item(&symbols.join(", "), text);
-    }
+    rows.into_iter()
 }
 
 /// The other forms that were tried: how near each is to the free curve, and its parameters in a row.
@@ -197,68 +207,107 @@ pub fn range_text(band: &Band, unit: &str) -> String {
 
 /// What an identified joint or arm explains of its log.
 pub struct Outcome<'a> {
-    /// How near its simulated motions are, percent; empty where none could be simulated.
-    fits: Vec<f64>,
+    /// What drove its simulated motions, and how near they are, percent; empty where none could be simulated.
+    fits: Vec<(&'static str, f64)>,
     /// A form of friction for every axis.
     frictions: Vec<&'a Fitted>,
+}
+
+/// What is wrong with it, the worst first.
+#[derive(Clone, Copy, PartialEq)]
+enum Fault {
+    RunsAway,
+    NotSimulated,
+    PoorMotion,
+    RefutedForm,
 }
 
 impl<'a> Outcome<'a> {
     /// Of simulated motions, and of a form of friction for every axis.
     pub fn new(motions: &[Motion], frictions: impl IntoIterator<Item = &'a Fitted>) -> Self {
         Outcome {
-            fits: motions.iter().map(|m| m.fit.percent).collect(),
+            fits: motions.iter().map(|m| (m.drive, m.fit.percent)).collect(),
             frictions: frictions.into_iter().collect(),
         }
     }
 
+    fn fault(&self) -> Option<Fault> {
+        let below = |limit: f64| self.fits.iter().any(|&(_, fit)| !(fit > limit));
+        match self.fits.is_empty() {
+            true => Some(Fault::NotSimulated),
+            false if below(RUN_AWAY) => Some(Fault::RunsAway),
+            false if below(POOR) => Some(Fault::PoorMotion),
+            false if self.frictions.iter().any(|form| is_refuted(form)) => Some(Fault::RefutedForm),
+            false => None,
+        }
+    }
+
     fn tone(&self) -> Tone {
-        match (self.runs_away(), self.frictions.iter().any(|form| is_refuted(form))) {
-            (true, _) => Tone::Bad,
-            (false, true) => Tone::Caution,
-            (false, false) => Tone::Good,
+        match self.fault() {
+            Some(Fault::RunsAway | Fault::NotSimulated) => Tone::Bad,
+            Some(Fault::PoorMotion | Fault::RefutedForm) => Tone::Caution,
+            None => Tone::Good,
         }
     }
 
-    fn runs_away(&self) -> bool {
-        self.fits.iter().any(|&fit| !(fit > RUN_AWAY))
-    }
-
-    /// How near its simulated motions are; `None` where there are none.
-    fn motion(&self) -> Option<String> {
-        let each: Vec<String> = self.fits.iter().map(|fit| format!("{fit:.2} %")).collect();
-        match (each.is_empty(), self.runs_away()) {
-            (true, _) => None,
-            (false, true) => Some("its simulated motion runs away".to_owned()),
-            (false, false) => Some(format!("its simulated motion fits by {}", each.join(" and "))),
+    /// How near its simulated motions are: one of each joint, or of one joint under several drives.
+    fn motion(&self) -> String {
+        match self.fault() {
+            Some(Fault::NotSimulated) => return "it cannot be simulated with what was found".to_owned(),
+            Some(Fault::RunsAway) => return "its simulated motion runs away".to_owned(),
+            _ => {}
         }
+        let same = self.fits.iter().all(|(drive, _)| *drive == self.fits[0].0);
+        let each = self.fits.iter().map(|(drive, fit)| match same {
+            true => format!("{fit:.2} %"),
+            false => format!("{fit:.2} % {drive}"),
+        });
+        format!(
+            "its simulated motion fits by {}",
+            each.collect::<Vec<_>>().join(" and ")
+        )
     }
 
     /// The first line of its text: `what` it is, its `inertia`, and how near its simulated motions are.
     pub fn write_headline(&self, what: &str, inertia: &str, lines: &mut Lines) {
-        let simulated = self.motion().map_or_else(String::new, |motion| format!("; {motion}"));
-        lines.headline(self.tone(), format!("{what}: {inertia}{simulated}"));
+        lines.headline(self.tone(), format!("{what}: {inertia}; {}", self.motion()));
     }
 
     /// The same as the verdict of its page.
     pub fn verdict(&self) -> Verdict {
-        let tone = self.tone();
-        let headline = match tone {
-            Tone::Bad => "The simulated motion runs away",
-            Tone::Caution => "The free curve refutes the form of the friction",
-            _ => "Nothing refutes the form of the friction",
+        let fault = self.fault();
+        let headline = match fault {
+            Some(Fault::RunsAway) => "The simulated motion runs away",
+            Some(Fault::NotSimulated) => "No motion can be simulated with what was found",
+            Some(Fault::PoorMotion) => "The simulated motion is far from the measured one",
+            Some(Fault::RefutedForm) => "The free curve refutes the form of the friction",
+            None => "Nothing refutes the form of the friction",
         };
-        let motion = match tone {
-            Tone::Bad => Some("Inertia and friction as they were found do not explain the measured motion".to_owned()),
-            _ => self.motion().map(|text| capitalised(&text)),
+        let motion = match fault {
+            Some(Fault::RunsAway) => {
+                "Inertia and friction as they were found do not explain the measured motion".to_owned()
+            }
+            Some(Fault::NotSimulated) => {
+                "No arm has inertias, stiffness and friction as they were found: do not use them".to_owned()
+            }
+            _ => capitalised(&self.motion()),
         };
-        let form = |form: &&Fitted| format!("{}: {}", titled(form), lack_text(form));
-        let refuted =
-            (tone == Tone::Caution).then(|| "Where that matters, use the curve instead of the form".to_owned());
-        let sentences = motion.into_iter().chain(self.frictions.iter().map(form)).chain(refuted);
+        let several = self.frictions.len() > 1;
+        let form = |(i, form): (usize, &&Fitted)| {
+            let joint = match several {
+                true => format!("Joint {}: ", i + 1),
+                false => String::new(),
+            };
+            format!("{joint}{}: {}", titled(form), lack_text(form))
+        };
+        let refuted = self.frictions.iter().any(|form| is_refuted(form));
+        let usable = matches!(fault, Some(Fault::RefutedForm | Fault::PoorMotion));
+        let advice = (refuted && usable).then(|| "Where that matters, use the curve instead of the form".to_owned());
+        let forms = self.frictions.iter().enumerate().map(form);
+        let sentences = [motion].into_iter().chain(forms).chain(advice);
         Verdict {
             headline: headline.to_owned(),
-            holds: tone == Tone::Good,
+            holds: fault.is_none(),
             text: sentences.map(|sentence| sentence + ".").collect::<Vec<_>>().join(" "),
         }
     }
@@ -266,6 +315,8 @@ impl<'a> Outcome<'a> {
 
 /// A fit below this, in percent, is that of a motion that has run away.
 const RUN_AWAY: f64 = -1000.0;
+/// A fit below this, in percent, is poor: the motion misses a fifth of the measured one's spread. Convention.
+const POOR: f64 = 80.0;
 
 /// How near a simulated motion is to the measured one.
 pub fn nearness(fit: Fit, unit: &str) -> String {

@@ -1,13 +1,25 @@
 //! Whether a record is the log of a robot's joint, and the command for it.
 
+use std::collections::BTreeMap;
+
+use flexure::identify::robot_joint::{Estimated, Extra};
 use flexure::look::{Look, Relation};
+use flexure::text::with_error;
 use flexure_io::RecordFile;
 
 use super::Request;
 use super::roles::{Role, is_force_constant, is_neutral, is_prismatic, is_torque, is_torque_constant, role};
 use super::suggestion::Suggestion;
+use crate::joints::{AxisLog, Log, Settings, identify};
+use crate::text::quoted;
+
+/// Samples of all axes together up to which the suggested identification is tried. Convention: a few seconds.
+const MOST_TRIED: usize = 25_000;
+/// Standard errors by which an inertia differs from zero.
+const CLEARLY: f64 = 3.0;
 
 /// The columns of a joint.
+#[derive(Clone, Copy)]
 struct Joint<'a> {
     torque: &'a str,
     position: &'a str,
@@ -15,87 +27,262 @@ struct Joint<'a> {
     motor: Option<&'a str>,
 }
 
-/// `flexure joint`, where the names say that the record is of a joint, or where a position integrates a torque.
-pub(super) fn suggestion(
-    file: &RecordFile,
-    request: &Request,
-    look: &Look,
-    sample_time: Option<f64>,
-) -> Option<Suggestion> {
+/// What a look says of joints.
+pub(super) enum Outcome {
+    /// `flexure joint`, which was tried where that does not last too long.
+    Fits(Suggestion),
+    /// The record is that of a joint, but none can be identified from it: why, in a sentence.
+    Fails(String),
+    /// Nothing says that the record is that of a joint, or that it was of use to say so.
+    None,
+}
+
+/// `flexure joint`, where the names say that the record is of a joint, or where a position integrates a torque. It is tried where the samples
+/// are evenly spaced.
+pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, sample_time: Option<f64>) -> Outcome {
     let joints = joints(request, look);
-    let first = joints.first()?;
-    let join = |columns: Vec<&str>| columns.join(",");
-    // Two flexible joints are a two-link arm.
-    let arm = joints.len() == 2 && joints.iter().all(|j| j.motor.is_some());
-    let torque = if arm {
-        join(joints.iter().map(|j| j.torque).collect())
-    } else {
-        first.torque.to_owned()
+    let Some(&first) = joints.first() else {
+        return Outcome::None;
     };
-    let position = if arm {
-        join(joints.iter().map(|j| j.position).collect())
-    } else {
-        first.position.to_owned()
+    let uniform = look.clock.as_ref().is_none_or(|clock| clock.is_uniform());
+    let axes = if is_arm(&joints) { joints.len() } else { 1 };
+    let step = sample_time.filter(|_| uniform && axes * file.record.len() <= MOST_TRIED);
+    let command = |tried: &[Joint]| Command::new(file, request, look, tried, joints.len());
+    let Some(step) = step else {
+        let tried = if is_arm(&joints) { &joints[..] } else { &[first] };
+        return Outcome::Fits(command(tried).suggestion(look, tried[0], sample_time));
     };
-    let motor = match (arm, first.motor) {
-        (true, _) => Some(join(joints.iter().filter_map(|j| j.motor).collect())),
-        (false, motor) => motor.map(str::to_owned),
-    };
-    let mut options = match &motor {
-        Some(motor) => vec!["--motor", motor, "--link", &position],
-        None => vec!["--position", &position],
-    };
-    options.extend(["--torque", &torque]);
-    let constants = || file.constants.iter().map(|c| c.0.as_str());
-    let constant = constants().find(|name| is_torque_constant(name));
-    options.extend(constant.iter().flat_map(|name| ["--torque-constant", *name]));
-    let is_line = |name: &str| file.unit(name).is_some_and(is_prismatic);
-    let mut notes = Vec::new();
-    if motor.is_none() {
-        if is_line(first.position) || is_line(first.torque) {
-            options.push("--prismatic");
-        } else if constant.is_some_and(is_force_constant) {
-            options.push("--prismatic");
-            notes.push("The constant is called as that of an axis which moves along a line: leave --prismatic out if it turns.".to_owned());
-        } else if file.unit(first.position).is_none() {
-            notes.push("Add --prismatic if the axis moves along a line: positions in m, forces in N.".to_owned());
+    let mut reason = None;
+    for tried in candidates(&joints) {
+        for extra in extras(look, &tried) {
+            let command = command(&tried).with(extra);
+            match trial(file, &tried, &command, step) {
+                Err(why) => _ = reason.get_or_insert(why),
+                Ok(()) => {
+                    let mut suggestion = command.suggestion(look, tried[0], sample_time);
+                    let flexible = reason.filter(|_| first.motor.is_some());
+                    suggestion
+                        .notes
+                        .extend(flexible.map(|why| format!("A flexible joint was tried, too: {why}.")));
+                    return Outcome::Fits(suggestion);
+                }
+            }
         }
+    }
+    let why = reason.unwrap_or_default();
+    let torques = if is_arm(&joints) { &joints[..] } else { &[first] };
+    let torques = quoted(torques.iter().map(|joint| joint.torque));
+    match integration(look, &first) || first.motor.is_some() {
+        true => Outcome::Fails(format!(
+            "No joint can be identified from the motion under {torques}: {why}."
+        )),
+        false => Outcome::None,
+    }
+}
+
+/// Two flexible joints are a two-link arm.
+fn is_arm(joints: &[Joint]) -> bool {
+    joints.len() == 2 && joints.iter().all(|j| j.motor.is_some())
+}
+
+/// What may be identified, the best first: an arm, else the first joint, flexible, or rigid and seen by either of its encoders.
+fn candidates<'a>(joints: &[Joint<'a>]) -> Vec<Vec<Joint<'a>>> {
+    if is_arm(joints) {
+        return vec![joints.to_vec()];
+    }
+    let first = joints[0];
+    let positions = first.motor.into_iter().chain([first.position]);
+    let rigid = positions.map(|position| Joint {
+        position,
+        motor: None,
+        ..first
+    });
+    let flexible = first.motor.map(|_| first);
+    flexible.into_iter().chain(rigid).map(|joint| vec![joint]).collect()
+}
+
+/// What may act beside the torque: gravity or a spring where a rigid axis was not seen to integrate it.
+fn extras(look: &Look, joints: &[Joint]) -> Vec<Option<Extra>> {
+    match joints[0].motor.is_some() || integration(look, &joints[0]) {
+        true => vec![None],
+        false => vec![None, Some(Extra::Gravity), Some(Extra::Spring)],
+    }
+}
+
+/// Whether the joints can be identified: their inertias clearly differ from zero, and the simulated motion is nearer than none.
+fn trial(file: &RecordFile, joints: &[Joint], command: &Command, sample_time: f64) -> Result<(), String> {
+    let constant = command.constant.map_or(1.0, |(_, value)| value);
+    let column =
+        |name: &str, by: f64| -> anyhow::Result<Vec<f64>> { Ok(file.finite(name)?.iter().map(|v| v * by).collect()) };
+    let axis = |joint: &Joint| {
+        anyhow::Ok(AxisLog {
+            torque: column(joint.torque, constant)?,
+            position: column(joint.position, 1.0)?,
+            motor: joint.motor.map(|motor| column(motor, 1.0)).transpose()?,
+            velocity: None,
+        })
+    };
+    let identified = || {
+        let log = Log {
+            name: file.name(),
+            sample_time,
+            axes: joints.iter().map(axis).collect::<anyhow::Result<_>>()?,
+            columns: BTreeMap::new(),
+        };
+        let settings = Settings {
+            extras: command.extra.into_iter().collect(),
+            prismatic: command.is_prismatic(),
+            level: 0.95,
+            ..Settings::default()
+        };
+        let joint = identify(log, &settings, file, |name, _| format!("--{name}"))?;
+        let motions = joint.simulate(None)?;
+        anyhow::Ok((joint, motions))
+    };
+    let (joint, motions) = identified().map_err(|error| {
+        let text = error.to_string();
+        let path = format!("{}: ", file.path.display());
+        text.strip_prefix(&path).unwrap_or(&text).to_owned()
+    })?;
+    for (name, Estimated { value, standard_error }) in joint.inertias() {
+        if !(value > 0.0) || standard_error.is_finite() && value < CLEARLY * standard_error {
+            return Err(format!(
+                "the {name}, {}, does not clearly differ from zero",
+                with_error(value, standard_error)
+            ));
+        }
+    }
+    match motions.is_empty() || motions.iter().any(|m| !(m.fit.percent > 0.0)) {
+        true => Err("the simulated motion is nowhere near the measured one".to_owned()),
+        false => Ok(()),
+    }
+}
+
+/// The options of `flexure joint` for the columns of a joint or of an arm.
+struct Command<'a> {
+    options: Vec<String>,
+    /// The name and the value of the torque for each unit of the torque column.
+    constant: Option<(&'a str, f64)>,
+    extra: Option<Extra>,
+    notes: Vec<String>,
+    given: Option<f64>,
+    /// The torques of the joints beside it.
+    others: Vec<String>,
+}
+
+impl<'a> Command<'a> {
+    fn new(file: &'a RecordFile, request: &Request, look: &Look, tried: &[Joint], found: usize) -> Self {
+        let joined = |column: fn(&Joint) -> Option<String>| -> String {
+            tried.iter().filter_map(column).collect::<Vec<_>>().join(",")
+        };
+        let (first, position) = (tried[0], joined(|j| Some(j.position.to_owned())));
+        let mut options = match first.motor {
+            Some(_) => vec![
+                "--motor".to_owned(),
+                joined(|j| j.motor.map(str::to_owned)),
+                "--link".to_owned(),
+                position,
+            ],
+            None => vec!["--position".to_owned(), position],
+        };
+        options.extend(["--torque".to_owned(), joined(|j| Some(j.torque.to_owned()))]);
+        let named = |wanted: &dyn Fn(&str) -> bool| file.constants.iter().find(|c| wanted(&c.0));
+        let constant = named(&is_torque_constant).map(|(name, value)| (name.as_str(), *value));
+        options.extend(
+            constant
+                .iter()
+                .flat_map(|(name, _)| ["--torque-constant".to_owned(), (*name).to_owned()]),
+        );
+        let mut command = Command {
+            options,
+            constant,
+            extra: None,
+            notes: Vec::new(),
+            given: request.sample_time,
+            others: Vec::new(),
+        };
+        if first.motor.is_none() {
+            command.complete_rigid(file, look, first);
+        }
+        if tried.len() == 1 && found > 1 {
+            let joints = joints(request, look);
+            let others = joints.iter().map(|j| j.torque).filter(|torque| *torque != first.torque);
+            command.others = others.map(str::to_owned).collect();
+        }
+        command
+    }
+
+    /// Whether it moves along a line, and its position loop.
+    fn complete_rigid(&mut self, file: &RecordFile, look: &Look, joint: Joint) {
+        let is_line = |name: &str| file.unit(name).is_some_and(is_prismatic);
+        if is_line(joint.position) || is_line(joint.torque) {
+            self.options.push("--prismatic".to_owned());
+        } else if self.constant.is_some_and(|(name, _)| is_force_constant(name)) {
+            self.options.push("--prismatic".to_owned());
+            self.notes.push("The constant is called as that of an axis which moves along a line: leave --prismatic out if it turns.".to_owned());
+        } else if file.unit(joint.position).is_none() && !is_torque(joint.torque) {
+            self.notes
+                .push("Add --prismatic if the axis moves along a line: positions in m, forces in N.".to_owned());
+        }
+        let constants = || file.constants.iter().map(|c| c.0.as_str());
         let gains = ["kp", "kv"].map(|gain| constants().find(|name| name.eq_ignore_ascii_case(gain)));
         let is_reference = |name: &&str| matches!(role(name), Some((Role::Reference, _)));
         let reference = look.columns.iter().map(|c| c.name.as_str()).find(is_reference);
         if let (Some(reference), [Some(kp), Some(kv)]) = (reference, gains) {
-            options.extend(["--reference", reference, "--kp", kp, "--kv", kv]);
+            let options = ["--reference", reference, "--kp", kp, "--kv", kv];
+            self.options.extend(options.map(str::to_owned));
         }
     }
-    let given = request.sample_time.map(|step| step.to_string());
-    options.extend(given.iter().flat_map(|step| ["--sample-time", step.as_str()]));
-    if sample_time.is_none() {
-        notes.push(
-            "The record has no column of instants, and a joint needs the sample time: add --sample-time S, in s."
-                .to_owned(),
-        );
+
+    /// With gravity or a spring; gravity does not act along a line.
+    fn with(mut self, extra: Option<Extra>) -> Self {
+        let option = match extra {
+            Some(Extra::Gravity) if !self.is_prismatic() => "--gravity",
+            Some(Extra::Spring) => "--spring",
+            _ => return self,
+        };
+        self.options.push(option.to_owned());
+        Command { extra, ..self }
     }
-    options.extend(["--report", "report.html"]);
-    let why = match integration(look, first) {
-        true => format!(
-            "'{}' integrates '{}', as a position integrates a force: a joint's friction and inertia explain it, a block model does not.",
-            first.position, first.torque
-        ),
-        false => "The columns are named as those of a joint.".to_owned(),
-    };
-    if motor.is_none() && !integration(look, first) {
-        notes.push("The data do not show that the position integrates the torque: if gravity or a spring acts, add --gravity or --spring.".to_owned());
+
+    fn is_prismatic(&self) -> bool {
+        self.options.iter().any(|option| option == "--prismatic")
     }
-    if !arm && joints.len() > 1 {
-        let others: Vec<&str> = joints[1..].iter().map(|j| j.torque).collect();
-        notes.push(format!(
-            "The joints of {} are identified in the same way, one at a time.",
-            others.join(", ")
-        ));
+
+    /// The command with its reasons.
+    fn suggestion(mut self, look: &Look, joint: Joint, sample_time: Option<f64>) -> Suggestion {
+        if let Some(step) = self.given {
+            self.options.extend(["--sample-time".to_owned(), step.to_string()]);
+        }
+        if sample_time.is_none() {
+            self.notes.push(
+                "The record has no column of instants, and a joint needs the sample time: add --sample-time S, in s."
+                    .to_owned(),
+            );
+        }
+        self.options.extend(["--report".to_owned(), "report.html".to_owned()]);
+        let integrates = integration(look, &joint);
+        let why = match integrates {
+            true => format!(
+                "'{}' integrates '{}', as a position integrates a force: a joint's friction and inertia explain it, a block model does not.",
+                joint.position, joint.torque
+            ),
+            false => "The columns are named as those of a joint.".to_owned(),
+        };
+        if joint.motor.is_none() && !integrates && self.extra.is_none() {
+            self.notes.push("The data do not show that the position integrates the torque: if gravity or a spring acts, add --gravity or --spring.".to_owned());
+        }
+        if !self.others.is_empty() {
+            self.notes.push(format!(
+                "The joints of {} may be identified in the same way, one at a time.",
+                self.others.join(", ")
+            ));
+        }
+        let options: Vec<&str> = self.options.iter().map(String::as_str).collect();
+        let mut suggestion = Suggestion::new("joint", &options, why);
+        suggestion.notes = self.notes;
+        suggestion
     }
-    let mut suggestion = Suggestion::new("joint", &options, why);
-    suggestion.notes = notes;
-    Some(suggestion)
 }
 
 /// Whether the position of a joint was seen to integrate its torque.

@@ -61,9 +61,12 @@ impl<'a> Inspection<'a> {
         let measured = instants.map(|clock| tidy(seconds * clock.usual_step(file.record.len())));
         let sample_time = request.sample_time.or(measured);
         let look = look(&file.record, time, sample_time).map_err(|error| file.locate(error))?;
+        let (suggestion, failure) = suggestion::suggestion(file, request, &look, sample_time);
+        let mut findings = findings::findings(file, &look, seconds, sample_time);
+        findings.extend(failure);
         Ok(Inspection {
-            findings: findings::findings(file, &look, seconds, sample_time),
-            suggestion: suggestion::suggestion(file, request, &look, sample_time),
+            findings,
+            suggestion,
             file,
             look,
             sample_time,

@@ -1,9 +1,11 @@
 //! The command to type after a look.
 
 use flexure::look::{Clock, Direction, Kind, Look, Relation};
+use flexure::text::counted;
 use flexure_io::RecordFile;
 
 use super::Request;
+use super::findings::Finding;
 use super::joint;
 use super::roles::{Role, role};
 use super::text::plain;
@@ -15,6 +17,9 @@ const FEWEST: usize = 200;
 
 /// The coherent share from which a column that follows another one is an output, or lies between that and one. Convention.
 const BETWEEN: f64 = 0.2;
+
+/// The longest gap that is interpolated before an identification, in samples. Convention.
+const LONGEST_FILLED: usize = 10;
 
 /// A command that fits the record.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -50,16 +55,25 @@ pub(super) struct Signals {
     pub why: String,
 }
 
-/// The command that fits a record; `None` if there is nothing to identify.
-pub fn suggestion(file: &RecordFile, request: &Request, look: &Look, sample_time: Option<f64>) -> Option<Suggestion> {
+/// The command that fits a record, or why there is none; neither if there is nothing to identify.
+pub fn suggestion(
+    file: &RecordFile,
+    request: &Request,
+    look: &Look,
+    sample_time: Option<f64>,
+) -> (Option<Suggestion>, Option<Finding>) {
     let signals = signals(request, look);
-    let joint = joint::suggestion(file, request, look, sample_time);
     let held = signals.as_ref().map(|s| s.inputs.clone()).unwrap_or_default();
-    let suggestion = joint.or_else(|| identification(look, request, &signals?, file))?;
-    match (&look.clock, sample_time) {
-        (Some(clock), Some(step)) if !clock.is_uniform() => Some(even_spacing(look, clock, step, &held)),
-        _ => Some(suggestion),
-    }
+    let suggestion = match joint::suggestion(file, request, look, sample_time) {
+        joint::Outcome::Fits(joint) => Some(joint),
+        joint::Outcome::Fails(text) => return (None, Some(Finding { text, warning: true })),
+        joint::Outcome::None => signals.and_then(|signals| identification(look, request, &signals, file)),
+    };
+    let suggestion = suggestion.map(|suggestion| match (&look.clock, sample_time) {
+        (Some(clock), Some(step)) if !clock.is_uniform() => even_spacing(look, clock, step, &held),
+        _ => suggestion,
+    });
+    (suggestion, None)
 }
 
 /// A preparation of a record whose samples are not evenly spaced; the inputs of few levels hold them between samples.
@@ -236,6 +250,50 @@ fn by_dependence(look: &Look, usable: &[usize], given: &[usize], output: Option<
     })
 }
 
+/// A preparation of a record with columns that miss samples which the identification needs: short gaps are interpolated, else the longest
+/// part without one is kept.
+fn repair(look: &Look, file: &RecordFile, columns: &[usize]) -> Suggestion {
+    let names: Vec<String> = columns.iter().map(|i| format!("'{}'", look.columns[*i].name)).collect();
+    let samples = columns
+        .iter()
+        .filter_map(|i| file.record.column(&look.columns[*i].name).ok());
+    let mut missing = vec![false; file.record.len()];
+    samples.for_each(|x| missing.iter_mut().zip(x).for_each(|(m, x)| *m |= !x.is_finite()));
+    let longest = |of: bool| {
+        let runs = missing.chunk_by(|a, b| a == b).scan(0, |start, run| {
+            *start += run.len();
+            Some((run[0], *start - run.len()..*start))
+        });
+        let runs = runs.filter(|(missing, _)| *missing == of).map(|(_, run)| run);
+        runs.max_by_key(|run| run.len()).unwrap_or(0..0)
+    };
+    let (gap, complete) = (longest(true).len(), longest(false));
+    let ends = [missing.first(), missing.last()].contains(&Some(&true));
+    let (fill, part) = (gap.to_string(), format!("{}:{}", complete.start, complete.end));
+    let options = match gap <= LONGEST_FILLED && !ends {
+        true => ["--fill", &fill, "-o", "prepared.csv"],
+        false => ["--cut-samples", &part, "-o", "prepared.csv"],
+    };
+    let why = format!(
+        "{} {} samples, which the identification needs.",
+        names.join(", "),
+        if names.len() == 1 { "misses" } else { "miss" }
+    );
+    let mut suggestion = Suggestion::new("prepare", &options, why);
+    suggestion.notes.push(match options[0] {
+        "--fill" => "This interpolates the gaps, the longest of which has ".to_owned() + &counted(gap, "sample") + ".",
+        _ => format!(
+            "This keeps the longest part without a gap: {} of {} samples.",
+            complete.len(),
+            missing.len()
+        ),
+    });
+    suggestion
+        .notes
+        .push("Then look again: flexure look prepared.csv".to_owned());
+    suggestion
+}
+
 /// An identification of a block model.
 fn identification(look: &Look, request: &Request, signals: &Signals, file: &RecordFile) -> Option<Suggestion> {
     let name = |i: &usize| look.columns[*i].name.as_str();
@@ -243,21 +301,26 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     if output.samples < FEWEST {
         return None;
     }
+    let several = signals.inputs.len() > 1;
+    let incomplete = |i: usize| look.columns[i].samples < file.record.len();
+    let mut gaps: Vec<usize> = signals.inputs.iter().copied().filter(|i| incomplete(*i)).collect();
+    gaps.extend((several && incomplete(signals.output)).then_some(signals.output));
+    if !gaps.is_empty() {
+        return Some(repair(look, file, &gaps));
+    }
     let inputs: Vec<&str> = signals.inputs.iter().map(name).collect();
     let joined = inputs.join(",");
     let mut options = vec!["--input", &joined, "--output", &output.name];
     let mut why = signals.why.clone();
-    let several = inputs.len() > 1;
     let levels = signals
         .inputs
         .iter()
         .map(|&i| look.columns[i].levels.as_ref().map(Vec::len));
     let few = levels.flatten().any(|levels| levels <= TWO);
-    let incomplete = output.missing + output.infinite > 0;
     if several {
         options.extend(["--structure", "multiple-inputs"]);
         why.push_str(" Every input gets a nonlinearity and dynamics of its own.");
-    } else if incomplete {
+    } else if incomplete(signals.output) {
         options.push("--missing");
         why.push_str(" The output misses samples, which --missing leaves out of the fit.");
     } else if few {
@@ -270,23 +333,6 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
     options.extend(step.iter().flat_map(|step| ["--sample-time", step.as_str()]));
     options.extend(["-o", "model.json", "--report", "report.html"]);
     let mut suggestion = Suggestion::new("identify", &options, why);
-    let gaps = signals
-        .inputs
-        .iter()
-        .filter(|&&i| look.columns[i].samples < file.record.len());
-    suggestion.notes.extend(gaps.map(|i| {
-        let name = name(i);
-        format!(
-            "The input '{name}' misses samples, which no identification allows: see flexure prepare, --cut and --fill."
-        )
-    }));
-    if several && incomplete {
-        let text = format!(
-            "The output '{}' misses samples, which a model of several inputs does not allow: see flexure prepare, --cut and --fill.",
-            output.name
-        );
-        suggestion.notes.push(text);
-    }
     if !output.outliers.is_empty() {
         let text = format!(
             "flexure prepare, --outliers {}, makes the output's outliers missing samples.",
