@@ -24,7 +24,8 @@ def test_step_response_adds_up_the_impulse_response(report):
     impulse = report.js(DATA)["linear"][0]["impulse"]
     sums = list(itertools.accumulate(impulse))
     names, rows = columns(report, "plot-step-0")
-    assert names == ["time since the step (samples)", "step response"]
+    unit = report.js(DATA)["linear"][0]["response_unit"]
+    assert names == ["time since the step (samples)", f"step response ({unit})" if unit else "step response"]
     for row in rows:
         assert float(row[1]) == pytest.approx(sums[int(row[0])], rel=1e-4, abs=1e-4)
     assert severe(report) == []

@@ -19,7 +19,7 @@ function plotImpulse(linear, k) {
   chart(host, {
     at: lags,
     x: { label: "lag (samples)", range: () => widened([0, Math.max(count - 1, 1)], 0.02), step: WHOLE_STEPS },
-    y: { label: "impulse response", range: () => widened(extent(...data, [0])) },
+    y: { label: `response${responseUnit(linear)}`, range: () => widened(extent(...data, [0])) },
     series,
     data,
     bands: limits.bands,
@@ -29,6 +29,9 @@ function plotImpulse(linear, k) {
     },
   });
 }
+
+/** The unit of a block's responses, behind a name. */
+const responseUnit = (linear) => (linear.response_unit ? ` (${linear.response_unit})` : "");
 
 /** B(1) / A(1); none where an integrator makes it infinite. */
 function staticGain({ a, b }) {
@@ -49,7 +52,7 @@ function plotStep(linear, k) {
   chart(host, {
     at,
     x: { label: "time since the step (samples)", range: () => widened([0, Math.max(at.length - 1, 1)], 0.02), step: WHOLE_STEPS },
-    y: { label: "step response", range: () => widened(extent(step, [0, gain ?? 0])) },
+    y: { label: `response${responseUnit(linear)}`, range: () => widened(extent(step, [0, gain ?? 0])) },
     series: [line("step response", "--model", { width: 2, points: at.length <= 120 })],
     data: [step],
     legend: false,

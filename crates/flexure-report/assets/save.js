@@ -123,9 +123,17 @@ function tableButton(card, heading, plots, button, row) {
   made.setAttribute("aria-expanded", "false");
 }
 
+/** A command as words that stay whole: a line would else break behind the hyphens of an option. */
+function unbrokenWords(text) {
+  const span = (word) => Object.assign(document.createElement("span"), { textContent: word });
+  return text.split(" ").flatMap((word, i) => (i ? [" ", span(word)] : [span(word)]));
+}
+
 /** A button that copies the text of a code block. */
 function copyButton(block) {
-  const text = block.querySelector("code").textContent;
+  const code = block.querySelector("code");
+  const text = code.textContent;
+  if (!text.includes("\n")) code.replaceChildren(...unbrokenWords(text));
   const button = Object.assign(document.createElement("button"), { type: "button", className: "copy", textContent: "Copy" });
   button.setAttribute("aria-label", `Copy: ${block.dataset.copy}`);
   button.onclick = async () => {

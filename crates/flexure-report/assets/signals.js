@@ -5,19 +5,19 @@ function plotPrediction(p, suffix = "") {
   const group = gridGroup(`prediction${suffix}`, p.time);
   const x = { label: p.time.label };
   const common = { at, group };
-  const measured = line("measured", "--measured", { width: 4 });
+  const measured = line(p.names[0], "--measured", { width: 4 });
   chart(byId(`plot-prediction${suffix}`), {
     ...common,
     x: { ...x, ticks: false },
     y: { label: p.y_label },
-    series: [measured, line("predicted", "--model", { width: 1.5 })],
+    series: [measured, line(p.names[1], "--model", { width: 1.5 })],
     data: [p.measured, p.predicted],
   });
   chart(byId(`plot-error${suffix}`), {
     ...common,
     x,
     y: { label: `error${p.y_label.match(/ \([^()]*\)$/)?.[0] ?? ""}` },
-    series: [line("error: measured − predicted", "--error", { width: 1.3 })],
+    series: [line(`error: ${p.names.join(" − ")}`, "--error", { width: 1.3 })],
     data: [p.error],
     below: (u) => drawLevel(u, "y", 0, "--limit"),
   });
@@ -31,7 +31,7 @@ function plotOverview(host, at, p, group) {
     at,
     x: { label: p.time.label },
     y: { label: "" },
-    series: [line("measured", "--measured", { width: 1 })],
+    series: [line(p.names[0], "--measured", { width: 1 })],
     data: [p.measured],
     legend: false,
     bare: group,

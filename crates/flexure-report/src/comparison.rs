@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::Result;
 use crate::check;
 use crate::data::{ComparisonPage, Table};
-use crate::joint::{MotionText, motion_text};
-use crate::payload::{PredictionPlot, prediction};
+use crate::joint::{MotionText, motion_plot, motion_text};
+use crate::payload::PredictionPlot;
 
 /// Everything that is plotted.
 #[derive(Serialize)]
@@ -36,7 +36,7 @@ pub(crate) fn check(page: &ComparisonPage) -> Result<()> {
 /// Reduces a checked page to what its plots need.
 pub(crate) fn payload(page: &ComparisonPage) -> Payload<'_> {
     Payload {
-        motions: page.runs.iter().map(|run| prediction(&run.prediction)).collect(),
+        motions: page.runs.iter().map(motion_plot).collect(),
     }
 }
 

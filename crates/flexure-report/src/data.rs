@@ -217,6 +217,8 @@ pub struct LinearPart {
     pub a: Vec<f64>,
     /// Impulse response of the fitted transfer function, one value a sample.
     pub impulse: Vec<f64>,
+    /// The unit of the impulse and the step response: what leaves the block per unit of what enters it; may be empty.
+    pub response_unit: String,
     /// The correlation estimate of the impulse response that it was fitted to, or empty.
     pub impulse_estimate: Vec<f64>,
     /// Half width of the limits within which `impulse_estimate` is noise; 0 if unknown.

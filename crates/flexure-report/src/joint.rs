@@ -7,7 +7,7 @@ use crate::check;
 use crate::data::{Comparison, Fact, JointPage, ParameterTable, Verdict};
 use crate::payload::{NonlinearityPlot, PredictionPlot, nonlinearity, prediction};
 use crate::regression::{Cloud, cloud};
-use crate::text::{count, number};
+use crate::text::{count, name_and_unit, number};
 
 /// Everything that is plotted.
 #[derive(Serialize)]
@@ -19,6 +19,7 @@ pub(crate) struct Payload<'a> {
 #[derive(Serialize)]
 struct CurvePlot {
     curve: NonlinearityPlot,
+    dashed: &'static str,
     points: Option<Cloud>,
 }
 
@@ -52,6 +53,7 @@ pub(crate) struct MotionText<'a> {
     heading: &'a str,
     fit: String,
     rms: String,
+    unit: Option<&'a str>,
     bucket: usize,
 }
 
@@ -81,10 +83,11 @@ pub(crate) fn payload(page: &JointPage) -> Payload<'_> {
             .iter()
             .map(|c| CurvePlot {
                 curve: nonlinearity(&c.curve),
+                dashed: c.dashed,
                 points: cloud(&c.points),
             })
             .collect(),
-        motions: page.motions.iter().map(|m| prediction(&m.prediction)).collect(),
+        motions: page.motions.iter().map(motion_plot).collect(),
     }
 }
 
@@ -118,12 +121,20 @@ pub(crate) fn text<'a>(page: &'a JointPage, payload: &Payload<'_>) -> Text<'a> {
     }
 }
 
+/// A measured signal against a computed one, reduced to what is drawn.
+pub(crate) fn motion_plot(motion: &Comparison) -> PredictionPlot<'_> {
+    let mut plot = prediction(&motion.prediction);
+    plot.names = motion.names;
+    plot
+}
+
 /// What is said of a measured signal against a computed one, which is plotted so.
 pub(crate) fn motion_text<'a>(motion: &'a Comparison, plot: &PredictionPlot<'_>) -> MotionText<'a> {
     MotionText {
         heading: &motion.heading,
         fit: format!("{:.2}", motion.prediction.fit_percent),
         rms: number(motion.prediction.rms, 4),
+        unit: name_and_unit(&motion.prediction.y_label).1,
         bucket: plot.time.bucket,
     }
 }

@@ -22,6 +22,7 @@ mod regression;
 mod render;
 mod study;
 mod text;
+mod typeset;
 
 pub use error::{Error, Result};
 pub use render::{render, render_comparison, render_joint, render_look, render_regression, render_study};

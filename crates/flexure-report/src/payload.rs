@@ -46,6 +46,8 @@ pub(crate) struct NonlinearityPlot {
 #[derive(Serialize)]
 pub(crate) struct PredictionPlot<'a> {
     pub time: Grid,
+    /// What the legend calls the measured signal and the computed one.
+    pub names: [&'static str; 2],
     y_label: &'a str,
     measured: Vec<f64>,
     predicted: Vec<f64>,
@@ -163,6 +165,7 @@ fn linear(l: &LinearPart) -> LinearPart {
         b: l.b.clone(),
         a: l.a.clone(),
         impulse: rounded(&l.impulse),
+        response_unit: l.response_unit.clone(),
         impulse_estimate: rounded(&l.impulse_estimate),
         impulse_limit: l.impulse_limit,
         frequency: thin(&l.frequency),
@@ -183,6 +186,7 @@ pub(crate) fn prediction(p: &Prediction) -> PredictionPlot<'_> {
     let error: Vec<f64> = p.measured.iter().zip(&p.predicted).map(|(y, yh)| y - yh).collect();
     let measured = min_max(&p.measured, bucket);
     PredictionPlot {
+        names: ["measured", "predicted"],
         time: grid(&p.time, bucket, measured.stride, measured.values.len()),
         y_label: &p.y_label,
         measured: measured.values,

@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::data::{ComparisonPage, JointPage, LookPage, Page, RegressionPage, StudyPage};
 use crate::payload::payload;
 use crate::text::text;
+use crate::typeset::typeset;
 use crate::{Result, check, comparison, joint, look, regression, study};
 
 /// The templates by the names under which they include one another.
@@ -150,6 +151,7 @@ pub fn render_joint(page: &JointPage) -> Result<String> {
 fn document(template: &str, scripts: &[&str], text: impl Serialize, payload: &impl Serialize) -> Result<String> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.add_filter("typeset", |text: String| typeset(&text));
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     for (name, source) in TEMPLATES {
         environment.add_template(name, source)?;

@@ -120,6 +120,7 @@ pub fn linear_part(u: &[f64], y: &[f64]) -> LinearPart {
         b: B.to_vec(),
         a: A.to_vec(),
         impulse_estimate: (0..45).map(|lag| correlation(y, u, lag) * scale).collect(),
+        response_unit: "rad/s per N m".into(),
         impulse_limit: 2.576 / (u.len() as f64).sqrt() * scale,
         impulse,
         frequency: frequency.clone(),

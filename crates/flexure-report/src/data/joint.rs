@@ -36,8 +36,10 @@ pub struct JointCurve {
     pub heading: String,
     /// A sentence below the plot.
     pub caption: String,
-    /// The curve with its band; its `truth` is the physical form fitted to it.
+    /// The curve with its band; its `truth` is the physical form fitted to it, or the simulated truth.
     pub curve: Nonlinearity,
+    /// What the legend calls that: "form" or "truth".
+    pub dashed: &'static str,
     /// Its data, or none.
     pub points: Scatter,
 }
@@ -49,6 +51,7 @@ impl JointCurve {
             heading: heading.into(),
             caption: caption.into(),
             curve,
+            dashed: "form",
             points,
         }
     }
@@ -70,6 +73,8 @@ pub struct ParameterTable {
 pub struct Comparison {
     /// What is compared.
     pub heading: String,
+    /// What the legend calls the measured signal and the computed one.
+    pub names: [&'static str; 2],
     /// The signals.
     pub prediction: Prediction,
 }
