@@ -142,8 +142,8 @@ fn the_structure_is_named_and_the_others_are_refuted() {
     let found = folder.json(&format!("{IDENTIFY} auto"));
     let comparison = &found["comparison"];
     assert_eq!(
-        (&found["structure"], &comparison["supported"]),
-        (&"wiener".into(), &"wiener".into())
+        (&found["structure"], &comparison["supported"], &comparison["best"]),
+        (&"wiener".into(), &true.into(), &"wiener".into())
     );
     let candidates = comparison["candidates"].as_array().unwrap();
     for c in candidates {
@@ -155,11 +155,8 @@ fn the_structure_is_named_and_the_others_are_refuted() {
                     (&"comparison".into(), &"wiener".into())
                 );
                 assert!(refuted[0]["squared_error_ratio"].as_f64().unwrap() > 1.02);
-                let test = refuted.iter().find(|r| r["by"] == "test").unwrap();
-                assert!(
-                    words.contains(&format!("the test '{}'", test["test"].as_str().unwrap())),
-                    "{test}"
-                );
+                let tests = refuted.iter().filter(|r| r["by"] == "test").count();
+                assert!(words.contains(&format!("and by {tests} more test")), "{c}");
             }
             _ => assert!(refuted.is_empty(), "{c}"),
         }
@@ -183,10 +180,12 @@ fn a_hammerstein_system_gets_the_refined_model() {
     let folder = Folder::new();
     folder.known("r.csv", 2000, 5);
     let found = folder.json(&format!("{IDENTIFY} auto -o model.json"));
+    let comparison = &found["comparison"];
     assert_eq!(
-        found["comparison"]["supported"], "hammerstein",
+        (&comparison["supported"], &comparison["best"]),
+        (&true.into(), &"hammerstein".into()),
         "{}",
-        found["comparison"]["reasons"]
+        comparison["reasons"]
     );
     let alone = folder.json(&format!("{IDENTIFY} hammerstein -o alone.json"));
     assert_eq!(
@@ -197,22 +196,19 @@ fn a_hammerstein_system_gets_the_refined_model() {
     assert_eq!(block("model.json"), block("alone.json"));
 }
 
-/// A mass on a hardening spring, by small explicit steps: the nonlinearity is in the feedback path.
+/// A system whose gain doubles over the record.
 #[test]
 fn none_of_these_is_a_verdict() {
     let folder = Folder::new();
     let mut rng = Pcg64::seed_from_u64(3);
-    let u: Vec<f64> = (0..2500).map(|_| rng.random_range(-1.7..1.7)).collect();
-    let (mut x, mut v) = (0.0_f64, 0.0);
+    let u: Vec<f64> = (0..2000).map(|_| rng.random_range(-1.7..1.7)).collect();
+    let mut x = 0.0;
     let y: Vec<f64> = u
         .iter()
-        .map(|u| {
-            let now = x;
-            for _ in 0..100 {
-                v += 0.007 * (u - 0.6 * v - x - 0.8 * x * x * x);
-                x += 0.007 * v;
-            }
-            now
+        .enumerate()
+        .map(|(k, u)| {
+            x = 0.7 * x + u.clamp(-0.7, 1.0);
+            (1.0 + k as f64 / 2000.0) * x + 0.02 * rng.random_range(-1.0..1.0)
         })
         .collect();
     write_record(folder.path("r.csv"), &Record::new([("u", u), ("y", y)]).unwrap()).unwrap();
@@ -220,25 +216,20 @@ fn none_of_these_is_a_verdict() {
     for line in [
         "Structure from 'u' to 'y': none of these fit RMS error",
         " The data support none of these structures: the best, ",
-        "A nonlinearity in feedback or parallel branches would do that.",
+        "Its error looks like",
+        "a drift in time (",
         " The model is the best of these structures, ",
     ] {
         assert!(words.contains(line), "{line}: {words}");
     }
     let page = folder.read("page.html");
-    assert!(page.contains("None of these structures: the data refute them all"));
+    assert!(page.contains("None of these structures"));
     let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
     let comparison = &model["identification"]["comparison"];
     assert_eq!(
         (&comparison["supported"], &comparison["best"]),
-        (&Value::Null, &model["structure"])
+        (&false.into(), &model["structure"])
     );
-    assert!(
-        comparison["candidates"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .all(|c| c["refuted_by"] != Value::Array(Vec::new()))
-    );
+    assert_eq!(comparison["looks_like"][0]["kind"], "drift", "{comparison}");
     folder.json("validate model.json r.csv --input u --output y");
 }

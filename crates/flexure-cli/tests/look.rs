@@ -141,37 +141,59 @@ fn an_axis_is_a_joint_and_identify_says_so() {
     assert_eq!(warned["warnings"][0], expected.to_string());
 }
 
+/// An arm whose shoulder moves.
+fn shoulder() -> String {
+    let link = "[[arm.link]]\nmass = 1.5075\nlength = 4.5\ncom = 2.25\ninertia = 2.544\n";
+    let joint = "[[arm.joint]]\nmotor_inertia = 1.0\ncubic = 500.0\nlinear = 500.0\nwindup = 10.0\nwindup_sharpness = 3000.0\n\
+                 friction = [0.5, 150.0, 50.0, 2.0, 100.0, 0.5]\n";
+    format!(
+        "[arm]\nmodel = \"nonlinear\"\n{link}{link}{joint}{joint}locked = true\n[run]\nduration = 40.0\nsample_time = 0.002\n\
+         [excitation]\nkind = \"multisine\"\nseed = 1\namplitude = 8.0\nf_min = 0.05\nf_max = 5.0\n\
+         [noise]\nstd = {{ tau1 = 0.1, q1 = 1e-5, qm1 = 1e-5 }}\n"
+    )
+}
+
 #[test]
 fn two_encoders_and_two_joints() {
     let folder = Folder::new();
-    let [t, tau, q] = axis(4000);
-    let motor: Vec<f64> = q.iter().zip(&tau).map(|(q, tau)| q + 1e-4 * tau).collect();
-    let one = [
-        ("t", t.clone()),
-        ("q", q.clone()),
-        ("qm", motor.clone()),
-        ("tau", tau.clone()),
-    ];
-    write_record(folder.path("one.csv"), &Record::new(one).unwrap()).unwrap();
+    folder.write("shoulder.toml", shoulder());
+    folder.done("simulate shoulder.toml -o one.csv");
     assert_eq!(
         next(&folder.done("look one.csv")),
-        "flexure joint one.csv --motor qm --link q --torque tau --report report.html"
+        "flexure joint one.csv --motor qm1 --link q1 --torque tau1 --report report.html"
     );
-    let later = |x: &[f64]| x.iter().rev().copied().collect::<Vec<f64>>();
-    let names = ["q1", "qm1", "tau1", "q2", "qm2", "tau2"];
-    let columns = [
-        q.clone(),
-        motor.clone(),
-        tau.clone(),
-        later(&q),
-        later(&motor),
-        later(&tau),
-    ];
-    let two = [("t", t)].into_iter().chain(names.into_iter().zip(columns));
-    write_record(folder.path("two.csv"), &Record::new(two).unwrap()).unwrap();
+    folder.done("simulate --preset motor-log -o two.csv");
     assert_eq!(
         next(&folder.done("look two.csv")),
         "flexure joint two.csv --motor qm1,qm2 --link q1,q2 --torque tau1,tau2 --report report.html"
+    );
+}
+
+/// What `flexure joint` would refuse, or find an inertia in that cannot be, is not suggested.
+#[test]
+fn no_joint_is_suggested_that_cannot_be_identified() {
+    let folder = Folder::new();
+    // A link whose motor is no motor of it: its angle is that of the link and some of the torque.
+    let [t, tau, q] = axis(4000);
+    let motor: Vec<f64> = q.iter().zip(&tau).map(|(q, tau)| q + 1e-4 * tau).collect();
+    let columns = [("t", &t), ("q", &q), ("qm", &motor), ("tau", &tau)].map(|(name, column)| (name, column.clone()));
+    write_record(folder.path("one.csv"), &Record::new(columns).unwrap()).unwrap();
+    let text = folder.done("look one.csv");
+    assert_eq!(
+        next(&text),
+        "flexure joint one.csv --position qm --torque tau --report report.html",
+        "{text}"
+    );
+    assert!(text.contains("A flexible joint was tried, too: "), "{text}");
+    // A torque of the wrong sign.
+    let turned: Vec<f64> = tau.iter().map(|tau| -tau).collect();
+    let columns = [("t", t), ("q", q), ("tau", turned)];
+    write_record(folder.path("turned.csv"), &Record::new(columns).unwrap()).unwrap();
+    let text = folder.done("look turned.csv");
+    assert!(next(&text).starts_with("nothing here can be identified"), "{text}");
+    assert!(
+        text.contains("No joint can be identified from the motion under 'tau'"),
+        "{text}"
     );
 }
 
