@@ -111,8 +111,8 @@ class Candidate:
 class Comparison:
     """What the data say about the structures that were compared."""
 
-    supported: str | None
-    """The structure that the data support; None if they support none."""
+    supported: bool
+    """Whether the data support the best structure; if not, they support none of those compared."""
     best: str
     """The structure of the model that was kept."""
     as_good: tuple[str, ...]
@@ -121,6 +121,8 @@ class Comparison:
     """Why, in sentences."""
     candidates: tuple[Candidate, ...] = field(repr=False)
     """All that were compared."""
+    looks_like: dict[str, float] = field(default_factory=dict)
+    """Where none is supported: what the error looks like ("loop", "drift", "hysteresis", "outliers"), with shares of its square."""
 
     def __str__(self) -> str:
         return " ".join(self.reasons)
@@ -137,7 +139,8 @@ class Comparison:
         candidates = tuple(
             Candidate(**{name: c[name] for name in names}, refuted_by=tuple(c["refuted_by"])) for c in found["candidates"]
         )
-        return cls(found["supported"], found["best"], tuple(found["as_good"]), tuple(found["reasons"]), candidates)
+        looks_like = {like["kind"]: like["share"] for like in found["looks_like"]}
+        return cls(found["supported"], found["best"], tuple(found["as_good"]), tuple(found["reasons"]), candidates, looks_like)
 
 
 @dataclass(frozen=True, eq=False)

@@ -227,7 +227,7 @@ class Feedback(System):
 
 
 class Auto(System):
-    """The structure that the data support: linear, Hammerstein, Wiener, Wiener-Hammerstein, or none of them.
+    """The structure that the data support, linear to parallel branches and loops; or none of them.
 
     ``comparison_`` says what refutes the others.
 

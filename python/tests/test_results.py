@@ -108,7 +108,7 @@ def test_a_comparison_is_typed():
     auto = flexure.Auto().fit(record.u, record.y, dt=0.01)
     comparison, found = auto.comparison_, auto.result_["comparison"]
     assert isinstance(comparison, flexure.Comparison)
-    assert comparison.best == auto.structure_ == "hammerstein" and comparison.supported == found["supported"]
+    assert comparison.best == auto.structure_ == "hammerstein" and comparison.supported is found["supported"] is True
     assert [c.structure for c in comparison.candidates] == [c["structure"] for c in found["candidates"]]
     frame = comparison.to_frame()
     assert bool(frame.set_index("structure").loc["linear", "refuted"]) and list(frame["rms"]) == [c["rms"] for c in found["candidates"]]
