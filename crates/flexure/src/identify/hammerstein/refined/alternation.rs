@@ -72,6 +72,8 @@ pub(super) struct Alternation<'a> {
     /// The nonlinearity at the samples, less its mean.
     pub w: Vec<f64>,
     pub linear: LinearPart,
+    /// Whether the linear part's order and delay stay.
+    pub keeps_orders: bool,
     /// The lags after which the response has settled.
     pub memory: usize,
     pub offset: f64,
@@ -123,7 +125,10 @@ impl Alternation<'_> {
         let simulated = self.linear.filter(&observed.experiments, &self.w);
         observed.complete(&simulated, self.offset);
         let whitening = self.whitening(observed, &observed.errors(&simulated, self.offset));
-        let chosen = (self.method).choose_linear_part(observed, &self.w, &whitening, self.linear.delay, self.memory);
+        let chosen = match self.keeps_orders {
+            true => None,
+            false => (self.method).choose_linear_part(observed, &self.w, &whitening, self.linear.delay, self.memory),
+        };
         if let Some(chosen) = &chosen {
             self.linear = chosen.linear.clone();
         }

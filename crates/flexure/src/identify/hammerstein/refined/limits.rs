@@ -27,6 +27,9 @@ pub(super) const UNCHANGED_PLACE: f64 = 0.02;
 /// Alternation: most samples of the whitened impulse response, for its energy. Convention.
 pub(super) const LONGEST_RESPONSE: usize = 2000;
 
+/// Output error: the share of the output's variance that a free run leaves where another start is tried. Convention: noise at 10 dB.
+pub(super) const POOR: f64 = 0.1;
+
 /// Order: lags before the supposed delay that are looked at. Convention.
 pub(super) const LAGS_BEFORE_DELAY: usize = 12;
 /// Order: orders beyond the best that are tried. Convention: a pair of poles may only pay together.

@@ -12,6 +12,7 @@
 //! | 3. an autoregression that whitens the output error, and the memory-removed output | `alternation.rs` |
 //! | 4. breakpoints of phi, jumps, kinks and cubic knots, on the memory-removed output | `basis.rs`, `stepwise.rs`, `cells.rs`, `piecewise.rs` |
 //! | 5. Levenberg-Marquardt steps on all coefficients of both blocks (Ljung 1999, chapter 10) | `blocks.rs`, `linear_part.rs`, `loss.rs`, `descent.rs` |
+//! | where the free run is poor, steps 3 to 5 again from the branch of least output error | `output_error.rs` |
 //! | 6. calibration and standard errors | `calibrated.rs` |
 //! | on request, a physical form of phi with a test | `forms.rs`, `form_fit.rs` |
 //! | what a reader is shown of all that | `details.rs` |
@@ -35,6 +36,7 @@ mod limits;
 mod linear_part;
 mod loss;
 mod order;
+mod output_error;
 mod piecewise;
 mod stepwise;
 
@@ -150,6 +152,7 @@ impl RefinedHammerstein {
             method: self,
             w,
             linear: start,
+            keeps_orders: false,
             memory: memory(linear),
             offset: 0.0,
             terms: Vec::new(),
@@ -163,7 +166,9 @@ impl RefinedHammerstein {
             let squares: f64 = m.blocks.errors(&observed).iter().map(|e| e * e).sum();
             squares <= allowed * plain_squares
         });
-        let Some(minimum) = minimum else { return Ok(None) };
+        let Some(minimum) = self.or_by_output_error(minimum, all, &cells) else {
+            return Ok(None);
+        };
         let blocks = CalibratedBlocks::new(&minimum, &cells, &self.calibration, observed.output_mean)?;
         self.outcome(request, all, &minimum, blocks, warnings(all, plain))
             .map(Some)
