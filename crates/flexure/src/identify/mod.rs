@@ -8,7 +8,7 @@
 //!
 //! | structure | identification | even nonlinearity | coloured input | standard errors | missing outputs |
 //! |---|---|---|---|---|---|
-//! | linear | [`LINEAR`] | | yes | no | no |
+//! | linear, of every input | [`LINEAR`] | | yes | yes | no |
 //! | static, linear | [`PlainHammerstein`] | yes | deconvolved | band | no |
 //! | static, linear | [`RefinedHammerstein`] | yes | yes | yes | yes |
 //! | linear, static | [`WIENER`] | yes | yes | no | no |
@@ -33,6 +33,7 @@ mod feedback;
 pub mod hammerstein;
 mod limits;
 mod outcome;
+mod output_error;
 mod reference;
 mod registry;
 mod request;

@@ -5,6 +5,7 @@ use std::ops::{ControlFlow, RangeInclusive};
 
 use super::block::{Monitor, Prepared};
 use super::hammerstein::options::{HammersteinMethod, RefinedHammerstein};
+use super::limits::FEWEST_SAMPLES;
 use super::result::{Identification, StructureName};
 use super::samples::{Samples, refuse_repeated};
 use crate::error::{Error, Result};
@@ -40,7 +41,7 @@ impl Structure {
     ///
     /// # Errors
     /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `DuplicateColumn` for an input that is given
-    /// twice, `TooShort` (100 samples for a Hammerstein fit, 200 an input for others), `Unit`; [`Error::Parameter`] for a parameter
+    /// twice, `TooShort` (100 samples for a Hammerstein fit, 50 and 10 an input for a linear one, 200 an input for others), `Unit`; [`Error::Parameter`] for a parameter
     /// outside its range and for a number of inputs that the structure does not take.
     pub fn identify(&self, record: &Record, inputs: &[&str], output: &str) -> Result<Identification> {
         let records = [record];
@@ -118,9 +119,14 @@ impl<'a> Request<'a> {
 
     /// [`samples`](Self::samples) of any number of inputs, none of them given twice.
     pub(super) fn samples_of_inputs(&self, what: &'static str) -> Result<Samples<'_>> {
+        self.samples_at_least(what, FEWEST_SAMPLES * self.inputs.len().max(1))
+    }
+
+    /// [`samples_of_inputs`](Self::samples_of_inputs), with so many of them for the fit.
+    pub(super) fn samples_at_least(&self, what: &'static str, need: usize) -> Result<Samples<'_>> {
         refuse_repeated(self.inputs)?;
         let share = self.options.fresh_share;
-        Samples::new(self.record()?, self.inputs, self.output, share, what)
+        Samples::new(self.record()?, self.inputs, self.output, share, what, need)
     }
 
     /// The linear approximations that several structures start from, made once for all of them.

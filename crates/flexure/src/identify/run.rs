@@ -9,7 +9,10 @@ use super::result::{BlockKind, Detail, Identification, NamedBlock, Path, Place, 
 use super::samples::Samples;
 use crate::error::{Error, Result, Stopped};
 use crate::model::Block;
+use crate::validation::estimate_initial_state_of_inputs;
 
+/// The share of its size to which a response no longer depends on the state at the start.
+const FORGOTTEN: f64 = 1e-3;
 /// What all prediction-error methods are called.
 const PREDICTION_ERROR: &str = "prediction-error";
 
@@ -40,7 +43,7 @@ impl Run {
         paths: Vec<Path>,
         parameters: impl Into<Option<usize>>,
     ) -> Result<Self> {
-        let predicted = model.run(&samples.u);
+        let predicted = free_run(&model, samples)?;
         let verdicts = samples.verdicts(&predicted, parameters.into())?;
         Ok(Run {
             model,
@@ -81,6 +84,18 @@ impl Run {
             warnings: self.warnings,
         })
     }
+}
+
+/// The free run over all samples. Where the fresh part still rings from the start, the state in which the record began is estimated from
+/// the fitted part.
+fn free_run(model: &Block, samples: &Samples<'_>) -> Result<Vec<f64>> {
+    if model.settling(FORGOTTEN) < samples.fitted {
+        return Ok(model.run(&samples.u));
+    }
+    let mut known = samples.y.to_vec();
+    known[samples.fitted..].fill(f64::NAN);
+    let state = estimate_initial_state_of_inputs(model, &samples.u, &known)?;
+    Ok(state.simulate_inputs(model, &samples.u))
 }
 
 /// One path from all inputs of a request.

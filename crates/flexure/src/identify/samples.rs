@@ -2,7 +2,6 @@
 
 use super::block::Prepared;
 use super::checks::{both_vary, fresh_part, warn_if_useless, warn_of_levels};
-use super::limits::FEWEST_SAMPLES;
 use super::outcome::{Verdict, Warning};
 use crate::error::{DataError, Error, Result};
 use crate::record::Record;
@@ -17,22 +16,21 @@ pub(super) struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    /// Checks the columns; `what` names the fit in the error about too few samples.
+    /// Checks the columns; `what` names the fit in the error about fewer fitted samples than `need`.
     ///
     /// # Errors
-    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort` (fewer
-    /// than 200 samples for the fit), `Unit`, [`Error::Parameter`] for a share outside 0.05 to 0.9.
+    /// [`Error::Data`]: `MissingColumn`, `NonFinite`, `Constant`, `ConstantPart`, `TooShort`, `Unit`, [`Error::Parameter`] for a share outside 0.05 to 0.9.
     pub fn new(
         record: &'a Record,
         inputs: &[&str],
         output: &str,
         fresh_share: f64,
         what: &'static str,
+        need: usize,
     ) -> Result<Samples<'a>> {
         let fitted = fresh_part(fresh_share, record.len())?;
         let u: Vec<&[f64]> = inputs.iter().map(|i| record.finite(i)).collect::<Result<_>>()?;
         let y = record.finite(output)?;
-        let need = FEWEST_SAMPLES * inputs.len().max(1);
         if fitted < need {
             return Err(Error::too_short(what, need, fitted));
         }

@@ -82,8 +82,8 @@ pub(super) struct Judgement<'a> {
     pub supported: bool,
 }
 
-/// Judges candidates, at least one, in order of complexity, on the fresh samples of this input.
-pub(super) fn judge<'a>(candidates: &[Judged<'a>], u: &[f64]) -> Judgement<'a> {
+/// Judges candidates, at least one, in order of complexity, on the fresh samples of these inputs.
+pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgement<'a> {
     let squares: Vec<f64> = candidates.iter().map(Judged::mean_square).collect();
     let best = smallest(&squares, 0..candidates.len());
     let level = LEVEL / candidates.len().saturating_sub(1).max(1) as f64;
@@ -121,12 +121,13 @@ pub(super) fn judge<'a>(candidates: &[Judged<'a>], u: &[f64]) -> Judgement<'a> {
         0.0
     } else {
         let seen = c.verdict.refutation().map_or(0.0, ResidualTest::dependent_share);
-        explained(&c.errors, u, c.predicted).max(seen)
+        let by_inputs = inputs.iter().map(|u| explained(&c.errors, u, c.predicted));
+        by_inputs.fold(seen, f64::max)
     };
     let supported = c.verdict.holds();
     let looks_like = match supported {
         true => Vec::new(),
-        false => symptoms(c.verdict, &c.uncut, u, c.predicted),
+        false => symptoms(c.verdict, &c.uncut, inputs, c.predicted),
     };
     let seen = looks_like
         .iter()

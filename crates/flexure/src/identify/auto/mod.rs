@@ -1,4 +1,5 @@
-//! Which structure: linear, Hammerstein, Wiener, Wiener-Hammerstein, Hammerstein-Wiener, a loop, parallel branches; or none of these.
+//! Which structure: linear, Hammerstein, Wiener, Wiener-Hammerstein, Hammerstein-Wiener, a loop, parallel branches; or none of these. Of
+//! several inputs: linear, a Hammerstein branch for each, or one nonlinearity of all.
 //!
 //! All candidates are fitted to the first part of the record and compared on the rest, which none of them has seen:
 //!
@@ -32,19 +33,23 @@ mod symptoms;
 #[cfg(test)]
 mod tests;
 
+use super::limits::FEWEST_SAMPLES;
 use super::registry::structures;
 use super::request::{Options, Progress, Request, Structure};
 use super::result::{Identification, StructureName};
 use super::samples::Samples;
-use crate::error::Result;
+use crate::error::{DataError, Error, Result};
 pub use comparison::{Refutation, StructureCandidate, StructureComparison};
 use judge::{Judged, judge};
 use limits::GENERAL;
 pub use symptoms::Symptom;
 
-/// The structures that are compared, simplest first.
-fn compared_structures() -> Vec<&'static Structure> {
-    let mut all: Vec<&Structure> = structures().iter().filter(|s| s.complexity.is_some()).collect();
+/// The structures that are compared for so many inputs, simplest first.
+fn compared_structures(inputs: usize) -> Vec<&'static Structure> {
+    let takes = |s: &&Structure| s.complexity.is_some() && s.inputs.contains(&inputs);
+    // For one input, a structure of several is one of the others.
+    let own = |s: &&Structure| inputs > 1 || s.complexity == Some(1) || !s.has_several_inputs();
+    let mut all: Vec<&Structure> = structures().iter().filter(takes).filter(own).collect();
     all.sort_by_key(|s| s.complexity);
     all
 }
@@ -69,19 +74,21 @@ pub const AUTO: Structure = Structure {
         title: "auto",
     },
     description: "that of the others which the data support; or none of them",
-    inputs: 1..=1,
+    inputs: 1..=usize::MAX,
     options: &[],
     complexity: None,
     identify,
 };
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
-    let samples = request.samples("a comparison of structures (besides the fresh part)")?;
+    let what = "a comparison of structures (besides the fresh part)";
+    let samples = request.samples_at_least(what, FEWEST_SAMPLES)?;
     let fresh = samples.fitted..samples.y.len();
     let options = Options::with_fresh_share(request.options.fresh_share);
     let request = Request::new(request.records, request.inputs, request.output, options);
     let mut fitted: Vec<Identification> = Vec::new();
-    for structure in compared_structures() {
+    let mut not_fitted = NotFitted::default();
+    for structure in compared_structures(request.inputs.len()) {
         let leaves_white_noise = |i: &Identification| {
             let (y, predicted) = (&samples.y[fresh.clone()], &i.predicted[fresh.clone()]);
             Judged::new(i.structure, &i.verdict, y, predicted).leaves_white_noise()
@@ -94,12 +101,26 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
         let suffices = |i: &Identification| leaves_white_noise(i) || general && holds(i);
         let simpler = |i: &&Identification| complexity(i.structure) < structure.complexity;
         if fitted.iter().filter(simpler).any(suffices) {
+            not_fitted.superfluous.push(structure.name.title);
             continue;
         }
         let stage = &mut |stage: &str| progress(&format!("{}, {stage}", structure.name));
-        fitted.push(structure.identify_with(&request, stage)?);
+        match structure.identify_with(&request, stage) {
+            Err(Error::Data(DataError::TooShort { .. })) if !fitted.is_empty() => {
+                not_fitted.too_few_samples.push(structure.name.title);
+            }
+            identified => fitted.push(identified?),
+        }
     }
-    Ok(compared(&samples, fitted))
+    Ok(compared(&samples, fitted, &not_fitted))
+}
+
+/// The titles of structures that were not fitted.
+#[derive(Default)]
+struct NotFitted {
+    /// A simpler one leaves nothing to explain.
+    superfluous: Vec<&'static str>,
+    too_few_samples: Vec<&'static str>,
 }
 
 /// The number of blocks of a structure.
@@ -108,14 +129,15 @@ fn complexity(structure: StructureName) -> Option<usize> {
 }
 
 /// The comparison of what was fitted.
-fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>) -> Identification {
+fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>, not_fitted: &NotFitted) -> Identification {
     let fresh = samples.fitted..samples.y.len();
-    let (u, y) = (&samples.input()[fresh.clone()], &samples.y[fresh.clone()]);
+    let u: Vec<&[f64]> = samples.u.iter().map(|u| &u[fresh.clone()]).collect();
+    let y = &samples.y[fresh.clone()];
     let judged: Vec<Judged<'_>> = fitted
         .iter()
         .map(|i| Judged::new(i.structure, &i.verdict, y, &i.predicted[fresh.clone()]))
         .collect();
-    let judgement = judge(&judged, u);
+    let judgement = judge(&judged, &u);
     let candidates: Vec<StructureCandidate> = fitted
         .iter()
         .zip(&judgement.refuted_by)
@@ -135,7 +157,7 @@ fn compared(samples: &Samples<'_>, mut fitted: Vec<Identification>) -> Identific
         as_good: judgement.ties.iter().map(|i| candidates[*i].structure).collect(),
         not_noise: judgement.not_noise,
         looks_like: judgement.looks_like.clone(),
-        reasons: reasons::reasons(&candidates, &judgement),
+        reasons: reasons::reasons(&candidates, &judgement, not_fitted),
         candidates,
     };
     Identification {

@@ -1,13 +1,17 @@
 //! The reasons in sentences.
 
-use super::compared_structures;
+use super::NotFitted;
 use super::comparison::{Refutation, StructureCandidate};
 use super::judge::Judgement;
 use super::symptoms::Symptom;
 use crate::text::{capitalised, counted, percent};
 
 /// What is supported and why, then what refutes each candidate, then what was not fitted.
-pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'_>) -> Vec<String> {
+pub(super) fn reasons(
+    candidates: &[StructureCandidate],
+    judgement: &Judgement<'_>,
+    not_fitted: &NotFitted,
+) -> Vec<String> {
     let chosen = &candidates[judgement.chosen];
     let name = chosen.structure;
     let verdict = judgement.verdict;
@@ -46,16 +50,13 @@ pub(super) fn reasons(candidates: &[StructureCandidate], judgement: &Judgement<'
     }
     let refuted = candidates.iter().filter_map(|c| Some((c, strongest(c)?)));
     all.extend(refuted.map(|(c, by)| format!("{} is refuted by {by}.", capitalised(c.structure.title))));
-    let skipped: Vec<&str> = compared_structures()
-        .iter()
-        .filter(|s| candidates.iter().all(|c| c.structure != s.name))
-        .map(|s| s.name.title)
-        .collect();
-    if !skipped.is_empty() {
-        all.push(format!(
-            "Not fitted, as a simpler structure leaves nothing to explain: {}.",
-            skipped.join(", ")
-        ));
+    for (titles, why) in [
+        (&not_fitted.superfluous, "a simpler structure leaves nothing to explain"),
+        (&not_fitted.too_few_samples, "the samples are too few"),
+    ] {
+        if !titles.is_empty() {
+            all.push(format!("Not fitted, as {why}: {}.", titles.join(", ")));
+        }
     }
     all
 }

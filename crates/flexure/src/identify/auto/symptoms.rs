@@ -47,12 +47,13 @@ impl Symptom {
 }
 
 /// The kinds that are seen in an error, with their shares of its square, largest first.
-pub(super) fn symptoms(verdict: &Verdict, error: &[f64], u: &[f64], predicted: &[f64]) -> Vec<(Symptom, f64)> {
+pub(super) fn symptoms(verdict: &Verdict, error: &[f64], inputs: &[&[f64]], predicted: &[f64]) -> Vec<(Symptom, f64)> {
     let tests = verdict.residuals.iter().flat_map(|r| &r.tests);
     let loops = tests.filter(|t| t.kind == TestKind::OutputFunctionIndependence && !t.passed());
+    let drift = inputs.iter().map(|u| drift(error, u, predicted));
     let mut all = vec![
         (Symptom::Loop, loops.map(|t| t.dependent_share()).fold(0.0, f64::max)),
-        (Symptom::Drift, drift(error, u, predicted)),
+        (Symptom::Drift, drift.fold(0.0, f64::max)),
         (Symptom::Hysteresis, hysteresis(error, predicted)),
         (Symptom::Outliers, outliers(error)),
     ];

@@ -65,7 +65,7 @@ fn compare(record: &Record) -> StructureComparison {
 }
 
 fn compared_names() -> Vec<StructureName> {
-    compared_structures().iter().map(|s| s.name).collect()
+    compared_structures(1).iter().map(|s| s.name).collect()
 }
 
 fn name(key: &str) -> StructureName {
@@ -258,7 +258,7 @@ fn judged_at(size: f64, errors: &[(StructureName, Vec<f64>)], u: &[f64]) -> (usi
     let candidates: Vec<Judged<'_>> = (0..errors.len())
         .map(|i| Judged::new(errors[i].0, &verdicts[i], &outputs[i], &predicted))
         .collect();
-    let j = judge(&candidates, u);
+    let j = judge(&candidates, &[u]);
     (j.chosen, j.ties, j.supported, j.not_noise)
 }
 

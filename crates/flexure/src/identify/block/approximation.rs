@@ -5,7 +5,6 @@
 
 use super::changes::{changes, greedy};
 use super::descent::{Minimum, Residuals, descend};
-use super::efficient::efficient;
 use super::equation_error::{EquationError, Judged};
 use super::limits::{APPROXIMATION, EQUATION_ERROR_PASSES};
 use super::monitor::Monitor;
@@ -89,16 +88,6 @@ impl Approximation {
             system: structure.with(&minimum.parameters),
             squares: minimum.squares,
         }
-    }
-
-    /// By generalised least squares, if the error is coloured noise.
-    pub fn efficient(self, data: &Signals, monitor: &mut Monitor<'_>) -> Approximation {
-        let problem = OutputError {
-            data,
-            structure: self.system.clone(),
-        };
-        let minimum = efficient(&problem, &self.system.parameters(), monitor);
-        minimum.map_or(self, |minimum| Approximation::new(&problem.structure, &minimum))
     }
 }
 

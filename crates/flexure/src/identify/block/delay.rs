@@ -9,7 +9,7 @@ use super::signals::{Signals, delayed};
 use super::spline::KinkedSpline;
 
 /// A delay too long for numerators to imitate, less some slack; zero if there is none.
-pub(super) fn pure_delay(data: &Signals) -> usize {
+pub(in crate::identify) fn pure_delay(data: &Signals) -> usize {
     let data = data.head(START_SAMPLES);
     let past: Vec<Vec<f64>> = (1..=LINEAR_DELAY_ORDER).map(|i| delayed(&data.y, i, -1.0)).collect();
     let least = least_lag(&data, |delay| {

@@ -77,8 +77,8 @@ impl<P: Residuals> Whitened<'_, P> {
         let (by_plain, by_white) = (by_plain?, by_white?);
         // G times the covariance of d, in units of the noise's variance.
         let (worse, better) = (
-            product(&by_plain, &coloured.normal, n),
-            product(&by_white, &plain.normal, n),
+            matrix_product(&by_plain, &coloured.normal, n),
+            matrix_product(&by_white, &plain.normal, n),
         );
         let excess: Vec<f64> = worse.iter().zip(&better).map(|(w, b)| w - b).collect();
         let mean = (0..n).map(|i| excess[i * n + i]).sum::<f64>();
@@ -88,8 +88,8 @@ impl<P: Residuals> Whitened<'_, P> {
         }
         let chi = ChiSquared::new(mean * mean / power).ok()?;
         let limit = variance * power / mean * chi.inverse_cdf(1.0 - EFFICIENT_LEVEL);
-        let step = product(&by_white, &white.descent, n);
-        let rise: f64 = product(&plain.normal, &step, n)
+        let step = matrix_product(&by_white, &white.descent, n);
+        let rise: f64 = matrix_product(&plain.normal, &step, n)
             .iter()
             .zip(&step)
             .map(|(g, d)| g * d)
@@ -99,7 +99,7 @@ impl<P: Residuals> Whitened<'_, P> {
 }
 
 /// A square matrix of `n` rows times another, or times a vector.
-fn product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
+pub(in crate::identify) fn matrix_product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
     let columns = b.len() / n.max(1);
     let mut product = vec![0.0; n * columns];
     for (row, a) in product.chunks_exact_mut(columns.max(1)).zip(a.chunks_exact(n.max(1))) {

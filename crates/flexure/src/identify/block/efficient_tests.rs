@@ -3,7 +3,6 @@ use std::ops::ControlFlow;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::super::approximation::{Approximation, approximate};
 use super::super::limits::StopRule;
 use super::super::loss::Loss;
 use super::super::rational::Rational;
@@ -155,35 +154,9 @@ fn an_error_that_the_structure_misses_leaves_the_estimate_as_it_is() {
     }
 }
 
-/// The squared distance of two impulse responses.
+/// The squared distance of two signals.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
-}
-
-fn impulse(n: usize) -> Vec<f64> {
-    std::iter::once(1.0).chain(std::iter::repeat_n(0.0, n - 1)).collect()
-}
-
-#[test]
-fn the_first_response_by_output_error_becomes_several_times_more_exact() {
-    let (b, a) = ([0.5, 0.2], [1.0, -1.2, 0.52]);
-    // What comes later is known by slow signals, which the noise disturbs in any case.
-    let truth = filtered(&b, &a, &impulse(2));
-    let [mut before, mut after] = [0.0; 2];
-    for seed in 0..12 {
-        let u = slow(2 * seed, 1500);
-        let y = sum(&filtered(&b, &a, &u), &noise(2 * seed + 1, 1500));
-        let data = Signals::of_input(u, y, 50);
-        let go = &mut |_: &str| ControlFlow::Continue(());
-        let mut monitor = Monitor::new(go);
-        let least = approximate(&data, 2, &mut monitor).unwrap();
-        let squares = least.squares;
-        before += distance(&least.system.run(&impulse(2)), &truth);
-        let better: Approximation = least.efficient(&data, &mut monitor);
-        after += distance(&better.system.run(&impulse(2)), &truth);
-        assert!(better.squares < 1.05 * squares);
-    }
-    assert!(after < 0.4 * before, "{after} {before}");
 }
 
 #[test]

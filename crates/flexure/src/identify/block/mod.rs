@@ -43,8 +43,9 @@ pub(super) use {
     approximation::{approximate, restructured},
     candidate::{Candidate, Tried},
     cascade::{fit_nonlinearity, search, splits, without_start},
-    delay::{delays, least_lag},
-    descent::{Residuals, descend},
+    delay::{delays, least_lag, pure_delay},
+    descent::{Minimum, Residuals, descend},
+    efficient::{efficient, matrix_product},
     equation_error::{EquationError, Judged},
     least_squares::{UnitDiagonal, least_squares, normal_equations, regression},
     limits::{

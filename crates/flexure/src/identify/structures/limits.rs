@@ -3,6 +3,12 @@
 
 use super::super::block::StopRule;
 
+// Linear systems.
+
+/// The fewest samples that a linear system is fitted to, and more for every input. Convention.
+pub const FEWEST_SAMPLES: usize = 50;
+pub const FEWEST_SAMPLES_AN_INPUT: usize = 10;
+
 // Wiener systems.
 
 /// Lags of the impulse responses from higher moments, and the samples that a lag needs. Conventions.

@@ -1,17 +1,23 @@
-//! The linear reference: how far a linear model gets.
+//! Linear dynamics, of one input or several: how far a linear model gets.
 //!
-//! $$ Y_n = o + \frac{B(z)}{A(z)} z^{-s} U_n + e_n $$
-//! by the output error (Ljung 1999, section 4.2), started by the Steiglitz-McBride iteration at orders 1 to 10; poles and
-//! numerator coefficients are then added and taken away while Schwarz's criterion falls, and generalised least squares makes the
-//! estimate efficient where the error is coloured noise. For a nonlinear system this is the best linear approximation under this input.
+//! $$ Y_n = o + \sum_i \frac{B_i(z)}{A(z)} z^{-s_i} U^{(i)}_n + e_n $$
+//! Poles, delays and numerators are those whose free run goes on best through samples that were not fitted; see the module
+//! `output_error`. For a nonlinear system this is the best linear approximation under this input.
 
-use super::super::block::{Monitor, Rational, Stage, restructured};
-use crate::error::Result;
+use super::super::block::{Monitor, Prepared, Signals};
+use super::super::output_error::{Candidate, LinearSystem, Search, covariance, search};
+use super::limits::{FEWEST_SAMPLES, FEWEST_SAMPLES_AN_INPUT};
+use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
-use crate::identify::result::{Detail, Identification, LinearBlock, NamedBlock, StructureName, Value};
-use crate::identify::run::{Run, path, start_details};
+use crate::identify::result::{
+    BlockKind, CoefficientErrors, Detail, Identification, LinearBlock, NamedBlock, Path, Place, Score, StructureName,
+    Value, Values,
+};
+use crate::identify::run::Run;
+use crate::linear::TransferFunction;
+use crate::model::Block;
 
-/// The identification of a linear system by its output error.
+/// The identification of a linear system by the free run.
 ///
 /// ```
 /// use flexure::identify::LINEAR;
@@ -24,7 +30,7 @@ use crate::identify::run::{Run, path, start_details};
 /// let u: Vec<f64> = (0..2000).map(|_| random.random_range(-1.0..1.0)).collect();
 /// let y: Vec<f64> = system.simulate(&u).iter().map(|y| y + 0.1 * random.random_range(-1.0..1.0)).collect();
 /// let result = LINEAR.identify(&Record::new([("u", u), ("y", y)])?, &["u"], "y")?;
-/// assert_eq!(result.order, 2);
+/// assert_eq!((result.order, result.delay), (2, 1));
 /// assert!(result.verdict.holds());
 /// # Ok::<(), flexure::Error>(())
 /// ```
@@ -33,44 +39,138 @@ pub const ROW: Structure = Structure {
         key: "linear",
         title: "linear",
     },
-    description: "linear dynamics alone",
-    inputs: 1..=1,
+    description: "linear dynamics alone, of one input or several",
+    inputs: 1..=usize::MAX,
     options: &[],
     complexity: Some(1),
     identify,
 };
 
 fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identification> {
-    let samples = request.samples("a linear fit (besides the fresh part)")?;
+    let what = "a linear fit (besides the fresh part)";
+    if request.inputs.is_empty() {
+        return Err(Error::too_short(what, 1, 0));
+    }
+    let samples = request.samples_at_least(what, FEWEST_SAMPLES + FEWEST_SAMPLES_AN_INPUT * request.inputs.len())?;
+    let Prepared {
+        inputs, output, data, ..
+    } = samples.prepared();
+    let data = Signals { from: 0, ..data };
     let mut monitor = Monitor::new(progress);
-    let prepared = request.prepared(&samples, &mut monitor);
-    monitor.stage = Stage::Structure;
-    let system = match prepared.best() {
-        Some(g) => {
-            restructured(&prepared.data, g, &mut monitor)
-                .efficient(&prepared.data, &mut monitor)
-                .system
-        }
-        None => Rational::pass().with_numerator(vec![0.0]),
-    };
+    let found = search(&data, &mut monitor);
     monitor.finished()?;
-    let (input, output) = (prepared.inputs[0], prepared.output);
-    // One more for the offset.
-    let parameters = system.count() + 1;
-    let gain = output.spread / input.spread;
-    let scaled = system.with_numerator(system.b.iter().map(|b| gain * b).collect());
-    let linear = LinearBlock::of(scaled.transfer_function(prepared.delay)?);
-    let output_offset = output.mean - scaled.static_gain() * input.mean;
-    let path = path(request, vec![NamedBlock::new("linear", "Linear part", linear)]);
-    let run = Run::new(&samples, path.model(output_offset), vec![path], parameters)?;
-    let start = "the order of the linear approximation with the smallest Schwarz criterion";
+    let found = found.ok_or_else(|| Error::too_short(what, data.y.len() + 1, data.y.len()))?;
+    let gains: Vec<f64> = inputs.iter().map(|u| output.spread / u.spread).collect();
+    let covariance = covariance(&found.system, &data);
+    let blocks = blocks(&found.system, &gains, covariance.as_deref())?;
+    let levels = inputs.iter().zip(&blocks);
+    let through: f64 = levels.map(|(u, block)| block.system.static_gain() * u.mean).sum();
+    let offset = output.mean + output.spread * found.system.offset - through;
+    let of_input = |(name, block): (&&str, LinearBlock)| Path {
+        inputs: vec![(*name).to_owned()],
+        blocks: vec![NamedBlock::new("linear", "Linear part", BlockKind::Linear(block))],
+    };
+    let paths: Vec<Path> = request.inputs.iter().zip(blocks).map(of_input).collect();
+    let model = match paths.as_slice() {
+        [only] => only.model(offset),
+        several => {
+            let blocks = several.iter().flat_map(Path::series).map(Block::Series).collect();
+            Block::Series(vec![Block::Inputs(blocks), Block::Offset(offset)])
+        }
+    };
+    let orders = &found.system.orders;
+    let run = Run::new(&samples, model, paths, orders.parameters())?;
     Ok(Identification {
-        details: [
-            start_details(start, prepared, &run.paths),
-            vec![Detail::new("nonlinearity", Value::None).unsaved()],
-        ]
-        .concat(),
-        output_offset,
+        order: orders.poles,
+        is_sum: request.inputs.len() > 1,
+        output_offset: offset,
+        details: details(&found),
         ..run.identification(&ROW, request)?
     })
+}
+
+/// The linear part of every input in the record's units: `gains` are those of a system whose signals have unit variance.
+fn blocks(system: &LinearSystem, gains: &[f64], covariance: Option<&[f64]>) -> Result<Vec<LinearBlock>> {
+    let a = system.polynomial();
+    let size: usize = system.orders.parameters() - 1;
+    let mut first = 0;
+    let mut blocks = Vec::new();
+    for ((numerator, orders), gain) in system.numerators.iter().zip(&system.orders.inputs).zip(gains) {
+        let zeros = std::iter::repeat_n(0.0, orders.delay);
+        let b = zeros.chain(numerator.iter().map(|b| gain * b)).collect();
+        // The coefficients of this numerator, then those of the denominator.
+        let mine: Vec<usize> = (first..first + orders.count)
+            .chain(size - system.orders.poles..size)
+            .collect();
+        let scale = |k: usize| if k < size - system.orders.poles { *gain } else { 1.0 };
+        let pairs = mine.iter().flat_map(|i| mine.iter().map(move |j| (*i, *j)));
+        let mine_alone =
+            |all: &[f64]| -> Vec<f64> { pairs.map(|(i, j)| scale(i) * scale(j) * all[i * size + j]).collect() };
+        blocks.push(LinearBlock {
+            system: TransferFunction::new(b, a.clone())?,
+            errors: covariance
+                .map(mine_alone)
+                .map(|own| coefficient_errors(own, orders.delay, orders.count)),
+            impulse: None,
+        });
+        first += orders.count;
+    }
+    Ok(blocks)
+}
+
+fn coefficient_errors(covariance: Vec<f64>, delay: usize, count: usize) -> CoefficientErrors {
+    let size = covariance.len().isqrt();
+    let error = |i: usize| covariance[i * size + i].max(0.0).sqrt();
+    CoefficientErrors {
+        b: std::iter::repeat_n(0.0, delay).chain((0..count).map(error)).collect(),
+        a: std::iter::once(0.0).chain((count..size).map(error)).collect(),
+        covariance,
+    }
+}
+
+/// How the orders were chosen.
+fn details(found: &Search) -> Vec<Detail> {
+    let orders = &found.system.orders;
+    let entry = |c: &Candidate| {
+        Values::new([
+            ("order", c.orders.poles.into()),
+            (
+                "delays",
+                c.orders.inputs.iter().map(|i| i.delay).collect::<Vec<_>>().into(),
+            ),
+            (
+                "coefficients",
+                c.orders.inputs.iter().map(|i| i.count).collect::<Vec<_>>().into(),
+            ),
+            ("criterion", c.criterion.name().into()),
+            ("held_back_error", c.relative_error().into()),
+        ])
+    };
+    let list: Vec<Values> = found.tried.iter().map(entry).collect();
+    let best = |poles: usize| {
+        let errors = found.tried.iter().filter(|c| c.orders.poles == poles);
+        errors.map(Candidate::relative_error).fold(f64::INFINITY, f64::min)
+    };
+    let tried: Vec<usize> = (0..=found.tried.iter().map(|c| c.orders.poles).max().unwrap_or(0))
+        .filter(|poles| best(*poles).is_finite())
+        .collect();
+    let score = Score {
+        x_label: "poles".to_owned(),
+        y_label: "error on samples held back, relative".to_owned(),
+        logarithmic: false,
+        x: tried.iter().map(|poles| *poles as f64).collect(),
+        y: tried.iter().map(|poles| best(*poles)).collect(),
+        chosen: orders.poles as f64,
+    };
+    let note = format!(
+        "fewest parameters among the systems whose free run goes on as well as the best through samples held back; fitted by the {}",
+        found.criterion.name()
+    );
+    vec![
+        Detail::new("criterion", found.criterion.name()),
+        Detail::new("candidates", list)
+            .shown(Place::Choice, "Poles", orders.poles.to_string(), &note)
+            .scored(Some(score)),
+        Detail::new("nonlinearity", Value::None).unsaved(),
+    ]
 }

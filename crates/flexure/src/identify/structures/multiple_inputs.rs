@@ -47,7 +47,7 @@ pub const ROW: Structure = Structure {
     description: "several inputs, each through a static nonlinearity and linear dynamics of its own",
     inputs: 1..=usize::MAX,
     options: &[],
-    complexity: None,
+    complexity: Some(2),
     identify,
 };
 

@@ -80,7 +80,7 @@ pub const JOINT_INPUTS: Structure = Structure {
     description: "two to four inputs: one static nonlinearity of all of them, then linear dynamics",
     inputs: 2..=4,
     options: &[],
-    complexity: None,
+    complexity: Some(4),
     identify,
 };
 

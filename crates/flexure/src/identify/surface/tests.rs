@@ -64,7 +64,7 @@ fn error(surface: &Surface, phi: Phi, reach: f64) -> f64 {
 
 /// The same estimator of the surface where the linear part is known.
 fn oracle(record: &Record, pieces: usize) -> Surface {
-    let samples = Samples::new(record, &["p", "q"], "y", 0.25, "a test").unwrap();
+    let samples = Samples::new(record, &["p", "q"], "y", 0.25, "a test", 0).unwrap();
     let prepared = samples.prepared();
     let data = &prepared.data;
     let g = linear();

@@ -1,0 +1,186 @@
+//! The fit of a system with given orders.
+
+use super::super::block::{
+    Minimum, Monitor, Rational, Residuals, Signals, StopRule, delayed, descend, efficient, least_squares,
+};
+use super::limits::PASSES;
+use super::system::{LinearSystem, Orders, columns, combined, impulse, lagged};
+use crate::linear::levenberg_marquardt::Linearisation;
+
+/// What a fit minimises.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Criterion {
+    /// The error of the free run.
+    OutputError,
+    /// The same after the autoregression that whitens it, where it is coloured noise (Box-Jenkins).
+    WhitenedOutputError,
+    /// The error of the difference equation, in which past outputs are measured ones.
+    EquationError,
+}
+
+impl Criterion {
+    /// Those by which orders are chosen.
+    pub const CHOOSING: [Criterion; 2] = [Criterion::OutputError, Criterion::EquationError];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Criterion::OutputError => "output error",
+            Criterion::WhitenedOutputError => "output error, whitened",
+            Criterion::EquationError => "equation error",
+        }
+    }
+
+    /// The fit of a system with these orders, from `start` on where there is one; `None` where there is no solution.
+    pub fn fitted(
+        self,
+        orders: &Orders,
+        data: &Signals,
+        start: Option<&LinearSystem>,
+        rule: StopRule,
+        monitor: &mut Monitor<'_>,
+    ) -> Option<LinearSystem> {
+        match self {
+            Criterion::EquationError => equation_error(orders, data),
+            Criterion::WhitenedOutputError => {
+                let least = Criterion::OutputError.fitted(orders, data, start, rule, monitor)?;
+                Some(whitened(&least, data, monitor).unwrap_or(least))
+            }
+            Criterion::OutputError if orders.poles == 0 => with_poles(orders, Rational::pass(), data),
+            Criterion::OutputError => {
+                let of_start = start.and_then(|start| with_poles(orders, start.denominator.clone(), data));
+                let start = of_start.or_else(|| iterated(orders, data))?;
+                refined(start, data, rule, monitor)
+            }
+        }
+    }
+}
+
+/// The error of the free run over all parameters.
+struct OutputError<'a> {
+    data: &'a Signals,
+    structure: &'a LinearSystem,
+}
+
+impl Residuals for OutputError<'_> {
+    fn from(&self) -> usize {
+        self.structure.orders.first()
+    }
+
+    fn residuals(&self, parameters: &[f64]) -> Option<Vec<f64>> {
+        let system = self.structure.with(parameters);
+        let stable = system.denominator.is_stable();
+        stable.then(|| errors(&system.run(&self.data.u), self.data))
+    }
+
+    fn linearise(&self, parameters: &[f64]) -> Linearisation {
+        let system = self.structure.with(parameters);
+        let mut jacobian = columns(&system.orders, &system.denominator, &self.data.u);
+        let output = combined(&jacobian, &system.coefficients());
+        let dynamic: Vec<f64> = output.iter().map(|y| y - system.offset).collect();
+        for section in &system.denominator.sections {
+            let by = section.run(&dynamic);
+            jacobian.extend((1..=section.order).map(|k| delayed(&by, k, -1.0)));
+        }
+        Linearisation {
+            residuals: errors(&output, self.data),
+            jacobian,
+        }
+    }
+}
+
+fn errors(output: &[f64], data: &Signals) -> Vec<f64> {
+    output.iter().zip(&data.y).map(|(p, y)| p - y).collect()
+}
+
+fn refined(start: LinearSystem, data: &Signals, rule: StopRule, monitor: &mut Monitor<'_>) -> Option<LinearSystem> {
+    let structure = &start;
+    let problem = OutputError { data, structure };
+    let Minimum { parameters, .. } = descend(&problem, start.parameters(), rule, monitor)?;
+    Some(start.with(&parameters))
+}
+
+/// By generalised least squares, where the error is coloured noise; `None` where it is white or no noise.
+pub fn whitened(system: &LinearSystem, data: &Signals, monitor: &mut Monitor<'_>) -> Option<LinearSystem> {
+    let structure = system;
+    let minimum = efficient(&OutputError { data, structure }, &system.parameters(), monitor)?;
+    Some(system.with(&minimum.parameters))
+}
+
+/// The system with these poles and the least output error.
+fn with_poles(orders: &Orders, denominator: Rational, data: &Signals) -> Option<LinearSystem> {
+    let columns = columns(orders, &denominator, &data.u);
+    let coefficients = least_squares(&data.y, &columns, orders.first())?.coefficients;
+    let finite = coefficients.iter().all(|c| c.is_finite());
+    finite.then(|| LinearSystem::new(orders, denominator, &coefficients))
+}
+
+/// Least squares of the difference equation with all signals filtered by a denominator: the numerators, and the new denominator.
+struct Equation {
+    numerators: Vec<f64>,
+    denominator: Rational,
+}
+
+impl Equation {
+    fn new(orders: &Orders, data: &Signals, filter: &Rational) -> Option<Equation> {
+        let mut columns = columns(orders, filter, &data.u);
+        let ones = columns.last_mut()?;
+        *ones = filter.all_pole(ones);
+        let y = filter.all_pole(&data.y);
+        columns.extend((1..=orders.poles).map(|k| delayed(&y, k, -1.0)));
+        let coefficients = least_squares(&y, &columns, orders.first())?.coefficients;
+        let (others, a) = coefficients.split_at(columns.len() - orders.poles);
+        let a: Vec<f64> = std::iter::once(1.0).chain(a.iter().copied()).collect();
+        let count = orders.inputs.iter().map(|i| i.count).sum();
+        Some(Equation {
+            numerators: others[..count].to_vec(),
+            denominator: Rational::from_polynomials(vec![1.0], &a)?,
+        })
+    }
+}
+
+/// The equation error as it stands; the offset and the state at the start by the output error.
+fn equation_error(orders: &Orders, data: &Signals) -> Option<LinearSystem> {
+    let Equation {
+        numerators,
+        denominator,
+    } = Equation::new(orders, data, &Rational::pass())?;
+    let driven = lagged(orders, data.u.iter().map(|u| denominator.all_pole(u)));
+    let driven = combined(&driven, &numerators);
+    let left: Vec<f64> = match driven.is_empty() {
+        true => data.y.clone(),
+        false => data.y.iter().zip(&driven).map(|(y, d)| y - d).collect(),
+    };
+    let ringing = denominator.all_pole(&impulse(data.y.len()));
+    let mut columns: Vec<Vec<f64>> = (0..orders.poles).map(|k| delayed(&ringing, k, 1.0)).collect();
+    columns.push(vec![1.0; data.y.len()]);
+    let others = least_squares(&left, &columns, orders.first())?.coefficients;
+    let coefficients = [numerators, others].concat();
+    let finite = coefficients.iter().all(|c| c.is_finite());
+    finite.then(|| LinearSystem::new(orders, denominator, &coefficients))
+}
+
+/// The best output error among the passes of the Steiglitz-McBride iteration.
+fn iterated(orders: &Orders, data: &Signals) -> Option<LinearSystem> {
+    let mut best: Option<(LinearSystem, f64)> = None;
+    let mut filter = Rational::pass();
+    for _ in 0..PASSES {
+        let Some(Equation { denominator, .. }) = Equation::new(orders, data, &filter) else {
+            break;
+        };
+        let Some(system) = with_poles(orders, denominator, data) else {
+            break;
+        };
+        filter = system.denominator.clone();
+        let errors = errors(&system.run(&data.u), data);
+        let squares: f64 = errors.iter().skip(orders.first()).map(|e| e * e).sum();
+        let fall = best.as_ref().map_or(f64::INFINITY, |(_, least)| least - squares);
+        if fall > 0.0 && squares.is_finite() {
+            let settled = fall < 1e-4 * squares;
+            best = Some((system, squares));
+            if settled {
+                break;
+            }
+        }
+    }
+    best.map(|(system, _)| system)
+}

@@ -1,0 +1,48 @@
+//! Every threshold of the search for a linear system. A convention is a choice that no reference or measurement decided.
+
+use super::super::block::StopRule;
+
+/// Samples that orders and delays are chosen on; the last fit takes all. They bound the time.
+pub const SEARCH_SAMPLES: usize = 5_000;
+/// The largest number of poles.
+pub const MOST_POLES: usize = 10;
+/// Samples, of the shortest part that is fitted, for each parameter. Convention.
+pub const SAMPLES_A_PARAMETER: usize = 4;
+/// The shares of the record after which a fit to what comes before runs on through the rest.
+pub const HELD_BACK: [f64; 5] = [0.4, 0.5, 0.6, 0.7, 0.8];
+/// A squared error below this share of the output's variance is nothing: such models are as good as one another. Convention.
+pub const NOTHING: f64 = 1e-10;
+/// The held-back squared error of a simpler system may be larger by this factor. Of 1.05, 1.1 and none, this was best on the real
+/// records of `bench/records`.
+pub const AS_GOOD: f64 = 1.03;
+/// Blocks that the held-back errors of two systems are compared in, and the standard errors from which one is worse: 1 % of a t
+/// distribution with as many degrees of freedom.
+pub const COMPARED_BLOCKS: usize = 20;
+pub const WORSE: f64 = 2.54;
+/// A system that rings for this many times the samples does not decay within them. Convention.
+pub const RINGING: f64 = 5.0;
+/// Rounds of changes. They bound the time.
+pub const ROUNDS: usize = 3;
+
+/// Passes of the Steiglitz-McBride iteration.
+pub const PASSES: usize = 12;
+/// The fit of the output error to the first samples, and to all.
+pub const FIT: StopRule = StopRule {
+    steps: 20,
+    tolerance: 1e-4,
+};
+pub const LAST: StopRule = StopRule {
+    steps: 80,
+    tolerance: 1e-8,
+};
+/// The fit to a part of the record, which starts from that to the whole.
+pub const PART: StopRule = StopRule {
+    steps: 6,
+    tolerance: 1e-4,
+};
+
+/// Past outputs and past samples of every input in the equation error that delays are seen in.
+pub const DELAY_PAST: usize = 10;
+pub const DELAY_LAGS: usize = 10;
+/// The probability that coefficients before the delay, all of which are zero, are taken for something. Convention.
+pub const DELAY_LEVEL: f64 = 0.001;

@@ -1,0 +1,225 @@
+//! Poles, delays and numerators: those of the free run that goes on best through samples that were not fitted.
+//!
+//! First all numbers of poles at the delays that are seen in the data, then one pole, delay or coefficient more or less, until the choice
+//! stays. The choice is the system with the fewest parameters among those that are as good as the best.
+
+use std::ops::ControlFlow;
+
+use super::super::block::{Monitor, Signals, Stage, StopRule};
+use super::delay::delays;
+use super::fit::{Criterion, whitened};
+use super::held_back::{HeldBack, fitted_samples};
+use super::limits::{FIT, HELD_BACK, LAST, MOST_POLES, RINGING, ROUNDS, SAMPLES_A_PARAMETER, SEARCH_SAMPLES};
+use super::system::{LinearSystem, Numerator, Orders, head};
+use crate::linear::Complex;
+use crate::parallel;
+
+/// A system that was tried.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    pub orders: Orders,
+    pub criterion: Criterion,
+    system: LinearSystem,
+    held_back: HeldBack,
+}
+
+impl Candidate {
+    /// The RMS of the held-back errors, relative to the output's standard deviation.
+    pub fn relative_error(&self) -> f64 {
+        (0.5 * self.held_back.score).exp()
+    }
+}
+
+/// What the search leads to.
+#[derive(Debug)]
+pub struct Search {
+    /// Fitted to all samples.
+    pub system: LinearSystem,
+    /// How it was fitted.
+    pub criterion: Criterion,
+    /// In the order in which they were tried.
+    pub tried: Vec<Candidate>,
+}
+
+/// The system that the samples support; `None` where no fit succeeded.
+pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
+    let data = head(data, usize::MAX);
+    let part = head(&data, SEARCH_SAMPLES);
+    monitor.stage = Stage::Structure;
+    let starts = admissible(start_orders(&part), &[], &part);
+    let jobs = starts
+        .into_iter()
+        .flat_map(|o| Criterion::CHOOSING.map(|c| (o.clone(), c)))
+        .collect();
+    let mut tried = tried(jobs, None, &part, monitor);
+    for _ in 0..ROUNDS {
+        let Some(chosen) = chosen(&tried).cloned() else {
+            break;
+        };
+        let next = admissible(neighbours(&chosen.orders), &tried, &part);
+        let jobs = next.into_iter().map(|o| (o, chosen.criterion)).collect();
+        let more = self::tried(jobs, Some(&chosen.system), &part, monitor);
+        tried.extend(more);
+        if self::chosen(&tried).is_none_or(|next| next.orders == chosen.orders) {
+            break;
+        }
+    }
+    monitor.stage = Stage::Refinement;
+    let chosen = polished(chosen(&tried)?, &part);
+    let Candidate {
+        orders,
+        criterion,
+        system,
+        ..
+    } = chosen;
+    let last = match data.y.len() > part.y.len() {
+        true => criterion.fitted(&orders, &data, Some(&system), LAST, monitor)?,
+        false => system,
+    };
+    Some(Search {
+        system: last,
+        criterion,
+        tried,
+    })
+}
+
+/// All numbers of poles at the delays that are seen in the data.
+fn start_orders(data: &Signals) -> Vec<Orders> {
+    let delays = delays(data);
+    let with = |poles: usize, delays: &[usize]| Orders {
+        poles,
+        inputs: delays
+            .iter()
+            .map(|&delay| Numerator {
+                delay,
+                count: poles + 1,
+            })
+            .collect(),
+    };
+    let at_once = vec![0; delays.len()];
+    let mut all: Vec<Orders> = (0..=MOST_POLES).map(|poles| with(poles, &delays)).collect();
+    if delays != at_once {
+        all.extend((0..=MOST_POLES).map(|poles| with(poles, &at_once)));
+    }
+    all
+}
+
+/// One pole, one sample of delay or one coefficient more or less.
+fn neighbours(orders: &Orders) -> Vec<Orders> {
+    let mut all = Vec::new();
+    let resized = |poles: usize, more: isize| {
+        let numerator = |i: &Numerator| Numerator {
+            count: i.count.saturating_add_signed(more).max(1),
+            ..*i
+        };
+        Orders {
+            poles,
+            inputs: orders.inputs.iter().map(numerator).collect(),
+        }
+    };
+    if orders.poles > 0 {
+        all.extend([resized(orders.poles - 1, -1), resized(orders.poles - 1, 0)]);
+    }
+    if orders.poles < MOST_POLES {
+        all.extend([resized(orders.poles + 1, 1), resized(orders.poles + 1, 0)]);
+    }
+    for (i, Numerator { delay, count }) in orders.inputs.iter().copied().enumerate() {
+        let mut with = |delay: usize, count: usize| {
+            let mut next = orders.clone();
+            next.inputs[i] = Numerator { delay, count };
+            all.push(next);
+        };
+        with(delay, count + 1);
+        with(delay + 1, count);
+        if count > 1 {
+            with(delay, count - 1);
+            with(delay + 1, count - 1);
+        }
+        if delay > 0 {
+            with(delay - 1, count);
+            with(delay - 1, count + 1);
+        }
+    }
+    all
+}
+
+/// Those of the orders that were not yet tried and that the shortest part of the samples determines.
+fn admissible(orders: Vec<Orders>, before: &[Candidate], data: &Signals) -> Vec<Orders> {
+    let shortest = fitted_samples(HELD_BACK[0], data.y.len());
+    let determined = |o: &Orders| SAMPLES_A_PARAMETER * o.parameters() <= shortest.saturating_sub(o.first());
+    let known = |o: &Orders| before.iter().any(|c| c.orders == *o);
+    orders.into_iter().filter(|o| determined(o) && !known(o)).collect()
+}
+
+/// The candidates of these orders, fitted from a system on where that has as many poles.
+fn tried(
+    mut jobs: Vec<(Orders, Criterion)>,
+    near: Option<&LinearSystem>,
+    data: &Signals,
+    monitor: &mut Monitor<'_>,
+) -> Vec<Candidate> {
+    if !monitor.keep_on() {
+        return Vec::new();
+    }
+    // Without poles both errors are one.
+    jobs.retain(|(o, criterion)| o.poles > 0 || *criterion == Criterion::OutputError);
+    let candidates = parallel::batch(&jobs, |(orders, criterion)| {
+        let start = near.filter(|system| system.orders.poles == orders.poles);
+        candidate(orders, *criterion, start, FIT, data)
+    });
+    candidates.into_iter().flatten().collect()
+}
+
+/// The fit with its errors on what it has not seen; `None` for one that rings for much longer than the samples last: with a state at the start
+/// it would follow any slow swing.
+fn candidate(
+    orders: &Orders,
+    criterion: Criterion,
+    start: Option<&LinearSystem>,
+    rule: StopRule,
+    data: &Signals,
+) -> Option<Candidate> {
+    let mut go_on = |_: &str| ControlFlow::Continue(());
+    let monitor = &mut Monitor::new(&mut go_on);
+    let system = criterion.fitted(orders, data, start, rule, monitor)?;
+    let longest = (-1.0 / (RINGING * data.y.len() as f64)).exp();
+    let rings_on = |pole: &Complex<f64>| pole.im != 0.0 && pole.norm() > longest;
+    if system.denominator.poles().iter().any(rings_on) {
+        return None;
+    }
+    let held_back = HeldBack::new(orders, criterion, &system, data, monitor)?;
+    Some(Candidate {
+        orders: orders.clone(),
+        criterion,
+        system,
+        held_back,
+    })
+}
+
+/// The candidate at the end of its minimisation, and whitened, unless it goes on worse from there: then it follows what is not in the
+/// next samples.
+fn polished(chosen: &Candidate, data: &Signals) -> Candidate {
+    let further = |from: &Candidate, criterion: Criterion| {
+        let last = candidate(&from.orders, criterion, Some(&from.system), LAST, data);
+        last.filter(|last| last.held_back.as_good_as(&from.held_back))
+    };
+    let last = further(chosen, chosen.criterion).unwrap_or_else(|| chosen.clone());
+    let mut go_on = |_: &str| ControlFlow::Continue(());
+    let mut coloured = || whitened(&last.system, data, &mut Monitor::new(&mut go_on)).is_some();
+    if last.criterion != Criterion::OutputError || !coloured() {
+        return last;
+    }
+    further(&last, Criterion::WhitenedOutputError).unwrap_or(last)
+}
+
+/// The candidate with the fewest parameters among those that are as good as the best.
+fn chosen(tried: &[Candidate]) -> Option<&Candidate> {
+    let score = |c: &Candidate| c.held_back.score;
+    let best = tried.iter().min_by(|a, b| score(a).total_cmp(&score(b)))?;
+    let as_good = tried.iter().filter(|c| c.held_back.as_good_as(&best.held_back));
+    let simplest = as_good.min_by(|a, b| {
+        let parameters = |c: &Candidate| c.orders.parameters();
+        parameters(a).cmp(&parameters(b)).then(score(a).total_cmp(&score(b)))
+    });
+    simplest.or(Some(best))
+}

@@ -1,0 +1,171 @@
+//! Fits beside the truth, and the search for orders on simulated systems.
+
+use std::ops::ControlFlow;
+
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::super::block::{Monitor, Signals};
+use super::delay::delays;
+use super::fit::Criterion;
+use super::held_back::HeldBack;
+use super::limits::LAST;
+use super::system::{LinearSystem, Numerator, Orders};
+use super::{covariance, search};
+use crate::linear::TransferFunction;
+
+fn noise(seed: u64, n: usize) -> Vec<f64> {
+    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
+    (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()
+}
+
+fn filtered(b: &[f64], a: &[f64], input: &[f64]) -> Vec<f64> {
+    TransferFunction::new(b.to_vec(), a.to_vec()).unwrap().simulate(input)
+}
+
+fn orders(poles: usize, inputs: &[(usize, usize)]) -> Orders {
+    let numerator = |&(delay, count): &(usize, usize)| Numerator { delay, count };
+    Orders {
+        poles,
+        inputs: inputs.iter().map(numerator).collect(),
+    }
+}
+
+fn with_monitor<T>(run: impl FnOnce(&mut Monitor<'_>) -> T) -> T {
+    let mut go_on = |_: &str| ControlFlow::Continue(());
+    run(&mut Monitor::new(&mut go_on))
+}
+
+fn fitted(criterion: Criterion, orders: &Orders, data: &Signals) -> LinearSystem {
+    with_monitor(|monitor| criterion.fitted(orders, data, None, LAST, monitor)).unwrap()
+}
+
+fn close(a: &[f64], b: &[f64], within: f64) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= within)
+}
+
+const A: [f64; 3] = [1.0, -1.5, 0.7];
+
+/// Two inputs with delays 2 and 0, an offset, and a record that begins while the system rings.
+fn two_inputs(n: usize, level: f64) -> Signals {
+    let u = vec![noise(1, n + 200), noise(2, n + 200)];
+    let first = filtered(&[0.0, 0.0, 1.0, 0.5], &A, &u[0]);
+    let second = filtered(&[0.3], &A, &u[1]);
+    let e = noise(3, n + 200);
+    let y: Vec<f64> = (200..n + 200)
+        .map(|t| 0.7 + first[t] + second[t] + level * e[t])
+        .collect();
+    Signals::new(u.iter().map(|u| u[200..].to_vec()).collect(), y, 0)
+}
+
+#[test]
+fn both_errors_find_an_exact_system_with_its_state_at_the_start() {
+    let data = two_inputs(400, 0.0);
+    for criterion in Criterion::CHOOSING {
+        let system = fitted(criterion, &orders(2, &[(2, 2), (0, 1)]), &data);
+        assert!(close(&system.polynomial(), &A, 1e-5), "{:?}", system.polynomial());
+        assert!(
+            close(&system.numerators[0], &[1.0, 0.5], 1e-4),
+            "{:?}",
+            system.numerators
+        );
+        assert!(close(&system.numerators[1], &[0.3], 1e-4) && (system.offset - 0.7).abs() < 1e-4);
+        // From the first sample on, although inputs before it are not known.
+        let worst = |skip: usize| {
+            let errors = system.run(&data.u).into_iter().zip(&data.y).skip(skip);
+            errors.map(|(p, y)| (p - y).abs()).fold(0.0, f64::max)
+        };
+        assert!(worst(3) < 1e-7, "{}", worst(3));
+    }
+}
+
+#[test]
+fn the_output_of_a_system_is_that_of_its_difference_equation() {
+    let data = two_inputs(60, 0.0);
+    let system = fitted(Criterion::OutputError, &orders(2, &[(2, 2), (0, 1)]), &data);
+    let (a, [b, c]) = (system.polynomial(), [&system.numerators[0], &system.numerators[1]]);
+    let run = system.run(&data.u);
+    for t in 4..60 {
+        let dynamic = |k: usize| run[t - k] - system.offset;
+        let driven = b[0] * data.u[0][t - 2] + b[1] * data.u[0][t - 3] + c[0] * data.u[1][t];
+        assert!((dynamic(0) + a[1] * dynamic(1) + a[2] * dynamic(2) - driven).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn orders_and_delays_are_those_of_the_system() {
+    let data = two_inputs(1500, 0.3);
+    assert_eq!(delays(&data), [2, 0]);
+    let found = with_monitor(|monitor| search(&data, monitor)).unwrap();
+    let first = found.system.orders.inputs[0];
+    assert_eq!(found.system.orders.poles, 2, "{:?}", found.system.orders);
+    assert_eq!(first.delay, 2);
+    assert_eq!(found.criterion, Criterion::OutputError);
+}
+
+#[test]
+fn no_pole_is_taken_for_a_delay_and_a_gain() {
+    let u = noise(4, 600);
+    let e = noise(5, 600);
+    let y = (0..600)
+        .map(|t| if t < 7 { 0.0 } else { 2.0 * u[t - 7] } + 0.2 * e[t])
+        .collect();
+    let found = with_monitor(|monitor| search(&Signals::of_input(u, y, 0), monitor)).unwrap();
+    assert_eq!(found.system.orders, orders(0, &[(7, 1)]));
+}
+
+#[test]
+fn standard_errors_cover_the_coefficients_under_coloured_noise() {
+    let (n, runs) = (600, 100);
+    let (mut inside, mut count) = (0, 0);
+    for seed in 0..runs {
+        let u = noise(10 + seed, n);
+        let colour = filtered(&[1.0], &[1.0, -0.9], &noise(1000 + seed, n));
+        let clean = filtered(&[1.0, 0.5], &A, &u);
+        let y = clean.iter().zip(&colour).map(|(y, e)| y + 0.3 * e).collect();
+        let data = Signals::of_input(u, y, 0);
+        let system = fitted(Criterion::OutputError, &orders(2, &[(0, 2)]), &data);
+        let covariance = covariance(&system, &data).unwrap();
+        let estimate = [&system.numerators[0][..], &system.polynomial()[1..]].concat();
+        for (i, (estimate, truth)) in estimate.iter().zip([1.0, 0.5, -1.5, 0.7]).enumerate() {
+            inside += usize::from((estimate - truth).abs() < 1.96 * covariance[i * 5].sqrt());
+            count += 1;
+        }
+    }
+    let share = inside as f64 / count as f64;
+    assert!((0.92..0.98).contains(&share), "{share}");
+}
+
+#[test]
+fn generalised_least_squares_make_the_first_response_several_times_more_exact() {
+    let (b, a) = ([0.5, 0.2], [1.0, -1.2, 0.52]);
+    let slow = |seed: u64| filtered(&[1.0], &[1.0, -0.95], &noise(seed, 1500));
+    let mut distance = [0.0; 2];
+    for seed in 0..12 {
+        let u = slow(2 * seed);
+        let e = noise(2 * seed + 1, 1500);
+        let e = filtered(&[1.0], &[1.0, -0.9], &e);
+        let y = filtered(&b, &a, &u).iter().zip(&e).map(|(y, e)| y + e).collect();
+        let data = Signals::of_input(u, y, 0);
+        let least = fitted(Criterion::OutputError, &orders(2, &[(0, 2)]), &data);
+        let better = fitted(Criterion::WhitenedOutputError, &orders(2, &[(0, 2)]), &data);
+        for (sum, system) in distance.iter_mut().zip([&least, &better]) {
+            let [b0, b1] = [system.numerators[0][0], system.numerators[0][1]];
+            let second = b1 - system.polynomial()[1] * b0;
+            *sum += (b0 - 0.5).powi(2) + (second - 0.8).powi(2);
+        }
+    }
+    assert!(distance[1] < 0.5 * distance[0], "{distance:?}");
+}
+
+#[test]
+fn a_system_without_enough_poles_is_not_as_good_and_one_with_too_many_is() {
+    let data = two_inputs(1500, 0.3);
+    let of = |poles: usize| {
+        let orders = orders(poles, &[(2, 2), (0, 1)]);
+        let system = fitted(Criterion::OutputError, &orders, &data);
+        with_monitor(|monitor| HeldBack::new(&orders, Criterion::OutputError, &system, &data, monitor)).unwrap()
+    };
+    let [one, two, three] = [of(1), of(2), of(3)];
+    assert!(!one.as_good_as(&two) && three.as_good_as(&two) && two.as_good_as(&three));
+}
