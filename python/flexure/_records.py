@@ -145,6 +145,14 @@ def is_several(u: Any) -> bool:
     return isinstance(u, list | tuple) and len(u) > 0 and all(np.ndim(part) > 0 or _is_table(part) for part in u)
 
 
+def has_several_inputs(u: Any, input: str | Sequence[str] | None) -> bool:
+    """Whether more than one input is named, or stands in the columns of an array."""
+    if isinstance(input, list | tuple):
+        return len(input) > 1
+    shape = () if _is_table(u) or is_several(u) else np.shape(u)
+    return input is None and len(shape) == 2 and shape[1] > 1
+
+
 def _is_table(data: Any) -> bool:
     if isinstance(data, dict):
         return True

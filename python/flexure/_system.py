@@ -104,6 +104,7 @@ class System(BaseEstimator):  # type: ignore[misc]
 
     _structure: ClassVar[str] = ""
     _several: ClassVar[bool] = False
+    _one_or_several: ClassVar[bool] = False
 
     def __init__(self, *, fresh: float = 0.25) -> None:
         self.fresh = fresh
@@ -142,13 +143,14 @@ class System(BaseEstimator):  # type: ignore[misc]
         KeyboardInterrupt
             On Ctrl-C. The work has then ended.
         """
-        if records.is_several(u) and not self._several:
+        several = self._several or self._one_or_several and records.has_several_inputs(u, input)
+        if records.is_several(u) and not several:
             outputs = [None] * len(u) if y is None else list(y)
             if len(outputs) != len(u):
                 raise ParameterError(f"there are {len(u)} inputs, but {len(outputs)} outputs")
             parts = [records.signals(a, b, dt, input, output) for a, b in zip(u, outputs, strict=True)]
         else:
-            parts = [records.signals(u, y, dt, input, output, self._several)]
+            parts = [records.signals(u, y, dt, input, output, several)]
         if len({part.dt for part in parts}) > 1:
             raise ParameterError("the experiments have different sample times")
         first = parts[0]

@@ -162,7 +162,9 @@ class Hammerstein(System):
 
 
 class Linear(System):
-    """Linear dynamics alone: what every nonlinear model should be better than.
+    """Linear dynamics alone, of one input or several: what every nonlinear model should be better than.
+
+    Poles, delays and numerators are those whose free run goes on best through samples held back.
 
     Parameters
     ----------
@@ -171,6 +173,7 @@ class Linear(System):
     """
 
     _structure = "linear"
+    _one_or_several = True
 
 
 class Wiener(System):
@@ -227,7 +230,7 @@ class Feedback(System):
 
 
 class Auto(System):
-    """The structure that the data support, linear to parallel branches and loops; or none of them.
+    """The structure that the data support, linear to parallel branches and loops; or none of them. Takes one input or several.
 
     ``comparison_`` says what refutes the others.
 
@@ -238,6 +241,7 @@ class Auto(System):
     """
 
     _structure = "auto"
+    _one_or_several = True
 
 
 class Parallel(System):

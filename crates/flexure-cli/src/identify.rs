@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::identify::{Calibration, Options, RefinedHammerstein, Structure, structures};
+use flexure::identify::{AUTO, Calibration, HAMMERSTEIN, Options, RefinedHammerstein, Structure, structures};
 use flexure_io::{RecordFile, model_text};
 use flexure_report::data::ArmMotion;
 use flexure_workbench::systems::{Decoration, Identified, SystemColumns, Task, arm_motion};
@@ -35,15 +35,15 @@ pub struct Arguments {
     /// The record; several are so many experiments of one system, for a refined Hammerstein model, judged on the end of the last.
     #[arg(value_name = "RECORD", required = true)]
     records: Vec<PathBuf>,
-    /// The input's column; A,B for a structure with several inputs. A record with two signals needs no names.
+    /// The input's column; A,B for several inputs. A record with two signals needs no names.
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
     /// The output's column.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
-    /// The structure of the model.
-    #[arg(long, default_value = "hammerstein", value_parser = arguments::structure())]
-    structure: &'static Structure,
+    /// The structure of the model; hammerstein unless given, auto for several inputs.
+    #[arg(long, value_parser = arguments::structure())]
+    structure: Option<&'static Structure>,
     /// The method for a Hammerstein model: refined unless an option of plain alone is given.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
@@ -99,6 +99,15 @@ enum Unit {
 }
 
 impl Arguments {
+    /// The structure that was given, or the default for so many inputs.
+    fn structure(&self) -> &'static Structure {
+        let several = self
+            .input
+            .as_deref()
+            .is_some_and(|names| arguments::columns(names).len() > 1);
+        self.structure.unwrap_or(if several { &AUTO } else { &HAMMERSTEIN })
+    }
+
     /// What was given that both methods have.
     fn shared(&self) -> RefinedHammerstein {
         let calibration = match (self.known.as_slice(), self.unit.unwrap_or(Unit::StaticGain)) {
@@ -122,7 +131,7 @@ impl Arguments {
     fn inputs(&self) -> Option<Vec<&str>> {
         self.input
             .as_deref()
-            .map(|names| match self.structure.has_several_inputs() {
+            .map(|names| match self.structure().has_several_inputs() {
                 true => arguments::columns(names),
                 false => vec![names],
             })
@@ -144,14 +153,14 @@ impl Arguments {
 
     /// What is to be done, and a note on the choice of the method.
     fn task(&self) -> Result<(Task, Option<String>)> {
-        refuse_foreign(self.structure, self.given())?;
+        refuse_foreign(self.structure(), self.given())?;
         let (hammerstein, note) = method::choose(self.method, self.shared(), &self.refined, &self.plain)?;
         let options = Options {
             fresh_share: self.fresh,
             branches: self.branches,
             hammerstein,
         };
-        let structure = self.structure;
+        let structure = self.structure();
         Ok((Task { structure, options }, note))
     }
 
@@ -159,7 +168,7 @@ impl Arguments {
     fn read(&self, may_miss: bool) -> Result<(Experiments, Connected)> {
         let file = self.reading.read(&self.records[0])?;
         let columns = Connected::of_record(&file, self.reading.time_column(), self.inputs(), self.output.as_deref())?;
-        check_input_count(self.structure, columns.inputs.len())?;
+        check_input_count(self.structure(), columns.inputs.len())?;
         let experiments = match &self.records[1..] {
             [] => Experiments {
                 sample_time: self.reading.sample_time(&file, self.sample_time, &columns.all())?,
@@ -182,7 +191,7 @@ impl Arguments {
         let is_plain =
             self.records.len() == 1 && self.reading.given().is_empty() && self.periods.first_given().is_none();
         let reading = python::reading(file, &[columns.inputs, &[columns.output]].concat()).filter(|_| is_plain)?;
-        let model = python::estimator(self.structure, &task.options)?.text();
+        let model = python::estimator(self.structure(), &task.options)?.text();
         let fit = Call::new(".fit")
             .code("record")
             .with("input", Some(python::names(columns.inputs)))
@@ -240,7 +249,7 @@ fn check_input_count(structure: &Structure, inputs: usize) -> Result<(), Usage> 
 pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(inputs) = arguments.inputs() {
         arguments::distinct_inputs(&inputs, arguments.output.as_deref())?;
-        check_input_count(arguments.structure, inputs.len())?;
+        check_input_count(arguments.structure(), inputs.len())?;
     }
     arguments::distinct_points(&arguments.known)?;
     let (task, note) = arguments.task()?;

@@ -97,6 +97,7 @@ fn digits(value: f64, count: i32) -> String {
 /// assert_eq!(flexure::text::with_error(0.532149, 0.00123), "0.5321 ± 0.0012");
 /// assert_eq!(flexure::text::with_error(12343.0, 678.0), "12340 ± 680");
 /// assert_eq!(flexure::text::with_error(1.5e-7, 2.2e-9), "(1.500 ± 0.022)e-7");
+/// assert_eq!(flexure::text::with_error(-0.0123, 4.1), "-0.012 ± 4.1");
 /// ```
 pub fn with_error(value: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite() && value.is_finite()) {
@@ -115,6 +116,9 @@ pub fn with_error(value: f64, error: f64) -> String {
     let place = error_place(error);
     let unit = 10_f64.powi(-place);
     let rounded = |v: f64| (v / unit).round() * unit;
+    if rounded(value) == 0.0 && value != 0.0 {
+        return format!("{} ± {}", digits(value, 2), digits(error, 2));
+    }
     let decimals = place.max(0) as usize;
     format!("{:.decimals$} ± {:.decimals$}", rounded(value), rounded(error))
 }

@@ -318,8 +318,7 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
         .map(|&i| look.columns[i].levels.as_ref().map(Vec::len));
     let few = levels.flatten().any(|levels| levels <= TWO);
     if several {
-        options.extend(["--structure", "multiple-inputs"]);
-        why.push_str(" Every input gets a nonlinearity and dynamics of its own.");
+        why.push_str(" Linear dynamics are compared with a nonlinearity for every input.");
     } else if incomplete(signals.output) {
         options.push("--missing");
         why.push_str(" The output misses samples, which --missing leaves out of the fit.");

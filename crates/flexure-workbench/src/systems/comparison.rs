@@ -80,15 +80,20 @@ pub fn write(comparison: &StructureComparison, columns: &str, lines: &mut Lines)
         None => Tone::Caution,
     };
     lines.headline(tone, format!("Structure {columns}: {}", answer(comparison)));
+    let names = comparison.candidates.iter().map(|c| c.structure.title.chars().count());
+    let width = names.fold(20, usize::max);
     lines.row(format!(
-        "{:<20} {:>10} {:>11} {:>11}",
+        "{:<width$} {:>10} {:>11} {:>11}",
         "", "fit", "RMS error", "parameters"
     ));
     for c in &comparison.candidates {
         let refuted = if c.refuted_by.is_empty() { "" } else { "  refuted" };
         let (fit, rms) = (fit(c), number(c.rms));
         let name = c.structure.title;
-        lines.row(format!("{name:<20} {fit:>10} {rms:>11} {:>11}{refuted}", c.parameters));
+        lines.row(format!(
+            "{name:<width$} {fit:>10} {rms:>11} {:>11}{refuted}",
+            c.parameters
+        ));
     }
     for sentence in comparison.reasons.iter().cloned().chain(reservation(comparison)) {
         lines.sentence(sentence);

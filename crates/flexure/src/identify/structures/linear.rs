@@ -39,7 +39,7 @@ pub const ROW: Structure = Structure {
         key: "linear",
         title: "linear",
     },
-    description: "linear dynamics alone, of one input or several",
+    description: "linear dynamics alone",
     inputs: 1..=usize::MAX,
     options: &[],
     complexity: Some(1),
