@@ -115,12 +115,12 @@ def best_of_orders(peer, u, y, fitted):
     return max(fits)
 
 
-def flexure(structure, u, y, share):
+def flexure(binary, structure, u, y, share):
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "record.csv"
         names = [f"u{i}" for i in range(u.shape[1])]
         np.savetxt(record, np.column_stack([u, y]), "%.10g", ",", header=",".join([*names, "y"]), comments="")
-        command = [ROOT / "target/release/flexure", "identify", record, "--json", "--input", ",".join(names)]
+        command = [binary, "identify", record, "--json", "--input", ",".join(names)]
         command += ["--output", "y", "--fresh", str(1 - share)]
         command += ["--structure", structure] if structure else []
         found = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -131,6 +131,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared/data", help="the folder of the records")
     parser.add_argument("--structures", default="linear,,auto", help="Flexure's, comma separated; nothing is the default")
+    parser.add_argument("--binary", type=Path, default=ROOT / "target/release/flexure", help="the program")
     options = parser.parse_args()
     structures = options.structures.split(",")
     titles = [*PEERS, *(f"Flexure {s or 'default'}" for s in structures)]
@@ -141,7 +142,7 @@ def main():
             v = (u - u[:fitted].mean(0)) / u[:fitted].std(0)
             w = (y - y[:fitted].mean()) / y[:fitted].std()
             fits = [best_of_orders(peer, v, w, fitted) for peer in PEERS.values()]
-            fits += [flexure(structure, u, y, share) for structure in structures]
+            fits += [flexure(options.binary, structure, u, y, share) for structure in structures]
             print(f"{name:<26}{fitted:>7}" + "".join(f"{f:>18.1f}" for f in fits), flush=True)
 
 

@@ -32,10 +32,6 @@ impl<'a> Judged<'a> {
         }
     }
 
-    fn mean_square(&self) -> f64 {
-        mean(&self.errors.iter().map(|e| e * e).collect::<Vec<f64>>())
-    }
-
     /// The residual tests that reject the candidate.
     pub fn failed(&self) -> Vec<ResidualTest> {
         let tests = self.verdict.residuals.iter().flat_map(|r| &r.tests);
@@ -50,6 +46,10 @@ impl<'a> Judged<'a> {
         let residuals = self.verdict.residuals.as_ref();
         self.verdict.measures.fit_percent > 0.0 && residuals.is_some_and(|r| r.tests.iter().all(silent))
     }
+}
+
+fn mean_square(errors: &[f64]) -> f64 {
+    mean(&errors.iter().map(|e| e * e).collect::<Vec<f64>>())
 }
 
 /// Errors cut at several robust standard deviations: a few samples where a candidate extrapolates decide nothing.
@@ -84,8 +84,10 @@ pub(super) struct Judgement<'a> {
 
 /// Judges candidates, at least one, in order of complexity, on the fresh samples of these inputs.
 pub(super) fn judge<'a>(candidates: &[Judged<'a>], inputs: &[&[f64]]) -> Judgement<'a> {
-    let squares: Vec<f64> = candidates.iter().map(Judged::mean_square).collect();
-    let best = smallest(&squares, 0..candidates.len());
+    let squares: Vec<f64> = candidates.iter().map(|c| mean_square(&c.errors)).collect();
+    // A few wild samples refute nothing, but what has them is not the best.
+    let uncut: Vec<f64> = candidates.iter().map(|c| mean_square(&c.uncut)).collect();
+    let best = smallest(&uncut, 0..candidates.len());
     let level = LEVEL / candidates.len().saturating_sub(1).max(1) as f64;
     // Against the best one only: the others are no better.
     let worse: Vec<Option<Refutation>> = (0..candidates.len())

@@ -290,6 +290,16 @@ fn a_few_wild_samples_decide_nothing_and_what_the_input_explains_does() {
     (wild[100], wild[2000]) = (60.0, -80.0);
     let (chosen, _, supported, _) = judged_with(&[(name("linear"), wild), (name("hammerstein"), e.clone())], &u);
     assert_eq!((chosen, supported), (0, true));
+    // Small errors elsewhere do not make the best of a candidate that runs away in places.
+    let small: Vec<f64> = e.iter().map(|e| 0.3 * e).collect();
+    let mut runaway: Vec<f64> = e.iter().map(|e| 0.2 * e).collect();
+    runaway[300..310].fill(60.0);
+    let candidates = [
+        (name("linear"), e.clone()),
+        (name("hammerstein"), small),
+        (name("parallel"), runaway),
+    ];
+    assert_eq!(judged_with(&candidates, &u).0, 1);
     let missed = |share: f64| -> Vec<f64> { u.iter().zip(&e).map(|(u, e)| e + share * (u * u - 1.0)).collect() };
     // A misfit of 0.5 % of the output's deviation is negligible, one of 2 % is not.
     let (_, _, supported, not_noise) = judged_at(40.0, &[(name("linear"), missed(0.15))], &u);
