@@ -93,6 +93,9 @@ pub struct Arguments {
     json: bool,
 }
 
+/// The most points of a grid.
+const MOST_POINTS: f64 = 4e6;
+
 impl Arguments {
     fn columns(&self) -> Columns {
         Columns {
@@ -111,9 +114,23 @@ impl Arguments {
         }
     }
 
+    /// Refuses a grid of more points than anyone looks at.
+    fn check_grid(&self) -> Result<(), Usage> {
+        let along = self.grid.unwrap_or(1);
+        let points = f64::from(along).powi(self.x.len() as i32);
+        match points > MOST_POINTS {
+            true => Err(Usage(format!(
+                "--grid {along}: a grid with {along} points along each of {} columns has more than {MOST_POINTS} points; give a smaller number",
+                self.x.len()
+            ))),
+            false => Ok(()),
+        }
+    }
+
     /// The points at which to evaluate, column by column.
     fn points(&self, data: &RegressionData) -> Result<Vec<Vec<f64>>> {
         let Some(path) = &self.at else {
+            self.check_grid()?;
             return Ok(data.grid(self.grid.map(|n| n as usize)));
         };
         let file = self.reading.read(path)?;
@@ -133,7 +150,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let report = spinning("estimating", || -> Result<Report> {
         let regression = fitted(estimator, &data, &file)?;
         let report = Report::new(regression, &data, arguments.band_options(), at, arguments::option);
-        Ok(report.map_err(|error| file.locate(error))?)
+        Ok(report.map_err(|error| data.locate(error, &file))?)
     })?;
 
     // Everything is made before anything is written.
@@ -167,6 +184,6 @@ fn fitted(estimator: NamedEstimator, data: &RegressionData, file: &RecordFile) -
     let fixed = matches!(estimator.tuning, Tuning::Fixed(_));
     Regression::new(estimator, data).map_err(|error| match error {
         flexure::Error::Parameter(ParameterError::OutOfRange { .. }) if fixed => Usage(error.to_string()).into(),
-        error => file.locate(error).into(),
+        error => data.locate(error, file).into(),
     })
 }
