@@ -28,7 +28,7 @@ pub(crate) fn normal_above(x: f64) -> f64 {
 /// The quantile of Student's distribution at `probability`.
 pub(crate) fn student_quantile(probability: f64, freedom: f64) -> f64 {
     match StudentsT::new(0.0, 1.0, freedom) {
-        Ok(t) if is_freedom(freedom) => at(probability, |p| t.inverse_cdf(p)),
+        Ok(t) if is_searched(probability, [freedom; 2]) => t.inverse_cdf(probability),
         _ => f64::NAN,
     }
 }
@@ -44,14 +44,20 @@ pub(crate) fn chi_squared_quantile(probability: f64, degrees: f64) -> f64 {
 /// The probability of a chi-squared variable above `x`.
 pub(crate) fn chi_squared_above(x: f64, degrees: f64) -> f64 {
     match ChiSquared::new(degrees) {
-        Ok(chi) if is_freedom(degrees) && !x.is_nan() => chi.sf(x.min(LARGEST)),
+        Ok(chi) if is_freedom(degrees) && !x.is_nan() => match x > 1.0 / LARGEST {
+            true => chi.sf(x.min(LARGEST)).clamp(0.0, 1.0),
+            false => 1.0,
+        },
         _ => f64::NAN,
     }
 }
 
 /// The quantile of Fisher's F distribution at `probability`.
 pub(crate) fn fisher_quantile(probability: f64, freedom: [f64; 2]) -> f64 {
-    fisher(freedom).map_or(f64::NAN, |f| at(probability, |p| f.inverse_cdf(p)))
+    match fisher(freedom) {
+        Some(f) if is_searched(probability, freedom) => f.inverse_cdf(probability),
+        _ => f64::NAN,
+    }
 }
 
 /// The probability of an F statistic below `x`.
@@ -84,12 +90,20 @@ fn fisher(freedom: [f64; 2]) -> Option<FisherSnedecor> {
 
 fn fisher_at(x: f64, freedom: [f64; 2], of: impl Fn(FisherSnedecor, f64) -> f64) -> f64 {
     match fisher(freedom) {
-        Some(f) if !x.is_nan() => of(f, if freedom[0] * x < LARGEST { x } else { f64::INFINITY }),
+        Some(f) if !x.is_nan() => {
+            let x = if freedom[0] * x < LARGEST { x } else { f64::INFINITY };
+            of(f, x).clamp(0.0, 1.0)
+        }
         _ => f64::NAN,
     }
 }
 
-/// Whether the iterations for a quantile keep within their range with these degrees of freedom.
+/// Whether the search for a quantile of the beta distribution, of which Student's and Fisher's are made, ends: far outside it does not.
+fn is_searched(probability: f64, freedom: [f64; 2]) -> bool {
+    (1e-12..1.0 - 1e-12).contains(&probability) && freedom.iter().all(|f| (0.5..1e6).contains(f))
+}
+
+/// Whether the sums keep within their range with these degrees of freedom.
 fn is_freedom(degrees: f64) -> bool {
     (1e-3..1e9).contains(&degrees)
 }
@@ -143,6 +157,20 @@ mod tests {
                     for p in [fisher_below(a, [b, c]), fisher_above(a, [b, c])] {
                         probability(p);
                     }
+                }
+            }
+        }
+    }
+
+    /// Up to the ends of what is searched, every quantile is found.
+    #[test]
+    fn searches_end() {
+        let freedoms = [0.5, 0.7, 1.0, 2.0, 3.5, 30.0, 1e4, 9e5];
+        for p in [1e-12, 1e-9, 0.01, 0.5, 0.975, 1.0 - 1e-9, 1.0 - 1.1e-12] {
+            for f in freedoms {
+                assert!(student_quantile(p, f).is_finite(), "{p} {f}");
+                for g in freedoms {
+                    assert!(!fisher_quantile(p, [f, g]).is_nan(), "{p} {f} {g}");
                 }
             }
         }
