@@ -2,6 +2,7 @@
 
 mod method;
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -13,7 +14,7 @@ use flexure_workbench::regression::{self, BandMethod, BandOptions, Columns, Regr
 use crate::arguments::{self, Auto, Usage};
 use crate::files::{name_json, prepare, write_text, wrote};
 use crate::output::{print, print_result, this_command};
-use crate::progress::spinning;
+use crate::progress::{measured, spinning};
 use crate::reading::Reading;
 
 /// Estimate the regression of a column on one or several others, with a confidence band.
@@ -147,9 +148,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let file = arguments.reading.read(&arguments.record)?;
     let data = RegressionData::read(&file, arguments.columns())?;
     let at = arguments.points(&data)?;
-    let report = spinning("estimating", || -> Result<Report> {
+    let report = measured("estimating", |reported| -> Result<Report> {
         let regression = fitted(estimator, &data, &file)?;
-        let report = Report::new(regression, &data, arguments.band_options(), at, arguments::option);
+        let report = Report::new(
+            regression,
+            &data,
+            arguments.band_options(),
+            at,
+            arguments::option,
+            &mut |done, all| {
+                reported.at(done, all);
+                ControlFlow::Continue(())
+            },
+        );
         Ok(report.map_err(|error| data.locate(error, &file))?)
     })?;
 
