@@ -173,3 +173,15 @@ fn a_device_without_an_end() {
         "/dev/zero: the file takes more memory than the limit of 256 MiB; is it the right file?"
     );
 }
+
+/// What broke the readers once, made small (`fuzz/run`).
+#[test]
+fn what_broke_a_reader_once_breaks_none_again() {
+    let folder = directory("broke_once");
+    let path = folder.join("r.csv");
+    std::fs::write(&path, b"#! a comment\n\xef\xbb\xbf").unwrap();
+    let said = message(&read(&path, 1 << 20).unwrap_err(), &folder);
+    assert!(said.starts_with("r.csv is empty"), "{said}");
+    std::fs::write(&path, b"# a comment\n\xef\xbb\xbfu,y\n1,2\n").unwrap();
+    assert_eq!(read(&path, 1 << 20).unwrap().record.names(), ["u", "y"]);
+}

@@ -74,7 +74,8 @@ impl<R: BufRead> Lines<R> {
             self.buffer.pop();
         }
         self.buffer.push(b'\n');
-        if self.line == 1 && self.buffer.starts_with(b"\xef\xbb\xbf") {
+        // A byte-order mark may also stand behind comments that a program put in front of a file.
+        if !self.begun && self.buffer.starts_with(b"\xef\xbb\xbf") {
             self.buffer.drain(..3);
         }
         let content = self.buffer.trim_ascii();
