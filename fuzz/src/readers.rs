@@ -86,10 +86,9 @@ impl Target for Arms {
         if let Ok(file) = ArmFile::from_toml_str(&text, "the arm")
             && let Ok(again) = file.to_toml()
         {
-            ensure!(
-                ArmFile::from_toml_str(&again, "again")? == file,
-                "it reads back as another arm"
-            );
+            // As text: what the model does not use may be NaN, which differs from itself.
+            let read = ArmFile::from_toml_str(&again, "again")?;
+            ensure!(read.to_toml()? == again, "it reads back as another arm");
         }
         Ok(())
     }

@@ -148,10 +148,7 @@ fn messages_are_short() {
     let many = (0..20_000).map(|i| format!("c{i}")).collect::<Vec<_>>().join(",");
     folder.write("long.csv", format!("{long},y\n1,2\n"));
     folder.write("many.csv", format!("{many}\n"));
-    folder.write(
-        "huge.csv",
-        "t,u,y\n0,1e300,1\n1,1e300,2\n2,1e300,4\n3,1e300,3\n".to_owned(),
-    );
+    folder.write("huge.csv", "t,u,y\n0,1e300,1\n1,1e300,2\n2,1e300,4\n3,1e300,3\n");
     folder.write("arm.toml", format!("{long} = 1\n"));
     folder.write("model.json", format!("{{\"format\": \"{long}\"}}"));
     for arguments in [
