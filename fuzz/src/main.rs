@@ -40,7 +40,7 @@ pub trait Target {
 }
 
 fn main() -> Result<()> {
-    let mut inputs = 300;
+    let mut inputs = 3000;
     let mut minutes = None;
     let mut seed = 1;
     let mut only = None;

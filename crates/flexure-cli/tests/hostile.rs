@@ -221,3 +221,38 @@ fn an_arm_file_names_records_beside_it() {
     named("good.csv");
     folder.done("simulate arms/a.toml -o s.csv");
 }
+
+/// What is wrong is said in the words of whoever wrote the file, or gave the option.
+#[test]
+fn what_is_wrong_is_named_as_the_user_knows_it() {
+    let folder = Folder::new();
+    folder.done("simulate --preset space-arm --write-arm a.toml");
+    let arm = folder.read("a.toml");
+    folder.write("a.toml", arm.replace("[0.5, 150.0, 50.0, 2.0, 100.0, 0.5]", "[0.5]"));
+    let outcome = folder.run("simulate a.toml -o s.csv");
+    assert!(
+        outcome
+            .stderr
+            .contains("there must be 6 numbers in this list, but it has 1"),
+        "{outcome:?}"
+    );
+    // Nothing but one level of x is left where the weight is positive.
+    let rows: String = (0..60)
+        .map(|k| format!("{},{},{}\n", k % 3, k % 7, u8::from(k % 3 == 1)))
+        .collect();
+    folder.write("w.csv", format!("speed,torque,w\n{rows}"));
+    for estimator in ["spline", "kernel", "polynomial"] {
+        let outcome = folder.run(&format!(
+            "regress w.csv --x speed --y torque --weights w --estimator {estimator}"
+        ));
+        assert!(!outcome.stderr.contains("'x'"), "{outcome:?}");
+    }
+    for (arguments, said) in [
+        ("study rates --lengths 20,10", "10 follows 20"),
+        ("study rates --lengths 100", "at least two numbers of samples"),
+    ] {
+        let outcome = folder.run(arguments);
+        assert_eq!(outcome.code, Some(2), "{outcome:?}");
+        assert!(outcome.stderr.contains(said), "{outcome:?}");
+    }
+}
