@@ -6,8 +6,10 @@ use std::sync::Arc;
 
 use flexure::simulation::batch;
 use flexure::{Interrupt, Record};
-use flexure_io::arm::{ArmError, ArmFile, DriveKind, PRESETS, preset_text, run_driven, run_watched, with_changes};
-use flexure_io::{read_record, read_text};
+use flexure_io::arm::{
+    ArmError, ArmFile, DriveKind, PRESETS, Paths, preset_text, read_arm_record, run_driven, run_watched, with_changes,
+};
+use flexure_io::{ReadOptions, read_text};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -157,7 +159,9 @@ impl Arm {
         let record = interruptible(py, move |interrupt| match drive {
             Some(drive) => driven(&source.driven(kind, drive.0.len()), &drive, interrupt),
             None => {
-                let load = |name: &str| read_record(source.folder.join(name));
+                // A folder that is named by the caller, or that of the file, is where records are looked for.
+                let load =
+                    |name: &str| read_arm_record(&source.folder, name, Paths::default(), &ReadOptions::default());
                 let mut watch = |_| -> ControlFlow<()> { interrupt.flow() };
                 run_watched(&source.file, load, &mut watch)
             }

@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use anyhow::Result;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use flexure::error::ParameterError;
 use flexure::identify::hammerstein::MOST_ORDER;
 use flexure::identify::{Structure, structures};
 use flexure::nonlinearity::{EstimatorName, Kernel, Rule};
@@ -24,6 +25,15 @@ impl std::fmt::Display for Usage {
 }
 
 impl std::error::Error for Usage {}
+
+/// Whether an error is wrong usage: said so, or a parameter that the library refuses whatever the data, which then came from an option.
+pub fn is_usage(error: &anyhow::Error) -> bool {
+    let refused =
+        |error: &flexure::Error| matches!(error, flexure::Error::Parameter(ParameterError::OutOfRange { .. }));
+    // With a file named beside it, it depends on the data.
+    let alone = error.chain().len() == 1;
+    error.is::<Usage>() || alone && error.downcast_ref().is_some_and(refused)
+}
 
 /// A parser of the names of choices, whose help lists them.
 pub fn named<T: Named>() -> impl TypedValueParser<Value = T> {
@@ -72,7 +82,7 @@ fn number(text: &str, valid: impl Fn(f64) -> bool) -> Option<f64> {
 
 /// `auto` or a whole number from 0.
 pub fn auto_count(text: &str) -> Result<Auto<usize>, String> {
-    auto(text, |text| text.parse().ok(), "a whole number from 0")
+    auto(text, |text| count(text).ok(), "a whole number from 0")
 }
 
 /// `auto` or a positive number.
@@ -126,15 +136,59 @@ pub fn positive(text: &str) -> Result<f64, String> {
     number(text, |v| v > 0.0).ok_or_else(|| "expected a positive number".to_owned())
 }
 
-/// A whole number from 0.
-pub fn count(text: &str) -> Result<usize, String> {
-    text.parse().map_err(|_| "expected a whole number from 0".to_owned())
+/// A positive number of a size that a machine has.
+pub fn physical(text: &str) -> Result<f64, String> {
+    let number = number(text, |v| (1e-9..=1e9).contains(&v));
+    number.ok_or_else(|| "expected a positive number from 1e-9 to 1e9".to_owned())
 }
 
-/// A whole number from 1.
+/// A whole number from 0. It counts samples, of which no record has more than [`MOST_SAMPLES`].
+pub fn count(text: &str) -> Result<usize, String> {
+    whole::<0, MOST_SAMPLES>(text)
+}
+
+/// A whole number from 1, of samples.
 pub fn count_from_one(text: &str) -> Result<usize, String> {
-    let count = text.parse().ok().filter(|n| *n >= 1);
-    count.ok_or_else(|| "expected a whole number from 1".to_owned())
+    whole::<1, MOST_SAMPLES>(text)
+}
+
+/// More samples than any record has.
+pub const MOST_SAMPLES: usize = 1_000_000_000;
+
+/// A whole number in a range.
+pub fn whole<const LEAST: usize, const MOST: usize>(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|n| (LEAST..=MOST).contains(n));
+    // That there is an end to the number of samples need only be known beyond it.
+    let large = text.bytes().all(|b| b.is_ascii_digit()) && text.len() >= MOST.to_string().len();
+    count.ok_or_else(|| match MOST == MOST_SAMPLES && !large {
+        true => format!("expected a whole number from {LEAST}"),
+        false => format!("expected a whole number from {LEAST} to {MOST}"),
+    })
+}
+
+/// A size of memory, in bytes.
+pub fn memory(text: &str) -> Result<u64, String> {
+    let digits = text
+        .find(|c: char| !c.is_ascii_digit() && c != '.')
+        .unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let factor = match unit.trim().to_ascii_lowercase().as_str() {
+        "" | "b" => Some(1.0),
+        "k" | "kib" => Some(1024.0),
+        "m" | "mib" => Some(f64::from(1 << 20)),
+        "g" | "gib" => Some(f64::from(1 << 30)),
+        "t" | "tib" => Some(1024.0 * f64::from(1 << 30)),
+        "kb" => Some(1e3),
+        "mb" => Some(1e6),
+        "gb" => Some(1e9),
+        "tb" => Some(1e12),
+        _ => None,
+    };
+    let bytes = factor.and_then(|factor| Some(factor * number.parse::<f64>().ok()?));
+    match bytes {
+        Some(bytes) if (1.0..1e18).contains(&bytes) => Ok(bytes as u64),
+        _ => Err("expected a size such as 500MiB or 8GiB".to_owned()),
+    }
 }
 
 /// The choice of this name.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use flexure::Record;
-use flexure_io::arm::{ArmFile, preset_text};
+use flexure_io::arm::{ArmFile, Paths, preset_text};
 use flexure_io::{check_writable, read_record, write_model, write_record};
 use flexure_workbench::demo::{self, BothJoints, ELBOW_COLUMNS, FreshRun, LOG_PRESET, Steps, VIEW_FILES, View};
 use serde_json::{Map, json};
@@ -160,5 +160,5 @@ fn writable<const N: usize>(folder: &Path, names: [impl AsRef<Path>; N]) -> Resu
 }
 
 fn simulated(arm: &ArmFile) -> Result<Record> {
-    Ok(simulate(arm, Path::new(""))?)
+    Ok(simulate(arm, Path::new(""), Paths::Below)?)
 }

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use flexure_io::{check_record_writable, check_writable, write_atomically};
+use flexure_io::{check_record_writable, check_writable, destination, write_atomically};
 use serde_json::{Value, json};
 
 use crate::arguments::Usage;
@@ -73,6 +73,8 @@ fn keep_apart<'a>(
 }
 
 fn resolved(path: &Path) -> PathBuf {
+    // A link to a file that is not there yet means that file.
+    let path = &destination(path).unwrap_or_else(|_| path.to_owned());
     let in_folder = || {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
@@ -115,6 +117,9 @@ mod tests {
         std::fs::write(&file, "u\n1\n").unwrap();
         std::os::unix::fs::symlink(&file, &link).unwrap();
         assert!(keep_apart([&file], [&link]).is_err());
+        let (new, dangling) = (folder.path().join("new.csv"), folder.path().join("d.csv"));
+        std::os::unix::fs::symlink("new.csv", &dangling).unwrap();
+        assert!(keep_apart([], [&new, &dangling]).is_err());
         let nowhere = PathBuf::from("/dev/null");
         assert!(keep_apart([&file], [&nowhere, &nowhere]).is_ok());
     }

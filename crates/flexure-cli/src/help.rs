@@ -113,6 +113,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "joint-views",
             "no-open",
             "write-arm",
+            "allow-paths",
         ],
     ),
 ];

@@ -24,6 +24,8 @@ mod python;
 mod reading;
 mod regress;
 mod report;
+#[cfg(unix)]
+mod signals;
 mod simulate;
 mod study;
 mod tuning;
@@ -69,6 +71,8 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    #[cfg(unix)]
+    signals::watch();
     // Where the arguments cannot be read, the process ends here with 2; after `--help`, with 0.
     let command = help::grouped(Cli::command());
     let given = Cli::from_arg_matches(&command.clone().get_matches()).unwrap_or_else(|error| error.exit());
@@ -93,7 +97,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             output::print_error(&error);
-            match error.is::<arguments::Usage>() {
+            match arguments::is_usage(&error) {
                 true => ExitCode::from(2),
                 false => ExitCode::FAILURE,
             }

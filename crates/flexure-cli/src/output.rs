@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 
 use anyhow::Result;
+use flexure::text::{readable, visible};
 use flexure_workbench::lines::{Lines, WIDTH};
 
 /// Prints the lines of a result.
@@ -13,7 +14,7 @@ use flexure_workbench::lines::{Lines, WIDTH};
 /// # Errors
 /// [`flexure_io::Error::Write`] where the output cannot be written for any other reason.
 pub fn print(lines: &str) -> Result<()> {
-    write_all(&mut io::stdout().lock(), lines)
+    write_all(&mut io::stdout().lock(), &visible(lines))
 }
 
 /// Prints a result, and then further lines as they are: wrapped to the terminal's width, and coloured where the output is a terminal.
@@ -24,6 +25,7 @@ pub fn print(lines: &str) -> Result<()> {
 pub fn print_result(result: &Lines, further: impl IntoIterator<Item = String>) -> Result<()> {
     let columns = terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
     let text = result.coloured(columns.map_or(WIDTH, |columns| columns.min(WIDEST)));
+    let further = further.into_iter().map(|line| visible(&line).into_owned());
     let lines: Vec<String> = std::iter::once(text).chain(further).collect();
     // Where colours are not wanted, this leaves them out.
     write_all(&mut anstream::stdout().lock(), &lines.join("\n"))
@@ -43,14 +45,26 @@ fn write_all(out: &mut impl Write, lines: &str) -> Result<()> {
     }
 }
 
+/// The longest message, characters.
+const LONGEST: usize = 4000;
+
+/// A message as a terminal may have it: whatever a file says, it is short, and has no codes.
+fn message(text: &str) -> String {
+    let text = readable(text);
+    match text.char_indices().nth(LONGEST) {
+        None => text,
+        Some((end, _)) => format!("{} ...", &text[..end]),
+    }
+}
+
 /// Prints an error; where that fails, nothing can report it.
 pub fn print_error(error: &anyhow::Error) {
-    let _ = writeln!(io::stderr(), "error: {error:#}");
+    let _ = writeln!(io::stderr(), "error: {}", message(&format!("{error:#}")));
 }
 
 /// Prints what the user should know beside the result, where it does not mix with that.
 pub fn print_note(note: &str) {
-    let _ = writeln!(io::stderr(), "{note}");
+    let _ = writeln!(io::stderr(), "{}", message(note));
 }
 
 /// `flexure` with `arguments`, as they can be typed into a shell; what is not Unicode is replaced.

@@ -1,11 +1,15 @@
 //! Python code that does what a command does, for the end of a page.
 
+use std::io::Read as _;
 use std::path::Path;
 
 use flexure::identify::{Calibration, HammersteinMethod, Options, RegressionLag, Structure};
 use flexure::nonlinearity::{EstimatorName, Kernel};
 use flexure_io::RecordFile;
 use serde_json::json;
+
+/// The longest header that is looked at, bytes.
+const LONGEST_HEADER: u64 = 1 << 16;
 
 /// A call of a function or a class with the arguments that are given.
 pub struct Call {
@@ -72,9 +76,14 @@ pub fn reading(file: &RecordFile, columns: &[&str]) -> Option<String> {
 
 /// Whether the first line names these columns as they are, between commas.
 fn has_plain_header(path: &Path, columns: &[&str]) -> bool {
-    let Ok(text) = std::fs::File::open(path).map(std::io::BufReader::new) else {
+    // A pipe is read once.
+    if !path.is_file() {
+        return false;
+    }
+    let Ok(file) = std::fs::File::open(path) else {
         return false;
     };
+    let text = std::io::BufReader::new(file.take(LONGEST_HEADER));
     let first = std::io::BufRead::lines(text).next().and_then(Result::ok);
     first.is_some_and(|line| {
         let names: Vec<&str> = line.trim_end_matches('\r').split(',').collect();

@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use flexure_io::{Decimal, Instants, ReadOptions, RecordFile, TimeColumn};
 use flexure_workbench::look::NOTED_JITTER;
 
+use crate::arguments;
 use crate::output::print_note;
 use crate::progress::spinning;
 
@@ -35,6 +36,9 @@ pub struct Reading {
     /// The format of time stamps that are not ISO 8601, for example "%d.%m.%Y %H:%M:%S%.f".
     #[arg(long, value_name = "FORMAT")]
     time_format: Option<String>,
+    /// The most memory that the record may take, for example 8GiB; by default 4GiB, or half of the free memory where that is less.
+    #[arg(long, value_name = "SIZE", value_parser = arguments::memory)]
+    memory: Option<u64>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -77,6 +81,7 @@ impl Reading {
             header: self.header.map(|answer| answer == Answer::Yes),
             skip: self.skip_lines,
             time_format: self.time_format.clone(),
+            memory: self.memory,
         };
         let file = spinning("reading", || options.read(path))?;
         if !file.notes.is_empty() {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::ArgGroup;
 use flexure::Record;
-use flexure_io::arm::{ArmError, ArmFile, preset_text, run_watched};
-use flexure_io::{read_record, read_text, write_record};
+use flexure_io::arm::{ArmError, ArmFile, Paths, preset_text, read_arm_record, run_watched};
+use flexure_io::{ReadOptions, read_text, write_record};
 use serde_json::json;
 
 use crate::arguments::Usage;
@@ -36,15 +36,28 @@ pub struct Arguments {
     /// Write the arm file here, with its comments, to be edited.
     #[arg(long, value_name = "ARM.toml")]
     write_arm: Option<PathBuf>,
+    /// Let the arm file name a record anywhere, not only in its own folder and below: for an arm file that you trust.
+    #[arg(long)]
+    allow_paths: bool,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
 }
 
-fn known_preset(name: &str) -> Result<String, String> {
+/// The name of a preset.
+pub fn known_preset(name: &str) -> Result<String, String> {
     preset_text(name)
         .map(|_| name.to_owned())
         .map_err(|error| error.to_string())
+}
+
+impl Arguments {
+    fn paths(&self) -> Paths {
+        match self.allow_paths {
+            true => Paths::All,
+            false => Paths::Below,
+        }
+    }
 }
 
 /// Runs the command.
@@ -64,7 +77,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut samples = None;
     if let Some(path) = &arguments.out {
         let folder = arguments.arm.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-        let record = simulate(&file, folder).map_err(|error| error.located(&source.text, &source.name))?;
+        let record =
+            simulate(&file, folder, arguments.paths()).map_err(|error| error.located(&source.text, &source.name))?;
         write_record(path, &record)?;
         samples = Some((record.len(), record.names().to_vec()));
     }
@@ -123,9 +137,9 @@ pub fn read_arm(path: &Path) -> Result<ArmFile> {
 }
 
 /// Simulates under a progress bar; a record that the excitation names is looked for beside the arm file.
-pub fn simulate(file: &ArmFile, folder: &Path) -> Result<Record, ArmError> {
+pub fn simulate(file: &ArmFile, folder: &Path, paths: Paths) -> Result<Record, ArmError> {
     let progress = Progress::new("simulating", file.run.duration);
-    let load = |name: &str| read_record(folder.join(name));
+    let load = |name: &str| read_arm_record(folder, name, paths, &ReadOptions::default());
     run_watched(file, load, &mut |t| {
         progress.at(t);
         ControlFlow::Continue(())

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
+use flexure::study::{FEWEST_RUNS, LONGEST, MOST_RUNS, SHORTEST};
 use flexure_io::read_text;
 use flexure_workbench::study::{Part, Parts, Plan};
 use serde_json::json;
 
-use crate::arguments;
+use crate::arguments::{self, Usage};
 use crate::files::{prepare, write_text, wrote};
 use crate::output::{print, print_note, this_command};
 use crate::progress::Progress;
@@ -40,10 +41,10 @@ pub struct Arguments {
     #[arg(long)]
     full: bool,
     /// Numbers of samples, at least two, increasing, instead of each part's own.
-    #[arg(long, value_name = "N,N[,N...]", value_delimiter = ',')]
+    #[arg(long, value_name = "N,N[,N...]", value_delimiter = ',', value_parser = arguments::whole::<SHORTEST, LONGEST>)]
     lengths: Vec<usize>,
     /// Monte Carlo runs of each setting and number of samples, at least 20, instead of each part's own.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = arguments::whole::<FEWEST_RUNS, MOST_RUNS>)]
     runs: Option<usize>,
     /// Seed of all random numbers.
     #[arg(long, value_name = "N", default_value = "1")]
@@ -65,9 +66,28 @@ enum What {
     Rates,
 }
 
+impl Arguments {
+    /// Refuses a single number of samples, and numbers that do not increase.
+    fn check_lengths(&self) -> Result<(), Usage> {
+        let falling = self.lengths.windows(2).find(|pair| pair[1] <= pair[0]);
+        match (falling, &self.lengths[..]) {
+            (Some(pair), _) => Err(Usage(format!(
+                "--lengths: the numbers of samples must increase, but {} follows {}",
+                pair[1], pair[0]
+            ))),
+            (None, [only]) => Err(Usage(format!(
+                "--lengths {only}: a rate needs at least two numbers of samples, such as {only},{}",
+                2 * only
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     let What::Rates = arguments.what;
+    arguments.check_lengths()?;
     prepare([], [], arguments.report.iter().chain(&arguments.resume))?;
     let plan = Plan {
         parts: arguments.parts.clone(),

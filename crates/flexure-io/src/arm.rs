@@ -47,6 +47,7 @@ mod error;
 mod excitation;
 mod file;
 mod presets;
+mod record;
 mod run;
 
 pub use edit::with_changes;
@@ -54,4 +55,5 @@ pub use error::ArmError;
 pub use excitation::{Amplitude, Distribution, DriveKind, Excitation, Kind, PhaseChoice, SweepChoice};
 pub use file::{ArmFile, Noise, Run};
 pub use presets::{PRESETS, preset, preset_text};
+pub use record::{Paths, read_arm_record};
 pub use run::{run, run_driven, run_watched};

@@ -3,33 +3,19 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::error::{Error, Result};
+use crate::temporary::Temporary;
 
-/// Distinguishes the temporary files of one process.
-static COUNTER: AtomicU64 = AtomicU64::new(0);
-
-/// A temporary file that is gone when dropped, unless it was renamed.
-struct Temporary {
-    path: PathBuf,
-    keep: bool,
-}
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        if !self.keep {
-            // Nothing more can be done where even removing fails.
-            let _ = fs::remove_file(&self.path);
-        }
-    }
-}
+/// Symbolic links that are followed one after the other, as the system does.
+const MOST_LINKS: usize = 40;
 
 /// Writes `path` through `write`, whole or not at all.
 ///
 /// The content goes to a temporary file in the same directory, which replaces `path` once `write`
 /// has succeeded and everything is on the disk. If anything fails, `path` is as it was before and
-/// the temporary file is removed. A symbolic link is followed. Devices and pipes are written directly.
+/// the temporary file is removed. A file that is replaced keeps its mode, and its owner where the system allows it. A symbolic link
+/// is followed, also to a file that does not exist yet. Devices and pipes are written directly.
 ///
 /// # Errors
 /// Whatever `write` returns; [`Error::Write`] if `path` is a directory or cannot be created.
@@ -49,54 +35,52 @@ pub fn write_atomically(
 /// [`Error::Write`] if `path` is a directory, is read-only or lies in a directory that does not exist.
 pub fn check_writable(path: impl AsRef<Path>) -> Result<()> {
     let path = path.as_ref();
-    let fail = |kind: io::ErrorKind| Err(Error::write(path, kind.into()));
-    match fs::metadata(path) {
-        Ok(found) if found.is_dir() => fail(io::ErrorKind::IsADirectory),
-        Ok(found) if found.permissions().readonly() => fail(io::ErrorKind::PermissionDenied),
+    check(path).map_err(|cause| Error::write(path, cause))
+}
+
+fn check(path: &Path) -> io::Result<()> {
+    let target = destination(path)?;
+    match fs::metadata(&target) {
+        Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(found) if found.permissions().readonly() => Err(io::ErrorKind::PermissionDenied.into()),
         Ok(_) => Ok(()),
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(Error::write(path, error)),
-        Err(_) => match path.parent() {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        Err(_) => match target.parent() {
             Some(folder) if folder.as_os_str().is_empty() || folder.is_dir() => Ok(()),
-            _ => fail(io::ErrorKind::NotFound),
+            _ => Err(io::ErrorKind::NotFound.into()),
         },
     }
 }
 
+/// The file that a path means: that to which symbolic links lead, be it there or not.
+///
+/// # Errors
+/// For links that lead in a circle.
+pub fn destination(path: &Path) -> io::Result<PathBuf> {
+    let mut target = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = fs::read_link(&target) else {
+            return Ok(target);
+        };
+        target = target.parent().unwrap_or(Path::new("")).join(next);
+    }
+    Err(io::Error::other("its symbolic links lead in a circle"))
+}
+
 fn into_place(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> io::Result<()> {
-    let target = match fs::metadata(path) {
-        Ok(found) if found.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-        Ok(found) if !found.is_file() => {
-            let mut out = BufWriter::new(OpenOptions::new().write(true).open(path)?);
-            write(&mut out)?;
-            return out.flush();
-        }
-        Ok(found) if found.permissions().readonly() => return Err(io::ErrorKind::PermissionDenied.into()),
-        Ok(_) => fs::canonicalize(path)?,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => path.to_owned(),
-        Err(error) => return Err(error),
-    };
-    let Some(name) = target.file_name() else {
-        return Err(io::ErrorKind::IsADirectory.into());
-    };
-    let mut hidden = std::ffi::OsString::from(".");
-    hidden.push(name);
-    hidden.push(format!(
-        ".{}-{}.tmp",
-        std::process::id(),
-        COUNTER.fetch_add(1, Ordering::Relaxed)
-    ));
-    let temporary_path = target.with_file_name(hidden);
-    let file = OpenOptions::new().write(true).create_new(true).open(&temporary_path)?;
-    let mut temporary = Temporary {
-        path: temporary_path,
-        keep: false,
-    };
+    // A device such as /dev/stdout may be a link to what has no name.
+    if fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        let mut out = BufWriter::new(OpenOptions::new().write(true).open(path)?);
+        write(&mut out)?;
+        return out.flush();
+    }
+    check(path)?;
+    let target = destination(path)?;
+    let replaced = fs::metadata(&target).ok();
+    let (temporary, file) = Temporary::beside(&target, replaced.as_ref())?;
     let mut out = BufWriter::new(file);
     write(&mut out)?;
     let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.sync_all()?;
-    drop(file);
-    fs::rename(&temporary.path, &target)?;
-    temporary.keep = true;
-    Ok(())
+    temporary.put(&target)
 }

@@ -47,6 +47,18 @@ pub enum Error {
         /// What is wrong with the record.
         problem: String,
     },
+    /// The file, or what it declares or unpacks to, takes more memory than is allowed.
+    #[error("{}: {what} takes more memory than the limit of {}{remedy}", .path.display(), crate::memory::size(*.limit))]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// What takes it.
+        what: String,
+        /// The limit, bytes.
+        limit: u64,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// The file has no content.
     #[error("{} is empty; a record is a CSV file with a header, whitespace-separated columns, Parquet or MAT v5", .path.display())]
     Empty {
@@ -54,7 +66,7 @@ pub enum Error {
         path: PathBuf,
     },
     /// The file has columns but no sample.
-    #[error("{} has the columns {} but no samples", .path.display(), .names.join(", "))]
+    #[error("{} has the columns {} but no samples", .path.display(), flexure::text::list(names))]
     NoSamples {
         /// The file.
         path: PathBuf,
@@ -214,6 +226,12 @@ pub enum LineProblem {
     /// A blank line has data after it.
     #[error("this line is blank but data follow it; remove it, or write nan for a missing sample")]
     Blank,
+    /// The line is longer than any table's.
+    #[error("this line is longer than {}, which no table has; is it a text file?", crate::memory::size(*.limit))]
+    TooLong {
+        /// The longest line that is read, bytes.
+        limit: u64,
+    },
     /// The line contains a bare carriage return.
     #[error("there is a carriage return within the line; end the lines with line feeds")]
     CarriageReturn,

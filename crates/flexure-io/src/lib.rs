@@ -8,6 +8,8 @@
 //! | read a text file, such as an arm's | [`read_text`] |
 //! | read or write a model | [`read_model`], [`write_model`]; its text [`parse_model`], [`model_text`] |
 //! | know before long work that its result can be written | [`check_writable`], [`check_record_writable`] |
+//! | end by a signal and leave no temporary file | [`remove_temporaries`] |
+//! | know which file a link means | [`destination`] |
 //! | write any other file whole or not at all | [`write_atomically`] |
 
 pub mod arm;
@@ -18,19 +20,22 @@ pub mod record_file;
 
 mod atomic;
 mod mat;
+mod memory;
 mod parquet_file;
 mod read;
+mod temporary;
 mod text;
 mod time;
 mod units;
 mod write;
 
-pub use atomic::{check_writable, write_atomically};
+pub use atomic::{check_writable, destination, write_atomically};
 pub use error::{Error, LineProblem, Result};
 pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_model, read_model, write_model};
 pub use options::{Decimal, ReadOptions};
 pub use read::read_record;
 pub use record_file::RecordFile;
+pub use temporary::remove_temporaries;
 pub use text::read_text;
 pub use time::{Instants, TimeColumn};
 pub use write::{check_record_writable, write_record, write_record_with_units};

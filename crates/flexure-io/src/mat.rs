@@ -3,7 +3,6 @@
 //! Source: MathWorks, "MAT-File Format", chapter 1, level 5. Every length is checked before it is
 //! used: a damaged file is an error, never a panic and never a shorter record.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -11,6 +10,7 @@ use flate2::read::ZlibDecoder;
 use flexure::Record;
 
 use crate::error::{Error, Result};
+use crate::memory::Budget;
 use crate::parquet_file::exact;
 use crate::record_file::{Other, RecordFile};
 
@@ -28,6 +28,8 @@ const COMPLEX: u32 = 0x0800;
 enum Fault {
     /// The bytes end before the element does.
     Truncated,
+    /// They declare more than there is memory for.
+    TooLarge(&'static str),
     /// The bytes contradict the format.
     Corrupt(&'static str),
 }
@@ -48,16 +50,16 @@ enum Content {
 }
 
 /// Reads the MAT v5 record `file`.
-pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(|e| Error::read(path, e))?;
+pub(crate) fn read(budget: &Budget, path: &Path, file: impl Read) -> Result<RecordFile> {
+    let bytes = budget.all(file)?;
     let big_endian = byte_order(path, &bytes)?;
-    let mut record = Record::default();
+    let mut signals = Vec::new();
     let mut constants = Vec::new();
     let mut others = Vec::new();
     let mut cursor = Cursor {
         bytes: &bytes[HEADER..],
         big_endian,
+        budget,
     };
     while !cursor.bytes.is_empty() {
         let offset = bytes.len() - cursor.bytes.len();
@@ -69,6 +71,7 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
                     bytes.len()
                 ),
             },
+            Fault::TooLarge(what) => budget.too_large(&format!("{what} at byte {offset}")),
             Fault::Corrupt(what) => damaged(
                 path,
                 format!("{what} in the variable at byte {offset}; save it again with -v7"),
@@ -81,9 +84,10 @@ pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
         match content {
             Content::Scalar(value) => constants.push((name, value)),
             Content::Other(what) => others.push(Other::new(name, what)),
-            Content::Vector(samples) => record.push(name, samples).map_err(|error| Error::data(path, error))?,
+            Content::Vector(samples) => signals.push((name, samples)),
         }
     }
+    let record = Record::new(signals).map_err(|error| Error::data(path, error))?;
     if record.names().is_empty() {
         let mut found: Vec<String> = others.iter().map(Other::to_string).collect();
         found.extend(constants.iter().map(|(name, _)| format!("'{name}' is a scalar")));
@@ -134,6 +138,7 @@ fn byte_order(path: &Path, bytes: &[u8]) -> Result<bool> {
 struct Cursor<'a> {
     bytes: &'a [u8],
     big_endian: bool,
+    budget: &'a Budget<'a>,
 }
 
 impl<'a> Cursor<'a> {
@@ -182,7 +187,7 @@ impl<'a> Cursor<'a> {
 
 /// The next variable, if the element is one.
 fn top_level(cursor: &mut Cursor<'_>) -> Parsed<Option<Variable>> {
-    let big_endian = cursor.big_endian;
+    let (big_endian, budget) = (cursor.big_endian, cursor.budget);
     let kind = cursor.u32()?;
     let length = cursor.u32()? as usize;
     let data = cursor.take(length)?;
@@ -195,14 +200,22 @@ fn top_level(cursor: &mut Cursor<'_>) -> Parsed<Option<Variable>> {
         }
         _ => return Err(Fault::Corrupt("an element that is no array")),
     };
-    matrix(Cursor { bytes, big_endian }).map(Some).map_err(within)
+    let array = Cursor {
+        bytes,
+        big_endian,
+        budget,
+    };
+    let variable = matrix(array).map(Some).map_err(within);
+    // What was unpacked goes now.
+    budget.give_back(if kind == MI_COMPRESSED { bytes.len() as u64 } else { 0 });
+    variable
 }
 
 /// Inside an element whose end is there, an end is a contradiction rather than a truncation.
 fn within(fault: Fault) -> Fault {
     match fault {
         Fault::Truncated => Fault::Corrupt("lengths that do not fit together"),
-        corrupt => corrupt,
+        other => other,
     }
 }
 
@@ -217,7 +230,11 @@ fn inflate(data: &[u8], order: &Cursor<'_>) -> Parsed<Vec<u8>> {
         return Err(Fault::Corrupt("a compressed element that is no array"));
     }
     let length = order.u32_of([l0, l1, l2, l3]) as usize;
+    let too_large = Fault::TooLarge("the variable that is unpacked");
     let mut inflated = Vec::new();
+    if order.budget.take(length as u64, "").is_err() || inflated.try_reserve_exact(length).is_err() {
+        return Err(too_large);
+    }
     // The length is not trusted: one byte more than it would show that it is too small.
     decoder
         .by_ref()
@@ -281,6 +298,10 @@ fn matrix(mut cursor: Cursor<'_>) -> Parsed<Variable> {
         });
     }
     let (kind, data) = cursor.element()?;
+    // The values must all be there, so that their number is no mere claim.
+    if cursor.budget.numbers(count.min(data.len()), "").is_err() {
+        return Err(Fault::TooLarge("the vector"));
+    }
     let content = match numbers(kind, data, count, cursor.big_endian)? {
         None => Content::Other("a vector of integers beyond 2^53, which cannot be represented exactly".to_owned()),
         Some(values) if count == 1 => Content::Scalar(values[0]),

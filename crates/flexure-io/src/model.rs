@@ -13,6 +13,7 @@ use serde_json::error::Category;
 
 use crate::atomic::write_atomically;
 use crate::error::{Error, Result};
+use crate::memory::{LONGEST_MODEL, small_file};
 pub use mark::RecordMark;
 
 /// What `format` says in every model file.
@@ -177,15 +178,15 @@ struct Head {
     version: serde_json::Value,
 }
 
-/// Reads a model file.
+/// Reads a model file of at most 256 MiB; from the standard input if `path` is `-`.
 ///
 /// # Errors
-/// [`Error::Read`]; [`Error::Json`] for text that is not JSON, fields that are missing or of the wrong
+/// [`Error::Read`]; [`Error::TooLarge`]; [`Error::Json`] for text that is not JSON, fields that are missing or of the wrong
 /// kind, and numbers that are not finite; [`Error::Model`] for another format, an unknown version and
 /// values out of range.
 pub fn read_model(path: impl AsRef<Path>) -> Result<ModelFile> {
     let path = path.as_ref();
-    let bytes = std::fs::read(path).map_err(|source| Error::read(path, source))?;
+    let bytes = small_file(path, LONGEST_MODEL)?;
     parse_model(&bytes, path)
 }
 

@@ -29,6 +29,8 @@ pub struct ReadOptions {
     pub skip: u64,
     /// The format of time stamps that are not ISO 8601, such as `%d.%m.%Y %H:%M:%S%.f`.
     pub time_format: Option<String>,
+    /// The most memory that the record may take, bytes; by default 4 GiB, or half of the free memory where that is less.
+    pub memory: Option<u64>,
 }
 
 /// The decimal sign of a file's numbers.

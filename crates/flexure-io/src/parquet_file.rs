@@ -1,9 +1,8 @@
 //! Records as Apache Parquet, through the crate's column reader and writer (no Arrow).
 
 use std::cell::Cell;
-use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::panic;
+use std::io::{self, Write};
+use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
 use std::sync::{Arc, Once};
 use std::thread;
@@ -14,11 +13,12 @@ use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
-use parquet::file::reader::{FileReader, RowGroupReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader, RowGroupReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
 
 use crate::error::{Error, Result};
+use crate::memory::Budget;
 use crate::record_file::{Other, RecordFile};
 use crate::units::split_units;
 
@@ -30,11 +30,11 @@ const BATCH: usize = 1 << 16;
 const ROW_GROUP: usize = 1 << 20;
 
 /// Reads the Parquet record `file`.
-pub(crate) fn read(path: &Path, mut file: File) -> Result<RecordFile> {
-    check_ends(path, &mut file)?;
+pub(crate) fn read<F: ChunkReader + 'static>(budget: &Budget, path: &Path, file: F) -> Result<RecordFile> {
+    check_ends(path, &file)?;
     // The parquet crate (60.1) asserts some of what a damaged footer may violate.
     let contradictory = "its metadata contradict themselves; save it again";
-    quietly(|| read_checked(path, file)).unwrap_or_else(|_| Err(damaged(path, contradictory)))
+    quietly(AssertUnwindSafe(|| read_checked(budget, path, file))).unwrap_or_else(|_| Err(damaged(path, contradictory)))
 }
 
 thread_local! {
@@ -62,7 +62,7 @@ fn quietly<T>(work: impl FnOnce() -> T + panic::UnwindSafe) -> thread::Result<T>
 }
 
 /// Reads a file that begins and ends as it should.
-fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
+fn read_checked<F: ChunkReader + 'static>(budget: &Budget, path: &Path, file: F) -> Result<RecordFile> {
     let content = |error| content(path, error);
     let reader = SerializedFileReader::new(file).map_err(content)?;
     let rows = usize::try_from(reader.metadata().file_metadata().num_rows()).unwrap_or(0);
@@ -85,17 +85,29 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
     }
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(content)?;
-        check_places(path, &*group)?;
-        let mut exact = Vec::with_capacity(signals.len());
-        for (i, kind, samples) in &mut signals {
-            exact.push(append(&*group, *i, *kind, samples).map_err(content)?);
+        check_places(budget, path, &*group)?;
+        let mut kept = Vec::with_capacity(signals.len());
+        for (i, kind, mut samples) in signals {
+            // A declared number is a claim: room is made as samples come.
+            let room = Room { budget, most: rows };
+            match append(&*group, i, kind, &mut samples, &room).map_err(content)? {
+                Appended::All => kept.push((i, kind, samples)),
+                Appended::TooLarge => return Err(budget.too_large(&format!("column '{}'", name(i)))),
+                Appended::TooMany => {
+                    let detail = format!(
+                        "column '{}' has more than the {rows} samples declared; save it again",
+                        name(i)
+                    );
+                    return Err(damaged(path, detail));
+                }
+                // A column with integers that f64 cannot hold is no signal, but harms no other.
+                Appended::Inexact => {
+                    let what = "a column of integers beyond 2^53, which cannot be represented exactly".to_owned();
+                    others.push(Other::new(name(i), what));
+                }
+            }
         }
-        // A column with integers that f64 cannot hold is no signal, but harms no other.
-        for position in (0..exact.len()).rev().filter(|&p| !exact[p]) {
-            let (i, ..) = signals.remove(position);
-            let what = "a column of integers beyond 2^53, which cannot be represented exactly".to_owned();
-            others.push(Other::new(name(i), what));
-        }
+        signals = kept;
     }
     if let Some((i, _, samples)) = signals.iter().find(|(.., samples)| samples.len() != rows) {
         let detail = format!(
@@ -123,8 +135,13 @@ fn read_checked(path: &Path, file: File) -> Result<RecordFile> {
     })
 }
 
-/// Refuses columns at places that no file has.
-fn check_places(path: &Path, group: &dyn RowGroupReader) -> Result<()> {
+/// Refuses columns at places that no file has, and such as unpack to more than there is memory for.
+fn check_places(budget: &Budget, path: &Path, group: &dyn RowGroupReader) -> Result<()> {
+    for column in group.metadata().columns() {
+        let unpacked = u64::try_from(column.uncompressed_size()).unwrap_or(0);
+        budget.take(unpacked, "a column that is unpacked")?;
+        budget.give_back(unpacked);
+    }
     let mut columns = group.metadata().columns().iter();
     let outside = columns.any(|column| {
         let dictionary = column.dictionary_page_offset().unwrap_or(0);
@@ -137,14 +154,13 @@ fn check_places(path: &Path, group: &dyn RowGroupReader) -> Result<()> {
 }
 
 /// Refuses a file that does not begin and end as a Parquet file does.
-fn check_ends(path: &Path, file: &mut File) -> Result<()> {
+fn check_ends(path: &Path, file: &impl ChunkReader) -> Result<()> {
     let mut ends = [[0; 4]; 2];
-    let length = file.metadata().map_err(|e| Error::read(path, e))?.len();
+    let length = file.len();
     if length >= 12 {
-        for (end, from) in ends.iter_mut().zip([SeekFrom::Start(0), SeekFrom::End(-4)]) {
-            file.seek(from)
-                .and_then(|_| file.read_exact(end))
-                .map_err(|e| Error::read(path, e))?;
+        for (end, from) in ends.iter_mut().zip([0, length - 4]) {
+            let bytes = file.get_bytes(from, 4).map_err(|error| content(path, error))?;
+            end.copy_from_slice(&bytes);
         }
     }
     match ends {
@@ -230,22 +246,58 @@ impl Kind {
     }
 }
 
-/// Appends column `i` of `group` to `samples`, nulls as NaN; false if an integer is not exact in f64.
+/// How appending a column ended.
+enum Appended {
+    All,
+    /// An integer is not exact in f64.
+    Inexact,
+    /// There are more samples than the file declares.
+    TooMany,
+    /// There is no memory for them.
+    TooLarge,
+}
+
+/// How much a column may grow.
+struct Room<'a> {
+    budget: &'a Budget<'a>,
+    /// Samples.
+    most: usize,
+}
+
+impl Room<'_> {
+    /// Makes room for so many more samples.
+    fn make(&self, more: usize, samples: &mut Vec<f64>) -> Appended {
+        if samples.len().saturating_add(more) > self.most {
+            return Appended::TooMany;
+        }
+        match self.budget.numbers(more, "").is_ok() && samples.try_reserve(more).is_ok() {
+            true => Appended::All,
+            false => Appended::TooLarge,
+        }
+    }
+}
+
+/// Appends column `i` of `group` to `samples`, nulls as NaN.
 fn append(
     group: &dyn RowGroupReader,
     i: usize,
     kind: Kind,
     samples: &mut Vec<f64>,
-) -> std::result::Result<bool, ParquetError> {
+    room: &Room,
+) -> std::result::Result<Appended, ParquetError> {
     // The bounds on the integers are what a round trip through f64 keeps.
     match (group.get_column_reader(i)?, kind) {
-        (ColumnReader::BoolColumnReader(r), _) => drain(r, samples, |v| Some(f64::from(u8::from(*v)))),
-        (ColumnReader::Int32ColumnReader(r), Kind::UInt32) => drain(r, samples, |v| Some(f64::from(v.cast_unsigned()))),
-        (ColumnReader::Int32ColumnReader(r), _) => drain(r, samples, |v| Some(f64::from(*v))),
-        (ColumnReader::Int64ColumnReader(r), Kind::UInt64) => drain(r, samples, |v| exact(v.cast_unsigned().into())),
-        (ColumnReader::Int64ColumnReader(r), _) => drain(r, samples, |v| exact((*v).into())),
-        (ColumnReader::FloatColumnReader(r), _) => drain(r, samples, |v| Some(f64::from(*v))),
-        (ColumnReader::DoubleColumnReader(r), _) => drain(r, samples, |v| Some(*v)),
+        (ColumnReader::BoolColumnReader(r), _) => drain(r, samples, room, |v| Some(f64::from(u8::from(*v)))),
+        (ColumnReader::Int32ColumnReader(r), Kind::UInt32) => {
+            drain(r, samples, room, |v| Some(f64::from(v.cast_unsigned())))
+        }
+        (ColumnReader::Int32ColumnReader(r), _) => drain(r, samples, room, |v| Some(f64::from(*v))),
+        (ColumnReader::Int64ColumnReader(r), Kind::UInt64) => {
+            drain(r, samples, room, |v| exact(v.cast_unsigned().into()))
+        }
+        (ColumnReader::Int64ColumnReader(r), _) => drain(r, samples, room, |v| exact((*v).into())),
+        (ColumnReader::FloatColumnReader(r), _) => drain(r, samples, room, |v| Some(f64::from(*v))),
+        (ColumnReader::DoubleColumnReader(r), _) => drain(r, samples, room, |v| Some(*v)),
         _ => Err(ParquetError::General("a column's type changed".to_owned())),
     }
 }
@@ -259,8 +311,9 @@ pub(crate) fn exact(value: i128) -> Option<f64> {
 fn drain<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     samples: &mut Vec<f64>,
+    room: &Room,
     convert: impl Fn(&T::T) -> Option<f64>,
-) -> std::result::Result<bool, ParquetError> {
+) -> std::result::Result<Appended, ParquetError> {
     let mut values: Vec<T::T> = Vec::new();
     let mut levels: Vec<i16> = Vec::new();
     loop {
@@ -268,10 +321,14 @@ fn drain<T: DataType>(
         levels.clear();
         let (rows, ..) = reader.read_records(BATCH, Some(&mut levels), None, &mut values)?;
         if rows == 0 {
-            return Ok(true);
+            return Ok(Appended::All);
         }
         // A required column has no levels: all its values are there.
         levels.resize(rows.max(levels.len()), 1);
+        match room.make(levels.len(), samples) {
+            Appended::All => {}
+            other => return Ok(other),
+        }
         let mut present = values.iter();
         for level in &levels {
             let value = if *level == 0 {
@@ -281,7 +338,7 @@ fn drain<T: DataType>(
             };
             match value {
                 Some(value) => samples.push(value),
-                None => return Ok(false),
+                None => return Ok(Appended::Inexact),
             }
         }
     }

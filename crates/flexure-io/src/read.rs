@@ -1,10 +1,13 @@
 //! Reads a record in any of the formats.
 
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
+use bytes::Bytes;
+
 use crate::error::{Error, Result};
+use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::record_file::RecordFile;
 use crate::{mat, parquet_file, text};
@@ -27,7 +30,7 @@ pub fn read_record(path: impl AsRef<Path>) -> Result<RecordFile> {
 const STANDARD_INPUT: &str = "standard input";
 
 impl ReadOptions {
-    /// Reads a record: text with or without a header, Parquet or MAT v5; text from standard input if `path` is `-`.
+    /// Reads a record: text with or without a header, Parquet or MAT v5; from standard input if `path` is `-`. A pipe will do.
     ///
     /// The format comes from the first bytes of the file; where these tell nothing, `.parquet` and `.mat`
     /// are taken at their word, and everything else is text. Text is read as programs and instruments write it:
@@ -49,26 +52,22 @@ impl ReadOptions {
     /// Says what is wrong, in which file, and where: see [`Error`].
     pub fn read(&self, path: impl AsRef<Path>) -> Result<RecordFile> {
         let path = path.as_ref();
-        if path.as_os_str() == "-" {
-            return text::read(Path::new(STANDARD_INPUT), std::io::stdin().lock(), self);
-        }
-        let fail = |source| Error::read(path, source);
-        let mut file = File::open(path).map_err(fail)?;
-        if file.metadata().map_err(fail)?.is_dir() {
-            return Err(fail(std::io::ErrorKind::IsADirectory.into()));
-        }
-        let mut start = Vec::new();
-        file.by_ref()
-            .take(SIGNATURE_LENGTH)
-            .read_to_end(&mut start)
-            .map_err(fail)?;
+        let (path, source) = match path.as_os_str() == "-" {
+            true => (Path::new(STANDARD_INPUT), Source::Stream(Box::new(io::stdin().lock()))),
+            false => (path, Source::open(path).map_err(|cause| Error::read(path, cause))?),
+        };
+        let budget = Budget::new(path, self.memory);
+        let (start, source) = source.begun().map_err(|cause| Error::read(path, cause))?;
         if start.is_empty() {
             return Err(Error::Empty { path: path.to_owned() });
         }
         let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
         let extension = extension.as_deref().unwrap_or("");
         if start.starts_with(b"PAR1") || start.starts_with(b"PARE") || extension == "parquet" {
-            return parquet_file::read(path, file);
+            return match source {
+                Source::File(file) => parquet_file::read(&budget, path, file),
+                Source::Stream(stream) => parquet_file::read(&budget, path, Bytes::from(budget.all(stream)?)),
+            };
         }
         if start.starts_with(HDF5) || start.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) {
             return Err(Error::Content {
@@ -77,10 +76,50 @@ impl ReadOptions {
                 detail: "it is an HDF5 file, such as MATLAB writes with -v7.3; save it with -v7".to_owned(),
             });
         }
-        file.seek(SeekFrom::Start(0)).map_err(fail)?;
+        let stream: Box<dyn Read> = match source {
+            Source::File(file) => Box::new(file),
+            Source::Stream(stream) => stream,
+        };
         if start.starts_with(b"MATLAB 5.0 MAT-file") || extension == "mat" {
-            return mat::read(path, file);
+            return mat::read(&budget, path, stream);
         }
-        text::read(path, file, self)
+        text::read(&budget, path, stream, self)
+    }
+}
+
+/// Where a record comes from.
+enum Source {
+    /// A file on a disk, of which any part can be read.
+    File(File),
+    /// A pipe or a device, which is read once from its beginning.
+    Stream(Box<dyn Read>),
+}
+
+impl Source {
+    fn open(path: &Path) -> io::Result<Source> {
+        let file = File::open(path)?;
+        let kind = file.metadata()?.file_type();
+        match (kind.is_dir(), kind.is_file()) {
+            (true, _) => Err(io::ErrorKind::IsADirectory.into()),
+            (_, true) => Ok(Source::File(file)),
+            _ => Ok(Source::Stream(Box::new(file))),
+        }
+    }
+
+    /// The bytes that show the format, and the source, of which nothing is missing.
+    fn begun(self) -> io::Result<(Vec<u8>, Source)> {
+        let mut start = Vec::new();
+        let source = match self {
+            Source::File(mut file) => {
+                file.by_ref().take(SIGNATURE_LENGTH).read_to_end(&mut start)?;
+                file.rewind()?;
+                Source::File(file)
+            }
+            Source::Stream(mut stream) => {
+                stream.by_ref().take(SIGNATURE_LENGTH).read_to_end(&mut start)?;
+                Source::Stream(Box::new(Cursor::new(start.clone()).chain(stream)))
+            }
+        };
+        Ok((start, source))
     }
 }

@@ -94,6 +94,8 @@ pub struct RecordFile {
     /// What columns of time stamps count from, in ns.
     pub(crate) origins: Vec<(String, i64)>,
     pub(crate) others: Vec<Other>,
+    /// Whether no message may quote anything that stands in the file.
+    pub(crate) is_foreign: bool,
     pub(crate) lines: SampleLines,
 }
 
@@ -113,6 +115,7 @@ impl RecordFile {
             constants: Vec::new(),
             origins: Vec::new(),
             others: Vec::new(),
+            is_foreign: false,
             lines: SampleLines::default(),
         }
     }

@@ -1,5 +1,7 @@
 //! Units in the names of columns.
 
+use std::collections::HashMap;
+
 /// A name and the unit behind it in brackets: `Speed [rad/s]`, `Torque (N m)`.
 pub(crate) fn split_unit(field: &str) -> (String, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
@@ -16,9 +18,12 @@ pub(crate) fn split_unit(field: &str) -> (String, Option<String>) {
 /// Splits the units off all these names, but off none that then were another's name.
 pub(crate) fn split_units(names: &mut [String]) -> Vec<Option<String>> {
     let split: Vec<(String, Option<String>)> = names.iter().map(|name| split_unit(name)).collect();
-    let alone = |name: &String| split.iter().filter(|(other, _)| other == name).count() == 1;
+    let mut sharing: HashMap<&String, usize> = HashMap::new();
+    for (name, _) in &split {
+        *sharing.entry(name).or_default() += 1;
+    }
     for (name, (base, _)) in names.iter_mut().zip(&split) {
-        if alone(base) {
+        if sharing[base] == 1 {
             name.clone_from(base);
         }
     }

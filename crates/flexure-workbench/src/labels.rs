@@ -11,8 +11,8 @@ pub struct Labels(BTreeMap<String, String>);
 impl Labels {
     /// Those of a file.
     pub fn new(file: &RecordFile) -> Self {
-        let names = file.record.names().iter();
-        let known = names.filter_map(|name| Some((name.clone(), file.unit(name)?.to_owned())));
+        let columns = file.record.names().iter().zip(&file.units);
+        let known = columns.filter_map(|(name, unit)| Some((name.clone(), unit.clone()?)));
         Labels(known.collect())
     }
 

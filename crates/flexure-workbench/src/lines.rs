@@ -11,6 +11,7 @@
 use std::fmt;
 
 use anstyle::{AnsiColor, Style};
+use flexure::text::readable;
 use textwrap::{Options, WordSplitter};
 
 /// The width to which text is wrapped where nothing else is known: few screens are narrower, and longer lines are hard to read.
@@ -101,7 +102,7 @@ impl Lines {
 
     /// A label in a colour, and what belongs to it.
     pub fn marked(&mut self, tone: Tone, label: &str, text: impl Into<String>) {
-        self.push(Kind::Item(label.to_owned()), tone, text.into());
+        self.push(Kind::Item(readable(label)), tone, text.into());
     }
 
     /// What to know before trusting a result.
@@ -151,7 +152,7 @@ impl Lines {
             level: self.level,
             kind,
             tone,
-            text,
+            text: readable(&text),
         });
     }
 

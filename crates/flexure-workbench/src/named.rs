@@ -41,5 +41,5 @@ pub trait Named: Copy + PartialEq + Send + Sync + 'static {
 
 /// How the user of a caller writes a setting with a value, for example "--select block": the messages name settings as remedies.
 ///
-/// The settings are "band-method", "estimator", "outside", "select" (the rule that chooses a parameter), "torque-constant" and "weights".
+/// The settings are "band-method", "estimator", "outside", "position" (of a rigid axis), "select" (the rule that chooses a parameter), "torque-constant" and "weights".
 pub type Spelling = fn(name: &str, value: Option<&str>) -> String;

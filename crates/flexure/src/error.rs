@@ -10,7 +10,7 @@
 //!
 //! Messages say what is wrong, where, and what to do about it; samples are counted from 0.
 
-use crate::text::{counted, decimal};
+use crate::text::{counted, decimal, exact, list};
 
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -63,6 +63,23 @@ impl Error {
         Error::Data(DataError::LengthMismatch { name, got, expected })
     }
 
+    /// The error with other names of its columns: what `name` says of them, where it says something.
+    pub fn with_columns(mut self, name: impl Fn(&str) -> Option<String>) -> Self {
+        if let Error::Data(
+            DataError::NonFinite { column, .. }
+            | DataError::Constant { column, .. }
+            | DataError::ConstantPart { column, .. }
+            | DataError::Unit { column, .. }
+            | DataError::WrappedAngle { column, .. }
+            | DataError::LengthMismatch { name: column, .. },
+        ) = &mut self
+            && let Some(other) = name(column)
+        {
+            *column = other;
+        }
+        self
+    }
+
     /// A signal that must vary does not; see [`DataError::Constant`].
     pub fn constant(column: impl Into<String>, value: f64) -> Self {
         let column = column.into();
@@ -75,7 +92,7 @@ impl Error {
 #[non_exhaustive]
 pub enum DataError {
     /// A record has no column of this name.
-    #[error("no column '{name}'; the columns are: {}", .available.join(", "))]
+    #[error("no column '{name}'; the columns are: {}", list(.available))]
     MissingColumn {
         /// The name that was asked for.
         name: String,
@@ -99,7 +116,7 @@ pub enum DataError {
         expected: usize,
     },
     /// A sample is NaN or infinite.
-    #[error("column '{column}' is {value} at sample {sample}; remove or repair that sample")]
+    #[error("column '{column}' is {} at sample {sample}; remove or repair that sample", exact(*.value))]
     NonFinite {
         /// The column's name.
         column: String,
@@ -109,7 +126,7 @@ pub enum DataError {
         value: f64,
     },
     /// A signal that must vary does not.
-    #[error("column '{column}' is constant ({value}); nothing can be identified from it")]
+    #[error("column '{column}' is constant ({}); nothing can be identified from it", exact(*.value))]
     Constant {
         /// The column's name.
         column: String,
@@ -118,7 +135,8 @@ pub enum DataError {
     },
     /// A signal that must vary does not in a part of the record.
     #[error(
-        "column '{column}' is constant ({value}) at samples {first} to {last}, which are {purpose}; cut them off, or change the fresh share"
+        "column '{column}' is constant ({}) at samples {first} to {last}, which are {purpose}; cut them off, or change the fresh share",
+        exact(*.value)
     )]
     ConstantPart {
         /// The column's name.
@@ -286,7 +304,7 @@ impl DataError {
 #[non_exhaustive]
 pub enum ParameterError {
     /// A parameter is outside its valid range.
-    #[error("{name} is {value}, but must be {requirement}")]
+    #[error("{name} is {}, but must be {requirement}", exact(*.value))]
     OutOfRange {
         /// The parameter's name.
         name: String,
@@ -341,7 +359,7 @@ pub enum ParameterError {
 #[non_exhaustive]
 pub enum ArmError {
     /// A part of an arm is not physical.
-    #[error("{quantity} of {part} {number} is {value} {unit}, but must be {requirement}")]
+    #[error("{quantity} of {part} {number} is {} {unit}, but must be {requirement}", exact(*.value))]
     Unphysical {
         /// "link" or "joint".
         part: &'static str,

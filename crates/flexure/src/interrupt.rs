@@ -18,6 +18,7 @@
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -42,6 +43,18 @@ impl Watched {
         self.alone || rayon::current_thread_index().is_none()
     }
 }
+
+/// Puts back what was watched by, also when work panics.
+struct Before(Option<Watched>);
+
+impl Drop for Before {
+    fn drop(&mut self) {
+        CURRENT.set(self.0.take());
+    }
+}
+
+/// What unwinds from work that was asked to stop.
+struct Leaving;
 
 /// Asks the computations that it watches to stop; clones ask the same ones, from any thread.
 #[derive(Debug, Clone, Default)]
@@ -107,19 +120,12 @@ impl Interrupt {
     }
 
     fn watch_as<T>(&self, alone: bool, work: impl FnOnce() -> T) -> Result<T> {
-        /// Puts back what was watched by, also when `work` panics.
-        struct Before(Option<Watched>);
-        impl Drop for Before {
-            fn drop(&mut self) {
-                CURRENT.set(self.0.take());
-            }
-        }
         let interrupt = self.clone();
         let _before = Before(CURRENT.replace(Some(Watched { interrupt, alone })));
-        let result = work();
-        match self.is_requested() {
-            true => Err(Error::Stopped(Stopped::Interrupted)),
-            false => Ok(result),
+        match catch_unwind(AssertUnwindSafe(work)) {
+            Ok(result) if !self.is_requested() => Ok(result),
+            Err(payload) if !payload.is::<Leaving>() => resume_unwind(payload),
+            _ => Err(Error::Stopped(Stopped::Interrupted)),
         }
     }
 }
@@ -141,6 +147,31 @@ pub(crate) fn requested() -> bool {
         let asked = current.as_ref().filter(|watched| watched.interrupt.is_requested());
         asked.is_some_and(Watched::is_asked)
     })
+}
+
+/// What this thread's work is watched by, if it is.
+pub(crate) fn watching() -> Option<Interrupt> {
+    CURRENT.with_borrow(|current| {
+        let asked = current.as_ref().filter(|watched| watched.is_asked());
+        asked.map(|watched| watched.interrupt.clone())
+    })
+}
+
+/// Does a job of work that is watched so, on whatever thread: the job's loops ask there too. Unwinds if it is asked to stop.
+///
+/// Every job says so for itself. A thread that waits within one may take another computation's, and asks for that one meanwhile.
+pub(crate) fn within<T>(watching: &Option<Interrupt>, job: impl FnOnce() -> T) -> T {
+    let watched = watching.clone().map(|interrupt| Watched { interrupt, alone: true });
+    let _before = Before(CURRENT.replace(watched));
+    leave();
+    job()
+}
+
+/// Unwinds to the watch of this thread's work, if that is asked to stop: for loops whose result has no place for that.
+pub(crate) fn leave() {
+    if requested() {
+        resume_unwind(Box::new(Leaving));
+    }
 }
 
 /// An error where this thread's work is asked to stop.

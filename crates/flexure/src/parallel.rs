@@ -7,6 +7,8 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::interrupt;
+
 /// Jobs are handed out in at most about so many pieces.
 const PIECES: usize = 256;
 
@@ -23,11 +25,12 @@ where
     map(jobs.len(), |i| run(&jobs[i]))
 }
 
-/// The values of `of` at 0, 1, ..., `count` - 1, as by [`batch`].
+/// Between two jobs, work that is asked to stop ends. The values of `of` at 0, 1, ..., `count` - 1, as by [`batch`].
 pub(crate) fn map<R: Send>(count: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
     let results: Vec<Mutex<Option<R>>> = (0..count).map(|_| Mutex::new(None)).collect();
+    let watching = interrupt::watching();
     for_each(count, &|i| {
-        let result = of(i);
+        let result = interrupt::within(&watching, || of(i));
         *results[i].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
     });
     let taken = |result: Mutex<Option<R>>| result.into_inner().unwrap_or_else(PoisonError::into_inner);

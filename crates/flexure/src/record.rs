@@ -1,5 +1,7 @@
 //! A record: named, sampled signals of equal length, one sample an instant.
 
+use std::collections::HashSet;
+
 use crate::error::{DataError, Error, Result};
 use crate::sort;
 
@@ -35,8 +37,13 @@ impl Record {
     /// [`Error::Data`]: `DuplicateColumn` and `LengthMismatch`.
     pub fn new<N: Into<String>>(columns: impl IntoIterator<Item = (N, Vec<f64>)>) -> Result<Self> {
         let mut record = Record::default();
+        let mut taken = HashSet::new();
         for (name, samples) in columns {
-            record.push(name, samples)?;
+            let name = name.into();
+            if !taken.insert(name.clone()) {
+                return Err(Error::Data(DataError::DuplicateColumn { name }));
+            }
+            record.push_other(name, samples)?;
         }
         Ok(record)
     }
@@ -58,6 +65,11 @@ impl Record {
         if self.names.contains(&name) {
             return Err(Error::Data(DataError::DuplicateColumn { name }));
         }
+        self.push_other(name, samples)
+    }
+
+    /// Adds a column whose name is no other's.
+    fn push_other(&mut self, name: String, samples: Vec<f64>) -> Result<()> {
         if let Some(first) = self.columns.first()
             && first.len() != samples.len()
         {

@@ -1,5 +1,7 @@
 //! Numbers and text for readers.
 
+use std::borrow::Cow;
+
 /// A number to four digits, without an exponent where it is of everyday size.
 ///
 /// ```
@@ -34,6 +36,90 @@ pub fn short(value: f64) -> String {
 pub fn decimal(number: f64) -> String {
     let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
     rounded.to_string()
+}
+
+/// A number with all of its digits; with an exponent where it would have many zeros.
+///
+/// ```
+/// assert_eq!(flexure::text::exact(0.25), "0.25");
+/// assert_eq!(flexure::text::exact(2.1e91), "2.1e91");
+/// ```
+pub fn exact(value: f64) -> String {
+    match value.abs() {
+        0.0 | 1e-12..1e16 => value.to_string(),
+        size if size.is_finite() => format!("{value:e}"),
+        _ => value.to_string(),
+    }
+}
+
+/// The names in a list that a reader can take in.
+///
+/// ```
+/// let names: Vec<String> = (0..1000).map(|i| format!("c{i}")).collect();
+/// assert!(flexure::text::list(&names).ends_with("c18, c19 and 980 more"));
+/// ```
+pub fn list(names: &[String]) -> String {
+    /// More are counted, not named.
+    const MOST: usize = 20;
+    let shown = names.iter().take(MOST).map(|name| shortened(name));
+    let shown = shown.collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(MOST) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+/// A name of which a reader sees enough.
+///
+/// ```
+/// assert_eq!(flexure::text::shortened("torque"), "torque");
+/// ```
+pub fn shortened(name: &str) -> String {
+    /// Characters of a long name.
+    const MOST: usize = 60;
+    match name.char_indices().nth(MOST) {
+        None => name.to_owned(),
+        Some((end, _)) => format!("{}...", &name[..end]),
+    }
+}
+
+/// The text with its control characters, but for line breaks and tabs, as `\\u001b`: to a terminal they are commands. So are the marks that turn the
+/// direction of a text.
+///
+/// ```
+/// assert_eq!(flexure::text::visible("a\u{1b}[31mb"), r"a\u001b[31mb");
+/// ```
+pub fn visible(text: &str) -> Cow<'_, str> {
+    let is_command = |c: char| {
+        c.is_control() && c != '\n' && c != '\t' || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if !text.contains(is_command) {
+        return Cow::Borrowed(text);
+    }
+    let shown = text.chars().map(|c| match is_command(c) {
+        true => format!("\\u{:04x}", u32::from(c)),
+        false => c.to_string(),
+    });
+    Cow::Owned(shown.collect())
+}
+
+/// The text as [`visible`] shows it, with words that nobody reads to their end shortened.
+///
+/// ```
+/// let text = format!("no column '{}' here", "x".repeat(1_000_000));
+/// assert!(flexure::text::readable(&text).len() < 500);
+/// ```
+pub fn readable(text: &str) -> String {
+    /// Characters of a long word.
+    const MOST: usize = 400;
+    let short = |word: &str| match word.char_indices().nth(MOST) {
+        None => word.to_owned(),
+        Some((end, _)) => {
+            let space = word.trim_end().len();
+            format!("{}...{}", &word[..end], &word[space..])
+        }
+    };
+    visible(text).split_inclusive(char::is_whitespace).map(short).collect()
 }
 
 /// A p-value as it is usually written: to two digits, and not below 1e-6, where no distribution is known so well.

@@ -19,7 +19,7 @@ use crate::arguments::{self, Usage};
 use crate::files::prepare;
 use crate::output::{print, print_result};
 use crate::progress::spinning;
-use crate::simulate::Source;
+use crate::simulate::{Source, known_preset};
 use rehearsal::Rehearsal;
 use search::{Gains, Setup, Trial};
 
@@ -40,7 +40,7 @@ pub struct Arguments {
     #[arg(value_name = "ARM.toml")]
     arm: Option<PathBuf>,
     /// A preset in place of an arm file.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = known_preset)]
     preset: Option<String>,
     /// The signal.
     #[arg(long, value_enum, default_value = "multisine")]
@@ -49,13 +49,13 @@ pub struct Arguments {
     #[arg(long)]
     reference: bool,
     /// The largest torque of the motors in N m: one number, or one for each joint.
-    #[arg(long, value_name = "TAU[,TAU]", value_delimiter = ',', required = true, allow_hyphen_values = true, value_parser = arguments::positive)]
+    #[arg(long, value_name = "TAU[,TAU]", value_delimiter = ',', required = true, allow_hyphen_values = true, value_parser = arguments::physical)]
     max_torque: Vec<f64>,
     /// The largest distance of the links from where they start, in rad.
-    #[arg(long, value_name = "Q[,Q]", value_delimiter = ',', allow_hyphen_values = true, value_parser = arguments::positive)]
+    #[arg(long, value_name = "Q[,Q]", value_delimiter = ',', allow_hyphen_values = true, value_parser = arguments::physical)]
     max_position: Vec<f64>,
     /// The largest velocity of the links relative to each other, in rad/s.
-    #[arg(long, value_name = "V[,V]", value_delimiter = ',', allow_hyphen_values = true, value_parser = arguments::positive)]
+    #[arg(long, value_name = "V[,V]", value_delimiter = ',', allow_hyphen_values = true, value_parser = arguments::physical)]
     max_velocity: Vec<f64>,
     /// Duration in s.
     #[arg(long, value_name = "S", default_value = "60", allow_hyphen_values = true, value_parser = arguments::positive)]

@@ -1,6 +1,6 @@
 //! The columns of a joint's log, seen from the link.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::str::FromStr;
 
 use anyhow::{Result, bail};
@@ -91,12 +91,39 @@ impl Columns {
                 )));
             }
         };
-        Ok(Columns {
+        let columns = Columns {
             torque,
             position,
             motor: if arguments.motor.is_some() { motor } else { Vec::new() },
             velocity: arguments.velocity.clone(),
-        })
+        };
+        columns.check_distinct()?;
+        Ok(columns)
+    }
+
+    /// Refuses a column that is named twice.
+    fn check_distinct(&self) -> Result<(), Usage> {
+        let equal = self
+            .motor
+            .iter()
+            .zip(&self.position)
+            .find(|(motor, link)| motor == link);
+        if let Some((name, _)) = equal {
+            return Err(Usage(format!(
+                "--motor and --link are both '{name}': there is no deflection to see; use --position {name} for a rigid axis"
+            )));
+        }
+        let all = self
+            .torque
+            .iter()
+            .chain(&self.position)
+            .chain(&self.motor)
+            .chain(&self.velocity);
+        let mut named = HashSet::new();
+        match all.into_iter().find(|name| !named.insert(name.as_str())) {
+            Some(name) => Err(Usage(format!("column '{name}' is named twice; name every column once"))),
+            None => Ok(()),
+        }
     }
 
     /// The number of joints.

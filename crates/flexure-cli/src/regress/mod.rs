@@ -2,6 +2,7 @@
 
 mod method;
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -13,7 +14,7 @@ use flexure_workbench::regression::{self, BandMethod, BandOptions, Columns, Regr
 use crate::arguments::{self, Auto, Usage};
 use crate::files::{name_json, prepare, write_text, wrote};
 use crate::output::{print, print_result, this_command};
-use crate::progress::spinning;
+use crate::progress::{measured, spinning};
 use crate::reading::Reading;
 
 /// Estimate the regression of a column on one or several others, with a confidence band.
@@ -93,6 +94,9 @@ pub struct Arguments {
     json: bool,
 }
 
+/// The most points of a grid.
+const MOST_POINTS: f64 = 4e6;
+
 impl Arguments {
     fn columns(&self) -> Columns {
         Columns {
@@ -111,9 +115,23 @@ impl Arguments {
         }
     }
 
+    /// Refuses a grid of more points than anyone looks at.
+    fn check_grid(&self) -> Result<(), Usage> {
+        let along = self.grid.unwrap_or(1);
+        let points = f64::from(along).powi(self.x.len() as i32);
+        match points > MOST_POINTS {
+            true => Err(Usage(format!(
+                "--grid {along}: a grid with {along} points along each of {} columns has more than {MOST_POINTS} points; give a smaller number",
+                self.x.len()
+            ))),
+            false => Ok(()),
+        }
+    }
+
     /// The points at which to evaluate, column by column.
     fn points(&self, data: &RegressionData) -> Result<Vec<Vec<f64>>> {
         let Some(path) = &self.at else {
+            self.check_grid()?;
             return Ok(data.grid(self.grid.map(|n| n as usize)));
         };
         let file = self.reading.read(path)?;
@@ -130,10 +148,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let file = arguments.reading.read(&arguments.record)?;
     let data = RegressionData::read(&file, arguments.columns())?;
     let at = arguments.points(&data)?;
-    let report = spinning("estimating", || -> Result<Report> {
+    let report = measured("estimating", |reported| -> Result<Report> {
         let regression = fitted(estimator, &data, &file)?;
-        let report = Report::new(regression, &data, arguments.band_options(), at, arguments::option);
-        Ok(report.map_err(|error| file.locate(error))?)
+        let report = Report::new(
+            regression,
+            &data,
+            arguments.band_options(),
+            at,
+            arguments::option,
+            &mut |done, all| {
+                reported.at(done, all);
+                ControlFlow::Continue(())
+            },
+        );
+        Ok(report.map_err(|error| data.locate(error, &file))?)
     })?;
 
     // Everything is made before anything is written.
@@ -167,6 +195,6 @@ fn fitted(estimator: NamedEstimator, data: &RegressionData, file: &RecordFile) -
     let fixed = matches!(estimator.tuning, Tuning::Fixed(_));
     Regression::new(estimator, data).map_err(|error| match error {
         flexure::Error::Parameter(ParameterError::OutOfRange { .. }) if fixed => Usage(error.to_string()).into(),
-        error => file.locate(error).into(),
+        error => data.locate(error, file).into(),
     })
 }

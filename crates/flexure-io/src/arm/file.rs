@@ -175,7 +175,7 @@ impl ArmFile {
         let table: FileTable = toml::from_str(text).map_err(|e: toml::de::Error| ArmError::Format {
             file: source_name.to_owned(),
             line: e.span().map(|span| line_of(text, span.start)),
-            message: e.message().replace("expected f64", "expected a number"),
+            message: plain(e.message()),
         })?;
         let arm = arm_parameters(&source, table.arm)?;
         let InitialTable { q, qm, dq, dqm } = table.initial;
@@ -300,6 +300,17 @@ impl ArmFile {
             }
         }
         Ok(())
+    }
+}
+
+/// What the parser says, in plain English.
+fn plain(message: &str) -> String {
+    let length = message
+        .strip_prefix("invalid length ")
+        .and_then(|rest| rest.split_once(", expected an array of length "));
+    match length {
+        Some((got, expected)) => format!("there must be {expected} numbers in this list, but it has {got}"),
+        None => message.replace("expected f64", "expected a number"),
     }
 }
 

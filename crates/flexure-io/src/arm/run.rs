@@ -45,7 +45,12 @@ where
                 reason,
             };
             let record = load(name).map_err(|e| misfit(e.to_string()))?;
-            recorded(&record, file.excitation.drive, excited, &options.sampling).map_err(misfit)?
+            let columns = recorded(&record, file.excitation.drive, excited, &options.sampling);
+            let columns = columns.map_err(|reason| match record.is_foreign {
+                true => "its columns do not fit".to_owned(),
+                false => reason,
+            });
+            columns.map_err(misfit)?
         }
         _ => {
             let samples = |joint: usize| match excited[joint] {

@@ -6,6 +6,7 @@
 //!    numbers 0, 1, 2, ... as pandas writes them for columns without names.
 //! 3. **Units**: a second line of texts above numbers.
 
+use std::collections::HashMap;
 use std::io::Read;
 
 use super::columns;
@@ -116,20 +117,23 @@ impl Layout {
 
     /// Names and units from the header.
     fn names(&mut self, rows: &[Vec<String>], options: &ReadOptions) -> Result<(), LineProblem> {
+        let mut sharing: HashMap<String, usize> = HashMap::new();
+        for field in &rows[0] {
+            *sharing.entry(split_unit(field).0).or_default() += 1;
+        }
+        let mut places: HashMap<String, usize> = HashMap::new();
         for (i, field) in rows[0].iter().enumerate() {
             let (mut name, unit) = split_unit(field);
+            let own = name.clone();
             if name.is_empty() {
                 name = self.unnamed(i, rows, options);
             }
             // Two columns that differ in their units alone keep them in their names.
-            if rows[0]
-                .iter()
-                .enumerate()
-                .any(|(j, other)| j != i && split_unit(other).0 == name)
-            {
+            let others = sharing.get(&name).map_or(0, |count| count - usize::from(own == name));
+            if others > 0 {
                 name = field.clone();
             }
-            if let Some(first) = self.names.iter().position(|n| *n == name) {
+            if let Some(first) = places.insert(name.clone(), i) {
                 return Err(LineProblem::DuplicateName {
                     name,
                     first: first + 1,

@@ -2,6 +2,8 @@
 
 use std::io::{self, BufRead, Read};
 
+use super::LONGEST_LINE;
+
 /// Passes lines on, each at its number, without what is not part of the table.
 ///
 /// A comment (`#`) or a line before the table becomes an empty line, which the reader of the table counts and passes over.
@@ -19,6 +21,8 @@ pub(super) struct Lines<R> {
     blank: Option<u64>,
     /// The first blank line that content follows.
     gap: Option<u64>,
+    /// The line that is too long, at which reading ended.
+    too_long: Option<u64>,
     buffer: Vec<u8>,
     position: usize,
 }
@@ -33,6 +37,7 @@ impl<R: BufRead> Lines<R> {
             begun: false,
             blank: None,
             gap: None,
+            too_long: None,
             buffer: Vec::new(),
             position: 0,
         }
@@ -43,20 +48,34 @@ impl<R: BufRead> Lines<R> {
         self.gap
     }
 
+    /// The line that is too long, at which reading ended.
+    pub(super) fn too_long(&self) -> Option<u64> {
+        self.too_long
+    }
+
     /// Reads the next line into the buffer; at the end of the file the buffer stays empty.
     fn advance(&mut self) -> io::Result<()> {
         self.buffer.clear();
         self.position = 0;
-        if self.input.read_until(b'\n', &mut self.buffer)? == 0 {
+        let limit = LONGEST_LINE;
+        let length = self.input.by_ref().take(limit).read_until(b'\n', &mut self.buffer)?;
+        if length == 0 || self.too_long.is_some() {
+            self.buffer.clear();
             return Ok(());
         }
         self.line += 1;
+        if length as u64 == limit && self.buffer.last() != Some(&b'\n') {
+            self.too_long = Some(self.line);
+            self.buffer.clear();
+            return Ok(());
+        }
         // Every line ends in the same way, also the last.
         while let Some(b'\n' | b'\r') = self.buffer.last() {
             self.buffer.pop();
         }
         self.buffer.push(b'\n');
-        if self.line == 1 && self.buffer.starts_with(b"\xef\xbb\xbf") {
+        // A byte-order mark may also stand behind comments that a program put in front of a file.
+        if !self.begun && self.buffer.starts_with(b"\xef\xbb\xbf") {
             self.buffer.drain(..3);
         }
         let content = self.buffer.trim_ascii();

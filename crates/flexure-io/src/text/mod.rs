@@ -14,6 +14,7 @@ use std::path::Path;
 use flexure::Record;
 
 use crate::error::{Error, LineProblem, Result};
+use crate::memory::{Budget, LONGEST_TEXT, small_file};
 use crate::options::ReadOptions;
 use crate::record_file::{Other, RecordFile, SampleLines};
 use columns::{Column, Numbers};
@@ -21,8 +22,10 @@ pub(crate) use layout::INDEX;
 use layout::Layout;
 use lines::Lines;
 
-/// Bytes at the beginning of a file that decide how it is laid out.
+/// Bytes at the beginning of a file that decide how it is laid out; more where the first line is longer.
 const HEAD: u64 = 1 << 18;
+/// The longest line, bytes: a million columns.
+const LONGEST_LINE: u64 = 32 << 20;
 
 /// The rows of a table.
 fn table<R: Read>(input: R, separator: u8) -> csv::Reader<R> {
@@ -42,18 +45,21 @@ fn content(field: &[u8]) -> &[u8] {
 }
 
 /// Reads the text record `input`, which `path` names.
-pub(crate) fn read(path: &Path, mut input: impl Read, options: &ReadOptions) -> Result<RecordFile> {
+pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: &ReadOptions) -> Result<RecordFile> {
     let fail = |cause| Error::read(path, cause);
     let at = |(line, problem)| Error::Line {
         path: path.to_owned(),
         line,
         problem,
     };
-    let mut head = Vec::new();
-    input.by_ref().take(HEAD).read_to_end(&mut head).map_err(fail)?;
+    let head = head_of(&mut input).map_err(fail)?;
+    let too_long = LineProblem::TooLong { limit: LONGEST_LINE };
+    if head.len() as u64 > LONGEST_LINE {
+        return Err(at((1, too_long)));
+    }
     // The last line may be there in part.
     let whole = match head.iter().rposition(|&b| b == b'\n') {
-        Some(end) if head.len() as u64 == HEAD => &head[..=end],
+        Some(end) if head.len() as u64 >= HEAD => &head[..=end],
         _ => &head[..],
     };
     let Some(layout) = Layout::of(whole, options).map_err(at)? else {
@@ -71,6 +77,7 @@ pub(crate) fn read(path: &Path, mut input: impl Read, options: &ReadOptions) -> 
     let mut row = csv::ByteRecord::new();
     let mut count = 0;
     while rows.read_byte_record(&mut row).map_err(|error| fail(error.into()))? {
+        budget.numbers(columns.len(), "the table")?;
         // The reader stands behind the row; in front of it there may have been empty lines.
         let line = rows.position().line() - 1;
         if count >= layout.heading_lines {
@@ -78,6 +85,9 @@ pub(crate) fn read(path: &Path, mut input: impl Read, options: &ReadOptions) -> 
             read_row(&row, line, &mut columns, &mut numbers, options).map_err(|problem| at((line, problem)))?;
         }
         count += 1;
+    }
+    if let Some(line) = rows.get_ref().too_long() {
+        return Err(at((line, too_long)));
     }
     if let Some(line) = rows.get_ref().gap() {
         return Err(at((line, LineProblem::Blank)));
@@ -93,6 +103,17 @@ pub(crate) fn read(path: &Path, mut input: impl Read, options: &ReadOptions) -> 
     file.notes.extend(decimals.map(str::to_owned));
     file.lines = sample_lines;
     Ok(file)
+}
+
+/// The beginning of a text, with the whole of its first line where no line is too long.
+fn head_of(input: &mut impl Read) -> std::io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    loop {
+        let read = input.by_ref().take(HEAD).read_to_end(&mut head)?;
+        if (read as u64) < HEAD || head.contains(&b'\n') || head.len() as u64 > LONGEST_LINE {
+            return Ok(head);
+        }
+    }
 }
 
 /// Appends the fields of one row to the columns.
@@ -131,7 +152,7 @@ fn read_row<'a>(
 
 /// The record of the columns that are signals, and what the others are.
 fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordFile> {
-    let mut record = Record::default();
+    let mut signals = Vec::new();
     let mut units = Vec::new();
     let (mut origins, mut others) = (Vec::new(), Vec::new());
     let mut notes = layout.notes;
@@ -152,10 +173,9 @@ fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordF
         });
         units.push(if stamps.is_some() { Some("s".to_owned()) } else { unit });
         notes.extend(stamps);
-        record
-            .push(column.name, column.values)
-            .map_err(|error| Error::data(path, error))?;
+        signals.push((column.name, column.values));
     }
+    let record = Record::new(signals).map_err(|error| Error::data(path, error))?;
     if record.is_empty() {
         return Err(others[0].error(path));
     }
@@ -168,11 +188,12 @@ fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordF
     })
 }
 
-/// The whole text of a file.
+/// The whole text of a file of at most 16 MiB; of the standard input if `path` is `-`.
 ///
 /// # Errors
-/// [`Error::Read`], also for text that is not UTF-8.
+/// [`Error::Read`], also for text that is not UTF-8; [`Error::TooLarge`].
 pub fn read_text(path: impl AsRef<Path>) -> Result<String> {
     let path = path.as_ref();
-    std::fs::read_to_string(path).map_err(|cause| Error::read(path, cause))
+    let bytes = small_file(path, LONGEST_TEXT)?;
+    String::from_utf8(bytes).map_err(|_| Error::read(path, std::io::ErrorKind::InvalidData.into()))
 }

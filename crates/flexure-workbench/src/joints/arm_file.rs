@@ -1,9 +1,12 @@
 //! What was identified as an arm: to be simulated, and as an arm file.
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use flexure::identify::robot_joint::{Fitted, FlexibleAxis, FormName, RigidAxis, TwoLinkArm};
-use flexure::manipulator::{ArmParameters, Friction, JointKind, JointParameters, Link, LinkDynamics, Parts, State};
-use flexure_io::arm::{ArmFile, DriveKind, Excitation, Kind, Run};
+use flexure::manipulator::{
+    Arm, ArmParameters, Drive, Friction, JointKind, JointParameters, Link, LinkDynamics, Parts, SimulationOptions,
+    State, simulate,
+};
+use flexure_io::arm::{ArmError, ArmFile, DriveKind, Excitation, Kind, Run};
 
 use super::Log;
 use super::text::{estimate, with_error};
@@ -295,7 +298,37 @@ fn text(header: &str, arm: ArmParameters, initial: State, log: &Log, excitation:
         noise: None,
     };
     let text = file.to_toml()?;
-    // What is written must read back.
-    ArmFile::from_toml_str(&text, "the identified arm")?;
+    // What is written must read back, and run.
+    let read = ArmFile::from_toml_str(&text, "");
+    read.map_err(|error| unusable(&without_place(&error)))?;
+    try_out(&file, log).map_err(|error| unusable(&error.to_string()))?;
     Ok(format!("{header}{text}"))
+}
+
+/// Runs an arm under the torques of its log.
+fn try_out(file: &ArmFile, log: &Log) -> flexure::Result<()> {
+    let options = SimulationOptions {
+        initial: file.initial,
+        ..SimulationOptions::new(file.run.duration, file.run.sample_time)?
+    };
+    let torque = log.torques(options.sampling.rows(), file.arm.joints.map(|joint| joint.locked));
+    let drive = Drive::Held([&torque[0], &torque[1]]);
+    simulate(&Arm::new(file.arm)?, &drive, &options)?;
+    Ok(())
+}
+
+fn unusable(why: &str) -> anyhow::Error {
+    anyhow!(
+        "the identified arm cannot be simulated: {why}; no arm file was written: leave --arm out, or record motions that determine \
+         the joint better"
+    )
+}
+
+/// What is wrong with an arm, without the line of a text that nobody has.
+fn without_place(error: &ArmError) -> String {
+    match error {
+        ArmError::Format { message, .. } => message.clone(),
+        ArmError::Value { key, reason, .. } => format!("{key}: {reason}"),
+        other => other.to_string(),
+    }
 }

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use anyhow::{Result, bail};
 use flexure::Error;
-use flexure::error::DataError;
+
+use crate::Spelling;
 
 /// The log of the axes that move.
 pub struct Log {
@@ -35,21 +37,39 @@ impl Log {
         self.axes.first().map_or(0, |axis| axis.position.len())
     }
 
+    /// The torques of both joints of an arm over so many samples; zero of one that is locked.
+    pub(super) fn torques(&self, rows: usize, locked: [bool; 2]) -> [Vec<f64>; 2] {
+        let mut axes = self.axes.iter();
+        locked.map(|locked| {
+            let axis = if locked { None } else { axes.next() };
+            let mut torque = axis.map_or_else(Vec::new, |axis| axis.torque.clone());
+            torque.resize(rows, 0.0);
+            torque
+        })
+    }
+
+    /// Refuses a joint whose motor and link are the same: there is nothing between them.
+    pub(super) fn check_deflections(&self, spelling: Spelling) -> Result<()> {
+        for (i, axis) in self.axes.iter().enumerate() {
+            if axis.motor.as_ref() == Some(&axis.position) {
+                let name = |kind: &'static str| {
+                    let of_arm = format!("{kind} {}", i + 1);
+                    let name = self.columns.get(kind).or_else(|| self.columns.get(&of_arm));
+                    name.map_or(kind, String::as_str)
+                };
+                let (motor, link) = (name("motor"), name("link"));
+                bail!(
+                    "{}: columns '{motor}' and '{link}' are equal: there is no deflection to see; use {} for a rigid axis",
+                    self.name,
+                    spelling("position", Some(link))
+                );
+            }
+        }
+        Ok(())
+    }
+
     /// The error with the file's name of a column in place of the library's.
     pub(super) fn renamed(&self, error: Error) -> Error {
-        let name = |column: String| self.columns.get(&column).cloned().unwrap_or(column);
-        match error {
-            Error::Data(DataError::Constant { column, value }) => Error::constant(name(column), value),
-            Error::Data(DataError::Unit { column, largest }) => Error::Data(DataError::Unit {
-                column: name(column),
-                largest,
-            }),
-            Error::Data(DataError::WrappedAngle { column, sample, jump }) => Error::Data(DataError::WrappedAngle {
-                column: name(column),
-                sample,
-                jump,
-            }),
-            other => other,
-        }
+        error.with_columns(|column| self.columns.get(column).cloned())
     }
 }

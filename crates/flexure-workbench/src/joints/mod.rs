@@ -110,6 +110,7 @@ pub trait Joint: Send + Sync {
 /// # Errors
 /// Those of the library, with the file and its names of the columns; for inertias that are clearly negative.
 pub fn identify(log: Log, settings: &Settings, file: &RecordFile, spelling: Spelling) -> Result<Box<dyn Joint>> {
+    log.check_deflections(spelling)?;
     let located = |log: &Log, error| file.locate(log.renamed(error));
     let joint: Box<dyn Joint> = match &log.axes[..] {
         [axis] => match axis.identify(log.sample_time, settings).map_err(|e| located(&log, e))? {

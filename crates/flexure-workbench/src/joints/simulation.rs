@@ -61,11 +61,7 @@ pub fn motions(
     };
     // Rounding may make the last row one too many.
     let rows = options.sampling.rows();
-    let torque = [0, 1].map(|i| {
-        let mut torque = log.axes.get(i).map_or_else(Vec::new, |axis| axis.torque.clone());
-        torque.resize(rows, 0.0);
-        torque
-    });
+    let torque = log.torques(rows, [false, log.axes.len() == 1]);
     let drive = Drive::Held([&torque[0], &torque[1]]);
     let Ok(simulated) = Arm::new(arm).and_then(|arm| simulate(&arm, &drive, &options)) else {
         return Ok(Vec::new());

@@ -87,6 +87,19 @@ impl<'a> RegressionData<'a> {
         }
     }
 
+    /// The error with the file's names of the columns in place of the library's, and where it lies.
+    pub fn locate(&self, error: flexure::Error, file: &RecordFile) -> flexure_io::Error {
+        let name = |column: &str| match (column, &self.names.x[..]) {
+            ("y", _) => Some(self.names.y.clone()),
+            ("x", [only]) => Some(only.clone()),
+            (_, all) => {
+                let number = column.strip_prefix("x[")?.strip_suffix(']')?.parse::<usize>().ok()?;
+                all.get(number).cloned()
+            }
+        };
+        file.locate(error.with_columns(name))
+    }
+
     fn check_variation(&self, file: &RecordFile) -> Result<()> {
         let rows = self.rows();
         if rows.len() <= self.x.len() {

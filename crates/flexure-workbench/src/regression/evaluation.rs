@@ -44,15 +44,17 @@ impl BandDescription {
 }
 
 impl Regression {
-    /// The estimate and its band at the points with these coordinates, column by column.
+    /// The estimate and its band at the points with these coordinates, column by column. `go_on` is called now and then with the
+    /// resamples of the band that are done and all of them; [`ControlFlow::Break`] stops the work.
     pub fn evaluate(
         &self,
         data: &RegressionData,
         options: &BandOptions,
         x: Vec<Vec<f64>>,
+        go_on: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
     ) -> flexure::Result<Evaluation> {
         let y = self.fit.regression.predict(&slices(&x))?;
-        let Some(band) = self.band(data, options, &x, &mut |_, _| ControlFlow::Continue(()))? else {
+        let Some(band) = self.band(data, options, &x, go_on)? else {
             let none = vec![f64::NAN; y.len()];
             return Ok(Evaluation {
                 x,

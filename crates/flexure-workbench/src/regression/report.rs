@@ -1,5 +1,7 @@
 //! A regression with all that is said of it: as text and JSON.
 
+use std::ops::ControlFlow;
+
 use flexure::identify::result::Values;
 use flexure::nonlinearity::{LocalWindow, Side, Tuning};
 use flexure::text::nearly_all;
@@ -31,17 +33,18 @@ pub struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// Judges a fit, and evaluates it at the points with the coordinates `at`, column by column.
+    /// Judges a fit, and evaluates it at the points with the coordinates `at`, column by column; `go_on` as of [`Regression::evaluate`].
     pub fn new(
         regression: Regression,
         data: &'a RegressionData,
         band: BandOptions,
         at: Vec<Vec<f64>>,
         spelling: Spelling,
+        go_on: &mut dyn FnMut(usize, usize) -> ControlFlow<()>,
     ) -> flexure::Result<Self> {
         let diagnosis = Diagnosis::new(&regression, data)?;
         let validation = Validation::new(&regression, data, &diagnosis)?;
-        let evaluation = regression.evaluate(data, &band, at)?;
+        let evaluation = regression.evaluate(data, &band, at, go_on)?;
         let subject = Subject {
             regression: &regression,
             data,
@@ -63,7 +66,8 @@ impl<'a> Report<'a> {
 
     /// The estimate at other points.
     pub(super) fn evaluate(&self, at: Vec<Vec<f64>>) -> flexure::Result<Evaluation> {
-        self.regression.evaluate(self.data, &self.band, at)
+        self.regression
+            .evaluate(self.data, &self.band, at, &mut |_, _| ControlFlow::Continue(()))
     }
 
     /// The object that `flexure regress --json` prints, without its files.

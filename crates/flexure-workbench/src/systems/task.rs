@@ -75,7 +75,7 @@ impl Task {
         };
         let request = Request::new(&records, inputs, output, self.options.clone());
         let result = self.structure.identify_with(&request, &mut |name| stage(name));
-        let mut result = result.map_err(|error| file.locate(error))?;
+        let mut result = result.map_err(|error| file.locate(named(error, file)))?;
         let integrated = integrated(records[0], inputs, output);
         result.warnings.splice(0..0, integrated);
         let columns = [inputs, &[output]].concat();
@@ -125,4 +125,12 @@ pub fn check(file: &RecordFile, inputs: &[&str], output: &str, may_miss: bool) -
         false => file.finite(output)?,
     };
     Ok(())
+}
+
+/// The error with a name for what enters a nonlinearity where the file has no column of the library's name for it.
+fn named(error: flexure::Error, file: &RecordFile) -> flexure::Error {
+    error.with_columns(|column| {
+        let inner = column == "x" && !file.has(column);
+        inner.then(|| "(what enters the nonlinearity)".to_owned())
+    })
 }

@@ -61,8 +61,8 @@ pub use bootstrap::{BootstrapBand, Refit, Scheme};
 pub use robust::RobustBand;
 
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
+use crate::distributions::{normal_below, student_quantile};
 use crate::error::{Error, Result};
 
 /// Degrees of freedom from which Student's distribution counts as normal.
@@ -157,8 +157,8 @@ fn student(normal_quantile: f64, freedom: f64) -> f64 {
         return normal_quantile;
     }
     // The upper tail, which does not round to 1.
-    let tail = Normal::standard().cdf(-normal_quantile);
-    StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| -t.inverse_cdf(tail))
+    let tail = normal_below(-normal_quantile);
+    -student_quantile(tail, freedom)
 }
 
 /// One seed for each of many draws.

@@ -8,12 +8,11 @@
 //! ([`super::residual`]). Quantiles are Student's, with Satterthwaite's degrees of freedom (sum l_i^2)^2 / sum l_i^4,
 //! which matter where few points are in reach.
 
-use statrs::distribution::{ContinuousCDF, Normal};
-
 use super::local::{LocalPolynomial, Window, dot};
 use super::residual::noise_variances;
 use super::supremum::{self, Row};
 use super::{Band, BandKind, check_level, student};
+use crate::distributions::normal_quantile;
 use crate::error::{Error, Result};
 use crate::nonlinearity::kernel::Sorted;
 use crate::nonlinearity::{Degree, KernelFit};
@@ -114,7 +113,7 @@ impl RobustBand {
         };
         let corrected: Vec<Option<Corrected>> = parallel::batch(at, |&q| smoother.at(q, &cells));
         let normal_quantile = match self.kind {
-            BandKind::Pointwise => Normal::standard().inverse_cdf(0.5 + 0.5 * self.level),
+            BandKind::Pointwise => normal_quantile(0.5 + 0.5 * self.level),
             BandKind::Simultaneous => {
                 let rows: Vec<Row> = corrected.iter().flatten().map(|c| c.row.clone()).collect();
                 supremum::quantile(&rows, cells.x.len(), self.level, self.draws, self.seed)

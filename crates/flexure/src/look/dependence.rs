@@ -14,12 +14,11 @@
 //! Where no linear dependence is seen, the square of the cause's deviation from its mean takes its place: an even nonlinearity shows
 //! no correlation with the cause itself.
 
-use statrs::function::erf::{erfc, erfc_inv};
-
 use super::limits::{
     COUNTS, FEEDBACK, FEWEST_BLOCKS, FINER, LAGS, LEVEL, MOST_SAMPLES, MOST_SCALES, MOST_WORK, PASSES,
     SAMPLES_PER_COEFFICIENT, SCALE,
 };
+use crate::distributions::{erfc, erfc_inverse};
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::whitening;
 use crate::linear::correlation::{cross_covariance, mean, variance};
@@ -297,7 +296,7 @@ impl Statistics {
 
 /// What a statistic must exceed.
 fn critical(tests: f64) -> f64 {
-    std::f64::consts::SQRT_2 * erfc_inv(LEVEL / tests)
+    std::f64::consts::SQRT_2 * erfc_inverse(LEVEL / tests)
 }
 
 /// The finest time scale that shows a dependence nearly as clearly as the best one; `None` if none shows any.

@@ -8,6 +8,7 @@ use std::fmt::Debug;
 
 use super::{KernelFit, KernelRegression, Outside};
 use crate::error::{Error, ParameterError, Result};
+use crate::interrupt;
 use crate::linear::correlation::weighted_mean;
 use crate::record::check_values;
 use crate::selection::Criterion;
@@ -205,6 +206,7 @@ impl<'a> Checked<'a> {
         let Checked { x, y, w } = *self;
         let columns: Vec<&[f64]> = x.iter().copied().chain([y]).chain(w).collect();
         let mut order = order(&columns);
+        interrupt::leave();
         order.retain(|&i| self.weight(i) > 0.0);
         let gather = |values: &[f64]| order.iter().map(|&i| values[i]).collect();
         Points {

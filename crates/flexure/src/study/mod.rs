@@ -15,7 +15,7 @@ mod setting;
 mod table;
 
 pub use estimators::{ErrorNorm, EstimatorSetting, EstimatorStudy, Method, Regressand, Schedule};
-pub use plan::{Checkpoint, Experiment, OneRun, Study};
+pub use plan::{Checkpoint, Experiment, FEWEST_RUNS, LONGEST, MOST_RUNS, OneRun, SHORTEST, Study};
 pub use rates::RateStudy;
 pub use refined::{RefinedSetting, RefinedStudy};
 pub use setting::{Bandwidth, DataSource, Input, Norm, Setting, Target};

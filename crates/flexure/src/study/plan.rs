@@ -10,7 +10,13 @@ use crate::error::{Error, Result, Stopped};
 use crate::parallel;
 
 /// The fewest runs that give a standard error worth the name.
-const FEWEST_RUNS: usize = 20;
+pub const FEWEST_RUNS: usize = 20;
+/// The most runs: with more, the standard error is below the rates' own curvature.
+pub const MOST_RUNS: usize = 100_000;
+/// The smallest number of samples.
+pub const SHORTEST: usize = 10;
+/// The largest number of samples: every core holds a few signals of this length, 80 MB each.
+pub const LONGEST: usize = 10_000_000;
 
 /// The mean squared error of one estimate, from so many samples drawn by this seed; `None` where there is no estimate.
 pub type OneRun<'a> = Box<dyn Fn(usize, u64) -> Result<Option<f64>> + Sync + 'a>;
@@ -41,8 +47,8 @@ pub trait Experiment {
 /// | parameter | purpose | valid range |
 /// |---|---|---|
 /// | `settings` | what is measured | not empty |
-/// | `lengths` | numbers of samples n | at least two, increasing, from 10 |
-/// | `runs` | Monte Carlo runs for each | at least 20 |
+/// | `lengths` | numbers of samples n | at least two, increasing, from 10 to 10 million |
+/// | `runs` | Monte Carlo runs for each | 20 to 100,000 |
 /// | `seed` | of all random numbers | |
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Study<S> {
@@ -83,14 +89,18 @@ impl<S: Experiment + Clone + Sync> Study<S> {
                 ));
             }
         }
-        let mut previous = 9;
+        if self.runs > MOST_RUNS {
+            let what = "the number of runs of a rate study";
+            return Err(Error::parameter(what, self.runs as f64, "at most 100000"));
+        }
+        let mut previous = 0;
         for (i, &n) in self.lengths.iter().enumerate() {
+            let wrong = |requirement| Err(Error::parameter(format!("lengths[{i}]"), n as f64, requirement));
+            if !(SHORTEST..=LONGEST).contains(&n) {
+                return wrong("between 10 and 10 million");
+            }
             if n <= previous {
-                return Err(Error::parameter(
-                    format!("lengths[{i}]"),
-                    n as f64,
-                    "at least 10, and greater than the one before it",
-                ));
+                return wrong("greater than the one before it");
             }
             previous = n;
         }

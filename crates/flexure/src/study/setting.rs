@@ -1,8 +1,8 @@
 //! What is estimated, from which data, with which bandwidth, and which rate theory promises.
 
 use serde::{Deserialize, Serialize};
-use statrs::function::gamma::gamma;
 
+use crate::distributions::gamma;
 use crate::error::{Error, Result};
 use crate::linear::TransferFunction;
 use crate::systems::{KnownHammerstein, KnownNonlinearity};

@@ -3,11 +3,11 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::fit::{LogSlope, slope};
 use super::plan::Experiment;
 use super::setting::Setting;
+use crate::distributions::normal_quantile;
 
 /// The level of a setting's interval, and of all verdicts of a table together.
 pub const LEVEL: f64 = 0.95;
@@ -75,7 +75,7 @@ impl<S: Experiment> RateResult<S> {
             standard_error: error,
         } = slope(&points).unwrap_or(LogSlope::UNKNOWN);
         let around = |level: f64| {
-            let half = Normal::standard().inverse_cdf(0.5 + 0.5 * level) * error;
+            let half = normal_quantile(0.5 + 0.5 * level) * error;
             [slope - half, slope + half]
         };
         // Sidak: the settings' runs are independent.

@@ -5,8 +5,7 @@
 //! triangular window, as errors that follow one another are alike. The models may be nested: they are fixed here, as in Giacomini
 //! & White (2006), not estimated from these samples.
 
-use statrs::distribution::{ContinuousCDF, Normal};
-
+use crate::distributions::normal_above;
 use crate::error::{Error, Result};
 use crate::linear::correlation::{cross_covariance, mean};
 
@@ -64,7 +63,7 @@ impl PairedComparison {
             difference: unit * unit * difference,
             standard_error: unit * unit * standard_error,
             statistic,
-            p_value: Normal::standard().sf(statistic),
+            p_value: normal_above(statistic),
         })
     }
 }

@@ -20,8 +20,7 @@
 //! is worth up to q n/N squared noise deviations more and depends on the input ([`Estimated`]). The limit of the test against
 //! the input allows for it; the others hardly notice it.
 
-use statrs::distribution::{ContinuousCDF, Normal};
-
+use crate::distributions::normal_quantile;
 use crate::error::{Error, Result};
 use crate::linear::correlation::{cross_covariance, mean, variance};
 use crate::sort::order;
@@ -324,7 +323,7 @@ fn correlations(e: &[f64], u: &[f64], lags: usize) -> Correlations {
     let after = cross_covariance(u, e, lags);
     let before = cross_covariance(e, u, lags);
     let with_input = before.into_iter().skip(1).rev().chain(after).collect();
-    let quantile = Normal::standard().inverse_cdf(1.0 - LEVEL / 2.0);
+    let quantile = normal_quantile(1.0 - LEVEL / 2.0);
     Correlations {
         residual: normalised(cross_covariance(e, e, lags), variance(e)),
         with_input: normalised(with_input, both),

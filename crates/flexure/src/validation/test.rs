@@ -1,8 +1,8 @@
 //! One test of a residual: its limit, its p-value, and the size of what it sees.
 
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
+use crate::distributions::{chi_squared_above, chi_squared_quantile, fisher_above, fisher_quantile};
 use crate::text::percent;
 
 /// Beyond so many degrees of freedom Fisher's distribution is chi-squared.
@@ -125,15 +125,16 @@ impl ResidualTest {
         let degrees = mean * mean / power;
         let factor = mean / degrees;
         let (limit, p_value) = if rest < LARGE {
-            match FisherSnedecor::new(degrees, rest) {
-                Ok(fisher) => (mean * fisher.inverse_cdf(1.0 - level), fisher.sf(statistic / mean)),
-                Err(_) => (f64::NAN, f64::NAN),
-            }
+            let freedom = [degrees, rest];
+            (
+                mean * fisher_quantile(1.0 - level, freedom),
+                fisher_above(statistic / mean, freedom),
+            )
         } else {
-            match ChiSquared::new(degrees) {
-                Ok(chi) => (factor * chi.inverse_cdf(1.0 - level), chi.sf(statistic / factor)),
-                Err(_) => (f64::NAN, f64::NAN),
-            }
+            (
+                factor * chi_squared_quantile(1.0 - level, degrees),
+                chi_squared_above(statistic / factor, degrees),
+            )
         };
         // Of the statistic, `mean` comes about by chance. 1 - m/statistic times R^2 is the adjusted R^2.
         let beyond_chance = (1.0 - mean / statistic).max(0.0);

@@ -153,7 +153,7 @@ fn the_supremum_has_the_quantile_of_as_many_independent_variables() {
     };
     let rows: Vec<Row> = (0..9).map(row).collect();
     let c = supremum::quantile(&rows, 360, 0.95, 40_000, 1);
-    let reached = (1.0 - 2.0 * Normal::standard().cdf(-c)).powi(9);
+    let reached = (1.0 - 2.0 * crate::distributions::normal_below(-c)).powi(9);
     // Four standard errors of the share of 40,000 draws.
     assert!(
         (reached - 0.95).abs() < 4.0 * (0.95_f64 * 0.05 / 4e4).sqrt(),
@@ -161,7 +161,7 @@ fn the_supremum_has_the_quantile_of_as_many_independent_variables() {
     );
     // One and the same window many times over is one point.
     let c = supremum::quantile(&vec![row(0); 9], 40, 0.95, 40_000, 1);
-    let reached = 1.0 - 2.0 * Normal::standard().cdf(-c);
+    let reached = 1.0 - 2.0 * crate::distributions::normal_below(-c);
     assert!(
         (reached - 0.95).abs() < 4.0 * (0.95_f64 * 0.05 / 4e4).sqrt(),
         "{reached}"

@@ -11,10 +11,10 @@
 //! ([`RegressionLag::Delay`]). By default it is done at the lag of the strongest dependence, which has the least noise.
 
 use super::super::limits::CLIP;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::limits::{DEGREES, DEPENDENT, FALSE_ALARM, MOST_LAGS, SAMPLES_PER_LAG};
 use super::options::{PlainHammerstein, RegressionLag};
+use crate::distributions::chi_squared_quantile;
 use crate::identify::outcome::Warning;
 use crate::linear::correlation::{cross_covariance, mean, variance};
 
@@ -77,10 +77,7 @@ impl Dependence {
                 *s += n * c * c / power;
             }
         }
-        let limit = match ChiSquared::new(degrees.max(1) as f64) {
-            Ok(chi) => chi.inverse_cdf(1.0 - FALSE_ALARM / (lags + 1) as f64),
-            Err(_) => f64::INFINITY,
-        };
+        let limit = chi_squared_quantile(1.0 - FALSE_ALARM / (lags + 1) as f64, degrees.max(1) as f64);
         Dependence { statistic, limit }
     }
 

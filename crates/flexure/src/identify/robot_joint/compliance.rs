@@ -8,8 +8,6 @@
 //! A deflection that the torque does not explain is no flexibility, and one that is small beside the noise of a sample shows no curve:
 //! the curve's abscissa is that noise.
 
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
-
 use super::clock_offset::ClockOffset;
 use super::equations::{Equations, Lines, Solution};
 use super::finding::Finding;
@@ -17,6 +15,7 @@ use super::fourier::Modulation;
 use super::limits::{CHANCE_OF_SPRING, COMPLIANCE_PASSES, COMPLIANCE_SETTLED, FLEXIBLE, PLAIN};
 use super::motion::Motion;
 use super::smooth::{Noise, Reflected};
+use crate::distributions::fisher_below;
 
 /// The deflection as that of a spring, beside an offset of the link's clock.
 pub(super) struct Compliance {
@@ -119,7 +118,7 @@ impl Motion<'_> {
         // The weights are those of noise of a mean square of 1 a line.
         let spread = with.squares / freedom;
         let gain = (without.squares - with.squares).max(0.0);
-        let chance = FisherSnedecor::new(2.0, freedom).map_or(1.0, |f| 1.0 - f.cdf(gain / 2.0 / spread));
+        let chance = 1.0 - fisher_below(gain / 2.0 / spread, [2.0, freedom]);
         let own: f64 = (0..inside)
             .map(|k| (springs[0][k] * with.x[1] + springs[1][k] * with.x[2]).norm_sqr())
             .sum();

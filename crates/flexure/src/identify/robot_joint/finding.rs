@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::text::{counted, decimal};
+use crate::text::{counted, decimal, number};
 
 /// Something to know before trusting the result; its text names a remedy.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,6 +74,14 @@ pub enum Finding {
     },
 }
 
+/// A number to one decimal place, or to four digits where that has more places than anyone reads.
+fn tenths(value: f64) -> String {
+    match value.abs() < 1e6 {
+        true => format!("{value:.1}"),
+        false => number(value),
+    }
+}
+
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -114,9 +122,10 @@ impl fmt::Display for Finding {
             ),
             Finding::ManyTurns { span } => write!(
                 f,
-                "an angle goes through {span:.1} rad, {:.1} turns: if it is logged in degrees, multiply it by pi / 180 = 0.017453, or all \
+                "an angle goes through {} rad, {} turns: if it is logged in degrees, multiply it by pi / 180 = 0.017453, or all \
                  inertias and stiffnesses come out too small by that",
-                span / std::f64::consts::TAU
+                tenths(span),
+                tenths(span / std::f64::consts::TAU)
             ),
             Finding::NoFlexibility {
                 deflection,

@@ -1,13 +1,12 @@
 //! What the solution with free curves says: factors with standard errors, and curves with bands.
 
-use statrs::distribution::{ContinuousCDF, Normal};
-
 use super::basis::Basis;
 use super::limits::CURVE_POINTS;
 use super::normal::{Covariance, Part};
 use super::outcome::{Estimated, Fitted, IdentifiedCurve};
 use super::system::{FreeCurves, Solved, System};
 use crate::bands::{Band, BandKind};
+use crate::distributions::normal_quantile;
 
 /// A solution with free curves, to be read off.
 pub(super) struct FreeOutcome<'a> {
@@ -126,7 +125,7 @@ fn band(basis: &Basis, coefficients: &[f64], level: f64, covariance: impl Fn(usi
     let x = basis.grid(CURVE_POINTS);
     let estimate: Vec<f64> = x.iter().map(|&x| basis.value(coefficients, x)).collect();
     let standard_error: Vec<f64> = x.iter().map(|&x| basis.variance(covariance, x).sqrt()).collect();
-    let factor = Normal::standard().inverse_cdf(0.5 + 0.5 * level);
+    let factor = normal_quantile(0.5 + 0.5 * level);
     let edge = |sign: f64| -> Vec<f64> {
         let both = estimate.iter().zip(&standard_error);
         both.map(|(y, e)| y + sign * factor * e).collect()

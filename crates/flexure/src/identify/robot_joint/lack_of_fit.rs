@@ -6,13 +6,12 @@
 //! steep, keep their size beside them. A division chosen from the same data would be the one that explains the
 //! most by chance.
 
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
-
 use super::bursts::over_time;
 use super::column_noise::Noisy;
 use super::equations::{Column, Equations, Lines, Solution};
 use super::limits::{OF_THE_FORM, STRETCHES};
 use super::normal::{ridged, scaled, scales};
+use crate::distributions::fisher_below;
 use crate::linalg::{self, Complex, Eigen, Matrix, product};
 
 /// What splines beside a form explain.
@@ -105,7 +104,7 @@ impl Departure {
         Departure {
             statistic,
             freedom: [freedom, remaining],
-            p_value: FisherSnedecor::new(freedom, remaining).map_or(f64::NAN, |f| 1.0 - f.cdf(statistic)),
+            p_value: 1.0 - fisher_below(statistic, [freedom, remaining]),
         }
     }
 }

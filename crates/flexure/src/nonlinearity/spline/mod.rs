@@ -12,6 +12,7 @@ pub(crate) mod basis;
 use super::Outside;
 use super::estimator::{Choice, Estimator, Points, Regression, check_queries, evaluate};
 use crate::error::{DataError, Error, ParameterError, Result};
+use crate::interrupt;
 use crate::parallel;
 use crate::selection::{OpenEnds, ScoredParameter, Search, UNDETERMINED, lowest};
 use crate::sort;
@@ -168,8 +169,10 @@ impl<'a> Problem<'a> {
         let splines = CubicSplines::new(&thinned(&breakpoints, most, CLOSEST * bulk));
         let u: Vec<f64> = points.x[0].iter().map(|x| unit(*x)).collect();
         let line = StraightLine::new(&u, points);
+        interrupt::leave();
         let rows: Vec<LocalValues<4>> = u.iter().map(|u| splines.at(*u)).collect();
         let residual: Vec<f64> = (u.iter().zip(&points.y)).map(|(u, y)| y - line.value(*u)).collect();
+        interrupt::leave();
         let mut gram = Banded::zeros(splines.len());
         let mut moment = vec![0.0; splines.len()];
         for ((row, w), r) in rows.iter().zip(&points.w).zip(&residual) {

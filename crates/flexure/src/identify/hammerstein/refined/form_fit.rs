@@ -5,13 +5,12 @@
 //! tested by the residuals' sums over groups of neighbouring samples, whose squares over their variances add up to a
 //! chi-squared variable when the form is true.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
 use super::forms::PhysicalForm;
 use super::limits::{
     DIFFERENCE_STEP, FINER_STEP, FINER_STEPS, FORM_GROUPS, FORM_LEVEL, FORM_RIDGE, FORM_STARTS, FORM_STEPS,
     MOST_DEGREE, SMALLEST_PARAMETER,
 };
+use crate::distributions::{chi_squared_above, chi_squared_quantile};
 use crate::error::{Error, Result};
 use crate::linalg;
 use crate::linear::levenberg_marquardt::{Linearisation, minimise};
@@ -242,10 +241,8 @@ impl MemoryRemoved {
         let GroupedSquares { statistic, groups } = GroupedSquares::new(&problem.residuals(&p), &weights);
         let degrees = groups.saturating_sub(p.len()).max(1);
         // At least one degree of freedom: the distribution exists.
-        let (limit, p_value) = match ChiSquared::new(degrees as f64) {
-            Ok(chi) => (chi.inverse_cdf(1.0 - FORM_LEVEL), chi.sf(statistic)),
-            Err(_) => (f64::NAN, f64::NAN),
-        };
+        let limit = chi_squared_quantile(1.0 - FORM_LEVEL, degrees as f64);
+        let p_value = chi_squared_above(statistic, degrees as f64);
         let named = names.into_iter().zip(p.iter().zip(problem.errors(&p)));
         let parameter = |(name, (&value, error))| FormParameter { name, value, error };
         Ok(FormFit {

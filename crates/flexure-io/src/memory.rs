@@ -1,0 +1,135 @@
+//! How much memory reading a file may take.
+//!
+//! What a file declares is not trusted: a few kilobytes can claim, or unpack to, any number of samples. Every length is asked for
+//! here before memory is taken for it.
+
+use std::cell::Cell;
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::error::{Error, Result};
+
+/// The most memory for a record where [`ReadOptions::memory`](crate::ReadOptions::memory) does not say it, bytes.
+const MOST: u64 = 4 << 30;
+/// The share of the free memory that a record may take.
+const SHARE_OF_FREE: u64 = 2;
+/// The longest text of an arm or another small file, bytes.
+pub(crate) const LONGEST_TEXT: u64 = 16 << 20;
+/// The longest model file, bytes.
+pub(crate) const LONGEST_MODEL: u64 = 256 << 20;
+
+/// What is left of the memory for one file.
+#[derive(Debug)]
+pub(crate) struct Budget<'a> {
+    path: &'a Path,
+    limit: u64,
+    left: Cell<u64>,
+}
+
+impl<'a> Budget<'a> {
+    /// For the record at `path`: as much as was given, or else 4 GiB, or half of the free memory where that is less.
+    pub(crate) fn new(path: &'a Path, given: Option<u64>) -> Self {
+        let limit = given.unwrap_or_else(|| free().map_or(MOST, |free| MOST.min(free / SHARE_OF_FREE)));
+        Budget {
+            path,
+            limit,
+            left: Cell::new(limit),
+        }
+    }
+
+    /// Takes `bytes`; `what` needs them.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if there are not so many left.
+    pub(crate) fn take(&self, bytes: u64, what: &str) -> Result<()> {
+        match self.left.get().checked_sub(bytes) {
+            Some(left) => {
+                self.left.set(left);
+                Ok(())
+            }
+            None => Err(self.too_large(what)),
+        }
+    }
+
+    /// Gives back what was taken for something that is gone.
+    pub(crate) fn give_back(&self, bytes: u64) {
+        self.left.set(self.left.get().saturating_add(bytes).min(self.limit));
+    }
+
+    /// Takes what so many numbers need.
+    ///
+    /// # Errors
+    /// As [`take`](Self::take).
+    pub(crate) fn numbers(&self, count: usize, what: &str) -> Result<()> {
+        self.take((count as u64).saturating_mul(size_of::<f64>() as u64), what)
+    }
+
+    /// Everything that `input` has.
+    ///
+    /// # Errors
+    /// As [`take`](Self::take), and [`Error::Read`].
+    pub(crate) fn all(&self, input: impl Read) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let read = input.take(self.left.get().saturating_add(1)).read_to_end(&mut bytes);
+        match read {
+            Err(error) if error.kind() == io::ErrorKind::OutOfMemory => return Err(self.too_large("the file")),
+            other => other.map_err(|cause| Error::read(self.path, cause))?,
+        };
+        self.take(bytes.len() as u64, "the file")?;
+        Ok(bytes)
+    }
+
+    pub(crate) fn too_large(&self, what: &str) -> Error {
+        Error::TooLarge {
+            path: self.path.to_owned(),
+            what: what.to_owned(),
+            limit: self.limit,
+            remedy: "; --memory SIZE (such as 8GiB) allows more",
+        }
+    }
+}
+
+/// The bytes of a file, or of the standard input for `-`, of which there may be only so many.
+///
+/// # Errors
+/// [`Error::Read`], [`Error::TooLarge`].
+pub(crate) fn small_file(path: &Path, limit: u64) -> Result<Vec<u8>> {
+    let fail = |cause| Error::read(path, cause);
+    let input: Box<dyn Read> = match path.as_os_str() == "-" {
+        true => Box::new(io::stdin().lock()),
+        false => Box::new(std::fs::File::open(path).map_err(fail)?),
+    };
+    let mut bytes = Vec::new();
+    input.take(limit + 1).read_to_end(&mut bytes).map_err(fail)?;
+    match bytes.len() as u64 > limit {
+        false => Ok(bytes),
+        true => Err(Error::TooLarge {
+            path: path.to_owned(),
+            what: "the file".to_owned(),
+            limit,
+            remedy: "; is it the right file?",
+        }),
+    }
+}
+
+/// The memory that can be had without taking it from others, where the system says it, bytes.
+fn free() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(kibibytes << 10)
+}
+
+/// A size as people write it: `4 GiB`.
+pub(crate) fn size(bytes: u64) -> String {
+    let (divisor, unit) = match bytes {
+        b if b >= 1 << 30 => (1_u64 << 30, "GiB"),
+        b if b >= 1 << 20 => (1 << 20, "MiB"),
+        b if b >= 1 << 10 => (1 << 10, "KiB"),
+        _ => (1, "bytes"),
+    };
+    match bytes % divisor {
+        0 => format!("{} {unit}", bytes / divisor),
+        _ => format!("{:.1} {unit}", bytes as f64 / divisor as f64),
+    }
+}

@@ -1,0 +1,160 @@
+//! The readers, in this process.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, ensure};
+use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
+use flexure_io::arm::{ArmFile, PRESETS, preset_text};
+use flexure_io::{ReadOptions, model_text, parse_model, write_record};
+use rand_pcg::Pcg64;
+use tempfile::TempDir;
+
+use crate::Target;
+use crate::mutation::changed;
+
+/// Memory for one record.
+const MEMORY: u64 = 64 << 20;
+
+/// Texts as people and programs write them.
+const TEXTS: [&str; 8] = [
+    "t,u,y\n0,1,2\n0.1,3,4\n0.2,5,6\n",
+    "Time [s];Torque (N m);q [deg]\n0,0;1,5;2,5\n0,1;1,6;2,75\n",
+    "# a comment\n 1.0  2.0  3.0\n 1.1  2.1  3.1\n\n",
+    "sep=;\nt;x\n2024-05-01T10:00:00.1;1\n2024-05-01T10:00:00.2;2\n",
+    ",u,y\n0,1.5,2\n1,NA,nan\n2,,3\n",
+    "\"a \"\"b\"\"\",c\n1,2\n3,\"4\"\n",
+    "t\tu\ty\n0\t1e3\t-2.5e-3\n1\t2e3\t7\n",
+    "1,250;2,125\n1,500;2,250\n",
+];
+
+/// A record's reader.
+struct Records {
+    name: &'static str,
+    extension: &'static str,
+    seeds: Vec<Vec<u8>>,
+    folder: TempDir,
+}
+
+impl Target for Records {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn input(&self, random: &mut Pcg64) -> Vec<u8> {
+        changed(random, &self.seeds)
+    }
+
+    fn check(&self, input: &[u8]) -> Result<()> {
+        let path = self.folder.path().join("record").with_extension(self.extension);
+        std::fs::write(&path, input)?;
+        let options = ReadOptions {
+            memory: Some(MEMORY),
+            ..ReadOptions::default()
+        };
+        match options.read(&path) {
+            Ok(file) => {
+                let lengths = file.record.columns().map(|(_, samples)| samples.len());
+                ensure!(
+                    lengths.into_iter().all(|n| n == file.record.len()),
+                    "columns of different lengths"
+                );
+                ensure!(
+                    file.units.len() == file.record.names().len(),
+                    "as many units as columns"
+                );
+            }
+            Err(error) => ensure!(error.to_string().len() < 100_000, "the message is long"),
+        }
+        Ok(())
+    }
+}
+
+/// An arm file.
+struct Arms(Vec<Vec<u8>>);
+
+impl Target for Arms {
+    fn name(&self) -> &'static str {
+        "arm"
+    }
+
+    fn input(&self, random: &mut Pcg64) -> Vec<u8> {
+        changed(random, &self.0)
+    }
+
+    fn check(&self, input: &[u8]) -> Result<()> {
+        let text = String::from_utf8_lossy(input);
+        if let Ok(file) = ArmFile::from_toml_str(&text, "the arm")
+            && let Ok(again) = file.to_toml()
+        {
+            // As text: what the model does not use may be NaN, which differs from itself.
+            let read = ArmFile::from_toml_str(&again, "again")?;
+            ensure!(read.to_toml()? == again, "it reads back as another arm");
+        }
+        Ok(())
+    }
+}
+
+/// A model file.
+struct Models(Vec<Vec<u8>>);
+
+impl Target for Models {
+    fn name(&self) -> &'static str {
+        "model"
+    }
+
+    fn input(&self, random: &mut Pcg64) -> Vec<u8> {
+        changed(random, &self.0)
+    }
+
+    fn check(&self, input: &[u8]) -> Result<()> {
+        let path = Path::new("model");
+        if let Ok(model) = parse_model(input, path) {
+            let text = model_text(&model, path)?;
+            ensure!(
+                parse_model(text.as_bytes(), path)? == model,
+                "it reads back as another model"
+            );
+        }
+        Ok(())
+    }
+}
+
+/// All of them; `fixtures` has records that other programs wrote.
+pub fn all(fixtures: &Path) -> Result<Vec<Box<dyn Target>>> {
+    let folder = tempfile::tempdir()?;
+    let made = folder.path().join("known.parquet");
+    let [damped, _] = known_linear_parts();
+    let known = KnownHammerstein::usual(KnownNonlinearity::DeadZone, damped).simulate(300, 1);
+    write_record(&made, &known)?;
+    let mut mat = Vec::new();
+    let mut parquet = vec![std::fs::read(made)?];
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(fixtures)?.flatten().map(|e| e.path()).collect();
+    paths.sort();
+    for path in paths {
+        match path.extension().and_then(|e| e.to_str()) {
+            Some("mat") => mat.push(std::fs::read(path)?),
+            Some("parquet") => parquet.push(std::fs::read(path)?),
+            _ => {}
+        }
+    }
+    let text = TEXTS.iter().map(|text| text.as_bytes().to_vec()).collect();
+    let mut targets: Vec<Box<dyn Target>> = Vec::new();
+    for (name, extension, seeds) in [
+        ("text", "csv", text),
+        ("mat", "mat", mat),
+        ("parquet", "parquet", parquet),
+    ] {
+        targets.push(Box::new(Records {
+            name,
+            extension,
+            seeds,
+            folder: tempfile::tempdir()?,
+        }));
+    }
+    let arms = PRESETS
+        .iter()
+        .map(|(name, _)| Ok(preset_text(name)?.as_bytes().to_vec()));
+    targets.push(Box::new(Arms(arms.collect::<Result<_>>()?)));
+    targets.push(Box::new(Models(vec![include_bytes!("model.json").to_vec()])));
+    Ok(targets)
+}
