@@ -9,12 +9,11 @@
 //! for simulation. The test of Hausman (1978) decides: for a true model both estimates are consistent, and they differ by no more
 //! than their covariances allow. Where they differ by more, least squares stays.
 
-use super::limits::{EFFICIENT, EFFICIENT_LEVEL};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
 use super::descent::{Minimum, Residuals, Whitened, descend};
 use super::least_squares::{UnitDiagonal, normal_equations};
+use super::limits::{EFFICIENT, EFFICIENT_LEVEL};
 use super::monitor::Monitor;
+use crate::distributions::chi_squared_quantile;
 use crate::linear::TransferFunction;
 use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
 use crate::linear::levenberg_marquardt::Linearisation;
@@ -86,8 +85,7 @@ impl<P: Residuals> Whitened<'_, P> {
         if !(mean > 0.0 && power > 0.0 && mean.is_finite() && power.is_finite()) {
             return None;
         }
-        let chi = ChiSquared::new(mean * mean / power).ok()?;
-        let limit = variance * power / mean * chi.inverse_cdf(1.0 - EFFICIENT_LEVEL);
+        let limit = variance * power / mean * chi_squared_quantile(1.0 - EFFICIENT_LEVEL, mean * mean / power);
         let step = matrix_product(&by_white, &white.descent, n);
         let rise: f64 = matrix_product(&plain.normal, &step, n)
             .iter()

@@ -1,10 +1,9 @@
 //! The delay of every input: the lags whose coefficients are zero in a difference equation that leaves white errors.
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
 use super::super::block::{Signals, UnitDiagonal, delayed, pure_delay, regression};
 use super::limits::{DELAY_LAGS, DELAY_LEVEL, DELAY_PAST};
 use super::system::{Numerator, Orders, lagged};
+use crate::distributions::chi_squared_quantile;
 use crate::linalg;
 
 /// The delay of every input: the most leading coefficients that are zero together, as far as a test can see.
@@ -48,8 +47,7 @@ fn leading(data: &Signals, first: &[usize]) -> Option<Vec<usize>> {
             return false;
         };
         let statistic: f64 = weighted.iter().zip(b).map(|(w, b)| w * b).sum();
-        let chi = ChiSquared::new(count as f64).ok();
-        statistic.is_finite() && chi.is_some_and(|chi| statistic < chi.inverse_cdf(1.0 - DELAY_LEVEL))
+        statistic < chi_squared_quantile(1.0 - DELAY_LEVEL, count as f64)
     };
     let of = |i: usize| {
         let start = i * DELAY_LAGS;

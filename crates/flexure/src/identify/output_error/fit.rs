@@ -11,22 +11,22 @@ use crate::linear::levenberg_marquardt::Linearisation;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
     /// The error of the free run.
-    OutputError,
+    FreeRun,
     /// The same after the autoregression that whitens it, where it is coloured noise (Box-Jenkins).
-    WhitenedOutputError,
+    Whitened,
     /// The error of the difference equation, in which past outputs are measured ones.
-    EquationError,
+    Equation,
 }
 
 impl Criterion {
     /// Those by which orders are chosen.
-    pub const CHOOSING: [Criterion; 2] = [Criterion::OutputError, Criterion::EquationError];
+    pub const CHOOSING: [Criterion; 2] = [Criterion::FreeRun, Criterion::Equation];
 
     pub fn name(self) -> &'static str {
         match self {
-            Criterion::OutputError => "output error",
-            Criterion::WhitenedOutputError => "output error, whitened",
-            Criterion::EquationError => "equation error",
+            Criterion::FreeRun => "output error",
+            Criterion::Whitened => "output error, whitened",
+            Criterion::Equation => "equation error",
         }
     }
 
@@ -40,13 +40,13 @@ impl Criterion {
         monitor: &mut Monitor<'_>,
     ) -> Option<LinearSystem> {
         match self {
-            Criterion::EquationError => equation_error(orders, data),
-            Criterion::WhitenedOutputError => {
-                let least = Criterion::OutputError.fitted(orders, data, start, rule, monitor)?;
+            Criterion::Equation => equation_error(orders, data),
+            Criterion::Whitened => {
+                let least = Criterion::FreeRun.fitted(orders, data, start, rule, monitor)?;
                 Some(whitened(&least, data, monitor).unwrap_or(least))
             }
-            Criterion::OutputError if orders.poles == 0 => with_poles(orders, Rational::pass(), data),
-            Criterion::OutputError => {
+            Criterion::FreeRun if orders.poles == 0 => with_poles(orders, Rational::pass(), data),
+            Criterion::FreeRun => {
                 let of_start = start.and_then(|start| with_poles(orders, start.denominator.clone(), data));
                 let start = of_start.or_else(|| iterated(orders, data))?;
                 refined(start, data, rule, monitor)

@@ -162,7 +162,7 @@ fn tried(
         return Vec::new();
     }
     // Without poles both errors are one.
-    jobs.retain(|(o, criterion)| o.poles > 0 || *criterion == Criterion::OutputError);
+    jobs.retain(|(o, criterion)| o.poles > 0 || *criterion == Criterion::FreeRun);
     let candidates = parallel::batch(&jobs, |(orders, criterion)| {
         let start = near.filter(|system| system.orders.poles == orders.poles);
         candidate(orders, *criterion, start, FIT, data)
@@ -206,10 +206,10 @@ fn polished(chosen: &Candidate, data: &Signals) -> Candidate {
     let last = further(chosen, chosen.criterion).unwrap_or_else(|| chosen.clone());
     let mut go_on = |_: &str| ControlFlow::Continue(());
     let mut coloured = || whitened(&last.system, data, &mut Monitor::new(&mut go_on)).is_some();
-    if last.criterion != Criterion::OutputError || !coloured() {
+    if last.criterion != Criterion::FreeRun || !coloured() {
         return last;
     }
-    further(&last, Criterion::WhitenedOutputError).unwrap_or(last)
+    further(&last, Criterion::Whitened).unwrap_or(last)
 }
 
 /// The candidate with the fewest parameters among those that are as good as the best.

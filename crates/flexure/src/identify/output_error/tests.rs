@@ -48,7 +48,7 @@ const A: [f64; 3] = [1.0, -1.5, 0.7];
 
 /// Two inputs with delays 2 and 0, an offset, and a record that begins while the system rings.
 fn two_inputs(n: usize, level: f64) -> Signals {
-    let u = vec![noise(1, n + 200), noise(2, n + 200)];
+    let u = [noise(1, n + 200), noise(2, n + 200)];
     let first = filtered(&[0.0, 0.0, 1.0, 0.5], &A, &u[0]);
     let second = filtered(&[0.3], &A, &u[1]);
     let e = noise(3, n + 200);
@@ -82,7 +82,7 @@ fn both_errors_find_an_exact_system_with_its_state_at_the_start() {
 #[test]
 fn the_output_of_a_system_is_that_of_its_difference_equation() {
     let data = two_inputs(60, 0.0);
-    let system = fitted(Criterion::OutputError, &orders(2, &[(2, 2), (0, 1)]), &data);
+    let system = fitted(Criterion::FreeRun, &orders(2, &[(2, 2), (0, 1)]), &data);
     let (a, [b, c]) = (system.polynomial(), [&system.numerators[0], &system.numerators[1]]);
     let run = system.run(&data.u);
     for t in 4..60 {
@@ -100,7 +100,7 @@ fn orders_and_delays_are_those_of_the_system() {
     let first = found.system.orders.inputs[0];
     assert_eq!(found.system.orders.poles, 2, "{:?}", found.system.orders);
     assert_eq!(first.delay, 2);
-    assert_eq!(found.criterion, Criterion::OutputError);
+    assert_eq!(found.criterion, Criterion::FreeRun);
 }
 
 #[test]
@@ -124,7 +124,7 @@ fn standard_errors_cover_the_coefficients_under_coloured_noise() {
         let clean = filtered(&[1.0, 0.5], &A, &u);
         let y = clean.iter().zip(&colour).map(|(y, e)| y + 0.3 * e).collect();
         let data = Signals::of_input(u, y, 0);
-        let system = fitted(Criterion::OutputError, &orders(2, &[(0, 2)]), &data);
+        let system = fitted(Criterion::FreeRun, &orders(2, &[(0, 2)]), &data);
         let covariance = covariance(&system, &data).unwrap();
         let estimate = [&system.numerators[0][..], &system.polynomial()[1..]].concat();
         for (i, (estimate, truth)) in estimate.iter().zip([1.0, 0.5, -1.5, 0.7]).enumerate() {
@@ -147,8 +147,8 @@ fn generalised_least_squares_make_the_first_response_several_times_more_exact() 
         let e = filtered(&[1.0], &[1.0, -0.9], &e);
         let y = filtered(&b, &a, &u).iter().zip(&e).map(|(y, e)| y + e).collect();
         let data = Signals::of_input(u, y, 0);
-        let least = fitted(Criterion::OutputError, &orders(2, &[(0, 2)]), &data);
-        let better = fitted(Criterion::WhitenedOutputError, &orders(2, &[(0, 2)]), &data);
+        let least = fitted(Criterion::FreeRun, &orders(2, &[(0, 2)]), &data);
+        let better = fitted(Criterion::Whitened, &orders(2, &[(0, 2)]), &data);
         for (sum, system) in distance.iter_mut().zip([&least, &better]) {
             let [b0, b1] = [system.numerators[0][0], system.numerators[0][1]];
             let second = b1 - system.polynomial()[1] * b0;
@@ -163,8 +163,8 @@ fn a_system_without_enough_poles_is_not_as_good_and_one_with_too_many_is() {
     let data = two_inputs(1500, 0.3);
     let of = |poles: usize| {
         let orders = orders(poles, &[(2, 2), (0, 1)]);
-        let system = fitted(Criterion::OutputError, &orders, &data);
-        with_monitor(|monitor| HeldBack::new(&orders, Criterion::OutputError, &system, &data, monitor)).unwrap()
+        let system = fitted(Criterion::FreeRun, &orders, &data);
+        with_monitor(|monitor| HeldBack::new(&orders, Criterion::FreeRun, &system, &data, monitor)).unwrap()
     };
     let [one, two, three] = [of(1), of(2), of(3)];
     assert!(!one.as_good_as(&two) && three.as_good_as(&two) && two.as_good_as(&three));
