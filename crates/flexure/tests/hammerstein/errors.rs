@@ -118,7 +118,7 @@ fn parameters() {
                 regression_lag: RegressionLag::At(usize::MAX),
                 ..plain
             },
-            format!("the regression lag is 18446744073709552000, {quarter}"),
+            format!("the regression lag is 1.8446744073709552e19, {quarter}"),
         ),
         (
             PlainHammerstein {
