@@ -25,7 +25,8 @@ def saved(report, downloads, card, kind):
     for path in downloads.iterdir():
         path.unlink()
     report.js(f"[...document.querySelectorAll('.save')][{card}].id = 'save-{card}'")
-    # A true click: the browser stops a page that saves many files on its own.
+    # True clicks, no faster than ten a second: the browser drops the rest, and stops a page that saves many files on its own.
+    time.sleep(0.15)
     report.click(f"#save-{card} [data-save={kind}]")
     deadline = time.monotonic() + 15
     while time.monotonic() < deadline:
