@@ -20,34 +20,40 @@ pub(super) fn neighbours(system: &System, free: FreeParts) -> Vec<System> {
 
 /// Branches with one change.
 fn branches(branch: &Branch, free: FreeParts) -> Vec<Branch> {
-    let with = |back: Rational, delay: usize| Branch {
-        back,
-        delay,
-        ..branch.clone()
+    // Of a second instant the numerators are its own, which another delay would shift as well.
+    let moves = free.delay && branch.between.is_none();
+    let near = |g: &Rational| {
+        let mut all: Vec<(Rational, usize)> = changes(g).into_iter().map(|g| (g, branch.delay)).collect();
+        if moves {
+            all.extend(other_delays(g, branch.delay));
+        }
+        all
     };
     let mut all = Vec::new();
     if free.front {
-        let front = |front| Branch {
+        all.extend(near(&branch.front).into_iter().map(|(front, delay)| Branch {
             front,
+            delay,
             ..branch.clone()
-        };
-        all.extend(changes(&branch.front).into_iter().map(front));
+        }));
     }
     if free.back {
-        all.extend(changes(&branch.back).into_iter().map(|back| with(back, branch.delay)));
-    }
-    if free.delay {
-        all.extend(without_fastest(&branch.back).map(|back| with(back, branch.delay)));
-        let b = &branch.back.b;
-        let numerator = |b: Vec<f64>| branch.back.with_numerator(b);
-        if b.len() > 1 {
-            all.push(with(numerator(b[1..].to_vec()), branch.delay + 1));
-        }
-        if branch.delay > 0 {
-            all.push(with(numerator([&[0.0], &b[..]].concat()), branch.delay - 1));
-        }
+        let fewer = (moves && !free.front).then(|| without_fastest(&branch.back)).flatten();
+        let fewer = fewer.map(|back| (back, branch.delay));
+        all.extend(near(&branch.back).into_iter().chain(fewer).map(|(back, delay)| Branch {
+            back,
+            delay,
+            ..branch.clone()
+        }));
     }
     all
+}
+
+/// A linear block with a sample of delay before it more or less.
+fn other_delays(g: &Rational, delay: usize) -> impl Iterator<Item = (Rational, usize)> {
+    let later = (g.b.len() > 1).then(|| (g.with_numerator(g.b[1..].to_vec()), delay + 1));
+    let earlier = (delay > 0).then(|| (g.with_numerator([&[0.0], &g.b[..]].concat()), delay - 1));
+    later.into_iter().chain(earlier)
 }
 
 /// The change of the smallest score, over and over, while the score falls.
@@ -64,7 +70,7 @@ pub(super) fn greedy<T>(mut best: T, score: impl Fn(&T) -> f64, mut changed: imp
 
 /// All changes of one linear block.
 pub(super) fn changes(g: &Rational) -> Vec<Rational> {
-    [longer(g), shorter(g), with_pole(g), cancelled(g)]
+    [longer(g), shorter(g), with_pole(g), with_pole_for_tail(g), cancelled(g)]
         .into_iter()
         .flatten()
         .collect()
@@ -93,6 +99,18 @@ fn with_pole(g: &Rational) -> Option<Rational> {
         None => next.sections.push(Section { a: [0.0; 2], order: 1 }),
     }
     Some(next)
+}
+
+/// A real pole in place of the numerator's last coefficients, which fall as its response does: the reverse of [`without_fastest`].
+fn with_pole_for_tail(g: &Rational) -> Option<Rational> {
+    let [.., _, before, last] = g.b[..] else { return None };
+    let pole = last / before;
+    if g.order() >= MOST_POLES || !(pole.abs() < 1.0 && pole != 0.0) {
+        return None;
+    }
+    let b = (0..g.b.len() - 1).map(|i| if i == 0 { g.b[0] } else { g.b[i] - pole * g.b[i - 1] });
+    let poles = [g.poles(), vec![Complex::new(pole, 0.0)]].concat();
+    Some(Rational::from_roots(&[], &poles).with_numerator(b.collect()))
 }
 
 /// Without the pole (or pair) and the zero (or pair) that are nearest to one another.
@@ -140,6 +158,19 @@ fn without_fastest(g: &Rational) -> Option<Rational> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_tail_of_a_numerator_becomes_a_pole_again() {
+        let g = Rational::from_roots(&[], &[Complex::new(0.7, 0.0), Complex::new(-0.3, 0.0)]);
+        let g = g.with_numerator(vec![0.0, 0.5, 0.2]);
+        let less = without_fastest(&g.with_numerator([&g.b[..], &[0.0; 4]].concat())).unwrap();
+        let again = with_pole_for_tail(&less).unwrap();
+        assert_eq!((less.order(), again.order(), again.b.len()), (1, 2, 6));
+        let impulse: Vec<f64> = std::iter::once(1.0).chain([0.0; 39]).collect();
+        for (a, b) in g.run(&impulse).iter().zip(again.run(&impulse)) {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+    }
 
     #[test]
     fn a_fast_pole_goes_on_in_the_numerator() {

@@ -1,22 +1,68 @@
-//! Delays: the lag at which the equation error of a low order is least (Ljung 1999, section 14.5).
+//! Delays: the lags whose coefficients are zero in a difference equation; before nonlinearities, the lag at which the equation error of
+//! a low order is least (Ljung 1999, section 14.5).
 
-use super::least_squares::least_squares;
+use super::least_squares::{UnitDiagonal, least_squares, regression};
 use super::limits::{
-    LINEAR_DELAY_ORDER, LINEAR_DELAY_SLACK, LONGEST_DELAY, SPLINE_DELAY_ORDER, SPLINE_DELAY_PIECES,
-    SPLINE_DELAY_SAMPLES, SPLINE_DELAY_SLACK, START_SAMPLES,
+    DELAY_LAGS, DELAY_LEVEL, DELAY_PAST, LINEAR_DELAY_ORDER, LINEAR_DELAY_SLACK, LONGEST_DELAY, SPLINE_DELAY_ORDER,
+    SPLINE_DELAY_PIECES, SPLINE_DELAY_SAMPLES, SPLINE_DELAY_SLACK, START_SAMPLES,
 };
 use super::signals::{Signals, delayed};
 use super::spline::KinkedSpline;
+use crate::distributions::chi_squared_quantile;
+use crate::linalg;
 
-/// A delay too long for numerators to imitate, less some slack; zero if there is none.
-pub(in crate::identify) fn pure_delay(data: &Signals) -> usize {
-    let data = data.head(START_SAMPLES);
+/// The delay of every input of a linear system: the most leading coefficients that are zero together, as far as a test can see.
+pub(in crate::identify) fn linear_delays(data: &Signals) -> Vec<usize> {
+    let far = |u: &Vec<f64>| long_delay(u, data);
+    let first: Vec<usize> = data.u.iter().map(far).collect();
+    let leading = leading_zeros(data, &first).unwrap_or_else(|| vec![0; first.len()]);
+    first.iter().zip(leading).map(|(far, near)| far + near).collect()
+}
+
+/// A delay too long for a numerator of a few coefficients, less some slack; zero if there is none.
+fn long_delay(u: &[f64], data: &Signals) -> usize {
+    let data = Signals::of_input(u.to_vec(), data.y.clone(), data.from).head(START_SAMPLES);
     let past: Vec<Vec<f64>> = (1..=LINEAR_DELAY_ORDER).map(|i| delayed(&data.y, i, -1.0)).collect();
     let least = least_lag(&data, |delay| {
         let lags = (0..=LINEAR_DELAY_ORDER).map(|i| delayed(data.input(), delay + i, 1.0));
         lags.chain(past.iter().cloned()).collect()
     });
     least.saturating_sub(LINEAR_DELAY_SLACK)
+}
+
+/// The coefficients behind the lags `first` that are zero, in a difference equation that leaves nearly white errors.
+fn leading_zeros(data: &Signals, first: &[usize]) -> Option<Vec<usize>> {
+    let each = data.u.iter().zip(first);
+    let lags = each.flat_map(|(u, first)| (0..DELAY_LAGS).map(move |k| delayed(u, first + k, 1.0)));
+    let past = (1..=DELAY_PAST).map(|k| delayed(&data.y, k, -1.0));
+    let columns: Vec<Vec<f64>> = lags.chain(past).chain([vec![1.0; data.y.len()]]).collect();
+    let size = columns.len();
+    let from = first.iter().map(|first| first + DELAY_LAGS - 1).max()?.max(DELAY_PAST);
+    let degrees = data.y.len().checked_sub(from + size).filter(|d| *d > 0)?;
+    let equations = regression(&data.y, &columns, from);
+    let diagonal = UnitDiagonal::new(&equations);
+    let coefficients = diagonal.solve(&equations.descent, |d| d * (1.0 + 1e-12))?;
+    let explained: f64 = coefficients.iter().zip(&equations.descent).map(|(c, d)| c * d).sum();
+    let variance = (equations.cost - explained).max(0.0) / degrees as f64;
+    let inverse = diagonal.inverse()?;
+    let zero = |start: usize, count: usize| {
+        let b = &coefficients[start..start + count];
+        let block: Vec<f64> = (0..count * count)
+            .map(|k| variance * inverse[(start + k / count) * size + start + k % count])
+            .collect();
+        let Some(weighted) = linalg::solve_positive_definite(&block, b) else {
+            return false;
+        };
+        let statistic: f64 = weighted.iter().zip(b).map(|(w, b)| w * b).sum();
+        statistic < chi_squared_quantile(1.0 - DELAY_LEVEL, count as f64)
+    };
+    let of = |i: usize| {
+        let start = i * DELAY_LAGS;
+        let zeros = (1..=DELAY_LAGS).take_while(|count| zero(start, *count)).count();
+        // All of them zero: nothing is seen of this input.
+        if zeros == DELAY_LAGS { 0 } else { zeros }
+    };
+    Some((0..first.len()).map(of).collect())
 }
 
 /// The lag, up to 100 samples and a tenth of the record, at which least squares of the output over these columns leave least.

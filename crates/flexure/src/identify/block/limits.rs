@@ -125,9 +125,14 @@ pub const GAIN_FREQUENCIES: usize = 1024;
 
 /// The longest delay that is looked for. Convention.
 pub const LONGEST_DELAY: usize = 100;
-/// Order of the search for the pure delay of a linear system, and the samples by which it stays shorter, for the numerators.
+/// Order of the search for a long delay of a linear system, and the samples by which it stays shorter, for the numerators.
 pub const LINEAR_DELAY_ORDER: usize = 3;
 pub const LINEAR_DELAY_SLACK: usize = 6;
+/// Past outputs and past samples of every input in the equation error that delays are seen in.
+pub const DELAY_PAST: usize = 10;
+pub const DELAY_LAGS: usize = 10;
+/// The probability that coefficients before the delay, all of which are zero, are taken for something. Convention.
+pub const DELAY_LEVEL: f64 = 0.001;
 /// Samples, order and pieces of the search for delays before nonlinearities, and the samples by which they stay shorter. The samples
 /// are fewer than for a linear system: its equations have more columns.
 pub const SPLINE_DELAY_SAMPLES: usize = 4_000;

@@ -43,7 +43,7 @@ pub(super) use {
     approximation::{approximate, restructured},
     candidate::{Candidate, Tried},
     cascade::{fit_nonlinearity, search, splits, without_start},
-    delay::{delays, least_lag, pure_delay},
+    delay::{delays, least_lag, linear_delays},
     descent::{Minimum, Residuals, descend},
     efficient::{efficient, matrix_product},
     equation_error::{EquationError, Judged},

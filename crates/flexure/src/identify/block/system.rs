@@ -341,7 +341,7 @@ impl System {
 pub(in crate::identify) struct FreeParts {
     pub front: bool,
     pub back: bool,
-    /// The delay, and a fast pole that imitates a delay.
+    /// The delay; without a front, a fast pole that imitates a delay as well.
     pub delay: bool,
     /// An instant between the samples at which the nonlinearity acts.
     pub between: bool,
@@ -367,13 +367,14 @@ impl FreeParts {
     /// Linear, static.
     pub const WIENER: FreeParts = FreeParts {
         front: true,
+        delay: true,
         ..FreeParts::NONE
     };
     /// Linear, static, linear.
     pub const WIENER_HAMMERSTEIN: FreeParts = FreeParts {
         front: true,
         back: true,
+        delay: true,
         between: true,
-        ..FreeParts::NONE
     };
 }

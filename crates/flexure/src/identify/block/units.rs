@@ -68,11 +68,10 @@ impl Blocks {
     ///
     /// The nonlinearity is tabulated where the fit's samples are and where it has breakpoints.
     pub fn new(s: &Branch, prepared: &Prepared) -> Result<Blocks> {
-        let Prepared {
-            output, data, delay, ..
-        } = prepared;
+        let Prepared { output, data, .. } = prepared;
+        let delay = prepared.delay + s.delay;
         let input = prepared.inputs[s.input];
-        let front_gain = Gain::conventional(&s.front, *delay)?;
+        let front_gain = Gain::conventional(&s.front, delay)?;
         let back_gain = Gain::conventional(&s.whole_back(), 0)?;
         // The scaled front's output is (gain / spread) times the new one's, less what the input's mean contributes.
         let abscissa =
@@ -99,7 +98,7 @@ impl Blocks {
                 let front = front_gain.divided(&between.front, &s.front);
                 let back = back_gain.divided(&between.back, &s.back);
                 Ok::<_, Error>([
-                    LinearBlock::of(front.transfer_function(*delay)?),
+                    LinearBlock::of(front.transfer_function(delay)?),
                     nonlinearity(&front)?,
                     LinearBlock::of(back.transfer_function(0)?),
                 ])
@@ -107,7 +106,7 @@ impl Blocks {
             .transpose()?;
         Ok(Blocks {
             nonlinearity: nonlinearity(&front)?,
-            front: front.transfer_function(*delay)?,
+            front: front.transfer_function(delay)?,
             back: back_gain.divided(&s.back.b, &s.back).transfer_function(0)?,
             between_samples,
             offset,

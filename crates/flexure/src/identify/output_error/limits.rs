@@ -40,9 +40,3 @@ pub const PART: StopRule = StopRule {
     steps: 6,
     tolerance: 1e-4,
 };
-
-/// Past outputs and past samples of every input in the equation error that delays are seen in.
-pub const DELAY_PAST: usize = 10;
-pub const DELAY_LAGS: usize = 10;
-/// The probability that coefficients before the delay, all of which are zero, are taken for something. Convention.
-pub const DELAY_LEVEL: f64 = 0.001;

@@ -8,7 +8,6 @@
 //! |---|---|
 //! | the system, its output and the columns of its derivatives | `system` |
 //! | its fit by the output error or by the equation error | `fit` |
-//! | the delay of every input | `delay` |
 //! | how well a fit to the first part of the record runs on through the rest | `held_back` |
 //! | poles, delays and numerators, chosen by that | `search` |
 //! | standard errors of the coefficients | `errors` |
@@ -16,7 +15,6 @@
 //! The output error (Ljung 1999, section 4.2) is best where the free run is nearly all there is. Where slow disturbances are large, or an
 //! input is controlled by the output, the equation error (ARX) often runs on better, as it does not follow them. Both are tried.
 
-mod delay;
 mod errors;
 mod fit;
 mod held_back;

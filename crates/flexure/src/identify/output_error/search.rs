@@ -5,8 +5,8 @@
 
 use std::ops::ControlFlow;
 
-use super::super::block::{Monitor, Signals, Stage, StopRule};
-use super::delay::delays;
+use super::super::block::{Monitor, Signals, Stage, StopRule, linear_delays};
+
 use super::fit::{Criterion, whitened};
 use super::held_back::{HeldBack, fitted_samples};
 use super::limits::{FIT, HELD_BACK, LAST, MOST_POLES, RINGING, ROUNDS, SAMPLES_A_PARAMETER, SEARCH_SAMPLES};
@@ -85,7 +85,7 @@ pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
 
 /// All numbers of poles at the delays that are seen in the data.
 fn start_orders(data: &Signals) -> Vec<Orders> {
-    let delays = delays(data);
+    let delays = linear_delays(data);
     let with = |poles: usize, delays: &[usize]| Orders {
         poles,
         inputs: delays

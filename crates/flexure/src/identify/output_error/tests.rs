@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::super::block::{Monitor, Signals};
-use super::delay::delays;
+use super::super::block::{Monitor, Signals, linear_delays};
+
 use super::fit::Criterion;
 use super::held_back::HeldBack;
 use super::limits::LAST;
@@ -95,7 +95,7 @@ fn the_output_of_a_system_is_that_of_its_difference_equation() {
 #[test]
 fn orders_and_delays_are_those_of_the_system() {
     let data = two_inputs(1500, 0.3);
-    assert_eq!(delays(&data), [2, 0]);
+    assert_eq!(linear_delays(&data), [2, 0]);
     let found = with_monitor(|monitor| search(&data, monitor)).unwrap();
     let first = found.system.orders.inputs[0];
     assert_eq!(found.system.orders.poles, 2, "{:?}", found.system.orders);
