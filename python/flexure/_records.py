@@ -149,7 +149,7 @@ def has_several_inputs(u: Any, input: str | Sequence[str] | None) -> bool:
     """Whether more than one input is named, or stands in the columns of an array."""
     if isinstance(input, list | tuple):
         return len(input) > 1
-    shape = () if _is_table(u) or is_several(u) else np.shape(u)
+    shape: tuple[int, ...] = () if _is_table(u) or is_several(u) else np.shape(u)
     return input is None and len(shape) == 2 and shape[1] > 1
 
 
