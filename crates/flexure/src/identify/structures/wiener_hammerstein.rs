@@ -3,12 +3,13 @@
 //! $$ W_n = G_1(z) U_n, \qquad Y_n = G_2(z) f(W_n) + e_n $$
 //! from the record alone:
 //!
-//! 1. best linear approximations of orders 1 to 10, by the output error;
+//! 1. the delay, as many samples as a difference equation has leading coefficients that are zero together; best linear approximations
+//!    of orders 1 to 10, by the output error;
 //! 2. their poles and zeros shared out between $G_1$ and $G_2$ (Sjoberg & Schoukens 2012), every split judged with the best
 //!    coarse nonlinearity for it;
 //! 3. the best splits refined by Levenberg-Marquardt on the simulation error over all parameters, on more and more samples,
 //!    fewer of them from round to round;
-//! 4. poles, numerator coefficients and pieces of the nonlinearity, a cubic spline with breakpoints where it is rough,
+//! 4. poles, numerator coefficients, the delay and pieces of the nonlinearity, a cubic spline with breakpoints where it is rough,
 //!    added and taken away while Schwarz's criterion falls; kinks, with places of their own, on very strong evidence;
 //! 5. a second instant in every sampling interval, at which the nonlinearity acts too, if Schwarz's criterion asks for it: a
 //!    continuous-time nonlinearity bends the signal between the samples as well;
