@@ -3,8 +3,8 @@
 
 use super::least_squares::{UnitDiagonal, least_squares, regression};
 use super::limits::{
-    DELAY_LAGS, DELAY_LEVEL, DELAY_PAST, LINEAR_DELAY_ORDER, LINEAR_DELAY_SLACK, LONGEST_DELAY, SPLINE_DELAY_ORDER,
-    SPLINE_DELAY_PIECES, SPLINE_DELAY_SAMPLES, SPLINE_DELAY_SLACK, START_SAMPLES,
+    DELAY_EDGE, DELAY_LAGS, DELAY_LEVEL, DELAY_PAST, LINEAR_DELAY_ORDER, LINEAR_DELAY_SLACK, LONGEST_DELAY,
+    SPLINE_DELAY_ORDER, SPLINE_DELAY_PIECES, SPLINE_DELAY_SAMPLES, SPLINE_DELAY_SLACK, START_SAMPLES,
 };
 use super::signals::{Signals, delayed};
 use super::spline::KinkedSpline;
@@ -13,9 +13,19 @@ use crate::linalg;
 
 /// The delay of every input of a linear system: the most leading coefficients that are zero together, as far as a test can see.
 pub(in crate::identify) fn linear_delays(data: &Signals) -> Vec<usize> {
+    delays_with_edge(data, 0.0)
+}
+
+/// The delay of the first input, told from a response that only begins slowly by its edge: the first coefficient behind it stands out.
+pub(in crate::identify) fn delay_with_edge(data: &Signals) -> usize {
+    delays_with_edge(data, DELAY_EDGE).first().map_or(0, |delay| *delay)
+}
+
+/// Delays behind which the first coefficient is at least so many of its standard errors.
+fn delays_with_edge(data: &Signals, edge: f64) -> Vec<usize> {
     let far = |u: &Vec<f64>| long_delay(u, data);
     let first: Vec<usize> = data.u.iter().map(far).collect();
-    let leading = leading_zeros(data, &first).unwrap_or_else(|| vec![0; first.len()]);
+    let leading = leading_zeros(data, &first, edge).unwrap_or_else(|| vec![0; first.len()]);
     first.iter().zip(leading).map(|(far, near)| far + near).collect()
 }
 
@@ -31,7 +41,7 @@ fn long_delay(u: &[f64], data: &Signals) -> usize {
 }
 
 /// The coefficients behind the lags `first` that are zero, in a difference equation that leaves nearly white errors.
-fn leading_zeros(data: &Signals, first: &[usize]) -> Option<Vec<usize>> {
+fn leading_zeros(data: &Signals, first: &[usize], edge: f64) -> Option<Vec<usize>> {
     let each = data.u.iter().zip(first);
     let lags = each.flat_map(|(u, first)| (0..DELAY_LAGS).map(move |k| delayed(u, first + k, 1.0)));
     let past = (1..=DELAY_PAST).map(|k| delayed(&data.y, k, -1.0));
@@ -60,7 +70,16 @@ fn leading_zeros(data: &Signals, first: &[usize]) -> Option<Vec<usize>> {
         let start = i * DELAY_LAGS;
         let zeros = (1..=DELAY_LAGS).take_while(|count| zero(start, *count)).count();
         // All of them zero: nothing is seen of this input.
-        if zeros == DELAY_LAGS { 0 } else { zeros }
+        if zeros == DELAY_LAGS {
+            return 0;
+        }
+        let at = start + zeros;
+        let error = (variance * inverse[at * size + at]).sqrt();
+        if coefficients[at].abs() < edge * error {
+            0
+        } else {
+            zeros
+        }
     };
     Some((0..first.len()).map(of).collect())
 }

@@ -133,6 +133,9 @@ pub const DELAY_PAST: usize = 10;
 pub const DELAY_LAGS: usize = 10;
 /// The probability that coefficients before the delay, all of which are zero, are taken for something. Convention.
 pub const DELAY_LEVEL: f64 = 0.001;
+/// Standard errors of the first coefficient behind a delay. A smaller one may be the slow beginning of a response without a delay, as that of
+/// the circuit of 2009. Convention.
+pub const DELAY_EDGE: f64 = 10.0;
 /// Samples, order and pieces of the search for delays before nonlinearities, and the samples by which they stay shorter. The samples
 /// are fewer than for a linear system: its equations have more columns.
 pub const SPLINE_DELAY_SAMPLES: usize = 4_000;

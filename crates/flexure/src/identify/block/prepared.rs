@@ -1,7 +1,7 @@
 //! The samples of a fit at zero mean and unit variance, and their best linear approximations.
 
 use super::approximation::{Approximation, approximate};
-use super::delay::linear_delays;
+use super::delay::delay_with_edge;
 use super::limits::{
     LARGEST_ORDER, MOST_SAMPLES, SETTLING_UNKNOWN, START_ORDERS, STRUCTURE_SAMPLES, WEAK_APPROXIMATION,
 };
@@ -56,7 +56,7 @@ impl Prepared {
 
     /// With linear approximations, and their delay, if it is not larger than the largest, taken out.
     pub fn approximated(self, largest_delay: usize, monitor: &mut Monitor<'_>) -> Prepared {
-        let delay = linear_delays(&self.data).first().map_or(0, |d| *d).min(largest_delay);
+        let delay = delay_with_edge(&self.data).min(largest_delay);
         let mut prepared = self.delayed_by(delay);
         prepared.approximations = approximations(&prepared.data.head(STRUCTURE_SAMPLES), monitor);
         let n = prepared.data.y.len();
