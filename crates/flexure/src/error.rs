@@ -10,7 +10,11 @@
 //!
 //! Messages say what is wrong, where, and what to do about it; samples are counted from 0.
 
+mod arm;
+
 use crate::text::{counted, decimal, exact, list};
+
+pub use arm::ArmError;
 
 /// The result of every fallible function of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -352,48 +356,6 @@ pub enum ParameterError {
         /// What to do.
         instead: &'static str,
     },
-}
-
-/// What was wrong with an arm.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ArmError {
-    /// A part of an arm is not physical.
-    #[error("{quantity} of {part} {number} is {} {unit}, but must be {requirement}", exact(*.value))]
-    Unphysical {
-        /// "link" or "joint".
-        part: &'static str,
-        /// Which of the two, 1 (shoulder side) or 2 (elbow side).
-        number: usize,
-        /// The quantity, named as in an arm file.
-        quantity: &'static str,
-        /// The value that was given.
-        value: f64,
-        /// Its unit.
-        unit: &'static str,
-        /// The valid range.
-        requirement: &'static str,
-    },
-    /// An arm's inertia matrix is singular or indefinite in some configuration.
-    #[error(
-        "the {matrix} of the arm is not positive definite at q2 = {q2} rad (its determinant is {determinant}); \
-         check the links' masses, lengths and inertias{hint}"
-    )]
-    SingularInertia {
-        /// Which matrix.
-        matrix: &'static str,
-        /// The elbow's angle, rad.
-        q2: f64,
-        /// The determinant of the 2x2 matrix that remains when the motors are eliminated.
-        determinant: f64,
-        /// A further thing to check, or nothing.
-        hint: &'static str,
-    },
-    /// Deflections were commanded of an arm without flexible joints.
-    #[error(
-        "a rigid arm has no joint deflections to command; choose the linear or nonlinear model, or drive it by torque"
-    )]
-    RigidDeflection,
 }
 
 /// Why and when a simulation could not be carried on.

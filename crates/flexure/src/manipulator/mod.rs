@@ -9,6 +9,7 @@
 //! | [`Stiffness`], [`Friction`] | the joint's torque laws | (10)-(12) |
 //! | [`ArmParameters`], [`Parts`] | an arm as written down, every part switchable | |
 //! | [`Arm`] | a checked arm: accelerations, energy, modal frequencies | (4), (7)-(9) |
+//! | [`chain`] | any chain or tree of rigid links, on a fixed or a free base | |
 //! | [`simulate()`], [`Drive`] | an arm in time, under torque or with commanded deflections | |
 //!
 //! ```
@@ -23,6 +24,7 @@
 //! ```
 
 mod arm;
+pub mod chain;
 mod checks;
 mod dynamics;
 mod elementary;

@@ -1,0 +1,59 @@
+//! Chains and trees of rigid links on a fixed or a free-floating base (Featherstone 2008).
+//!
+//! | to | call |
+//! |---|---|
+//! | describe a chain, and check it | [`ChainParameters`], [`Chain::new`] |
+//! | get accelerations from torques | [`Chain::forward_dynamics`] |
+//! | get torques from accelerations | [`Chain::inverse_dynamics`] |
+//! | get the inertia matrix | [`Chain::mass_matrix`] |
+//! | get energy and momentum | [`Chain::energy`], [`Chain::centroidal_momentum`] |
+//!
+//! The model stays the same; what the passes write is in a [`ChainData`], so that a call allocates nothing. SI units. The order of
+//! positions and velocities is that of [`Chain`].
+//!
+//! Source: R. Featherstone, *Rigid Body Dynamics Algorithms*, Springer 2008.
+//!
+//! ```
+//! use flexure::manipulator::chain::{Base, Chain, ChainLink, ChainParameters, JointMotion, LinkInertia};
+//!
+//! // A pendulum of 2 kg, 0.5 m below its pivot.
+//! let parameters = ChainParameters {
+//!     base_name: "base".to_owned(),
+//!     base: Base::Fixed,
+//!     base_inertia: None,
+//!     links: vec![ChainLink {
+//!         name: "rod".to_owned(),
+//!         joint: "pivot".to_owned(),
+//!         parent: None,
+//!         motion: JointMotion::Revolute,
+//!         axis: [0.0, 1.0, 0.0],
+//!         rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+//!         translation: [0.0; 3],
+//!         inertia: Some(LinkInertia { mass: 2.0, com: [0.0, 0.0, -0.5], matrix: [[0.0; 3]; 3] }),
+//!         limits: [f64::NEG_INFINITY, f64::INFINITY],
+//!     }],
+//!     gravity: [0.0, 0.0, -9.81],
+//! };
+//! let chain = Chain::new(&parameters)?;
+//! let mut data = chain.data();
+//! let mut a = [0.0];
+//! chain.forward_dynamics(&mut data, &[0.3], &[0.0], &[0.0], &mut a)?;
+//! assert!((a[0] + 9.81 / 0.5 * 0.3f64.sin()).abs() < 1e-13);
+//! # Ok::<(), flexure::Error>(())
+//! ```
+
+mod aba;
+mod crba;
+mod data;
+mod model;
+mod problem;
+mod rnea;
+mod spatial;
+#[cfg(test)]
+mod tests;
+mod vector;
+
+pub use data::ChainData;
+pub use model::{Base, Chain, ChainLink, ChainParameters, JointMotion, LinkInertia};
+pub use problem::ChainProblem;
+pub use rnea::{CentroidalMomentum, ChainEnergy};
