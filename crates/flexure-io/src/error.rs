@@ -141,6 +141,16 @@ pub enum Error {
         /// What is wrong there.
         problem: String,
     },
+    /// A URDF does not describe a chain.
+    #[error("{}, line {line}: {problem}", .path.display())]
+    Urdf {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u32,
+        /// What is wrong and what to do.
+        problem: String,
+    },
     /// A JSON file is no model, or a model this version does not know.
     #[error("{}: {problem}", .path.display())]
     Model {

@@ -6,6 +6,7 @@
 //! | write a record (CSV, Parquet) | [`write_record`], [`write_record_with_units`] |
 //! | read, write or run an arm | [`arm`] |
 //! | read a text file, such as an arm's | [`read_text`] |
+//! | read a chain of links from URDF | [`urdf`] |
 //! | read or write a model | [`read_model`], [`write_model`]; its text [`parse_model`], [`model_text`] |
 //! | know before long work that its result can be written | [`check_writable`], [`check_record_writable`] |
 //! | end by a signal and leave no temporary file | [`remove_temporaries`] |
@@ -17,6 +18,7 @@ pub mod error;
 pub mod model;
 pub mod options;
 pub mod record_file;
+pub mod urdf;
 
 mod atomic;
 mod mat;

@@ -1,0 +1,79 @@
+//! Chains from URDF move as Pinocchio says (see `scripts/reference/chains.py`).
+
+use std::path::Path;
+
+use flexure::manipulator::chain::Base;
+use flexure_io::urdf::{UrdfOptions, parse_urdf};
+
+#[derive(serde::Deserialize)]
+struct Reference {
+    base: String,
+    urdf: String,
+    joints: Vec<String>,
+    states: Vec<State>,
+}
+
+#[derive(serde::Deserialize)]
+struct State {
+    q: Vec<f64>,
+    v: Vec<f64>,
+    a: Vec<f64>,
+    tau: Vec<f64>,
+    drive: Vec<f64>,
+    acceleration: Vec<f64>,
+    /// The upper triangle by rows.
+    mass: Vec<f64>,
+    energy: [f64; 2],
+    momentum: Option<[f64; 6]>,
+    com: Option<[f64; 3]>,
+}
+
+/// The largest difference, relative to the largest value.
+fn off(found: &[f64], want: &[f64]) -> f64 {
+    assert_eq!(found.len(), want.len());
+    let scale = want.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let differences = found.iter().zip(want).map(|(f, w)| (f - w).abs());
+    differences.fold(0.0, f64::max) / scale
+}
+
+#[test]
+fn chains_move_as_by_pinocchio() {
+    let text = include_str!("data/chains.json");
+    let references: Vec<Reference> = serde_json::from_str(text).unwrap();
+    assert_eq!(references.len(), 20);
+    for reference in references {
+        let free = reference.base == "free";
+        let options = UrdfOptions {
+            base: if free { Base::Free } else { Base::Fixed },
+            ..UrdfOptions::default()
+        };
+        let chain = parse_urdf(&reference.urdf, Path::new("chain.urdf"), &options).unwrap();
+        assert_eq!(chain.joints(), reference.joints);
+        let (mut data, n) = (chain.data(), chain.velocities());
+        for state in &reference.states {
+            let (q, v) = (&state.q, &state.v);
+            let mut found = vec![0.0; n];
+            chain.inverse_dynamics(&mut data, q, v, &state.a, &mut found).unwrap();
+            assert!(off(&found, &state.tau) < 1e-12, "{found:?}");
+            chain
+                .forward_dynamics(&mut data, q, v, &state.drive, &mut found)
+                .unwrap();
+            assert!(off(&found, &state.acceleration) < 1e-12, "{found:?}");
+            let mut mass = vec![0.0; n * n];
+            chain.mass_matrix(&mut data, q, &mut mass).unwrap();
+            let upper: Vec<f64> = (0..n).flat_map(|i| mass[i * n + i..(i + 1) * n].to_vec()).collect();
+            assert!(off(&upper, &state.mass) < 1e-12);
+            let energy = chain.energy(&mut data, q, v).unwrap();
+            assert!(off(&[energy.kinetic], &state.energy[..1]) < 1e-12);
+            let Some(want) = state.momentum else { continue };
+            // Only of a free base does the energy contain the base's.
+            assert!(off(&[energy.potential], &state.energy[1..]) < 1e-12, "{energy:?}");
+            let momentum = chain.centroidal_momentum(&mut data, q, v).unwrap();
+            assert!(
+                off(&[momentum.linear, momentum.angular].concat(), &want) < 1e-12,
+                "{momentum:?}"
+            );
+            assert!(off(&momentum.com, &state.com.unwrap()) < 1e-12, "{momentum:?}");
+        }
+    }
+}
