@@ -1,4 +1,4 @@
-from . import arms, joints, plots, prepare, regression, results, systems
+from . import arms, chains, joints, plots, prepare, regression, results, systems
 from ._core import (
     DataError,
     FileError,
@@ -9,6 +9,7 @@ from ._core import (
     __version__,
 )
 from .arms import Arm
+from .chains import Chain
 from .joints import identify_joint
 from .regression import KernelRegressor, KNNRegressor, SeriesRegressor, SplineRegressor
 from .results import Branch, Comparison, Estimate, FormTest, LinearPart, Nonlinearity, ResidualTest, Surface, Verdict
@@ -34,6 +35,7 @@ __all__ = [
     "Arm",
     "Auto",
     "Branch",
+    "Chain",
     "Comparison",
     "DataError",
     "Estimate",

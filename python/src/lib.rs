@@ -2,6 +2,7 @@
 
 mod arm;
 mod arrays;
+mod chain;
 mod errors;
 mod identification;
 mod joint;
@@ -24,6 +25,8 @@ mod _core {
 
     #[pymodule_export]
     use crate::arm::Arm;
+    #[pymodule_export]
+    use crate::chain::Chain;
     #[pymodule_export]
     use crate::errors::{DataError, FileError, FlexureError, ParameterError, SimulationError, TooShortError};
     #[pymodule_export]

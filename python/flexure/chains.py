@@ -1,0 +1,214 @@
+"""Chains and trees of rigid links, from URDF: their dynamics on a fixed or a free-floating base."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike, fspath
+from typing import Any, Literal, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from flexure import _core
+from flexure._arrays import finite_number, samples
+from flexure._core import DataError, ParameterError
+
+__all__ = ["Chain", "Energy", "Momentum"]
+
+Array = npt.NDArray[np.float64]
+
+# Of the ground, z upwards.
+GRAVITY = (0.0, 0.0, -9.81)
+
+
+class Energy(NamedTuple):
+    """Energies of states, J, of the shape of the states."""
+
+    kinetic: Array
+    """Of the motion."""
+    potential: Array
+    """In the field of gravity, against the origin of the world; what a fixed base carries does not count."""
+
+
+class Momentum(NamedTuple):
+    """Momenta about the centre of mass, in the axes of the world, of shape (..., 3)."""
+
+    linear: Array
+    """kg m/s."""
+    angular: Array
+    """kg m^2/s; conserved without gravity where the base is free."""
+    com: Array
+    """The centre of mass, m."""
+
+
+class Chain:
+    """A chain or tree of rigid links, with joints that turn, slide or are fixed.
+
+    Take it from a URDF: `Chain.from_urdf`. All methods take one state or many, in the first axis, and return arrays of the same first axis;
+    many states are computed on all cores.
+
+    Positions `q` have the shape (..., nq), velocities `v`, accelerations and torques (..., nv), in rad or m, rad/s or m/s, N m or N.
+    On a fixed base nq = nv is the number of moving joints. A free base comes before them: `q` begins with its position
+    and its orientation in the world, ``[x, y, z, qx, qy, qz, qw]`` (the quaternion's length does not matter), `v` with its linear and angular
+    velocity in the base's own axes, and torques with the force and the moment on it. These are Pinocchio's conventions, except that a
+    continuous joint has one position, its angle.
+
+    Examples
+    --------
+    >>> from flexure import Chain
+    >>> rod = '''<robot name="pendulum"><link name="world"/><link name="rod"><inertial>
+    ...   <origin xyz="0 0 -0.5"/><mass value="2"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.001"/>
+    ... </inertial></link><joint name="pivot" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/>
+    ... </joint></robot>'''
+    >>> chain = Chain.from_text(rod)
+    >>> chain
+    <Chain of 1 joint on a fixed base: pivot>
+    >>> chain.mass_matrix([[0.0]]).tolist()  # 0.1 + 2 * 0.5**2
+    [[[0.6]]]
+    """
+
+    def __init__(self, core: _core.Chain) -> None:
+        if not isinstance(core, _core.Chain):
+            raise TypeError("a chain is made by Chain.from_urdf(path) or Chain.from_text(text)")
+        self._core = core
+
+    @classmethod
+    def from_urdf(
+        cls,
+        path: str | PathLike[str],
+        *,
+        base: Literal["fixed", "free"] = "fixed",
+        gravity: Sequence[float] = GRAVITY,
+    ) -> Self:
+        """Reads a URDF file; errors say the line and the name.
+
+        The joints come depth first, and those of one link in the order of their names. A joint without ``<limit>`` has no limits.
+
+        Parameters
+        ----------
+        path : path
+            The file. Shapes, materials, ``<dynamics>`` and limits of effort and velocity are passed over; a xacro file is refused.
+        base : {"fixed", "free"}
+            Whether the root link is fixed to the world or floats freely.
+        gravity : three numbers
+            The acceleration of gravity in the world, m/s^2; ``(0, 0, 0)`` in orbit.
+
+        Raises
+        ------
+        FileError
+            The file cannot be read, or describes no chain: loops, several roots, links that move without mass, joints of other types.
+        """
+        return cls(_core.Chain.read_urdf(fspath(path), base, _gravity(gravity)))
+
+    @classmethod
+    def from_text(
+        cls, text: str, *, base: Literal["fixed", "free"] = "fixed", gravity: Sequence[float] = GRAVITY
+    ) -> Self:
+        """The text of a URDF, as `from_urdf`."""
+        return cls(_core.Chain.parse_urdf(text, base, _gravity(gravity)))
+
+    def __repr__(self) -> str:
+        base = "free" if self.nq > self.nv else "fixed"
+        count = len(self.joints)
+        return f"<Chain of {count} joint{'s' if count > 1 else ''} on a {base} base: {', '.join(self.joints)}>"
+
+    @property
+    def joints(self) -> list[str]:
+        """The names of the joints that move, in the order of `q`."""
+        return self._core.joints
+
+    @property
+    def limits(self) -> Array:
+        """The least and the largest position of every joint, shape (joints, 2); infinite where there is none."""
+        return np.array(self._core.limits)
+
+    @property
+    def neutral(self) -> Array:
+        """The position in which every joint is at zero and a free base at the origin, shape (nq,)."""
+        return np.array(self._core.neutral)
+
+    @property
+    def nq(self) -> int:
+        """The number of values of a position."""
+        return len(self._core.neutral)
+
+    @property
+    def nv(self) -> int:
+        """The number of values of a velocity, an acceleration or a vector of torques."""
+        return self._core.velocities
+
+    def forward_dynamics(self, q: Any, v: Any, tau: Any) -> Array:
+        """The accelerations, shape (..., nv), under the torques `tau` (Featherstone's articulated bodies).
+
+        Raises
+        ------
+        DataError
+            Shapes that do not fit the chain or each other.
+        ParameterError
+            A quaternion of length zero.
+        """
+        shape, (q, v, tau) = self._states(q=q, v=v, tau=tau)
+        return self._core.forward_dynamics(q, v, tau).reshape(*shape, self.nv)
+
+    def inverse_dynamics(self, q: Any, v: Any, a: Any) -> Array:
+        """The torques, shape (..., nv), that cause the accelerations `a` (Newton and Euler's recursion).
+
+        Raises
+        ------
+        DataError
+            Shapes that do not fit the chain or each other.
+        ParameterError
+            A quaternion of length zero.
+        """
+        shape, (q, v, a) = self._states(q=q, v=v, a=a)
+        return self._core.inverse_dynamics(q, v, a).reshape(*shape, self.nv)
+
+    def mass_matrix(self, q: Any) -> Array:
+        """The inertia matrices, shape (..., nv, nv), symmetric (composite bodies).
+
+        Raises
+        ------
+        DataError
+            A shape that does not fit the chain.
+        ParameterError
+            A quaternion of length zero.
+        """
+        shape, (q,) = self._states(q=q)
+        return self._core.mass_matrix(q).reshape(*shape, self.nv, self.nv)
+
+    def energy(self, q: Any, v: Any) -> Energy:
+        """The kinetic and the potential energy, J."""
+        shape, (q, v) = self._states(q=q, v=v)
+        found = self._core.energy(q, v).reshape(*shape, 2)
+        return Energy(found[..., 0], found[..., 1])
+
+    def centroidal_momentum(self, q: Any, v: Any) -> Momentum:
+        """The momentum about the centre of mass, which without gravity is conserved where the base is free."""
+        shape, (q, v) = self._states(q=q, v=v)
+        found = self._core.centroidal_momentum(q, v).reshape(*shape, 3, 3)
+        return Momentum(found[..., 0, :], found[..., 1, :], found[..., 2, :])
+
+    def _states(self, **given: Any) -> tuple[tuple[int, ...], list[Array]]:
+        """The shape of the states, and their values one after the other."""
+        shape: tuple[int, ...] | None = None
+        flat = []
+        for name, values in given.items():
+            array = np.asarray(values)
+            width = self.nq if name == "q" else self.nv
+            if array.ndim == 0 or array.shape[-1] != width:
+                raise DataError(f"'{name}' has the shape {array.shape}, but this chain needs (..., {width})")
+            if shape is None:
+                shape = array.shape[:-1]
+            elif array.shape[:-1] != shape:
+                first = next(iter(given))
+                raise DataError(f"'{name}' has {array.shape[:-1]} states, but '{first}' has {shape}")
+            flat.append(samples(array.reshape(-1), name))
+        return shape or (), flat
+
+
+def _gravity(values: Sequence[float]) -> tuple[float, float, float]:
+    numbers = [finite_number(value, "gravity") for value in values]
+    if len(numbers) != 3:
+        raise ParameterError(f"gravity has {len(numbers)} values, but must have 3: an acceleration in x, y and z")
+    x, y, z = numbers
+    return x, y, z

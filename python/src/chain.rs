@@ -1,0 +1,150 @@
+//! Chains of links: dynamics of many states at once.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use flexure::manipulator::chain::{Base, ChainData};
+use flexure_io::urdf::{UrdfOptions, parse_urdf, read_urdf};
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use crate::arrays::{Column, array};
+use crate::errors::{of_any, of_library};
+use crate::names::known;
+use crate::run::briefly;
+
+/// States between two looks for signals: some hundredths of a second.
+const STATES: usize = 1 << 15;
+
+/// A chain or tree of rigid links.
+#[pyclass(frozen, module = "flexure._core")]
+pub struct Chain(Arc<flexure::manipulator::chain::Chain>);
+
+fn options(base: &str, gravity: [f64; 3]) -> PyResult<UrdfOptions> {
+    let base = known("base", base, &["fixed", "free"], |name| match name {
+        "fixed" => Some(Base::Fixed),
+        "free" => Some(Base::Free),
+        _ => None,
+    })?;
+    Ok(UrdfOptions { base, gravity })
+}
+
+impl Chain {
+    /// The results of states that lie one after the other, `width` values a state.
+    fn each<'py>(
+        &self,
+        py: Python<'py>,
+        count: usize,
+        width: usize,
+        of: impl Fn(&mut ChainData, usize, &mut [f64]) -> flexure::Result<()> + Sync,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut results = vec![0.0; count * width];
+        for (block, results) in results.chunks_mut((STATES * width).max(1)).enumerate() {
+            let one = |data: &mut ChainData, (i, result): (usize, &mut [f64])| of(data, block * STATES + i, result);
+            briefly(py, || {
+                let states = results.par_chunks_exact_mut(width).enumerate();
+                // A thread is worth some hundred states.
+                states.with_min_len(256).try_for_each_init(|| self.0.data(), one)
+            })?
+            .map_err(|error| of_library(&error))?;
+            py.check_signals()?;
+        }
+        array(py, &results)
+    }
+}
+
+/// State number `i` of states that lie one after the other.
+fn state(values: &[f64], i: usize, width: usize) -> &[f64] {
+    &values[i * width..(i + 1) * width]
+}
+
+#[pymethods]
+impl Chain {
+    /// Reads a URDF file.
+    #[staticmethod]
+    fn read_urdf(path: PathBuf, base: &str, gravity: [f64; 3]) -> PyResult<Self> {
+        let chain = read_urdf(&path, &options(base, gravity)?).map_err(|error| of_any(&error.into()))?;
+        Ok(Chain(Arc::new(chain)))
+    }
+
+    /// The text of a URDF.
+    #[staticmethod]
+    fn parse_urdf(text: &str, base: &str, gravity: [f64; 3]) -> PyResult<Self> {
+        let options = options(base, gravity)?;
+        let chain = parse_urdf(text, "the robot".as_ref(), &options).map_err(|error| of_any(&error.into()))?;
+        Ok(Chain(Arc::new(chain)))
+    }
+
+    /// The names of the joints that move.
+    #[getter]
+    fn joints(&self) -> Vec<String> {
+        self.0.joints().to_vec()
+    }
+
+    /// The least and the largest position of every joint.
+    #[getter]
+    fn limits(&self) -> Vec<[f64; 2]> {
+        self.0.limits().to_vec()
+    }
+
+    /// The position in which every joint is at zero.
+    #[getter]
+    fn neutral(&self) -> Vec<f64> {
+        self.0.neutral()
+    }
+
+    /// The number of values of a velocity.
+    #[getter]
+    fn velocities(&self) -> usize {
+        self.0.velocities()
+    }
+
+    /// Accelerations of states one after the other.
+    fn forward_dynamics<'py>(&self, py: Python<'py>, q: Column, v: Column, tau: Column) -> PyResult<Bound<'py, PyAny>> {
+        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (q, v, tau) = (q.samples(), v.samples(), tau.samples());
+        self.each(py, v.len() / n, n, |data, i, a| {
+            chain.forward_dynamics(data, state(q, i, p), state(v, i, n), state(tau, i, n), a)
+        })
+    }
+
+    /// Torques of states one after the other.
+    fn inverse_dynamics<'py>(&self, py: Python<'py>, q: Column, v: Column, a: Column) -> PyResult<Bound<'py, PyAny>> {
+        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (q, v, a) = (q.samples(), v.samples(), a.samples());
+        self.each(py, v.len() / n, n, |data, i, tau| {
+            chain.inverse_dynamics(data, state(q, i, p), state(v, i, n), state(a, i, n), tau)
+        })
+    }
+
+    /// Inertia matrices, by rows, of positions one after the other.
+    fn mass_matrix<'py>(&self, py: Python<'py>, q: Column) -> PyResult<Bound<'py, PyAny>> {
+        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let q = q.samples();
+        self.each(py, q.len() / p, n * n, |data, i, m| {
+            chain.mass_matrix(data, state(q, i, p), m)
+        })
+    }
+
+    /// Kinetic and potential energy of states one after the other.
+    fn energy<'py>(&self, py: Python<'py>, q: Column, v: Column) -> PyResult<Bound<'py, PyAny>> {
+        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (q, v) = (q.samples(), v.samples());
+        self.each(py, v.len() / n, 2, |data, i, result| {
+            let energy = chain.energy(data, state(q, i, p), state(v, i, n))?;
+            result.copy_from_slice(&[energy.kinetic, energy.potential]);
+            Ok(())
+        })
+    }
+
+    /// Linear and angular momentum about the centre of mass, and its place, of states one after the other.
+    fn centroidal_momentum<'py>(&self, py: Python<'py>, q: Column, v: Column) -> PyResult<Bound<'py, PyAny>> {
+        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (q, v) = (q.samples(), v.samples());
+        self.each(py, v.len() / n, 9, |data, i, result| {
+            let momentum = chain.centroidal_momentum(data, state(q, i, p), state(v, i, n))?;
+            result.copy_from_slice([momentum.linear, momentum.angular, momentum.com].as_flattened());
+            Ok(())
+        })
+    }
+}
