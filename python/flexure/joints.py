@@ -150,6 +150,12 @@ class Joint(_Logged):
         return joint_html(self)
 
     @property
+    def motor_friction(self) -> Nonlinearity | None:
+        """Friction torque at a flexible joint's motor over its velocity, N m over rad/s, where the log shows it beside that at the link."""
+        found = self.result.get("motor_friction")
+        return None if found is None else Nonlinearity.of(found)
+
+    @property
     def best_friction(self) -> Form:
         """The form of the friction that the data support best."""
         return _best(self.friction_forms, self.result.get("best_friction_form", self.result.get("best_form")))

@@ -107,6 +107,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "report",
             "arm",
             "friction",
+            "motor-friction",
             "stiffness",
             "resume",
             "json",

@@ -159,11 +159,21 @@ fn energy_is_kept_without_friction_for_a_thousand_seconds() {
 #[test]
 fn friction_never_lets_the_energy_grow() {
     let zeros = vec![0.0; 2001];
-    let arm = arm(JointKind::Nonlinear);
-    let record = simulate(&arm, &Drive::Held([&zeros, &zeros]), &wound_up(20.0, 0.01, 1e-10)).unwrap();
-    let e = energies(&arm, &record);
-    assert!(e.windows(2).all(|w| w[1] <= w[0] + 1e-10 * e[0]));
-    assert!(e[2000] < 0.2 * e[0]);
+    let mut at_motors = frictionless(JointKind::Nonlinear);
+    at_motors.parts.friction = true;
+    for joint in &mut at_motors.joints {
+        (joint.friction, joint.motor_friction) = (None, Some(Friction([0.0, 0.0, 0.0, 2.0, 60.0, 1.5])));
+    }
+    let mut damped = frictionless(JointKind::Nonlinear);
+    damped.joints.iter_mut().for_each(|joint| joint.damping = 5.0);
+    // A damping stops the deflections alone.
+    for (arm, remains) in [(space_arm(JointKind::Nonlinear), 0.2), (at_motors, 0.2), (damped, 0.6)] {
+        let arm = Arm::new(arm).unwrap();
+        let record = simulate(&arm, &Drive::Held([&zeros, &zeros]), &wound_up(20.0, 0.01, 1e-10)).unwrap();
+        let e = energies(&arm, &record);
+        assert!(e.windows(2).all(|w| w[1] <= w[0] + 1e-10 * e[0]));
+        assert!(e[2000] < remains * e[0], "{} of {}", e[2000], e[0]);
+    }
 }
 
 #[test]
@@ -185,6 +195,11 @@ fn a_nonlinear_joint_without_its_nonlinear_parts_is_the_linear_joint() {
 fn a_stiffer_and_stiffer_arm_tends_to_the_rigid_one_with_its_rotors() {
     let torque = |t: f64| [(1.3 * t).sin().powi(2), -0.5 * (0.9 * t).sin().powi(2)];
     let mut rigid = space_arm(JointKind::Rigid);
+    let at_motor = Some(Friction([0.0, 0.0, 0.0, 1.0, 20.0, 0.3]));
+    rigid
+        .joints
+        .iter_mut()
+        .for_each(|joint| joint.motor_friction = at_motor);
     rigid.parts.rotors = true;
     rigid.parts.coupling = true;
     rigid.parts.friction = true;
@@ -195,6 +210,7 @@ fn a_stiffer_and_stiffer_arm_tends_to_the_rigid_one_with_its_rotors() {
         let mut flexible = space_arm(JointKind::Nonlinear);
         for joint in &mut flexible.joints {
             (joint.linear, joint.cubic, joint.windup) = (k, 0.0, 0.0);
+            joint.motor_friction = at_motor;
         }
         let record = run(flexible);
         let q = ["q1", "q2"].map(|n| (record.column(n).unwrap()[1] - limit.column(n).unwrap()[1]).abs());
@@ -306,7 +322,9 @@ fn commanded_deflections_make_an_exact_hammerstein_system() {
 #[test]
 fn commanded_deflections_agree_with_the_torques_they_need() {
     // A constant deflection: driving by the torque it needs, as a function of time, keeps it.
-    let arm = arm(JointKind::Nonlinear);
+    let mut rubbing = space_arm(JointKind::Nonlinear);
+    rubbing.joints[0].motor_friction = Some(Friction([0.0, 0.0, 0.0, 1.0, 20.0, 0.3]));
+    let arm = Arm::new(rubbing).unwrap();
     let mut options = SimulationOptions::new(2.0, 0.001).unwrap();
     options.initial = State {
         q: [0.0, 0.5],

@@ -88,6 +88,9 @@ pub struct Arguments {
     /// Write the friction curve here: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv")]
     friction: Option<PathBuf>,
+    /// Write the curve of the friction at a flexible joint's motor here, where it is seen: .csv or .parquet.
+    #[arg(long, value_name = "CURVE.csv", requires = "motor", conflicts_with = "position")]
+    motor_friction: Option<PathBuf>,
     /// The motor's inertia in kg m^2 on the link's side, where it is known; of a single flexible joint.
     #[arg(long, value_name = "JM", requires = "motor", conflicts_with = "position", value_parser = arguments::positive)]
     motor_inertia: Option<f64>,
@@ -160,9 +163,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let mut lines = joint.summary(&motions);
     let missing = |path: &&PathBuf| columns.joints() == 1 && !written.contains(path);
-    let missing = arguments.stiffness.iter().filter(missing);
-    for path in missing {
-        lines.note(format!("{} is not written: no stiffness was seen", path.display()));
+    let wanted = [
+        (&arguments.stiffness, "stiffness"),
+        (&arguments.motor_friction, "friction at the motor"),
+    ];
+    for (path, what) in wanted {
+        if let Some(path) = path.as_ref().filter(missing) {
+            lines.note(format!("{} is not written: no {what} was seen", path.display()));
+        }
     }
     print_result(&lines, wrote(&written))
 }
@@ -190,7 +198,7 @@ impl Arguments {
             let message = "--motor-inertia is of a single flexible joint; leave it out for a two-link arm, whose motors are identified";
             return Err(Usage(message.to_owned()).into());
         }
-        for path in self.friction.iter().chain(&self.stiffness) {
+        for path in self.curve_files() {
             [1, 2]
                 .into_iter()
                 .try_for_each(|joint| check_record_writable(numbered(path, joint)))?;
@@ -198,8 +206,14 @@ impl Arguments {
         Ok(())
     }
 
+    /// The files of curves.
+    fn curve_files(&self) -> impl Iterator<Item = &PathBuf> {
+        let files = [&self.friction, &self.motor_friction, &self.stiffness];
+        files.into_iter().flatten()
+    }
+
     fn check_files(&self) -> Result<()> {
-        let curves = self.friction.iter().chain(&self.stiffness);
+        let curves = self.curve_files();
         let others = self.arm.iter().chain(&self.report);
         let inputs = [&self.record].into_iter().chain(&self.template);
         prepare(inputs, curves, others)
@@ -211,6 +225,7 @@ impl Arguments {
         for (i, curves) in joints.iter().enumerate() {
             let both = [
                 (&self.friction, Some(&curves.friction)),
+                (&self.motor_friction, curves.motor_friction.as_ref()),
                 (&self.stiffness, curves.stiffness.as_ref()),
             ];
             for (path, record) in both {
@@ -284,6 +299,7 @@ impl Arguments {
         }
         let files = [
             ("friction_file", &self.friction),
+            ("motor_friction_file", &self.motor_friction),
             ("stiffness_file", &self.stiffness),
             ("arm", &self.arm),
             ("report", &self.report),
@@ -291,7 +307,7 @@ impl Arguments {
         let rigid = object["joint"] == "rigid";
         for (name, path) in files
             .into_iter()
-            .filter(|(name, _)| !(rigid && *name == "stiffness_file"))
+            .filter(|(name, _)| !(rigid && ["stiffness_file", "motor_friction_file"].contains(name)))
         {
             object[name] = name_json(path);
         }

@@ -109,7 +109,9 @@ struct JointTable {
     linear: Option<f64>,
     windup: Option<f64>,
     windup_sharpness: Option<f64>,
+    damping: Option<f64>,
     friction: Option<Friction>,
+    motor_friction: Option<Friction>,
     #[serde(default)]
     locked: bool,
 }
@@ -221,7 +223,9 @@ impl ArmFile {
                         linear: given(j.linear),
                         windup: given(j.windup),
                         windup_sharpness: given(j.windup_sharpness),
+                        damping: given(j.damping),
                         friction: j.friction,
+                        motor_friction: j.motor_friction,
                         locked: j.locked,
                     })
                     .collect(),
@@ -363,7 +367,9 @@ fn arm_parameters(source: &Source, table: ArmTable) -> Result<ArmParameters, Arm
             linear: j.linear.unwrap_or(0.0),
             windup: j.windup.unwrap_or(0.0),
             windup_sharpness: j.windup_sharpness.unwrap_or(0.0),
+            damping: j.damping.unwrap_or(0.0),
             friction: j.friction,
+            motor_friction: j.motor_friction,
             locked: j.locked,
         }),
         parts,

@@ -67,9 +67,12 @@ pub fn recorded(file: &str) -> Excitation {
 
 /// The identified joint.
 fn joint(axis: &FlexibleAxis) -> JointParameters {
-    let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
+    let stiffness = &axis.model.stiffness;
     let of = |name: &str| stiffness.parameter(name).map_or(0.0, |p| p.value);
-    let g = |name: &str| friction.parameter(name).map_or(0.0, |p| p.value).max(0.0);
+    let friction = |form: &Fitted| {
+        let g = |name: &str| form.parameter(name).map_or(0.0, |p| p.value).max(0.0);
+        Friction(["g1", "g2", "g3", "g4", "g5", "g6"].map(g))
+    };
     let linear = of("a2");
     JointParameters {
         motor_inertia: axis.motor_inertia.value,
@@ -78,7 +81,9 @@ fn joint(axis: &FlexibleAxis) -> JointParameters {
         linear,
         windup: of("ksw").clamp(0.0, 0.999 * linear.max(0.0)),
         windup_sharpness: of("asw"),
-        friction: Some(Friction([g("g1"), g("g2"), g("g3"), g("g4"), g("g5"), g("g6")])),
+        damping: axis.damping.map_or(0.0, |c| c.value.max(0.0)),
+        friction: Some(friction(&axis.model.friction)),
+        motor_friction: axis.model.motor_friction.as_ref().map(friction),
         locked: false,
     }
 }

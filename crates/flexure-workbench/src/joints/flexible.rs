@@ -1,14 +1,14 @@
 //! A flexible joint.
 
-use anyhow::Result;
-use flexure::identify::robot_joint::{AxisDrive, Estimated, Fitted, FlexibleAxis};
+use anyhow::{Result, bail};
+use flexure::identify::robot_joint::{AxisDrive, Effect, Estimated, Fitted, FlexibleAxis};
 use flexure_report::data::JointPage;
 use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
 use super::text::{
-    Outcome, Units, fitted_json, lack_text, nearness, range_text, titled, with_error, write_findings, write_others,
-    write_parameters,
+    Outcome, Units, estimate, fitted_json, lack_text, nearness, range_text, titled, with_error, write_findings,
+    write_others, write_parameters,
 };
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page, simulation};
 use crate::lines::Lines;
@@ -28,6 +28,10 @@ impl Joint for Flexible {
     }
 
     fn simulate(&self, _: Option<AxisDrive>) -> Result<Vec<Motion>> {
+        // An arm has no gravity, and without it the joint would not move as this one does.
+        if !self.axis.link.extras.is_empty() {
+            return Ok(Vec::new());
+        }
         let StartedArm { arm, initial } = arm_file::alone(&self.axis, &self.log);
         Ok(simulation::motions(arm, initial, &self.log, &[&self.axis])?)
     }
@@ -58,6 +62,11 @@ impl Joint for Flexible {
     }
 
     fn arm_file(&self, place: Place) -> Result<String> {
+        if !self.axis.link.extras.is_empty() {
+            bail!(
+                "an arm file has no gravity, which acts on this joint, and without it the arm would not move as the joint does"
+            );
+        }
         arm_file::flexible(&self.axis, &self.log, place)
     }
 
@@ -83,13 +92,21 @@ pub fn axis_json(axis: &FlexibleAxis) -> Value {
         "stiffness": curve_json(&axis.stiffness.band),
         "secant_stiffness": curve_json(&axis.secant),
         "friction": curve_json(&axis.link.friction.band),
+        "motor_friction": axis.motor_friction.as_ref().map(|curve| curve_json(&curve.band)),
+        "damping": axis.damping,
+        "extras": axis.link.extras,
+        "effects": axis.effects,
+        "competing": axis.competing,
         "stiffness_forms": list(&axis.stiffness.forms),
         "best_stiffness_form": axis.stiffness.best().form,
         "friction_forms": list(&axis.link.friction.forms),
         "best_friction_form": axis.link.friction.best().form,
+        "motor_friction_forms": axis.motor_friction.as_ref().map(|curve| list(&curve.forms)),
+        "best_motor_friction_form": axis.motor_friction.as_ref().map(|curve| curve.best().form),
         "model": {
             "stiffness": fitted_json(&axis.model.stiffness, &units),
             "friction": fitted_json(&axis.model.friction, &units),
+            "motor_friction": axis.model.motor_friction.as_ref().map(|form| fitted_json(form, &units)),
         },
         "encoder_skew": axis.clock_offset,
         "cut_off": axis.link.cut_off,
@@ -107,8 +124,16 @@ pub fn curves(axis: &FlexibleAxis) -> flexure::Result<Curves> {
     stiffness.push("stiffness_upper", band.upper.clone())?;
     Ok(Curves {
         friction: curve_record(&axis.link.friction.band, ["velocity", "torque"])?,
+        motor_friction: (axis.motor_friction.as_ref())
+            .map(|curve| curve_record(&curve.band, ["velocity", "torque"]))
+            .transpose()?,
         stiffness: Some(stiffness),
     })
+}
+
+/// The form of the friction at the motor, with its place.
+pub fn at_motor(axis: &FlexibleAxis) -> Option<(&Fitted, &'static str)> {
+    axis.model.motor_friction.as_ref().map(|form| (form, ", at the motor"))
 }
 
 /// The results of a joint; `link` names its link's inertia, `torque` the recorded drive of its simulated motion.
@@ -122,6 +147,23 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
     lines.item(link, inertia(axis.link.inertia));
     lines.item("stiffness", range_text(&axis.stiffness.band, "rad"));
     lines.item("friction", range_text(&axis.link.friction.band, "rad/s"));
+    match (&axis.motor_friction, axis.competing.contains(&Effect::MotorFriction)) {
+        (Some(curve), false) => lines.item("friction at the motor", range_text(&curve.band, "rad/s")),
+        (Some(_), true) => lines.item("friction at the motor", "not told from what the note names"),
+        (None, _) => lines.item("friction at the motor", "none is seen beside that at the link"),
+    }
+    if let Some(damping) = axis.damping {
+        lines.item(
+            "damping",
+            format!("{} N m s/rad, beside the spring", with_error(damping)),
+        );
+    }
+    for extra in &axis.link.extras {
+        lines.item(
+            &extra.symbol,
+            format!("{} {}", with_error(estimate(extra)), units.of_curve(extra.unit, true)),
+        );
+    }
     if let Some(motion) = motion {
         lines.item(
             "simulated motion",
@@ -134,11 +176,13 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
     }
     let (stiffness, friction) = (&axis.model.stiffness, &axis.model.friction);
     lines.sentence(format!("Both forms together: {}", lack_text(friction)));
-    for form in [stiffness, friction] {
-        lines.sentence(titled(form));
+    for (form, place) in [(stiffness, ""), (friction, "")].into_iter().chain(at_motor(axis)) {
+        lines.sentence(format!("{}{place}", titled(form)));
         lines.deeper(|lines| write_parameters(form, &units, lines));
     }
-    for (what, curve) in [("stiffness", &axis.stiffness), ("friction", &axis.link.friction)] {
+    let of_motor = axis.motor_friction.iter().map(|curve| ("friction at the motor", curve));
+    let curves = [("stiffness", &axis.stiffness), ("friction", &axis.link.friction)];
+    for (what, curve) in curves.into_iter().chain(of_motor) {
         lines.sentence(format!("Forms of the {what}, each by itself, smallest BIC first"));
         // The best one first.
         let best = std::iter::once(curve.best());

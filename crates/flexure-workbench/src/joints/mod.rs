@@ -54,6 +54,8 @@ pub struct Settings {
 pub struct Curves {
     /// The friction torque over the velocity.
     pub friction: Record,
+    /// The friction torque at the motor of a flexible joint over its velocity, where it is seen.
+    pub motor_friction: Option<Record>,
     /// The torque and the stiffness of a flexible joint over its deflection.
     pub stiffness: Option<Record>,
 }

@@ -8,6 +8,7 @@ use flexure_report::data::{
     Axis, Comparison, Fact, JointCurve, JointPage, Nonlinearity, ParameterTable, Prediction, Scatter,
 };
 
+use super::flexible::at_motor;
 use super::simulation::Fit;
 use super::text::{Constant, Outcome, Units, constants, lack_text, parameter_rows, titled, with_error};
 use super::{Log, Motion};
@@ -67,8 +68,11 @@ pub fn flexible(axis: &FlexibleAxis, log: &Log, motions: &[Motion]) -> JointPage
             inertia("Motor inertia", axis.motor_inertia, "kg m^2"),
             inertia("Link inertia", axis.link.inertia, "kg m^2"),
             clock_offset(axis),
-            samples(log),
-        ],
+        ]
+        .into_iter()
+        .chain(axis.damping.map(|c| inertia("Damping of the joint", c, "N m s/rad")))
+        .chain([samples(log)])
+        .collect(),
         warnings: warnings(&axis.link.findings).collect(),
         curves: joint_curves(axis, ""),
         tables: tables(axis, &units, "").collect(),
@@ -109,11 +113,14 @@ pub fn two_link(arm: &TwoLinkArm, log: &Log, motions: &[Motion]) -> JointPage {
 fn tables(axis: &FlexibleAxis, units: &Units, of: &str) -> impl Iterator<Item = ParameterTable> {
     let model = [&axis.model.stiffness, &axis.model.friction];
     let alone = best_first(&axis.stiffness).chain(best_first(&axis.link.friction));
-    let forms = model.map(|f| (f, ", all equations together")).into_iter();
+    let of_motor = axis.motor_friction.iter().flat_map(best_first);
+    let forms = model.map(|f| (f, "")).into_iter().chain(at_motor(axis));
+    let forms = forms.map(|(form, place)| (form, place, ", all equations together"));
     forms
-        .chain(alone.map(|f| (f, "")))
-        .map(move |(form, how)| ParameterTable {
-            heading: capitalised(&format!("{of}{}{how}", form.form.title())),
+        .chain(alone.map(|f| (f, "", "")))
+        .chain(of_motor.map(|f| (f, ", at the motor", "")))
+        .map(move |(form, place, how)| ParameterTable {
+            heading: capitalised(&format!("{of}{}{place}{how}", form.form.title())),
             ..table(form, units)
         })
 }
@@ -195,7 +202,16 @@ fn joint_curves(axis: &FlexibleAxis, of: &str) -> Vec<JointCurve> {
             Scatter::new(&axis.link.friction.x[..], &axis.link.friction.partial[..]),
         ),
     ];
-    stiffness_curve.into_iter().chain(others).collect()
+    let at_motor = axis.motor_friction.as_ref().zip(axis.model.motor_friction.as_ref());
+    let at_motor = at_motor.map(|(found, form)| {
+        JointCurve::new(
+            format!("Friction at the motor{of}"),
+            "The motor's torque that its inertia and the spring leave, over the motor's velocity, with the free curve and its band.",
+            curve(&found.band, ["velocity (rad/s)", torque], |v| form.torque(v), form),
+            Scatter::new(&found.x[..], &found.partial[..]),
+        )
+    });
+    stiffness_curve.into_iter().chain(others).chain(at_motor).collect()
 }
 
 fn subtitle(what: &str, log: &Log) -> String {

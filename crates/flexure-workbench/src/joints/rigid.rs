@@ -119,6 +119,7 @@ impl Joint for Rigid {
     fn curves(&self) -> flexure::Result<Vec<Curves>> {
         Ok(vec![Curves {
             friction: curve_record(&self.axis.friction.band, ["velocity", "torque"])?,
+            motor_friction: None,
             stiffness: None,
         }])
     }

@@ -288,7 +288,8 @@ impl<'a> Outcome<'a> {
                 "Inertia and friction as they were found do not explain the measured motion".to_owned()
             }
             Some(Fault::NotSimulated) => {
-                "No arm has inertias, stiffness and friction as they were found: do not use them".to_owned()
+                "Gravity acts, which no simulated arm has, or no arm has such inertias, stiffness and friction"
+                    .to_owned()
             }
             _ => capitalised(&self.motion()),
         };

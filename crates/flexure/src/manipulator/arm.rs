@@ -25,7 +25,7 @@ pub enum JointKind {
 ///
 /// | part | rigid | linear | nonlinear |
 /// |---|---|---|---|
-/// | `friction` (12) | off | off | on |
+/// | `friction` (12), of links and motors | off | off | on |
 /// | `cubic` term of (10) | - | - | on |
 /// | `windup` (11) | - | - | on |
 /// | `coupling` S (9) | off | off | on |
@@ -36,7 +36,7 @@ pub enum JointKind {
 /// that of any bodies, but that is the paper's form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Parts {
-    /// Friction (12), where a joint has any.
+    /// Friction (12), where a joint or its motor has any.
     pub friction: bool,
     /// The cubic stiffness `a1`.
     pub cubic: bool,
@@ -81,8 +81,12 @@ pub struct JointParameters {
     pub windup: f64,
     /// `asw` of the nonlinear model, 1/rad^2; positive where `ksw` is not zero.
     pub windup_sharpness: f64,
-    /// Friction, if any: `g1 .. g6` not negative, `g2 >= g3`.
+    /// Damping `c` of a flexible joint beside its spring, a torque `c (qm' - q')`, N m s/rad; not negative. The paper has none.
+    pub damping: f64,
+    /// Friction at the link, a torque against `q'`, if any: `g1 .. g6` not negative, `g2 >= g3`.
     pub friction: Option<Friction>,
+    /// Friction at the motor, a torque against `qm'` seen from the link side, if any: likewise. The paper has none.
+    pub motor_friction: Option<Friction>,
     /// Holds `q` and `qm` of this joint at their initial values.
     pub locked: bool,
 }
@@ -129,7 +133,9 @@ pub fn space_arm(model: JointKind) -> ArmParameters {
         linear: 500.0,
         windup: 10.0,
         windup_sharpness: 3000.0,
+        damping: 0.0,
         friction: Some(Friction([0.5, 150.0, 50.0, 2.0, 100.0, 0.5])),
+        motor_friction: None,
         locked: false,
     };
     ArmParameters {
@@ -150,8 +156,12 @@ pub struct Arm {
     pub(super) motor: [f64; 2],
     /// The stiffness in effect: switched-off terms are zero.
     pub(super) stiffness: [Stiffness; 2],
+    /// The damping of each joint.
+    pub(super) damping: [f64; 2],
     /// The friction in effect; all zero where there is none.
     pub(super) friction: [Friction; 2],
+    /// The same of the motors; `None` where neither has any.
+    pub(super) motor_friction: Option<[Friction; 2]>,
     /// Whether a friction or wind-up term needs elementary functions.
     pub(super) smooth_terms: bool,
     /// Whether each joint moves.
@@ -194,13 +204,17 @@ impl Arm {
                 },
             },
         });
-        let friction = joints.map(|j| j.friction.filter(|_| parts.friction).unwrap_or_default());
+        let in_effect = |friction: Option<Friction>| friction.filter(|_| parts.friction).unwrap_or_default();
+        let friction = joints.map(|j| in_effect(j.friction));
+        let motor_friction = joints.map(|j| in_effect(j.motor_friction));
         let arm = Arm {
             parameters,
             links,
             motor,
             stiffness,
+            damping: joints.map(|j| j.damping),
             friction,
+            motor_friction: Some(motor_friction).filter(|f| f.iter().any(|f| f.0 != [0.0; 6])),
             smooth_terms: friction.iter().any(|f| f.0 != [0.0; 6]) || stiffness.iter().any(|s| s.windup != 0.0),
             free: joints.map(|j| !j.locked),
             coupling: if parts.coupling { motor[1] } else { 0.0 },
@@ -232,5 +246,10 @@ impl Arm {
     /// The friction of each joint in effect: zero where there is none or it is switched off.
     pub fn friction(&self) -> [Friction; 2] {
         self.friction
+    }
+
+    /// The friction of each motor in effect, likewise.
+    pub fn motor_friction(&self) -> [Friction; 2] {
+        self.motor_friction.unwrap_or_default()
     }
 }

@@ -23,6 +23,9 @@ fn joint_ranges(arm: &ArmParameters, part: &Part, joint: &JointParameters) -> Re
     if arm.model != JointKind::Rigid || parts.rotors || parts.rotor_in_link_inertia {
         part.positive("motor_inertia", joint.motor_inertia, "kg m^2")?;
     }
+    if arm.model != JointKind::Rigid {
+        part.not_negative("damping", joint.damping, "N m s/rad")?;
+    }
     match arm.model {
         JointKind::Rigid => {}
         JointKind::Linear => part.positive("stiffness", joint.stiffness, "N m/rad")?,
@@ -45,13 +48,15 @@ fn joint_ranges(arm: &ArmParameters, part: &Part, joint: &JointParameters) -> Re
             }
         }
     }
-    match joint.friction {
-        Some(friction) if parts.friction => friction_ranges(part, &friction.0),
-        _ => Ok(()),
+    for (friction, names) in [(joint.friction, FRICTION), (joint.motor_friction, MOTOR_FRICTION)] {
+        if let Some(friction) = friction.filter(|_| parts.friction) {
+            friction_ranges(part, names, &friction.0)?;
+        }
     }
+    Ok(())
 }
 
-/// The names and units of the friction parameters.
+/// The names and units of the parameters of a joint's friction.
 const FRICTION: [(&str, &str); 6] = [
     ("friction g1", "N m"),
     ("friction g2", "s/rad"),
@@ -61,15 +66,25 @@ const FRICTION: [(&str, &str); 6] = [
     ("friction g6", "N m s/rad"),
 ];
 
-fn friction_ranges(part: &Part, g: &[f64; 6]) -> Result<()> {
-    for ((name, unit), value) in FRICTION.into_iter().zip(*g) {
+/// Those of its motor's.
+const MOTOR_FRICTION: [(&str, &str); 6] = [
+    ("motor_friction g1", "N m"),
+    ("motor_friction g2", "s/rad"),
+    ("motor_friction g3", "s/rad"),
+    ("motor_friction g4", "N m"),
+    ("motor_friction g5", "s/rad"),
+    ("motor_friction g6", "N m s/rad"),
+];
+
+fn friction_ranges(part: &Part, names: [(&'static str, &'static str); 6], g: &[f64; 6]) -> Result<()> {
+    for ((name, unit), value) in names.into_iter().zip(*g) {
         part.not_negative(name, value, unit)?;
     }
     part.check(
         g[1] >= g[2] || g[0] == 0.0,
-        FRICTION[1].0,
+        names[1].0,
         g[1],
-        FRICTION[1].1,
+        names[1].1,
         "at least g3 (otherwise the friction drives the joint)",
     )
 }

@@ -4,7 +4,9 @@
 //!
 //! \\[\begin{bmatrix} M & S \\\\ S^T & J_m \end{bmatrix}
 //!    \begin{bmatrix} q'' \\\\ q_m'' \end{bmatrix} =
-//!    \begin{bmatrix} \kappa(d) - C q' - f(q') \\\\ \tau - \kappa(d) \end{bmatrix}\\]
+//!    \begin{bmatrix} \kappa(d) - C q' - f(q') \\\\ \tau - \kappa(d) - f_m(q_m') \end{bmatrix}\\]
+//!
+//! with f_m the motors' friction, and a damping of the joints in kappa, which the paper does not have.
 //!
 //! It is factorised as \\(L D L^T\\) in the order qm1, qm2, q2, q1: the motors' block is diagonal
 //! and `S` has one element, so that only `M11` and the first right-hand side change when the
@@ -13,6 +15,7 @@
 use super::State;
 use super::arm::{Arm, JointKind};
 use super::elementary;
+use super::joint::Friction;
 
 /// The elastic and the friction torques of both joints.
 struct JointTorques {
@@ -30,7 +33,7 @@ fn solve(m: [[f64; 2]; 2], r: [f64; 2]) -> [f64; 2] {
 
 impl Arm {
     /// The time derivative of the state `[q1, q2, qm1, qm2, q1', q2', qm1', qm2']` of a flexible arm
-    /// under the motor torques `tau`. (A rigid arm's motors are taken to be locked to its links.)
+    /// under the motor torques `tau`. (A rigid arm's motors are locked to its links, and rub with them.)
     #[inline]
     pub fn derivative(&self, x: &[f64; 8], tau: [f64; 2]) -> [f64; 8] {
         if self.model() == JointKind::Rigid {
@@ -38,14 +41,17 @@ impl Arm {
             return [v1, v2, v1, v2, a1, a2, a1, a2];
         }
         let dq = [x[4], x[5]];
-        let JointTorques { elastic, friction } = self.joint_torques([x[2] - x[0], x[3] - x[1]], dq);
+        let JointTorques { mut elastic, friction } = self.joint_torques([x[2] - x[0], x[3] - x[1]], dq);
+        elastic[0] += self.damping[0] * (x[6] - x[4]);
+        elastic[1] += self.damping[1] * (x[7] - x[5]);
         let (sin, cos) = x[1].sin_cos();
         let inertial = self.coriolis_torque(sin, dq);
         let mut r = [
             elastic[0] - inertial[0] - friction[0],
             elastic[1] - inertial[1] - friction[1],
         ];
-        let drive = [tau[0] - elastic[0], tau[1] - elastic[1]];
+        let rubbing = self.motor_friction_torques([x[6], x[7]]);
+        let drive = [0, 1].map(|i| tau[i] - elastic[i] - rubbing[i]);
         if self.free[1] && self.coupling != 0.0 {
             r[0] -= drive[1];
         }
@@ -65,9 +71,10 @@ impl Arm {
     pub fn rigid_derivative(&self, x: &[f64; 4], tau: [f64; 2]) -> [f64; 4] {
         let dq = [x[2], x[3]];
         let friction = self.joint_torques([0.0; 2], dq).friction;
+        let rubbing = self.motor_friction_torques(dq);
         let (sin, cos) = x[1].sin_cos();
         let inertial = self.coriolis_torque(sin, dq);
-        let r = [tau[0] - inertial[0] - friction[0], tau[1] - inertial[1] - friction[1]];
+        let r = [0, 1].map(|i| tau[i] - inertial[i] - friction[i] - rubbing[i]);
         let a = self.solve_free(self.mass_terms(cos), r);
         [x[2], x[3], a[0], a[1]]
     }
@@ -88,13 +95,14 @@ impl Arm {
         [x[2], x[3], a[0], a[1]]
     }
 
-    /// The motor torques `S^T q'' + Jm q'' + kappa(d)`, (8), that hold the deflections `d` while
-    /// the links accelerate by `a`.
-    pub fn holding_torque(&self, a: [f64; 2], d: [f64; 2]) -> [f64; 2] {
+    /// The motor torques `S^T q'' + Jm q'' + fm(q') + kappa(d)`, (8), that hold the deflections `d` while
+    /// the links move with the velocities `v` and the accelerations `a`.
+    pub fn holding_torque(&self, a: [f64; 2], v: [f64; 2], d: [f64; 2]) -> [f64; 2] {
         let [first, second] = self.stiffness;
+        let rubbing = self.motor_friction_torques(v);
         [
-            self.motor[0] * a[0] + first.torque(d[0]),
-            self.coupling * a[0] + self.motor[1] * a[1] + second.torque(d[1]),
+            self.motor[0] * a[0] + rubbing[0] + first.torque(d[0]),
+            self.coupling * a[0] + self.motor[1] * a[1] + rubbing[1] + second.torque(d[1]),
         ]
     }
 
@@ -178,26 +186,41 @@ impl Arm {
         let mut factor = [s1.cubic * d2[0] + s1.linear, s2.cubic * d2[1] + s2.linear];
         let mut friction = [0.0; 2];
         if self.smooth_terms {
-            let [f, g] = [&self.friction[0].0, &self.friction[1].0];
-            let t = elementary::tanh([
-                f[1] * v[0],
-                g[1] * v[1],
-                f[2] * v[0],
-                g[2] * v[1],
-                f[4] * v[0],
-                g[4] * v[1],
-            ]);
+            friction = friction_torques(&self.friction, v);
             let e = elementary::exp_nonpositive([-s1.windup_sharpness * d2[0], -s2.windup_sharpness * d2[1]]);
             factor[0] -= s1.windup * e[0];
             factor[1] -= s2.windup * e[1];
-            friction = [
-                f[0] * (t[0] - t[2]) + f[3] * t[4] + f[5] * v[0],
-                g[0] * (t[1] - t[3]) + g[3] * t[5] + g[5] * v[1],
-            ];
         }
         JointTorques {
             elastic: [factor[0] * d[0], factor[1] * d[1]],
             friction,
         }
     }
+
+    /// The friction torques of both motors at their velocities.
+    #[inline(always)]
+    fn motor_friction_torques(&self, v: [f64; 2]) -> [f64; 2] {
+        match &self.motor_friction {
+            Some(friction) => friction_torques(friction, v),
+            None => [0.0; 2],
+        }
+    }
+}
+
+/// Two friction torques (12) at once; `joint.rs` has the plain formula.
+#[inline(always)]
+fn friction_torques([f, g]: &[Friction; 2], v: [f64; 2]) -> [f64; 2] {
+    let [f, g] = [&f.0, &g.0];
+    let t = elementary::tanh([
+        f[1] * v[0],
+        g[1] * v[1],
+        f[2] * v[0],
+        g[2] * v[1],
+        f[4] * v[0],
+        g[4] * v[1],
+    ]);
+    [
+        f[0] * (t[0] - t[2]) + f[3] * t[4] + f[5] * v[0],
+        g[0] * (t[1] - t[3]) + g[3] * t[5] + g[5] * v[1],
+    ]
 }

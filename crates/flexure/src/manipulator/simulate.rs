@@ -246,7 +246,7 @@ fn deflected(
             let [_, _, a1, a2] = arm.deflected_derivative(x, *d);
             let links = Rigid::state(x);
             let qm = [links.q[0] + d[0], links.q[1] + d[1]];
-            rows.push(arm.holding_torque([a1, a2], *d), State { qm, ..links });
+            rows.push(arm.holding_torque([a1, a2], links.dq, *d), State { qm, ..links });
         },
         watch,
     )?;

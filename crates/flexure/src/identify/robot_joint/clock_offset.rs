@@ -66,6 +66,15 @@ impl Clocks {
         }
     }
 
+    /// By how much the torque is shifted, s.
+    pub fn delay(&self, step: f64) -> f64 {
+        match (self.torque_held, self.torque_delay.significant) {
+            (true, _) => 0.5 * step,
+            (false, true) => self.torque_delay.value,
+            (false, false) => 0.0,
+        }
+    }
+
     /// The transformed torque at the time of its effect.
     pub fn torque(&self, modulation: &Modulation, motion: &Motion) -> Lines {
         if self.torque_held {

@@ -4,16 +4,8 @@
 //!
 //! $$ \tau - J_m \ddot q_m - \kappa(d) = \delta \dot\tau - \sigma\, \kappa'(d)\, \dot q, $$
 //!
-//! so both follow by least squares beside the free stiffness curve ([`of_motor`]). That determines sigma only as well as the torque is
-//! known: an offset between the encoders' clocks is a deflection proportional to the velocity, which here only the torque
-//! distinguishes from stiffness and friction. The link's equation has no torque in it and so none of its noise. As it holds at
-//! every time, it becomes
-//!
-//! $$ \kappa(d) - M \ddot q - f(\dot q) = -\sigma\, \kappa'(d)\, \dot q_m. $$
-//!
-//! That is not a friction of the link's own velocity: beside the free curves the deflection's rate determines the offset
-//! ([`of_both`]). A damping of the joint, which the model does not have, would be another torque of that rate: an offset that
-//! the motor's equation excludes is not taken.
+//! so both follow by least squares beside the free stiffness curve ([`of_motor`]), of an arm's joints. A single joint has them from both
+//! equations, beside what else may act on it ([`explanations`](super::explanations)).
 
 use super::basis::Basis;
 use super::checks;
@@ -22,23 +14,21 @@ use super::compliance::Compliance;
 use super::equations::Lines;
 use super::fourier::Modulation;
 use super::joint_signals::{JointSignals, of_inertia};
-use super::limits::{
-    CLOCK_PASSES, CLOCK_PASSES_BY_MOTOR, CLOCK_PIECES, CLOCKS_SETTLED, LONGEST_CLOCK_STEP, SIGNIFICANT,
-    STIFFNESS_SLOPE_STEP,
-};
+use super::limits::{CLOCK_PASSES_BY_MOTOR, CLOCK_PIECES, CLOCKS_SETTLED, LONGEST_CLOCK_STEP, STIFFNESS_SLOPE_STEP};
 use super::motion::Motion;
 use super::smooth::Reflected;
 use super::system::System;
 
 /// A stiffness curve.
-struct Stiffness {
-    basis: Basis,
-    coefficients: Vec<f64>,
+#[derive(Clone)]
+pub(super) struct Stiffness {
+    pub basis: Basis,
+    pub coefficients: Vec<f64>,
 }
 
 impl Stiffness {
     /// The slopes $\kappa'(d)$ at every sample, by central differences within the range of the basis.
-    fn slopes(&self, d: &[f64]) -> Vec<f64> {
+    pub fn slopes(&self, d: &[f64]) -> Vec<f64> {
         let h = STIFFNESS_SLOPE_STEP * d.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
         let kappa = |d: f64| self.basis.value(&self.coefficients, d) * d;
         d.iter().map(|d| (kappa(d + h) - kappa(d - h)) / (2.0 * h)).collect()
@@ -46,7 +36,7 @@ impl Stiffness {
 }
 
 /// The transformed product of two signals.
-fn product(modulation: &Modulation, a: &[f64], b: &[f64]) -> Lines {
+pub(super) fn product(modulation: &Modulation, a: &[f64], b: &[f64]) -> Lines {
     modulation.of(&a.iter().zip(b).map(|(a, b)| a * b).collect::<Vec<f64>>())
 }
 
@@ -126,59 +116,4 @@ pub(super) fn of_motor(motion: &Motion, modulation: &Modulation) -> Option<Clock
         torque_delay,
         determined,
     })
-}
-
-/// The same clocks with the link's offset from both equations; as they were where these do not determine it, or contradict each other.
-pub(super) fn of_both(motion: &Motion, modulation: &Modulation, clocks: Clocks) -> Clocks {
-    let before = clocks.link_offset;
-    // A motor's equation that excludes nothing has not distinguished stiffness from an offset either.
-    if !(clocks.determined && before.standard_error.is_finite()) {
-        return clocks;
-    }
-    let refined = refined(motion, modulation, &clocks).filter(|offset| {
-        (offset.value - before.value).abs() < SIGNIFICANT * before.standard_error
-            && offset.standard_error < before.standard_error
-    });
-    Clocks {
-        link_offset: refined.unwrap_or(before),
-        ..clocks
-    }
-}
-
-/// The offset by Gauss-Newton steps from the motor's.
-fn refined(motion: &Motion, modulation: &Modulation, clocks: &Clocks) -> Option<ClockOffset> {
-    let link = Reflected::new(motion.link, motion.step);
-    let motor_velocity = Reflected::new(motion.motor, motion.step).velocity(motion.motor_noise.cut_off());
-    let mut offset = clocks.link_offset.value;
-    let mut noise = None;
-    for pass in 0..CLOCK_PASSES {
-        let torque = clocks.torque(modulation, motion);
-        let joint = JointSignals::new(motion, modulation, torque, &link.shifted(offset));
-        let system = joint.system();
-        let weights = match noise.take() {
-            Some(noise) => noise,
-            None => joint.free(motion)?.noise,
-        };
-        let tested = system.tested();
-        let solved = system.solve(&tested, &weights)?;
-        let curve = Stiffness {
-            coefficients: solved.coefficients(0).iter().map(|c| -c).collect(),
-            basis: tested[0].basis.clone(),
-        };
-        let slopes = curve.slopes(&joint.deflection.d);
-        let late = [&joint.v, &motor_velocity].map(|v| Some(product(modulation, &slopes, v)));
-        let at = solved.solution.x.len();
-        let solved = solved.with_column(late.into())?;
-        let covariance = solved.equations.robust(&solved.solution).covariance;
-        let (change, error) = (solved.solution.x[at], covariance.error(at));
-        if !(change.is_finite() && error > 0.0) {
-            return None;
-        }
-        offset += change;
-        if pass > 0 && change.abs() < CLOCKS_SETTLED * error {
-            return Some(ClockOffset::new(offset, error, motion.step));
-        }
-        noise = Some(system.unbiased_noise_of(&solved));
-    }
-    None
 }

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use crate::text::{counted, decimal, number};
+use super::effects::Effect;
+use crate::text::{counted, decimal, number, percent};
 
 /// Something to know before trusting the result; its text names a remedy.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +56,18 @@ pub enum Finding {
         /// Its standard error, s.
         standard_error: f64,
     },
+    /// Several effects explain the log equally well.
+    Competing {
+        /// Which ones.
+        effects: Vec<Effect>,
+    },
+    /// The spring or the friction has a memory, which no curve has.
+    Memory {
+        /// Which of them.
+        effect: Effect,
+        /// The root mean square of the torque that a curve misses, as a share of the elastic torque's.
+        share: f64,
+    },
     /// The motor goes much farther than the link, or less far, or the other way.
     DifferentAngles {
         /// How many times as far.
@@ -85,6 +98,8 @@ fn tenths(value: f64) -> String {
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
+            Finding::Competing { ref effects } => write_competing(f, effects),
+            Finding::Memory { effect, share } => write_memory(f, effect, share),
             Finding::ClippedTorque { samples, value } => write!(
                 f,
                 "the torque stays at its extreme {value} for {samples} samples: it is clipped there, and what really \
@@ -160,6 +175,35 @@ fn write_torque_delay(f: &mut fmt::Formatter<'_>, delay: f64, held: bool) -> fmt
     )
 }
 
+fn write_competing(f: &mut fmt::Formatter<'_>, effects: &[Effect]) -> fmt::Result {
+    let names: Vec<&str> = effects.iter().map(|effect| effect.title()).collect();
+    write!(
+        f,
+        "these explain the log equally well, alone or together: {}; none of them is a fact, and the errors of the result allow for all \
+         of them. Excite faster motions, or measure the torque with less noise",
+        names.join(", ")
+    )
+}
+
+fn write_memory(f: &mut fmt::Formatter<'_>, effect: Effect, share: f64) -> fmt::Result {
+    let (what, curve) = match effect {
+        Effect::HystereticSpring => (
+            "the spring has a memory (hysteresis)",
+            "the elastic torque in both directions",
+        ),
+        _ => (
+            "the friction has a memory (presliding)",
+            "the friction of steady motion",
+        ),
+    };
+    write!(
+        f,
+        "{what}: {} of the elastic torque, root mean square, is no function of the present state; a sum of Maxwell slip elements stands for \
+         it in the equations, so that the inertias do not have to. The curve is {curve}, and a simulation with the curves alone leaves it out",
+        percent(share)
+    )
+}
+
 fn milliseconds(time: f64) -> String {
     format!("{:.3} ms", 1e3 * time.abs())
 }
@@ -173,5 +217,8 @@ fn write_no_flexibility(f: &mut fmt::Formatter<'_>, deflection: f64, noise: f64,
     if stiffness.is_finite() {
         write!(f, " (a spring would have about {stiffness:.1e} N m/rad)")?;
     }
-    write!(f, "; the joint is taken as rigid. Load it more, or measure finer")
+    write!(
+        f,
+        "; the joint is taken as rigid, and its friction is that of motor and link together. Load it more, or measure finer"
+    )
 }

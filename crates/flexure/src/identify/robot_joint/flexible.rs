@@ -7,14 +7,15 @@
 
 use super::checks;
 use super::clock_offset::Clocks;
-use super::clocks;
+use super::effects::Effect;
+use super::explanations::{Explained, explained};
 use super::finding::Finding;
 use super::free_outcome::{FreeOutcome, torque_band};
 use super::joint_forms::{JointForms, JointPlace};
 use super::joint_signals::JointSignals;
 use super::motion::{Motion, modulation_of};
 use super::outcome::{Estimated, FlexibleAxis, IdentifiedJoint, JointModel, RigidAxis};
-use super::rigid::RigidJoint;
+use super::rigid::{RigidJoint, extra_parameters};
 use super::smooth::Reflected;
 use crate::error::{DataError, Error, Result};
 
@@ -73,11 +74,12 @@ impl FlexibleJoint<'_> {
         if let Some(findings) = motion.no_flexibility(&modulation) {
             return Ok(IdentifiedJoint::Rigid(Box::new(self.rigid(findings)?)));
         }
-        let axis = clocks::of_motor(&motion, &modulation).and_then(|clocks| {
-            let clocks = clocks::of_both(&motion, &modulation, clocks);
+        let axis = explained(&motion, &modulation).and_then(|explained| {
+            let clocks = &explained.clocks;
             let link = clocks.link(&motion);
             let joint = JointSignals::new(&motion, &modulation, clocks.torque(&modulation, &motion), &link);
-            self.outcome(&motion, &joint, &clocks, &link)
+            let joint = joint.with(&motion, &link, &explained.effects, Some(&explained.stiffness));
+            self.outcome(&motion, &joint, &explained, &link)
         });
         let axis = axis.ok_or(DataError::TooLittleMotion {
             what: "inertias, stiffness and friction of the joint",
@@ -106,7 +108,13 @@ impl FlexibleJoint<'_> {
         Ok(axis)
     }
 
-    fn outcome(&self, motion: &Motion, joint: &JointSignals, clocks: &Clocks, link: &[f64]) -> Option<FlexibleAxis> {
+    fn outcome(
+        &self,
+        motion: &Motion,
+        joint: &JointSignals,
+        explained: &Explained,
+        link: &[f64],
+    ) -> Option<FlexibleAxis> {
         let system = joint.system();
         let free = joint.free(motion)?;
         let outcome = FreeOutcome::new(&system, &free, self.level)?;
@@ -114,6 +122,7 @@ impl FlexibleJoint<'_> {
         let place = JointPlace {
             stiffness: 0,
             friction: 1,
+            motor_friction: joint.motor_velocity.is_some().then_some(2),
             motor: joint.motor.is_some().then_some(0),
             link: Some(link_factor),
         };
@@ -133,7 +142,8 @@ impl FlexibleJoint<'_> {
         let parts = AxisParts {
             motion,
             joint,
-            clocks,
+            clocks: &explained.clocks,
+            explained: Some(explained),
             place,
             rotor_torque: times(&of_motor, motor_inertia.value),
             link_torque: times(&of_link, link_inertia.value),
@@ -151,6 +161,8 @@ pub(super) struct AxisParts<'a> {
     pub motion: &'a Motion<'a>,
     pub joint: &'a JointSignals<'a>,
     pub clocks: &'a Clocks,
+    /// What else acts, of a single joint.
+    pub explained: Option<&'a Explained>,
     pub place: JointPlace,
     pub motor_inertia: Estimated,
     pub link_inertia: Estimated,
@@ -165,15 +177,49 @@ pub(super) struct AxisParts<'a> {
 impl AxisParts<'_> {
     /// The result; `None` if not even the simplest forms can be fitted.
     pub fn axis(self, outcome: &FreeOutcome) -> Option<FlexibleAxis> {
-        let (motion, findings) = (self.motion, self.findings());
+        let motion = self.motion;
         let JointPlace {
-            stiffness, friction, ..
+            stiffness,
+            friction,
+            motor_friction,
+            ..
         } = self.place;
         let kappa = &outcome.values[stiffness];
-        let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+        let torque_of = |effects: [Effect; 2]| self.joint.torque_of(&outcome.solved.factors(), effects, kappa.len());
+        let beside_spring = torque_of([Effect::Damping, Effect::HystereticSpring]);
+        let on_link = torque_of([Effect::Gravity, Effect::Presliding]);
+        let sum = |parts: &[(&[f64], f64)]| -> Vec<f64> {
+            let at = |i: usize| parts.iter().map(|(torque, sign)| sign * torque[i]).sum();
+            (0..kappa.len()).map(at).collect()
+        };
+        let none = vec![0.0; kappa.len()];
+        let rubbing = motor_friction.map_or(&none, |curve| &outcome.values[curve]);
+        let elastic = sum(&[(kappa, 1.0), (&beside_spring, 1.0)]);
+        let memories = [Effect::HystereticSpring, Effect::Presliding]
+            .into_iter()
+            .filter_map(|effect| {
+                let acts = self.explained?.effects.contains(&effect);
+                let missed = torque_of([effect; 2]);
+                acts.then(|| (effect, root_mean_square(&missed) / root_mean_square(&elastic)))
+            });
+        let findings = self.findings(memories.collect());
         let secant = outcome.band(stiffness);
-        let of_stiffness = less(motion.torque, &self.rotor_torque);
-        let of_friction = less(kappa, &self.link_torque);
+        let of_stiffness = sum(&[
+            (motion.torque, 1.0),
+            (&self.rotor_torque, -1.0),
+            (rubbing, -1.0),
+            (&beside_spring, -1.0),
+        ]);
+        let of_friction = sum(&[(&elastic, 1.0), (&self.link_torque, -1.0), (&on_link, -1.0)]);
+        let of_motor = sum(&[(motion.torque, 1.0), (&self.rotor_torque, -1.0), (&elastic, -1.0)]);
+        let at_motor = match motor_friction {
+            Some(curve) => {
+                let band = outcome.band(curve);
+                Some(outcome.identified(curve, band, self.forms.motor_friction, of_motor)?)
+            }
+            None => None,
+        };
+        let factor_of = |effect: Effect| self.joint.factors_of(Some(effect)).map(|i| outcome.factor(i));
         Some(FlexibleAxis {
             motor_inertia: self.motor_inertia,
             stiffness: outcome.identified(stiffness, torque_band(&secant), self.forms.stiffness, of_stiffness)?,
@@ -181,13 +227,20 @@ impl AxisParts<'_> {
             link: RigidAxis {
                 inertia: self.link_inertia,
                 friction: outcome.identified(friction, outcome.band(friction), self.forms.friction, of_friction)?,
-                extras: Vec::new(),
+                extras: extra_parameters(
+                    &[("gravity cos", [1, 0]), ("gravity sin", [1, 0])],
+                    factor_of(Effect::Gravity),
+                ),
                 cut_off: Some(motion.link_noise.cut_off()),
                 highest: outcome.highest(),
                 sample_time: motion.step,
-                reconstructed: kappa.iter().zip(&self.rotor_torque).map(|(k, r)| k + r).collect(),
+                reconstructed: sum(&[(&elastic, 1.0), (&self.rotor_torque, 1.0), (rubbing, 1.0)]),
                 findings,
             },
+            damping: factor_of(Effect::Damping).next(),
+            motor_friction: at_motor,
+            effects: self.explained.map_or_else(Vec::new, |e| e.effects.clone()),
+            competing: self.explained.map_or_else(Vec::new, |e| e.competing.clone()),
             model: self.model,
             clock_offset: Estimated {
                 value: self.clocks.link_offset.value,
@@ -197,8 +250,9 @@ impl AxisParts<'_> {
     }
 
     /// What to know of the log before trusting the result.
-    fn findings(&self) -> Vec<Finding> {
+    fn findings(&self, memories: Vec<(Effect, f64)>) -> Vec<Finding> {
         let motion = self.motion;
+        let competing = self.explained.map_or(&[][..], |explained| &explained.competing);
         let mut findings = Vec::new();
         findings.extend(checks::different_angles(motion.motor, motion.link));
         findings.extend(checks::clipped(motion.torque));
@@ -210,8 +264,26 @@ impl AxisParts<'_> {
             step: motion.step,
             band: noise.band,
         }));
-        findings.extend(self.clocks.findings());
+        findings.extend(self.clocks.findings().filter(|finding| {
+            let skewed = matches!(finding, Finding::EncoderClocks { .. });
+            !(skewed && competing.contains(&Effect::EncoderSkew))
+        }));
+        if !competing.is_empty() {
+            findings.push(Finding::Competing {
+                effects: competing.to_vec(),
+            });
+        }
+        findings.extend(
+            memories
+                .into_iter()
+                .filter(|(effect, _)| !competing.contains(effect))
+                .map(|(effect, share)| Finding::Memory { effect, share }),
+        );
         findings.extend(checks::in_degrees(&[motion.motor, motion.link]));
         findings
     }
+}
+
+fn root_mean_square(x: &[f64]) -> f64 {
+    (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }

@@ -22,6 +22,7 @@ pub(super) struct JointPlace {
     /// The numbers of its curves.
     pub stiffness: usize,
     pub friction: usize,
+    pub motor_friction: Option<usize>,
     /// The numbers of the factors that are reported beside the forms of stiffness and friction.
     pub motor: Option<usize>,
     pub link: Option<usize>,
@@ -31,6 +32,8 @@ pub(super) struct JointPlace {
 pub(super) struct JointForms {
     pub stiffness: Vec<Fitted>,
     pub friction: Vec<Fitted>,
+    /// Empty without friction at the motor.
+    pub motor_friction: Vec<Fitted>,
 }
 
 /// Equations of motion with all curves in forms that an arm can have.
@@ -99,6 +102,9 @@ impl<'a> FreeOutcome<'a> {
         JointForms {
             stiffness: self.forms(joint.stiffness, false, None),
             friction: self.forms(joint.friction, false, joint.link),
+            motor_friction: joint
+                .motor_friction
+                .map_or_else(Vec::new, |curve| self.forms(curve, false, None)),
         }
     }
 
@@ -107,8 +113,11 @@ impl<'a> FreeOutcome<'a> {
         let Some(model) = self.model_with(joints, forms, &vec![false; joints.len()]) else {
             return self.model_with(joints, forms, &vec![true; joints.len()]);
         };
-        let friction = model.joints.iter().map(|joint| &joint.friction);
-        let simple: Vec<bool> = friction.map(|friction| !possible_friction(friction)).collect();
+        let impossible = |joint: &JointModel| {
+            let mut frictions = [&joint.friction].into_iter().chain(&joint.motor_friction);
+            !frictions.all(possible_friction)
+        };
+        let simple: Vec<bool> = model.joints.iter().map(impossible).collect();
         match simple.contains(&true) {
             true => self.model_with(joints, forms, &simple),
             false => Some(model),
@@ -121,6 +130,9 @@ impl<'a> FreeOutcome<'a> {
         for ((place, forms), simple) in joints.iter().zip(forms).zip(simple) {
             chosen[place.stiffness] = Some(stiffness_of_an_arm(&forms.stiffness)?);
             chosen[place.friction] = Some(friction_of_an_arm(&forms.friction, *simple)?);
+            if let Some(curve) = place.motor_friction {
+                chosen[curve] = Some(friction_of_an_arm(&forms.motor_friction, *simple)?);
+            }
         }
         let chosen: Vec<&Fitted> = chosen.into_iter().collect::<Option<_>>()?;
         let formed = |curves: &[usize]| -> Vec<Formed> {
@@ -149,6 +161,7 @@ impl<'a> FreeOutcome<'a> {
             let mut model = JointModel {
                 stiffness: read(place.stiffness, place.motor),
                 friction: read(place.friction, place.link),
+                motor_friction: place.motor_friction.map(|curve| read(curve, None)),
             };
             no_more_certain(&mut model.stiffness, &forms.stiffness);
             if joints.len() > 1 {

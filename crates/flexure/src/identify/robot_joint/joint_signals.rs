@@ -2,13 +2,15 @@
 //!
 //! $$ \tau = J_m \ddot q_m + \kappa(d), \qquad 0 = \kappa(d) - M \ddot q - f(\dot q). $$
 //!
-//! The motor's equation alone determines kappa; the sum of both equations determines M and f. Both together then refine all of them.
+//! and what else acts on the joint: columns and a further curve of the [`effects`](super::effects).
 
 use super::column_noise::{AbscissaNoise, Noisy};
 use super::compliance::Deflection;
 use super::covariance::fitted_noise;
+
 use super::division::{FRICTION, STIFFNESS};
-use super::equations::Lines;
+use super::effects::{Acting, Effect};
+use super::equations::{Column, Lines};
 use super::fourier::Modulation;
 use super::limits::{MOTOR_ROUNDS, NOISE_ROUNDS, RESOLVED_DEFLECTION};
 use super::motion::Motion;
@@ -38,6 +40,18 @@ pub(super) struct JointSignals<'a> {
     pub shared: Vec<f64>,
     /// The variances of the noise of the motor's and of the link's angle.
     pub variances: [f64; 2],
+    /// What else acts, as columns.
+    pub acting: Vec<Acting>,
+    /// The motor's velocity, if friction acts there.
+    pub motor_velocity: Option<Velocity>,
+}
+
+/// A velocity as the abscissa of a friction.
+pub(super) struct Velocity {
+    /// At every sample, rad/s.
+    pub v: Vec<f64>,
+    /// The smallest difference that the data resolve.
+    pub resolution: f64,
 }
 
 /// The stiffness curve by the motor's equation alone.
@@ -76,6 +90,8 @@ impl<'a> JointSignals<'a> {
             motor: motion.motor_inertia.is_none().then_some(motor),
             torque,
             modulation,
+            acting: Vec::new(),
+            motor_velocity: None,
         }
     }
 
@@ -87,6 +103,22 @@ impl<'a> JointSignals<'a> {
     /// The motor's inertia among these factors; 0 if it is known.
     fn motor_inertia(&self, factors: &[f64]) -> f64 {
         if self.motor.is_some() { factors[0] } else { 0.0 }
+    }
+
+    /// The torque of these effects at each of so many samples, for these factors.
+    pub fn torque_of(&self, factors: &[f64], effects: [Effect; 2], samples: usize) -> Vec<f64> {
+        let mut torque = vec![0.0; samples];
+        for acting in &self.acting {
+            let wanted = acting.effect.filter(|effect| effects.contains(effect));
+            let own = wanted.into_iter().flat_map(|effect| self.factors_of(Some(effect)));
+            for (factor, signal) in own.zip(&acting.signals) {
+                torque
+                    .iter_mut()
+                    .zip(signal)
+                    .for_each(|(t, s)| *t += factors[factor] * s);
+            }
+        }
+        torque
     }
 
     /// The stiffness curve with these signs, which stands after so many factors.
@@ -221,20 +253,42 @@ impl<'a> JointSignals<'a> {
         let with_link = self.shared_noise(link, 1, -self.variances[1]);
         let noise = self.deflection_noise(&[0, 1], self.shared_with_motor().into_iter().chain([with_link]));
         let zero = vec![Complex::new(0.0, 0.0); self.torque.len()];
+        let acting = self.acting.iter().flat_map(|acting| acting.columns.iter().cloned());
+        let inertias = motor.into_iter().chain([vec![None, Some(self.link.clone())]]);
+        let factors: Vec<Column> = inertias.chain(acting).collect();
+        let mut curves = vec![
+            self.stiffness(vec![1.0, 1.0], noise, link),
+            self.friction(vec![0.0, -1.0], link + 1),
+        ];
+        curves.extend(self.motor_velocity.as_ref().map(|velocity| Curve {
+            x: &velocity.v,
+            resolution: velocity.resolution,
+            ..self.friction(vec![1.0, 0.0], factors.len())
+        }));
         System {
             modulation: self.modulation,
-            factors: motor.into_iter().chain([vec![None, Some(self.link.clone())]]).collect(),
+            factors,
             right: vec![self.torque.clone(), zero],
             noisy: self.noisy([0, 1]),
             encoder_noise: Box::new(move |x| {
                 let [motor, of_link] = &self.encoder;
                 vec![of_inertia(motor, self.motor_inertia(x)), of_inertia(of_link, x[link])]
             }),
-            curves: vec![
-                self.stiffness(vec![1.0, 1.0], noise, link),
-                self.friction(vec![0.0, -1.0], link + 1),
-            ],
+            curves,
         }
+    }
+
+    /// The factors of an effect, or of the torque's delay, counted with those of the inertias.
+    pub fn factors_of(&self, effect: Option<Effect>) -> std::ops::Range<usize> {
+        let mut first = self.link_factor() + 1;
+        for acting in &self.acting {
+            let next = first + acting.columns.len();
+            if acting.effect == effect {
+                return first..next;
+            }
+            first = next;
+        }
+        first..first
     }
 
     /// The stiffness curve with as many splines as Akaike's criterion asks for, from the motor's equation alone.
@@ -288,8 +342,10 @@ impl<'a> JointSignals<'a> {
     pub fn free(&self, motion: &Motion) -> Option<FreeCurves> {
         let motor = self.motor_start()?;
         let link = self.link_start(motion, &motor.kappa)?;
-        self.system()
-            .refined(vec![motor.splines, link.splines], vec![motor.noise, link.noise])
+        let system = self.system();
+        let at_motor = system.curves.get(2).map(|curve| curve.tested(self.modulation));
+        let splines = [motor.splines, link.splines].into_iter().chain(at_motor);
+        system.refined(splines.collect(), vec![motor.noise, link.noise])
     }
 }
 

@@ -115,6 +115,18 @@ pub const LONGEST_CLOCK_STEP: f64 = 20.0;
 /// Half the distance of the points between which a slope of the stiffness curve is taken, as a share of the largest deflection.
 pub const STIFFNESS_SLOPE_STEP: f64 = 1e-4;
 
+// What else acts on a joint.
+
+/// Radii of the stop operators of a spring with memory and of friction with memory, as shares of half the range of deflection or angle.
+pub const STOP_RADII_OF_DEFLECTION: [f64; 5] = [0.01, 0.03, 0.08, 0.2, 0.5];
+pub const STOP_RADII_OF_ANGLE: [f64; 4] = [0.0003, 0.001, 0.003, 0.01];
+/// The velocity at which a motion is steady, as a share of the largest one.
+pub const STEADY_WITHIN: f64 = 0.01;
+/// A friction drives a joint where its power is negative by more than this share of the other one's. Convention.
+pub const DRIVES: f64 = 0.1;
+/// The smallest radius, in standard deviations of the signal's noise.
+pub const STOPS_ABOVE_NOISE: f64 = 5.0;
+
 // Least squares.
 
 /// Added to the diagonal of the scaled normal equations: directions that the data do not determine stay finite.

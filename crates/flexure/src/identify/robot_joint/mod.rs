@@ -20,6 +20,9 @@
 //! A joint is flexible if the torque explains a deflection of three times the encoders' noise, beyond what an offset of their
 //! clocks makes. A torque that stands still at its extremes, noise or not, is clipped: what is estimated then has no standard error.
 //!
+//! Friction at the motor, damping of the joint, late samples of the link, gravity and memory explain each other in part. All of them are estimated
+//! together, and a single joint gets the smallest set that is not refuted by all; what another effect replaces equally well is no fact.
+//!
 //! How fine a free curve is follows from all equations together (Akaike's criterion, then the next finer division); its band allows for
 //! what the one after that would change, and the residuals' noise for what the curves themselves took of it. How often 95 %
 //! bands then cover the truth, and how often true forms are refuted, is measured by `cargo run --release -p flexure --example joint_bands`.
@@ -36,6 +39,7 @@
 //! | [`FlexibleJoint`] | motor and link position and torque: a flexible joint |
 //! | [`TwoLinkLog`] | both motor and link angles and torques: a two-link arm with its coupling |
 //! | [`RigidAxis`], [`FlexibleAxis`], [`TwoLinkArm`] | the results |
+//! | [`Effect`] | what a joint may have besides: friction at the motor, damping, late samples, gravity, memory |
 //! | [`Finding`] | what to know before trusting them |
 //!
 //! The files, in the order of the method:
@@ -51,6 +55,7 @@
 //! | `motion.rs` | a log with the noise of its encoders, and the frequencies of the equations |
 //! | `compliance.rs` | whether the joint is flexible |
 //! | `clock_offset.rs`, `clocks.rs` | offsets of the clocks of torque and encoders, and how they are estimated |
+//! | `effects.rs`, `explanations.rs` | what else may act on a joint; which of it a log shows, and what explains it equally well |
 //! | `basis.rs` | the splines of a free curve |
 //! | `system.rs`, `layout.rs` | equations of motion with unknown factors and curves, and the order of the unknowns |
 //! | `equations.rs`, `normal.rs` | weighted least squares over complex equations; scaled normal equations |
@@ -76,7 +81,9 @@ mod compliance;
 mod condensed;
 mod covariance;
 mod division;
+mod effects;
 mod equations;
+mod explanations;
 mod finding;
 mod flexible;
 mod form_fit;
@@ -102,6 +109,7 @@ mod two_link;
 #[cfg(test)]
 mod tests;
 
+pub use effects::Effect;
 pub use finding::Finding;
 pub use flexible::FlexibleJoint;
 pub use forms::FormName;

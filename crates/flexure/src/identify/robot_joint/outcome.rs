@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::effects::Effect;
 use super::finding::Finding;
 use super::forms::{FormName, ParametricCurve};
 use crate::bands::Band;
@@ -190,7 +191,7 @@ pub struct RigidAxis {
     pub findings: Vec<Finding>,
 }
 
-/// A flexible joint: `tau = Jm qm'' + kappa(d)`, `kappa(d) = M q'' + f(q')`.
+/// A flexible joint: `tau = Jm qm'' + kappa(d)`, `kappa(d) = M q'' + f(q')`, with what else acts on it ([`Effect`]).
 #[derive(Debug, Clone)]
 pub struct FlexibleAxis {
     /// The motor's inertia Jm, on the link's side; with a standard error of 0 if it was given.
@@ -201,6 +202,14 @@ pub struct FlexibleAxis {
     pub secant: Band,
     /// The link as an axis under the elastic torque; `reconstructed` is the motor's torque, and the findings are those of the joint.
     pub link: RigidAxis,
+    /// The friction at the motor over its velocity; `None` where the log shows none beside that at the link.
+    pub motor_friction: Option<IdentifiedCurve>,
+    /// The damping of the joint beside its spring, N m s/rad; `None` where the log shows none.
+    pub damping: Option<Estimated>,
+    /// What acts besides inertias, the spring and friction at the link.
+    pub effects: Vec<Effect>,
+    /// Those of them that explain the log as well as others of them: none of these is a fact.
+    pub competing: Vec<Effect>,
     /// The forms that an arm can have, fitted together to both equations.
     pub model: JointModel,
     /// The time by which the link's samples are late, s; corrected where the findings say so.
@@ -214,6 +223,8 @@ pub struct JointModel {
     pub stiffness: Fitted,
     /// The friction, (12) or without its Stribeck part; `inertia` is the link's.
     pub friction: Fitted,
+    /// The same at the motor, where the log shows any; `inertia` is NaN.
+    pub motor_friction: Option<Fitted>,
 }
 
 impl RigidAxis {
@@ -234,8 +245,10 @@ impl FlexibleAxis {
     pub(super) fn distrusted(mut self) -> Self {
         let doubt = Doubt::new(&self.link.findings);
         doubt.of_inertia(&mut self.motor_inertia);
-        let forms = self.stiffness.forms.iter_mut();
+        let curves = [&mut self.stiffness].into_iter().chain(&mut self.motor_friction);
+        let forms = curves.flat_map(|curve| &mut curve.forms);
         let forms = forms.chain([&mut self.model.stiffness, &mut self.model.friction]);
+        let forms = forms.chain(&mut self.model.motor_friction);
         forms.for_each(|form| doubt.of_form(form));
         self.link = self.link.distrusted();
         self

@@ -15,7 +15,7 @@ use super::free_outcome::FreeOutcome;
 use super::joint_signals::of_inertia;
 use super::limits::{HIGHEST_RIGID, NOISE_ROUNDS, RESOLVED, SAMPLES_A_CONSTANT};
 use super::motion::modulation;
-use super::outcome::{Parameter, RigidAxis};
+use super::outcome::{Estimated, Parameter, RigidAxis};
 use super::smooth::{Noise, Reflected};
 use super::system::{Curve, CurveKind, FreeCurves, System, low_frequencies};
 use crate::error::{DataError, Result};
@@ -173,7 +173,14 @@ impl RigidJoint<'_> {
         Some(RigidAxis {
             inertia: outcome.factor(INERTIA),
             friction: outcome.identified(0, outcome.band(0), forms, partial)?,
-            extras: signals.extra_parameters(outcome),
+            extras: extra_parameters(
+                &signals
+                    .extras
+                    .iter()
+                    .map(|extra| (extra.symbol, extra.unit))
+                    .collect::<Vec<_>>(),
+                (0..signals.extras.len()).map(|i| outcome.factor(INERTIA + 1 + i)),
+            ),
             cut_off: self.velocity.is_none().then(|| noise.cut_off()),
             highest: outcome.highest(),
             sample_time: self.sample_time,
@@ -262,22 +269,24 @@ impl Signals {
             noise,
         })
     }
+}
 
-    /// The position-dependent terms beside the free curve.
-    fn extra_parameters(&self, outcome: &FreeOutcome) -> Vec<Parameter> {
-        let extras = self.extras.iter().enumerate().map(|(i, extra)| {
-            let estimated = outcome.factor(INERTIA + 1 + i);
-            let near = NORMAL_95 * estimated.standard_error;
-            Parameter {
-                symbol: extra.symbol.to_owned(),
-                unit: extra.unit,
-                value: estimated.value,
-                standard_error: estimated.standard_error,
-                identifiable: true,
-                range: [estimated.value - near, estimated.value + near],
-                remark: String::new(),
-            }
-        });
-        extras.collect()
-    }
+/// Position-dependent terms of these symbols and units as parameters.
+pub(super) fn extra_parameters(
+    terms: &[(&'static str, [i32; 2])],
+    estimates: impl Iterator<Item = Estimated>,
+) -> Vec<Parameter> {
+    let parameter = |(&(symbol, unit), estimated): (&(&str, [i32; 2]), Estimated)| {
+        let near = NORMAL_95 * estimated.standard_error;
+        Parameter {
+            symbol: symbol.to_owned(),
+            unit,
+            value: estimated.value,
+            standard_error: estimated.standard_error,
+            identifiable: true,
+            range: [estimated.value - near, estimated.value + near],
+            remark: String::new(),
+        }
+    };
+    terms.iter().zip(estimates).map(parameter).collect()
 }

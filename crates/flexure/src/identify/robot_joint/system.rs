@@ -159,16 +159,6 @@ pub(super) struct Solved<'a> {
 }
 
 impl<'a> Solved<'a> {
-    /// The solution with a further column, which comes last.
-    pub fn with_column(self, column: Column) -> Option<Solved<'a>> {
-        let equations = self.equations.with_column(column);
-        Some(Solved {
-            solution: equations.solve()?,
-            equations,
-            ..self
-        })
-    }
-
     /// The factors.
     pub fn factors(&self) -> Vec<f64> {
         self.layout.factors.iter().map(|&i| self.solution.x[i]).collect()
@@ -188,7 +178,7 @@ impl<'a> Solved<'a> {
 
 impl<'a> System<'a> {
     /// Where the unknowns stand for these splines of the curves.
-    fn layout(&self, splines: &[impl Borrow<Splines>]) -> Layout {
+    pub fn layout(&self, splines: &[impl Borrow<Splines>]) -> Layout {
         let mut layout = Layout::default();
         for (curve, splines) in self.curves.iter().zip(splines) {
             layout.add_factors(curve.after);

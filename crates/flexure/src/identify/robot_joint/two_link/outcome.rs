@@ -24,6 +24,7 @@ impl ArmSignals<'_> {
         let places = [0, 1].map(|joint| JointPlace {
             stiffness: curve::STIFFNESS[joint],
             friction: curve::FRICTION[joint],
+            motor_friction: None,
             motor: Some(factor::MOTORS[joint]),
             link: None,
         });
@@ -48,6 +49,7 @@ impl ArmSignals<'_> {
                     motion: &self.motions[joint],
                     joint: signals,
                     clocks: &self.clocks[joint],
+                    explained: None,
                     place,
                     motor_inertia: signals.motor_inertia_of(outcome.factor(factor::MOTORS[joint]), carried),
                     link_inertia: link_inertias[joint],

@@ -1,0 +1,197 @@
+//! What a joint may have besides inertias, a spring without memory and friction at the link.
+//!
+//! Each effect is a group of columns of the equations of motor and link, or a further free curve:
+//!
+//! | effect | motor | link |
+//! |---|---|---|
+//! | late samples of the link, by sigma | $-\sigma\kappa'(d)\,\dot q$ | $-\sigma\kappa'(d)\,\dot q_m$ |
+//! | damping of the joint | $c\,\dot d$ | $c\,\dot d$ |
+//! | friction at the motor, a free curve | $f_m(\dot q_m)$ | |
+//! | gravity | | $-g_c \cos q - g_s \sin q$ |
+//! | a spring with memory | $\sum_i h_i\, S_{r_i}[d]$ | the same |
+//! | friction with memory at the link | | $-\sum_i p_i\, (S_{r_i}[q] - r_i \tanh(\dot q / w))$ |
+//!
+//! $S_r$ is the stop operator of radius r, the spring of a Maxwell slip element: $S_r \leftarrow \mathrm{clamp}(S_r + \Delta x, -r, r)$
+//! (Krasnosel'skii & Pokrovskii 1989; Lampaert, Al-Bender & Swevers 2003). What friction with memory tends to in steady motion belongs to the
+//! curve of the friction, so that this is the friction of steady motion. The columns of late samples are of first order; that of the
+//! link follows from its equation, which holds at every time.
+
+use super::basis::range;
+use super::clocks::{Stiffness, product};
+use super::equations::{Column, Lines};
+use super::joint_signals::{JointSignals, Velocity};
+use super::limits::{RESOLVED, STEADY_WITHIN, STOP_RADII_OF_ANGLE, STOP_RADII_OF_DEFLECTION, STOPS_ABOVE_NOISE};
+use super::motion::Motion;
+use super::smooth::Reflected;
+use crate::linalg::Complex;
+
+/// What a joint may have besides inertias, a spring without memory and friction at the link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Effect {
+    /// The link's samples are late.
+    EncoderSkew,
+    /// A damping beside the spring.
+    Damping,
+    /// Friction at the motor.
+    MotorFriction,
+    /// Gravity, cosine and sine of the link's angle.
+    Gravity,
+    /// A spring with memory.
+    HystereticSpring,
+    /// Friction with memory at the link: presliding, as in the models of Dahl and LuGre.
+    Presliding,
+}
+
+impl Effect {
+    /// All of them, the simplest explanation first.
+    pub const ALL: [Effect; 6] = [
+        Effect::EncoderSkew,
+        Effect::Damping,
+        Effect::MotorFriction,
+        Effect::Gravity,
+        Effect::HystereticSpring,
+        Effect::Presliding,
+    ];
+
+    /// What it is called.
+    pub fn title(self) -> &'static str {
+        match self {
+            Effect::EncoderSkew => "an offset of the encoders' clocks",
+            Effect::Damping => "damping of the joint",
+            Effect::MotorFriction => "friction at the motor",
+            Effect::Gravity => "gravity",
+            Effect::HystereticSpring => "hysteresis of the spring",
+            Effect::Presliding => "friction with memory (presliding)",
+        }
+    }
+}
+
+/// The columns of an effect in the equations of motor and link.
+pub(super) struct Acting {
+    /// Which effect; `None` for a delay of the torque.
+    pub effect: Option<Effect>,
+    pub columns: Vec<Column>,
+    /// The torques of the columns at every sample, with factors of 1; none of late samples, which are no torque.
+    pub signals: Vec<Vec<f64>>,
+}
+
+impl<'a> JointSignals<'a> {
+    /// The same with what else acts on the joint of this log, whose link has this angle. Late samples of the link enter by a stiffness:
+    /// without one they stay out.
+    pub fn with(mut self, motion: &Motion, link: &[f64], effects: &[Effect], stiffness: Option<&Stiffness>) -> Self {
+        let modulation = self.modulation;
+        let d = &self.deflection.d;
+        let noise = motion.motor_noise.sd.hypot(motion.link_noise.sd);
+        let motor_velocity = || Reflected::new(motion.motor, motion.step).velocity(motion.motor_noise.cut_off());
+        let acting = effects.iter().filter_map(|&effect| {
+            let own = |signals: Vec<Vec<f64>>, signs: [f64; 2]| {
+                let column = |lines: Lines| signs.map(|s| (s != 0.0).then(|| times(&lines, s))).into();
+                Some(Acting {
+                    effect: Some(effect),
+                    columns: modulation.of_all(&signals).into_iter().map(column).collect(),
+                    signals,
+                })
+            };
+            match effect {
+                Effect::EncoderSkew => {
+                    let slopes = stiffness?.slopes(d);
+                    let late = |v: &[f64]| Some(times(&product(modulation, &slopes, v), -1.0));
+                    Some(Acting {
+                        effect: Some(effect),
+                        columns: vec![vec![late(&self.v), late(&motor_velocity())]],
+                        signals: Vec::new(),
+                    })
+                }
+                Effect::Damping => {
+                    let rate = Some(modulation.of_rate(d));
+                    Some(Acting {
+                        effect: Some(effect),
+                        columns: vec![vec![rate.clone(), rate]],
+                        signals: vec![motor_velocity().iter().zip(&self.v).map(|(m, q)| m - q).collect()],
+                    })
+                }
+                Effect::MotorFriction => None,
+                Effect::Gravity => own(
+                    [f64::cos, f64::sin]
+                        .map(|f| link.iter().map(|&q| f(q)).collect())
+                        .into(),
+                    [0.0, -1.0],
+                ),
+                Effect::HystereticSpring => {
+                    let signals = stops(d, &STOP_RADII_OF_DEFLECTION, noise).map(|(stop, _)| stop);
+                    own(signals.collect(), [1.0, 1.0])
+                }
+                Effect::Presliding => {
+                    let width = STEADY_WITHIN * self.v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+                    let signals = stops(link, &STOP_RADII_OF_ANGLE, motion.link_noise.sd).map(|(stop, radius)| {
+                        let both = stop.iter().zip(&self.v);
+                        both.map(|(s, v)| s - radius * (v / width).tanh()).collect()
+                    });
+                    own(signals.collect(), [0.0, -1.0])
+                }
+            }
+        });
+        let acting: Vec<Acting> = acting.collect();
+        self.acting.extend(acting);
+        self.motor_velocity = effects.contains(&Effect::MotorFriction).then(|| Velocity {
+            v: motor_velocity(),
+            resolution: RESOLVED * motion.motor_noise.velocity_sd(motion.step),
+        });
+        self
+    }
+
+    /// The same with a further delay of the torque, of which this is the transformed rate.
+    pub fn delayed(mut self, rate: Lines) -> Self {
+        self.acting.push(Acting {
+            effect: None,
+            columns: vec![vec![Some(rate), None]],
+            signals: Vec::new(),
+        });
+        self
+    }
+}
+
+/// The stop operator of this radius along a signal, from zero on.
+fn stop(x: &[f64], radius: f64) -> Vec<f64> {
+    let (mut value, mut before) = (0.0, x.first().copied().unwrap_or(0.0));
+    let stopped = x.iter().map(|&x| {
+        value = (value + x - before).clamp(-radius, radius);
+        before = x;
+        value
+    });
+    stopped.collect()
+}
+
+/// The stop operators of a signal with noise of this standard deviation, with their radii: these shares of half its range.
+fn stops<'x>(x: &'x [f64], shares: &'x [f64], noise: f64) -> impl Iterator<Item = (Vec<f64>, f64)> + 'x {
+    let [low, high] = range(x);
+    let radii = shares.iter().map(move |share| share * 0.5 * (high - low));
+    let above = radii.filter(move |radius| *radius > STOPS_ABOVE_NOISE * noise);
+    above.map(|radius| (stop(x, radius), radius))
+}
+
+fn times(lines: &[Complex<f64>], factor: f64) -> Lines {
+    lines.iter().map(|v| v * factor).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stop_operator_is_a_spring_until_it_yields() {
+        let up_and_down = [0.0, 0.1, 0.2, 0.4, 0.3, 0.1, -0.4, -0.3];
+        let stopped = stop(&up_and_down, 0.25);
+        for (got, want) in stopped.iter().zip([0.0, 0.1, 0.2, 0.25, 0.15, -0.05, -0.25, -0.15]) {
+            assert!((got - want).abs() < 1e-15, "{stopped:?}");
+        }
+        // It forgets no turn within its radius, and does not depend on the rate.
+        let slowly: Vec<f64> = up_and_down
+            .windows(2)
+            .flat_map(|w| [w[0], 0.5 * (w[0] + w[1])])
+            .collect();
+        let slow = stop(&slowly, 0.25);
+        assert!(slow.iter().step_by(2).zip(&stopped).all(|(a, b)| (a - b).abs() < 1e-15));
+    }
+}
