@@ -57,9 +57,11 @@ def joint_log():
     w, p, amplitude = 2 * np.pi * 0.1 * np.arange(1, 13), rng.uniform(0, 2 * np.pi, 12), 0.3 / np.arange(1, 13)
     v = {order: (amplitude * w**order) @ np.sin(np.outer(w, t) + p[:, None] + order * np.pi / 2) for order in range(5)}
     torque = 3 * v[2] + 2 * v[1] + 0.5 * np.tanh(20 * v[1])
-    # Of the motor's own acceleration the linear part is exact.
     motor = v[0] + torque / 500
-    drive = torque + v[2] + (3 * v[4] + 2 * v[3]) / 500
+    coulomb = np.tanh(20 * v[1])
+    # The second derivative of the Coulomb part.
+    bend = 0.5 * (1 - coulomb**2) * (20 * v[3] - 2 * coulomb * (20 * v[2]) ** 2)
+    drive = torque + v[2] + (3 * v[4] + 2 * v[3] + bend) / 500
     noise = {"q": 1e-5, "qm": 1e-5, "rigid": 0.02, "drive": 0.02}
     signals = {"q": v[0], "qm": motor, "rigid": torque, "drive": drive}
     return {name: signals[name] + scale * rng.normal(size=t.size) for name, scale in noise.items()}
