@@ -33,9 +33,9 @@ class Energy(NamedTuple):
 class Momentum(NamedTuple):
     """Momenta about the centre of mass, in the axes of the world, of shape (..., 3)."""
 
-    linear: Array
+    linear_momentum: Array
     """kg m/s."""
-    angular: Array
+    angular_momentum: Array
     """kg m^2/s; conserved without gravity where the base is free."""
     com: Array
     """The centre of mass, m."""
@@ -175,6 +175,28 @@ class Chain:
         """
         shape, (q,) = self._states(q=q)
         return self._core.mass_matrix(q).reshape(*shape, self.nv, self.nv)
+
+    @property
+    def inertial_parameters(self) -> Array:
+        """The inertial parameters, shape (10 bodies,): mass, kg, first moments, kg m, and second moments about the frame's origin in the order
+        xx, xy, yy, xz, yz, zz, kg m^2, of every link that a joint carries, in its axes and with what is fixed to it; a free base comes first.
+        """
+        return np.array(self._core.inertial_parameters)
+
+    def regressor(self, q: Any, v: Any, a: Any) -> Array:
+        """The matrices, shape (..., nv, 10 bodies), that give the torques of `inverse_dynamics` from `inertial_parameters`.
+
+        The order of the parameters is that of Pinocchio's ``computeJointTorqueRegressor``.
+
+        Raises
+        ------
+        DataError
+            Shapes that do not fit the chain or each other.
+        ParameterError
+            A quaternion of length zero.
+        """
+        shape, (q, v, a) = self._states(q=q, v=v, a=a)
+        return self._core.regressor(q, v, a).reshape(*shape, self.nv, len(self._core.inertial_parameters))
 
     def energy(self, q: Any, v: Any) -> Energy:
         """The kinetic and the potential energy, J."""

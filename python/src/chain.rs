@@ -126,6 +126,22 @@ impl Chain {
         })
     }
 
+    /// The inertial parameters.
+    #[getter]
+    fn inertial_parameters(&self) -> Vec<f64> {
+        self.0.inertial_parameters()
+    }
+
+    /// Regressors, by rows, of states one after the other.
+    fn regressor<'py>(&self, py: Python<'py>, q: Column, v: Column, a: Column) -> PyResult<Bound<'py, PyAny>> {
+        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (q, v, a) = (q.samples(), v.samples(), a.samples());
+        let width = n * chain.inertial_parameters().len();
+        self.each(py, v.len() / n, width, |data, i, matrix| {
+            chain.regressor(data, state(q, i, p), state(v, i, n), state(a, i, n), matrix)
+        })
+    }
+
     /// Kinetic and potential energy of states one after the other.
     fn energy<'py>(&self, py: Python<'py>, q: Column, v: Column) -> PyResult<Bound<'py, PyAny>> {
         let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());

@@ -32,12 +32,15 @@ def test_batches_are_pinocchios(reference, tmp_path):
     mass = chain.mass_matrix(q)
     upper = [matrix[np.triu_indices(chain.nv)] for matrix in mass]
     assert _off(upper, [state["mass"] for state in states]) < 1e-12
+    regressor = chain.regressor(q, v, a)
+    assert _off(regressor @ chain.inertial_parameters, tau) < 1e-12
+    assert _off(regressor @ np.linspace(-1, 1, regressor.shape[-1]), [state["regressed"] for state in states]) < 1e-12
     assert _off(chain.energy(q, v).kinetic, [state["energy"][0] for state in states]) < 1e-12
     np.testing.assert_array_equal(mass[1], chain.mass_matrix(q[1]))
     np.testing.assert_array_equal(chain.forward_dynamics(q, v, drive)[0], chain.forward_dynamics(q[0], v[0], drive[0]))
     if reference["base"] == "free":
         momentum = chain.centroidal_momentum(q, v)
-        found = np.concatenate([momentum.linear, momentum.angular], axis=1)
+        found = np.concatenate([momentum.linear_momentum, momentum.angular_momentum], axis=1)
         assert _off(found, [state["momentum"] for state in states]) < 1e-12
 
 

@@ -79,7 +79,8 @@ def solved(model, q, v, a):
     drive = np.linspace(-10.0, 10.0, model.nv)
     mass = pin.crba(model, data, q)
     mass = np.triu(mass) + np.triu(mass, 1).T
-    return {"tau": tau, "drive": drive, "acceleration": pin.aba(model, data, q, v, drive), "mass": mass}
+    regressor = pin.computeJointTorqueRegressor(model, data, q, v, a)
+    return {"regressor": regressor, "tau": tau, "drive": drive, "acceleration": pin.aba(model, data, q, v, drive), "mass": mass}
 
 
 def written():
@@ -93,7 +94,10 @@ def written():
             for q, v, a in states(of, rng, KEPT_STATES):
                 found = solved(of, q, v, a)
                 data = of.createData()
+                regressor = found.pop("regressor")
                 row = {"q": q, "v": v, "a": a, **found, "mass": found["mass"][np.triu_indices(of.nv)]}
+                # The regressor, times parameters that are no inertias.
+                row["regressed"] = regressor @ np.linspace(-1.0, 1.0, regressor.shape[1])
                 row["energy"] = [pin.computeKineticEnergy(of, data, q, v), pin.computePotentialEnergy(of, data, q)]
                 if base == "free":
                     momentum = pin.computeCentroidalMomentum(of, data, q, v)
@@ -109,7 +113,7 @@ def written():
 def measured(count):
     import flexure
 
-    worst = dict.fromkeys(["tau", "acceleration", "mass"], 0.0)
+    worst = dict.fromkeys(["tau", "acceleration", "mass", "regressor"], 0.0)
     with tempfile.TemporaryDirectory() as folder:
         for number in range(CHAINS):
             path = Path(folder) / "chain.urdf"
@@ -124,6 +128,7 @@ def measured(count):
                     "tau": chain.inverse_dynamics(q, v, a),
                     "acceleration": chain.forward_dynamics(q, v, drive),
                     "mass": chain.mass_matrix(q),
+                    "regressor": chain.regressor(q, v, a),
                 }
                 for name, values in ours.items():
                     for mine, row in zip(values, theirs):

@@ -23,6 +23,8 @@ struct State {
     acceleration: Vec<f64>,
     /// The upper triangle by rows.
     mass: Vec<f64>,
+    /// The regressor times numbers from -1 to 1.
+    regressed: Vec<f64>,
     energy: [f64; 2],
     momentum: Option<[f64; 6]>,
     com: Option<[f64; 3]>,
@@ -63,6 +65,13 @@ fn chains_move_as_by_pinocchio() {
             chain.mass_matrix(&mut data, q, &mut mass).unwrap();
             let upper: Vec<f64> = (0..n).flat_map(|i| mass[i * n + i..(i + 1) * n].to_vec()).collect();
             assert!(off(&upper, &state.mass) < 1e-12);
+            let columns = chain.inertial_parameters().len();
+            let mut regressor = vec![0.0; n * columns];
+            chain.regressor(&mut data, q, v, &state.a, &mut regressor).unwrap();
+            let number = |k: usize| 2.0 * k as f64 / (columns - 1) as f64 - 1.0;
+            let rows = regressor.chunks(columns).map(|row| row.iter().enumerate());
+            let regressed: Vec<f64> = rows.map(|row| row.map(|(k, y)| y * number(k)).sum()).collect();
+            assert!(off(&regressed, &state.regressed) < 1e-12, "{regressed:?}");
             let energy = chain.energy(&mut data, q, v).unwrap();
             assert!(off(&[energy.kinetic], &state.energy[..1]) < 1e-12);
             let Some(want) = state.momentum else { continue };

@@ -91,7 +91,19 @@ pub(super) struct Body {
     pub parent: Option<usize>,
     pub prismatic: bool,
     pub placement: Placement,
+    /// The rotation from the body's frame to the link's.
+    pub turn: Mat3,
     pub inertia: Inertia,
+}
+
+impl Body {
+    /// The inertia in the link's frame.
+    pub fn inertia_in_link(&self) -> Inertia {
+        self.inertia.in_parent(&Placement {
+            rotation: self.turn,
+            translation: Vec3::ZERO,
+        })
+    }
 }
 
 /// A checked chain: what stays the same whatever its state is.
@@ -173,6 +185,7 @@ impl Chain {
                 parent,
                 prismatic: link.motion == JointMotion::Prismatic,
                 placement: place.then(&turn),
+                turn: turn.rotation,
                 inertia: own.in_parent(&inverse),
             });
         }

@@ -39,24 +39,11 @@ impl Chain {
         a: &[f64],
         tau: &mut [f64],
     ) -> Result<()> {
-        let n = self.velocities();
-        length("v", v, n)?;
-        length("a", a, n)?;
-        length("tau", tau, n)?;
-        self.place(data, q)?;
-        let ((v0, dq), (a0, ddq)) = (self.split(v), self.split(a));
-        let a0 = a0 + self.lifted(data);
+        length("tau", tau, self.velocities())?;
+        let (v0, a0) = self.move_outward(data, q, v, a)?;
         data.base.force = self.base_inertia.times(a0) + v0.cross_force(self.base_inertia.times(v0));
-        for (i, (body, (&dq, &ddq))) in self.bodies.iter().zip(dq.iter().zip(ddq)).enumerate() {
-            let (pv, pa) = body
-                .parent
-                .map_or((v0, a0), |p| (data.bodies[p].velocity, data.bodies[p].acceleration));
-            let state = &mut data.bodies[i];
-            let motion = body.motion(dq);
-            let v = state.placement.motion_from_parent(pv) + motion;
-            let a = state.placement.motion_from_parent(pa) + body.motion(ddq) + v.cross_motion(motion);
-            state.velocity = v;
-            state.acceleration = a;
+        for (body, state) in self.bodies.iter().zip(&mut data.bodies) {
+            let (v, a) = (state.velocity, state.acceleration);
             state.force = body.inertia.times(a) + v.cross_force(body.inertia.times(v));
         }
         let first = self.first();
@@ -73,6 +60,32 @@ impl Chain {
             tau[..6].copy_from_slice(&data.base.force.to_array());
         }
         Ok(())
+    }
+
+    /// Outward: the velocities and the accelerations, against gravity, of all bodies; those of the base are returned.
+    pub(super) fn move_outward(
+        &self,
+        data: &mut ChainData,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+    ) -> Result<(Spatial, Spatial)> {
+        length("v", v, self.velocities())?;
+        length("a", a, self.velocities())?;
+        self.place(data, q)?;
+        let ((v0, dq), (a0, ddq)) = (self.split(v), self.split(a));
+        let a0 = a0 + self.lifted(data);
+        for (i, (body, (&dq, &ddq))) in self.bodies.iter().zip(dq.iter().zip(ddq)).enumerate() {
+            let (pv, pa) = body
+                .parent
+                .map_or((v0, a0), |p| (data.bodies[p].velocity, data.bodies[p].acceleration));
+            let state = &mut data.bodies[i];
+            let motion = body.motion(dq);
+            let v = state.placement.motion_from_parent(pv) + motion;
+            state.velocity = v;
+            state.acceleration = state.placement.motion_from_parent(pa) + body.motion(ddq) + v.cross_motion(motion);
+        }
+        Ok((v0, a0))
     }
 
     /// The kinetic energy, and the potential energy in the field of gravity.

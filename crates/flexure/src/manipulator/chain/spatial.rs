@@ -38,6 +38,14 @@ impl Spatial {
         self.linear.dot(o.linear) + self.angular.dot(o.angular)
     }
 
+    /// The same motion or force in axes turned by r.
+    pub fn turned(self, r: &Mat3) -> Spatial {
+        Spatial {
+            linear: *r * self.linear,
+            angular: *r * self.angular,
+        }
+    }
+
     /// `v x m`: how a motion m fixed in a frame that moves with v changes (2.31).
     #[inline(always)]
     pub fn cross_motion(self, m: Spatial) -> Spatial {

@@ -107,6 +107,14 @@ proptest! {
         chain.forward_dynamics(&mut data, &q, &v, &tau, &mut back).unwrap();
         prop_assert!(close(&a, &back, 1e-9), "{a:?} {back:?}");
 
+        // The regressor times the parameters.
+        let parameters = chain.inertial_parameters();
+        let mut regressor = vec![0.0; n * parameters.len()];
+        chain.regressor(&mut data, &q, &v, &a, &mut regressor).unwrap();
+        let rows = regressor.chunks(parameters.len());
+        let linear: Vec<f64> = rows.map(|row| row.iter().zip(&parameters).map(|(y, p)| y * p).sum()).collect();
+        prop_assert!(close(&linear, &tau, 1e-12), "{linear:?} {tau:?}");
+
         // M e_k is what the acceleration e_k adds to the torques.
         chain.mass_matrix(&mut data, &q, &mut m).unwrap();
         let (mut rest, mut column) = (zero.clone(), zero.clone());
