@@ -65,6 +65,24 @@ impl Block {
         Ok(self.run(inputs))
     }
 
+    /// [`simulate_inputs`](Self::simulate_inputs), but every linear block starts in the steady state that belongs to the first sample of
+    /// its input: no sample of the output depends on later inputs. This is how an exported model starts.
+    ///
+    /// # Errors
+    /// Those of [`simulate_inputs`](Self::simulate_inputs).
+    pub fn simulate_from_first(&self, inputs: &[&[f64]]) -> Result<Vec<f64>> {
+        self.check_inputs(inputs)?;
+        Ok(self.walk(inputs, &mut |block, entering| {
+            let input = first(entering);
+            let level = input.first().copied().unwrap_or_default();
+            match block {
+                Block::Linear(system) => system.simulate_from(input, level, &[]),
+                Block::Feedback(model) => model.run_from(input, level, &[]).output,
+                _ => block.respond(entering),
+            }
+        }))
+    }
+
     /// The number of inputs.
     pub fn inputs(&self) -> usize {
         match self {

@@ -15,10 +15,6 @@ use crate::nonlinearity::Curve;
 const LARGEST_ORDER: usize = 100;
 /// An output this many times larger than the nonlinearity's range and levels has run away.
 const RUN_AWAY: f64 = 1e6;
-/// Samples under a constant input after which a loop that has not settled has no steady state to start from.
-const LONGEST_REST: usize = 100_000;
-/// The change of the state from sample to sample, relative to its size, below which a loop has settled: that of rounding.
-const AT_REST: f64 = 1e-13;
 /// A coefficient of a transfer function this much smaller than the largest is rounding.
 const ROUNDING: f64 = 1e-12;
 /// Points of the nonlinearity at which the loop is linearised, to see how long it takes to settle.
@@ -91,6 +87,11 @@ pub struct LoopRun {
 }
 
 impl FeedbackModel {
+    /// Samples under a constant input after which a loop that has not settled has no steady state to start from.
+    pub const LONGEST_REST: usize = 100_000;
+    /// The change of the state from sample to sample, relative to its size, below which a loop has settled: that of rounding.
+    pub const AT_REST: f64 = 1e-13;
+
     /// The number of states.
     pub fn order(&self) -> usize {
         self.state.len()
@@ -133,22 +134,25 @@ impl FeedbackModel {
     fn rest(&self, level: f64) -> Vec<f64> {
         let mut x = vec![0.0; self.order()];
         let limit = self.run_away();
-        for _ in 0..LONGEST_REST {
+        for _ in 0..Self::LONGEST_REST {
             let before = x.clone();
             let step = self.step(&mut x, level);
             if !(step.output.abs() <= limit) {
                 break;
             }
             let size = x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            if x.iter().zip(&before).all(|(a, b)| (a - b).abs() <= AT_REST * size) {
+            if x.iter()
+                .zip(&before)
+                .all(|(a, b)| (a - b).abs() <= Self::AT_REST * size)
+            {
                 return x;
             }
         }
         vec![0.0; self.order()]
     }
 
-    /// The size beyond which a signal has run away.
-    fn run_away(&self) -> f64 {
+    /// The size beyond which the output, or what enters the nonlinearity, has run away.
+    pub fn run_away(&self) -> f64 {
         let FeedbackLevels { output, entering, .. } = self.levels;
         let (x, y) = (self.nonlinearity.x(), self.nonlinearity.y());
         let sizes = [x[0], x[x.len() - 1], y[0], y[y.len() - 1], output, entering];

@@ -1,0 +1,42 @@
+//! What can go wrong in an export.
+
+use std::path::PathBuf;
+
+/// Why a model was not exported.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The name is no identifier.
+    #[error("the exported model's name is {name:?}, but {problem}; give another name")]
+    Name {
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// The model cannot be simulated.
+    #[error("the model cannot be exported: {0}")]
+    Model(String),
+    /// The output's file name cannot be used.
+    #[error("{path}: {problem}", path = path.display())]
+    Path {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A template or an archive could not be made.
+    #[error("the export could not be made: {0}")]
+    Internal(String),
+    /// A file could not be written.
+    #[error(transparent)]
+    Write(#[from] flexure_io::Error),
+}
+
+impl From<minijinja::Error> for Error {
+    fn from(error: minijinja::Error) -> Self {
+        Error::Internal(format!("{error:#}"))
+    }
+}
+
+/// The result of an export.
+pub type Result<T> = std::result::Result<T, Error>;
