@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from html import escape
 from numbers import Real
 from os import PathLike
+from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -381,6 +382,26 @@ class System(BaseEstimator):  # type: ignore[misc]
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the model file that ``flexure identify -o`` writes."""
         self._fitted().write(path)
+
+    def export(
+        self, to: str, path: str | PathLike[str], *, name: str | None = None, fmi: int = 2, compile: bool = False
+    ) -> list[Path]:
+        """Writes the model as code for other programs, as ``flexure export`` does; returns the files.
+
+        Parameters
+        ----------
+        to : {"c", "fmu", "onnx", "python", "matlab"}
+            The format.
+        path : path
+            The file, with the extension of the format, or a folder. C has a header beside it.
+        name : str, optional
+            The name of the functions, the class or the FMU: an identifier. None: the name of the file.
+        fmi : {2, 3}
+            The version of an FMU.
+        compile : bool
+            Whether an FMU has a library for this machine, made by the local C compiler.
+        """
+        return self._fitted().export(to, path, name, str(fmi), compile)
 
     def to_json(self) -> str:
         """The text of the model file."""

@@ -1,17 +1,20 @@
 //! Models as kept in files.
 
-use std::path::Path;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::Result;
 use flexure::Record;
-use flexure_io::{ModelFile, RecordFile, model_text, parse_model, read_model, write_model};
+use flexure_export::Options;
+use flexure_io::{ModelFile, RecordFile, model_text, parse_model, read_model, write_atomically, write_model};
 use flexure_workbench::systems::{Judged, SystemColumns, predict, simulate};
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, array};
 use crate::errors::of_any;
 use crate::identification::RECORD;
+use crate::names::choice;
 use crate::run::interruptible;
 
 /// What stands for a file's name in messages.
@@ -80,6 +83,25 @@ impl PyModel {
     /// Writes a model file, whole or not at all.
     fn write(&self, path: std::path::PathBuf) -> PyResult<()> {
         write_model(path, &self.0).map_err(|error| of_any(&error.into()))
+    }
+
+    /// Writes what `flexure export` writes; returns the files.
+    #[pyo3(signature = (to, path, name=None, fmi="2", compile=false))]
+    fn export(&self, to: &str, path: PathBuf, name: Option<&str>, fmi: &str, compile: bool) -> PyResult<Vec<PathBuf>> {
+        let options = Options {
+            format: choice("format", to)?,
+            name,
+            fmi: choice("version of FMI", fmi)?,
+            compile,
+        };
+        let write = || -> Result<Vec<PathBuf>> {
+            let artefacts = flexure_export::export(&self.0, &path, options)?;
+            for artefact in &artefacts {
+                write_atomically(&artefact.path, |out| out.write_all(&artefact.bytes))?;
+            }
+            Ok(artefacts.into_iter().map(|artefact| artefact.path).collect())
+        };
+        write().map_err(|error| of_any(&error))
     }
 
     /// The names of the inputs, in the order in which they are given to the other methods.

@@ -103,7 +103,11 @@ const GROUPS: [(&str, &[&str]); 7] = [
         "Output",
         &[
             "model",
+            "to",
             "out",
+            "name",
+            "fmi",
+            "compile",
             "report",
             "arm",
             "friction",

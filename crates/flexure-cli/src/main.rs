@@ -9,6 +9,7 @@ mod compare;
 mod demo;
 mod excite;
 mod experiments;
+mod export;
 mod files;
 mod help;
 mod identify;
@@ -57,6 +58,7 @@ enum Command {
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
     Predict(predict::Arguments),
+    Export(export::Arguments),
     Compare(compare::Arguments),
     Report(report::Arguments),
     Joint(Box<joint::Arguments>),
@@ -83,6 +85,7 @@ fn main() -> ExitCode {
         Command::Study(arguments) => study::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Joint(arguments) => joint::run(&arguments),
         Command::Look(arguments) => look::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),

@@ -24,17 +24,29 @@ pub enum Error {
         /// What is wrong with it.
         problem: String,
     },
+    /// No compiler, or one that failed.
+    #[error("the FMU could not be compiled: {0}")]
+    Compile(String),
     /// A template or an archive could not be made.
     #[error("the export could not be made: {0}")]
     Internal(String),
-    /// A file could not be written.
-    #[error(transparent)]
-    Write(#[from] flexure_io::Error),
 }
 
 impl From<minijinja::Error> for Error {
     fn from(error: minijinja::Error) -> Self {
         Error::Internal(format!("{error:#}"))
+    }
+}
+
+impl From<zip::result::ZipError> for Error {
+    fn from(error: zip::result::ZipError) -> Self {
+        Error::Internal(error.to_string())
+    }
+}
+
+impl From<std::io::Error> for Error {
+    fn from(error: std::io::Error) -> Self {
+        Error::Internal(error.to_string())
     }
 }
 

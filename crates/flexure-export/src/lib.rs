@@ -1,4 +1,4 @@
-//! Writes an identified model as C, Python or MATLAB.
+//! Writes an identified model as C, FMU, ONNX, Python or MATLAB.
 //!
 //! [`Program`](program::Program) is the one walk over the model's blocks: steps over registers. Every format is written from it. What is exported
 //! computes what [`Block::simulate_from_first`](flexure::Block::simulate_from_first) computes: the same interpolation, the same values beyond the
@@ -7,11 +7,15 @@
 //! | format | what it is |
 //! |---|---|
 //! | [`Format::C`] | `NAME.c` and `NAME.h`: C99 without heap and dependencies |
+//! | [`Format::Fmu`] | a co-simulation FMU of FMI 2.0 or 3.0 with its C source |
+//! | [`Format::Onnx`] | a graph in float64 that takes a whole sequence |
 //! | [`Format::Python`] | a module without dependencies |
 //! | [`Format::Matlab`] | a function file, for Octave too |
 
 mod error;
+mod fmu;
 mod name;
+mod onnx;
 mod program;
 mod text;
 mod view;
@@ -30,6 +34,10 @@ use program::Program;
 pub enum Format {
     /// C99.
     C,
+    /// A functional mock-up unit.
+    Fmu,
+    /// An ONNX graph.
+    Onnx,
     /// A Python module.
     Python,
     /// A MATLAB function file.
@@ -41,10 +49,22 @@ impl Format {
     pub fn extension(self) -> &'static str {
         match self {
             Format::C => "c",
+            Format::Fmu => "fmu",
+            Format::Onnx => "onnx",
             Format::Python => "py",
             Format::Matlab => "m",
         }
     }
+}
+
+/// The version of the functional mock-up interface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Fmi {
+    /// 2.0.
+    #[default]
+    Two,
+    /// 3.0.
+    Three,
 }
 
 /// How a model is exported.
@@ -54,6 +74,10 @@ pub struct Options<'a> {
     pub format: Format,
     /// The exported model's name, an identifier; `None`: like the file.
     pub name: Option<&'a str>,
+    /// The version of an FMU.
+    pub fmi: Fmi,
+    /// Whether an FMU has a library for this machine too, made by the local C compiler.
+    pub compile: bool,
 }
 
 /// A file of an export.
@@ -112,6 +136,13 @@ pub fn export(model: &ModelFile, out: &Path, options: Options<'_>) -> Result<Vec
             ]
         }
         Format::Python | Format::Matlab => vec![single(plain(Value::UNDEFINED)?)],
+        Format::Onnx => vec![single(onnx::graph(&program, &described))],
+        Format::Fmu => vec![single(fmu::archive(
+            &program,
+            &described,
+            options.fmi,
+            options.compile,
+        )?)],
     })
 }
 
@@ -153,9 +184,6 @@ fn about(model: &ModelFile, program: &Program<'_>) -> Vec<String> {
             .to_owned(),
     );
     lines.extend(program.ranges());
-    lines.push(
-        "An input that is not finite gives outputs that are not finite; they can stay so until the next reset."
-            .to_owned(),
-    );
+    lines.push("An input that is NaN makes the output NaN, of a linear part until the next reset; a NARX polynomial takes it for the mean.".to_owned());
     lines.iter().map(|line| name::plain(line)).collect()
 }

@@ -8,11 +8,17 @@ use crate::program::Program;
 use crate::{Described, view};
 
 /// The templates by their names.
-const TEMPLATES: [(&str, &str); 4] = [
+const TEMPLATES: [(&str, &str); 10] = [
     ("c", include_str!("templates/model.c")),
     ("h", include_str!("templates/model.h")),
     ("py", include_str!("templates/model.py")),
     ("m", include_str!("templates/model.m")),
+    ("fmi2.xml", include_str!("templates/fmi2.xml")),
+    ("fmi3.xml", include_str!("templates/fmi3.xml")),
+    ("build.xml", include_str!("templates/build.xml")),
+    ("fmi_body.c", include_str!("templates/fmi_body.c")),
+    ("fmi2.c", include_str!("templates/fmi2.c")),
+    ("fmi3.c", include_str!("templates/fmi3.c")),
 ];
 
 /// The text that a template makes of a model.

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use common::{difference, file, inputs, models, predicted};
 use flexure::Block;
 use flexure::nonlinearity::{Curve, Outside};
-use flexure_export::{Format, Options, export};
+use flexure_export::{Fmi, Format, Options, export};
 use flexure_io::ModelFile;
 
 const FLAGS: [&str; 8] = [
@@ -58,6 +58,8 @@ fn written(model: &ModelFile, folder: &Path) {
     let options = Options {
         format: Format::C,
         name: None,
+        fmi: Fmi::default(),
+        compile: false,
     };
     for artefact in export(model, &folder.join("model.c"), options).unwrap() {
         std::fs::write(artefact.path, artefact.bytes).unwrap();

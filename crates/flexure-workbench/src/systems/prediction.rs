@@ -145,13 +145,11 @@ pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec
     simulated(block, file, inputs, Block::simulate_inputs)
 }
 
+/// A free run of a model under several inputs.
+type Run = fn(&Block, &[&[f64]]) -> flexure::Result<Vec<f64>>;
+
 /// The free run that `run` makes; names the first sample for which the model has no finite output.
-fn simulated(
-    block: &Block,
-    file: &RecordFile,
-    inputs: &[&str],
-    run: fn(&Block, &[&[f64]]) -> flexure::Result<Vec<f64>>,
-) -> Result<Vec<f64>> {
+fn simulated(block: &Block, file: &RecordFile, inputs: &[&str], run: Run) -> Result<Vec<f64>> {
     let u = columns(file, inputs)?;
     let y = run(block, &u)?;
     let Some(first) = y.iter().position(|v| !v.is_finite()) else {

@@ -1,0 +1,73 @@
+//! `flexure export`: a model as code for other programs.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use flexure_export::{Fmi, Format, Options};
+use flexure_io::{read_model, write_atomically};
+use serde_json::json;
+
+use crate::arguments;
+use crate::files::{prepare, wrote};
+use crate::output::print;
+
+/// Write a model as code for other programs.
+///
+/// What is written computes, sample by sample, what `flexure predict --initial-state first` computes: the same interpolation, the same
+/// values beyond the range of the data, and the same start, the steady state that belongs to the first input.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    flexure export model.json --to c -o motor.c\n  \
+    flexure export model.json --to fmu --fmi 3 --compile -o motor.fmu")]
+pub struct Arguments {
+    /// The model, from `flexure identify -o`.
+    model: PathBuf,
+    /// The format.
+    #[arg(long, value_name = "FORMAT", value_parser = arguments::named::<Format>())]
+    to: Format,
+    /// Write it here; C has a header beside it. For a folder, the file is called like the name.
+    #[arg(short = 'o', long = "out", value_name = "OUT")]
+    out: PathBuf,
+    /// The name of the functions, the class or the FMU: an identifier. Without it, the name of the file.
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// The version of the functional mock-up interface: 2 (without this option) or 3.
+    #[arg(long, value_name = "VERSION", value_parser = arguments::named::<Fmi>())]
+    fmi: Option<Fmi>,
+    /// Put a library for this machine into the FMU, made by the local C compiler.
+    #[arg(long)]
+    compile: bool,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let fmu = arguments.to == Format::Fmu;
+    for (given, option) in [(arguments.fmi.is_some(), "--fmi"), (arguments.compile, "--compile")] {
+        if given && !fmu {
+            return Err(arguments::Usage(format!("{option} is for --to fmu")).into());
+        }
+    }
+    let model = read_model(&arguments.model)?;
+    let options = Options {
+        format: arguments.to,
+        name: arguments.name.as_deref(),
+        fmi: arguments.fmi.unwrap_or_default(),
+        compile: arguments.compile,
+    };
+    let artefacts = flexure_export::export(&model, &arguments.out, options)?;
+    let paths: Vec<PathBuf> = artefacts.iter().map(|artefact| artefact.path.clone()).collect();
+    prepare([&arguments.model], [], &paths)?;
+    for artefact in &artefacts {
+        write_atomically(&artefact.path, |out| out.write_all(&artefact.bytes))?;
+    }
+    if arguments.json {
+        let out: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        return print(&json!({ "out": out }).to_string());
+    }
+    let lines: Vec<String> = wrote(&paths).collect();
+    print(&lines.join("\n"))
+}

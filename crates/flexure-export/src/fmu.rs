@@ -1,0 +1,151 @@
+//! Functional mock-up units for co-simulation (FMI 2.0 and 3.0): a zip archive of the description, the C source and, if asked for, a library.
+
+use std::io::{Cursor, Write as _};
+use std::path::Path;
+use std::process::Command;
+
+use flexure_io::ModelFile;
+use minijinja::{Value, context};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use crate::error::{Error, Result};
+use crate::program::Program;
+use crate::text::text;
+use crate::{Described, Fmi};
+
+/// Names that the description uses itself.
+const OWN: [&str; 2] = ["sample_time", "time"];
+
+/// The archive.
+pub fn archive(program: &Program<'_>, described: &Described<'_>, fmi: Fmi, compile: bool) -> Result<Vec<u8>> {
+    let name = described.name;
+    let header = format!("{name}.h");
+    let source = text("c", program, described, context! { header => &header })?;
+    let mut variables = variables(described.model);
+    let result = variables.pop();
+    let token = token(&source, &variables.join("\n"));
+    let more = context! { variables, result, token, flexure => ModelFile::CURRENT };
+    let (description, interface) = match fmi {
+        Fmi::Two => ("fmi2.xml", "fmi2.c"),
+        Fmi::Three => ("fmi3.xml", "fmi3.c"),
+    };
+    let mut files = vec![
+        (
+            "modelDescription.xml".to_owned(),
+            text(description, program, described, more.clone())?.into_bytes(),
+        ),
+        (format!("sources/{name}.c"), source.into_bytes()),
+        (
+            format!("sources/{header}"),
+            text("h", program, described, Value::UNDEFINED)?.into_bytes(),
+        ),
+        (
+            "sources/fmi.c".to_owned(),
+            text(interface, program, described, more)?.into_bytes(),
+        ),
+    ];
+    if fmi == Fmi::Three {
+        let build = text("build.xml", program, described, Value::UNDEFINED)?;
+        files.push(("sources/buildDescription.xml".to_owned(), build.into_bytes()));
+    }
+    if compile {
+        files.push(library(name, fmi, &files)?);
+    }
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    // No date: the same model gives the same archive.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(DateTime::default());
+    for (path, bytes) in files {
+        archive.start_file(path, options)?;
+        archive.write_all(&bytes)?;
+    }
+    Ok(archive.finish()?.into_inner())
+}
+
+/// The names of inputs and output, all different: printable, and none of the description's own.
+fn variables(model: &ModelFile) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for name in model.inputs.iter().chain([&model.output]) {
+        let visible: String = name.chars().map(|c| if c.is_control() { '_' } else { c }).collect();
+        let free = |name: &String| !names.contains(name) && !OWN.contains(&name.as_str());
+        let numbered = (2..).map(|k| format!("{visible}_{k}"));
+        names.extend(std::iter::once(visible.clone()).chain(numbered).find(free));
+    }
+    names
+}
+
+/// What ties a library to its description: a number made of the model (FNV-1a).
+fn token(source: &str, names: &str) -> String {
+    let hash = |seed: u64| {
+        let bytes = source.bytes().chain(names.bytes());
+        bytes.fold(0xcbf2_9ce4_8422_2325 ^ seed, |h, b| {
+            (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)
+        })
+    };
+    let (a, b) = (hash(0), hash(0x9e37_79b9_7f4a_7c15));
+    format!(
+        "{{{:08x}-{:04x}-{:04x}-{:04x}-{:012x}}}",
+        a >> 32,
+        (a >> 16) & 0xffff,
+        a & 0xffff,
+        b >> 48,
+        b & 0xffff_ffff_ffff
+    )
+}
+
+/// The library for this machine, and where it stands in the archive.
+fn library(name: &str, fmi: Fmi, files: &[(String, Vec<u8>)]) -> Result<(String, Vec<u8>)> {
+    let (arch, os) = (std::env::consts::ARCH, std::env::consts::OS);
+    let folder = match (fmi, os, arch) {
+        (Fmi::Two, "linux", "x86_64") => "linux64".to_owned(),
+        (Fmi::Two, "macos", "x86_64") => "darwin64".to_owned(),
+        (Fmi::Three, "linux", "x86_64" | "aarch64") => format!("{arch}-linux"),
+        (Fmi::Three, "macos", "x86_64" | "aarch64") => format!("{arch}-darwin"),
+        _ => {
+            let problem = format!(
+                "FMI has no folder for {os} on {arch} that Flexure knows; leave the library out, and compile the sources"
+            );
+            return Err(Error::Compile(problem));
+        }
+    };
+    let extension = if os == "macos" { "dylib" } else { "so" };
+    let place = tempfile::tempdir()?;
+    for (path, bytes) in files {
+        if let Some(file) = path.strip_prefix("sources/") {
+            std::fs::write(place.path().join(file), bytes)?;
+        }
+    }
+    let built = place.path().join("library");
+    let compiler = std::env::var("CC")
+        .ok()
+        .filter(|cc| !cc.trim().is_empty())
+        .unwrap_or_else(|| "cc".to_owned());
+    compile(&compiler, name, place.path(), &built)?;
+    Ok((format!("binaries/{folder}/{name}.{extension}"), std::fs::read(built)?))
+}
+
+fn compile(compiler: &str, name: &str, folder: &Path, built: &Path) -> Result<()> {
+    let mut words = compiler.split_whitespace();
+    let mut command = Command::new(words.next().unwrap_or("cc"));
+    command
+        .args(words)
+        .args(["-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-o"]);
+    command
+        .arg(built)
+        .args([&format!("{name}.c"), "fmi.c", "-lm"])
+        .current_dir(folder);
+    let done = command.output().map_err(|error| {
+        Error::Compile(format!(
+            "'{compiler}' did not start ({error}); install a C compiler, or name one by the environment variable CC"
+        ))
+    })?;
+    match done.status.success() {
+        true => Ok(()),
+        false => Err(Error::Compile(format!(
+            "{compiler}: {}",
+            String::from_utf8_lossy(&done.stderr).trim()
+        ))),
+    }
+}
