@@ -68,7 +68,16 @@ pub fn archive(program: &Program<'_>, described: &Described<'_>, fmi: Fmi, compi
 fn variables(model: &ModelFile) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for name in model.inputs.iter().chain([&model.output]) {
-        let visible: String = name.chars().map(|c| if c.is_control() { '_' } else { c }).collect();
+        let visible: String = name
+            .chars()
+            .map(|c| {
+                if c.is_control() || "\u{fffe}\u{ffff}".contains(c) {
+                    '_'
+                } else {
+                    c
+                }
+            })
+            .collect();
         let free = |name: &String| !names.contains(name) && !OWN.contains(&name.as_str());
         let numbered = (2..).map(|k| format!("{visible}_{k}"));
         names.extend(std::iter::once(visible.clone()).chain(numbered).find(free));

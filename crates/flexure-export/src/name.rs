@@ -8,108 +8,16 @@ use crate::error::{Error, Result};
 const LONGEST: usize = 63;
 
 /// Words that no format takes for a name: those of C, C++, Python and MATLAB.
-const RESERVED: &[&str] = &[
-    "alignas",
-    "alignof",
-    "and",
-    "as",
-    "asm",
-    "assert",
-    "async",
-    "auto",
-    "await",
-    "bool",
-    "break",
-    "case",
-    "catch",
-    "char",
-    "class",
-    "classdef",
-    "const",
-    "constexpr",
-    "continue",
-    "decltype",
-    "def",
-    "default",
-    "del",
-    "delete",
-    "do",
-    "double",
-    "elif",
-    "else",
-    "elseif",
-    "end",
-    "enum",
-    "except",
-    "explicit",
-    "export",
-    "extern",
-    "false",
-    "False",
-    "finally",
-    "float",
-    "for",
-    "friend",
-    "from",
-    "function",
-    "global",
-    "goto",
-    "if",
-    "import",
-    "in",
-    "inline",
-    "int",
-    "is",
-    "lambda",
-    "long",
-    "main",
-    "mutable",
-    "namespace",
-    "new",
-    "noexcept",
-    "None",
-    "nonlocal",
-    "not",
-    "nullptr",
-    "operator",
-    "or",
-    "otherwise",
-    "parfor",
-    "pass",
-    "persistent",
-    "private",
-    "protected",
-    "public",
-    "raise",
-    "register",
-    "restrict",
-    "return",
-    "short",
-    "signed",
-    "sizeof",
-    "spmd",
-    "static",
-    "struct",
-    "switch",
-    "template",
-    "this",
-    "throw",
-    "true",
-    "True",
-    "try",
-    "typedef",
-    "typename",
-    "union",
-    "unsigned",
-    "using",
-    "virtual",
-    "void",
-    "volatile",
-    "while",
-    "with",
-    "xor",
-    "yield",
-];
+const RESERVED: &str = "alignas alignof and as asm assert async auto await bool break case catch char class classdef const constexpr continue \
+    decltype def default del delete do double elif else elseif end enum except explicit export extern false False finally float \
+    for friend from function global goto if import in inline int is lambda long main mutable namespace new noexcept None nonlocal \
+    not nullptr operator or otherwise parfor pass persistent private protected public raise register restrict return short signed \
+    sizeof spmd static struct switch template this throw true True try typedef typename union unsigned using virtual void \
+    volatile while with xor yield";
+
+fn is_reserved(name: &str) -> bool {
+    RESERVED.split_whitespace().any(|word| word == name)
+}
 
 /// Refuses what is no identifier in one of the formats.
 pub fn check(name: &str) -> Result<()> {
@@ -126,7 +34,7 @@ pub fn check(name: &str) -> Result<()> {
     if name.len() > LONGEST {
         return Err(wrong("it may have at most 63 characters"));
     }
-    if RESERVED.contains(&name) {
+    if is_reserved(name) {
         return Err(wrong("this is a word of C, C++, Python or MATLAB"));
     }
     Ok(())
@@ -140,7 +48,7 @@ pub fn of_file(path: &Path) -> String {
     if !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
         name = format!("model_{}", name.trim_start_matches('_'));
     }
-    if RESERVED.contains(&name.as_str()) {
+    if is_reserved(&name) {
         name.push_str("_model");
     }
     name

@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -141,6 +142,80 @@ fn matlab_computes_what_the_model_does_in_octave() {
         let apart = difference(&values("found.bin"), &values("y.bin"));
         println!("matlab {structure}: {apart:.1e}");
         assert!(apart <= 1e-12, "{structure}: {apart}");
+    }
+}
+
+/// A model whose names would end comments, strings and attributes.
+fn hostile() -> ModelFile {
+    let mut model = file("'''\n\"\"\"\nraise SystemExit(3)\n%}{{ 7*7 }}", Block::Offset(1.0));
+    model.inputs = vec!["\"/><evil a=\"]]>\u{1}\u{ffff}&\n%{\nexit(3)".to_owned()];
+    model.output = "time".to_owned();
+    model
+}
+
+#[test]
+fn names_of_a_hostile_model_do_no_harm() {
+    let place = tempfile::tempdir().unwrap();
+    let model = hostile();
+    for (fmi, variable) in [(Fmi::Two, "ScalarVariable"), (Fmi::Three, "Float64")] {
+        let path = place.path().join("model.fmu");
+        let options = Options {
+            format: Format::Fmu,
+            name: None,
+            fmi,
+            compile: false,
+        };
+        let artefacts = export(&model, &path, options).unwrap();
+        let mut archive = zip::ZipArchive::new(std::io::Cursor::new(&artefacts[0].bytes)).unwrap();
+        let mut text = String::new();
+        archive
+            .by_name("modelDescription.xml")
+            .unwrap()
+            .read_to_string(&mut text)
+            .unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let variables = document.descendants().filter(|n| n.has_tag_name(variable));
+        let names: Vec<&str> = variables.filter_map(|n| n.attribute("name")).collect();
+        assert_eq!(names[..3], ["\"/><evil a=\"]]>__&_%{_exit(3)", "time_2", "sample_time"]);
+        assert!(!document.descendants().any(|n| n.has_tag_name("evil")));
+    }
+    write(&model, Format::Python, &place.path().join("model.py"), Fmi::Two);
+    let code = "from model import model; assert model().step(2.0) == 3.0";
+    match Command::new("python3")
+        .args(["-c", code])
+        .current_dir(place.path())
+        .output()
+    {
+        Ok(done) => assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr)),
+        Err(_) => eprintln!("skipped: there is no python3"),
+    }
+    write(&model, Format::Matlab, &place.path().join("model.m"), Fmi::Two);
+    let text = std::fs::read_to_string(place.path().join("model.m")).unwrap();
+    let named: Vec<&str> = text
+        .lines()
+        .filter(|line| line.contains("evil") || line.contains("SystemExit"))
+        .collect();
+    assert!(
+        named.len() == 2 && named.iter().all(|line| line.starts_with("% ")),
+        "{named:?}"
+    );
+}
+
+#[test]
+fn the_same_model_gives_the_same_files() {
+    let (_, model) = &models()[6];
+    for format in [Format::C, Format::Fmu, Format::Onnx, Format::Python, Format::Matlab] {
+        let options = Options {
+            format,
+            name: None,
+            fmi: Fmi::Three,
+            compile: false,
+        };
+        let path = Path::new("model").with_extension(format.extension());
+        assert_eq!(
+            export(model, &path, options).unwrap(),
+            export(model, &path, options).unwrap()
+        );
     }
 }
 

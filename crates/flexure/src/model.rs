@@ -236,3 +236,33 @@ fn added(signals: impl Iterator<Item = Vec<f64>>, samples: usize) -> Vec<f64> {
     }
     sum
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nonlinearity::Outside;
+
+    fn wiener_hammerstein() -> Block {
+        let curve = Curve::new(vec![-1.0, 0.0, 2.0], vec![1.0, 0.0, 3.0], Outside::Linear).unwrap();
+        let linear = |b: Vec<f64>, a: Vec<f64>| Block::Linear(TransferFunction::new(b, a).unwrap());
+        Block::Series(vec![
+            linear(vec![0.0, 0.5], vec![1.0, -0.8]),
+            Block::Static(curve),
+            linear(vec![1.0, 0.3], vec![1.0, -0.9]),
+        ])
+    }
+
+    #[test]
+    fn a_run_from_the_first_sample_rests_under_a_constant_and_does_not_know_the_future() {
+        let block = wiener_hammerstein();
+        // Static gains 2.5 and 13, and f(5) = 7.5.
+        for y in block.simulate_from_first(&[&[2.0; 30]]).unwrap() {
+            assert!((y - 13.0 * 7.5).abs() < 1e-11, "{y}");
+        }
+        let u: Vec<f64> = (0..50).map(|n| (0.7 * f64::from(n)).sin()).collect();
+        let whole = block.simulate_from_first(&[&u]).unwrap();
+        assert_eq!(block.simulate_from_first(&[&u[..20]]).unwrap(), whole[..20]);
+        assert_ne!(block.simulate(&u)[..20], block.simulate(&u[..20]));
+        assert!(block.simulate_from_first(&[&u, &u]).is_err());
+    }
+}

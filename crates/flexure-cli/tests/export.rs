@@ -1,0 +1,81 @@
+//! `flexure export`: files that other programs run.
+
+mod common;
+
+use std::process::Command;
+
+use common::Folder;
+use serde_json::json;
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.known("r.csv", 1200, 1);
+    folder.known("fresh.csv", 300, 2);
+    folder.done("identify r.csv --input u --output y -o model.json");
+    folder
+}
+
+#[test]
+fn an_exported_model_predicts_what_predict_does() {
+    let folder = folder();
+    folder.done("predict model.json fresh.csv --initial-state first -o p.csv");
+    let text = folder.done("export model.json --to python -o plant.py");
+    assert_eq!(text.trim(), "wrote plant.py");
+    let code = "
+import csv
+from plant import plant
+read = lambda name, column: [float(row[column]) for row in csv.DictReader(open(name))]
+found, predicted = plant().simulate(read('fresh.csv', 'u')), read('p.csv', 'predicted')
+assert len(found) == 300 and max(abs(f - p) for f, p in zip(found, predicted)) < 1e-12
+";
+    match Command::new("python3")
+        .args(["-c", code])
+        .current_dir(folder.path("."))
+        .output()
+    {
+        Ok(done) => assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr)),
+        Err(_) => eprintln!("skipped: there is no python3"),
+    }
+}
+
+#[test]
+fn the_files_are_named() {
+    let folder = folder();
+    let text = folder.done("export model.json --to c --name plant_2 -o plant.c");
+    assert_eq!(text.trim(), "wrote plant.c\nwrote plant.h");
+    assert!(folder.read("plant.c").contains("#include \"plant.h\""));
+    assert!(
+        folder
+            .read("plant.h")
+            .contains("double plant_2_step(plant_2_state *state, double u);")
+    );
+    let object = folder.json("export model.json --to fmu --fmi 3 -o plant.fmu");
+    assert_eq!(object, json!({ "out": ["plant.fmu"] }));
+    folder.done("export model.json --to onnx --name net -o .");
+    assert!(folder.path("net.onnx").exists());
+}
+
+#[test]
+fn wrong_usage_is_refused_and_writes_nothing() {
+    let folder = folder();
+    for (arguments, message) in [
+        ("export model.json --to c --fmi 2 -o a.c", "--fmi is for --to fmu"),
+        (
+            "export model.json --to python --compile -o a.py",
+            "--compile is for --to fmu",
+        ),
+        ("export model.json --to c -o a.txt", "must end in .c"),
+        (
+            "export model.json --to c --name 2x -o a.c",
+            "it must begin with a letter",
+        ),
+        ("export r.csv --to c -o a.c", "not JSON"),
+    ] {
+        let outcome = folder.run(arguments);
+        assert!(
+            outcome.code != Some(0) && outcome.stderr.contains(message),
+            "{arguments}: {outcome:?}"
+        );
+        assert!(!folder.path("a.c").exists() && !folder.path("a.py").exists());
+    }
+}
