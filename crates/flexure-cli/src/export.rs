@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use flexure_export::{Fmi, Format, Options};
-use flexure_io::{read_model, write_atomically};
+use flexure_io::write_atomically;
+use flexure_workbench::export::exportable;
 use serde_json::json;
 
 use crate::arguments;
@@ -19,9 +20,10 @@ use crate::output::print;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     flexure export model.json --to c -o motor.c\n  \
+    flexure export friction.csv --to c -o friction.c\n  \
     flexure export model.json --to fmu --fmi 3 --compile -o motor.fmu")]
 pub struct Arguments {
-    /// The model, from `flexure identify -o`.
+    /// The model, from `flexure identify -o`; or a curve as a table, from `flexure joint --friction` or `flexure regress -o`.
     model: PathBuf,
     /// The format.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::named::<Format>())]
@@ -51,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             return Err(arguments::Usage(format!("{option} is for --to fmu")).into());
         }
     }
-    let model = read_model(&arguments.model)?;
+    let model = exportable(&arguments.model)?;
     let options = Options {
         format: arguments.to,
         name: arguments.name.as_deref(),

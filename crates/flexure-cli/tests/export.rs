@@ -56,6 +56,32 @@ fn the_files_are_named() {
 }
 
 #[test]
+fn a_curve_of_a_table_is_held_beyond_its_rows() {
+    let folder = Folder::new();
+    folder.write(
+        "friction.csv",
+        "velocity,torque,lower,upper\n-1,-2,-3,-1\n0,0.5,0,1\n2,1.5,1,2\n",
+    );
+    folder.done("export friction.csv --to python -o friction.py");
+    assert!(folder.read("friction.py").contains("# Output: torque."));
+    let code = "from friction import friction; assert friction().simulate([-9, -0.5, 1, 9]) == [-2, -0.75, 1, 1.5]";
+    match Command::new("python3")
+        .args(["-c", code])
+        .current_dir(folder.path("."))
+        .output()
+    {
+        Ok(done) => assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr)),
+        Err(_) => eprintln!("skipped: there is no python3"),
+    }
+    folder.write("falls.csv", "velocity,torque\n0,1\n-1,2\n");
+    let outcome = folder.run("export falls.csv --to c -o a.c");
+    assert!(
+        outcome.code == Some(1) && outcome.stderr.contains("must increase"),
+        "{outcome:?}"
+    );
+}
+
+#[test]
 fn wrong_usage_is_refused_and_writes_nothing() {
     let folder = folder();
     for (arguments, message) in [
@@ -69,7 +95,7 @@ fn wrong_usage_is_refused_and_writes_nothing() {
             "export model.json --to c --name 2x -o a.c",
             "it must begin with a letter",
         ),
-        ("export r.csv --to c -o a.c", "not JSON"),
+        ("export nowhere.json --to c -o a.c", "nowhere.json"),
     ] {
         let outcome = folder.run(arguments);
         assert!(

@@ -166,6 +166,9 @@ fn destination(out: &Path, extension: &str, name: Option<&str>) -> Result<(PathB
 /// What every format says about a model: plain text that ends no comment and no string.
 fn about(model: &ModelFile, program: &Program<'_>) -> Vec<String> {
     let rate = match model.sample_time {
+        _ if program.is_static() => {
+            "The output depends on the present input alone: call the step at any rate.".to_owned()
+        }
         Some(h) => format!("One step is one sample of {h:?} s. Call it at this rate."),
         None => "One step is one sample. The sample time was not known: call it at the rate of the record.".to_owned(),
     };

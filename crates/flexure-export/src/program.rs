@@ -64,6 +64,13 @@ impl<'a> Program<'a> {
         Ok(program)
     }
 
+    /// Whether no step has a state.
+    pub fn is_static(&self) -> bool {
+        let memoryless =
+            |kind: &Kind<'_>| matches!(kind, Kind::Curve(_) | Kind::Surface(_) | Kind::Sum | Kind::Offset(_));
+        self.steps.iter().all(|step| memoryless(&step.kind))
+    }
+
     /// Adds the steps of a block that reads these registers; returns the register of its output.
     fn walk(&mut self, block: &'a Block, from: &[usize]) -> Result<usize> {
         let kind = match block {

@@ -1,6 +1,12 @@
-//! The names of the formats of an export.
+//! What can be exported, and the names of the formats.
 
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use flexure::Block;
+use flexure::nonlinearity::{Curve, Outside};
 use flexure_export::{Fmi, Format};
+use flexure_io::{ModelFile, read_model, read_record};
 
 use crate::named::{Named, NamedValue};
 
@@ -23,4 +29,50 @@ impl Named for Fmi {
         NamedValue::new(Fmi::Two, "2", "FMI 2.0"),
         NamedValue::new(Fmi::Three, "3", "FMI 3.0"),
     ];
+}
+
+/// The model of a file: a model file, or a table (.csv, .parquet) such as `flexure joint --friction` and `flexure regress -o` write, whose second
+/// column is a function of the first. Beyond its rows the function has the value of the nearest.
+///
+/// # Errors
+/// Those of [`read_model`] and [`read_record`]; for a table whose first two columns are no curve.
+pub fn exportable(path: &Path) -> Result<ModelFile> {
+    if !path.extension().is_some_and(|e| e == "csv" || e == "parquet") {
+        return Ok(read_model(path)?);
+    }
+    let file = read_record(path)?;
+    let names = file.record.names();
+    // What follows is the band.
+    let ([input, output], true) = (
+        names.split_at(names.len().min(2)).0,
+        names.get(2).is_none_or(|third| third == "lower"),
+    ) else {
+        bail!(
+            "{}: a curve has two columns, x and y, or its band's columns lower and upper beside them",
+            path.display()
+        );
+    };
+    let (x, y) = (file.finite(input)?.to_vec(), file.finite(output)?.to_vec());
+    let curve = Curve::new(x, y, Outside::Nearest).map_err(|error| {
+        let why = "the first column must increase from row to row";
+        anyhow::anyhow!("{}: no curve ({error}); {why}", path.display())
+    })?;
+    Ok(ModelFile {
+        flexure: ModelFile::CURRENT.to_owned(),
+        structure: "curve".to_owned(),
+        method: String::new(),
+        inputs: vec![input.clone()],
+        output: output.clone(),
+        sample_time: None,
+        delay: 0,
+        order: 0,
+        block: Block::Static(curve),
+        paths: Vec::new(),
+        is_sum: false,
+        settling: None,
+        noise_model: None,
+        estimated: None,
+        records: Vec::new(),
+        identification: serde_json::Value::Null,
+    })
 }

@@ -5,7 +5,7 @@
 //! options and knows no terminal: text is [`Lines`](lines::Lines), which its user wraps; what is being done is reported to a callback.
 
 pub mod demo;
-mod export;
+pub mod export;
 pub mod joints;
 mod labels;
 pub mod lines;

@@ -250,17 +250,16 @@ static double {{ name }}_loop(const {{ name }}_loop_data *g, double *x, double *
 
 {% endif %}
 {% if "narx" in kinds or "volterra" in kinds %}
-/* Makes room for the newest value in front. */
-static void {{ name }}_shift(double *values, size_t length, double newest)
+/* Puts the newest value in front of the others, and returns where it stands. Every value is kept twice, so that those of any time stand in a row. */
+static const double *{{ name }}_push(double *values, size_t *at, size_t length, double newest)
 {
-    size_t i;
-
-    for (i = length; i > 1U; i--) {
-        values[i - 1U] = values[i - 2U];
+    if (length == 0U) {
+        return values;
     }
-    if (length > 0U) {
-        values[0] = newest;
-    }
+    *at = (*at == 0U) ? (length - 1U) : (*at - 1U);
+    values[*at] = newest;
+    values[*at + length] = newest;
+    return &values[*at];
 }
 
 {% endif %}
@@ -293,22 +292,23 @@ static const {{ name }}_loop_data {{ name }}_step{{ s.k }} = {
 };
 
 {% elif s.kind == "narx" %}
-static double {{ name }}_narx{{ s.k }}(double *past, double *u, double input)
+static double {{ name }}_narx{{ s.k }}(double *y, size_t *y_at, double *u, size_t *u_at, double input)
 {
     const size_t count = {{ s.terms }}U;
     const size_t outputs = {{ s.outputs }}U;
+    const double *past = &y[*y_at];
+    const double *recent = {{ name }}_push(u, u_at, {{ s.delay + s.inputs }}U, (input - {{ s.u_mean }}) / {{ s.u_spread }});
     double value = {{ s.constant }};
     double terms = 0.0;
     size_t factor = 0U;
     size_t i;
     size_t k;
 
-    {{ name }}_shift(u, {{ s.delay + s.inputs }}U, (input - {{ s.u_mean }}) / {{ s.u_spread }});
     for (i = 0U; i < count; i++) {
         double product = 1.0;
         for (k = 0U; k < {{ name }}_lengths{{ s.k }}[i]; k++) {
             const size_t at = {{ name }}_factors{{ s.k }}[factor];
-            product *= (at < outputs) ? past[at] : u[{{ s.delay }}U + (at - outputs)];
+            product *= (at < outputs) ? past[at] : recent[{{ s.delay }}U + (at - outputs)];
             factor++;
         }
         terms += {{ name }}_c{{ s.k }}[i] * product;
@@ -317,19 +317,18 @@ static double {{ name }}_narx{{ s.k }}(double *past, double *u, double input)
     /* Held within bounds; what is no number counts as the mean. */
     value = (value >= {{ s.low }}) ? value : ((value < {{ s.low }}) ? {{ s.low }} : {{ s.held_mean }});
     value = (value > {{ s.high }}) ? {{ s.high }} : value;
-    {{ name }}_shift(past, outputs, value);
+    (void){{ name }}_push(y, y_at, outputs, value);
     return {{ s.y_mean }} + ({{ s.y_spread }} * value);
 }
 
 {% elif s.kind == "volterra" %}
-static double {{ name }}_volterra{{ s.k }}(double *u, double input)
+static double {{ name }}_volterra{{ s.k }}(double *u, size_t *u_at, double input)
 {
     const size_t memory = {{ s.second }}U;
-    const double *recent = &u[{{ s.delay }}];
+    const double *recent = &{{ name }}_push(u, u_at, {{ s.delay + s.memory }}U, input - {{ s.level }})[{{ s.delay }}];
     double second = 0.0;
     size_t i;
 
-    {{ name }}_shift(u, {{ s.delay + s.memory }}U, input - {{ s.level }});
     for (i = 0U; i < memory; i++) {
         second += recent[i] * {{ name }}_kernel(&{{ name }}_h2{{ s.k }}[i * memory], recent, memory);
     }
@@ -380,9 +379,9 @@ double {{ name }}_step({{ name }}_state *state, {{ "double u" if inputs == 1 els
     {%- elif s.kind == "feedback" -%}
         {{ name }}_loop(&{{ name }}_step{{ s.k }}, state->s{{ s.k }}, next, before, &state->away{{ s.k }}, first, {{ input }})
     {%- elif s.kind == "narx" -%}
-        {{ name }}_narx{{ s.k }}(state->y{{ s.k }}, state->u{{ s.k }}, {{ input }})
+        {{ name }}_narx{{ s.k }}(state->y{{ s.k }}, &state->y_at{{ s.k }}, state->u{{ s.k }}, &state->u_at{{ s.k }}, {{ input }})
     {%- else -%}
-        {{ name }}_volterra{{ s.k }}(state->u{{ s.k }}, {{ input }})
+        {{ name }}_volterra{{ s.k }}(state->u{{ s.k }}, &state->u_at{{ s.k }}, {{ input }})
     {%- endif %};
 {% endfor %}
 

@@ -3,6 +3,8 @@
 #ifndef {{ name | upper }}_FLEXURE_H
 #define {{ name | upper }}_FLEXURE_H
 
+#include <stddef.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -18,10 +20,13 @@ typedef struct {
     double s{{ s.k }}[{{ s.order }}];
     int away{{ s.k }};
 {% elif s.kind == "narx" %}
-    double y{{ s.k }}[{{ [s.outputs, 1] | max }}];
-    double u{{ s.k }}[{{ [s.delay + s.inputs, 1] | max }}];
+    double y{{ s.k }}[{{ [2 * s.outputs, 1] | max }}];
+    double u{{ s.k }}[{{ [2 * (s.delay + s.inputs), 1] | max }}];
+    size_t y_at{{ s.k }};
+    size_t u_at{{ s.k }};
 {% elif s.kind == "volterra" %}
-    double u{{ s.k }}[{{ [s.delay + s.memory, 1] | max }}];
+    double u{{ s.k }}[{{ [2 * (s.delay + s.memory), 1] | max }}];
+    size_t u_at{{ s.k }};
 {% endif %}
 {% endfor %}
 } {{ name }}_state;
