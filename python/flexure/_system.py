@@ -239,7 +239,7 @@ class System(BaseEstimator):  # type: ignore[misc]
         return [(f"{name}_{i + 1}", block) for i, (_, blocks) in enumerate(paths) for name, block in blocks]
 
     def simulate(self, u: Any) -> Array:
-        """The free run: the output under the input alone, from the steady state that belongs to the mean input.
+        """The free run: the output under the input alone, from the steady state that belongs to the first input.
 
         Parameters
         ----------

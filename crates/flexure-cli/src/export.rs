@@ -15,7 +15,7 @@ use crate::output::print;
 
 /// Write a model as code for other programs.
 ///
-/// What is written computes, sample by sample, what `flexure predict --initial-state first` computes: the same interpolation, the same
+/// What is written computes, sample by sample, what `flexure predict --initial-state steady` computes: the same interpolation, the same
 /// values beyond the range of the data, and the same start, the steady state that belongs to the first input.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \

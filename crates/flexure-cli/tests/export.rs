@@ -18,7 +18,7 @@ fn folder() -> Folder {
 #[test]
 fn an_exported_model_predicts_what_predict_does() {
     let folder = folder();
-    folder.done("predict model.json fresh.csv --initial-state first -o p.csv");
+    folder.done("predict model.json fresh.csv --initial-state steady -o p.csv");
     let text = folder.done("export model.json --to python -o plant.py");
     assert_eq!(text.trim(), "wrote plant.py");
     let code = "

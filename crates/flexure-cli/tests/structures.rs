@@ -119,18 +119,17 @@ fn check_prediction(folder: &Folder) {
     let predicted = read_record(folder.path("predicted.csv")).unwrap();
     let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
     let blocks = &model["block"]["series"];
-    let through = |block: &Value, signal: &[f64]| {
-        let mean = signal.iter().sum::<f64>() / signal.len() as f64;
-        filter(
-            &numbers(&block["linear"]["b"]),
-            &numbers(&block["linear"]["a"]),
-            signal,
-            mean,
-        )
+    let from = |block: &Value, signal: &[f64], level: f64| {
+        let [b, a] = ["b", "a"].map(|name| numbers(&block["linear"][name]));
+        filter(&b, &a, signal, level)
     };
-    let w = through(&blocks[0], fresh.column("u").unwrap());
+    let through = |block: &Value, signal: &[f64]| from(block, signal, signal[0]);
+    let u = fresh.column("u").unwrap();
+    let w = through(&blocks[0], u);
     let (x, f) = (numbers(&blocks[1]["static"]["x"]), numbers(&blocks[1]["static"]["y"]));
-    let outside = w.iter().filter(|w| **w < x[0] || **w > x[x.len() - 1]).count();
+    // Those outside are counted from the steady state of the mean input.
+    let counted = from(&blocks[0], u, u.iter().sum::<f64>() / u.len() as f64);
+    let outside = counted.iter().filter(|w| **w < x[0] || **w > x[x.len() - 1]).count();
     let z: Vec<f64> = w.iter().map(|w| straight(&x, &f, *w)).collect();
     let y = through(&blocks[2], &z);
     for (sample, (got, want)) in predicted.record.column("predicted").unwrap().iter().zip(&y).enumerate() {

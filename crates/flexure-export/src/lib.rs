@@ -183,7 +183,7 @@ fn about(model: &ModelFile, program: &Program<'_>) -> Vec<String> {
     lines.push(format!("Output: {}.", model.output));
     lines.push(rate);
     lines.push(
-        "Start: the steady state that belongs to the first input, as flexure predict with initial state first."
+        "Start: the steady state that belongs to the first input, as flexure predict without a measured output."
             .to_owned(),
     );
     lines.extend(program.ranges());

@@ -16,10 +16,8 @@ use crate::systems::columns::SystemColumns;
 pub enum Start {
     /// That which fits the record's first outputs best.
     Estimate,
-    /// The steady state that belongs to the mean input.
-    Steady,
     /// The steady state that belongs to the input's first sample: what is predicted does not depend on later inputs.
-    First,
+    Steady,
 }
 
 impl Start {
@@ -39,11 +37,6 @@ impl Named for Start {
         NamedValue::new(
             Start::Steady,
             "steady",
-            "The steady state that belongs to the mean input",
-        ),
-        NamedValue::new(
-            Start::First,
-            "first",
             "The steady state that belongs to the input's first sample, as exported models start",
         ),
     ];
@@ -55,7 +48,6 @@ pub struct FreeRun {
     pub output: Vec<f64>,
     /// The samples that the initial state was estimated from; `None` if it is the steady one.
     pub estimated_from: Option<usize>,
-    start: Start,
 }
 
 impl FreeRun {
@@ -67,39 +59,33 @@ impl FreeRun {
         measured: Option<&[f64]>,
         start: Option<Start>,
     ) -> Result<Self> {
-        let causal = start == Some(Start::First);
-        let output = match causal {
-            true => simulated(block, file, inputs, Block::simulate_from_first)?,
-            false => simulate(block, file, inputs)?,
-        };
+        let output = simulate(block, file, inputs)?;
         let estimates = |y: &&[f64]| start.map_or(Start::enough(block, y.len()), |start| start == Start::Estimate);
         let Some(measured) = measured.filter(estimates) else {
-            return Ok(FreeRun {
-                output,
-                estimated_from: None,
-                start: if causal { Start::First } else { Start::Steady },
-            });
+            let estimated_from = None;
+            return Ok(FreeRun { output, estimated_from });
         };
         let u = columns(file, inputs)?;
         let state = estimate_initial_state_of_inputs(block, &u, measured).map_err(|error| file.locate(error))?;
         Ok(FreeRun {
             output: state.simulate_inputs(block, &u),
             estimated_from: Some(state.samples()),
-            start: Start::Estimate,
         })
     }
 
     /// The start's name.
     pub fn start(&self) -> Start {
-        self.start
+        match self.estimated_from {
+            Some(_) => Start::Estimate,
+            None => Start::Steady,
+        }
     }
 
     /// Where it starts, for reading.
     pub fn description(&self) -> String {
         match self.estimated_from {
             Some(samples) => format!("from the state estimated from the first {samples} outputs"),
-            None if self.start == Start::First => "from the steady state that belongs to the first input".to_owned(),
-            None => "from the steady state that belongs to the mean input".to_owned(),
+            None => "from the steady state that belongs to the first input".to_owned(),
         }
     }
 }
@@ -137,21 +123,13 @@ pub fn columns<'a>(file: &'a RecordFile, inputs: &[&str]) -> Result<Vec<&'a [f64
     inputs.iter().map(|name| Ok(file.finite(name)?)).collect()
 }
 
-/// The free run of a model under the columns `inputs` from the steady state of the mean input.
+/// The free run of a model under the columns `inputs` from the steady state that belongs to the first input.
 ///
 /// # Errors
 /// Those of [`RecordFile::finite`]; names the first sample for which the model has no finite output.
 pub fn simulate(block: &Block, file: &RecordFile, inputs: &[&str]) -> Result<Vec<f64>> {
-    simulated(block, file, inputs, Block::simulate_inputs)
-}
-
-/// A free run of a model under several inputs.
-type Run = fn(&Block, &[&[f64]]) -> flexure::Result<Vec<f64>>;
-
-/// The free run that `run` makes; names the first sample for which the model has no finite output.
-fn simulated(block: &Block, file: &RecordFile, inputs: &[&str], run: Run) -> Result<Vec<f64>> {
     let u = columns(file, inputs)?;
-    let y = run(block, &u)?;
+    let y = block.simulate_from_first(&u)?;
     let Some(first) = y.iter().position(|v| !v.is_finite()) else {
         return Ok(y);
     };
