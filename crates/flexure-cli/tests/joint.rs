@@ -208,18 +208,53 @@ fn a_torque_of_the_wrong_sign_is_said() {
     assert!(outcome.stderr.contains("inertia comes out negative") && outcome.stderr.contains("--torque-constant -1"));
 }
 
+/// A folder with a copy of a measured record, where it is at hand.
+fn measured(name: &str, copy: &str) -> Option<Folder> {
+    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data"));
+    let path = std::env::var_os("FLEXURE_DATA").map_or_else(beside, PathBuf::from);
+    let path = path.join(name);
+    if !path.is_file() {
+        println!("skipped: {} is not there", path.display());
+        return None;
+    }
+    let folder = Folder::new();
+    std::fs::copy(path, folder.path(copy)).unwrap();
+    Some(folder)
+}
+
+/// An industrial robot (KUKA KR300): behind the gears of three axes a second encoder, whose samples are 2.8 to 2.9 ms late.
+#[test]
+fn the_industrial_robot() {
+    let Some(folder) = measured("kr300-a.csv", "robot.csv") else {
+        return;
+    };
+    for axis in 1..=3 {
+        let found = folder.json(&format!(
+            "joint robot.csv --motor qm{axis} --link q{axis} --torque tau{axis}"
+        ));
+        assert_eq!(found["joint"], "rigid");
+        let number = |value: &Value| value.as_f64().unwrap();
+        let [late, error] = ["value", "standard_error"].map(|key| number(&found["encoder_skew"][key]));
+        let [gives, uncertain] = ["value", "standard_error"].map(|key| number(&found["compliance"][key]));
+        println!(
+            "axis {axis}: {late} +- {error} s, {gives} +- {uncertain} rad/(N m), inertia {}",
+            found["inertia"]
+        );
+        assert!((2.65e-3..3.0e-3).contains(&late) && error < 1e-4, "{late} {error}");
+        assert!(
+            (1e-5..4e-5).contains(&gives) && gives > 3.0 * uncertain,
+            "{gives} {uncertain}"
+        );
+        assert!(number(&found["inertia"]["value"]) > 0.0 && found["inertia"]["identifiable"] == true);
+    }
+}
+
 /// The electro-mechanical positioning system (EMPS): published M 95.1 kg, Fv 203.5 N s/m, Fc 20.4 N, offset -3.2 N.
 #[test]
 fn the_positioning_system() {
-    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data"));
-    let path = std::env::var_os("FLEXURE_DATA").map_or_else(beside, PathBuf::from);
-    let path = path.join("emps-estimation.mat");
-    if !path.is_file() {
-        println!("skipped: {} is not there", path.display());
+    let Some(folder) = measured("emps-estimation.mat", "emps.mat") else {
         return;
-    }
-    let folder = Folder::new();
-    std::fs::copy(path, folder.path("emps.mat")).unwrap();
+    };
     let found = folder.json(
         "joint emps.mat --position qm --torque vir --torque-constant gtau --prismatic --reference qg --kp kp --kv kv --report page.html",
     );

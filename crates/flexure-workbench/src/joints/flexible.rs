@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::arm_file::{self, Place, StartedArm};
 use super::text::{
-    Outcome, Units, estimate, fitted_json, lack_text, nearness, range_text, titled, with_error, write_findings,
-    write_others, write_parameters,
+    Outcome, Units, estimate, fitted_json, inertia_json, inertia_text, lack_text, nearness, range_text, titled,
+    with_error, write_findings, write_others, write_parameters,
 };
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page, simulation};
 use crate::lines::Lines;
@@ -50,7 +50,7 @@ impl Joint for Flexible {
     fn summary(&self, motions: &[Motion]) -> Lines {
         let (axis, log) = (&self.axis, &self.log);
         let mut lines = Lines::new();
-        let inertia = format!("link inertia {} kg m^2", with_error(axis.link.inertia));
+        let inertia = format!("link inertia {}", inertia_text(axis.link.inertia, &Units::of(false)));
         Outcome::new(motions, [&axis.model.friction]).write_headline("Flexible joint", &inertia, &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));
         write_axis(axis, "link inertia", motions.first(), "torque", &mut lines);
@@ -87,8 +87,8 @@ pub fn axis_json(axis: &FlexibleAxis) -> Value {
     let units = Units::of(false);
     let list = |forms: &[Fitted]| -> Vec<Value> { forms.iter().map(|f| fitted_json(f, &units)).collect() };
     json!({
-        "motor_inertia": axis.motor_inertia,
-        "link_inertia": axis.link.inertia,
+        "motor_inertia": inertia_json(axis.motor_inertia),
+        "link_inertia": inertia_json(axis.link.inertia),
         "stiffness": curve_json(&axis.stiffness.band),
         "secant_stiffness": curve_json(&axis.secant),
         "friction": curve_json(&axis.link.friction.band),
@@ -140,7 +140,7 @@ pub fn at_motor(axis: &FlexibleAxis) -> Option<(&Fitted, &'static str)> {
 pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torque: &str, lines: &mut Lines) {
     let units = Units::of(false);
     let inertia = |e: Estimated| match e.standard_error != 0.0 {
-        true => format!("{} kg m^2", with_error(e)),
+        true => inertia_text(e, &units),
         false => format!("{} kg m^2, as given", number(e.value)),
     };
     lines.item("motor inertia", inertia(axis.motor_inertia));

@@ -10,7 +10,7 @@ use flexure_report::data::{
 
 use super::flexible::at_motor;
 use super::simulation::Fit;
-use super::text::{Constant, Outcome, Units, constants, lack_text, parameter_rows, titled, with_error};
+use super::text::{Constant, Outcome, Units, constants, inertia_text, lack_text, parameter_rows, titled};
 use super::{Log, Motion};
 use crate::plots::{banded, median};
 use crate::text::{capitalised, decimal, number};
@@ -219,6 +219,13 @@ fn subtitle(what: &str, log: &Log) -> String {
 }
 
 fn inertia(name: &str, value: Estimated, unit: &str) -> Fact {
+    if !value.is_positive() {
+        let note = match value.positive_range() {
+            Some([_, high]) => typeset(&format!("these data support 0 to {} {unit}", number(high))),
+            None => "the best fit is negative".to_owned(),
+        };
+        return Fact::new(name, "not identifiable".to_owned(), note);
+    }
     let note = match value.standard_error {
         0.0 => "as given".to_owned(),
         error if error.is_finite() => format!("standard error {}", number(error)),
@@ -273,8 +280,7 @@ fn without_wide_band(mut curve: Nonlinearity) -> Nonlinearity {
 fn table(form: &Fitted, units: &Units) -> ParameterTable {
     let mut rows: Vec<[String; 2]> = Vec::new();
     if form.inertia.value.is_finite() {
-        let value = with_error(form.inertia);
-        rows.push(["inertia".to_owned(), typeset(&format!("{value} {}", units.inertia()))]);
+        rows.push(["inertia".to_owned(), typeset(&inertia_text(form.inertia, units))]);
     }
     rows.extend(parameter_rows(form, units).map(|(symbols, value)| [symbols.join(", "), typeset(&value)]));
     ParameterTable {

@@ -8,7 +8,8 @@ use serde_json::{Value, json};
 use super::arm_file::{self, Place};
 use super::simulation::Fit;
 use super::text::{
-    Outcome, Units, estimate, fitted_json, nearness, range_text, with_error, write_findings, write_form, write_others,
+    Outcome, Units, estimate, fitted_json, inertia_json, inertia_text, nearness, range_text, with_error,
+    write_findings, write_form, write_others,
 };
 use super::{Curves, Joint, Log, Motion, curve_json, curve_record, page};
 use crate::lines::Lines;
@@ -52,7 +53,7 @@ impl Joint for Rigid {
         let (axis, units) = (&self.axis, self.units());
         json!({
             "joint": "rigid",
-            "inertia": axis.inertia,
+            "inertia": inertia_json(axis.inertia),
             "inertia_unit": units.inertia(),
             "friction": curve_json(&axis.friction.band),
             "extras": axis.extras,
@@ -60,6 +61,8 @@ impl Joint for Rigid {
             "best_form": axis.friction.best().form,
             "cut_off": axis.cut_off,
             "highest_frequency": axis.highest,
+            "encoder_skew": axis.stiff.map(|stiff| stiff.clock_offset),
+            "compliance": axis.stiff.map(|stiff| stiff.compliance),
             "findings": axis.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })
     }
@@ -81,7 +84,7 @@ impl Joint for Rigid {
     fn summary(&self, motions: &[Motion]) -> Lines {
         let (axis, log, units) = (&self.axis, &self.log, self.units());
         let best = axis.friction.best();
-        let inertia = format!("{} {}", with_error(axis.inertia), units.inertia());
+        let inertia = inertia_text(axis.inertia, &units);
         let mut lines = Lines::new();
         Outcome::new(motions, [best]).write_headline("Rigid axis", &format!("inertia {inertia}"), &mut lines);
         lines.item("log", format!("{} samples of {}", log.samples(), log.name));

@@ -68,6 +68,28 @@ pub fn with_error(estimated: Estimated) -> String {
     }
 }
 
+/// An inertia for reading: what is not clearly positive is not told as a number.
+pub fn inertia_text(inertia: Estimated, units: &Units) -> String {
+    let unit = units.inertia();
+    if inertia.is_positive() || !inertia.standard_error.is_finite() {
+        return format!("{} {unit}", with_error(inertia));
+    }
+    match inertia.positive_range() {
+        Some([_, high]) => format!("not identifiable: the data support 0 to {} {unit}", number(high)),
+        None => "not identifiable: the best fit is negative".to_owned(),
+    }
+}
+
+/// An inertia as JSON: no less than zero, with the range that the data support where they do not tell it from zero.
+pub fn inertia_json(inertia: Estimated) -> Value {
+    json!({
+        "value": if inertia.value < 0.0 { 0.0 } else { inertia.value },
+        "standard_error": inertia.standard_error,
+        "identifiable": inertia.is_positive(),
+        "range": inertia.positive_range(),
+    })
+}
+
 /// The estimate of a parameter.
 pub fn estimate(parameter: &Parameter) -> Estimated {
     Estimated {
@@ -107,7 +129,7 @@ pub fn write_form(form: &Fitted, units: &Units, lines: &mut Lines) {
     lines.sentence(format!("{}, smallest BIC: {}", titled(form), lack_text(form)));
     lines.deeper(|lines| {
         if form.inertia.value.is_finite() {
-            lines.item("M", format!("{} {}", with_error(form.inertia), units.inertia()));
+            lines.item("M", inertia_text(form.inertia, units));
         }
         write_parameters(form, units, lines);
     });
@@ -141,7 +163,10 @@ pub fn write_others<'a>(forms: impl Iterator<Item = &'a Fitted>, units: &Units, 
         lines.sentence(format!("{}: {}", titled(form), lack_text(form)));
         let inertia = form.inertia;
         let mass = inertia.value.is_finite();
-        let mass = mass.then(|| format!("M = {} {}", with_error(inertia), units.inertia()));
+        let mass = mass.then(|| match inertia.is_positive() {
+            true => format!("M = {} {}", with_error(inertia), units.inertia()),
+            false => "M not identifiable".to_owned(),
+        });
         let parameters = form.parameters.iter().map(|p| match p.identifiable {
             true => {
                 let unit = units.of_curve(p.unit, form.form.is_stiffness());
@@ -188,7 +213,7 @@ pub fn fitted_json(form: &Fitted, units: &Units) -> Value {
     json!({
         "form": form.form,
         "title": form.form.title(),
-        "inertia": form.inertia,
+        "inertia": inertia_json(form.inertia),
         "parameters": parameters,
         "lack_of_fit": form.lack_of_fit,
         "bic": form.bic,

@@ -3,7 +3,8 @@
 use std::fmt;
 
 use super::effects::Effect;
-use crate::text::{counted, decimal, number, percent};
+use super::outcome::StiffJoint;
+use crate::text::{counted, decimal, number, percent, with_error};
 
 /// Something to know before trusting the result; its text names a remedy.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +50,8 @@ pub enum Finding {
         /// The stiffness that a spring with this deflection would have; NaN where there is none.
         stiffness: f64,
     },
+    /// The difference between motor and link is nearly all an offset of their encoders' clocks.
+    StiffJoint(StiffJoint),
     /// The encoders' samples are not of the same instants.
     EncoderClocks {
         /// The time by which the link's samples are late, s.
@@ -147,10 +150,40 @@ impl fmt::Display for Finding {
                 noise,
                 stiffness,
             } => write_no_flexibility(f, deflection, noise, stiffness),
+            Finding::StiffJoint(ref stiff) => write_stiff(f, stiff),
             Finding::EncoderClocks { offset, standard_error } => write_encoder_clocks(f, offset, standard_error),
             Finding::TorqueDelay { delay, held } => write_torque_delay(f, delay, held),
         }
     }
+}
+
+fn write_stiff(f: &mut fmt::Formatter<'_>, stiff: &StiffJoint) -> fmt::Result {
+    let StiffJoint {
+        clock_offset,
+        compliance,
+        share_of_clocks,
+    } = stiff;
+    let side = if clock_offset.value > 0.0 { "later" } else { "earlier" };
+    write!(
+        f,
+        "motor and link move almost as one: the link's samples are {} ms {side} than the motor's, and that times velocity is {} of the \
+         difference between their angles (mean square)",
+        with_error(1e3 * clock_offset.value.abs(), 1e3 * clock_offset.standard_error),
+        percent(*share_of_clocks)
+    )?;
+    match compliance.is_positive() {
+        true => write!(
+            f,
+            "; besides, the joint gives by {} rad a N m of the motor, a stiffness of at most {:.1e} N m/rad",
+            with_error(compliance.value, compliance.standard_error),
+            1.0 / compliance.value
+        )?,
+        false => write!(f, "; of a spring nothing is seen beside it")?,
+    }
+    write!(
+        f,
+        ". Inertia and friction are those of motor and link together, which this log does not tell apart: excite faster motions"
+    )
 }
 
 fn write_encoder_clocks(f: &mut fmt::Formatter<'_>, offset: f64, standard_error: f64) -> fmt::Result {

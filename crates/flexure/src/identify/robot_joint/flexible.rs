@@ -13,8 +13,8 @@ use super::finding::Finding;
 use super::free_outcome::{FreeOutcome, torque_band};
 use super::joint_forms::{JointForms, JointPlace};
 use super::joint_signals::JointSignals;
-use super::motion::{Motion, modulation_of};
-use super::outcome::{Estimated, FlexibleAxis, IdentifiedJoint, JointModel, RigidAxis};
+use super::motion::{self, Motion, modulation_of};
+use super::outcome::{Estimated, FlexibleAxis, IdentifiedJoint, JointModel, RigidAxis, StiffJoint};
 use super::rigid::{RigidJoint, extra_parameters};
 use super::smooth::Reflected;
 use crate::error::{DataError, Error, Result};
@@ -70,9 +70,15 @@ impl FlexibleJoint<'_> {
         };
         let motions = [motion];
         let modulation = modulation_of(&motions, self.sample_time)?;
+        let resolved = motion::resolved(&motions, self.sample_time);
         let [motion] = motions;
+        let stiff = motion.stiff(&modulation);
         if let Some(findings) = motion.no_flexibility(&modulation) {
-            return Ok(IdentifiedJoint::Rigid(Box::new(self.rigid(findings)?)));
+            return self.rigid(None, findings);
+        }
+        match (resolved, &stiff) {
+            (Err(_), Some(_)) => return self.rigid(stiff, Vec::new()),
+            (resolved, _) => resolved?,
         }
         let axis = explained(&motion, &modulation).and_then(|explained| {
             let clocks = &explained.clocks;
@@ -81,22 +87,34 @@ impl FlexibleJoint<'_> {
             let joint = joint.with(&motion, &link, &explained.effects, Some(&explained.stiffness));
             self.outcome(&motion, &joint, &explained, &link)
         });
-        let axis = axis.ok_or(DataError::TooLittleMotion {
-            what: "inertias, stiffness and friction of the joint",
-        })?;
-        Ok(IdentifiedJoint::Flexible(Box::new(axis.distrusted())))
+        match axis {
+            Some(axis) if stiff.is_none() || axis.tells_inertias_apart() => {
+                Ok(IdentifiedJoint::Flexible(Box::new(axis.distrusted())))
+            }
+            _ if stiff.is_some() => self.rigid(stiff, Vec::new()),
+            _ => {
+                let what = "inertias, stiffness and friction of the joint";
+                Err(DataError::TooLittleMotion { what }.into())
+            }
+        }
     }
 
-    /// The axis of the link alone.
-    fn rigid(&self, findings: Vec<Finding>) -> Result<RigidAxis> {
+    /// The axis of motor and link as one: the motor's where the joint is stiff beside its clocks, else the link's.
+    fn rigid(&self, stiff: Option<StiffJoint>, mut findings: Vec<Finding>) -> Result<IdentifiedJoint> {
         // The link's angle on the motor's clock, which is the torque's: the motor's own shakes against a stiff joint.
         let offset = findings.iter().find_map(|f| match f {
             Finding::EncoderClocks { offset, .. } => Some(*offset),
             _ => None,
         });
         let link = offset.map(|offset| Reflected::new(self.link, self.sample_time).shifted(offset));
+        if let Some(stiff) = stiff {
+            findings = vec![Finding::StiffJoint(stiff)];
+        }
         let mut axis = RigidJoint {
-            position: link.as_deref().unwrap_or(self.link),
+            position: match stiff {
+                Some(_) => self.motor,
+                None => link.as_deref().unwrap_or(self.link),
+            },
             torque: self.torque,
             velocity: None,
             sample_time: self.sample_time,
@@ -105,7 +123,8 @@ impl FlexibleJoint<'_> {
         }
         .identify()?;
         axis.findings.splice(0..0, findings);
-        Ok(axis)
+        axis.stiff = stiff;
+        Ok(IdentifiedJoint::Rigid(Box::new(axis)))
     }
 
     fn outcome(
@@ -225,6 +244,7 @@ impl AxisParts<'_> {
             stiffness: outcome.identified(stiffness, torque_band(&secant), self.forms.stiffness, of_stiffness)?,
             secant,
             link: RigidAxis {
+                stiff: None,
                 inertia: self.link_inertia,
                 friction: outcome.identified(friction, outcome.band(friction), self.forms.friction, of_friction)?,
                 extras: extra_parameters(

@@ -79,6 +79,13 @@ pub const SAMPLES_A_CONSTANT: f64 = 5.0;
 
 /// The least deflection that determines a stiffness, in standard deviations of the encoders' noise.
 pub const FLEXIBLE: f64 = 3.0;
+/// The least share of a deflection's mean square that is the clocks' where a joint counts as stiff.
+pub const MOSTLY_CLOCKS: f64 = 0.9;
+/// The degree of what depends on the angle in the deflection of a stiff joint.
+pub const ANGLE_DEGREE: usize = 5;
+/// Lines on either side over which the remainder of a stiff joint's deflection is averaged: at least so many, and this share of the frequency.
+pub const NEIGHBOURS_AROUND: usize = 3;
+pub const NEIGHBOURS_SHARE: f64 = 0.25;
 /// A deflection of more standard deviations than this needs no smoothing.
 pub const PLAIN: f64 = 100.0;
 /// The probability with which chance alone may pass for a spring.

@@ -54,6 +54,7 @@
 //! | `fourier.rs` | modulated Fourier integrals: derivatives without differentiating |
 //! | `motion.rs` | a log with the noise of its encoders, and the frequencies of the equations |
 //! | `compliance.rs` | whether the joint is flexible |
+//! | `stiff.rs` | the difference between motor and link where it is nearly all an offset of the clocks |
 //! | `clock_offset.rs`, `clocks.rs` | offsets of the clocks of torque and encoders, and how they are estimated |
 //! | `effects.rs`, `explanations.rs` | what else may act on a joint; which of it a log shows, and what explains it equally well |
 //! | `basis.rs` | the splines of a free curve |
@@ -103,6 +104,7 @@ mod profile;
 mod replay;
 mod rigid;
 mod smooth;
+mod stiff;
 mod system;
 mod two_link;
 
@@ -116,6 +118,7 @@ pub use forms::FormName;
 pub use limits::REFUTED;
 pub use outcome::{
     Estimated, Fitted, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, LackOfFit, Parameter, RigidAxis,
+    StiffJoint,
 };
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};

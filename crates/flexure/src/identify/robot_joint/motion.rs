@@ -26,13 +26,22 @@ pub(super) fn modulation(samples: usize, step: f64, share: f64, band: f64) -> Re
 /// The same for flexible joints.
 ///
 /// # Errors
-/// Those of [`modulation`]; [`Error::Data`]: `SampledTooSlowly`.
+/// Those of [`modulation`].
 pub(super) fn modulation_of(motions: &[Motion], step: f64) -> Result<Modulation> {
-    let samples = motions[0].link.len();
-    let noises: Vec<Noise> = motions.iter().flat_map(|m| [m.motor_noise, m.link_noise]).collect();
-    checks::resolved(&noises, samples, step)?;
-    let widest = noises.iter().map(|noise| noise.band).fold(0.0, f64::max);
-    modulation(samples, step, HIGHEST_FLEXIBLE, BANDS * widest)
+    let widest = noises(motions).map(|noise| noise.band).fold(0.0, f64::max);
+    modulation(motions[0].link.len(), step, HIGHEST_FLEXIBLE, BANDS * widest)
+}
+
+/// Refuses motions that are sampled too slowly for flexible joints.
+///
+/// # Errors
+/// [`Error::Data`]: `SampledTooSlowly`.
+pub(super) fn resolved(motions: &[Motion], step: f64) -> Result<()> {
+    checks::resolved(&noises(motions).collect::<Vec<_>>(), motions[0].link.len(), step)
+}
+
+fn noises(motions: &[Motion]) -> impl Iterator<Item = Noise> {
+    motions.iter().flat_map(|m| [m.motor_noise, m.link_noise])
 }
 
 /// A joint's log with the noise of its encoders.

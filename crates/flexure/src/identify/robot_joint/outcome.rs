@@ -5,7 +5,9 @@ use serde::Serialize;
 use super::effects::Effect;
 use super::finding::Finding;
 use super::forms::{FormName, ParametricCurve};
+use super::limits::LARGEST_ERROR;
 use crate::bands::Band;
+use crate::quantiles::NORMAL_95;
 
 /// A number with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -87,6 +89,19 @@ const ONE_WAY: &str = "the joint moves in one direction only, in which Coulomb f
 const DRY_FRICTION: [&str; 9] = ["Fc", "Fs", "vs", "F0", "g1", "g2", "g3", "g4", "g5"];
 
 impl Estimated {
+    /// Whether the value is more than the data's chance: positive by two standard errors, as a parameter that counts as identifiable. Without
+    /// a standard error, whether it is positive.
+    pub fn is_positive(&self) -> bool {
+        let chance = self.standard_error / LARGEST_ERROR;
+        self.value > if chance.is_finite() { chance } else { 0.0 }
+    }
+
+    /// The values from zero on that are within 95 % of chance; `None` if there are none.
+    pub fn positive_range(&self) -> Option<[f64; 2]> {
+        let [low, high] = [-1.0, 1.0].map(|side| self.value + side * NORMAL_95 * self.standard_error);
+        (high > 0.0).then(|| [low.max(0.0), high])
+    }
+
     /// Adds a systematic error to the standard error, as the root of the sum of squares.
     pub(super) fn or_off_by(self, error: f64) -> Self {
         Estimated {
@@ -187,8 +202,21 @@ pub struct RigidAxis {
     pub sample_time: f64,
     /// The torque that the free curves, the inertias and the motion make.
     pub reconstructed: Vec<f64>,
+    /// What the difference between motor and link is made of, where both were logged and an offset of the clocks makes nearly all of it.
+    pub stiff: Option<StiffJoint>,
     /// What to know before trusting it.
     pub findings: Vec<Finding>,
+}
+
+/// The difference between motor and link of a joint that is stiff: an offset of the clocks times velocity, and a small compliance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StiffJoint {
+    /// The time by which the link's samples are late, s.
+    pub clock_offset: Estimated,
+    /// The deflection by the motor's torque, rad/(N m): the spring's compliance, or less where the motor takes a part of its torque.
+    pub compliance: Estimated,
+    /// The share of the difference's mean square, about its mean, that the clocks make.
+    pub share_of_clocks: f64,
 }
 
 /// A flexible joint: `tau = Jm qm'' + kappa(d)`, `kappa(d) = M q'' + f(q')`, with what else acts on it ([`Effect`]).
@@ -241,6 +269,13 @@ impl RigidAxis {
 }
 
 impl FlexibleAxis {
+    /// Whether the log tells that both motor and link have an inertia.
+    pub(super) fn tells_inertias_apart(&self) -> bool {
+        [self.motor_inertia, self.link.inertia]
+            .iter()
+            .all(Estimated::is_positive)
+    }
+
     /// With the standard errors that its findings leave it.
     pub(super) fn distrusted(mut self) -> Self {
         let doubt = Doubt::new(&self.link.findings);

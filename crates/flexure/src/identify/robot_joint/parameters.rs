@@ -11,6 +11,8 @@ use super::outcome::{Estimated, Fitted, LackOfFit, Parameter};
 use super::system::Curve;
 use crate::quantiles::NORMAL_95;
 
+/// The factors that are positive in every joint: of friction, which brakes, and of springs, which hold.
+const PASSIVE: [&str; 6] = ["Fc", "Fv", "Fs", "g4", "g6", "a2"];
 /// Why a parameter is not identifiable.
 const FITS_AS_WELL: &str = "values far from each other fit these data as well";
 
@@ -160,23 +162,26 @@ impl Uncertain {
 
 /// A factor. `size` is what its error is compared with if it may well be zero; otherwise that is the factor itself.
 fn factor(symbol: &str, unit: [i32; 2], uncertain: Uncertain, size: Option<f64>) -> Parameter {
-    let zero = size.is_none() && uncertain.interval[0] <= 0.0 && uncertain.interval[1] >= 0.0;
+    let [low, high] = uncertain.interval;
+    let zero = size.is_none() && low <= 0.0 && high >= 0.0;
     let size = size.unwrap_or(uncertain.value.abs());
-    let identifiable = !zero && uncertain.within(FAR * size) && uncertain.error < LARGEST_ERROR * size;
-    let remark = match (identifiable, zero) {
-        (true, _) => "",
-        (false, true) => "these data do not distinguish it from zero",
-        (false, false) => FITS_AS_WELL,
+    let passive = PASSIVE.contains(&symbol);
+    let negative = passive && high < 0.0;
+    let identifiable = !zero && !negative && uncertain.within(FAR * size) && uncertain.error < LARGEST_ERROR * size;
+    let remark = match (identifiable, zero, negative) {
+        (true, ..) => "",
+        (false, true, _) => "these data do not distinguish it from zero",
+        (false, _, true) => "the best fit is negative, as in no joint",
+        (false, ..) => FITS_AS_WELL,
     };
+    let low = if passive && !negative { low.max(0.0) } else { low };
     Parameter {
         symbol: symbol.to_owned(),
         unit,
         value: uncertain.value,
         standard_error: uncertain.error,
         identifiable,
-        range: uncertain
-            .interval
-            .map(|end| if end.is_finite() { end } else { f64::NAN }),
+        range: [low, high].map(|end| if end.is_finite() { end } else { f64::NAN }),
         remark: remark.to_owned(),
     }
 }

@@ -185,6 +185,7 @@ impl RigidJoint<'_> {
             highest: outcome.highest(),
             sample_time: self.sample_time,
             reconstructed: (0..curve.len()).map(|i| curve[i] + others(i)).collect(),
+            stiff: None,
             findings: self.findings(signals, noise, viscous.map(|v| factors[INERTIA] / v)),
         })
     }

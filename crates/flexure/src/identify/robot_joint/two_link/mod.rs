@@ -21,7 +21,7 @@ use super::equations::Column;
 use super::finding::Finding;
 use super::fourier::Modulation;
 use super::joint_signals::{JointSignals, of_inertia};
-use super::motion::{Carrier, Motion, modulation_of};
+use super::motion::{self, Carrier, Motion, modulation_of};
 use super::outcome::{Estimated, FlexibleAxis};
 use super::system::{FreeCurves, System};
 use crate::error::{DataError, Error, Result};
@@ -135,6 +135,7 @@ impl TwoLinkLog<'_> {
             noise: first.link_noise,
         });
         let motions = [first, second];
+        motion::resolved(&motions, self.sample_time)?;
         let modulation = modulation_of(&motions, self.sample_time)?;
         for (joint, motion) in motions.iter().enumerate() {
             let findings = motion.no_flexibility(&modulation).unwrap_or_default();
