@@ -7,6 +7,7 @@
 //! | get torques from accelerations | [`Chain::inverse_dynamics`] |
 //! | get the inertia matrix | [`Chain::mass_matrix`] |
 //! | get the torques as linear in the links' inertias | [`Chain::regressor`], [`Chain::inertial_parameters`] |
+//! | take one that is ready to use | [`ChainPreset`] |
 //! | get energy and momentum | [`Chain::energy`], [`Chain::centroidal_momentum`] |
 //!
 //! The model stays the same; what the passes write is in a [`ChainData`], so that a call allocates nothing. SI units. The order of
@@ -47,6 +48,7 @@ mod aba;
 mod crba;
 mod data;
 mod model;
+mod presets;
 mod problem;
 mod regressor;
 mod rnea;
@@ -57,6 +59,7 @@ mod vector;
 
 pub use data::ChainData;
 pub use model::{Base, Chain, ChainLink, ChainParameters, JointMotion, LinkInertia};
+pub use presets::ChainPreset;
 pub use problem::ChainProblem;
 pub use regressor::INERTIAL_PARAMETERS;
 pub use rnea::{CentroidalMomentum, ChainEnergy};

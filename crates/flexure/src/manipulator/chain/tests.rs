@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::manipulator::{Link, LinkDynamics};
+use crate::manipulator::{JointKind, Link, LinkDynamics, space_arm};
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -220,6 +220,29 @@ fn two_planar_links_have_the_inertia_of_the_two_link_arm() {
         let want = [0, 1].map(|k| c[k][0] * dq[0] + c[k][1] * dq[1]);
         assert!(close(&bias, &want, 1e-13), "{bias:?} {want:?}");
     }
+}
+
+#[test]
+fn the_presets_are_chains_and_the_space_arm_is_that_of_two_links() {
+    for preset in ChainPreset::ALL {
+        let chain = Chain::new(&preset.parameters()).unwrap();
+        let (mut data, n) = (chain.data(), chain.velocities());
+        let draw = &mut Draw(3);
+        let (q, v, a) = (draw.vector(chain.positions()), draw.vector(n), draw.vector(n));
+        let (mut tau, mut back) = (vec![0.0; n], vec![0.0; n]);
+        chain.inverse_dynamics(&mut data, &q, &v, &a, &mut tau).unwrap();
+        chain.forward_dynamics(&mut data, &q, &v, &tau, &mut back).unwrap();
+        assert!(close(&a, &back, 1e-10), "{}: {a:?} {back:?}", preset.name());
+    }
+    let held = ChainParameters {
+        base: Base::Fixed,
+        base_inertia: None,
+        ..ChainPreset::FreeSpaceArm.parameters()
+    };
+    let (chain, mut m) = (Chain::new(&held).unwrap(), [0.0; 4]);
+    chain.mass_matrix(&mut chain.data(), &[0.2, 0.7], &mut m).unwrap();
+    let want = LinkDynamics::new(&space_arm(JointKind::Rigid).links).inertia(0.7);
+    assert!(close(&m, want.as_flattened(), 1e-14));
 }
 
 fn planar(links: &[Link; 2]) -> ChainParameters {

@@ -1,0 +1,72 @@
+//! The time of a chain's algorithms, one state a call on one core: `cargo bench -p flexure --bench chain`.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use flexure::manipulator::chain::{Base, Chain, ChainPreset};
+
+/// The least time of a call over several runs, microseconds.
+fn microseconds(mut call: impl FnMut(usize)) -> f64 {
+    const CALLS: usize = 50_000;
+    let run = |_| {
+        let start = Instant::now();
+        (0..CALLS).for_each(&mut call);
+        start.elapsed().as_secs_f64() / CALLS as f64 * 1e6
+    };
+    (0..15).map(run).fold(f64::INFINITY, f64::min)
+}
+
+fn main() -> flexure::Result<()> {
+    println!("microseconds            forward  inverse  inertia matrix");
+    let [space_arm, _, six, seven] = ChainPreset::ALL.map(ChainPreset::parameters);
+    let mut two = space_arm;
+    (two.base, two.base_inertia) = (Base::Fixed, None);
+    let mut free = seven.clone();
+    (free.base, free.base_inertia) = (Base::Free, seven.links[0].inertia);
+    for (name, parameters) in [
+        ("two links", two),
+        ("six joints", six),
+        ("seven joints", seven),
+        ("free base + 7", free),
+    ] {
+        let chain = Chain::new(&parameters)?;
+        let (mut data, n) = (chain.data(), chain.velocities());
+        let wave = |k: usize, phase: f64| move |i: usize| (phase + k as f64 + 1.7 * i as f64).sin();
+        let states: Vec<[Vec<f64>; 3]> = (0..64)
+            .map(|k| {
+                let q: Vec<f64> = (0..chain.positions()).map(wave(k, 0.1)).collect();
+                [
+                    q,
+                    (0..n).map(wave(k, 1.1)).collect(),
+                    (0..n).map(wave(k, 2.1)).collect(),
+                ]
+            })
+            .collect();
+        let (mut result, mut matrix) = (vec![0.0; n], vec![0.0; n * n]);
+        let forward = microseconds(|k| {
+            let [q, v, tau] = &states[k % 64];
+            black_box(
+                chain
+                    .forward_dynamics(&mut data, q, v, tau, black_box(&mut result))
+                    .is_ok(),
+            );
+        });
+        let inverse = microseconds(|k| {
+            let [q, v, a] = &states[k % 64];
+            black_box(
+                chain
+                    .inverse_dynamics(&mut data, q, v, a, black_box(&mut result))
+                    .is_ok(),
+            );
+        });
+        let inertia = microseconds(|k| {
+            black_box(
+                chain
+                    .mass_matrix(&mut data, &states[k % 64][0], black_box(&mut matrix))
+                    .is_ok(),
+            );
+        });
+        println!("{name:<20} {forward:>10.3} {inverse:>8.3} {inertia:>8.3}");
+    }
+    Ok(())
+}
