@@ -25,7 +25,7 @@ fn chirp(t: f64) -> [f64; 2] {
     [20.0 * phase.sin(), 5.0 * (0.7 * phase).cos()]
 }
 
-fn integrate(arm: &Arm, rtol: f64, atol: f64) -> flexure::Result<Dop853<8>> {
+fn integrate(arm: &Arm, rtol: f64, atol: f64) -> flexure::Result<Dop853<[f64; 8]>> {
     let tolerances = Tolerances {
         rtol,
         atol,

@@ -8,7 +8,7 @@
 //! is \\(0.8\, e^{-1/8}\\) times as long, within factors of 1/3 and 6 (Hairer, Norsett & Wanner,
 //! Solving Ordinary Differential Equations I, section II.10).
 //!
-//! The dimension is fixed at compile time and nothing is allocated. Instants at which a value is
+//! A state is an array, whose dimension is fixed at compile time and which allocates nothing, or a boxed slice. Instants at which a value is
 //! wanted, or at which the input jumps, are landed on exactly; the step size found so far is kept
 //! across them, so that neither costs a new search for it.
 
@@ -87,14 +87,58 @@ const GROW: f64 = 6.0;
 const STABILITY: f64 = 6.1;
 const STIFF_STEPS: u32 = 15;
 
+/// What holds the components of a state.
+pub trait StateVector: Clone {
+    /// The components.
+    fn components(&self) -> &[f64];
+
+    /// The components, to write to.
+    fn components_mut(&mut self) -> &mut [f64];
+
+    /// Zero, of this dimension.
+    #[must_use]
+    fn zero(&self) -> Self;
+}
+
+impl<const N: usize> StateVector for [f64; N] {
+    #[inline(always)]
+    fn components(&self) -> &[f64] {
+        self
+    }
+
+    #[inline(always)]
+    fn components_mut(&mut self) -> &mut [f64] {
+        self
+    }
+
+    #[inline(always)]
+    fn zero(&self) -> Self {
+        [0.0; N]
+    }
+}
+
+impl StateVector for Box<[f64]> {
+    fn components(&self) -> &[f64] {
+        self
+    }
+
+    fn components_mut(&mut self) -> &mut [f64] {
+        self
+    }
+
+    fn zero(&self) -> Self {
+        vec![0.0; self.len()].into()
+    }
+}
+
 /// An initial-value problem on its way: the time, the state, and the step size found so far.
 #[derive(Debug, Clone)]
-pub struct Dop853<const N: usize> {
+pub struct Dop853<X> {
     tolerances: Tolerances,
     t: f64,
-    x: [f64; N],
+    x: X,
     /// The derivative at `(t, x)`, if the right-hand side has not changed since.
-    slope: Option<[f64; N]>,
+    slope: Option<X>,
     /// The step size to try next; none before the first step.
     step: Option<f64>,
     statistics: Statistics,
@@ -102,17 +146,17 @@ pub struct Dop853<const N: usize> {
     stiff_steps: u32,
 }
 
-impl<const N: usize> Dop853<N> {
+impl<X: StateVector> Dop853<X> {
     /// Starts at time `t` in the state `x`.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a tolerance outside its range or a state that is not finite.
-    pub fn new(t: f64, x: [f64; N], tolerances: Tolerances) -> Result<Self> {
+    pub fn new(t: f64, x: X, tolerances: Tolerances) -> Result<Self> {
         tolerances.check()?;
-        if let Some(i) = x.iter().position(|v| !v.is_finite()) {
+        if let Some(i) = x.components().iter().position(|v| !v.is_finite()) {
             return Err(Error::parameter(
                 format!("component {i} of the initial state"),
-                x[i],
+                x.components()[i],
                 "finite",
             ));
         }
@@ -133,7 +177,7 @@ impl<const N: usize> Dop853<N> {
     }
 
     /// The state at that time.
-    pub fn x(&self) -> &[f64; N] {
+    pub fn x(&self) -> &X {
         &self.x
     }
 
@@ -156,12 +200,12 @@ impl<const N: usize> Dop853<N> {
     /// [`Error::Simulation`] with the time and the reason; [`Error::Stopped`].
     pub fn advance<F>(&mut self, rhs: &F, t_end: f64, watch: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<()>
     where
-        F: Fn(f64, &[f64; N]) -> [f64; N],
+        F: Fn(f64, &X) -> X,
     {
         let mut rejected = false;
         while self.t < t_end {
-            let slope = match self.slope {
-                Some(slope) => slope,
+            let slope = match &self.slope {
+                Some(slope) => slope.clone(),
                 None => self.evaluate_slope(rhs)?,
             };
             let preferred = match self.step {
@@ -180,8 +224,9 @@ impl<const N: usize> Dop853<N> {
                 self.statistics.evaluations += 1;
                 self.statistics.accepted += 1;
                 self.judge_stiffness(&trial, &slope_new, h);
+                let finite = slope_new.components().iter().all(|v| v.is_finite());
                 (self.t, self.x, self.slope) = (t_new, trial.x, Some(slope_new));
-                if slope_new.iter().any(|v| !v.is_finite()) {
+                if !finite {
                     return Err(self.failure(IntegrationFailure::NotFinite));
                 }
                 let limit = if rejected { 1.0 } else { GROW };
@@ -225,34 +270,34 @@ impl<const N: usize> Dop853<N> {
     }
 
     /// The derivative at the present time and state.
-    fn evaluate_slope<F: Fn(f64, &[f64; N]) -> [f64; N]>(&mut self, rhs: &F) -> Result<[f64; N]> {
+    fn evaluate_slope<F: Fn(f64, &X) -> X>(&mut self, rhs: &F) -> Result<X> {
         let slope = rhs(self.t, &self.x);
         self.statistics.evaluations += 1;
-        if slope.iter().any(|v| !v.is_finite()) {
+        if slope.components().iter().any(|v| !v.is_finite()) {
             return Err(self.failure(IntegrationFailure::NotFinite));
         }
-        self.slope = Some(slope);
+        self.slope = Some(slope.clone());
         Ok(slope)
     }
 
     /// The size of `v` against the tolerances at the present state, root mean square.
-    fn norm(&self, v: &[f64; N]) -> f64 {
-        let mut sum = 0.0;
-        for (v, x) in v.iter().zip(&self.x) {
+    fn norm(&self, v: &X) -> f64 {
+        let (mut sum, v) = (0.0, v.components());
+        for (v, x) in v.iter().zip(self.x.components()) {
             let scaled = v / (self.tolerances.atol + self.tolerances.rtol * x.abs());
             sum += scaled * scaled;
         }
-        (sum / N as f64).sqrt()
+        (sum / v.len() as f64).sqrt()
     }
 
     /// A first step size from the sizes of the first two derivatives (section II.4 of the book).
-    fn first_step<F: Fn(f64, &[f64; N]) -> [f64; N]>(&mut self, rhs: &F, slope: &[f64; N], span: f64) -> f64 {
+    fn first_step<F: Fn(f64, &X) -> X>(&mut self, rhs: &F, slope: &X, span: f64) -> f64 {
         let (d0, d1) = (self.norm(&self.x), self.norm(slope));
         let euler = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 }.min(span);
         let ahead = rhs(self.t + euler, &combine(&self.x, euler, [(1.0, slope)]));
         self.statistics.evaluations += 1;
         let mut change = ahead;
-        for (c, s) in change.iter_mut().zip(slope) {
+        for (c, s) in change.components_mut().iter_mut().zip(slope.components()) {
             *c -= s;
         }
         let d2 = self.norm(&change) / euler;
@@ -267,11 +312,13 @@ impl<const N: usize> Dop853<N> {
     }
 
     /// The error of a step against the tolerances; NaN where the step left the finite numbers.
-    fn error(&self, trial: &Trial<N>, h: f64) -> f64 {
+    fn error(&self, trial: &Trial<X>, h: f64) -> f64 {
         let (mut fifth, mut third) = (0.0, 0.0);
-        for i in 0..N {
-            let scale = self.tolerances.atol + self.tolerances.rtol * self.x[i].abs().max(trial.x[i].abs());
-            let (e5, e3) = (trial.error5[i] / scale, trial.error3[i] / scale);
+        let (x, x_new) = (self.x.components(), trial.x.components());
+        let (error5, error3) = (trial.error5.components(), trial.error3.components());
+        for i in 0..x.len() {
+            let scale = self.tolerances.atol + self.tolerances.rtol * x[i].abs().max(x_new[i].abs());
+            let (e5, e3) = (error5[i] / scale, error3[i] / scale);
             fifth += e5 * e5;
             third += e3 * e3;
         }
@@ -279,15 +326,18 @@ impl<const N: usize> Dop853<N> {
         if denominator == 0.0 {
             return 0.0;
         }
-        h * fifth / (N as f64 * denominator).sqrt()
+        h * fifth / (x.len() as f64 * denominator).sqrt()
     }
 
     /// Counts steps whose size is dictated by stability rather than by accuracy.
-    fn judge_stiffness(&mut self, trial: &Trial<N>, slope_new: &[f64; N], h: f64) {
+    fn judge_stiffness(&mut self, trial: &Trial<X>, slope_new: &X, h: f64) {
         let (mut rise, mut run) = (0.0, 0.0);
-        for (i, slope) in slope_new.iter().enumerate() {
-            rise += (slope - trial.last_slope[i]).powi(2);
-            run += (trial.x[i] - trial.last_x[i]).powi(2);
+        let (last_slope, last_x) = (trial.last_slope.components(), trial.last_x.components());
+        for (slope, last) in slope_new.components().iter().zip(last_slope) {
+            rise += (slope - last).powi(2);
+        }
+        for (x, last) in trial.x.components().iter().zip(last_x) {
+            run += (x - last).powi(2);
         }
         if run > 0.0 && h * (rise / run).sqrt() > STABILITY {
             self.stiff_steps = self.stiff_steps.saturating_add(1);
@@ -311,22 +361,22 @@ fn fit(preferred: f64, remaining: f64) -> f64 {
 }
 
 /// The result of one step.
-struct Trial<const N: usize> {
-    x: [f64; N],
-    error5: [f64; N],
-    error3: [f64; N],
+struct Trial<X> {
+    x: X,
+    error5: X,
+    error3: X,
     /// The last stage's argument and slope, for the judgement of stiffness.
-    last_x: [f64; N],
-    last_slope: [f64; N],
+    last_x: X,
+    last_slope: X,
 }
 
 /// `sum of w k` over the pairs `(w, k)`.
 #[inline(always)]
-fn sum<const N: usize, const K: usize>(terms: [(f64, &[f64; N]); K]) -> [f64; N] {
-    let mut total = [0.0; N];
+fn sum<X: StateVector, const K: usize>(terms: [(f64, &X); K]) -> X {
+    let mut total = terms[0].1.zero();
     for (w, k) in terms {
-        for i in 0..N {
-            total[i] += w * k[i];
+        for (total, k) in total.components_mut().iter_mut().zip(k.components()) {
+            *total += w * k;
         }
     }
     total
@@ -334,10 +384,10 @@ fn sum<const N: usize, const K: usize>(terms: [(f64, &[f64; N]); K]) -> [f64; N]
 
 /// `x + h * sum of w k` over the pairs `(w, k)`.
 #[inline(always)]
-fn combine<const N: usize, const K: usize>(x: &[f64; N], h: f64, terms: [(f64, &[f64; N]); K]) -> [f64; N] {
+fn combine<X: StateVector, const K: usize>(x: &X, h: f64, terms: [(f64, &X); K]) -> X {
     let mut result = sum(terms);
-    for i in 0..N {
-        result[i] = x[i] + h * result[i];
+    for (result, x) in result.components_mut().iter_mut().zip(x.components()) {
+        *result = x + h * *result;
     }
     result
 }
@@ -345,9 +395,9 @@ fn combine<const N: usize, const K: usize>(x: &[f64; N], h: f64, terms: [(f64, &
 /// One step of size `h` from `(t, x)`, where the derivative is `k1`.
 #[inline]
 #[rustfmt::skip]
-fn step<const N: usize, F>(rhs: &F, t: f64, x: &[f64; N], k1: &[f64; N], h: f64) -> Trial<N>
+fn step<X: StateVector, F>(rhs: &F, t: f64, x: &X, k1: &X, h: f64) -> Trial<X>
 where
-    F: Fn(f64, &[f64; N]) -> [f64; N],
+    F: Fn(f64, &X) -> X,
 {
     let k2 = &rhs(t + C2 * h, &combine(x, h, [(A2_1, k1)]));
     let k3 = &rhs(t + C3 * h, &combine(x, h, [(A3_1, k1), (A3_2, k2)]));
@@ -372,7 +422,7 @@ where
             (E3_1, k1), (E3_6, k6), (E3_7, k7), (E3_8, k8), (E3_9, k9), (E3_10, k10), (E3_11, k11), (E3_12, k12),
         ]),
         last_x,
-        last_slope: *k12,
+        last_slope: k12.clone(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::Dop853;
+use super::{Dop853, StateVector};
 use crate::error::{Error, Result, Stopped};
 
 /// The largest number of rows of a simulated record.
@@ -71,23 +71,23 @@ impl Sampling {
 ///
 /// # Errors
 /// Those of [`Dop853::advance`].
-pub fn run_held<const N: usize, U, P, I>(
-    solver: &mut Dop853<N>,
+pub fn run_held<X: StateVector, U, P, I>(
+    solver: &mut Dop853<X>,
     plant: P,
     input: I,
     sampling: &Sampling,
-    row: &mut dyn FnMut(usize, &[f64; N], &U),
+    row: &mut dyn FnMut(usize, &X, &U),
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<()>
 where
     U: PartialEq,
-    P: Fn(&[f64; N], &U) -> [f64; N],
-    I: Fn(usize, &[f64; N]) -> U,
+    P: Fn(&X, &U) -> X,
+    I: Fn(usize, &X) -> U,
 {
     let mut held = input(0, solver.x());
     row(0, solver.x(), &held);
     for k in 1..sampling.rows() {
-        solver.advance(&|_, x: &[f64; N]| plant(x, &held), sampling.instant(k), watch)?;
+        solver.advance(&|_, x: &X| plant(x, &held), sampling.instant(k), watch)?;
         let next = input(k, solver.x());
         if next != held {
             solver.restart();
@@ -105,15 +105,15 @@ where
 ///
 /// # Errors
 /// Those of [`Dop853::advance`].
-pub fn run_continuous<const N: usize, P>(
-    solver: &mut Dop853<N>,
+pub fn run_continuous<X: StateVector, P>(
+    solver: &mut Dop853<X>,
     plant: P,
     sampling: &Sampling,
-    row: &mut dyn FnMut(usize, &[f64; N]),
+    row: &mut dyn FnMut(usize, &X),
     watch: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<()>
 where
-    P: Fn(f64, &[f64; N]) -> [f64; N],
+    P: Fn(f64, &X) -> X,
 {
     row(0, solver.x());
     for k in 1..sampling.rows() {

@@ -13,5 +13,5 @@ mod hold;
 mod tableau;
 
 pub use crate::parallel::batch;
-pub use dop853::{Dop853, Statistics, Tolerances};
+pub use dop853::{Dop853, StateVector, Statistics, Tolerances};
 pub use hold::{Sampling, run_continuous, run_held};
