@@ -1,9 +1,12 @@
 //! The time of a chain's algorithms, one state a call on one core: `cargo bench -p flexure --bench chain`.
+//!
+//! With `-- FOLDER` it writes the chains there as URDF, for the peers of `bench/chains/run`.
 
+use std::fmt::Write;
 use std::hint::black_box;
 use std::time::Instant;
 
-use flexure::manipulator::chain::{Base, Chain, ChainPreset};
+use flexure::manipulator::chain::{Base, Chain, ChainParameters, ChainPreset, LinkInertia};
 
 /// The least time of a call over several runs, microseconds.
 fn microseconds(mut call: impl FnMut(usize)) -> f64 {
@@ -16,7 +19,51 @@ fn microseconds(mut call: impl FnMut(usize)) -> f64 {
     (0..15).map(run).fold(f64::INFINITY, f64::min)
 }
 
-fn main() -> flexure::Result<()> {
+/// A chain of the presets, whose links' axes are all those of the base, as URDF.
+fn urdf(chain: &ChainParameters) -> Result<String, std::fmt::Error> {
+    let triple = |v: [f64; 3]| format!("{} {} {}", v[0], v[1], v[2]);
+    let mut text = String::from("<robot name=\"chain\">");
+    let link = |text: &mut String, name: &str, inertia: Option<LinkInertia>| {
+        write!(text, "<link name=\"{name}\">")?;
+        if let Some(LinkInertia { mass, com, matrix: m }) = inertia {
+            let com = triple(com);
+            write!(text, "<inertial><origin xyz=\"{com}\"/><mass value=\"{mass}\"/>")?;
+            write!(
+                text,
+                "<inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\"",
+                m[0][0], m[0][1], m[0][2]
+            )?;
+            write!(
+                text,
+                " iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/></inertial>",
+                m[1][1], m[1][2], m[2][2]
+            )?;
+        }
+        write!(text, "</link>")
+    };
+    link(&mut text, &chain.base_name, chain.base_inertia)?;
+    for l in &chain.links {
+        link(&mut text, &l.name, l.inertia)?;
+        let parent = l.parent.map_or(&chain.base_name, |p| &chain.links[p].name);
+        write!(
+            text,
+            "<joint name=\"{}\" type=\"revolute\"><parent link=\"{parent}\"/>",
+            l.joint
+        )?;
+        let (origin, axis) = (triple(l.translation), triple(l.axis));
+        write!(
+            text,
+            "<child link=\"{}\"/><origin xyz=\"{origin}\"/><axis xyz=\"{axis}\"/>\
+             <limit lower=\"-9\" upper=\"9\" effort=\"1\" velocity=\"1\"/></joint>",
+            l.name
+        )?;
+    }
+    text.push_str("</robot>\n");
+    Ok(text)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = std::env::args().nth(1).filter(|a| !a.starts_with('-'));
     println!("microseconds            forward  inverse  inertia matrix");
     let [space_arm, _, six, seven] = ChainPreset::ALL.map(ChainPreset::parameters);
     let mut two = space_arm;
@@ -29,6 +76,9 @@ fn main() -> flexure::Result<()> {
         ("seven joints", seven),
         ("free base + 7", free),
     ] {
+        if let Some(folder) = &folder {
+            std::fs::write(format!("{folder}/{name}.urdf"), urdf(&parameters)?)?;
+        }
         let chain = Chain::new(&parameters)?;
         let (mut data, n) = (chain.data(), chain.velocities());
         let wave = |k: usize, phase: f64| move |i: usize| (phase + k as f64 + 1.7 * i as f64).sin();

@@ -1,6 +1,7 @@
 //! Whether an arm is physical.
 
-use super::arm::{Arm, ArmParameters, JointKind, JointParameters};
+use super::arm::{Arm, ArmParameters, JointKind, JointParameters, Parts};
+use super::chain::ChainDrive;
 use crate::error::{ArmError, Error, Result};
 
 /// Checks every value that the model uses against its range.
@@ -13,20 +14,32 @@ pub(super) fn ranges(arm: &ArmParameters) -> Result<()> {
         part.not_negative("inertia", link.inertia, "kg m^2")?;
     }
     for (i, joint) in arm.joints.iter().enumerate() {
-        joint_ranges(arm, &Part("joint", i + 1), joint)?;
+        joint_ranges(arm.model, arm.parts, &Part("joint", i + 1), joint)?;
     }
     Ok(())
 }
 
-fn joint_ranges(arm: &ArmParameters, part: &Part, joint: &JointParameters) -> Result<()> {
-    let parts = arm.parts;
-    if arm.model != JointKind::Rigid || parts.rotors || parts.rotor_in_link_inertia {
+/// Checks the drive of joint `number` of a chain.
+pub(super) fn chain_drive(number: usize, drive: &ChainDrive) -> Result<()> {
+    let part = Part("joint", number);
+    let parts = Parts {
+        friction: true,
+        rotors: drive.joint.motor_inertia != 0.0,
+        ..Parts::of(drive.kind)
+    };
+    part.check(!drive.joint.locked, "locked", 1.0, "", "0: make the joint a fixed one")?;
+    part.positive("gear_ratio", drive.gear_ratio, "")?;
+    joint_ranges(drive.kind, parts, &part, &drive.joint)
+}
+
+fn joint_ranges(model: JointKind, parts: Parts, part: &Part, joint: &JointParameters) -> Result<()> {
+    if model != JointKind::Rigid || parts.rotors || parts.rotor_in_link_inertia {
         part.positive("motor_inertia", joint.motor_inertia, "kg m^2")?;
     }
-    if arm.model != JointKind::Rigid {
+    if model != JointKind::Rigid {
         part.not_negative("damping", joint.damping, "N m s/rad")?;
     }
-    match arm.model {
+    match model {
         JointKind::Rigid => {}
         JointKind::Linear => part.positive("stiffness", joint.stiffness, "N m/rad")?,
         JointKind::Nonlinear => {
@@ -174,7 +187,7 @@ fn positive_definite(arm: &Arm, matrix: &'static str, mass: impl Fn(f64) -> [[f6
 
 #[cfg(test)]
 mod tests {
-    use super::super::arm::{Parts, space_arm};
+    use super::super::arm::space_arm;
     use super::*;
 
     fn message(change: impl Fn(&mut ArmParameters)) -> String {

@@ -1,6 +1,7 @@
 //! Forward dynamics by articulated bodies (Featherstone 2008, table 7.1; with a floating base, table 9.4).
 
 use super::data::{ChainData, length};
+use super::drives::RotorTerm;
 use super::model::{Base, Chain};
 use super::spatial::{Articulated, Spatial};
 use crate::error::{ArmError, Error, Result};
@@ -29,12 +30,12 @@ impl Chain {
         self.place(data, q)?;
         self.bias(data, v);
         let (base_force, joint_forces) = self.split(tau);
-        self.articulate(data, joint_forces)?;
+        self.articulate::<false>(data, joint_forces, &[])?;
         self.accelerate(data, base_force, acceleration)
     }
 
     /// Outward: velocities, velocity products, and the bodies' own inertias and bias forces.
-    fn bias(&self, data: &mut ChainData, v: &[f64]) {
+    pub(super) fn bias(&self, data: &mut ChainData, v: &[f64]) {
         let (base_velocity, dq) = self.split(v);
         data.base.velocity = base_velocity;
         if self.base == Base::Free {
@@ -53,13 +54,22 @@ impl Chain {
         }
     }
 
-    /// Inward: the articulated inertias and bias forces.
-    fn articulate(&self, data: &mut ChainData, tau: &[f64]) -> Result<()> {
+    /// Inward: the articulated inertias and bias forces, with the rotors' `terms` where there are `ROTORS`.
+    pub(super) fn articulate<const ROTORS: bool>(
+        &self,
+        data: &mut ChainData,
+        tau: &[f64],
+        terms: &[RotorTerm],
+    ) -> Result<()> {
         for (i, body) in self.bodies.iter().enumerate().rev() {
             let (before, rest) = data.bodies.split_at_mut(i);
             let state = &mut rest[0];
-            let u = state.articulated.column(body.prismatic);
-            let d = body.along(u);
+            let mut u = state.articulated.column(body.prismatic);
+            let mut d = body.along(u);
+            if ROTORS {
+                d += terms[i].mass;
+                u.angular.z += terms[i].coupling;
+            }
             if !(d > 0.0) {
                 return Err(self.singular(i));
             }
@@ -71,8 +81,12 @@ impl Chain {
                 None if self.base == Base::Free => &mut data.base,
                 None => continue,
             };
-            let left = state.articulated.without(u, state.joint_mass);
-            let force = state.force + left.times(state.acceleration) + u * (state.joint_force * state.joint_mass);
+            let mut left = state.articulated.without(u, state.joint_mass);
+            let mut force = state.force + left.times(state.acceleration) + u * (state.joint_force * state.joint_mass);
+            if ROTORS {
+                left.angular.z.z += terms[i].carried;
+                force.angular = force.angular + terms[i].moment;
+            }
             left.add_to_parent(&state.placement, &mut total.articulated);
             total.force += state.placement.force_to_parent(force);
         }
@@ -80,7 +94,7 @@ impl Chain {
     }
 
     /// Outward: the accelerations.
-    fn accelerate(&self, data: &mut ChainData, base_force: Spatial, acceleration: &mut [f64]) -> Result<()> {
+    pub(super) fn accelerate(&self, data: &mut ChainData, base_force: Spatial, acceleration: &mut [f64]) -> Result<()> {
         let mut base = self.lifted(data);
         if self.base == Base::Free {
             let own = (data.base.articulated).solve(base_force - data.base.force);

@@ -7,6 +7,7 @@
 //! | get torques from accelerations | [`Chain::inverse_dynamics`] |
 //! | get the inertia matrix | [`Chain::mass_matrix`] |
 //! | get the torques as linear in the links' inertias | [`Chain::regressor`], [`Chain::inertial_parameters`] |
+//! | give its joints motors, springs and friction | [`DrivenChain`], [`ChainDrive`] |
 //! | take one that is ready to use | [`ChainPreset`] |
 //! | get energy and momentum | [`Chain::energy`], [`Chain::centroidal_momentum`] |
 //!
@@ -47,6 +48,9 @@
 mod aba;
 mod crba;
 mod data;
+mod drives;
+#[cfg(test)]
+mod drives_tests;
 mod model;
 mod presets;
 mod problem;
@@ -58,6 +62,7 @@ mod tests;
 mod vector;
 
 pub use data::ChainData;
+pub use drives::{ChainDrive, DrivenChain, DrivenData, DrivenState, RotorCoupling};
 pub use model::{Base, Chain, ChainLink, ChainParameters, JointMotion, LinkInertia};
 pub use presets::ChainPreset;
 pub use problem::ChainProblem;

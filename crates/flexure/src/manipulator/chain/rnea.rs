@@ -25,6 +25,15 @@ pub struct CentroidalMomentum {
     pub com: [f64; 3],
 }
 
+/// What the rotor of a joint has of angular momentum along its axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RotorSpin {
+    /// From turning against its carrier, kg m^2/s.
+    pub spin: f64,
+    /// The inertia that turns with the carrier, kg m^2.
+    pub carried: f64,
+}
+
 impl Chain {
     /// The joint torques that accelerate the chain by `a` at the position `q` and the velocity `v`: the inverse of
     /// [`Chain::forward_dynamics`], with the same units.
@@ -93,7 +102,7 @@ impl Chain {
     /// # Errors
     /// A vector of another length, or a quaternion of length zero.
     pub fn energy(&self, data: &mut ChainData, q: &[f64], v: &[f64]) -> Result<ChainEnergy> {
-        let (_, total) = self.momentum(data, q, v)?;
+        let (_, total) = self.momentum(data, q, v, &[])?;
         let moving = (self.bodies.iter().zip(&data.bodies)).map(|(b, s)| s.velocity.dot(b.inertia.times(s.velocity)));
         let base = data.base.velocity;
         let world = total.in_parent(&data.base.placement);
@@ -108,7 +117,18 @@ impl Chain {
     /// # Errors
     /// A vector of another length, or a quaternion of length zero.
     pub fn centroidal_momentum(&self, data: &mut ChainData, q: &[f64], v: &[f64]) -> Result<CentroidalMomentum> {
-        let (momentum, total) = self.momentum(data, q, v)?;
+        self.total_momentum(data, q, v, &[])
+    }
+
+    /// The momentum about the centre of mass, with the angular momenta that rotors of joints have beside their links, along their axes.
+    pub(super) fn total_momentum(
+        &self,
+        data: &mut ChainData,
+        q: &[f64],
+        v: &[f64],
+        rotors: &[RotorSpin],
+    ) -> Result<CentroidalMomentum> {
+        let (momentum, total) = self.momentum(data, q, v, rotors)?;
         let place = data.base.placement;
         let com = total.in_parent(&place).first * (1.0 / total.mass);
         let Spatial { linear, angular } = place.force_to_parent(momentum);
@@ -120,7 +140,7 @@ impl Chain {
     }
 
     /// The momentum and the inertia of all that moves, about the base's origin and in its axes.
-    fn momentum(&self, data: &mut ChainData, q: &[f64], v: &[f64]) -> Result<(Spatial, Inertia)> {
+    fn momentum(&self, data: &mut ChainData, q: &[f64], v: &[f64], rotors: &[RotorSpin]) -> Result<(Spatial, Inertia)> {
         length("v", v, self.velocities())?;
         self.place(data, q)?;
         let (v0, dq) = self.split(v);
@@ -138,6 +158,10 @@ impl Chain {
             state.velocity = state.placement.motion_from_parent(carrier) + body.motion(dq);
             state.force = body.inertia.times(state.velocity);
             state.composite = body.inertia;
+        }
+        for ((state, rotor), &dq) in data.bodies.iter_mut().zip(rotors).zip(dq) {
+            // A couple is the same about every point: that of the carrier, in the axes of the link.
+            state.force.angular.z += rotor.spin + rotor.carried * (state.velocity.angular.z - dq);
         }
         for (i, body) in self.bodies.iter().enumerate().rev() {
             let state = &data.bodies[i];

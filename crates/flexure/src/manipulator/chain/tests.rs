@@ -8,10 +8,10 @@ use crate::manipulator::{JointKind, Link, LinkDynamics, space_arm};
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// A source of numbers in -1..1 that repeats (a linear congruential generator).
-struct Draw(u64);
+pub(super) struct Draw(pub u64);
 
 impl Draw {
-    fn next(&mut self) -> f64 {
+    pub fn next(&mut self) -> f64 {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -19,7 +19,7 @@ impl Draw {
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    fn vector(&mut self, n: usize) -> Vec<f64> {
+    pub fn vector(&mut self, n: usize) -> Vec<f64> {
         (0..n).map(|_| self.next()).collect()
     }
 
@@ -55,7 +55,7 @@ fn rotation(draw: &mut Draw) -> [[f64; 3]; 3] {
     [[c, -s * d, s * t], [s, c * d, -c * t], [0.0, t, d]]
 }
 
-fn tree(seed: u64, links: usize, base: Base) -> ChainParameters {
+pub(super) fn tree(seed: u64, links: usize, base: Base) -> ChainParameters {
     let draw = &mut Draw(seed);
     let links = (0..links).map(|i| {
         let motion = match draw.next() {
@@ -86,7 +86,7 @@ fn tree(seed: u64, links: usize, base: Base) -> ChainParameters {
     }
 }
 
-fn close(a: &[f64], b: &[f64], tolerance: f64) -> bool {
+pub(super) fn close(a: &[f64], b: &[f64], tolerance: f64) -> bool {
     let largest = a.iter().chain(b).fold(1e-3f64, |m, x| m.max(x.abs()));
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance * largest)
 }
@@ -245,7 +245,7 @@ fn the_presets_are_chains_and_the_space_arm_is_that_of_two_links() {
     assert!(close(&m, want.as_flattened(), 1e-14));
 }
 
-fn planar(links: &[Link; 2]) -> ChainParameters {
+pub(super) fn planar(links: &[Link; 2]) -> ChainParameters {
     let link = |i: usize| ChainLink {
         name: format!("link{i}"),
         joint: format!("joint{i}"),
