@@ -8,6 +8,7 @@
 //! | get the inertia matrix | [`Chain::mass_matrix`] |
 //! | get the torques as linear in the links' inertias | [`Chain::regressor`], [`Chain::inertial_parameters`] |
 //! | give its joints motors, springs and friction | [`DrivenChain`], [`ChainDrive`] |
+//! | run it in time | [`simulate_chain`] |
 //! | take one that is ready to use | [`ChainPreset`] |
 //! | get energy and momentum | [`Chain::energy`], [`Chain::centroidal_momentum`] |
 //!
@@ -56,6 +57,9 @@ mod presets;
 mod problem;
 mod regressor;
 mod rnea;
+mod simulate;
+#[cfg(test)]
+mod simulate_tests;
 mod spatial;
 #[cfg(test)]
 mod tests;
@@ -68,3 +72,4 @@ pub use presets::ChainPreset;
 pub use problem::ChainProblem;
 pub use regressor::INERTIAL_PARAMETERS;
 pub use rnea::{CentroidalMomentum, ChainEnergy};
+pub use simulate::{ChainSimulation, chain_columns, simulate_chain, simulate_chain_watched};
