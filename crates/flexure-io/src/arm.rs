@@ -44,6 +44,7 @@
 //! Keys that do not exist are errors. Values that the model does not use are kept but not checked,
 //! so that one file serves all three models.
 
+mod chain_file;
 mod edit;
 mod error;
 mod excitation;
@@ -52,6 +53,7 @@ mod presets;
 mod record;
 mod run;
 
+pub use chain_file::{chain_of_toml, is_chain};
 pub use edit::with_changes;
 pub use error::ArmError;
 pub use excitation::{Amplitude, Distribution, DriveKind, Excitation, Kind, PhaseChoice, SweepChoice};

@@ -327,16 +327,20 @@ fn origin(node: Node) -> Parsed<([f64; 3], [[f64; 3]; 3])> {
         false => Ok([0.0; 3]),
     };
     let (place, angles) = (triple("xyz")?, triple("rpy")?);
+    Ok((place, rotation(angles)))
+}
+
+/// The rotation, by rows, that turns about the fixed axes x, y and z by these angles, in this order.
+pub(crate) fn rotation(angles: [f64; 3]) -> [[f64; 3]; 3] {
     if angles == [0.0; 3] {
-        return Ok((place, IDENTITY));
+        return IDENTITY;
     }
     let [(sr, cr), (sp, cp), (sy, cy)] = angles.map(f64::sin_cos);
-    let rotation = [
+    [
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
-    ];
-    Ok((place, rotation))
+    ]
 }
 
 fn elements<'a>(node: Node<'a, 'a>, name: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {

@@ -100,9 +100,10 @@ struct ArmTable {
     joint: Vec<JointTable>,
 }
 
+/// A joint as a table.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct JointTable {
+pub(super) struct JointTable {
     motor_inertia: Option<f64>,
     stiffness: Option<f64>,
     cubic: Option<f64>,
@@ -126,13 +127,22 @@ struct InitialTable {
 }
 
 /// Names a text and its keys in errors.
-struct Source<'a> {
-    text: &'a str,
-    name: &'a str,
+pub(super) struct Source<'a> {
+    pub text: &'a str,
+    pub name: &'a str,
 }
 
 impl Source<'_> {
-    fn value(&self, key: impl Into<String>, reason: impl Into<String>) -> ArmError {
+    /// The text as tables.
+    pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, ArmError> {
+        toml::from_str(self.text).map_err(|e: toml::de::Error| ArmError::Format {
+            file: self.name.to_owned(),
+            line: e.span().map(|span| line_of(self.text, span.start)),
+            message: plain(e.message()),
+        })
+    }
+
+    pub fn value(&self, key: impl Into<String>, reason: impl Into<String>) -> ArmError {
         let key = key.into();
         ArmError::Value {
             file: self.name.to_owned(),
@@ -174,11 +184,7 @@ impl ArmFile {
             text,
             name: source_name,
         };
-        let table: FileTable = toml::from_str(text).map_err(|e: toml::de::Error| ArmError::Format {
-            file: source_name.to_owned(),
-            line: e.span().map(|span| line_of(text, span.start)),
-            message: plain(e.message()),
-        })?;
+        let table: FileTable = source.parse()?;
         let arm = arm_parameters(&source, table.arm)?;
         let InitialTable { q, qm, dq, dqm } = table.initial;
         let file = ArmFile {
@@ -318,6 +324,40 @@ fn plain(message: &str) -> String {
     }
 }
 
+impl JointTable {
+    /// Refuses a joint at `key` that lacks a value which this model needs.
+    pub fn complete(&self, source: &Source, model: JointKind, rotor: bool, key: &str) -> Result<(), ArmError> {
+        for (name, needed, value, unit) in [
+            ("motor_inertia", rotor, self.motor_inertia, "kg m^2"),
+            ("stiffness", model == JointKind::Linear, self.stiffness, "N m/rad"),
+            ("linear", model == JointKind::Nonlinear, self.linear, "N m/rad"),
+        ] {
+            if needed && value.is_none() {
+                let reason = format!("missing; this model needs it, positive, in {unit}");
+                return Err(source.value(format!("{key}.{name}"), reason));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl From<&JointTable> for JointParameters {
+    fn from(j: &JointTable) -> Self {
+        JointParameters {
+            motor_inertia: j.motor_inertia.unwrap_or(0.0),
+            stiffness: j.stiffness.unwrap_or(0.0),
+            cubic: j.cubic.unwrap_or(0.0),
+            linear: j.linear.unwrap_or(0.0),
+            windup: j.windup.unwrap_or(0.0),
+            windup_sharpness: j.windup_sharpness.unwrap_or(0.0),
+            damping: j.damping.unwrap_or(0.0),
+            friction: j.friction,
+            motor_friction: j.motor_friction,
+            locked: j.locked,
+        }
+    }
+}
+
 /// Checks which keys are there, and fills in what may be left out.
 fn arm_parameters(source: &Source, table: ArmTable) -> Result<ArmParameters, ArmError> {
     let model = table.model;
@@ -340,38 +380,14 @@ fn arm_parameters(source: &Source, table: ArmTable) -> Result<ArmParameters, Arm
         rotors: table.rotors.unwrap_or(defaults.rotors),
     };
     let flexible = model != JointKind::Rigid;
-    for (i, j) in joints.iter().enumerate() {
+    for (i, joint) in joints.iter().enumerate() {
         let rotors = flexible || parts.rotors || parts.rotor_in_link_inertia;
-        for (key, missing, unit) in [
-            ("motor_inertia", rotors && j.motor_inertia.is_none(), "kg m^2"),
-            (
-                "stiffness",
-                model == JointKind::Linear && j.stiffness.is_none(),
-                "N m/rad",
-            ),
-            ("linear", model == JointKind::Nonlinear && j.linear.is_none(), "N m/rad"),
-        ] {
-            if missing {
-                let reason = format!("missing; this model needs it, positive, in {unit}");
-                return Err(source.value(format!("arm.joint[{}].{key}", i + 1), reason));
-            }
-        }
+        joint.complete(source, model, rotors, &format!("arm.joint[{}]", i + 1))?;
     }
     Ok(ArmParameters {
         model,
         links,
-        joints: joints.map(|j| JointParameters {
-            motor_inertia: j.motor_inertia.unwrap_or(0.0),
-            stiffness: j.stiffness.unwrap_or(0.0),
-            cubic: j.cubic.unwrap_or(0.0),
-            linear: j.linear.unwrap_or(0.0),
-            windup: j.windup.unwrap_or(0.0),
-            windup_sharpness: j.windup_sharpness.unwrap_or(0.0),
-            damping: j.damping.unwrap_or(0.0),
-            friction: j.friction,
-            motor_friction: j.motor_friction,
-            locked: j.locked,
-        }),
+        joints: joints.map(|joint| JointParameters::from(&joint)),
         parts,
     })
 }
