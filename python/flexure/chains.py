@@ -1,4 +1,4 @@
-"""Chains and trees of rigid links, from URDF: their dynamics on a fixed or a free-floating base."""
+"""Chains and trees of rigid links, from URDF or TOML: their dynamics and their motion on a fixed or a free-floating base."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Momentum(NamedTuple):
 class Chain:
     """A chain or tree of rigid links, with joints that turn, slide or are fixed.
 
-    Take it from a URDF: `Chain.from_urdf`. All methods take one state or many, in the first axis, and return arrays of the same first axis;
+    Take it from a URDF, `Chain.from_urdf`, from a chain file, `Chain.from_toml`, or ready to use, `Chain.preset`. All methods but `simulate` take one state or many, in the first axis, and return arrays of the same first axis;
     many states are computed on all cores.
 
     Positions `q` have the shape (..., nq), velocities `v`, accelerations and torques (..., nv), in rad or m, rad/s or m/s, N m or N.
@@ -106,6 +106,27 @@ class Chain:
     ) -> Self:
         """The text of a URDF, as `from_urdf`."""
         return cls(_core.Chain.parse_urdf(text, base, _gravity(gravity)))
+
+    @classmethod
+    def from_toml(cls, path: str | PathLike[str]) -> Self:
+        """Reads a chain file: links, flexible joints with motors and friction, a load at the tip; errors say the line and the key.
+
+        `simulate` moves its flexible joints; all other methods are about its links, and take the torques that act on these.
+
+        Raises
+        ------
+        FileError
+            The file cannot be read.
+        ArmError
+            The file describes no chain.
+        """
+        return cls(_core.Chain.read_toml(fspath(path)))
+
+    @classmethod
+    def preset(cls, name: str) -> Self:
+        """A chain that is ready to use, with rigid joints: "free-space-arm" and "space-manipulator" on a floating base in orbit,
+        "six-joint-arm" and "seven-joint-arm" on the ground."""
+        return cls(_core.Chain.preset(name))
 
     def __repr__(self) -> str:
         base = "free" if self.nq > self.nv else "fixed"
@@ -210,6 +231,77 @@ class Chain:
         found = self._core.centroidal_momentum(q, v).reshape(*shape, 3, 3)
         return Momentum(found[..., 0, :], found[..., 1, :], found[..., 2, :])
 
+    def simulate(
+        self,
+        duration: float,
+        dt: float,
+        torque: Any = None,
+        *,
+        q: Any = None,
+        v: Any = None,
+        motor_q: Any = None,
+        motor_v: Any = None,
+        rtol: float = 1e-9,
+        atol: float = 1e-12,
+    ) -> dict[str, Array]:
+        """The motion over `duration` s, at instants `dt` s apart, by Dormand and Prince's method of order 8.
+
+        Nothing acts on a free base. Limits of joints are not kept.
+
+        Parameters
+        ----------
+        duration, dt : float
+            In s; the motion has ``duration / dt + 1`` instants.
+        torque : array of shape (joints,) or (instants, joints), optional
+            The torques of the joints, each held until the next instant; without it none act. Seen from the link's side of the gear.
+        q, v : array of shape (nq,), (nv,), optional
+            The state at the start; at rest in `neutral` without them.
+        motor_q, motor_v : array, one value a flexible joint, optional
+            Angles and velocities of the motors at the start; those of the links without them, so that no spring is bent.
+        rtol, atol : float
+            The error of a step, relative to a component of the state (1e-14 to 0.1), and the one that is always allowed.
+
+        Returns
+        -------
+        dict of arrays of shape (instants,)
+            ``t``, and for a joint "a" ``tau_a``, ``q_a``, ``dq_a``, of a flexible one ``qm_a`` and ``dqm_a`` too; of a free base ``base_x`` to
+            ``base_z``, ``base_qx`` to ``base_qw``, ``base_vx`` to ``base_vz`` and ``base_wx`` to ``base_wz``.
+
+        Examples
+        --------
+        >>> from flexure import Chain
+        >>> arm = Chain.preset("free-space-arm")
+        >>> run = arm.simulate(10.0, 0.1, [1.0, 0.0])  # a constant torque of the shoulder
+        >>> bool(run["q_joint1"][-1] > 0 > run["base_qz"][-1])  # the base turns back
+        True
+        """
+        joints = len(self.joints)
+        flexible = np.array(self._core.flexible, bool)
+        own = {
+            "q": self.neutral if q is None else _vector(q, "q", self.nq),
+            "v": np.zeros(self.nv) if v is None else _vector(v, "v", self.nv),
+        }
+        motors = [
+            own[of][len(own[of]) - joints :][flexible] if given is None else _vector(given, f"motor_{of}", int(flexible.sum()))
+            for of, given in (("q", motor_q), ("v", motor_v))
+        ]
+        initial = np.concatenate([own["q"], motors[0], own["v"], motors[1]])
+        duration, dt = finite_number(duration, "duration"), finite_number(dt, "dt")
+        torques = [] if torque is None else self._torques(np.asarray(torque), duration, dt)
+        tolerances = (finite_number(rtol, "rtol"), finite_number(atol, "atol"))
+        return self._core.simulate(torques, initial.tolist(), (duration, dt), tolerances)
+
+    def _torques(self, torque: Any, duration: float, dt: float) -> list[Array]:
+        """A column a joint."""
+        joints = len(self.joints)
+        if torque.ndim == 1 and torque.shape == (joints,):
+            if not (dt > 0 and 0 < duration / dt < 1e8):
+                raise ParameterError(f"duration is {duration} and dt {dt}, but both must be positive and make less than 100 million instants")
+            torque = np.broadcast_to(torque, (int(duration / dt * (1 + 1e-12)) + 1, joints))
+        if torque.ndim != 2 or torque.shape[1] != joints:
+            raise DataError(f"'torque' has the shape {torque.shape}, but this chain needs ({joints},) or (instants, {joints})")
+        return [samples(torque[:, i], f"tau_{name}") for i, name in enumerate(self.joints)]
+
     def _states(self, **given: Any) -> tuple[tuple[int, ...], list[Array]]:
         """The shape of the states, and their values one after the other."""
         shape: tuple[int, ...] | None = None
@@ -226,6 +318,14 @@ class Chain:
                 raise DataError(f"'{name}' has {array.shape[:-1]} states, but '{first}' has {shape}")
             flat.append(samples(array.reshape(-1), name))
         return shape or (), flat
+
+
+def _vector(values: Any, name: str, width: int) -> Array:
+    """One state's values."""
+    array = np.asarray(values)
+    if array.shape != (width,):
+        raise DataError(f"'{name}' has the shape {array.shape}, but must have ({width},)")
+    return samples(array, name)
 
 
 def _gravity(values: Sequence[float]) -> tuple[float, float, float]:

@@ -13,7 +13,7 @@ use flexure_io::{ReadOptions, read_text};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Column, array};
+use crate::arrays::{Column, columns};
 use crate::errors::{FlexureError, of_any, of_library};
 use crate::names::known;
 use crate::run::interruptible;
@@ -63,14 +63,6 @@ fn of_arm(error: &ArmError) -> PyErr {
         ArmError::Simulation(cause) => of_library(cause),
         _ => FlexureError::new_err(error.to_string()),
     }
-}
-
-fn columns<'py>(py: Python<'py>, record: &Record) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    for (name, samples) in record.columns() {
-        dict.set_item(name, array(py, samples)?)?;
-    }
-    Ok(dict)
 }
 
 fn drive_kind(name: &str) -> PyResult<DriveKind> {

@@ -1,9 +1,10 @@
 //! NumPy arrays as slices, without copies, and back.
 
+use flexure::Record;
 use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyByteArray;
+use pyo3::types::{PyByteArray, PyDict};
 
 /// Bytes of a sample.
 const SIZE: usize = size_of::<f64>();
@@ -56,4 +57,13 @@ pub fn array<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyAny>
         Ok(())
     })?;
     py.import("numpy")?.call_method1("frombuffer", (bytes,))
+}
+
+/// A record's columns by name.
+pub fn columns<'py>(py: Python<'py>, record: &Record) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (name, samples) in record.columns() {
+        dict.set_item(name, array(py, samples)?)?;
+    }
+    Ok(dict)
 }

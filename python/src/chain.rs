@@ -1,24 +1,31 @@
-//! Chains of links: dynamics of many states at once.
+//! Chains of links: dynamics of many states at once, and runs in time.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use flexure::manipulator::chain::{Base, ChainData};
+use flexure::manipulator::chain::{
+    Base, ChainData, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, simulate_chain_watched,
+};
+use flexure::simulation::{Sampling, Tolerances};
+use flexure_io::arm::chain_of_toml;
+use flexure_io::read_text;
 use flexure_io::urdf::{UrdfOptions, parse_urdf, read_urdf};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use rayon::prelude::*;
 
-use crate::arrays::{Column, array};
+use crate::arrays::{Column, array, columns, slices};
 use crate::errors::{of_any, of_library};
 use crate::names::known;
-use crate::run::briefly;
+use crate::run::{briefly, interruptible};
 
 /// States between two looks for signals: some hundredths of a second.
 const STATES: usize = 1 << 15;
 
 /// A chain or tree of rigid links.
 #[pyclass(frozen, module = "flexure._core")]
-pub struct Chain(Arc<flexure::manipulator::chain::Chain>);
+pub struct Chain(Arc<DrivenChain>);
 
 fn options(base: &str, gravity: [f64; 3]) -> PyResult<UrdfOptions> {
     let base = known("base", base, &["fixed", "free"], |name| match name {
@@ -30,6 +37,17 @@ fn options(base: &str, gravity: [f64; 3]) -> PyResult<UrdfOptions> {
 }
 
 impl Chain {
+    /// With rigid joints.
+    fn of_links(chain: flexure::manipulator::chain::Chain) -> PyResult<Self> {
+        let chain = DrivenChain::new(chain, &[], RotorCoupling::None).map_err(|error| of_library(&error))?;
+        Ok(Chain(Arc::new(chain)))
+    }
+
+    /// The chain without its motors.
+    fn links(&self) -> &flexure::manipulator::chain::Chain {
+        self.0.chain()
+    }
+
     /// The results of states that lie one after the other, `width` values a state.
     fn each<'py>(
         &self,
@@ -44,7 +62,7 @@ impl Chain {
             briefly(py, || {
                 let states = results.par_chunks_exact_mut(width).enumerate();
                 // A thread is worth some hundred states.
-                states.with_min_len(256).try_for_each_init(|| self.0.data(), one)
+                states.with_min_len(256).try_for_each_init(|| self.links().data(), one)
             })?
             .map_err(|error| of_library(&error))?;
             py.check_signals()?;
@@ -64,7 +82,7 @@ impl Chain {
     #[staticmethod]
     fn read_urdf(path: PathBuf, base: &str, gravity: [f64; 3]) -> PyResult<Self> {
         let chain = read_urdf(&path, &options(base, gravity)?).map_err(|error| of_any(&error.into()))?;
-        Ok(Chain(Arc::new(chain)))
+        Chain::of_links(chain)
     }
 
     /// The text of a URDF.
@@ -72,36 +90,86 @@ impl Chain {
     fn parse_urdf(text: &str, base: &str, gravity: [f64; 3]) -> PyResult<Self> {
         let options = options(base, gravity)?;
         let chain = parse_urdf(text, "the robot".as_ref(), &options).map_err(|error| of_any(&error.into()))?;
+        Chain::of_links(chain)
+    }
+
+    /// Reads a chain file.
+    #[staticmethod]
+    fn read_toml(path: PathBuf) -> PyResult<Self> {
+        let text = read_text(&path).map_err(|error| of_any(&error.into()))?;
+        let chain = chain_of_toml(&text, &path.display().to_string()).map_err(|error| of_any(&error.into()))?;
         Ok(Chain(Arc::new(chain)))
+    }
+
+    /// A preset's chain.
+    #[staticmethod]
+    fn preset(name: &str) -> PyResult<Self> {
+        let names: Vec<&str> = ChainPreset::ALL.iter().map(|preset| preset.name()).collect();
+        let find = |name: &str| ChainPreset::ALL.into_iter().find(|preset| preset.name() == name);
+        let parameters = known("preset", name, &names, find)?.parameters();
+        let chain = flexure::manipulator::chain::Chain::new(&parameters).map_err(|error| of_library(&error))?;
+        Chain::of_links(chain)
+    }
+
+    /// Which joints are flexible.
+    #[getter]
+    fn flexible(&self) -> Vec<bool> {
+        self.0.flexible()
+    }
+
+    /// The columns of a simulation under torques, one column a joint, from a state `[q, qm, v, vm]`.
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        torques: Vec<Column>,
+        initial: Vec<f64>,
+        span: [f64; 2],
+        tolerances: [f64; 2],
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let chain = Arc::clone(&self.0);
+        let record = interruptible(py, move |interrupt| {
+            let options = ChainSimulation {
+                initial,
+                tolerances: Tolerances {
+                    rtol: tolerances[0],
+                    atol: tolerances[1],
+                    ..Tolerances::default()
+                },
+                sampling: Sampling::new(span[0], span[1])?,
+            };
+            let mut watch = |_| -> ControlFlow<()> { interrupt.flow() };
+            simulate_chain_watched(&chain, &slices(&torques), &options, &mut watch)
+        })?;
+        columns(py, &record.map_err(|error| of_library(&error))?)
     }
 
     /// The names of the joints that move.
     #[getter]
     fn joints(&self) -> Vec<String> {
-        self.0.joints().to_vec()
+        self.links().joints().to_vec()
     }
 
     /// The least and the largest position of every joint.
     #[getter]
     fn limits(&self) -> Vec<[f64; 2]> {
-        self.0.limits().to_vec()
+        self.links().limits().to_vec()
     }
 
     /// The position in which every joint is at zero.
     #[getter]
     fn neutral(&self) -> Vec<f64> {
-        self.0.neutral()
+        self.links().neutral()
     }
 
     /// The number of values of a velocity.
     #[getter]
     fn velocities(&self) -> usize {
-        self.0.velocities()
+        self.links().velocities()
     }
 
     /// Accelerations of states one after the other.
     fn forward_dynamics<'py>(&self, py: Python<'py>, q: Column, v: Column, tau: Column) -> PyResult<Bound<'py, PyAny>> {
-        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
         let (q, v, tau) = (q.samples(), v.samples(), tau.samples());
         self.each(py, v.len() / n, n, |data, i, a| {
             chain.forward_dynamics(data, state(q, i, p), state(v, i, n), state(tau, i, n), a)
@@ -110,7 +178,7 @@ impl Chain {
 
     /// Torques of states one after the other.
     fn inverse_dynamics<'py>(&self, py: Python<'py>, q: Column, v: Column, a: Column) -> PyResult<Bound<'py, PyAny>> {
-        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
         let (q, v, a) = (q.samples(), v.samples(), a.samples());
         self.each(py, v.len() / n, n, |data, i, tau| {
             chain.inverse_dynamics(data, state(q, i, p), state(v, i, n), state(a, i, n), tau)
@@ -119,7 +187,7 @@ impl Chain {
 
     /// Inertia matrices, by rows, of positions one after the other.
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Column) -> PyResult<Bound<'py, PyAny>> {
-        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
         let q = q.samples();
         self.each(py, q.len() / p, n * n, |data, i, m| {
             chain.mass_matrix(data, state(q, i, p), m)
@@ -129,12 +197,12 @@ impl Chain {
     /// The inertial parameters.
     #[getter]
     fn inertial_parameters(&self) -> Vec<f64> {
-        self.0.inertial_parameters()
+        self.links().inertial_parameters()
     }
 
     /// Regressors, by rows, of states one after the other.
     fn regressor<'py>(&self, py: Python<'py>, q: Column, v: Column, a: Column) -> PyResult<Bound<'py, PyAny>> {
-        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
         let (q, v, a) = (q.samples(), v.samples(), a.samples());
         let width = n * chain.inertial_parameters().len();
         self.each(py, v.len() / n, width, |data, i, matrix| {
@@ -144,7 +212,7 @@ impl Chain {
 
     /// Kinetic and potential energy of states one after the other.
     fn energy<'py>(&self, py: Python<'py>, q: Column, v: Column) -> PyResult<Bound<'py, PyAny>> {
-        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
         let (q, v) = (q.samples(), v.samples());
         self.each(py, v.len() / n, 2, |data, i, result| {
             let energy = chain.energy(data, state(q, i, p), state(v, i, n))?;
@@ -155,7 +223,7 @@ impl Chain {
 
     /// Linear and angular momentum about the centre of mass, and its place, of states one after the other.
     fn centroidal_momentum<'py>(&self, py: Python<'py>, q: Column, v: Column) -> PyResult<Bound<'py, PyAny>> {
-        let (chain, n, p) = (&self.0, self.0.velocities(), self.0.positions());
+        let (chain, n, p) = (self.links(), self.links().velocities(), self.links().positions());
         let (q, v) = (q.samples(), v.samples());
         self.each(py, v.len() / n, 9, |data, i, result| {
             let momentum = chain.centroidal_momentum(data, state(q, i, p), state(v, i, n))?;

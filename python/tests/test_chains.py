@@ -74,3 +74,65 @@ def test_what_is_wrong_is_said(tmp_path):
     free = flexure.Chain.from_text(text, base="free")
     with pytest.raises(flexure.FlexureError, match="quaternion"):
         free.mass_matrix(np.zeros(free.nq))
+
+
+CHAIN_FILE = """
+[chain]
+gravity = [0.0, 0.0, 0.0]
+[[chain.link]]
+name = "arm"
+joint = "shoulder"
+mass = 2.0
+com = [0.5, 0.0, 0.0]
+inertia = [0.01, 0.1, 0.1, 0.0, 0.0, 0.0]
+[chain.link.drive]
+model = "linear"
+motor_inertia = 0.4
+stiffness = 300.0
+"""
+
+
+def test_a_flexible_joint_swings_with_its_own_frequency(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(CHAIN_FILE)
+    chain = flexure.Chain.from_toml(path)
+    # Motor 0.4, link 0.6 kg m^2: from rest, the spring bent by 0.1 rad.
+    run = chain.simulate(2.0, 0.01, motor_q=[0.1], rtol=1e-11)
+    w = np.sqrt(300.0 * (1 / 0.4 + 1 / 0.6))
+    np.testing.assert_allclose(run["qm_shoulder"] - run["q_shoulder"], 0.1 * np.cos(w * run["t"]), atol=1e-8)
+    np.testing.assert_allclose(0.4 * run["qm_shoulder"] + 0.6 * run["q_shoulder"], 0.04, atol=1e-10)
+    assert list(run) == ["t", "tau_shoulder", "q_shoulder", "qm_shoulder", "dq_shoulder", "dqm_shoulder"]
+
+
+def test_a_motion_repeats_the_dynamics():
+    chain = flexure.Chain.preset("six-joint-arm")
+    tau = 0.01 * np.sin(np.arange(6.0))
+    run = chain.simulate(0.2, 0.001, tau, rtol=1e-12)
+    q, v = (np.column_stack([run[f"{kind}_{name}"] for name in chain.joints]) for kind in ("q", "dq"))
+    a = chain.forward_dynamics(q[1:-1], v[1:-1], np.broadcast_to(tau, q[1:-1].shape))
+    np.testing.assert_allclose((v[2:] - v[:-2]) / 0.002, a, atol=1e-3 * np.abs(a).max())
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"duration": -1.0, "dt": 0.1}, "duration is -1"),
+        ({"duration": 1.0, "dt": 0.1, "torque": [1.0]}, "torque"),
+        ({"duration": 1.0, "dt": 0.1, "torque": np.zeros((5, 6))}, "tau_joint1"),
+        ({"duration": 1.0, "dt": 0.1, "q": [0.0]}, "'q' has the shape"),
+        ({"duration": 1.0, "dt": 0.1, "motor_q": [0.0]}, "'motor_q' has the shape"),
+        ({"duration": 1.0, "dt": 0.1, "rtol": 5.0}, "rtol is 5"),
+    ],
+)
+def test_bad_runs_are_refused(given, words):
+    with pytest.raises(flexure.FlexureError, match=words):
+        flexure.Chain.preset("six-joint-arm").simulate(**given)
+
+
+def test_bad_chain_files_are_refused_with_line_and_key(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(CHAIN_FILE.replace("stiffness = 300.0", "stiffness = -1.0"))
+    with pytest.raises(flexure.FlexureError, match=r"line 13: chain.link\[1\].drive.stiffness"):
+        flexure.Chain.from_toml(path)
+    with pytest.raises(flexure.FlexureError, match="unknown preset|preset"):
+        flexure.Chain.preset("seven-links")

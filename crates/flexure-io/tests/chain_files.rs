@@ -55,7 +55,7 @@ fn a_free_base_has_a_body() {
     assert_eq!(chain.chain().base(), Base::Free);
     let options = ChainSimulation::new(&chain, 2.0, 0.1).unwrap();
     let push = vec![5.0; 21];
-    let record = simulate_chain(&chain, &[&push, &vec![0.0; 21]], &options).unwrap();
+    let record = simulate_chain(&chain, &[&push, &[0.0; 21]], &options).unwrap();
     // The base turns back where the shoulder is pushed forward.
     assert!(record.column("q_shoulder").unwrap()[20] > 0.0 && record.column("base_qz").unwrap()[20] < 0.0);
 }
