@@ -199,11 +199,11 @@ fn options_that_contradict_each_other_or_are_missing() {
     );
     usage(
         "simulate -o new.csv",
-        "the following required arguments were not provided:\n  <ARM.toml|--preset <NAME>>\n",
+        "the following required arguments were not provided:\n  <ARM.toml|ROBOT.urdf|--preset <NAME>>\n",
     );
     usage(
         "simulate arm.toml --preset space-arm -o new.csv",
-        "the argument '[ARM.toml]' cannot be used with '--preset <NAME>'\n",
+        "the argument '[ARM.toml|ROBOT.urdf]' cannot be used with '--preset <NAME>'\n",
     );
     usage(
         "simulate arm.toml",

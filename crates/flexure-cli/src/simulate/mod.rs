@@ -1,4 +1,6 @@
-//! `flexure simulate`: an arm file, or a preset, to a record.
+//! `flexure simulate`: an arm file, a robot's description, or a preset, to a record.
+
+mod chain;
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -6,29 +8,34 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::ArgGroup;
 use flexure::Record;
+use flexure::manipulator::chain::ChainPreset;
 use flexure_io::arm::{ArmError, ArmFile, Paths, preset_text, read_arm_record, run_watched};
 use flexure_io::{ReadOptions, read_text, write_record};
 use serde_json::json;
+
+use chain::ChainArguments;
 
 use crate::arguments::Usage;
 use crate::files::{name_json, prepare, write_text, wrote};
 use crate::output::print;
 use crate::progress::Progress;
 
-/// Simulate a two-link arm from an arm file or a preset.
+/// Simulate a two-link arm from an arm file, or a chain of any number of joints from a URDF or a chain file.
 ///
-/// The record has the columns t, tau1, tau2, q1, q2, qm1, qm2, dq1, dq2, dqm1, dqm2 (a rigid arm's no qm, dqm), in s, N m, rad
-/// and rad/s, one row a sample instant; the torque of a row is held until the next.
+/// An arm's record has the columns t, tau1, tau2, q1, q2, qm1, qm2, dq1, dq2, dqm1, dqm2 (a rigid arm's no qm, dqm), in s, N m, rad
+/// and rad/s, one row a sample instant; the torque of a row is held until the next. A chain's has tau_JOINT, q_JOINT, dq_JOINT for
+/// every joint, qm_JOINT and dqm_JOINT for a flexible one, and base_x to base_wz for a free base.
 #[derive(clap::Args)]
 #[command(group(ArgGroup::new("source").required(true).args(["arm", "preset"])))]
 #[command(after_help = "Examples:\n  flexure simulate --preset space-arm -o record.csv\n  \
-                        flexure simulate --preset space-arm --write-arm arm.toml\n  flexure simulate arm.toml -o record.parquet")]
+                        flexure simulate --preset space-arm --write-arm arm.toml\n  flexure simulate arm.toml -o record.parquet\n  \
+                        flexure simulate robot.urdf --duration 10 --sample-time 0.01 --start elbow=0.5 -o record.csv")]
 pub struct Arguments {
-    /// The arm file.
-    #[arg(value_name = "ARM.toml")]
+    /// The arm file, the chain file, or the URDF.
+    #[arg(value_name = "ARM.toml|ROBOT.urdf")]
     arm: Option<PathBuf>,
-    /// A preset in place of an arm file.
-    #[arg(long, value_name = "NAME", value_parser = known_preset)]
+    /// A preset in place of a file: one of the arms, or of the chains free-space-arm, space-manipulator, six-joint-arm and seven-joint-arm.
+    #[arg(long, value_name = "NAME", value_parser = arm_or_chain)]
     preset: Option<String>,
     /// Write the record here: .csv or .parquet.
     #[arg(short = 'o', long = "out", value_name = "RECORD")]
@@ -42,9 +49,19 @@ pub struct Arguments {
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    chain: ChainArguments,
 }
 
-/// The name of a preset.
+/// The name of a preset of an arm or a chain.
+fn arm_or_chain(name: &str) -> Result<String, String> {
+    match ChainPreset::ALL.iter().any(|preset| preset.name() == name) {
+        true => Ok(name.to_owned()),
+        false => known_preset(name),
+    }
+}
+
+/// The name of an arm's preset.
 pub fn known_preset(name: &str) -> Result<String, String> {
     preset_text(name)
         .map(|_| name.to_owned())
@@ -69,7 +86,16 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Err(Usage(message).into());
     }
     prepare(&arguments.arm, &arguments.out, &arguments.write_arm)?;
+    if let Some(preset) = chain::preset(arguments) {
+        return chain::run(arguments, &chain::of_preset(preset, arguments)?);
+    }
     let source = Source::new(&arguments.arm, &arguments.preset)?;
+    if let Some(chain) = chain::of_file(arguments, &source)? {
+        return chain::run(arguments, &chain);
+    }
+    if let Some(option) = arguments.chain.given() {
+        return Err(Usage(format!("{option} is for chains; an arm file says how the arm is run")).into());
+    }
     let file = source.arm()?;
     if let Some(path) = &arguments.write_arm {
         write_text(path, &source.text)?;

@@ -1,0 +1,236 @@
+//! A chain of links, from URDF, a chain file or a preset, to a record.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use flexure::Record;
+use flexure::manipulator::chain::{
+    Base, Chain, ChainPreset, ChainSimulation, DrivenChain, RotorCoupling, simulate_chain_watched,
+};
+use flexure::text::counted;
+use flexure_io::arm::{chain_of_toml, is_chain};
+use flexure_io::urdf::{UrdfOptions, parse_urdf};
+use flexure_io::{read_record, write_record};
+use serde_json::json;
+
+use super::{Arguments, Source};
+use crate::arguments::Usage;
+use crate::files::prepare;
+use crate::output::print;
+use crate::progress::Progress;
+
+/// How a chain is run.
+#[derive(clap::Args, Default)]
+#[command(next_help_heading = "Chains (URDF, chain files and their presets)")]
+pub struct ChainArguments {
+    /// How long, s.
+    #[arg(long, value_name = "S")]
+    duration: Option<f64>,
+    /// The time between two samples, s.
+    #[arg(long, value_name = "S")]
+    sample_time: Option<f64>,
+    /// The torques of the joints: a record with a column tau_JOINT for every joint that is driven, one row a sample, held until the next.
+    #[arg(long, value_name = "RECORD")]
+    torques: Option<PathBuf>,
+    /// Where joints start, rad or m: JOINT=VALUE,...; the others at zero.
+    #[arg(
+        long,
+        value_name = "JOINT=VALUE,...",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    start: Vec<String>,
+    /// The root link of a URDF floats freely.
+    #[arg(long)]
+    free_base: bool,
+    /// No gravity acts on a URDF; without this option that of the ground does, z upwards.
+    #[arg(long)]
+    no_gravity: bool,
+}
+
+impl ChainArguments {
+    /// An option that was given, which is for chains alone.
+    pub fn given(&self) -> Option<&'static str> {
+        [
+            (self.duration.is_some(), "--duration"),
+            (self.sample_time.is_some(), "--sample-time"),
+            (self.torques.is_some(), "--torques"),
+            (!self.start.is_empty(), "--start"),
+            (self.free_base, "--free-base"),
+            (self.no_gravity, "--no-gravity"),
+        ]
+        .into_iter()
+        .find_map(|(given, name)| given.then_some(name))
+    }
+}
+
+/// The chain's preset that the arguments name.
+pub fn preset(arguments: &Arguments) -> Option<ChainPreset> {
+    let name = arguments.preset.as_ref()?;
+    ChainPreset::ALL.into_iter().find(|preset| preset.name() == *name)
+}
+
+/// A preset's chain.
+pub fn of_preset(preset: ChainPreset, arguments: &Arguments) -> Result<DrivenChain> {
+    not_urdf(arguments, "a preset")?;
+    let chain = Chain::new(&preset.parameters())?;
+    Ok(DrivenChain::new(chain, &[], RotorCoupling::None)?)
+}
+
+/// The chain of a file; `None` where that is an arm's.
+pub fn of_file(arguments: &Arguments, source: &Source) -> Result<Option<DrivenChain>> {
+    let is_urdf = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
+    if arguments.arm.as_ref().is_some_and(is_urdf) {
+        let ground = UrdfOptions::default();
+        let options = UrdfOptions {
+            base: match arguments.chain.free_base {
+                true => Base::Free,
+                false => ground.base,
+            },
+            gravity: match arguments.chain.no_gravity {
+                true => [0.0; 3],
+                false => ground.gravity,
+            },
+        };
+        let chain = parse_urdf(&source.text, source.name.as_ref(), &options)?;
+        return Ok(Some(DrivenChain::new(chain, &[], RotorCoupling::None)?));
+    }
+    if !is_chain(&source.text) {
+        return Ok(None);
+    }
+    not_urdf(arguments, "a chain file")?;
+    Ok(Some(chain_of_toml(&source.text, &source.name)?))
+}
+
+/// Refuses options of URDF.
+fn not_urdf(arguments: &Arguments, source: &str) -> Result<(), Usage> {
+    let given = [
+        (arguments.chain.free_base, "--free-base"),
+        (arguments.chain.no_gravity, "--no-gravity"),
+    ];
+    match given.into_iter().find(|(given, _)| *given) {
+        Some((_, option)) => Err(Usage(format!(
+            "{option} is for URDF; {source} says its base and its gravity itself"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Simulates the chain and writes its record.
+pub fn run(arguments: &Arguments, chain: &DrivenChain) -> Result<()> {
+    let given = &arguments.chain;
+    if arguments.write_arm.is_some() {
+        return Err(Usage("--write-arm is for two-link arms; a chain's file is its own".to_owned()).into());
+    }
+    let (Some(out), Some(duration), Some(sample_time)) = (&arguments.out, given.duration, given.sample_time) else {
+        let message = "a chain is simulated for --duration seconds in steps of --sample-time, and written to -o RECORD";
+        return Err(Usage(message.to_owned()).into());
+    };
+    prepare(&given.torques, [out], [])?;
+    let mut options = ChainSimulation::new(chain, duration, sample_time)?;
+    start(chain, &given.start, &mut options)?;
+    let rows = options.sampling.rows();
+    let torques = match &given.torques {
+        Some(path) => torques(chain, path, rows)?,
+        None => Vec::new(),
+    };
+    let slices: Vec<&[f64]> = torques.iter().map(Vec::as_slice).collect();
+    let progress = Progress::new("simulating", duration);
+    let record = simulate_chain_watched(chain, &slices, &options, &mut |t| {
+        progress.at(t);
+        ControlFlow::Continue(())
+    })?;
+    drop(progress);
+    write_record(out, &record)?;
+    said(arguments, chain, out, &record, sample_time)
+}
+
+fn said(arguments: &Arguments, chain: &DrivenChain, out: &Path, record: &Record, sample_time: f64) -> Result<()> {
+    if arguments.json {
+        let object = json!({
+            "samples": record.len(),
+            "columns": record.names(),
+            "sample_time": sample_time,
+            "record": out.display().to_string(),
+            "joints": chain.chain().joints(),
+        });
+        return print(&object.to_string());
+    }
+    let joints = chain.chain().joints();
+    let base = if chain.chain().base() == Base::Free {
+        "free"
+    } else {
+        "fixed"
+    };
+    print(&format!(
+        "wrote {} ({} samples of {} on a {base} base: {})",
+        out.display(),
+        record.len(),
+        counted(joints.len(), "joint"),
+        joints.join(", ")
+    ))
+}
+
+/// Puts joints, and their motors, where they start.
+fn start(chain: &DrivenChain, places: &[String], options: &mut ChainSimulation) -> Result<()> {
+    let joints = chain.chain().joints();
+    let first = chain.chain().positions() - joints.len();
+    let flexible = chain.flexible();
+    for place in places {
+        let parsed = place.split_once('=').and_then(|(name, value)| {
+            let value: f64 = value.trim().parse().ok()?;
+            value.is_finite().then_some((name.trim(), value))
+        });
+        let Some((name, value)) = parsed else {
+            return Err(Usage(format!(
+                "--start has '{place}', but needs JOINT=VALUE, for example {}=0.5",
+                joints[0]
+            ))
+            .into());
+        };
+        let Some(joint) = joints.iter().position(|joint| joint == name) else {
+            return Err(Usage(format!(
+                "--start names the joint '{name}'; the joints are {}",
+                joints.join(", ")
+            ))
+            .into());
+        };
+        options.initial[first + joint] = value;
+        if flexible[joint] {
+            let motor = flexible[..joint].iter().filter(|f| **f).count();
+            options.initial[chain.chain().positions() + motor] = value;
+        }
+    }
+    Ok(())
+}
+
+/// The torques of all joints, zero where the record has no column.
+fn torques(chain: &DrivenChain, path: &Path, rows: usize) -> Result<Vec<Vec<f64>>> {
+    let file = read_record(path)?;
+    let names: Vec<String> = chain
+        .chain()
+        .joints()
+        .iter()
+        .map(|joint| format!("tau_{joint}"))
+        .collect();
+    if !names.iter().any(|name| file.record.column(name).is_ok()) {
+        bail!(
+            "{}: no column is the torque of a joint; they are called {}",
+            path.display(),
+            names.join(", ")
+        );
+    }
+    let samples = file.record.len();
+    if samples != rows {
+        bail!(
+            "{}: there are {samples} rows, but the run has {rows} instants",
+            path.display()
+        );
+    }
+    let column = |name: &String| match file.record.column(name) {
+        Ok(_) => Ok(file.finite(name)?.to_vec()),
+        Err(_) => Ok(vec![0.0; rows]),
+    };
+    names.iter().map(column).collect()
+}

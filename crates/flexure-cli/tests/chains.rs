@@ -1,0 +1,117 @@
+//! `flexure simulate` of chains: URDF, chain files and presets.
+
+mod common;
+
+use common::Folder;
+use flexure_io::read_record;
+
+const PENDULUM: &str = r#"<robot name="pendulum">
+<link name="world"/>
+<link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.001"/></inertial></link>
+<joint name="pivot" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+</robot>"#;
+
+fn column(folder: &Folder, file: &str, name: &str) -> Vec<f64> {
+    read_record(folder.path(file))
+        .unwrap()
+        .record
+        .column(name)
+        .unwrap()
+        .to_vec()
+}
+
+#[test]
+fn a_urdf_swings_under_gravity_and_turns_under_torques() {
+    let folder = Folder::new();
+    folder.write("rod.urdf", PENDULUM);
+    let run = "simulate rod.urdf --duration 2 --sample-time 0.01";
+    let said = folder.done(&format!("{run} --start pivot=0.01 -o r.csv"));
+    assert_eq!(
+        said.trim(),
+        "wrote r.csv (201 samples of 1 joint on a fixed base: pivot)"
+    );
+    // A small swing: m g c / (I + m c^2).
+    let w = (2.0 * 9.81 * 0.5 / 0.6f64).sqrt();
+    let angles = column(&folder, "r.csv", "q_pivot");
+    for (k, angle) in angles.iter().enumerate() {
+        assert!(
+            (angle - 0.01 * (w * 0.01 * k as f64).cos()).abs() < 1e-6,
+            "{k}: {angle}"
+        );
+    }
+    // A constant torque without gravity: tau t^2 / 2 J.
+    let rows = "0.3\n".repeat(201);
+    folder.write("tau.csv", format!("tau_pivot\n{rows}"));
+    let object = folder.json(&format!("{run} --no-gravity --torques tau.csv -o t.parquet"));
+    assert_eq!(
+        (&object["samples"], &object["joints"]),
+        (&201.into(), &serde_json::json!(["pivot"]))
+    );
+    let last = *column(&folder, "t.parquet", "q_pivot").last().unwrap();
+    assert!((last - 0.5 * 0.3 * 4.0 / 0.6).abs() < 1e-9, "{last}");
+}
+
+#[test]
+fn presets_and_chain_files_run() {
+    let folder = Folder::new();
+    folder.done("simulate --preset space-manipulator --duration 3 --sample-time 0.5 --start joint2=0.3 -o m.csv");
+    assert_eq!(column(&folder, "m.csv", "base_qw"), [1.0; 7]);
+    folder.write(
+        "arm.toml",
+        "[chain]\ngravity = [0.0, 0.0, 0.0]\n[[chain.link]]\nname = \"arm\"\njoint = \"shoulder\"\nmass = 2.0\ncom = [0.5, 0.0, 0.0]\n\
+         inertia = [0.01, 0.1, 0.1, 0.0, 0.0, 0.0]\n[chain.link.drive]\nmodel = \"linear\"\nmotor_inertia = 0.4\nstiffness = 300.0\n",
+    );
+    folder.done("simulate arm.toml --duration 1 --sample-time 0.5 --start shoulder=0.2 -o a.csv");
+    // Link and motor start together.
+    assert_eq!(column(&folder, "a.csv", "qm_shoulder"), [0.2; 3]);
+}
+
+#[test]
+fn what_cannot_be_run_is_refused() {
+    let folder = Folder::new();
+    folder.write("rod.urdf", PENDULUM);
+    folder.write("bad.urdf", PENDULUM.replace("child link=\"rod\"", "child link=\"bar\""));
+    folder.write("tau.csv", "tau_pivot\n1\n2\n");
+    folder.write("other.csv", "u\n1\n2\n");
+    let run = "simulate rod.urdf --duration 1 --sample-time 0.1 -o r.csv";
+    for (arguments, message) in [
+        ("simulate rod.urdf -o r.csv", "is simulated for --duration seconds"),
+        (
+            "simulate bad.urdf --duration 1 --sample-time 0.1 -o r.csv",
+            "bad.urdf, line 5:",
+        ),
+        (
+            "simulate rod.urdf --duration 1 --sample-time 0 -o r.csv",
+            "sample_time is 0",
+        ),
+        (
+            "simulate --preset six-joint-arm --free-base --duration 1 --sample-time 0.1 -o r.csv",
+            "--free-base is for URDF",
+        ),
+        (
+            "simulate --preset space-arm --duration 1 -o r.csv",
+            "--duration is for chains",
+        ),
+        (
+            &format!("{run} --start elbow=1"),
+            "names the joint 'elbow'; the joints are pivot",
+        ),
+        (&format!("{run} --start pivot"), "needs JOINT=VALUE"),
+        (
+            &format!("{run} --torques tau.csv"),
+            "there are 2 rows, but the run has 11 instants",
+        ),
+        (
+            &format!("{run} --torques other.csv"),
+            "no column is the torque of a joint; they are called tau_pivot",
+        ),
+    ] {
+        let outcome = folder.run(arguments);
+        assert!(
+            outcome.code != Some(0) && outcome.stderr.contains(message),
+            "{arguments}: {outcome:?}"
+        );
+        assert!(!folder.path("r.csv").exists(), "{arguments}");
+    }
+}
