@@ -28,6 +28,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "velocity",
             "reference",
             "sample-time",
+            "by",
         ],
     ),
     (
@@ -119,6 +120,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "no-open",
             "write-arm",
             "allow-paths",
+            "table",
         ],
     ),
 ];

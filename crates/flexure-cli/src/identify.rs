@@ -1,13 +1,14 @@
 //! `flexure identify`: a model from a record.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use flexure::identify::{AUTO, Calibration, HAMMERSTEIN, Options, RefinedHammerstein, Structure, structures};
 use flexure_io::{RecordFile, model_text};
 use flexure_report::data::ArmMotion;
+use flexure_workbench::fleet::{Outcome, joined, single_values};
 use flexure_workbench::systems::{Decoration, Identified, SystemColumns, Task, arm_motion};
 
 use crate::arguments::{self, Auto, Usage};
@@ -164,9 +165,42 @@ impl Arguments {
         Ok((Task { structure, options }, note))
     }
 
+    /// Refuses what no record could make right.
+    pub fn check(&self) -> Result<()> {
+        if let Some(inputs) = self.inputs() {
+            arguments::distinct_inputs(&inputs, self.output.as_deref())?;
+            check_input_count(self.structure(), inputs.len())?;
+        }
+        arguments::distinct_points(&self.known)?;
+        self.task().map(|_| ())
+    }
+
+    /// The model of one record of many: what `--json` prints of it, without lists, and the model file.
+    pub fn of_file(&self, file: RecordFile) -> Result<Outcome> {
+        let (task, _) = self.task()?;
+        let (experiments, connected) = self.connected(file, task.skips_missing())?;
+        let Experiments { file, sample_time, .. } = experiments;
+        let columns = SystemColumns {
+            inputs: &connected.inputs(),
+            output: &connected.output,
+        };
+        let identified = task.identify(&file, columns, sample_time, &[], &|_| ControlFlow::Continue(()))?;
+        let object = identified.json();
+        let mut row = single_values(&object);
+        row.push(("warnings".to_owned(), joined(&object["warnings"])));
+        Ok(Outcome {
+            row,
+            model: model_text(&identified.model(), Path::new("model.json"))?,
+        })
+    }
+
     /// The record, or those of several experiments, whose output may miss samples or not; and the columns that are meant.
     fn read(&self, may_miss: bool) -> Result<(Experiments, Connected)> {
-        let file = self.reading.read(&self.records[0])?;
+        self.connected(self.reading.read(&self.records[0])?, may_miss)
+    }
+
+    /// [`read`](Self::read), of which the first record is there.
+    fn connected(&self, file: RecordFile, may_miss: bool) -> Result<(Experiments, Connected)> {
         let columns = Connected::of_record(&file, self.reading.time_column(), self.inputs(), self.output.as_deref())?;
         check_input_count(self.structure(), columns.inputs.len())?;
         let experiments = match &self.records[1..] {
@@ -247,11 +281,7 @@ fn check_input_count(structure: &Structure, inputs: usize) -> Result<(), Usage> 
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    if let Some(inputs) = arguments.inputs() {
-        arguments::distinct_inputs(&inputs, arguments.output.as_deref())?;
-        check_input_count(arguments.structure(), inputs.len())?;
-    }
-    arguments::distinct_points(&arguments.known)?;
+    arguments.check()?;
     let (task, note) = arguments.task()?;
     let outputs = [&arguments.model, &arguments.report].into_iter().flatten();
     let others = [arguments.periods.first_given(), arguments.arm.as_ref().map(|_| "--arm")];

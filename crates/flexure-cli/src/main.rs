@@ -11,6 +11,7 @@ mod excite;
 mod experiments;
 mod export;
 mod files;
+mod fleet;
 mod help;
 mod identify;
 mod joint;
@@ -63,6 +64,7 @@ enum Command {
     Report(report::Arguments),
     Joint(Box<joint::Arguments>),
     Regress(Box<regress::Arguments>),
+    Fleet(Box<fleet::Arguments>),
     Excite(Box<excite::Arguments>),
     Simulate(simulate::Arguments),
     Study(study::Arguments),
@@ -86,6 +88,7 @@ fn main() -> ExitCode {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Fleet(arguments) => fleet::run(&arguments),
         Command::Joint(arguments) => joint::run(&arguments),
         Command::Look(arguments) => look::run(&arguments),
         Command::Predict(arguments) => predict::run(&arguments),

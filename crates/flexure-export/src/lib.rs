@@ -1,6 +1,6 @@
 //! Writes an identified model as C, FMU, ONNX, Python or MATLAB.
 //!
-//! [`Program`](program::Program) is the one walk over the model's blocks: steps over registers. Every format is written from it. What is exported
+//! `Program` is the one walk over the model's blocks: steps over registers. Every format is written from it. What is exported
 //! computes what [`Block::simulate_from_first`](flexure::Block::simulate_from_first) computes: the same interpolation, the same values beyond the
 //! tables, the same start.
 //!

@@ -25,6 +25,7 @@ mod mat;
 mod memory;
 mod parquet_file;
 mod read;
+mod table;
 mod temporary;
 mod text;
 mod time;
@@ -37,6 +38,7 @@ pub use model::{BlockLabel, ModelFile, ModelPath, RecordMark, model_text, parse_
 pub use options::{Decimal, ReadOptions};
 pub use read::read_record;
 pub use record_file::RecordFile;
+pub use table::{Row, write_table};
 pub use temporary::remove_temporaries;
 pub use text::read_text;
 pub use time::{Instants, TimeColumn};

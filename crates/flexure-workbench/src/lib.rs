@@ -6,6 +6,7 @@
 
 pub mod demo;
 pub mod export;
+pub mod fleet;
 pub mod joints;
 mod labels;
 pub mod lines;

@@ -9,6 +9,7 @@ use anyhow::Result;
 use flexure::identify::robot_joint::{AxisDrive, Extra};
 use flexure_io::arm::Excitation;
 use flexure_io::{RecordFile, check_record_writable, write_record};
+use flexure_workbench::fleet::{Outcome, joined, single_values};
 use flexure_workbench::joints::{Curves, Place, Settings, identify, recorded};
 use serde_json::{Value, json};
 
@@ -176,6 +177,42 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Arguments {
+    /// The joint of one record of many: what `--json` prints of it, without lists but with the parameters of the best forms; and all of
+    /// it.
+    pub fn of_file(&self, file: &RecordFile) -> Result<Outcome> {
+        let log = Columns::new(file, self)?.log(file, self)?;
+        let samples = log.samples();
+        let joint = identify(log, &self.settings(), file, arguments::option)?;
+        let motions = joint.simulate(self.position_loop(file)?)?;
+        let mut object = joint.json();
+        let (name, motions) = joint.motions_json(&motions);
+        let replay = if motions.is_array() { &motions[0] } else { &motions };
+        let mut row = vec![("samples".to_owned(), json!(samples))];
+        row.push(("replay_fit_percent".to_owned(), replay["fit_percent"].clone()));
+        row.extend(single_values(&object));
+        for (forms, best) in [
+            ("forms", "best_form"),
+            ("friction_forms", "best_friction_form"),
+            ("stiffness_forms", "best_stiffness_form"),
+        ] {
+            let all = object[forms].as_array().into_iter().flatten();
+            let parameters = all
+                .filter(|form| form["form"] == object[best])
+                .map(|form| &form["parameters"]);
+            for (symbol, value) in parameters.filter_map(Value::as_object).flatten() {
+                row.push((symbol.clone(), value["value"].clone()));
+                row.push((format!("{symbol}.standard_error"), value["standard_error"].clone()));
+                row.push((format!("{symbol}.identifiable"), value["identifiable"].clone()));
+            }
+        }
+        row.push(("warnings".to_owned(), joined(&object["findings"])));
+        object[name] = motions;
+        Ok(Outcome {
+            row,
+            model: object.to_string(),
+        })
+    }
+
     /// Refuses an arm file of a rigid axis with what an arm file cannot have.
     fn refuse_arm_with_extras(&self) -> Result<(), Usage> {
         let term = match (self.gravity, self.spring) {
