@@ -1,4 +1,4 @@
-from . import arms, chains, joints, plots, prepare, regression, results, systems
+from . import arms, chains, joints, plots, prepare, regression, results, streams, systems
 from ._core import (
     DataError,
     FileError,
@@ -13,6 +13,7 @@ from .chains import Chain
 from .joints import identify_joint
 from .regression import KernelRegressor, KNNRegressor, SeriesRegressor, SplineRegressor
 from .results import Branch, Comparison, Estimate, FormTest, LinearPart, Nonlinearity, ResidualTest, Surface, Verdict
+from .streams import StreamedKernelRegressor
 from .systems import (
     NARX,
     Auto,
@@ -58,6 +59,7 @@ __all__ = [
     "SeriesRegressor",
     "SimulationError",
     "SplineRegressor",
+    "StreamedKernelRegressor",
     "Surface",
     "TooShortError",
     "Verdict",

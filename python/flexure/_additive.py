@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from flexure._arrays import plain
 from flexure._core import Regression
 
 Array = npt.NDArray[np.float64]
@@ -19,7 +20,7 @@ _TOLERANCE = 1e-10
 
 def columns_of(x: Array) -> list[Array]:
     """The columns of a 2-D array, each contiguous; copies only where they are not."""
-    return [np.ascontiguousarray(x[:, j]) for j in range(x.shape[1])]
+    return [plain(x[:, j]) for j in range(x.shape[1])]
 
 
 @dataclass

@@ -44,7 +44,12 @@ def samples(values: Any, name: str) -> Array:
     if array.ndim != 1:
         raise DataError(f"'{name}' has the shape {array.shape}, but one signal has the shape (n,)")
     with np.errstate(over="ignore"):  # to infinity, which is said with its sample
-        return np.ascontiguousarray(array, dtype=np.dtype("=f8"))
+        return plain(array)
+
+
+def plain(array: npt.NDArray[Any]) -> Array:
+    """The numbers one after the other as the processor has them: arrays out of files and messages may lie across its words."""
+    return np.require(array, np.dtype("=f8"), ["C", "A"])
 
 
 def whole(value: Any, name: str, least: int = 0) -> int:

@@ -174,7 +174,7 @@ class Arm:
             return self._core.simulate(_pair(value, kind), kind)
         return self._core.simulate()
 
-    def simulate_batch(self, torques: Iterable[Any], *, kind: str = "torque") -> list[dict[str, Array]]:
+    def simulate_batch(self, torques: Iterable[Any], *, kind: str = "torque", first: int = 0) -> list[dict[str, Array]]:
         """Simulates under many inputs, over all cores; the records are in the order of the inputs.
 
         Parameters
@@ -183,13 +183,15 @@ class Arm:
             The inputs, as in `simulate`.
         kind : {"torque", "deflection"}
             What they are.
+        first : int
+            The place of the first input among all, where these are a part of them.
 
         Returns
         -------
         list of dicts
-            The records, the same whatever the number of cores. Measurement noise, if the arm file has any, differs.
+            The records, the same whatever the number of cores. Measurement noise, if the arm file has any, differs with the input's place.
         """
-        return self._core.simulate_batch([_pair(torque, kind) for torque in torques], kind)
+        return self._core.simulate_batch([_pair(torque, kind) for torque in torques], kind, first)
 
     def __getstate__(self) -> tuple[str, str, str]:
         return self._core.text, self._core.name, self._core.folder

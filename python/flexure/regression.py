@@ -24,6 +24,7 @@ from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils.validation import _check_sample_weight, check_is_fitted, validate_data
 
 from flexure._additive import Additive, Array, Term, columns_of
+from flexure._arrays import plain
 from flexure._core import FlexureError, ParameterError
 
 __all__ = ["Band", "KNNRegressor", "KernelRegressor", "Scores", "SeriesRegressor", "SplineRegressor"]
@@ -121,7 +122,7 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         if weights is not None and repeated:
             repeats = weights.astype(np.intp)
             points, y, weights = points.repeat(repeats, axis=0), np.repeat(y, repeats), None
-        x, y = columns_of(points), np.ascontiguousarray(y, dtype=np.float64)
+        x, y = columns_of(points), plain(y)
         if len(x) > self._most_columns:
             self._additive: Additive | None = Additive.fit(name, settings, x, y, weights, given, repeated)
             self._term: Term | None = None

@@ -161,21 +161,23 @@ impl Arm {
         columns(py, &record.map_err(|error| self.0.located(error))?)
     }
 
-    /// Simulates under many drives, over all cores; noise, if any, has another seed each.
-    #[pyo3(signature = (drives, kind="torque"))]
+    /// Simulates under many drives, over all cores; noise, if any, has another seed each, by the place of a drive among all, where
+    /// these begin at `first`.
+    #[pyo3(signature = (drives, kind="torque", first=0))]
     fn simulate_batch<'py>(
         &self,
         py: Python<'py>,
         drives: Vec<Drive>,
         kind: &str,
+        first: u64,
     ) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let (source, kind) = (Arc::clone(&self.0), drive_kind(kind)?);
         let records = interruptible(py, move |interrupt| {
-            let jobs: Vec<_> = drives.into_iter().enumerate().collect();
-            let run = |(i, drive): &(usize, Drive)| {
+            let jobs: Vec<_> = (first..).zip(drives).collect();
+            let run = |(place, drive): &(u64, Drive)| {
                 let mut file = source.driven(kind, drive.0.len());
                 if let Some(noise) = &mut file.noise {
-                    noise.seed = noise.seed.wrapping_add(*i as u64);
+                    noise.seed = noise.seed.wrapping_add(*place);
                 }
                 driven(&file, drive, interrupt)
             };

@@ -11,6 +11,7 @@ mod names;
 mod prepare;
 mod regression;
 mod run;
+mod streamed;
 
 use pyo3::prelude::*;
 
@@ -39,6 +40,8 @@ mod _core {
     use crate::prepare::prepare;
     #[pymodule_export]
     use crate::regression::Regression;
+    #[pymodule_export]
+    use crate::streamed::{Streamed, Sums};
 
     /// The sample time of uniform, increasing instants.
     #[pyfunction]

@@ -113,3 +113,13 @@ def test_an_array_stays_alive_and_in_place():
     junk = [np.full(5000, np.nan) for _ in range(20)]
     np.testing.assert_array_equal(fit.predict([np.array([0.5])]), expected)
     assert len(junk) == 20
+
+
+def test_arrays_across_the_words_of_the_processor_are_read_as_others():
+    odd = np.zeros(1 + 8 * 6, dtype=np.uint8)[1:].view(np.float64)
+    odd[:] = VALUES
+    assert samples(odd, "u").flags.aligned
+    y = np.sin(odd)
+    points = flexure.KNNRegressor(1).fit(odd[:, None], y).predict(odd[:, None])
+    np.testing.assert_array_equal(points, flexure.KNNRegressor(1).fit(VALUES[:, None], y).predict(VALUES[:, None]))
+    assert _core.sample_time(samples(np.sort(odd)[[0, 1]], "t")) == 1

@@ -231,6 +231,12 @@ pub enum DataError {
         /// What differs.
         what: &'static str,
     },
+    /// Bytes from which partial sums cannot be read.
+    #[error("these bytes are no partial sums of a regression: {reason}; make them again, with this version")]
+    NotSums {
+        /// What is wrong with them.
+        reason: &'static str,
+    },
     /// An angle jumps by a whole turn.
     #[error(
         "column '{column}' jumps by {jump} at sample {sample}, a whole turn{}: the encoder wraps{}; unwrap the angle first (add a \

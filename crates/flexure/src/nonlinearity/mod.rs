@@ -51,7 +51,8 @@ pub use estimator::{Choice, Estimator, Regression};
 pub use haar::{HaarFit, HaarRegression};
 pub use kernel::{
     Bandwidth, Degree, Kernel, KernelEstimate, KernelEstimator, KernelFit, KernelRegression, KernelScore, KernelSearch,
-    RecursiveFit, RecursiveForm, RecursiveKernel, RecursiveRegression, RecursiveSums,
+    RecursiveFit, RecursiveForm, RecursiveKernel, RecursiveRegression, RecursiveSums, StreamedBand, StreamedFit,
+    StreamedRegression,
 };
 pub use local::{LocalKernel, LocalKernelFit, LocalRule, LocalWindow, Side};
 pub use neighbours::{NearestNeighbours, NeighboursFit};

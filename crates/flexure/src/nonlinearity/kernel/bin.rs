@@ -12,6 +12,16 @@ pub struct Bin {
 }
 
 impl Bin {
+    /// A bin without points.
+    pub const EMPTY: Bin = Bin {
+        count: 0.0,
+        x: 0.0,
+        y: 0.0,
+        xx: 0.0,
+        xy: 0.0,
+        yy: 0.0,
+    };
+
     /// A bin of one point.
     pub fn of_point(x: f64, y: f64) -> Self {
         Bin {
@@ -24,9 +34,9 @@ impl Bin {
         }
     }
 
-    /// The points of both bins.
+    /// The points of both bins, of which one at least has any.
     #[inline(always)]
-    fn plus(self, other: Self) -> Self {
+    pub fn plus(self, other: Self) -> Self {
         let count = self.count + other.count;
         let share = other.count / count;
         let (dx, dy, product) = (other.x - self.x, other.y - self.y, self.count * share);
@@ -39,6 +49,13 @@ impl Bin {
             yy: self.yy + other.yy + product * dy * dy,
         }
     }
+}
+
+/// The sum of squared distances of a bin's points from the line through its mean's abscissa at `value` with this slope.
+#[inline(always)]
+pub fn squares_about(bin: Bin, value: f64, slope: f64) -> f64 {
+    let residual = bin.y - value;
+    bin.yy + slope * (slope * bin.xx - 2.0 * bin.xy) + bin.count * residual * residual
 }
 
 /// Gathers increasing items into the bins [first + k width, first + (k + 1) width) for integers k. Empty bins are left out.

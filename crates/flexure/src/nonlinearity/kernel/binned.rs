@@ -6,7 +6,7 @@
 //! The squared errors of a bin's data are taken about the tangent of the estimate at the bin, so that the second moments
 //! of the bin suffice. This error is of second order as well.
 
-use super::bin::{Bin, gather};
+use super::bin::{Bin, gather, squares_about};
 use super::gaussian::{self, FEW_NEIGHBOURS, FEW_TERMS};
 use super::{Degree, Kernel, Sorted, Sums, direct_without, for_each_sum};
 use crate::parallel;
@@ -151,10 +151,7 @@ impl Bins {
         } else {
             0.0
         };
-        let [xx, xy, yy] = self.products.each_ref().map(|column| column[b]);
-        let residual = self.data.y[b] - fits[b].value;
-        let about_mean = yy + slope * (slope * xx - 2.0 * xy);
-        fits[b].factor * fits[b].factor * (about_mean + self.data.weight(b) * residual * residual)
+        fits[b].factor * fits[b].factor * squares_about(self.bin(b), fits[b].value, slope)
     }
 }
 

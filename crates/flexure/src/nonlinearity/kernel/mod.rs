@@ -17,7 +17,8 @@
 //! | [`leave_one_out`](mod@leave_one_out) | exact scores of bandwidths |
 //! | [`bin`], [`binned`] | scores from data in bins, for searches among many points |
 //! | [`regression`], [`line`] | the estimate itself, and its continuation beyond the data |
-//! | [`recursive`] | the estimate for streams |
+//! | [`recursive`] | the estimate for streams, at given points |
+//! | [`streamed`] | the estimate for streams, with its bandwidth and a band: sums in bins that are merged |
 //!
 //! Several columns: [`product`] kernels. [`estimator`] serves any number of columns, and [`choice`] and [`descent`] search for
 //! their bandwidths. All sums agree with direct summation to about 1e-12.
@@ -39,6 +40,7 @@ mod product;
 mod recursive;
 mod regression;
 mod sorted;
+mod streamed;
 mod sums;
 mod window_bounds;
 mod window_sums;
@@ -52,6 +54,7 @@ use regression::direct_without;
 pub use regression::{KernelFit, KernelRegression};
 pub(crate) use regression::{check_points, check_weights};
 pub(crate) use sorted::Sorted;
+pub use streamed::{StreamedBand, StreamedFit, StreamedRegression};
 pub use sums::Degree;
 pub(crate) use sums::{ONE_ABSCISSA, Sums};
 

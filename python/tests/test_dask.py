@@ -1,0 +1,222 @@
+"""A fleet on a cluster of real processes: workers that are killed, records that are broken, a client that comes back."""
+
+import json
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import flexure
+
+distributed = pytest.importorskip("distributed", reason="distributed is not installed: pip install flexure[dask]")
+pytest.importorskip("pyarrow", reason="pyarrow is not installed: pip install flexure[dask]")
+parquet = pytest.importorskip("pyarrow.parquet")
+
+import flexure.dask  # noqa: E402
+
+KEYS = [f"p{i:02d}" for i in range(12)]
+
+
+def record(seed, broken=False):
+    rng = np.random.default_rng(seed)
+    u = rng.uniform(-2, 2, 800)
+    w, y = np.clip(u, -1, 0.6), np.zeros(800)
+    for i in range(2, 800):
+        y[i] = 1.2 * y[i - 1] - 0.55 * y[i - 2] + 0.2 * w[i - 1] + 0.15 * w[i - 2]
+    y += 0.01 * rng.standard_normal(800)
+    if broken:
+        y[300] = np.nan
+    return {"u": u, "y": y}
+
+
+def of_plant(record):
+    return flexure.Hammerstein().fit(record, input="u", output="y")
+
+
+def slowly(record):
+    time.sleep(0.4)
+    return of_plant(record)
+
+
+@pytest.fixture(scope="module")
+def plants():
+    return {key: record(i, broken=key == "p05") for i, key in enumerate(KEYS)}
+
+
+@pytest.fixture(scope="module")
+def client():
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster) as client:
+        yield client
+
+
+def rows(path):
+    return parquet.read_table(path).to_pylist()
+
+
+def test_the_numbers_are_those_of_one_machine_and_a_broken_record_has_its_error(plants, client, tmp_path):
+    table = flexure.dask.identify_fleet(plants, by="plant", model=of_plant, output=tmp_path / "r", client=client)
+    found = rows(table)
+    assert [row["plant"] for row in found] == KEYS
+    assert found[5]["status"] == "failed" and "sample 300" in found[5]["error"] and found[5]["fit_percent"] is None
+    for key in ("p00", "p07"):
+        own = of_plant(plants[key])
+        row = found[KEYS.index(key)]
+        assert (row["fit_percent"], row["rms"]) == (own.verdict_.fit_percent, own.verdict_.rms)
+        loaded = flexure.load(tmp_path / "r" / row["model"])
+        np.testing.assert_array_equal(loaded.linear_.a, own.linear_.a)
+
+
+def test_killed_workers_lose_nothing_and_double_nothing(plants, tmp_path):
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster) as client:
+
+        def kill():
+            for _ in range(2):
+                time.sleep(1.2)
+                pid = next(iter(client.run(os.getpid).values()))
+                os.kill(pid, signal.SIGKILL)
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        killed = flexure.dask.identify_fleet(plants, by="plant", model=slowly, output=tmp_path / "killed", client=client)
+        killer.join()
+        whole = flexure.dask.identify_fleet(plants, by="plant", model=slowly, output=tmp_path / "whole", client=client)
+    assert rows(killed) == rows(whole)
+
+
+def test_a_client_that_comes_back_goes_on(plants, client, tmp_path):
+    calls = tmp_path / "calls"
+    calls.mkdir()
+
+    def counted(record):
+        (calls / os.urandom(8).hex()).touch()
+        return of_plant(record)
+
+    some = dict(list(plants.items())[:4])
+    flexure.dask.identify_fleet(some, by="plant", model=counted, output=tmp_path / "r", client=client)
+    table = flexure.dask.identify_fleet(plants, by="plant", model=counted, output=tmp_path / "r", client=client)
+    # Twelve machines, none twice.
+    assert len(list(calls.iterdir())) == 12 and len(rows(table)) == 12
+    flexure.dask.identify_fleet(plants, by="plant", model=counted, output=tmp_path / "r", client=client)
+    # Only the broken one is tried again.
+    assert len(list(calls.iterdir())) == 13
+
+
+def test_a_data_set_of_parquet_and_a_cluster_of_its_own(plants, tmp_path):
+    import pyarrow
+
+    for key in KEYS[:3]:
+        folder = tmp_path / "data" / f"plant={key}"
+        folder.mkdir(parents=True)
+        parquet.write_table(pyarrow.table(plants[key]), folder / "part.parquet")
+    table = flexure.dask.identify_fleet(tmp_path / "data", by="plant", model=of_plant, output=tmp_path / "r")
+    assert [row["fit_percent"] for row in rows(table)] == [of_plant(plants[key]).verdict_.fit_percent for key in KEYS[:3]]
+
+
+def test_what_cannot_be_is_refused_in_words(plants, client, tmp_path):
+    run = flexure.dask.identify_fleet
+    some = {"p00": plants["p00"]}
+    run(some, by="plant", model=of_plant, output=tmp_path / "r", client=client)
+    with pytest.raises(flexure.ParameterError, match="begun with other choices"):
+        run(some, by="plant", model=of_plant, output=tmp_path / "r", client=client, name="another")
+    with pytest.raises(flexure.ParameterError, match="no machine|empty"):
+        run({}, by="plant", model=of_plant, output=tmp_path / "e", client=client)
+    with pytest.raises(flexure.ParameterError, match="is no folder"):
+        run(tmp_path / "nowhere", by="plant", model=of_plant, output=tmp_path / "e", client=client)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes").write_text("mine")
+    with pytest.raises(flexure.ParameterError, match="other files"):
+        run(some, by="plant", model=of_plant, output=tmp_path / "mine", client=client)
+
+
+def test_workers_of_another_version_are_refused(plants, client, tmp_path):
+    def change(version):
+        import flexure
+
+        flexure.dask._version = lambda: version
+
+    client.run(change, "0.0.1")
+    try:
+        with pytest.raises(flexure.FlexureError, match=r"workers have Flexure 0\.0\.1, but this is"):
+            flexure.dask.identify_fleet({"p00": plants["p00"]}, by="plant", model=of_plant, output=tmp_path / "r", client=client)
+    finally:
+        client.restart()
+    assert json.loads((tmp_path / "r" / "fleet.json").read_text())["by"] == "plant"
+
+
+def correlated(n=60_000):
+    rng = np.random.default_rng(3)
+    x = np.cumsum(rng.normal(size=n)) % 4 - 2
+    return x, np.sin(2 * x) + 0.1 * rng.normal(size=n)
+
+
+def test_a_regression_over_partitions_is_that_of_one_machine(client):
+    import dask.array
+    import dask.dataframe
+    import pandas
+
+    x, y = correlated()
+    at = np.linspace(-1.9, 1.9, 39)
+    alone = flexure.StreamedKernelRegressor().fit(x, y)
+    frame = dask.dataframe.from_pandas(pandas.DataFrame({"x": x, "y": y}), npartitions=11, sort=False)
+    arrays = {"x": dask.array.from_array(x[:, None], chunks=(7000, 1)), "y": dask.array.from_array(y, chunks=7000)}
+    for model in (
+        flexure.dask.regress(frame, x="x", y="y", client=client),
+        flexure.dask.regress(None, **arrays, client=client),
+    ):
+        assert (model.n_rows_, model.bin_width_, model.bandwidth_) == (60_000, alone.bin_width_, pytest.approx(alone.bandwidth_, rel=1e-10))
+        (values, band), (own, own_band) = (m.predict(at, return_band=0.95) for m in (model, alone))
+        np.testing.assert_allclose(values, own, rtol=1e-10, atol=1e-10)
+        np.testing.assert_allclose(band.lower, own_band.lower, rtol=1e-8, atol=1e-10)
+    again = flexure.dask.regress(frame, x="x", y="y", client=client)
+    assert again.to_bytes() == flexure.dask.regress(frame, x="x", y="y", client=client).to_bytes()
+
+
+def test_a_regression_outlives_a_killed_worker():
+    import dask.array
+
+    x, y = correlated(20_000)
+
+    def slow(block):
+        time.sleep(0.3)
+        return block
+
+    slow_x = dask.array.from_array(x, chunks=2000).map_blocks(slow, dtype=float)
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster) as client:
+
+        def kill():
+            time.sleep(0.7)
+            os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        killed = flexure.dask.regress(None, x=slow_x, y=dask.array.from_array(y, chunks=2000), client=client)
+        killer.join()
+        whole = flexure.dask.regress(None, x=slow_x, y=dask.array.from_array(y, chunks=2000), client=client)
+    assert killed.to_bytes() == whole.to_bytes()
+
+
+def test_a_regression_names_the_row_that_is_wrong(client):
+    import dask.array
+
+    x, y = correlated(5000)
+    y[3456] = np.inf
+    parts = {"x": dask.array.from_array(x, chunks=500), "y": dask.array.from_array(y, chunks=500)}
+    with pytest.raises(flexure.DataError, match="sample 3456"):
+        flexure.dask.regress(None, **parts, client=client)
+    with pytest.raises(flexure.ParameterError, match="rechunk"):
+        flexure.dask.regress(None, x=parts["x"], y=parts["y"].rechunk(700), client=client)
+    with pytest.raises(flexure.ParameterError, match="dask arrays"):
+        flexure.dask.regress(None, x=x, y=y, client=client)
+
+
+def test_simulations_have_the_noise_of_their_places(client):
+    arm = flexure.Arm.preset("motor-log").with_(duration=0.5)
+    torques = np.random.default_rng(4).normal(size=(5, round(arm.duration / arm.dt) + 1, 2))
+    own = arm.simulate_batch(torques)
+    on_cluster = flexure.dask.simulate_batch(arm, torques, client=client)
+    assert len(on_cluster) == 5 and flexure.dask.simulate_batch(arm, [], client=client) == []
+    for a, b in zip(own, on_cluster, strict=True):
+        assert a.keys() == b.keys() and all(np.array_equal(a[name], b[name]) for name in a)
