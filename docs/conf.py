@@ -28,7 +28,7 @@ else:
         "members": True,
         # What the private base class has, but not what scikit-learn and Python document themselves.
         "inherited-members": "BaseEstimator,RegressorMixin,tuple,object",
-        "exclude-members": "set_fit_request,set_predict_request,set_score_request,get_metadata_routing",
+        "exclude-members": "set_fit_request,set_partial_fit_request,set_predict_request,set_score_request,get_metadata_routing",
         "member-order": "bysource",
     }
     autodoc_typehints = "none"

@@ -47,7 +47,7 @@ def samples(values: Any, name: str) -> Array:
         return plain(array)
 
 
-def plain(array: npt.NDArray[Any]) -> Array:
+def plain(array: Any) -> Array:
     """The numbers one after the other as the processor has them: arrays out of files and messages may lie across its words."""
     return np.require(array, np.dtype("=f8"), ["C", "A"])
 

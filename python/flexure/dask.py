@@ -18,14 +18,16 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 import flexure
 from flexure._core import DataError, FlexureError, ParameterError
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
 
     from flexure import Arm, StreamedKernelRegressor
@@ -104,7 +106,7 @@ def identify_fleet(
             _same_version(cluster)
             for key, row, text in _done(cluster, missing, model, by):
                 _keep(folder, key, row, text)
-    return _write_table(folder, [row for key in jobs if (row := _row(folder, key))])
+    return _write_table(folder, [found for key in jobs if (found := _row(folder, key))])
 
 
 def _machines(dataset: Any, by: str) -> dict[str, Any]:
@@ -135,14 +137,20 @@ def _open(folder: Path, asked: dict[str, str]) -> None:
     begun.write_text(json.dumps(asked))
 
 
+def _installed(module: str) -> Any:
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise FlexureError(f"{module} is not installed: pip install flexure[dask]") from error
+
+
 @contextmanager
 def _cluster(client: Any) -> Iterator[Any]:
     if client is not None:
         yield client
         return
-    from distributed import Client, LocalCluster
-
-    with LocalCluster(threads_per_worker=1, dashboard_address=":0") as cluster, Client(cluster) as own:
+    distributed = _installed("distributed")
+    with distributed.LocalCluster(threads_per_worker=1, dashboard_address=":0") as cluster, distributed.Client(cluster) as own:
         yield own
 
 
@@ -163,8 +171,6 @@ def _same_version(client: Any) -> None:
 
 def _done(client: Any, jobs: dict[str, Any], model: Any, by: str) -> Iterator[tuple[str, dict[str, Any], str | None]]:
     """The machines' rows and models as they come, so many on the cluster at a time."""
-    from distributed import as_completed
-
     shared = client.scatter(model, broadcast=True) if not callable(model) else model
     waiting = iter(jobs.items())
 
@@ -172,7 +178,7 @@ def _done(client: Any, jobs: dict[str, Any], model: Any, by: str) -> Iterator[tu
         return client.submit(_one, key, job, shared, by, key=f"flexure-{by}-{key}-{os.urandom(4).hex()}", retries=RETRIES, pure=False)
 
     first = [submit(key, job) for _, (key, job) in zip(range(WAITING), waiting, strict=False)]
-    running = as_completed(first)
+    running = _installed("distributed").as_completed(first)
     for future in running:
         yield future.result()
         future.release()
@@ -213,7 +219,6 @@ def _read(paths: list[str]) -> dict[str, Any]:
     names = tables[0].column_names
     if any(table.column_names != names for table in tables):
         raise DataError(f"the files {', '.join(paths)} have different columns")
-    import numpy as np
 
     return {name: np.concatenate([table[name].to_numpy() for table in tables]) for name in names}
 
@@ -331,8 +336,7 @@ def regress(
     >>> model = flexure.dask.regress(frame, x="velocity", y="torque")  # doctest: +SKIP
     >>> torque, band = model.predict([[0.1]], return_band=0.95)  # doctest: +SKIP
     """
-    from dask import delayed
-
+    delayed = _installed("dask").delayed
     model = flexure.StreamedKernelRegressor(degree, bandwidth=bandwidth, kernel=kernel, block=block, most_bins=most_bins)
     parts = _partitions(data, x, y)
     with _cluster(client) as cluster:
@@ -362,7 +366,6 @@ def _partitions(data: Any, x: Any, y: Any) -> list[tuple[Any, Any]]:
 
 
 def _sums(model: StreamedKernelRegressor, first_row: int, x: Any, y: Any) -> bytes:
-    import numpy as np
 
     return model.partial_fit(np.asarray(x, dtype=float), np.asarray(y, dtype=float), first_row=first_row).to_bytes()
 
