@@ -80,11 +80,11 @@ fn the_noise_model_looks_ahead() {
             let want = free[t] + if past > 0 { known[t] } else { 0.0 };
             assert!((got - want).abs() < 1e-9, "{horizon} {t}: {got} {want}");
         }
-        let words = folder.done(&options);
-        assert!(words.contains(&format!("\npredicted {horizon} sample")), "{words}");
+        let message = folder.done(&options);
+        assert!(message.contains(&format!("\npredicted {horizon} sample")), "{message}");
         assert!(
-            words.contains(" ahead, by the noise model, an autoregression of order "),
-            "{words}"
+            message.contains(" ahead, by the noise model, an autoregression of order "),
+            "{message}"
         );
     }
     let run = folder.json(STEADY)["fit_percent"].as_f64().unwrap();
@@ -106,10 +106,10 @@ fn without_a_noise_model_the_prediction_is_the_free_run_and_that_is_said() {
     folder.done(STEADY);
     let free = folder.read("p.csv");
     let options = format!("{STEADY} --horizon 2");
-    let words = folder.done(&options);
+    let message = folder.done(&options);
     assert!(
-        words.contains("predicted 2 samples ahead, the model has no noise model: the same as the free run\n"),
-        "{words}"
+        message.contains("predicted 2 samples ahead, the model has no noise model: the same as the free run\n"),
+        "{message}"
     );
     assert_eq!(folder.read("p.csv"), free);
     assert_eq!(folder.json(&options)["noise_model_used"], false);
@@ -132,10 +132,10 @@ fn the_initial_state_of_a_short_record_is_estimated() {
     assert!(percent(&default) > percent(&steady) + 5.0);
     // Where the start is skipped, it does not matter.
     assert_eq!(fit("--skip 40 --initial-state estimate")["initial_state"], "estimate");
-    let words = folder.said(&format!("{validate} --skip 0"));
+    let message = folder.said(&format!("{validate} --skip 0"));
     assert!(
-        words.contains(" free run from the state estimated from the first "),
-        "{words}"
+        message.contains(" free run from the state estimated from the first "),
+        "{message}"
     );
 
     // The same in predict.
@@ -145,10 +145,10 @@ fn the_initial_state_of_a_short_record_is_estimated() {
     assert_eq!(found["initial_state"], "estimate");
     assert!((percent(&found) - percent(&default)).abs() < 1e-9);
     assert_ne!(column(&folder, "p.csv", "predicted"), without);
-    let words = folder.done(STEADY);
+    let message = folder.done(STEADY);
     assert!(
-        words.contains("\nfree run from the steady state that belongs to the first input\nfit "),
-        "{words}"
+        message.contains("\nfree run from the steady state that belongs to the first input\nfit "),
+        "{message}"
     );
     assert_eq!(column(&folder, "p.csv", "predicted"), without);
 }

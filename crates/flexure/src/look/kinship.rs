@@ -33,7 +33,7 @@ pub enum Relation {
 
 /// The kinships among signals without missing samples, named by their indexes.
 ///
-/// A derivative is told by its integral, which leaves at most a hundredth of the other's variance besides a straight line: differences
+/// A derivative is recognised by its integral, which leaves at most a hundredth of the other's variance besides a straight line: differences
 /// would be noise. Without a sample time the factor may be anything, and the integral must leave a hundredth of that.
 pub(super) fn kinships(signals: &[(usize, &[f64])], sample_time: Option<f64>) -> Vec<Kinship> {
     let straight: Vec<Vec<f64>> = signals.iter().map(|s| without_line(s.1)).collect();

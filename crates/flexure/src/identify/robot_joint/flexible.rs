@@ -87,7 +87,7 @@ impl FlexibleJoint<'_> {
             self.outcome(&motion, &joint, &explained, &link)
         });
         match axis {
-            Some(axis) if stiff.is_none() || axis.tells_inertias_apart() => {
+            Some(axis) if stiff.is_none() || axis.separates_inertias() => {
                 Ok(IdentifiedJoint::Flexible(Box::new(axis.distrusted())))
             }
             _ if stiff.is_some() => self.rigid(stiff, Vec::new()),

@@ -310,8 +310,8 @@ impl RigidAxis {
 }
 
 impl FlexibleAxis {
-    /// Whether the log tells that both motor and link have an inertia.
-    pub(super) fn tells_inertias_apart(&self) -> bool {
+    /// Whether the log shows that both motor and link have an inertia.
+    pub(super) fn separates_inertias(&self) -> bool {
         [self.motor_inertia, self.link.inertia]
             .iter()
             .all(Estimated::is_positive)

@@ -78,7 +78,7 @@ impl EstimatorName {
         Self::ALL.into_iter().find(|e| e.name() == name)
     }
 
-    /// What it is, in words that fit into a sentence.
+    /// What it is, as it fits into a sentence.
     pub fn title(self) -> &'static str {
         match self {
             EstimatorName::Kernel => "kernel regression",

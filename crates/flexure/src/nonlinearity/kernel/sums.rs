@@ -107,7 +107,7 @@ impl Sums {
     }
 
     /// The residual of the ordinate `y`, of weight `w`, at this very point from the fit without it;
-    /// nothing where the others' share in the fit is too small to tell by.
+    /// nothing where the others' share in the fit is too small to decide.
     #[inline(always)]
     pub fn residual_without(&self, degree: Degree, y: f64, w: f64) -> Option<f64> {
         if degree == Degree::Constant {

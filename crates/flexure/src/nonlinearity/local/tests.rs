@@ -210,7 +210,7 @@ fn lines_and_their_errors_are_those_of_least_squares_in_the_window() {
 }
 
 #[test]
-fn the_noise_is_told_from_the_curve_and_may_depend_on_x() {
+fn the_noise_is_distinguished_from_the_curve_and_may_depend_on_x() {
     let n = 4000;
     let (x, y) = noisy(9, n, |_| 0.0);
     let y: Vec<f64> = x

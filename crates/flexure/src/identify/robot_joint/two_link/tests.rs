@@ -126,10 +126,10 @@ fn a_joint_without_flexibility_is_said() {
         matches!(error, Error::Data(DataError::RigidJointInArm { joint: 2, .. })),
         "{error}"
     );
-    let words = error.to_string();
+    let message = error.to_string();
     assert!(
-        words.contains("no flexibility is seen at joint 2") && words.contains("lock this joint"),
-        "{words}"
+        message.contains("no flexibility is seen at joint 2") && message.contains("lock this joint"),
+        "{message}"
     );
 }
 
