@@ -271,21 +271,6 @@ fn several_inputs_come_back() {
 }
 
 #[test]
-fn records_that_cannot_be_used_are_refused() {
-    let folder = Folder::new();
-    let rows: String = (0..600)
-        .map(|k| format!("{},{}\n", k % 7, if k == 11 { "nan" } else { "1.5" }))
-        .collect();
-    folder.write("r.csv", format!("u,y\n{rows}"));
-    for name in ["hammerstein-wiener", "narx", "volterra"] {
-        folder.failed(
-            &format!("{IDENTIFY} {name}"),
-            "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample",
-        );
-    }
-}
-
-#[test]
 fn inputs_that_act_jointly_come_back_and_predict() {
     let folder = Folder::new();
     let write = |name: &str, samples: usize, seed: u64| {

@@ -240,10 +240,12 @@ fn records_that_cannot_be_used_are_refused() {
         .map(|k| format!("{},{}\n", k % 7, if k == 11 { "nan" } else { "1.5" }))
         .collect();
     folder.write("r.csv", format!("u,y\n{rows}"));
-    folder.failed(
-        &format!("{IDENTIFY} -o new.json"),
-        "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample",
-    );
+    for structure in ["wiener-hammerstein", "hammerstein-wiener", "narx", "volterra"] {
+        folder.failed(
+            &format!("identify r.csv --input u --output y --structure {structure} -o new.json"),
+            "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample",
+        );
+    }
     folder.write("r.csv", format!("u,y\n{}", rows.replace("nan", "1.5")));
     let outcome = folder.run(&format!("{IDENTIFY} -o new.json"));
     assert_eq!(outcome.code, Some(1));
