@@ -169,14 +169,14 @@ class System(BaseEstimator):  # type: ignore[misc]
     def _options(self) -> dict[str, Any]:
         """What is asked of the library."""
         options = {**_OPTIONS, "structure": self._structure, **self.get_params()}
-        for name, kind, words in _KINDS:
+        for name, kind, allowed in _KINDS:
             value = options[name]
             if value is None and _OPTIONS[name] is None:
                 continue
             if kind is int:
                 options[name] = whole(value, name)
             elif not isinstance(value, kind):
-                raise ParameterError(f"{name} is {value!r}, but must be {words}")
+                raise ParameterError(f"{name} is {value!r}, but must be {allowed}")
         if options["known"] is not None:
             options["known"] = _points(options["known"])
         return options

@@ -192,7 +192,7 @@ class TwoLinkArm(_Logged):
     """A two-link arm with flexible joints and the coupling of its links."""
 
     shoulder: Estimate
-    """The link's inertia about the shoulder with the elbow straight, as ``flexure joint`` tells it, kg m²."""
+    """The link's inertia about the shoulder with the elbow straight, as ``flexure joint`` gives it, kg m²."""
     elbow: Estimate
     """The inertia of the second link about the elbow, kg m²."""
     coupling: Estimate
@@ -285,7 +285,7 @@ def identify_joint(
     Raises
     ------
     DataError
-        Samples that are not finite or do not vary, wrapped angles, a motion that does not tell.
+        Samples that are not finite or do not vary, wrapped angles, a motion that shows nothing.
     ParameterError
         A parameter outside its range, or columns that do not belong together.
     """

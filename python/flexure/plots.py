@@ -27,7 +27,7 @@ BLUE, ORANGE, GREY = "#0072b2", "#d55e00", "#666666"
 # Decades below the highest frequency that a Bode plot covers.
 _DECADES = 3.0
 _FREQUENCIES = 400
-# Samples that a comparison shows, unless it is told which.
+# Samples that a comparison shows, unless it is given which.
 _SHOWN = 300
 
 

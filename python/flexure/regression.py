@@ -34,7 +34,7 @@ class Scores(NamedTuple):
     """The scores of all values of a parameter that were tried."""
 
     criterion: str
-    """The score in words, for example "leave-one-out error"."""
+    """The name of the score, for example "leave-one-out error"."""
     parameter: Array
     """The values, increasing."""
     score: Array
@@ -57,7 +57,7 @@ class Band(NamedTuple):
     level: float
     """The nominal coverage."""
     method: str
-    """How it was made, in words."""
+    """How it was made, as a sentence."""
 
 
 # The most points that whole-number weights stand for.
@@ -75,9 +75,9 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
 
     _most_columns = 1
     _parameter = ""
-    # Whether the parameter may be one a column, and the words that it may be.
+    # Whether the parameter may be one a column, and the names that it may be.
     _each = False
-    _words: tuple[str, ...] = ()
+    _named_choices: tuple[str, ...] = ()
 
     def _method(self) -> tuple[str, dict[str, Any]]:
         """The estimator's name in the library, and its settings."""
@@ -163,7 +163,7 @@ class _Regressor(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     def _given(self, columns: int) -> list[float] | None:
         """The parameter: a number, or one a column where the method takes that; None to choose it from the data."""
         given = getattr(self, self._parameter)
-        if given is None or (isinstance(given, str) and given in self._words):
+        if given is None or (isinstance(given, str) and given in self._named_choices):
             return None
         try:
             values = np.asarray(given)
@@ -266,7 +266,7 @@ class KernelRegressor(_Regressor):
     _most_columns = 6
     _parameter = "bandwidth"
     _each = True
-    _words = ("local",)
+    _named_choices = ("local",)
 
     def __init__(
         self,

@@ -129,14 +129,14 @@ INDEXES = {
 
 
 @pytest.mark.parametrize("kind", INDEXES)
-def test_every_index_of_times_tells_the_sample_time(short, expected, kind):
+def test_every_index_of_times_gives_the_sample_time(short, expected, kind):
     frame = pd.DataFrame({"torque": short.u, "speed": short.y}, index=INDEXES[kind](len(short.u)))
     assert flexure.Hammerstein().fit(frame, input="torque", output="speed").to_dict() == expected
     with pytest.raises(flexure.DataError, match="not uniform: the step to sample 500"):
         flexure.Hammerstein().fit(frame.drop(frame.index[500]), input="torque", output="speed")
 
 
-def test_columns_of_times_tell_the_sample_time(short, expected):
+def test_columns_of_times_give_the_sample_time(short, expected):
     polars = pytest.importorskip("polars")
     numbers = 0.01 * np.arange(len(short.u))
     for name, column in (("t", _times(len(short.u)).to_numpy()), ("time", numbers), ("Time / s", numbers)):

@@ -175,7 +175,7 @@ def test_references_are_their_formulas(record):
         model.to_control()
 
 
-def test_kinks_of_a_wiener_system_are_told_and_kept(tmp_path):
+def test_kinks_of_a_wiener_system_are_reported_and_kept(tmp_path):
     rng = np.random.default_rng(5)
     u = lfilter([0.6], [1, -0.8], rng.normal(size=3000))
     w = lfilter([0.3], [1, -0.7], u)

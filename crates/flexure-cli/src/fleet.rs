@@ -26,7 +26,7 @@ use crate::{identify, joint};
 pub struct Arguments {
     /// The data set: a file or a folder.
     dataset: PathBuf,
-    /// What tells the machines apart: a column of numbers, or the name in folders KEY=VALUE.
+    /// What identifies the machines: a column of numbers, or the name in folders KEY=VALUE.
     #[arg(long, value_name = "KEY")]
     by: String,
     /// The folder of the results.

@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn arguments_are_quoted_where_a_shell_would_change_them() {
-        let line = |words: &[&str]| command_line(words.iter().map(|&w| w.into()));
+        let line = |parts: &[&str]| command_line(parts.iter().map(|&w| w.into()));
         assert_eq!(line(&[]), "flexure");
         let plain = ["identify", "a/b-1.csv", "--input=u", "--known", "-1.5=1e+3", "größe"];
         assert_eq!(line(&plain), format!("flexure {}", plain.join(" ")));

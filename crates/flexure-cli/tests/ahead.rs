@@ -5,7 +5,7 @@ mod common;
 use common::{Folder, numbers};
 use flexure::Record;
 use flexure::linear::TransferFunction;
-use flexure_io::{read_record, write_record};
+use flexure_io::write_record;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use serde_json::Value;
@@ -41,15 +41,6 @@ fn folder(fresh: usize, method: &str) -> Folder {
     folder
 }
 
-fn column(folder: &Folder, file: &str, name: &str) -> Vec<f64> {
-    read_record(folder.path(file))
-        .unwrap()
-        .record
-        .column(name)
-        .unwrap()
-        .to_vec()
-}
-
 #[test]
 fn the_noise_model_looks_ahead() {
     let folder = folder(300, "refined");
@@ -57,8 +48,8 @@ fn the_noise_model_looks_ahead() {
     let r = numbers(&model["noise_model"]);
     assert!(r.len() > 1 && r[0] == 1.0, "{r:?}");
     folder.done(STEADY);
-    let free = column(&folder, "p.csv", "predicted");
-    let measured = column(&folder, "fresh.csv", "y");
+    let free = folder.column("p.csv", "predicted");
+    let measured = folder.column("fresh.csv", "y");
     let v: Vec<f64> = measured.iter().zip(&free).map(|(y, s)| y - s).collect();
     let mut fits = Vec::new();
     for horizon in [1, 3, 20, 1000] {
@@ -70,7 +61,7 @@ fn the_noise_model_looks_ahead() {
         );
         fits.push(found["fit_percent"].as_f64().unwrap());
         // The autoregression run on from what was known, one step after the other.
-        for (t, got) in column(&folder, "p.csv", "predicted").iter().enumerate() {
+        for (t, got) in folder.column("p.csv", "predicted").iter().enumerate() {
             let mut known = v[..(t + 1).saturating_sub(horizon)].to_vec();
             let past = known.len();
             while past > 0 && known.len() <= t {
@@ -80,11 +71,11 @@ fn the_noise_model_looks_ahead() {
             let want = free[t] + if past > 0 { known[t] } else { 0.0 };
             assert!((got - want).abs() < 1e-9, "{horizon} {t}: {got} {want}");
         }
-        let words = folder.done(&options);
-        assert!(words.contains(&format!("\npredicted {horizon} sample")), "{words}");
+        let message = folder.done(&options);
+        assert!(message.contains(&format!("\npredicted {horizon} sample")), "{message}");
         assert!(
-            words.contains(" ahead, by the noise model, an autoregression of order "),
-            "{words}"
+            message.contains(" ahead, by the noise model, an autoregression of order "),
+            "{message}"
         );
     }
     let run = folder.json(STEADY)["fit_percent"].as_f64().unwrap();
@@ -106,10 +97,10 @@ fn without_a_noise_model_the_prediction_is_the_free_run_and_that_is_said() {
     folder.done(STEADY);
     let free = folder.read("p.csv");
     let options = format!("{STEADY} --horizon 2");
-    let words = folder.done(&options);
+    let message = folder.done(&options);
     assert!(
-        words.contains("predicted 2 samples ahead, the model has no noise model: the same as the free run\n"),
-        "{words}"
+        message.contains("predicted 2 samples ahead, the model has no noise model: the same as the free run\n"),
+        "{message}"
     );
     assert_eq!(folder.read("p.csv"), free);
     assert_eq!(folder.json(&options)["noise_model_used"], false);
@@ -132,25 +123,25 @@ fn the_initial_state_of_a_short_record_is_estimated() {
     assert!(percent(&default) > percent(&steady) + 5.0);
     // Where the start is skipped, it does not matter.
     assert_eq!(fit("--skip 40 --initial-state estimate")["initial_state"], "estimate");
-    let words = folder.said(&format!("{validate} --skip 0"));
+    let message = folder.said(&format!("{validate} --skip 0"));
     assert!(
-        words.contains(" free run from the state estimated from the first "),
-        "{words}"
+        message.contains(" free run from the state estimated from the first "),
+        "{message}"
     );
 
     // The same in predict.
     folder.done(STEADY);
-    let without = column(&folder, "p.csv", "predicted");
+    let without = folder.column("p.csv", "predicted");
     let found = folder.json(PREDICT);
     assert_eq!(found["initial_state"], "estimate");
     assert!((percent(&found) - percent(&default)).abs() < 1e-9);
-    assert_ne!(column(&folder, "p.csv", "predicted"), without);
-    let words = folder.done(STEADY);
+    assert_ne!(folder.column("p.csv", "predicted"), without);
+    let message = folder.done(STEADY);
     assert!(
-        words.contains("\nfree run from the steady state that belongs to the first input\nfit "),
-        "{words}"
+        message.contains("\nfree run from the steady state that belongs to the first input\nfit "),
+        "{message}"
     );
-    assert_eq!(column(&folder, "p.csv", "predicted"), without);
+    assert_eq!(folder.column("p.csv", "predicted"), without);
 }
 
 #[test]

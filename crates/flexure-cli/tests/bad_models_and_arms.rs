@@ -130,9 +130,9 @@ fn inputs_beyond_the_curve() {
         for model in ["nan", "nearest", "linear"] {
             assert!(!folder.done(&command(model, "within")).contains("warning"), "{model}");
         }
-        for (model, words) in [("nearest", "held at its end value"), ("linear", "continued straight")] {
+        for (model, behaviour) in [("nearest", "held at its end value"), ("linear", "continued straight")] {
             let printed = folder.said(&command(model, "beyond"));
-            assert!(printed.ends_with(&format!("{warning} {words}")), "{printed}");
+            assert!(printed.ends_with(&format!("{warning} {behaviour}")), "{printed}");
         }
     }
 }

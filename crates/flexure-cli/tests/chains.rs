@@ -3,7 +3,6 @@
 mod common;
 
 use common::Folder;
-use flexure_io::read_record;
 
 const PENDULUM: &str = r#"<robot name="pendulum">
 <link name="world"/>
@@ -11,15 +10,6 @@ const PENDULUM: &str = r#"<robot name="pendulum">
 <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.001"/></inertial></link>
 <joint name="pivot" type="continuous"><parent link="world"/><child link="rod"/><axis xyz="0 1 0"/></joint>
 </robot>"#;
-
-fn column(folder: &Folder, file: &str, name: &str) -> Vec<f64> {
-    read_record(folder.path(file))
-        .unwrap()
-        .record
-        .column(name)
-        .unwrap()
-        .to_vec()
-}
 
 #[test]
 fn a_urdf_swings_under_gravity_and_turns_under_torques() {
@@ -33,7 +23,7 @@ fn a_urdf_swings_under_gravity_and_turns_under_torques() {
     );
     // A small swing: m g c / (I + m c^2).
     let w = (2.0 * 9.81 * 0.5 / 0.6f64).sqrt();
-    let angles = column(&folder, "r.csv", "q_pivot");
+    let angles = folder.column("r.csv", "q_pivot");
     for (k, angle) in angles.iter().enumerate() {
         assert!(
             (angle - 0.01 * (w * 0.01 * k as f64).cos()).abs() < 1e-6,
@@ -48,7 +38,7 @@ fn a_urdf_swings_under_gravity_and_turns_under_torques() {
         (&object["samples"], &object["joints"]),
         (&201.into(), &serde_json::json!(["pivot"]))
     );
-    let last = *column(&folder, "t.parquet", "q_pivot").last().unwrap();
+    let last = *folder.column("t.parquet", "q_pivot").last().unwrap();
     assert!((last - 0.5 * 0.3 * 4.0 / 0.6).abs() < 1e-9, "{last}");
 }
 
@@ -56,7 +46,7 @@ fn a_urdf_swings_under_gravity_and_turns_under_torques() {
 fn presets_and_chain_files_run() {
     let folder = Folder::new();
     folder.done("simulate --preset space-manipulator --duration 3 --sample-time 0.5 --start joint2=0.3 -o m.csv");
-    assert_eq!(column(&folder, "m.csv", "base_qw"), [1.0; 7]);
+    assert_eq!(folder.column("m.csv", "base_qw"), [1.0; 7]);
     folder.write(
         "arm.toml",
         "[chain]\ngravity = [0.0, 0.0, 0.0]\n[[chain.link]]\nname = \"arm\"\njoint = \"shoulder\"\nmass = 2.0\ncom = [0.5, 0.0, 0.0]\n\
@@ -64,7 +54,7 @@ fn presets_and_chain_files_run() {
     );
     folder.done("simulate arm.toml --duration 1 --sample-time 0.5 --start shoulder=0.2 -o a.csv");
     // Link and motor start together.
-    assert_eq!(column(&folder, "a.csv", "qm_shoulder"), [0.2; 3]);
+    assert_eq!(folder.column("a.csv", "qm_shoulder"), [0.2; 3]);
 }
 
 #[test]

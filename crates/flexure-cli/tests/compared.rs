@@ -67,23 +67,23 @@ fn a_wiener_model_comes_back_and_predicts() {
     assert_eq!((&model["structure"], kinds(&model).len()), (&"wiener".into(), 2));
     used(&folder, &wiener());
     let page = folder.read("page.html");
-    for words in [
+    for expected in [
         "A Wiener model (linear dynamics, then a static nonlinearity)",
         "intermediate signal, behind the linear part",
         "Structures that were tried",
         "front numerator</th>",
     ] {
-        assert!(page.contains(words), "{words}");
+        assert!(page.contains(expected), "{expected}");
     }
     assert!(!page.contains("back order") && !page.contains("Back linear part"));
-    let words = folder.said(&format!("{IDENTIFY} wiener"));
+    let message = folder.said(&format!("{IDENTIFY} wiener"));
     for line in [
         "Wiener model from 'u' to 'y': fit ",
         ", method prediction-error ",
         " linear part order 2, delay ",
         " nonlinearity cubic spline of ",
     ] {
-        assert!(words.contains(line), "{line}: {words}");
+        assert!(message.contains(line), "{line}: {message}");
     }
 }
 
@@ -104,8 +104,8 @@ fn a_linear_model_comes_back_and_knows_no_range() {
         "{}",
         found["output_offset"]
     );
-    let words = used(&folder, &system);
-    assert!(!words.contains("warning"), "{words}");
+    let message = used(&folder, &system);
+    assert!(!message.contains("warning"), "{message}");
     let page = folder.read("page.html");
     assert!(
         page.contains("A linear model (linear dynamics alone) identified from"),
@@ -114,14 +114,14 @@ fn a_linear_model_comes_back_and_knows_no_range() {
     for absent in ["id=\"nonlinearity\"", "cubic spline of", "Structures that were tried"] {
         assert!(!page.contains(absent), "{absent}");
     }
-    let words = folder.said(&format!("{IDENTIFY} linear"));
+    let message = folder.said(&format!("{IDENTIFY} linear"));
     assert!(
-        words.starts_with("Linear model from 'u' to 'y': fit ") && words.contains(" output offset 5.0"),
-        "{words}"
+        message.starts_with("Linear model from 'u' to 'y': fit ") && message.contains(" output offset 5.0"),
+        "{message}"
     );
     assert!(
-        !words.contains("spline") && !words.contains("structures tried"),
-        "{words}"
+        !message.contains("spline") && !message.contains("structures tried"),
+        "{message}"
     );
 }
 
@@ -129,7 +129,7 @@ fn a_linear_model_comes_back_and_knows_no_range() {
 fn the_structure_is_named_and_the_others_are_refuted() {
     let folder = Folder::new();
     write(&folder, "r.csv", &wiener(), 2500, 3);
-    let words = folder.said(&format!("{IDENTIFY} auto -o model.json --report page.html"));
+    let message = folder.said(&format!("{IDENTIFY} auto -o model.json --report page.html"));
     for line in [
         "Structure from 'u' to 'y': Wiener fit RMS error parameters",
         " The data support Wiener: ",
@@ -137,7 +137,7 @@ fn the_structure_is_named_and_the_others_are_refuted() {
         " Hammerstein is refuted by ",
         " Wiener model from 'u' to 'y': fit ",
     ] {
-        assert!(words.contains(line), "{line}: {words}");
+        assert!(message.contains(line), "{line}: {message}");
     }
     let found = folder.json(&format!("{IDENTIFY} auto"));
     let comparison = &found["comparison"];
@@ -156,7 +156,7 @@ fn the_structure_is_named_and_the_others_are_refuted() {
                 );
                 assert!(refuted[0]["squared_error_ratio"].as_f64().unwrap() > 1.02);
                 let tests = refuted.iter().filter(|r| r["by"] == "test").count();
-                assert!(words.contains(&format!("and by {tests} more test")), "{c}");
+                assert!(message.contains(&format!("and by {tests} more test")), "{c}");
             }
             _ => assert!(refuted.is_empty(), "{c}"),
         }
@@ -165,13 +165,13 @@ fn the_structure_is_named_and_the_others_are_refuted() {
     assert_eq!(&model["identification"]["comparison"], comparison);
     used(&folder, &wiener());
     let page = folder.read("page.html");
-    for words in [
+    for expected in [
         "The data support one structure: Wiener",
         "Structures that were compared",
         "Structures that were tried",
         "Wiener, whose squared error is",
     ] {
-        assert!(page.contains(words), "{words}");
+        assert!(page.contains(expected), "{expected}");
     }
 }
 
@@ -212,7 +212,7 @@ fn none_of_these_is_a_verdict() {
         })
         .collect();
     write_record(folder.path("r.csv"), &Record::new([("u", u), ("y", y)]).unwrap()).unwrap();
-    let words = folder.said(&format!("{IDENTIFY} auto -o model.json --report page.html"));
+    let message = folder.said(&format!("{IDENTIFY} auto -o model.json --report page.html"));
     for line in [
         "Structure from 'u' to 'y': none of these fit RMS error",
         " The data support none of these structures: the best, ",
@@ -220,7 +220,7 @@ fn none_of_these_is_a_verdict() {
         "a drift in time (",
         " The model is the best of these structures, ",
     ] {
-        assert!(words.contains(line), "{line}: {words}");
+        assert!(message.contains(line), "{line}: {message}");
     }
     let page = folder.read("page.html");
     assert!(page.contains("None of these structures"));

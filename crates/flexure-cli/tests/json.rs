@@ -183,9 +183,9 @@ fn the_demo_finds_both_joints_and_gives_the_same_files_each_time() {
     }
     assert_eq!(object["elbow"]["holds"], false, "friction is feedback");
 
-    let words = folder.done("demo --out two");
-    assert!(words.contains("wrote two/report.html"), "{words}");
-    assert!(words.ends_with("now your file: flexure look FILE\n"), "{words}");
+    let message = folder.done("demo --out two");
+    assert!(message.contains("wrote two/report.html"), "{message}");
+    assert!(message.ends_with("now your file: flexure look FILE\n"), "{message}");
     for name in FILES.iter().filter(|name| !name.ends_with(".html")) {
         let [one, two] = ["one", "two"].map(|run| folder.read(&format!("{run}/{name}")));
         assert!(one == two, "{name}");

@@ -157,11 +157,11 @@ fn the_true_form_is_accepted_with_its_parameters_and_a_wrong_one_refuted() {
     }
     let page = folder.read("page.html");
     assert!(page.contains("Form dead-zone") && page.contains("the data do not refute this form"));
-    let words = folder.said(&format!("{IDENTIFY} --form dead-zone"));
-    assert!(words.contains(" form dead-zone low = -0."), "{words}");
+    let printed = folder.said(&format!("{IDENTIFY} --form dead-zone"));
+    assert!(printed.contains(" form dead-zone low = -0."), "{printed}");
     assert!(
-        words.contains("the data do not refute this form (lack of fit "),
-        "{words}"
+        printed.contains("the data do not refute this form (lack of fit "),
+        "{printed}"
     );
 
     let refuted = folder.json(&format!("{IDENTIFY} --form polynomial:2 --report page.html"));
@@ -241,7 +241,7 @@ fn the_page_shows_what_the_method_has() {
     folder.done(&format!("{IDENTIFY} --report refined.html --order 2"));
     folder.done(&format!("{IDENTIFY} --report plain.html --method plain"));
     let (refined, plain) = (folder.read("refined.html"), folder.read("plain.html"));
-    for (words, by_refined, by_plain) in [
+    for (expected, by_refined, by_plain) in [
         ("<dt>Breakpoints</dt>", true, false),
         ("Breakpoints of the nonlinearity", true, false),
         ("kinks at ", true, false),
@@ -254,9 +254,9 @@ fn the_page_shows_what_the_method_has() {
         ("as given", true, false),
     ] {
         assert_eq!(
-            (refined.contains(words), plain.contains(words)),
+            (refined.contains(expected), plain.contains(expected)),
             (by_refined, by_plain),
-            "{words}"
+            "{expected}"
         );
     }
 }

@@ -59,7 +59,7 @@ fn what_is_chosen_from_data_can_be_given() {
 
 /// What was given is not said to have been chosen from data.
 #[test]
-fn the_page_tells_given_from_chosen() {
+fn the_page_distinguishes_given_from_chosen() {
     let folder = folder();
     let page = |options: &str| {
         folder.done(&format!("{IDENTIFY} --report page.html {options}"));

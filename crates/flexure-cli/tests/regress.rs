@@ -161,8 +161,11 @@ fn a_search_on_data_in_bins_says_how_far_it_is_off() {
     let object = folder.json(&format!("{REGRESS} --kernel gaussian --band-method none"));
     let off = object["scores"]["binning_error"].as_f64().unwrap();
     assert!(off > 0.0 && off < 1e-3, "{off}");
-    let words = folder.said(&format!("{REGRESS} --kernel gaussian --band-method none"));
-    assert!(words.contains("on data in bins, which is off by at most"), "{words}");
+    let message = folder.said(&format!("{REGRESS} --kernel gaussian --band-method none"));
+    assert!(
+        message.contains("on data in bins, which is off by at most"),
+        "{message}"
+    );
     let exact = folder.json(&format!("{REGRESS} --band-method none"));
     assert!(exact["scores"]["binning_error"].is_null());
 }
@@ -340,7 +343,7 @@ fn the_recursive_estimate_does_what_the_others_do() {
 
 /// A score of rows that have no others in reach is not one of the curve.
 #[test]
-fn rows_alone_in_their_windows_are_told() {
+fn rows_alone_in_their_windows_are_reported() {
     let folder = wave(60);
     for estimator in ["kernel", "local-linear", "recursive"] {
         let options = format!("{REGRESS} --estimator {estimator} --band-method none");

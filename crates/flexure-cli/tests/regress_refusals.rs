@@ -162,7 +162,7 @@ fn parameters_that_are_not_the_estimators() {
 #[test]
 fn columns_out_of_scale() {
     let folder = Folder::new();
-    for (size, words) in [("1e-310", "1.9e-309"), ("1e300", "1.9e301"), ("1e-120", "1.9e-119")] {
+    for (size, message) in [("1e-310", "1.9e-309"), ("1e300", "1.9e301"), ("1e-120", "1.9e-119")] {
         let mut text = "u,v,one,big\n".to_owned();
         for i in 0..20 {
             text += &format!("{i}e{},{},1,{i}e{}\n", &size[2..], i * 7 % 20, &size[2..]);
@@ -173,7 +173,7 @@ fn columns_out_of_scale() {
             for estimator in ["local-linear", "knn", "network", "kernel"] {
                 folder.failed(
                     &regress(&format!("--x {x} --y {y} --estimator {estimator}")),
-                    &format!("r.csv: the values of column '{column}' reach {words} in size; {range}"),
+                    &format!("r.csv: the values of column '{column}' reach {message} in size; {range}"),
                 );
             }
         }

@@ -98,23 +98,23 @@ fn check_model(folder: &Folder) {
     let blocks = model["block"]["series"].as_array().unwrap();
     let kinds: Vec<&String> = blocks.iter().flat_map(|b| b.as_object().unwrap().keys()).collect();
     assert_eq!(kinds, ["linear", "static", "linear"]);
-    let told = model["identification"].as_object().unwrap();
+    let stored = model["identification"].as_object().unwrap();
     let labels = model["paths"][0]["blocks"].as_array().unwrap();
     let roles: Vec<&Value> = labels.iter().map(|label| &label["role"]).collect();
     assert_eq!(roles, ["front", "nonlinearity", "back"]);
-    assert!(labels[1]["breakpoints"].is_array() && told.contains_key("tried"));
+    assert!(labels[1]["breakpoints"].is_array() && stored.contains_key("tried"));
     for twice in ["front", "back", "nonlinearity", "structure"] {
-        assert!(!told.contains_key(twice), "{twice}");
+        assert!(!stored.contains_key(twice), "{twice}");
     }
 }
 
 /// `predict` and `validate` against filtering, interpolation and filtering.
 fn check_prediction(folder: &Folder) {
     let fresh = write(folder, "fresh.csv", 800, 2);
-    let words = folder.done("predict model.json fresh.csv --initial-state steady -o predicted.csv");
+    let printed = folder.done("predict model.json fresh.csv --initial-state steady -o predicted.csv");
     assert!(
-        !words.contains("warning") || words.contains("samples behind the first linear part lie outside"),
-        "{words}"
+        !printed.contains("warning") || printed.contains("samples behind the first linear part lie outside"),
+        "{printed}"
     );
     let predicted = read_record(folder.path("predicted.csv")).unwrap();
     let model: Value = serde_json::from_str(&folder.read("model.json")).unwrap();
@@ -152,7 +152,7 @@ fn straight(x: &[f64], y: &[f64], at: f64) -> f64 {
 }
 
 fn check_page(page: &str) {
-    for words in [
+    for expected in [
         "A Wiener-Hammerstein model (linear dynamics, a static nonlinearity, linear dynamics)",
         "Block diagram: u, then Front linear part (order 2, delay ",
         "), then Nonlinearity, then Back linear part (order ",
@@ -164,15 +164,15 @@ fn check_page(page: &str) {
         "intermediate signal, behind the front linear part",
         "cubic spline of ",
     ] {
-        assert!(page.contains(words), "{words}");
+        assert!(page.contains(expected), "{expected}");
     }
 }
 
 #[test]
-fn words_tell_both_linear_parts() {
+fn the_text_has_both_linear_parts() {
     let folder = Folder::new();
     write(&folder, "r.csv", 2000, 3);
-    let words = folder.said(IDENTIFY);
+    let printed = folder.said(IDENTIFY);
     for line in [
         "Wiener-Hammerstein model from 'u' to 'y': fit ",
         ", method prediction-error RMS error ",
@@ -184,7 +184,7 @@ fn words_tell_both_linear_parts() {
         " poles time constant ",
         " structures tried ",
     ] {
-        assert!(words.contains(line), "{line}: {words}");
+        assert!(printed.contains(line), "{line}: {printed}");
     }
 }
 
@@ -240,10 +240,12 @@ fn records_that_cannot_be_used_are_refused() {
         .map(|k| format!("{},{}\n", k % 7, if k == 11 { "nan" } else { "1.5" }))
         .collect();
     folder.write("r.csv", format!("u,y\n{rows}"));
-    folder.failed(
-        &format!("{IDENTIFY} -o new.json"),
-        "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample",
-    );
+    for structure in ["wiener-hammerstein", "hammerstein-wiener", "narx", "volterra"] {
+        folder.failed(
+            &format!("identify r.csv --input u --output y --structure {structure} -o new.json"),
+            "r.csv, line 13: column 'y' is NaN or missing at sample 11; remove or repair that sample",
+        );
+    }
     folder.write("r.csv", format!("u,y\n{}", rows.replace("nan", "1.5")));
     let outcome = folder.run(&format!("{IDENTIFY} -o new.json"));
     assert_eq!(outcome.code, Some(1));

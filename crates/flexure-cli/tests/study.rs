@@ -11,23 +11,23 @@ const SMALL: &str = "study rates --parts plain --lengths 200,400 --runs 20";
 fn the_tables_have_every_setting_beside_its_exponent() {
     let folder = Folder::new();
     let text = folder.done("study rates --parts plain,refined --lengths 300,600 --runs 20 --report r.html");
-    for words in [
+    for expected in [
         "|x|, Hammerstein, uniform X, at x = 0",
         "-0.333",
         "dead zone, refined",
         "<= -0.500",
         "wrote r.html",
     ] {
-        assert!(text.contains(words), "{words}: {text}");
+        assert!(text.contains(expected), "{expected}: {text}");
     }
     let page = folder.read("r.html");
-    for words in [
+    for expected in [
         "Theorems 1 and 2",
         "Hard limiter",
         "flexure study rates --parts",
         "\u{2212}0.333",
     ] {
-        assert!(page.contains(words), "{words}");
+        assert!(page.contains(expected), "{expected}");
     }
 }
 

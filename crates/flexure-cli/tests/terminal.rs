@@ -69,7 +69,7 @@ fn no_line_is_wide_and_the_result_comes_first() {
 }
 
 #[test]
-fn shells_are_told_what_can_be_typed() {
+fn shells_know_what_can_be_typed() {
     let folder = Folder::new();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = folder.done(&format!("completions {shell}"));

@@ -136,10 +136,10 @@ fn library(name: &str, fmi: Fmi, files: &[(String, Vec<u8>)]) -> Result<(String,
 }
 
 fn compile(compiler: &str, name: &str, folder: &Path, built: &Path) -> Result<()> {
-    let mut words = compiler.split_whitespace();
-    let mut command = Command::new(words.next().unwrap_or("cc"));
+    let mut parts = compiler.split_whitespace();
+    let mut command = Command::new(parts.next().unwrap_or("cc"));
     command
-        .args(words)
+        .args(parts)
         .args(["-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-o"]);
     command
         .arg(built)

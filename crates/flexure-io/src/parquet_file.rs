@@ -88,9 +88,9 @@ fn read_checked<F: ChunkReader + 'static>(budget: &Budget, path: &Path, file: F)
         check_places(budget, path, &*group)?;
         let mut kept = Vec::with_capacity(signals.len());
         for (i, kind, mut samples) in signals {
-            // A declared number is a claim: room is made as samples come.
-            let room = Room { budget, most: rows };
-            match append(&*group, i, kind, &mut samples, &room).map_err(content)? {
+            // A declared number is a claim: memory is taken as samples come.
+            let allowance = SampleBudget { budget, most: rows };
+            match append(&*group, i, kind, &mut samples, &allowance).map_err(content)? {
                 Appended::All => kept.push((i, kind, samples)),
                 Appended::TooLarge => return Err(budget.too_large(&format!("column '{}'", name(i)))),
                 Appended::TooMany => {
@@ -258,15 +258,15 @@ enum Appended {
 }
 
 /// How much a column may grow.
-struct Room<'a> {
+struct SampleBudget<'a> {
     budget: &'a Budget<'a>,
     /// Samples.
     most: usize,
 }
 
-impl Room<'_> {
-    /// Makes room for so many more samples.
-    fn make(&self, more: usize, samples: &mut Vec<f64>) -> Appended {
+impl SampleBudget<'_> {
+    /// Takes memory for so many more samples.
+    fn grow(&self, more: usize, samples: &mut Vec<f64>) -> Appended {
         if samples.len().saturating_add(more) > self.most {
             return Appended::TooMany;
         }
@@ -283,21 +283,21 @@ fn append(
     i: usize,
     kind: Kind,
     samples: &mut Vec<f64>,
-    room: &Room,
+    allowance: &SampleBudget,
 ) -> std::result::Result<Appended, ParquetError> {
     // The bounds on the integers are what a round trip through f64 keeps.
     match (group.get_column_reader(i)?, kind) {
-        (ColumnReader::BoolColumnReader(r), _) => drain(r, samples, room, |v| Some(f64::from(u8::from(*v)))),
+        (ColumnReader::BoolColumnReader(r), _) => drain(r, samples, allowance, |v| Some(f64::from(u8::from(*v)))),
         (ColumnReader::Int32ColumnReader(r), Kind::UInt32) => {
-            drain(r, samples, room, |v| Some(f64::from(v.cast_unsigned())))
+            drain(r, samples, allowance, |v| Some(f64::from(v.cast_unsigned())))
         }
-        (ColumnReader::Int32ColumnReader(r), _) => drain(r, samples, room, |v| Some(f64::from(*v))),
+        (ColumnReader::Int32ColumnReader(r), _) => drain(r, samples, allowance, |v| Some(f64::from(*v))),
         (ColumnReader::Int64ColumnReader(r), Kind::UInt64) => {
-            drain(r, samples, room, |v| exact(v.cast_unsigned().into()))
+            drain(r, samples, allowance, |v| exact(v.cast_unsigned().into()))
         }
-        (ColumnReader::Int64ColumnReader(r), _) => drain(r, samples, room, |v| exact((*v).into())),
-        (ColumnReader::FloatColumnReader(r), _) => drain(r, samples, room, |v| Some(f64::from(*v))),
-        (ColumnReader::DoubleColumnReader(r), _) => drain(r, samples, room, |v| Some(*v)),
+        (ColumnReader::Int64ColumnReader(r), _) => drain(r, samples, allowance, |v| exact((*v).into())),
+        (ColumnReader::FloatColumnReader(r), _) => drain(r, samples, allowance, |v| Some(f64::from(*v))),
+        (ColumnReader::DoubleColumnReader(r), _) => drain(r, samples, allowance, |v| Some(*v)),
         _ => Err(ParquetError::General("a column's type changed".to_owned())),
     }
 }
@@ -311,7 +311,7 @@ pub(crate) fn exact(value: i128) -> Option<f64> {
 fn drain<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     samples: &mut Vec<f64>,
-    room: &Room,
+    allowance: &SampleBudget,
     convert: impl Fn(&T::T) -> Option<f64>,
 ) -> std::result::Result<Appended, ParquetError> {
     let mut values: Vec<T::T> = Vec::new();
@@ -325,7 +325,7 @@ fn drain<T: DataType>(
         }
         // A required column has no levels: all its values are there.
         levels.resize(rows.max(levels.len()), 1);
-        match room.make(levels.len(), samples) {
+        match allowance.grow(levels.len(), samples) {
             Appended::All => {}
             other => return Ok(other),
         }

@@ -32,7 +32,7 @@ const STANDARD_INPUT: &str = "standard input";
 impl ReadOptions {
     /// Reads a record: text with or without a header, Parquet or MAT v5; from standard input if `path` is `-`. A pipe will do.
     ///
-    /// The format comes from the first bytes of the file; where these tell nothing, `.parquet` and `.mat`
+    /// The format comes from the first bytes of the file; where these decide nothing, `.parquet` and `.mat`
     /// are taken at their word, and everything else is text. Text is read as programs and instruments write it:
     ///
     /// - Columns are separated by commas, semicolons, tabs or spaces, whichever divides all lines into equally many fields.

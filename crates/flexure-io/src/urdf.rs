@@ -261,7 +261,7 @@ fn root<'a>(robot: Node, links: &BTreeMap<&'a str, Node>, joints: &BTreeMap<&str
 
 /// A link and the joint that carries it.
 fn link(joint: &Joint, parent: Option<usize>, inertia: Option<LinkInertia>) -> Parsed<ChainLink> {
-    let (translation, rotation) = origin(joint.node)?;
+    let Pose { translation, rotation } = origin(joint.node)?;
     let axis = match child(joint.node, "axis") {
         Some(axis) => numbers(axis, "xyz")?,
         None => [1.0, 0.0, 0.0],
@@ -299,7 +299,10 @@ fn inertial(link: Node) -> Parsed<Option<LinkInertia>> {
     if [mass, xx, xy, xz, yy, yz, zz].iter().all(|value| *value == 0.0) {
         return Ok(None);
     }
-    let (com, rotation) = origin(node)?;
+    let Pose {
+        translation: com,
+        rotation,
+    } = origin(node)?;
     let own = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     let mut matrix = own;
     if rotation != IDENTITY {
@@ -317,17 +320,29 @@ fn inertial(link: Node) -> Parsed<Option<LinkInertia>> {
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// The place of an element, and its rotation by rows: `rpy` turns about the fixed axes x, y and z, in this order.
-fn origin(node: Node) -> Parsed<([f64; 3], [[f64; 3]; 3])> {
+/// Where an element is, and how it is turned.
+struct Pose {
+    translation: [f64; 3],
+    /// By rows.
+    rotation: [[f64; 3]; 3],
+}
+
+/// The pose of an element: `rpy` turns about the fixed axes x, y and z, in this order.
+fn origin(node: Node) -> Parsed<Pose> {
     let Some(origin) = child(node, "origin") else {
-        return Ok(([0.0; 3], IDENTITY));
+        return Ok(Pose {
+            translation: [0.0; 3],
+            rotation: IDENTITY,
+        });
     };
     let triple = |name| match origin.has_attribute(name) {
         true => numbers(origin, name),
         false => Ok([0.0; 3]),
     };
-    let (place, angles) = (triple("xyz")?, triple("rpy")?);
-    Ok((place, rotation(angles)))
+    Ok(Pose {
+        translation: triple("xyz")?,
+        rotation: rotation(triple("rpy")?),
+    })
 }
 
 /// The rotation, by rows, that turns about the fixed axes x, y and z by these angles, in this order.

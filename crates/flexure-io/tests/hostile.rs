@@ -49,10 +49,10 @@ fn compressed_mat(path: &Path, length: u32, content: impl Iterator<Item = Vec<u8
 
 /// An array `u` of `count` numbers of one byte, all zero.
 fn bytes_array(count: u32) -> Vec<u8> {
-    let words = |words: &[u32]| words.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>();
-    let head = words(&[6, 8, 9, 0, 5, 8, count, 1]);
-    let name = words(&[1 | 1 << 16, u32::from(b'u')]);
-    let data = words(&[2, count]);
+    let integers = |integers: &[u32]| integers.iter().flat_map(|w| w.to_le_bytes()).collect::<Vec<u8>>();
+    let head = integers(&[6, 8, 9, 0, 5, 8, count, 1]);
+    let name = integers(&[1 | 1 << 16, u32::from(b'u')]);
+    let data = integers(&[2, count]);
     [head, name, data, vec![0; count.next_multiple_of(8) as usize]].concat()
 }
 

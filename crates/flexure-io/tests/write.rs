@@ -273,7 +273,7 @@ fn models_without_a_chain_of_blocks_come_back_exactly_or_are_refused() {
         change(&mut wrong);
         problem(Block::Narx(wrong))
     };
-    for (error, words) in [
+    for (error, printed) in [
         (
             with(&|n| n.terms[0].factors.push(2)),
             "factor 2, but there are only 2 variables",
@@ -290,6 +290,6 @@ fn models_without_a_chain_of_blocks_come_back_exactly_or_are_refused() {
         ),
         (problem(Block::Inputs(Vec::new())), "it contains no block"),
     ] {
-        assert!(error.contains(words), "{words}: {error}");
+        assert!(error.contains(printed), "{printed}: {error}");
     }
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{data, words};
+use common::{data, page_text};
 use flexure_report::data::{Axis, LagPlot, LookPage, NextCommand, Signal, SpectrumPlot, Table};
 use flexure_report::render_look;
 
@@ -59,8 +59,8 @@ fn page() -> LookPage {
 #[test]
 fn everything_is_on_the_page_and_a_power_of_zero_is_a_gap() {
     let html = render_look(&page()).unwrap();
-    let words = words(&html);
-    let command = words.replace("<span>", "").replace("</span>", "");
+    let shown = page_text(&html);
+    let command = shown.replace("<span>", "").replace("</span>", "");
     assert!(
         command.contains("flexure identify log.csv --input u --output y</code>"),
         "{command}"
@@ -72,7 +72,7 @@ fn everything_is_on_the_page_and_a_power_of_zero_is_a_gap() {
         "u has 2 levels",
         "Whitened.",
     ] {
-        assert!(words.contains(text), "{text}");
+        assert!(shown.contains(text), "{text}");
     }
     let data = data(&html);
     assert_eq!(data["spectra"][0]["density"], serde_json::json!([2.0, null, 1.0]));
@@ -102,7 +102,7 @@ fn what_is_not_there_has_no_place() {
         },
         ..page()
     };
-    let words = words(&render_look(&bare).unwrap());
+    let shown = page_text(&render_look(&bare).unwrap());
     for id in [
         "\"next",
         "id=\"record\"",
@@ -110,7 +110,7 @@ fn what_is_not_there_has_no_place() {
         "id=\"dependences\"",
         "plot-",
     ] {
-        assert!(!words.contains(id), "{id}");
+        assert!(!shown.contains(id), "{id}");
     }
 }
 

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{data, words};
+use common::{data, page_text};
 use flexure_report::data::{
     Choice, Fact, Nonlinearity, RegressionPage, RegressionResiduals, Scatter, ScoreCurve, Slice, Surface,
 };
@@ -90,7 +90,7 @@ fn html(page: &RegressionPage) -> String {
 }
 
 #[test]
-fn words_cannot_become_markup_or_end_the_data() {
+fn text_cannot_become_markup_or_end_the_data() {
     let evil = r#"</script><script>alert(1)</script><img src=x onerror="alert(2)"><!-- <script> & ' "#;
     let clean = html(&full());
     let mut page = full();
@@ -152,7 +152,7 @@ fn values_that_are_not_finite_become_gaps() {
     let count = |pointer: &str| data.pointer(pointer).and_then(Value::as_array).expect("a list").len();
     assert_eq!((count("/points/x"), count("/points/y")), (299, 299));
     assert_eq!(count("/residuals/points/x"), 299);
-    assert!(!words(&html).contains("NaN"));
+    assert!(!page_text(&html).contains("NaN"));
 }
 
 #[test]
@@ -169,9 +169,9 @@ fn a_million_points_stay_small() {
         .clone();
     let total: u64 = counts.iter().filter_map(Value::as_u64).sum();
     assert_eq!(total, 1_000_000, "every point is counted");
-    assert!(words(&html).contains("the number of points in each cell"));
+    assert!(page_text(&html).contains("the number of points in each cell"));
     page.points = scatter(limits::SCATTER_POINTS);
-    assert!(words(&self::html(&page)).contains("over the data"));
+    assert!(page_text(&self::html(&page)).contains("over the data"));
 }
 
 #[test]
@@ -195,7 +195,7 @@ fn parts_without_data_leave_no_empty_boxes() {
     page.residuals = RegressionResiduals::default();
     page.choices.clear();
     page.command = None;
-    let empty = words(&html(&page));
+    let empty = page_text(&html(&page));
     for id in sections {
         assert!(!empty.contains(&format!(r#"id="{id}""#)), "{id} has nothing to show");
         assert!(!empty.contains(&format!(r##"href="#{id}""##)), "nothing leads to {id}");
@@ -212,18 +212,18 @@ fn parts_without_data_leave_no_empty_boxes() {
     // Residuals that do not vary have no distribution.
     let mut page = full();
     page.residuals.points.y.fill(0.0);
-    let constant = words(&html(&page));
+    let constant = page_text(&html(&page));
     assert!(constant.contains("plot-residuals") && !constant.contains("plot-distribution"));
 }
 
 #[test]
-fn outliers_are_counted_in_words() {
+fn outliers_are_counted_in_the_text() {
     let mut page = full();
     page.points.y[0] = 1e6;
-    assert!(words(&html(&page)).contains("1 point lies outside the picture"));
+    assert!(page_text(&html(&page)).contains("1 point lies outside the picture"));
     page.points.y[1] = -1e6;
-    assert!(words(&html(&page)).contains("2 points lie outside the picture"));
-    assert!(!words(&html(&full())).contains("outside the picture"));
+    assert!(page_text(&html(&page)).contains("2 points lie outside the picture"));
+    assert!(!page_text(&html(&full())).contains("outside the picture"));
 }
 
 #[test]

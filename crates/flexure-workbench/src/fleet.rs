@@ -21,7 +21,7 @@ const FORMATS: [&str; 4] = ["csv", "parquet", "mat", "txt"];
 /// A machine of a data set.
 #[derive(Debug, Clone)]
 pub struct Member {
-    /// What tells it from the others.
+    /// What distinguishes it from the others.
     pub key: String,
     source: Source,
 }
@@ -169,7 +169,7 @@ pub struct Outcome {
 pub struct Fleet<'a> {
     /// The folder.
     pub results: &'a Path,
-    /// What tells machines apart.
+    /// What distinguishes machines.
     pub by: &'a str,
     /// All that the results depend on, besides the records.
     pub asked: &'a [String],

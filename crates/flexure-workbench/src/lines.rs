@@ -276,9 +276,9 @@ mod tests {
                 .lines()
                 .filter(|l| !l.contains("a row") && !l.contains("small damping"))
             {
-                let words = line.split_whitespace().count();
+                let parts = line.split_whitespace().count();
                 assert!(
-                    line.chars().count() <= columns || words == 1 || line.contains("too long"),
+                    line.chars().count() <= columns || parts == 1 || line.contains("too long"),
                     "{line}"
                 );
             }

@@ -11,7 +11,7 @@ use flexure::selection::Criterion;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
-/// This thread's processor time, s (where the system tells it), else the time of the clock.
+/// This thread's processor time, s (where the system measures it), else the time of the clock.
 fn processor_time(start: Instant) -> f64 {
     let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     let nanoseconds = stat.split_whitespace().next().and_then(|t| t.parse::<f64>().ok());

@@ -400,8 +400,8 @@ fn block_table(n: usize, runs: usize, resamples: usize) -> flexure::Result<()> {
 fn main() -> flexure::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let full = arguments.iter().any(|a| a == "full");
-    let words: Vec<&String> = arguments.iter().filter(|a| *a != "full").collect();
-    let wanted = |name: &str| words.is_empty() || words.iter().any(|w| *w == name);
+    let parts: Vec<&String> = arguments.iter().filter(|a| *a != "full").collect();
+    let wanted = |name: &str| parts.is_empty() || parts.iter().any(|w| *w == name);
     if wanted("kernel") {
         kernel_table(if full {
             &[(1000, 2000), (10_000, 600)]

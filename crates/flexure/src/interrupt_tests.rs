@@ -36,12 +36,12 @@ fn stops(name: &str, work: impl Fn() -> Result<()>) {
     for place in 0..PLACES {
         // At the very beginning, and then ever later.
         let interrupt = Interrupt::after(place * (asked - 1) / (PLACES - 1));
-        let told = interrupt.watch(&work).map(|_| ());
+        let outcome = interrupt.watch(&work).map(|_| ());
         // Parallel parts are asked in no fixed order, and their number may differ by a few.
         let late = place + 1 == PLACES;
         assert!(
-            told == Err(Error::Stopped(Stopped::Interrupted)) || late,
-            "{name} at {place}: {told:?}"
+            outcome == Err(Error::Stopped(Stopped::Interrupted)) || late,
+            "{name} at {place}: {outcome:?}"
         );
     }
 }
@@ -103,7 +103,7 @@ fn a_parallel_loop_ends_between_its_jobs_and_within_them() {
     for nested in [false, true] {
         let interrupt = Interrupt::default();
         let done = AtomicUsize::new(0);
-        let told = interrupt.watch(|| {
+        let outcome = interrupt.watch(|| {
             crate::parallel::map(1000, |i| {
                 if i == 500 {
                     interrupt.stop();
@@ -115,7 +115,7 @@ fn a_parallel_loop_ends_between_its_jobs_and_within_them() {
                 done.fetch_add(1, Ordering::Relaxed);
             })
         });
-        assert_eq!(told, Err(Error::Stopped(Stopped::Interrupted)));
+        assert_eq!(outcome, Err(Error::Stopped(Stopped::Interrupted)));
         assert!(done.into_inner() < 1000);
     }
     // Where nothing watches, nothing ends.
@@ -127,14 +127,14 @@ fn a_parallel_loop_ends_between_its_jobs_and_within_them() {
 fn threads_of_the_pool_ask_only_what_they_were_given() {
     let interrupt = Interrupt::default();
     interrupt.stop();
-    let told = interrupt.watch(|| {
+    let outcome = interrupt.watch(|| {
         let given = current();
         rayon::join(
             || assert!(!requested() && given.is_requested()),
             || assert!(!current().is_requested()),
         );
     });
-    assert_eq!(told, Err(Error::Stopped(Stopped::Interrupted)));
+    assert_eq!(outcome, Err(Error::Stopped(Stopped::Interrupted)));
 }
 
 /// A pool that does nothing else is asked as a thread is; one that may do other work is not.
@@ -146,9 +146,9 @@ fn alone_in_a_pool_the_work_stops() {
     let identify = || refined.identify(&record, "p", "h").map(drop);
     let [alone, shared] = [true, false].map(|alone| {
         let interrupt = Interrupt::after(OFTEN);
-        let mut told = None;
-        let _ = pool.install(|| interrupt.watch_as(alone, || told = Some(identify())));
-        told
+        let mut outcome = None;
+        let _ = pool.install(|| interrupt.watch_as(alone, || outcome = Some(identify())));
+        outcome
     });
     assert!(matches!(alone, None | Some(Err(Error::Stopped(Stopped::Interrupted)))));
     assert_eq!(shared, Some(Ok(())));

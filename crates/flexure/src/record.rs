@@ -241,7 +241,7 @@ pub(crate) fn bridged(samples: &[f64]) -> Vec<f64> {
     out
 }
 
-/// The shortest decimal that the instants `t` cannot tell from their mean step: 0.01, not 0.009999999999999998. The instants are off by up to `deviation`,
+/// The shortest decimal that the instants `t` cannot distinguish from their mean step: 0.01, not 0.009999999999999998. The instants are off by up to `deviation`,
 /// and by the rounding of floating-point numbers.
 pub(crate) fn rounded_step(mean: f64, t: &[f64], deviation: f64) -> f64 {
     let largest = t.iter().fold(0.0_f64, |largest, t| largest.max(t.abs()));

@@ -103,7 +103,7 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown.collect())
 }
 
-/// The text as [`visible`] shows it, with words that nobody reads to their end shortened.
+/// The text as [`visible`] shows it, with long runs of letters shortened.
 ///
 /// ```
 /// let text = format!("no column '{}' here", "x".repeat(1_000_000));

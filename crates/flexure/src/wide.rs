@@ -1,7 +1,7 @@
 //! Inner loops with the widest registers that the processor has.
 //!
 //! The crate is compiled for every processor of its kind: on x86-64, for registers of two numbers. What [`widest`]
-//! calls is compiled for wider ones as well (AVX2, and AVX-512 as of Ice Lake), and the processor at hand tells which of
+//! calls is compiled for wider ones as well (AVX2, and AVX-512 as of Ice Lake), and the processor at hand decides which of
 //! these is taken. The results are the same to the last bit: no operation is contracted or made in another order.
 
 use fearless_simd::{Level, dispatch};

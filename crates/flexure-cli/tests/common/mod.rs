@@ -7,7 +7,7 @@ use std::process::Command;
 
 use flexure::Record;
 use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
-use flexure_io::write_record;
+use flexure_io::{read_record, write_record};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -37,6 +37,12 @@ impl Folder {
 
     pub fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    /// A column of a record in the folder.
+    pub fn column(&self, file: &str, name: &str) -> Vec<f64> {
+        let record = read_record(self.path(file)).unwrap().record;
+        record.column(name).unwrap().to_vec()
     }
 
     /// Writes a record of a known Hammerstein system with the columns u, y and y0.

@@ -113,7 +113,7 @@ fn an_arm_needs_two_columns_of_each_kind() {
 }
 
 #[test]
-fn excitations_keep_within_their_limits_and_say_what_they_tell() {
+fn excitations_keep_within_their_limits_and_say_what_they_show() {
     let folder = Folder::new();
     let excite = "excite --preset space-arm --max-torque 40,20 --sample-time 0.002 --duration 30";
     let found = folder.json(&format!("{excite} --max-velocity 0.6,1.2 -o torques.csv"));

@@ -58,12 +58,12 @@ fn a_jump_along_a_trend_is_no_dependence() {
 
 /// Where jumps make one bandwidth narrow its band is not the estimate's.
 #[test]
-fn a_band_beside_jumps_is_said_to_tell_little() {
+fn a_band_beside_jumps_is_said_to_say_little() {
     let x = uniform(3000);
     let y = step(&x);
-    let words = "says little of the estimate shown";
-    assert!(regressed(x.clone(), y.clone(), "").1.contains(words));
-    assert!(!regressed(x, y, "--band-method none").1.contains(words));
+    let message = "says little of the estimate shown";
+    assert!(regressed(x.clone(), y.clone(), "").1.contains(message));
+    assert!(!regressed(x, y, "--band-method none").1.contains(message));
 }
 
 /// In many columns refits take long.
@@ -97,7 +97,7 @@ fn an_edge_is_said_of_the_line_it_is_of() {
 }
 
 #[test]
-fn copies_of_rows_are_told_but_rounded_values_are_none() {
+fn copies_of_rows_are_reported_but_rounded_values_are_none() {
     let x = uniform(400);
     let y = step(&x);
     let twice = |v: &[f64]| [v, v].concat();
@@ -114,7 +114,7 @@ fn copies_of_rows_are_told_but_rounded_values_are_none() {
 }
 
 #[test]
-fn a_band_that_tells_nothing_is_said_to() {
+fn a_band_that_says_nothing_is_reported() {
     let x = uniform(25);
     let y = step(&x);
     let (_, warnings) = regressed(x.clone(), y.clone(), "--bandwidth 0.2");
@@ -147,9 +147,13 @@ fn that_one_bandwidth_serves_is_said() {
     let y = x.iter().map(|x| x.sin() + 0.1 * normal(&mut rng)).collect();
     let folder = written(x, y);
     let asked = format!("{} --estimator local-bandwidth --report r.html", super::REGRESS);
-    let words = "ot used: they do not predict clearly better than one";
-    assert!(folder.said(&asked).contains(words));
-    assert!(std::fs::read_to_string(folder.path("r.html")).unwrap().contains(words));
+    let message = "ot used: they do not predict clearly better than one";
+    assert!(folder.said(&asked).contains(message));
+    assert!(
+        std::fs::read_to_string(folder.path("r.html"))
+            .unwrap()
+            .contains(message)
+    );
     let object = folder.json(&asked);
     assert_eq!(
         (&object["estimator"], &object["estimator_asked"]),

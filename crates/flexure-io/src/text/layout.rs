@@ -209,7 +209,7 @@ fn separator(lines: &[Line], options: &ReadOptions) -> Result<Option<u8>, Proble
     }
 }
 
-/// The separator of lines that do not have equally many fields, or one: a line that differs is told later, with its number.
+/// The separator of lines that do not have equally many fields, or one: a line that differs is reported later, with its number.
 fn irregular(candidates: &[(Option<u8>, Vec<Vec<String>>)], options: &ReadOptions) -> Option<u8> {
     let most = |rows: &Vec<Vec<String>>| rows[1..].iter().filter(|row| row.len() > 1).count() + rows[0].len().min(2);
     let (separator, rows) = candidates
@@ -281,13 +281,13 @@ fn unit_text(field: &str) -> Option<String> {
 /// The fields of the lines.
 fn rows(lines: &[Line], separator: Option<u8>) -> Vec<Vec<String>> {
     let Some(separator) = separator else {
-        let words = |line: &Line| {
+        let parts = |line: &Line| {
             text_of(&line.bytes)
                 .split_ascii_whitespace()
                 .map(str::to_owned)
                 .collect()
         };
-        return lines.iter().map(words).collect();
+        return lines.iter().map(parts).collect();
     };
     let lines: Vec<&[u8]> = lines.iter().map(|line| &line.bytes[..]).collect();
     let text = lines.join(&b'\n');

@@ -107,7 +107,7 @@ fn is_comment(line: &[u8]) -> bool {
     line.starts_with(b"#") && !line.starts_with(b"#N/A") && !line.starts_with(b"#DIV/0!")
 }
 
-/// Whether this is the line by which spreadsheets tell the separator: `sep=;`.
+/// Whether this is the line by which spreadsheets declare the separator: `sep=;`.
 fn is_separator_line(line: &[u8]) -> bool {
     line.len() == 5 && line[..4].eq_ignore_ascii_case(b"sep=")
 }

@@ -40,7 +40,7 @@ pub struct DiagramBlock {
     pub title: String,
     /// What its middle shows.
     pub sketch: Sketch,
-    /// What is said of it in a few words, for example "order 3, delay 2"; may be empty.
+    /// A short description, for example "order 3, delay 2"; may be empty.
     pub note: String,
 }
 

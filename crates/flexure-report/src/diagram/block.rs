@@ -1,6 +1,6 @@
 //! A single block, and the name of a signal.
 
-use super::shapes::{Shape, line, rounded, text};
+use super::shapes::{DrawnShape, line, rounded, text};
 use crate::data::{DiagramBlock, Sketch};
 use crate::text::name_and_unit;
 
@@ -31,7 +31,7 @@ pub(super) fn block_size(block: &DiagramBlock) -> (f64, f64) {
         Sketch::Formula(formula) => of(formula, LETTER),
     };
     let widest = of(&block.title, LETTER).max(of(&block.note, SMALL_LETTER)).max(middle);
-    // All blocks have one height, with room for a note.
+    // All blocks have one height, with space for a note.
     ((widest + 2.0 * BESIDE).max(LEAST), LINE + 5.0 + MIDDLE + LINE + 5.0)
 }
 
@@ -58,7 +58,7 @@ fn shown(label: &str) -> (String, String) {
 }
 
 /// A signal's name around a point.
-pub(super) fn draw_signal(label: &str, [x, y]: [f64; 2], shapes: &mut Vec<Shape>) {
+pub(super) fn draw_signal(label: &str, [x, y]: [f64; 2], shapes: &mut Vec<DrawnShape>) {
     let (name, unit) = shown(label);
     if unit.is_empty() {
         shapes.push(text("signal", [x, y + 4.5], name));
@@ -69,7 +69,7 @@ pub(super) fn draw_signal(label: &str, [x, y]: [f64; 2], shapes: &mut Vec<Shape>
 }
 
 /// A block around a point.
-pub(super) fn draw_block(block: &DiagramBlock, [x, y]: [f64; 2], shapes: &mut Vec<Shape>) {
+pub(super) fn draw_block(block: &DiagramBlock, [x, y]: [f64; 2], shapes: &mut Vec<DrawnShape>) {
     let (width, height) = block_size(block);
     let top = y - height / 2.0;
     shapes.push(rounded([x, y], (width, height)));
@@ -93,7 +93,7 @@ pub(super) fn draw_block(block: &DiagramBlock, [x, y]: [f64; 2], shapes: &mut Ve
 }
 
 /// A small curve around a point, with the axes where they pass it.
-fn draw_curve(x: &[f64], y: &[f64], [middle_x, middle_y]: [f64; 2], shapes: &mut Vec<Shape>) {
+fn draw_curve(x: &[f64], y: &[f64], [middle_x, middle_y]: [f64; 2], shapes: &mut Vec<DrawnShape>) {
     let every = x.len().div_ceil(POINTS).max(1);
     // The last point too, which no step may reach.
     let kept = (0..x.len()).filter(|i| i % every == 0 || i + 1 == x.len());

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use crate::data::Flow;
 use place::Canvas;
-pub(crate) use shapes::Shape;
+pub(crate) use shapes::DrawnShape;
 use span::span;
 
 /// Empty space around a drawing.
@@ -26,13 +26,13 @@ const MARGIN: f64 = 8.0;
 pub(crate) struct Drawing {
     width: f64,
     height: f64,
-    shapes: Vec<Shape>,
+    shapes: Vec<DrawnShape>,
 }
 
-/// A diagram, drawn for wide and for narrow screens, and in words.
+/// A diagram, drawn for wide and for narrow screens, and as a sentence.
 #[derive(Debug, Serialize)]
 pub(crate) struct DiagramText {
-    words: String,
+    text: String,
     right: Drawing,
     down: Drawing,
 }
@@ -57,7 +57,7 @@ impl Direction {
 /// A diagram as text and drawings.
 pub(crate) fn diagram(flow: &Flow) -> DiagramText {
     DiagramText {
-        words: words(flow),
+        text: description(flow),
         right: drawing(flow, Direction::Right),
         down: drawing(flow, Direction::Down),
     }
@@ -75,17 +75,16 @@ fn drawing(flow: &Flow, direction: Direction) -> Drawing {
     }
 }
 
-/// The diagram in words, for readers who do not see it.
-fn words(flow: &Flow) -> String {
-    let joined = |parts: &[Flow], between: &str| parts.iter().map(words).collect::<Vec<_>>().join(between);
+/// The diagram as a sentence, for readers who do not see it.
+fn description(flow: &Flow) -> String {
+    let joined = |parts: &[Flow], between: &str| parts.iter().map(description).collect::<Vec<_>>().join(between);
     match flow {
         Flow::Signal(name) => name.clone(),
         Flow::Block(block) if block.note.is_empty() => block.title.clone(),
         Flow::Block(block) => format!("{} ({})", block.title, block.note),
         Flow::Offset(value) => format!("plus {value}"),
         Flow::Series(parts) => joined(parts, ", then "),
-        Flow::Parallel(parts) => format!("the sum of [{}]", joined(parts, "] and [")),
-        Flow::Sum(parts) => format!("the sum of [{}]", joined(parts, "] and [")),
+        Flow::Parallel(parts) | Flow::Sum(parts) => format!("the sum of [{}]", joined(parts, "] and [")),
         Flow::Together(parts) => joined(parts, " together with "),
         Flow::Feedback {
             forward,
@@ -93,7 +92,7 @@ fn words(flow: &Flow) -> String {
             subtracted,
         } => {
             let sign = if *subtracted { "subtracted from" } else { "added to" };
-            let (forward, back) = (words(forward), words(back));
+            let (forward, back) = (description(forward), description(back));
             format!("a loop: forward [{forward}]; back [{back}], {sign} what enters")
         }
     }

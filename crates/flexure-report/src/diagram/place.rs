@@ -2,7 +2,7 @@
 
 use super::Direction;
 use super::block::{draw_block, draw_signal, note_size};
-use super::shapes::{Shape, circle, head, line, text};
+use super::shapes::{DrawnShape, circle, head, line, text};
 use super::span::{APART, ARROW, CONSTANT, SUM, Span, TURN, span};
 use crate::data::Flow;
 
@@ -11,7 +11,7 @@ const CORNER: f64 = 14.0;
 
 /// The shapes that were drawn, and how a place along and across becomes a point.
 pub(super) struct Canvas {
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<DrawnShape>,
     direction: Direction,
     /// Where the place 0 along is drawn, and 1, or -1 on a way back.
     origin: f64,

@@ -1,4 +1,4 @@
-//! How much room a part of a diagram takes.
+//! How much space a part of a diagram takes.
 
 use super::Direction;
 use super::block::{block_size, note_size, signal_size};

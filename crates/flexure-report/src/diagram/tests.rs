@@ -64,7 +64,7 @@ fn points(d: &str) -> Vec<[f64; 2]> {
 fn boxes(drawing: &Drawing) -> Vec<[f64; 4]> {
     let mut boxes = Vec::new();
     for shape in &drawing.shapes {
-        if let Shape::Path { class: "box", d } = shape {
+        if let DrawnShape::Path { class: "box", d } = shape {
             let [x, y] = points(d)[0];
             let number = |letter: char| -> f64 {
                 let rest = d.split(letter).nth(1).unwrap();
@@ -84,8 +84,8 @@ fn everything_is_inside_the_drawing() {
             let inside = |[x, y]: [f64; 2]| x >= 0.0 && y >= 0.0 && x <= drawing.width && y <= drawing.height;
             for shape in &drawing.shapes {
                 let places = match shape {
-                    Shape::Path { d, .. } => points(d),
-                    Shape::Text { x, y, .. } => vec![[*x, *y]],
+                    DrawnShape::Path { d, .. } => points(d),
+                    DrawnShape::Text { x, y, .. } => vec![[*x, *y]],
                 };
                 assert!(!places.is_empty());
                 for place in places {
@@ -119,7 +119,7 @@ fn no_line_crosses_a_box() {
             let drawing = drawing(&flow, direction);
             let boxes = boxes(&drawing);
             for shape in &drawing.shapes {
-                let Shape::Path { class: "line", d } = shape else {
+                let DrawnShape::Path { class: "line", d } = shape else {
                     continue;
                 };
                 for ends in points(d).windows(2) {
@@ -151,7 +151,7 @@ fn a_loop_runs_back_to_its_sum() {
     };
     assert!(back[1] > forward[3], "the way back is below the way forward");
     let heads = drawing.shapes.iter().filter_map(|shape| match shape {
-        Shape::Path { class: "head", d } => Some(points(d)[0]),
+        DrawnShape::Path { class: "head", d } => Some(points(d)[0]),
         _ => None,
     });
     let heads: Vec<[f64; 2]> = heads.collect();
@@ -165,18 +165,18 @@ fn a_loop_runs_back_to_its_sum() {
         drawing
             .shapes
             .iter()
-            .any(|s| matches!(s, Shape::Text { class: "minus", .. }))
+            .any(|s| matches!(s, DrawnShape::Text { class: "minus", .. }))
     );
 }
 
 #[test]
-fn the_words_follow_the_signals() {
+fn the_description_follows_the_signals() {
     let flow = whole(Flow::Parallel(vec![
         block("Nonlinearity", ""),
         block("Linear part", "order 3"),
     ]));
     assert_eq!(
-        words(&flow),
+        description(&flow),
         "u (V), then the sum of [Nonlinearity] and [Linear part (order 3)], then y (rad/s)"
     );
 }
@@ -198,7 +198,7 @@ fn a_curve_that_is_no_curve_is_left_out() {
             !drawn
                 .shapes
                 .iter()
-                .any(|s| matches!(s, Shape::Path { class: "curve", .. }))
+                .any(|s| matches!(s, DrawnShape::Path { class: "curve", .. }))
         );
     }
 }

@@ -12,11 +12,11 @@ pub fn data(html: &str) -> Value {
 }
 
 /// The page without scripts, styles and data: what a reader sees.
-pub fn words(html: &str) -> String {
-    let mut words = String::new();
+pub fn page_text(html: &str) -> String {
+    let mut page_text = String::new();
     let mut rest = html;
     while let Some(start) = ["<script", "<style"].iter().filter_map(|tag| rest.find(tag)).min() {
-        words.push_str(&rest[..start]);
+        page_text.push_str(&rest[..start]);
         let end = if rest[start..].starts_with("<script") {
             "</script>"
         } else {
@@ -24,5 +24,5 @@ pub fn words(html: &str) -> String {
         };
         rest = rest[start..].split_once(end).expect("the end tag").1;
     }
-    words + rest
+    page_text + rest
 }

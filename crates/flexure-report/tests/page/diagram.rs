@@ -3,7 +3,7 @@
 use flexure_report::data::{DiagramBlock, Flow, Page, Sketch};
 use flexure_report::render;
 
-use super::common::words;
+use super::common::page_text;
 use super::pages;
 
 fn seen(diagram: Option<Flow>) -> String {
@@ -11,7 +11,7 @@ fn seen(diagram: Option<Flow>) -> String {
         diagram,
         ..pages::bare()
     };
-    words(&render(&page).unwrap())
+    page_text(&render(&page).unwrap())
 }
 
 fn loop_around(title: &str) -> Flow {
@@ -36,11 +36,11 @@ fn loop_around(title: &str) -> Flow {
 #[test]
 fn a_page_without_diagram_has_no_place_for_one() {
     assert!(!seen(None).contains("Block diagram"));
-    assert!(!words(&render(&pages::bare()).unwrap()).contains("id=\"diagram\""));
+    assert!(!page_text(&render(&pages::bare()).unwrap()).contains("id=\"diagram\""));
 }
 
 #[test]
-fn a_loop_is_drawn_twice_and_told_once() {
+fn a_loop_is_drawn_twice_and_described_once() {
     let html = seen(Some(loop_around("Links")));
     let label = "aria-label=\"Block diagram: torque (N m), then a loop: forward [Links]; back [Spring], subtracted from what enters, \
                  then angle (rad)\"";

@@ -11,7 +11,7 @@ mod system;
 mod common;
 mod diagram;
 
-use common::{data, words};
+use common::{data, page_text};
 use flexure_report::data::{Approximation, Nonlinearity, Page, Scatter, Surface, Table, TitledCurve, TitledSurface};
 use flexure_report::{Error, render};
 use serde_json::Value;
@@ -21,7 +21,7 @@ fn html(page: &Page) -> String {
 }
 
 #[test]
-fn words_cannot_become_markup_or_end_the_data() {
+fn text_cannot_become_markup_or_end_the_data() {
     let evil = r#"</script><script>alert(1)</script><img src=x onerror="alert(2)"><!-- <script> & ' "#;
     let clean = html(&pages::full());
     let mut page = pages::full();
@@ -84,8 +84,8 @@ fn nothing_is_referred_to_outside_the_page() {
         assert!(!rest.replace("url(#", "").contains("url("), "url( in the page");
         assert!(rest.contains("default-src 'none'"), "the page forbids requests");
         for attribute in ["src=", "href="] {
-            for (at, _) in words(&rest).match_indices(attribute) {
-                let value = &words(&rest)[at + attribute.len() + 1..][..6];
+            for (at, _) in page_text(&rest).match_indices(attribute) {
+                let value = &page_text(&rest)[at + attribute.len() + 1..][..6];
                 assert!(
                     value.starts_with('#') || value.starts_with("data:,"),
                     "{attribute}{value}"
@@ -128,7 +128,7 @@ fn values_that_are_not_finite_become_gaps() {
     ] {
         assert_eq!(data.pointer(pointer), Some(&Value::Null), "{name}");
     }
-    assert!(!words(&html).contains("NaN"), "a reader sees a dash");
+    assert!(!page_text(&html).contains("NaN"), "a reader sees a dash");
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn parts_without_data_leave_no_empty_boxes() {
         );
     }
     let mut page = pages::bare();
-    let bare = words(&html(&page));
+    let bare = page_text(&html(&page));
     assert!(!bare.contains("plot-cross") && !bare.contains("plot-score"));
     for list in [&mut page.nonlinearity.x, &mut page.nonlinearity.y] {
         list.clear();
@@ -237,14 +237,17 @@ fn parts_without_data_leave_no_empty_boxes() {
         "<figcaption",
         "<pre",
     ] {
-        assert!(!words(&empty).contains(class), "{class} without content");
+        assert!(!page_text(&empty).contains(class), "{class} without content");
     }
-    assert!(words(&empty).contains("does not hold"), "the verdict is always there");
+    assert!(
+        page_text(&empty).contains("does not hold"),
+        "the verdict is always there"
+    );
 }
 
 #[test]
 fn a_nonlinearity_known_at_few_points_shows_them() {
-    let words_of = |points: usize| {
+    let text_of = |points: usize| {
         let mut page = pages::full();
         let n = &mut page.nonlinearity;
         for list in [
@@ -260,17 +263,17 @@ fn a_nonlinearity_known_at_few_points_shows_them() {
         let html = html(&page);
         let plot = &data(&html)["nonlinearity"];
         let dense = !plot["density"].as_array().expect("a list").is_empty();
-        assert_eq!(words(&html).contains("over the density"), dense);
+        assert_eq!(page_text(&html).contains("over the density"), dense);
         assert_eq!(plot["points"], !dense, "there are no data between few levels");
-        (plot["points"].clone(), words(&html))
+        (plot["points"].clone(), page_text(&html))
     };
     let said = "The estimate at the points where it is known";
     for few in [1, 2, 10] {
-        let (points, words) = words_of(few);
-        assert!(points == true && words.contains(said), "{few}");
+        let (points, shown) = text_of(few);
+        assert!(points == true && shown.contains(said), "{few}");
     }
-    let (points, words) = words_of(11);
-    assert!(points == false && words.contains("The estimated curve") && !words.contains(said));
+    let (points, shown) = text_of(11);
+    assert!(points == false && shown.contains("The estimated curve") && !shown.contains(said));
 }
 
 #[test]
@@ -307,7 +310,7 @@ fn candidates_stand_in_a_table_with_the_chosen_one_marked() {
         candidates: vec![table],
         ..pages::full()
     };
-    let text = words(&html(&with(table.clone())));
+    let text = page_text(&html(&with(table.clone())));
     assert!(text.contains("Structures &lt;tried&gt;</h2>") && text.contains(r#"data-name="error">0.4</td>"#));
     let (before, after) = text.split_once(r#"<tr class="chosen-row">"#).expect("a marked row");
     assert!(before.contains(">linear</th>") && after.contains(">Wiener</th>"));
@@ -315,14 +318,14 @@ fn candidates_stand_in_a_table_with_the_chosen_one_marked() {
         rows: Vec::new(),
         ..table.clone()
     };
-    assert!(!words(&html(&with(empty))).contains("candidates-heading"));
+    assert!(!page_text(&html(&with(empty))).contains("candidates-heading"));
     let mut both = with(table.clone());
     both.candidates.push(Table {
         title: "Sizes".into(),
         ends_in_text: true,
         ..table.clone()
     });
-    let text = words(&html(&both));
+    let text = page_text(&html(&both));
     assert!(text.contains(r#"id="candidates-heading-1""#) && text.contains(r#"id="candidates-heading-2">Sizes</h2>"#));
     assert!(text.contains(r#"<td class="text" data-name="error">0.4</td>"#));
     let mut ragged = with(table);
@@ -334,10 +337,10 @@ fn candidates_stand_in_a_table_with_the_chosen_one_marked() {
 }
 
 #[test]
-fn verdicts_are_in_words() {
-    let holds = words(&html(&pages::full()));
+fn verdicts_are_sentences() {
+    let holds = page_text(&html(&pages::full()));
     assert!(holds.contains("The model holds on fresh data") && holds.contains("✓ passed"));
-    let fails = words(&html(&pages::bare()));
+    let fails = page_text(&html(&pages::bare()));
     assert!(fails.contains("The model does not hold on fresh data") && fails.contains("✗ failed"));
     assert!(fails.contains("&lt; 0.001"), "a p-value of 0 is not shown as such");
 }
@@ -417,14 +420,14 @@ fn a_surface_further_curves_and_an_approximation_have_their_places() {
         distortion_db: vec![f64::NEG_INFINITY, -30.0],
     });
     let html = html(&page);
-    for words in [
+    for expected in [
         "Joint nonlinearity",
         "Of both &lt;inputs&gt;.",
         "Along b",
         "From 4 periods.",
         "plot-approximation-phase",
     ] {
-        assert!(html.contains(words), "{words}");
+        assert!(html.contains(expected), "{expected}");
     }
     let plotted = data(&html);
     assert_eq!(plotted["surface"]["z"][5], Value::Null);

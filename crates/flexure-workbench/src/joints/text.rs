@@ -68,7 +68,7 @@ pub fn with_error(estimated: Estimated) -> String {
     }
 }
 
-/// An inertia for reading: what is not clearly positive is not told as a number.
+/// An inertia for reading: what is not clearly positive is not given as a number.
 pub fn inertia_text(inertia: Estimated, units: &Units) -> String {
     let unit = units.inertia();
     if inertia.is_positive() || !inertia.standard_error.is_finite() {

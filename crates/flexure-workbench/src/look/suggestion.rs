@@ -237,17 +237,34 @@ fn by_dependence(look: &Look, usable: &[usize], given: &[usize], output: Option<
     if inputs.is_empty() {
         return None;
     }
-    let told = dependences().any(|d| d.effect == best && d.direction == Direction::Forward);
+    let is_ordered = dependences().any(|d| d.effect == best && d.direction == Direction::Forward);
+    let is_other = |i: usize| is_output(i) || (i != best && lies_between(i));
     Some(Signals {
-        others: usable.iter().copied().filter(|&i| (is_output(i) || (i != best && lies_between(i))) && !inputs.contains(&i)).collect(),
-        why: match (told, output.is_some() || !given.is_empty()) {
-            (_, true) => "You named a column; the data show what it belongs to.".to_owned(),
-            (true, _) => format!("'{}' follows, and does not lead.", look.columns[best].name),
-            (false, _) => "The lags do not tell which column is the cause: the order of the columns was taken. Turn the names round if it is wrong.".to_owned(),
-        },
+        others: usable
+            .iter()
+            .copied()
+            .filter(|&i| is_other(i) && !inputs.contains(&i))
+            .collect(),
+        why: why(
+            &look.columns[best].name,
+            is_ordered,
+            output.is_some() || !given.is_empty(),
+        ),
         inputs,
         output: best,
     })
+}
+
+/// Why this column is the output: whether the lags show an order, and whether the user named a column.
+fn why(output: &str, is_ordered: bool, is_named: bool) -> String {
+    match (is_ordered, is_named) {
+        (_, true) => "You named a column; the data show what it belongs to.".to_owned(),
+        (true, _) => format!("'{output}' follows, and does not lead."),
+        (false, _) => {
+            "The lags do not tell which column is the cause: the order of the columns was taken. Turn the names round if it is wrong."
+                .to_owned()
+        }
+    }
 }
 
 /// A preparation of a record with columns that miss samples which the identification needs: short gaps are interpolated, else the longest

@@ -49,7 +49,7 @@ pub struct Drawn {
     pub u: Vec<f64>,
     /// With noise.
     pub y: Vec<f64>,
-    pub words: String,
+    pub description: String,
 }
 
 const NONLINEARITIES: [&str; 8] = [
@@ -144,7 +144,7 @@ pub fn draw(kind: Kind, seed: u64, n: usize, noise: f64) -> flexure::Result<Draw
     let rng = &mut rng;
     let (u, colour) = input(rng, n + BEFORE, seed);
     let poles = |g: &TransferFunction| g.a().len() - 1;
-    let (y0, words) = match kind {
+    let (y0, description) = match kind {
         Kind::Linear => {
             let g = block(rng)?;
             (g.simulate(&u), format!("{} poles", poles(&g)))
@@ -216,7 +216,7 @@ pub fn draw(kind: Kind, seed: u64, n: usize, noise: f64) -> flexure::Result<Draw
     let size = noise * moments(&y0).1;
     let y = y0.iter().map(|y| y + size * normal(rng)).collect();
     Ok(Drawn {
-        words: format!("{words}, {colour}"),
+        description: format!("{description}, {colour}"),
         u,
         y,
     })

@@ -55,7 +55,7 @@ fn main() -> flexure::Result<()> {
             let result = AUTO.identify(&record, &["u"], "y")?;
             let Some(result) = result.comparison else { continue };
             let took = start.elapsed().as_secs_f64();
-            line(name, seed, &drawn.words, &result, took);
+            line(name, seed, &drawn.description, &result, took);
             if arguments.iter().any(|a| a.starts_with("seed")) {
                 result.reasons.iter().for_each(|r| println!("    {r}"));
             }
@@ -85,7 +85,7 @@ fn position(key: &str) -> Option<usize> {
     KINDS[..STRUCTURES].iter().position(|(_, name)| *name == key)
 }
 
-fn line(kind: &str, seed: u64, words: &str, result: &StructureComparison, seconds: f64) {
+fn line(kind: &str, seed: u64, description: &str, result: &StructureComparison, seconds: f64) {
     let fits = result.candidates.iter().map(|c| {
         let initials: String = c.structure.key.split('-').filter_map(|w| w.chars().next()).collect();
         let star = if c.refuted_by.is_empty() { "" } else { "*" };
@@ -96,7 +96,7 @@ fn line(kind: &str, seed: u64, words: &str, result: &StructureComparison, second
         .iter()
         .map(|(kind, share)| format!(" {} {share:.2}", kind.key()));
     println!(
-        "{kind:<18} {seed:>4} {words:<44} -> {:<18} {}; not noise {:.3};{} {seconds:.1} s",
+        "{kind:<18} {seed:>4} {description:<44} -> {:<18} {}; not noise {:.3};{} {seconds:.1} s",
         result.supported.map_or("none", |s| s.key),
         fits.collect::<Vec<String>>().join(" "),
         result.not_noise,

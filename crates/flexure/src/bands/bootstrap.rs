@@ -8,7 +8,7 @@
 //! error (undersmoothed). Every resample goes through the same correction, so that its variance counts, as in
 //! robust bias correction.
 //!
-//! The residuals have lost what the fit took of the noise. Fits of known noise tell how much, by which the standard errors
+//! The residuals have lost what the fit took of the noise. Fits of known noise show how much, by which the standard errors
 //! are widened, and how many observations N(x) = 1 / sum_i l_i(x)^2 the estimate at x amounts to: quantiles are raised
 //! from the normal to Student's distribution of N degrees of freedom (of no more than there are blocks).
 

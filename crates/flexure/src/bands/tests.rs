@@ -145,13 +145,13 @@ fn blocks_see_the_dependence_that_others_miss() {
             .unwrap();
         (band.standard_error[0], band.method)
     };
-    let (naive, words) = error(Scheme::Wild);
+    let (naive, printed) = error(Scheme::Wild);
     assert!((naive * (n as f64).sqrt() - 1.0).abs() < 0.15, "{naive}");
-    assert!(words.contains("wild bootstrap, 499 resamples") && words.contains("errors independent"));
-    let (blocks, words) = error(Scheme::MovingBlock { length: None });
+    assert!(printed.contains("wild bootstrap, 499 resamples") && printed.contains("errors independent"));
+    let (blocks, printed) = error(Scheme::MovingBlock { length: None });
     assert!(
-        words.contains("blocks of") && words.contains("may be dependent"),
-        "{words}"
+        printed.contains("blocks of") && printed.contains("may be dependent"),
+        "{printed}"
     );
     let ratio = blocks / naive;
     assert!(ratio > 1.8 && ratio < 2.8, "{ratio}"); // root of 5.67: 2.38, of which blocks lose some

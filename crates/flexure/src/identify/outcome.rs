@@ -259,7 +259,7 @@ impl Verdict {
         tests.find(|t| !t.kind.refutes() && !t.passed())
     }
 
-    /// The answer in the fewest words, behind a fit: "holds", "does not hold exactly".
+    /// The shortest answer, behind a fit: "holds", "does not hold exactly".
     pub fn in_short(&self) -> &'static str {
         match &self.residuals {
             _ if self.holds() && self.refutation().is_some() => "holds, but for a negligible misfit",

@@ -87,7 +87,7 @@ fn a_linear_system_has_its_response_and_the_noise_its_level() {
 }
 
 #[test]
-fn a_cubic_has_three_times_the_input_power_as_gain_and_its_distortion_is_told_from_noise() {
+fn a_cubic_has_three_times_the_input_power_as_gain_and_its_distortion_is_distinguished_from_noise() {
     let cubic: fn(f64) -> f64 = |u| u * u * u;
     let (realisations, periods) = (24, 2);
     let best = approximated(realisations, periods, cubic, 0.3);
@@ -111,7 +111,7 @@ fn a_cubic_has_three_times_the_input_power_as_gain_and_its_distortion_is_told_fr
 }
 
 #[test]
-fn what_was_not_measured_is_not_told() {
+fn what_was_not_measured_is_not_given() {
     let (u, y) = measured(3, 2, |u| u, 0.1);
     let single = BestLinearApproximation::new(&[PeriodicSignals { u: &u, y: &y }], PERIOD).unwrap();
     assert!(single.total.is_empty() && single.distortion.is_empty() && single.noise.len() == LINES);
@@ -121,16 +121,16 @@ fn what_was_not_measured_is_not_told() {
 }
 
 #[test]
-fn what_cannot_be_approximated_is_refused_in_words() {
-    let words = |u: &[f64], y: &[f64], period| {
+fn what_cannot_be_approximated_is_refused_with_a_message() {
+    let message = |u: &[f64], y: &[f64], period| {
         let refused = BestLinearApproximation::new(&[PeriodicSignals { u, y }], period);
         refused.unwrap_err().to_string()
     };
-    assert!(words(&[1.0; 8], &[1.0; 8], 1).contains("the period"));
-    assert!(words(&[1.0; 8], &[1.0; 7], 4).contains("the output of realisation 0"));
-    assert!(words(&[1.0; 8], &[1.0; 8], 9).contains("whole periods"));
-    assert!(words(&[1.0; 8], &[1.0; 8], 4).contains("the input"));
-    assert!(words(&[1.0, f64::NAN], &[1.0; 2], 2).contains("the input of realisation 0"));
+    assert!(message(&[1.0; 8], &[1.0; 8], 1).contains("the period"));
+    assert!(message(&[1.0; 8], &[1.0; 7], 4).contains("the output of realisation 0"));
+    assert!(message(&[1.0; 8], &[1.0; 8], 9).contains("whole periods"));
+    assert!(message(&[1.0; 8], &[1.0; 8], 4).contains("the input"));
+    assert!(message(&[1.0, f64::NAN], &[1.0; 2], 2).contains("the input of realisation 0"));
     assert!(BestLinearApproximation::new(&[], 4).is_err());
 }
 

@@ -64,7 +64,7 @@ pub enum Kind {
 pub enum Direction {
     /// The effect follows the cause.
     Forward,
-    /// Both change in the same sample: the lags do not tell which one is the cause.
+    /// Both change in the same sample: the lags do not show which one is the cause.
     AtOnce,
     /// Each follows the other: feedback, or both follow a third.
     Both,
@@ -258,7 +258,7 @@ impl Statistics {
             (false, false) if kind == Kind::Square => Direction::Forward,
             (false, false) => Direction::AtOnce,
         };
-        // An order that the lags do not tell is that of the columns.
+        // Where the lags show no order, it is that of the columns.
         if direction != Direction::Forward && cause.0 > effect.0 {
             self.correlation.reverse();
             self.first = 1 - self.correlation.len() as i64 - self.first;

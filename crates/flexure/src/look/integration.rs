@@ -5,9 +5,9 @@
 //! over means of samples, so that the noise of an encoder does not hide the motion. An output that settles under a constant input has
 //! $\rho < 0$ (Dickey & Fuller 1979), and an output that only drifts has $\sum_i b_i = 0$. An integrating one has neither: its
 //! difference follows the input, wherever the output stands. It also changes more slowly than the input, as integration divides its spectrum
-//! by the frequency: of an oscillation at one frequency the regression alone tells nothing.
+//! by the frequency: of an oscillation at one frequency the regression alone decides nothing.
 //!
-//! Whether an output settles later than the record ends no record tells: it counts as integrating.
+//! No record shows whether an output settles after the record ends: it counts as integrating.
 
 use super::dependence::blocks;
 use super::limits::{
@@ -28,9 +28,9 @@ pub struct IntegratedOutput {
     pub settles_after: f64,
 }
 
-/// Whether `output` integrates `input`; `None` if it does not, or if the record does not tell.
+/// Whether `output` integrates `input`; `None` if it does not, or if the record does not show it.
 ///
-/// Columns of different lengths, samples that are not finite, and columns that do not vary tell nothing.
+/// Columns of different lengths, samples that are not finite, and columns that do not vary give `None`.
 ///
 /// ```
 /// let force = flexure::signal::white_gaussian(4000, 1.0, 1)?;

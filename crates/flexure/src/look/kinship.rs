@@ -33,7 +33,7 @@ pub enum Relation {
 
 /// The kinships among signals without missing samples, named by their indexes.
 ///
-/// A derivative is told by its integral, which leaves at most a hundredth of the other's variance besides a straight line: differences
+/// A derivative is recognised by its integral, which leaves at most a hundredth of the other's variance besides a straight line: differences
 /// would be noise. Without a sample time the factor may be anything, and the integral must leave a hundredth of that.
 pub(super) fn kinships(signals: &[(usize, &[f64])], sample_time: Option<f64>) -> Vec<Kinship> {
     let straight: Vec<Vec<f64>> = signals.iter().map(|s| without_line(s.1)).collect();
@@ -47,7 +47,7 @@ pub(super) fn kinships(signals: &[(usize, &[f64])], sample_time: Option<f64>) ->
         // Of several columns that are alike, a derivative is that of the one which its integral comes nearest to.
         let mut nearest: Option<(f64, Kinship)> = None;
         for (j, &(of, _)) in signals.iter().enumerate().filter(|(j, _)| *j != i) {
-            if let Some((factor, left)) = regression(&centred[j], &centred[i])
+            if let Some(Proportion { factor, left }) = proportion(&centred[j], &centred[i])
                 && left < SAME
                 && j < i
             {
@@ -56,7 +56,7 @@ pub(super) fn kinships(signals: &[(usize, &[f64])], sample_time: Option<f64>) ->
                 found.push(Kinship { column, of, relation });
             }
             // The integral of the column, times the inverse of the factor, is the other one.
-            let Some((inverse, left)) = regression(&integrals[i], &straight[j]) else {
+            let Some(Proportion { factor: inverse, left }) = proportion(&integrals[i], &straight[j]) else {
                 continue;
             };
             let derives = match sample_time {
@@ -73,11 +73,21 @@ pub(super) fn kinships(signals: &[(usize, &[f64])], sample_time: Option<f64>) ->
     found
 }
 
-/// The factor of `x` in `y` by least squares, and the share of y's variance that it leaves; `None` if either does not vary.
-fn regression(x: &[f64], y: &[f64]) -> Option<(f64, f64)> {
+/// A column in terms of another one, by least squares.
+struct Proportion {
+    factor: f64,
+    /// The share of the variance that it leaves.
+    left: f64,
+}
+
+/// `y` in terms of `x`; `None` if either does not vary.
+fn proportion(x: &[f64], y: &[f64]) -> Option<Proportion> {
     let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (xx, xy, yy) = (sum(x, x), sum(x, y), sum(y, y));
-    (xx > 0.0 && yy > 0.0).then(|| (xy / xx, 1.0 - xy * xy / (xx * yy)))
+    (xx > 0.0 && yy > 0.0).then(|| Proportion {
+        factor: xy / xx,
+        left: 1.0 - xy * xy / (xx * yy),
+    })
 }
 
 /// The integral by trapezes, in samples where there is no sample time.
@@ -104,7 +114,7 @@ fn without_line(samples: &[f64]) -> Vec<f64> {
     let centred = without_mean(samples);
     let middle = (samples.len() as f64 - 1.0) / 2.0;
     let time: Vec<f64> = (0..samples.len()).map(|i| i as f64 - middle).collect();
-    let slope = regression(&time, &centred).map_or(0.0, |(slope, _)| slope);
+    let slope = proportion(&time, &centred).map_or(0.0, |p| p.factor);
     let left: Vec<f64> = centred.iter().zip(&time).map(|(v, t)| v - slope * t).collect();
     match variance(&left) > ROUNDING * variance(&centred) {
         true => left,

@@ -6,7 +6,7 @@ pub(super) const ROUNDING: f64 = 1e-12;
 pub(super) const FEWEST_SAMPLES: usize = 50;
 
 /// Most values of the grid of a quantised column within its range. Converters have up to 24 bits, but single precision, in which
-/// many loggers store, tells no finer grid from rounding.
+/// many loggers store, does not distinguish a finer grid from rounding.
 pub(super) const MOST_STEPS: f64 = (1 << 20) as f64;
 /// Distance of a value from the grid, in steps, up to which it is on the grid. By chance a fifth of all values are.
 pub(super) const ON_GRID: f64 = 0.1;

@@ -19,17 +19,17 @@ impl Quantisation {
         let range = sorted.last()? - sorted.first()?;
         let least = range / MOST_STEPS;
         // Values that differ by less are the same, rounded.
-        let mut values: Vec<(f64, usize)> = Vec::new();
+        let mut values: Vec<Repeated> = Vec::new();
         for &v in sorted {
             match values.last_mut() {
-                Some((last, count)) if v - *last < 0.5 * least => *count += 1,
-                _ => values.push((v, 1)),
+                Some(last) if v - last.value < 0.5 * least => last.count += 1,
+                _ => values.push(Repeated { value: v, count: 1 }),
             }
         }
         if values.len() < FEWEST_ON_GRID {
             return None;
         }
-        let mut distances: Vec<(f64, usize)> = values.windows(2).map(|w| w[1].0 - w[0].0).zip(0..).collect();
+        let mut distances: Vec<(f64, usize)> = values.windows(2).map(|w| w[1].value - w[0].value).zip(0..).collect();
         distances.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         // Of wider distances the wider grid comes first; off a grid of few values, most distances are steps.
         let places = [0.5, 0.2, 0.05, 0.01, 0.0].map(|q| (q * (distances.len() - 1) as f64) as usize);
@@ -37,25 +37,37 @@ impl Quantisation {
             let (distance, start) = distances[place];
             grid(&values, start, distance)
         });
-        let found = grids.into_iter().find(|(_, share)| *share >= QUANTISED);
-        found.map(|(step, share)| Quantisation {
-            step,
-            share,
-            steps: (range / step).round(),
+        let found = grids.into_iter().find(|grid| grid.share >= QUANTISED);
+        found.map(|grid| Quantisation {
+            step: grid.step,
+            share: grid.share,
+            steps: (range / grid.step).round(),
         })
     }
 }
 
+/// A value, and how many samples have it.
+struct Repeated {
+    value: f64,
+    count: usize,
+}
+
+/// A grid, and the share of the samples that lie on it.
+struct Grid {
+    step: f64,
+    share: f64,
+}
+
 /// The grid that has the value at `start` and the next one, about `step` away, with the share of the samples that lie on it. The
 /// step is made exact on the way from there to both ends.
-fn grid(values: &[(f64, usize)], start: usize, mut step: f64) -> (f64, f64) {
-    let origin = values[start].0;
-    let total: usize = values.iter().map(|v| v.1).sum();
-    let mut on = values[start].1;
+fn grid(values: &[Repeated], start: usize, mut step: f64) -> Grid {
+    let origin = values[start].value;
+    let total: usize = values.iter().map(|v| v.count).sum();
+    let mut on = values[start].count;
     let upwards = values[start + 1..].iter();
     let downwards = values[..start].iter().rev();
     let mut farthest = 0.0;
-    for (value, count) in upwards.chain(downwards) {
+    for Repeated { value, count } in upwards.chain(downwards) {
         let multiple = ((value - origin) / step).round();
         let off = (value - origin) / step - multiple;
         if off.abs() > ON_GRID {
@@ -67,5 +79,8 @@ fn grid(values: &[(f64, usize)], start: usize, mut step: f64) -> (f64, f64) {
             step = (value - origin) / multiple;
         }
     }
-    (step, on as f64 / total as f64)
+    Grid {
+        step,
+        share: on as f64 / total as f64,
+    }
 }

@@ -248,7 +248,7 @@ impl Points {
         weighted_mean(&self.y, Some(&self.w))
     }
 
-    /// The root mean square of the ordinates, by which rounding is told from error.
+    /// The root mean square of the ordinates, by which rounding is distinguished from error.
     pub fn size(&self) -> f64 {
         (self.y.iter().map(|y| y * y).sum::<f64>() / self.len() as f64).sqrt()
     }

@@ -36,7 +36,7 @@ fn packed(n: usize) -> usize {
 impl Nested {
     /// Fits up to `most` functions to the first column; `offset` is taken off the ordinates, so the functions
     /// must contain the constant where it is not zero. Stops before the first function that the data do not
-    /// tell from the ones before it.
+    /// distinguish from the ones before it.
     pub fn fit(functions: Functions, most: usize, points: &Points, offset: f64) -> Nested {
         let gram = products(points, packed(most), most, |x, _, v| functions.rows(x, v));
         let first = Lower::cholesky(gram, most);

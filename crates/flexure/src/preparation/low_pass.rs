@@ -29,18 +29,18 @@ pub struct LowPass {
 
 /// A section of second order: numerator b (1 + z^-1)^2, denominator 1 + a1 z^-1 + a2 z^-2.
 #[derive(Debug, Clone, Copy)]
-struct Section {
+struct Biquad {
     b: f64,
     a1: f64,
     a2: f64,
 }
 
-impl Section {
+impl Biquad {
     /// Filters in place, from the steady state of the first value.
     ///
     /// Direct form II transposed: y = b x + s1, s1 = 2b x - a1 y + s2, s2 = b x - a2 y.
     fn run(self, x: &mut [f64]) {
-        let Section { b, a1, a2 } = self;
+        let Biquad { b, a1, a2 } = self;
         let Some(&first) = x.first() else { return };
         // The gain at frequency zero is 1: y = x = first.
         let mut s1 = (1.0 - b) * first;
@@ -78,7 +78,7 @@ impl LowPass {
         Ok(filtered)
     }
 
-    fn sections(&self, sample_time: f64) -> Result<Vec<Section>> {
+    fn sections(&self, sample_time: f64) -> Result<Vec<Biquad>> {
         if !(sample_time > 0.0 && sample_time.is_finite()) {
             return Err(Error::parameter("the sample time", sample_time, "positive and finite"));
         }
@@ -101,7 +101,7 @@ impl LowPass {
             let theta = PI * (2 * pair - 1) as f64 / (2 * self.order) as f64;
             let damping = 2.0 * theta.sin() * k;
             let leading = 1.0 + damping + k * k;
-            Section {
+            Biquad {
                 b: k * k / leading,
                 a1: 2.0 * (k * k - 1.0) / leading,
                 a2: (1.0 - damping + k * k) / leading,
@@ -112,7 +112,7 @@ impl LowPass {
 }
 
 /// Filters a part without missing samples forward and backward, continued at both ends by its reflection in the end point.
-fn both_ways(sections: &[Section], part: &mut [f64]) {
+fn both_ways(sections: &[Biquad], part: &mut [f64]) {
     let last = part.len() - 1;
     // As SciPy: three times the number of coefficients.
     let margin = (3 * (2 * sections.len() + 1)).min(last);

@@ -1,6 +1,6 @@
 //! Samples at a uniform grid of instants, from instants that jitter or have gaps.
 //!
-//! 1. **Between the samples** a smooth signal is a cubic spline; one that is held is a staircase, and its new value is its mean over the new step.
+//! 1. **Between the samples** a smooth signal is a cubic spline; one that is held is piecewise constant, and its new value is its mean over the new step.
 //! 2. **Gaps** longer than some steps are not bridged: there the new samples are missing.
 //! 3. **Aliases**: where the new step is longer, what is faster than the new sampling shows is taken out first, by a low-pass of zero phase.
 

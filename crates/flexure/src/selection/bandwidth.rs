@@ -5,7 +5,7 @@
 //! lowest point of a parabola. Every bandwidth costs O(n) after the one sort. With many points the search is made
 //! on data in bins, and then checked by exact scores around the best.
 
-use super::grid::{Grid, TriedBandwidths, lowest, scored};
+use super::grid::{BandwidthScores, Grid, lowest, scored};
 use crate::error::{Error, Result};
 use crate::nonlinearity::kernel::{Degree, Kernel, Pyramid, Sorted, check_points, check_weights, leave_one_out};
 
@@ -193,7 +193,7 @@ impl LeaveOneOut {
         let grid = Grid::new(&data.x);
         let pyramid = Pyramid::new(data, grid.smallest, grid.largest, bins);
         let binned = |bandwidths: &[f64]| pyramid.scores(self.kernel, self.degree, bandwidths);
-        let TriedBandwidths { scores: curve, at_edge } = grid.curve(BINNED_GRID, binned);
+        let BandwidthScores { scores: curve, at_edge } = grid.curve(BINNED_GRID, binned);
         let best = lowest(&curve);
         let (mut first, mut end) = (best.saturating_sub(1), curve.len().min(best + 2));
         let exact_at = |range: std::ops::Range<usize>| {

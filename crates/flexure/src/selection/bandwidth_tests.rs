@@ -1,22 +1,7 @@
 //! The search for a bandwidth by leave-one-out.
 
-use rand::{RngExt, SeedableRng};
-use rand_distr::{Distribution, StandardNormal};
-
 use super::*;
-
-fn noisy(seed: u64, n: usize, m: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<f64>) {
-    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
-    let x: Vec<f64> = (0..n).map(|_| rng.random_range(-2.0..2.0)).collect();
-    let y = x
-        .iter()
-        .map(|&x| {
-            let e: f64 = StandardNormal.sample(&mut rng);
-            m(x) + 0.1 * e
-        })
-        .collect();
-    (x, y)
-}
+use crate::selection::test_data::noisy;
 
 #[test]
 fn the_choice_is_near_the_best_bandwidth_in_hindsight() {

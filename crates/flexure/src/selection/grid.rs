@@ -25,7 +25,7 @@ pub(crate) struct Grid {
 }
 
 /// Bandwidths that were tried, increasing, and whether the best is at the edge.
-pub(crate) struct TriedBandwidths {
+pub(crate) struct BandwidthScores {
     pub scores: Vec<Score>,
     pub at_edge: bool,
 }
@@ -61,7 +61,7 @@ impl Grid {
 
     /// [`search`](Self::search), with the scores of many bandwidths at a time.
     pub fn search_by(&self, scores: impl Fn(&[f64]) -> Vec<f64>) -> BandwidthSearch {
-        let TriedBandwidths { scores: curve, at_edge } = self.curve(COARSE, scores);
+        let BandwidthScores { scores: curve, at_edge } = self.curve(COARSE, scores);
         BandwidthSearch {
             bandwidth: curve[lowest(&curve)].bandwidth,
             curve,
@@ -71,7 +71,7 @@ impl Grid {
     }
 
     /// All candidates of a search that begins with `count` bandwidths.
-    pub fn curve(&self, count: usize, scores: impl Fn(&[f64]) -> Vec<f64>) -> TriedBandwidths {
+    pub fn curve(&self, count: usize, scores: impl Fn(&[f64]) -> Vec<f64>) -> BandwidthScores {
         let step = (self.largest / self.smallest).ln() / (count - 1) as f64;
         let scores = |positions: &[f64]| {
             let bandwidths: Vec<f64> = positions.iter().map(|t| self.smallest * (step * t).exp()).collect();
@@ -106,7 +106,7 @@ impl Grid {
                 insert(&mut curve, scores(&[place + part * shift]));
             }
         }
-        TriedBandwidths { scores: curve, at_edge }
+        BandwidthScores { scores: curve, at_edge }
     }
 }
 
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_are_told_and_ties_go_to_the_smoothest() {
+    fn edges_are_reported_and_ties_go_to_the_smoothest() {
         let grid = Grid::new(&evenly(50));
         assert!(grid.search(|h| h).at_edge && grid.search(|h| -h).at_edge);
         let flat = grid.search(|_| 1.0);

@@ -34,7 +34,7 @@ mod plug_in;
 mod rule;
 mod search;
 #[cfg(test)]
-mod test_data;
+pub(crate) mod test_data;
 
 pub use bandwidth::{BandwidthSearch, Binning, LeaveOneOut, Score, Scoring};
 pub use folds::{BlockFolds, FoldScore, FoldSearch, Tunable};

@@ -74,7 +74,7 @@ fn units_and_threads_do_not_matter_and_scores_scale() {
 }
 
 #[test]
-fn what_a_rule_takes_from_the_data_is_told() {
+fn what_a_rule_takes_from_the_data_is_reported() {
     let (x, y) = slow(1, 500, 0.8, |x| x);
     let blocks = chosen(BandwidthRule::HBlock { gap: None }, Degree::Linear, &x, &y);
     let BandwidthRule::HBlock { gap: Some(gap) } = blocks.rule else {

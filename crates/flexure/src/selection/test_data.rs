@@ -1,4 +1,4 @@
-//! Samples for the tests of this module.
+//! Samples for the tests of bandwidths.
 
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};

@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_starts_where_it_is_told() {
+    fn a_step_starts_where_it_is_asked_to() {
         assert_eq!(step(4, -2.0, 2).unwrap(), [0.0, 0.0, -2.0, -2.0]);
         assert_eq!(step(2, 1.0, 9).unwrap(), zero(2));
         assert!(step(2, f64::NAN, 0).unwrap_err().to_string().contains("amplitude"));

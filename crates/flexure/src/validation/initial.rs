@@ -1,6 +1,6 @@
 //! The state in which a record began, from its first samples.
 //!
-//! A model tells how the output goes on from a state, not in which the record began; MATLAB's `compare` estimates it, too. The states of
+//! A model says how the output goes on from a state, not in which state the record began; MATLAB's `compare` estimates it, too. The states of
 //! all linear blocks are those that fit the measured output best until they no longer matter: least squares, which is linear for
 //! what follows the last nonlinearity and takes a few Gauss-Newton steps for the rest.
 

@@ -44,7 +44,7 @@ use super::whiteness::whiteness_of;
 /// because the structure is chosen by the simulation error as it is. The
 /// whiteness of an error after an identified noise model ([`ResidualTests::of_whitened`]) is rejected in 1.0 and 1.25 % where the
 /// noise is autoregressive (n = 2000 and 8000, 800 runs each), and more often, in 2.25 and 2.4 %, where it is ARMA: no
-/// finite autoregression makes that white, and the test tells so.
+/// finite autoregression makes that white, and the test shows it.
 pub const LEVEL: f64 = 0.01;
 /// Lags of the tests, fewer on short records.
 const LAGS: usize = 25;
@@ -137,7 +137,7 @@ impl ResidualTests {
     }
 
     /// As [`ResidualTests::of_estimate`], of errors that went through an autoregression which whitened the errors of other
-    /// samples of the same kind: `noise` tells its order and how many those were, for the limit of the whiteness test.
+    /// samples of the same kind: `noise` has its order and how many those were, for the limit of the whiteness test.
     ///
     /// # Errors
     /// Those of [`ResidualTests::with_prediction`].

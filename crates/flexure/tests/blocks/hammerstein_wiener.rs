@@ -199,7 +199,7 @@ fn odd_records_give_a_finite_stable_model_or_an_error() {
 }
 
 #[test]
-fn what_cannot_be_identified_is_refused_in_words() {
+fn what_cannot_be_identified_is_refused_with_a_message() {
     let record = DEAD_ZONE_AND_SATURATION.record(250, 6, 0.01);
     let error = HAMMERSTEIN_WIENER.identify(&record, &["u"], "y").unwrap_err();
     assert_eq!(

@@ -56,7 +56,7 @@ fn two_branches_with_poles_of_their_own_come_back() {
 }
 
 #[test]
-fn what_cannot_be_identified_is_refused_in_words() {
+fn what_cannot_be_identified_is_refused_with_a_message() {
     let record = Record::new([("p", uniform(400, 1)), ("q", uniform(400, 2)), ("y", uniform(400, 3))]).unwrap();
     let error = MULTIPLE_INPUTS.identify(&record, &["p", "p"], "y").unwrap_err();
     assert_eq!(error.to_string(), "two columns are named 'p'; column names must differ");

@@ -116,15 +116,15 @@ fn units_and_offsets_change_nothing_but_units() {
 }
 
 #[test]
-fn what_cannot_be_fitted_is_refused_in_words() {
+fn what_cannot_be_fitted_is_refused_with_a_message() {
     let record = record(two_hammerstein_branches, 300, 4);
     for count in [0, 6] {
         let error = identify(&record, count).unwrap_err();
         assert!(matches!(error, Error::Parameter(ParameterError::OutOfRange { .. })));
-        let words = error.to_string();
+        let message = error.to_string();
         assert!(
-            words.contains("the number of branches") && words.contains("between 1 and 5"),
-            "{words}"
+            message.contains("the number of branches") && message.contains("between 1 and 5"),
+            "{message}"
         );
     }
     let short = Record::new([("u", uniform(150, 1)), ("y", uniform(150, 2))]).unwrap();

@@ -132,7 +132,7 @@ fn threads_do_not_matter() {
 }
 
 #[test]
-fn too_few_samples_are_refused_in_words() {
+fn too_few_samples_are_refused_with_a_message() {
     let record = Record::new([("u", uniform(100, 1)), ("y", uniform(100, 2))]).unwrap();
     let error = NARX.identify(&record, &["u"], "y").unwrap_err();
     assert_eq!(

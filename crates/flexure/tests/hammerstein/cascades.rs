@@ -59,14 +59,14 @@ fn check(case: &Case, model: &Block, predicted: &[f64], verdict: &Verdict, warni
 
 /// An error is fine if it says something.
 fn refused(error: &flexure::Error) -> Result<(), String> {
-    let words = error.to_string();
-    match words.len() > 20
+    let message = error.to_string();
+    match message.len() > 20
         && !matches!(
             error,
             flexure::Error::Stopped(flexure::error::Stopped::Identifying { .. })
         ) {
         true => Ok(()),
-        false => Err(words),
+        false => Err(message),
     }
 }
 
@@ -107,9 +107,9 @@ fn compared(case: &Case) -> Result<(), String> {
                 .candidates
                 .iter()
                 .all(|c| c.fit_percent.is_finite() && c.rms.is_finite());
-            let words = r.reasons.iter().all(|r| !r.contains("NaN"));
+            let message = r.reasons.iter().all(|r| !r.contains("NaN"));
             let named = r.supported.is_none_or(|s| s == structure);
-            match numbers && words && named && (0.0..=1.0).contains(&r.not_noise) {
+            match numbers && message && named && (0.0..=1.0).contains(&r.not_noise) {
                 true => Ok(()),
                 false => Err(format!("{:?}", r.reasons)),
             }

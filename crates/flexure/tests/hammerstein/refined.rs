@@ -295,9 +295,9 @@ fn conventions_are_kept() {
 #[test]
 fn parameters_out_of_range_are_refused() {
     let record = hammerstein(f64::tanh, &filter(&[1.0], &[1.0, -0.5]), 400, 0.1, 1);
-    let refuse = |method: RefinedHammerstein, words: &str| {
+    let refuse = |method: RefinedHammerstein, message: &str| {
         let error = method.identify(&record, "u", "y").unwrap_err();
-        assert!(error.to_string().contains(words), "{error}");
+        assert!(error.to_string().contains(message), "{error}");
     };
     let default = RefinedHammerstein::default();
     refuse(

@@ -12,10 +12,10 @@ fn a_hammerstein_system_whose_noise_hides_the_estimate_s_error_is_accepted() {
             // The output's own standard deviation is about 2.5, the noise's 5.
             let result = identify(&hammerstein(|u| u.tanh() + 0.3 * u, &linear, 8000, 5.0, seed));
             if result.verdict.holds() {
-                let words = result.verdict.text();
+                let message = result.verdict.text();
                 assert!(
-                    words.contains("The model holds: no residual test") || words.contains("It is not white"),
-                    "{words}"
+                    message.contains("The model holds: no residual test") || message.contains("It is not white"),
+                    "{message}"
                 );
             }
             result.verdict.holds()
@@ -55,10 +55,10 @@ fn feedback_and_wiener_systems_are_refuted_by_a_named_test() {
         for (name, record) in [("duffing", duffing(10_000, seed)), ("wiener", wiener(10_000, seed))] {
             let result = identify(&record);
             assert!(!result.verdict.holds(), "{name}: {}", result.verdict.text());
-            let words = result.verdict.text();
+            let message = result.verdict.text();
             let test = result.verdict.refutation().unwrap();
-            assert!(words.contains(test.kind.name()), "{name}: {words}");
-            assert!(words.contains("does not hold"), "{name}: {words}");
+            assert!(message.contains(test.kind.name()), "{name}: {message}");
+            assert!(message.contains("does not hold"), "{name}: {message}");
         }
     }
 }

@@ -16,7 +16,7 @@ pub(in crate::identify) fn linear_delays(data: &Signals) -> Vec<usize> {
     delays_with_edge(data, 0.0)
 }
 
-/// The delay of the first input, told from a response that only begins slowly by its edge: the first coefficient behind it stands out.
+/// The delay of the first input, distinguished by its edge from a response that only begins slowly: the first coefficient behind it stands out.
 pub(in crate::identify) fn delay_with_edge(data: &Signals) -> usize {
     delays_with_edge(data, DELAY_EDGE).first().map_or(0, |delay| *delay)
 }

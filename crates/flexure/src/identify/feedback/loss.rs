@@ -13,14 +13,12 @@
 //! (McKelvey, Helmersson & Ribarits 2004, "data driven local coordinates"): the parameters here are coordinates along an orthonormal
 //! basis of these directions at the start, and the initial states.
 
+use super::limits::NEGLIGIBLE;
 use super::system::{Entering, Loop, Observed, Sample, dot};
 use crate::identify::block::Residuals;
 use crate::linalg;
 use crate::linear::levenberg_marquardt::Linearisation;
 use crate::wide::widest;
-
-/// Eigenvalues of the projector onto redundant directions below this share of the largest count as zero.
-const NEGLIGIBLE: f64 = 1e-9;
 
 /// The simulation error of a loop near where it is.
 pub(super) struct LoopError<'a> {

@@ -37,7 +37,7 @@ use crate::linear::autoregression::{SAMPLES_PER_COEFFICIENT, whitening};
 use crate::model::FeedbackModel;
 use crate::text::number;
 use limits::{FARTHEST, MOST_SAMPLES};
-use search::{Candidate, Found, Search};
+use search::{LoopCandidate, LoopSearchResult, Search};
 use system::{Entering, Loop, Observed};
 use units::{Convention, InUnits, Signal};
 
@@ -91,7 +91,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
     }
     .run();
     monitor.finished()?;
-    let Found {
+    let LoopSearchResult {
         best,
         tried,
         approximations,
@@ -147,7 +147,7 @@ fn stays(model: &FeedbackModel, input: &[f64], output: Scale) -> bool {
 }
 
 /// No loop at all: the mean.
-fn nothing() -> Found {
+fn nothing() -> LoopSearchResult {
     let system = Loop {
         a: vec![0.0],
         bu: vec![0.0],
@@ -163,8 +163,8 @@ fn nothing() -> Found {
         initial: vec![vec![0.0]],
         entering: Entering::Hidden,
     };
-    Found {
-        best: Candidate {
+    LoopSearchResult {
+        best: LoopCandidate {
             system,
             squares: 0.0,
             degrees: 1,
@@ -177,7 +177,7 @@ fn nothing() -> Found {
 }
 
 /// What enters the nonlinearity, which f stands for all, where it was seen, and the order.
-fn details(units: &InUnits, best: &Candidate, approximations: &[f64], output: &str) -> Vec<Detail> {
+fn details(units: &InUnits, best: &LoopCandidate, approximations: &[f64], output: &str) -> Vec<Detail> {
     let (key, entering) = match units.signal {
         Signal::Output => ("output", format!("'{output}', the output fed back")),
         Signal::Difference => (

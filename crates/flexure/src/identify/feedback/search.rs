@@ -16,7 +16,7 @@ use crate::sort;
 
 /// A loop and its sum of squared simulation errors.
 #[derive(Debug, Clone)]
-pub(super) struct Candidate {
+pub(super) struct LoopCandidate {
     pub system: Loop,
     pub squares: f64,
     /// The number of parameters that change the system.
@@ -33,18 +33,18 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    fn bic(&self, c: &Candidate) -> f64 {
+    fn bic(&self, c: &LoopCandidate) -> f64 {
         let samples = self.data.counted() as f64;
         let n = samples / self.dependence;
         n * (c.squares.max(f64::MIN_POSITIVE) / samples).ln() + c.degrees as f64 * n.ln()
     }
 
-    fn better(&self, a: &Candidate, b: &Candidate) -> bool {
+    fn better(&self, a: &LoopCandidate, b: &LoopCandidate) -> bool {
         a.squares.is_finite() && self.bic(a) < self.bic(b)
     }
 
     /// Takes the dependence from the errors of a candidate.
-    fn set_dependence(&mut self, c: &Candidate) {
+    fn set_dependence(&mut self, c: &LoopCandidate) {
         if let Some(output) = c.system.output(self.data) {
             let mut signals = Signals::of_input(Vec::new(), self.data.y.clone(), 0);
             for (k, y) in signals.y.iter_mut().enumerate().filter(|(k, _)| self.data.missing[*k]) {
@@ -57,8 +57,8 @@ impl Judge<'_> {
 }
 
 /// What the search found.
-pub(super) struct Found {
-    pub best: Candidate,
+pub(super) struct LoopSearchResult {
+    pub best: LoopCandidate,
     pub tried: Vec<Values>,
     /// The relative errors of the linear approximations of order 1, 2, ...
     pub approximations: Vec<f64>,
@@ -74,12 +74,12 @@ pub(super) struct Search<'a, 'm> {
     pub monitor: &'a mut Monitor<'m>,
     pub tried: Vec<Values>,
     /// What was tried and does not run away.
-    pub seen: Vec<Candidate>,
+    pub seen: Vec<LoopCandidate>,
 }
 
 impl Search<'_, '_> {
     /// The best loop; `None` if every start runs away, or if the work was stopped.
-    pub fn run(mut self) -> Option<Found> {
+    pub fn run(mut self) -> Option<LoopSearchResult> {
         let few = self.data.head(START_SAMPLES);
         let signals = Signals::of_input(few.u.clone(), few.y.clone(), (few.y.len() / 10).min(500));
         let largest = LARGEST_ORDER.min(few.y.len() / 40).max(1);
@@ -89,7 +89,7 @@ impl Search<'_, '_> {
             data: &few,
             dependence: 1.0,
         };
-        let (mut all, mut least, mut worse): (Vec<Candidate>, _, _) = (Vec::new(), f64::INFINITY, 0);
+        let (mut all, mut least, mut worse): (Vec<LoopCandidate>, _, _) = (Vec::new(), f64::INFINITY, 0);
         for (i, linear) in linear.iter().enumerate() {
             if worse == WORSE_ORDERS {
                 break;
@@ -104,7 +104,7 @@ impl Search<'_, '_> {
         sort::by_key(&mut all, |c| judge.bic(c));
         all.truncate(KEPT);
         let medium = self.data.head(STRUCTURE_SAMPLES);
-        let mut refined: Vec<Candidate> = Vec::new();
+        let mut refined: Vec<LoopCandidate> = Vec::new();
         let mut judge = Judge {
             data: &medium,
             dependence: 1.0,
@@ -137,7 +137,7 @@ impl Search<'_, '_> {
         best = if last.squares.is_finite() { last } else { best };
         best = self.surviving(best);
         let errors = linear.iter().flatten();
-        Some(Found {
+        Some(LoopSearchResult {
             approximations: errors.map(|a| (a.squares / signals.counted() as f64).sqrt()).collect(),
             dependence: judge.dependence,
             best,
@@ -146,7 +146,12 @@ impl Search<'_, '_> {
     }
 
     /// The best starts of an order, fitted.
-    fn starts(&mut self, few: &Observed, linear: &crate::identify::block::Rational, order: usize) -> Vec<Candidate> {
+    fn starts(
+        &mut self,
+        few: &Observed,
+        linear: &crate::identify::block::Rational,
+        order: usize,
+    ) -> Vec<LoopCandidate> {
         let mut all = Vec::new();
         for guess in guesses(few, linear) {
             if !self.monitor.keep_on() {
@@ -156,7 +161,7 @@ impl Search<'_, '_> {
         }
         sort::by_key(&mut all, |(s, _)| s.squares);
         all.truncate(REFINED);
-        let candidates = all.into_iter().map(|(s, origin)| Candidate {
+        let candidates = all.into_iter().map(|(s, origin)| LoopCandidate {
             degrees: 0,
             squares: s.squares,
             system: s.system,
@@ -167,7 +172,7 @@ impl Search<'_, '_> {
     }
 
     /// Fitted with less and less correction of the state, in the end with none.
-    fn released(&mut self, mut c: Candidate, data: &Observed) -> Candidate {
+    fn released(&mut self, mut c: LoopCandidate, data: &Observed) -> LoopCandidate {
         c.system = c.system.corrected(CORRECTIONS[0]);
         for pair in CORRECTIONS.windows(2) {
             let next = self.fitted(c.clone(), data, CORRECTED);
@@ -180,7 +185,7 @@ impl Search<'_, '_> {
     }
 
     /// All parameters fitted from where they are; on the list.
-    fn listed(&mut self, c: Candidate, data: &Observed, rule: StopRule) -> Candidate {
+    fn listed(&mut self, c: LoopCandidate, data: &Observed, rule: StopRule) -> LoopCandidate {
         let mut next = self.fitted(c, data, rule);
         if !next.system.squares(self.whole).is_finite() {
             next.squares = f64::INFINITY;
@@ -200,12 +205,12 @@ impl Search<'_, '_> {
     }
 
     /// The best candidate, or the simplest of those tried that survives a restart in the middle of the record where it does not.
-    fn surviving(&self, best: Candidate) -> Candidate {
+    fn surviving(&self, best: LoopCandidate) -> LoopCandidate {
         let data = self.data;
         let restarted = data.restarted();
         let usual = best.squares / data.counted() as f64;
-        let simpler = |c: &&Candidate| c.degrees < best.degrees;
-        let others: Vec<Candidate> = self.seen.iter().filter(simpler).cloned().collect();
+        let simpler = |c: &&LoopCandidate| c.degrees < best.degrees;
+        let others: Vec<LoopCandidate> = self.seen.iter().filter(simpler).cloned().collect();
         survivor(
             best,
             usual,
@@ -215,7 +220,7 @@ impl Search<'_, '_> {
         )
     }
 
-    fn fitted(&mut self, mut c: Candidate, data: &Observed, rule: StopRule) -> Candidate {
+    fn fitted(&mut self, mut c: LoopCandidate, data: &Observed, rule: StopRule) -> LoopCandidate {
         c.squares = c.system.squares(data);
         let restarts = if rule.steps == LAST.steps { RESTARTS } else { 1 };
         for _ in 0..restarts {
@@ -239,7 +244,7 @@ impl Search<'_, '_> {
     }
 
     /// Other numbers of pieces, while Schwarz's criterion falls.
-    fn pieces(&mut self, mut best: Candidate, judge: &Judge<'_>) -> Candidate {
+    fn pieces(&mut self, mut best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
         let fine = self
             .with_pieces(&best, FINE_PIECES, judge, None)
             .map(|c| self.fitted(c, judge.data, ROUGH));
@@ -272,11 +277,11 @@ impl Search<'_, '_> {
     /// The same loop with the nonlinearity on other breakpoints: dense where it is rough, or, if `shape` is given, where that bends.
     fn with_pieces(
         &self,
-        c: &Candidate,
+        c: &LoopCandidate,
         pieces: usize,
         judge: &Judge<'_>,
         shape: Option<&KinkedSpline>,
-    ) -> Option<Candidate> {
+    ) -> Option<LoopCandidate> {
         let mut sorted = c.system.entering(judge.data)?;
         let z = sorted.clone();
         sorted.sort_unstable_by(f64::total_cmp);
@@ -304,7 +309,7 @@ impl Search<'_, '_> {
             ..c.system.clone()
         };
         let squares = system.squares(judge.data);
-        squares.is_finite().then(|| Candidate {
+        squares.is_finite().then(|| LoopCandidate {
             system,
             squares,
             ..c.clone()
@@ -312,7 +317,7 @@ impl Search<'_, '_> {
     }
 
     /// With a signal of its own entering the nonlinearity, if that lowers Schwarz's criterion.
-    fn freed(&mut self, best: Candidate, judge: &Judge<'_>) -> Candidate {
+    fn freed(&mut self, best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
         if best.system.entering == Entering::Hidden {
             return best;
         }
@@ -323,8 +328,8 @@ impl Search<'_, '_> {
     }
 
     /// Kinks, one after the other, on very strong evidence.
-    fn kinked(&mut self, best: Candidate, judge: &Judge<'_>) -> Candidate {
-        let mut kinked: Option<Candidate> = None;
+    fn kinked(&mut self, best: LoopCandidate, judge: &Judge<'_>) -> LoopCandidate {
+        let mut kinked: Option<LoopCandidate> = None;
         for pieces in [1, 3] {
             let Some(start) = self.with_pieces(&best, pieces, judge, None) else {
                 continue;
@@ -365,7 +370,7 @@ pub(super) fn on_breakpoints(spline: &KinkedSpline, at: &[f64], z: &[f64]) -> Op
 }
 
 /// A kink more, at the place at which its bend explains most of the error that all other parameters leave, to first order.
-fn with_kink(c: &Candidate, judge: &Judge<'_>) -> Option<Candidate> {
+fn with_kink(c: &LoopCandidate, judge: &Judge<'_>) -> Option<LoopCandidate> {
     let few = judge.data.head(START_SAMPLES);
     let mut sorted = c.system.entering(&few)?;
     sorted.sort_unstable_by(f64::total_cmp);
@@ -387,7 +392,7 @@ fn with_kink(c: &Candidate, judge: &Judge<'_>) -> Option<Candidate> {
     let mut alone = c.system.clone();
     alone.spline.kinks.push(Kink { bend: 0.0, ..bend });
     let systems = [moved, alone].into_iter();
-    let each = systems.map(|system| Candidate {
+    let each = systems.map(|system| LoopCandidate {
         squares: system.squares(judge.data),
         system,
         ..c.clone()

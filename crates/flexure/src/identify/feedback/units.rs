@@ -10,6 +10,7 @@
 //! - Where a constant does not pass from the input or from w to z, there is no such f. Then its tangent at the median of z is moved into
 //!   the linear part, and its scale is that of the output.
 
+use super::limits::{BAND_POINTS, BAND_STEP, CONTINUED, NAMES, NOTICED, PASSES_CONSTANT, RESPONSE};
 use super::loss::LoopError;
 use super::search::on_breakpoints;
 use super::system::{Entering, Loop, Observed, dot};
@@ -20,21 +21,6 @@ use crate::linalg::{Matrix, Vector};
 use crate::linear::correlation::{mean, variance};
 use crate::model::{FeedbackLevels, FeedbackModel};
 use crate::quantiles::NORMAL_95;
-
-/// A signal that explains this share of z's variance names it. Convention.
-const NAMES: f64 = 0.9;
-/// A static gain passes a constant if it is at least this share of the root of the impulse response's sum of squares, and between
-/// signals of unit variance at least the second number. Conventions.
-const PASSES: f64 = 0.05;
-const NOTICED: f64 = 0.003;
-/// Samples of these impulse responses.
-const RESPONSE: usize = 500;
-/// By how many standard errors a parameter is changed to see what the curve does.
-const STEP: f64 = 1e-3;
-/// Points of the band between which it is interpolated.
-const BAND_POINTS: usize = 201;
-/// A polynomial goes on beyond its data by this share of their range on either side; then straight. Convention.
-const CONTINUED: f64 = 0.5;
 
 /// What enters the nonlinearity, as far as it has a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -183,7 +169,7 @@ fn holding(system: &Loop, input: Scale) -> Option<Ordinate> {
     let gain = |b: &[f64]| dot(&system.cz, (&inverse * Vector::from_column_slice(b)).as_slice());
     let (of_w, of_u) = (gain(&system.bw), gain(&system.bu) + system.dzu);
     let sizes = [(&system.bw, 0.0), (&system.bu, system.dzu)].map(|(b, d)| response_size(system, b, d));
-    let passes = |g: f64, size: f64| g.is_finite() && g.abs() >= NOTICED && g.abs() >= PASSES * size;
+    let passes = |g: f64, size: f64| g.is_finite() && g.abs() >= NOTICED && g.abs() >= PASSES_CONSTANT * size;
     (passes(of_w, sizes[0]) && passes(of_u, sizes[1])).then(|| Ordinate {
         scale: -input.spread * of_w / of_u,
         slope: input.spread / of_u,
@@ -302,7 +288,7 @@ fn band(
         .collect();
     let derivatives: Vec<Vec<f64>> = (0..problem.directions())
         .map(|p| {
-            let step = STEP * (power * inverse[p * count + p]).sqrt();
+            let step = BAND_STEP * (power * inverse[p * count + p]).sqrt();
             let moved = |sign: f64| {
                 let mut q = start.clone();
                 q[p] += sign * step;

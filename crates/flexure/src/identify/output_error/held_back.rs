@@ -47,7 +47,7 @@ impl HeldBack {
         score.is_finite().then_some(HeldBack { score, squares })
     }
 
-    /// Whether these errors are as small as others, which are smaller in sum, for all that the samples tell.
+    /// Whether these errors are as small as others, which are smaller in sum, as far as the samples show.
     pub fn as_good_as(&self, best: &HeldBack) -> bool {
         if !(self.score <= best.score + AS_GOOD.ln()) {
             return false;

@@ -25,5 +25,5 @@ mod system;
 mod tests;
 
 pub(super) use errors::covariance;
-pub(super) use search::{Candidate, Search, search};
+pub(super) use search::{LinearCandidate, Search, search};
 pub(super) use system::LinearSystem;

@@ -16,14 +16,14 @@ use crate::parallel;
 
 /// A system that was tried.
 #[derive(Debug, Clone)]
-pub struct Candidate {
+pub struct LinearCandidate {
     pub orders: Orders,
     pub criterion: Criterion,
     system: LinearSystem,
     held_back: HeldBack,
 }
 
-impl Candidate {
+impl LinearCandidate {
     /// The RMS of the held-back errors, relative to the output's standard deviation.
     pub fn relative_error(&self) -> f64 {
         (0.5 * self.held_back.score).exp()
@@ -38,7 +38,7 @@ pub struct Search {
     /// How it was fitted.
     pub criterion: Criterion,
     /// In the order in which they were tried.
-    pub tried: Vec<Candidate>,
+    pub tried: Vec<LinearCandidate>,
 }
 
 /// The system that the samples support; `None` where no fit succeeded.
@@ -66,7 +66,7 @@ pub fn search(data: &Signals, monitor: &mut Monitor<'_>) -> Option<Search> {
     }
     monitor.stage = Stage::Refinement;
     let chosen = polished(chosen(&tried)?, &part);
-    let Candidate {
+    let LinearCandidate {
         orders,
         criterion,
         system,
@@ -144,7 +144,7 @@ fn neighbours(orders: &Orders) -> Vec<Orders> {
 }
 
 /// Those of the orders that were not yet tried and that the shortest part of the samples determines.
-fn admissible(orders: Vec<Orders>, before: &[Candidate], data: &Signals) -> Vec<Orders> {
+fn admissible(orders: Vec<Orders>, before: &[LinearCandidate], data: &Signals) -> Vec<Orders> {
     let shortest = fitted_samples(HELD_BACK[0], data.y.len());
     let determined = |o: &Orders| SAMPLES_A_PARAMETER * o.parameters() <= shortest.saturating_sub(o.first());
     let known = |o: &Orders| before.iter().any(|c| c.orders == *o);
@@ -157,7 +157,7 @@ fn tried(
     near: Option<&LinearSystem>,
     data: &Signals,
     monitor: &mut Monitor<'_>,
-) -> Vec<Candidate> {
+) -> Vec<LinearCandidate> {
     if !monitor.keep_on() {
         return Vec::new();
     }
@@ -178,7 +178,7 @@ fn candidate(
     start: Option<&LinearSystem>,
     rule: StopRule,
     data: &Signals,
-) -> Option<Candidate> {
+) -> Option<LinearCandidate> {
     let mut go_on = |_: &str| ControlFlow::Continue(());
     let monitor = &mut Monitor::new(&mut go_on);
     let system = criterion.fitted(orders, data, start, rule, monitor)?;
@@ -188,7 +188,7 @@ fn candidate(
         return None;
     }
     let held_back = HeldBack::new(orders, criterion, &system, data, monitor)?;
-    Some(Candidate {
+    Some(LinearCandidate {
         orders: orders.clone(),
         criterion,
         system,
@@ -198,8 +198,8 @@ fn candidate(
 
 /// The candidate at the end of its minimisation, and whitened, unless it goes on worse from there: then it follows what is not in the
 /// next samples.
-fn polished(chosen: &Candidate, data: &Signals) -> Candidate {
-    let further = |from: &Candidate, criterion: Criterion| {
+fn polished(chosen: &LinearCandidate, data: &Signals) -> LinearCandidate {
+    let further = |from: &LinearCandidate, criterion: Criterion| {
         let last = candidate(&from.orders, criterion, Some(&from.system), LAST, data);
         last.filter(|last| last.held_back.as_good_as(&from.held_back))
     };
@@ -213,12 +213,12 @@ fn polished(chosen: &Candidate, data: &Signals) -> Candidate {
 }
 
 /// The candidate with the fewest parameters among those that are as good as the best.
-fn chosen(tried: &[Candidate]) -> Option<&Candidate> {
-    let score = |c: &Candidate| c.held_back.score;
+fn chosen(tried: &[LinearCandidate]) -> Option<&LinearCandidate> {
+    let score = |c: &LinearCandidate| c.held_back.score;
     let best = tried.iter().min_by(|a, b| score(a).total_cmp(&score(b)))?;
     let as_good = tried.iter().filter(|c| c.held_back.as_good_as(&best.held_back));
     let simplest = as_good.min_by(|a, b| {
-        let parameters = |c: &Candidate| c.orders.parameters();
+        let parameters = |c: &LinearCandidate| c.orders.parameters();
         parameters(a).cmp(&parameters(b)).then(score(a).total_cmp(&score(b)))
     });
     simplest.or(Some(best))

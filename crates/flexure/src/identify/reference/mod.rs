@@ -1,6 +1,6 @@
 //! Models without blocks, to compare those with blocks to: what could be predicted at all from this record.
 //!
-//! [`NARX`] feeds past outputs back, [`VOLTERRA`] only looks at past inputs. Neither tells where the nonlinearity sits; a
+//! [`NARX`] feeds past outputs back, [`VOLTERRA`] only looks at past inputs. Neither shows where the nonlinearity sits; a
 //! model of blocks that comes near them has found the structure, one that stays far behind has not.
 
 mod limits;

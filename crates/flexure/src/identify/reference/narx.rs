@@ -24,7 +24,7 @@ use crate::parallel;
 
 /// A structure that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct TriedNarx {
+struct NarxCandidate {
     /// Past outputs.
     outputs: usize,
     /// Past inputs.
@@ -107,8 +107,8 @@ fn details(model: &NarxModel, degree: usize, bounded: bool, tried: usize) -> Vec
     ]
 }
 
-impl From<&TriedNarx> for Values {
-    fn from(t: &TriedNarx) -> Self {
+impl From<&NarxCandidate> for Values {
+    fn from(t: &NarxCandidate) -> Self {
         Values::new([
             ("past_outputs", t.outputs.into()),
             ("past_inputs", t.inputs.into()),
@@ -124,7 +124,7 @@ impl From<&TriedNarx> for Values {
 struct Searched {
     model: NarxModel,
     degree: usize,
-    tried: Vec<TriedNarx>,
+    tried: Vec<NarxCandidate>,
 }
 
 fn searched(prepared: &Prepared) -> Result<Searched> {
@@ -228,7 +228,7 @@ fn with_penalty(blank: &NarxModel, ridge: &Ridge, penalty: f64) -> NarxModel {
 
 /// A model that was fitted, and how well it does.
 struct Fit {
-    tried: TriedNarx,
+    tried: NarxCandidate,
     model: NarxModel,
 }
 
@@ -244,7 +244,7 @@ fn fit(blank: &NarxModel, degree: usize, u: &[f64], y: &[f64], estimated: usize)
         let model = with_penalty(blank, &ridge, penalty);
         let run = model.run(u);
         let errors = run.output.iter().zip(y).skip(estimated).map(|(p, y)| (p - y).powi(2));
-        let tried = TriedNarx {
+        let tried = NarxCandidate {
             outputs: blank.outputs,
             inputs: blank.inputs,
             degree,
@@ -259,7 +259,7 @@ fn fit(blank: &NarxModel, degree: usize, u: &[f64], y: &[f64], estimated: usize)
 }
 
 /// The same structure and penalty on all samples.
-fn refit(model: &NarxModel, tried: &TriedNarx, u: &[f64], y: &[f64]) -> Option<NarxModel> {
+fn refit(model: &NarxModel, tried: &NarxCandidate, u: &[f64], y: &[f64]) -> Option<NarxModel> {
     let from = first_sample(model);
     let ridge = Ridge::new(&columns_of(model, u, y), y, from)?;
     Some(with_penalty(model, &ridge, tried.penalty * (y.len() - from) as f64))

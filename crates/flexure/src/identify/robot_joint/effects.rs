@@ -18,63 +18,13 @@
 
 use super::basis::range;
 use super::clocks::{Stiffness, product};
-use super::equations::{Column, Lines};
-use super::joint_signals::{JointSignals, Velocity};
+use super::equations::Lines;
+use super::joint_signals::{Acting, JointSignals, Velocity};
 use super::limits::{RESOLVED, STEADY_WITHIN, STOP_RADII_OF_ANGLE, STOP_RADII_OF_DEFLECTION, STOPS_ABOVE_NOISE};
 use super::motion::Motion;
+use super::outcome::Effect;
 use super::smooth::Reflected;
 use crate::linalg::Complex;
-
-/// What a joint may have besides inertias, a spring without memory and friction at the link.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Effect {
-    /// The link's samples are late.
-    EncoderSkew,
-    /// A damping beside the spring.
-    Damping,
-    /// Friction at the motor.
-    MotorFriction,
-    /// Gravity, cosine and sine of the link's angle.
-    Gravity,
-    /// A spring with memory.
-    HystereticSpring,
-    /// Friction with memory at the link: presliding, as in the models of Dahl and LuGre.
-    Presliding,
-}
-
-impl Effect {
-    /// All of them, the simplest explanation first.
-    pub const ALL: [Effect; 6] = [
-        Effect::EncoderSkew,
-        Effect::Damping,
-        Effect::MotorFriction,
-        Effect::Gravity,
-        Effect::HystereticSpring,
-        Effect::Presliding,
-    ];
-
-    /// What it is called.
-    pub fn title(self) -> &'static str {
-        match self {
-            Effect::EncoderSkew => "an offset of the encoders' clocks",
-            Effect::Damping => "damping of the joint",
-            Effect::MotorFriction => "friction at the motor",
-            Effect::Gravity => "gravity",
-            Effect::HystereticSpring => "hysteresis of the spring",
-            Effect::Presliding => "friction with memory (presliding)",
-        }
-    }
-}
-
-/// The columns of an effect in the equations of motor and link.
-pub(super) struct Acting {
-    /// Which effect; `None` for a delay of the torque.
-    pub effect: Option<Effect>,
-    pub columns: Vec<Column>,
-    /// The torques of the columns at every sample, with factors of 1; none of late samples, which are no torque.
-    pub signals: Vec<Vec<f64>>,
-}
 
 impl<'a> JointSignals<'a> {
     /// The same with what else acts on the joint of this log, whose link has this angle. Late samples of the link enter by a stiffness:

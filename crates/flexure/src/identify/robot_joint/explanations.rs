@@ -12,12 +12,12 @@ use super::checks;
 use super::clock_offset::{ClockOffset, Clocks};
 use super::clocks::Stiffness;
 use super::compliance::Compliance;
-use super::effects::Effect;
 use super::fourier::Modulation;
 use super::joint_signals::JointSignals;
 use super::limits::{CLOCK_PASSES, CLOCKS_SETTLED, DRIVES, LONGEST_CLOCK_STEP, NOISE_ROUNDS, REFUTED, SIGNIFICANT};
 use super::motion::Motion;
 use super::normal::Normal;
+use super::outcome::Effect;
 use super::smooth::Reflected;
 use super::system::low_frequencies;
 use crate::distributions::fisher_below;
@@ -286,43 +286,8 @@ pub(super) fn explained(motion: &Motion, modulation: &Modulation) -> Option<Expl
         full,
     };
     let everything = cases.best(&Effect::ALL)?;
-    let mut chosen = cases.best(&[])?;
-    while cases.refuted(&chosen, &everything) {
-        let others = Effect::ALL
-            .into_iter()
-            .filter(|effect| !chosen.effects.contains(effect));
-        let more: Vec<Best> = others
-            .filter_map(|effect| cases.best(&[&chosen.effects[..], &[effect]].concat()))
-            .collect();
-        let Some(next) = more.into_iter().min_by(|a, b| {
-            let order = a.drives.cmp(&b.drives);
-            order.then(a.objective.total_cmp(&b.objective))
-        }) else {
-            break;
-        };
-        chosen = next;
-    }
-    let mut competing = Vec::new();
-    for effect in chosen.effects.clone() {
-        for other in Effect::ALL {
-            if chosen.effects.contains(&other) {
-                continue;
-            }
-            let swapped: Vec<Effect> = chosen
-                .effects
-                .iter()
-                .map(|&e| if e == effect { other } else { e })
-                .collect();
-            if cases
-                .best(&swapped)
-                .is_some_and(|best| !cases.refuted(&best, &everything))
-            {
-                competing.extend([effect, other]);
-            }
-        }
-    }
-    competing.sort_unstable_by_key(|effect| Effect::ALL.iter().position(|e| e == effect));
-    competing.dedup();
+    let chosen = cases.chosen(&everything)?;
+    let competing = cases.competing(&chosen, &everything);
     let acting = |effect: &Effect| chosen.effects.contains(effect) || competing.contains(effect);
     let effects: Vec<Effect> = Effect::ALL.into_iter().filter(acting).collect();
     // Of an offset that is not needed it is reported how small it is.
@@ -354,6 +319,45 @@ struct Cases<'a> {
 }
 
 impl Cases<'_> {
+    /// The smallest set of effects that all of them together do not refute.
+    fn chosen(&mut self, everything: &Best) -> Option<Best> {
+        let mut chosen = self.best(&[])?;
+        while self.refuted(&chosen, everything) {
+            let others = Effect::ALL
+                .into_iter()
+                .filter(|effect| !chosen.effects.contains(effect));
+            let more: Vec<Best> = others
+                .filter_map(|effect| self.best(&[&chosen.effects[..], &[effect]].concat()))
+                .collect();
+            let Some(next) = more.into_iter().min_by(|a, b| {
+                let order = a.drives.cmp(&b.drives);
+                order.then(a.objective.total_cmp(&b.objective))
+            }) else {
+                break;
+            };
+            chosen = next;
+        }
+        Some(chosen)
+    }
+
+    /// The effects of the chosen set that another effect can replace without being refuted, and those others; in the order of `Effect::ALL`.
+    fn competing(&mut self, chosen: &Best, everything: &Best) -> Vec<Effect> {
+        let mut competing = Vec::new();
+        for &effect in &chosen.effects {
+            for other in Effect::ALL.into_iter().filter(|e| !chosen.effects.contains(e)) {
+                let swap = |&e: &Effect| if e == effect { other } else { e };
+                let swapped: Vec<Effect> = chosen.effects.iter().map(swap).collect();
+                let best = self.best(&swapped);
+                if best.is_some_and(|best| !self.refuted(&best, everything)) {
+                    competing.extend([effect, other]);
+                }
+            }
+        }
+        competing.sort_unstable_by_key(|effect| Effect::ALL.iter().position(|e| e == effect));
+        competing.dedup();
+        competing
+    }
+
     /// The best that these effects can do.
     fn best(&mut self, effects: &[Effect]) -> Option<Best> {
         let step = self.about.motion.step;

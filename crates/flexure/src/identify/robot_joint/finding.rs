@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use super::effects::Effect;
-use super::outcome::StiffJoint;
+use super::outcome::{Effect, StiffJoint};
 use crate::text::{counted, decimal, number, percent, with_error};
 
 /// Something to know before trusting the result; its text names a remedy.

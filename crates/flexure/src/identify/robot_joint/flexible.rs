@@ -7,14 +7,13 @@
 
 use super::checks;
 use super::clock_offset::Clocks;
-use super::effects::Effect;
 use super::explanations::{Explained, explained};
 use super::finding::Finding;
 use super::free_outcome::{FreeOutcome, torque_band};
 use super::joint_forms::{JointForms, JointPlace};
 use super::joint_signals::JointSignals;
 use super::motion::{self, Motion, modulation_of};
-use super::outcome::{Estimated, FlexibleAxis, IdentifiedJoint, JointModel, RigidAxis, StiffJoint};
+use super::outcome::{Effect, Estimated, FlexibleAxis, IdentifiedJoint, JointModel, RigidAxis, StiffJoint};
 use super::rigid::{RigidJoint, extra_parameters};
 use super::smooth::Reflected;
 use crate::error::{DataError, Error, Result};
@@ -88,7 +87,7 @@ impl FlexibleJoint<'_> {
             self.outcome(&motion, &joint, &explained, &link)
         });
         match axis {
-            Some(axis) if stiff.is_none() || axis.tells_inertias_apart() => {
+            Some(axis) if stiff.is_none() || axis.separates_inertias() => {
                 Ok(IdentifiedJoint::Flexible(Box::new(axis.distrusted())))
             }
             _ if stiff.is_some() => self.rigid(stiff, Vec::new()),

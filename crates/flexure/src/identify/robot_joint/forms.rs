@@ -27,7 +27,7 @@ pub(super) enum Term {
 }
 
 /// The shape parameters of a term.
-pub(super) struct Shape {
+pub(super) struct ShapeParameters {
     pub symbols: &'static [&'static str],
     /// The powers of torque and of x in their unit.
     pub unit: [i32; 2],
@@ -40,8 +40,8 @@ impl Term {
     }
 
     /// Its shape parameters.
-    pub fn shape(self) -> Shape {
-        let shape = |symbols, power_of_x| Shape {
+    pub fn shape(self) -> ShapeParameters {
+        let shape = |symbols, power_of_x| ShapeParameters {
             symbols,
             unit: [0, power_of_x],
         };

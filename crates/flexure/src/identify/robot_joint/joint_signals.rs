@@ -7,14 +7,12 @@
 use super::column_noise::{AbscissaNoise, Noisy};
 use super::compliance::Deflection;
 use super::covariance::fitted_noise;
-
 use super::division::{FRICTION, STIFFNESS};
-use super::effects::{Acting, Effect};
 use super::equations::{Column, Lines};
 use super::fourier::Modulation;
 use super::limits::{MOTOR_ROUNDS, NOISE_ROUNDS, RESOLVED_DEFLECTION};
 use super::motion::Motion;
-use super::outcome::Estimated;
+use super::outcome::{Effect, Estimated};
 use super::smooth::Reflected;
 use super::system::{Curve, CurveKind, FreeCurves, Splines, System, low_frequencies};
 use crate::linalg::Complex;
@@ -44,6 +42,15 @@ pub(super) struct JointSignals<'a> {
     pub acting: Vec<Acting>,
     /// The motor's velocity, if friction acts there.
     pub motor_velocity: Option<Velocity>,
+}
+
+/// The columns of an effect in the equations of motor and link.
+pub(super) struct Acting {
+    /// Which effect; `None` for a delay of the torque.
+    pub effect: Option<Effect>,
+    pub columns: Vec<Column>,
+    /// The torques of the columns at every sample, with factors of 1; none of late samples, which are no torque.
+    pub signals: Vec<Vec<f64>>,
 }
 
 /// A velocity as the abscissa of a friction.

@@ -68,7 +68,7 @@
 //! | `condensed.rs`, `form_fit.rs` | the search in equations condensed to inner products, and the fit in the equations themselves |
 //! | `lack_of_fit.rs`, `profile.rs` | the test of a form; intervals by the likelihood's profile |
 //! | `parameters.rs`, `joint_forms.rs` | which parameters the data determine; the forms of all curves together |
-//! | `outcome.rs`, `finding.rs` | the results, and what to know before trusting them |
+//! | `outcome.rs`, `finding.rs` | the results, with the names of the effects, and what to know before trusting them |
 //! | `replay.rs` | the motion that an identified axis would make |
 
 mod basis;
@@ -111,14 +111,13 @@ mod two_link;
 #[cfg(test)]
 mod tests;
 
-pub use effects::Effect;
 pub use finding::Finding;
 pub use flexible::FlexibleJoint;
 pub use forms::FormName;
 pub use limits::REFUTED;
 pub use outcome::{
-    Estimated, Fitted, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, LackOfFit, Parameter, RigidAxis,
-    StiffJoint,
+    Effect, Estimated, Fitted, FlexibleAxis, IdentifiedCurve, IdentifiedJoint, JointModel, LackOfFit, Parameter,
+    RigidAxis, StiffJoint,
 };
 pub use replay::AxisDrive;
 pub use rigid::{Extra, RigidJoint};

@@ -2,12 +2,53 @@
 
 use serde::Serialize;
 
-use super::effects::Effect;
 use super::finding::Finding;
 use super::forms::{FormName, ParametricCurve};
 use super::limits::LARGEST_ERROR;
 use crate::bands::Band;
 use crate::quantiles::NORMAL_95;
+
+/// What a joint may have besides inertias, a spring without memory and friction at the link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Effect {
+    /// The link's samples are late.
+    EncoderSkew,
+    /// A damping beside the spring.
+    Damping,
+    /// Friction at the motor.
+    MotorFriction,
+    /// Gravity, cosine and sine of the link's angle.
+    Gravity,
+    /// A spring with memory.
+    HystereticSpring,
+    /// Friction with memory at the link: presliding, as in the models of Dahl and LuGre.
+    Presliding,
+}
+
+impl Effect {
+    /// All of them, the simplest explanation first.
+    pub const ALL: [Effect; 6] = [
+        Effect::EncoderSkew,
+        Effect::Damping,
+        Effect::MotorFriction,
+        Effect::Gravity,
+        Effect::HystereticSpring,
+        Effect::Presliding,
+    ];
+
+    /// What it is called.
+    pub fn title(self) -> &'static str {
+        match self {
+            Effect::EncoderSkew => "an offset of the encoders' clocks",
+            Effect::Damping => "damping of the joint",
+            Effect::MotorFriction => "friction at the motor",
+            Effect::Gravity => "gravity",
+            Effect::HystereticSpring => "hysteresis of the spring",
+            Effect::Presliding => "friction with memory (presliding)",
+        }
+    }
+}
 
 /// A number with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -269,8 +310,8 @@ impl RigidAxis {
 }
 
 impl FlexibleAxis {
-    /// Whether the log tells that both motor and link have an inertia.
-    pub(super) fn tells_inertias_apart(&self) -> bool {
+    /// Whether the log shows that both motor and link have an inertia.
+    pub(super) fn separates_inertias(&self) -> bool {
         [self.motor_inertia, self.link.inertia]
             .iter()
             .all(Estimated::is_positive)

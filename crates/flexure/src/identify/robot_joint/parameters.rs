@@ -1,7 +1,7 @@
 //! From a fitted form to its parameters: which of them the data determine, and how far the form is from the free curve.
 
 use super::form_fit::FormFit;
-use super::forms::{FormName, Shape, Term};
+use super::forms::{FormName, ShapeParameters, Term};
 use super::free_outcome::FreeOutcome;
 use super::lack_of_fit::Departure;
 use super::layout::FormParameter;
@@ -108,7 +108,7 @@ fn parameters(form: FormName, fit: &FormFit, place: Place, abscissa: &Curve, fre
         factor(form.symbol(term), term.unit(), value, size)
     });
     let symbols = curve.terms.iter().flat_map(|term| {
-        let Shape { symbols, unit } = term.shape();
+        let ShapeParameters { symbols, unit } = term.shape();
         symbols.iter().map(move |symbol| (symbol, unit))
     });
     let shapes = symbols.zip(&curve.logs).zip(numbers.logs.clone());

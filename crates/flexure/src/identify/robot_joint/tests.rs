@@ -82,7 +82,7 @@ fn found(joint: FlexibleJoint) -> FlexibleAxis {
 }
 
 /// Relative L2 distance of a band's estimate from a function, and the share of its points that the band covers.
-fn distance(band: &crate::bands::Band, truth: impl Fn(f64) -> f64) -> (f64, f64) {
+pub(super) fn distance(band: &crate::bands::Band, truth: impl Fn(f64) -> f64) -> (f64, f64) {
     let (mut off, mut size, mut covered) = (0.0, 0.0, 0);
     for (i, &x) in band.x[0].iter().enumerate() {
         let y = truth(x);

@@ -5,7 +5,7 @@
 //! `output_error`. For a nonlinear system this is the best linear approximation under this input.
 
 use super::super::block::{Monitor, Prepared, Signals};
-use super::super::output_error::{Candidate, LinearSystem, Search, covariance, search};
+use super::super::output_error::{LinearCandidate, LinearSystem, Search, covariance, search};
 use super::limits::{FEWEST_SAMPLES, FEWEST_SAMPLES_AN_INPUT};
 use crate::error::{Error, Result};
 use crate::identify::request::{Progress, Request, Structure};
@@ -131,7 +131,7 @@ fn coefficient_errors(covariance: Vec<f64>, delay: usize, count: usize) -> Coeff
 /// How the orders were chosen.
 fn details(found: &Search) -> Vec<Detail> {
     let orders = &found.system.orders;
-    let entry = |c: &Candidate| {
+    let entry = |c: &LinearCandidate| {
         Values::new([
             ("order", c.orders.poles.into()),
             (
@@ -149,7 +149,9 @@ fn details(found: &Search) -> Vec<Detail> {
     let list: Vec<Values> = found.tried.iter().map(entry).collect();
     let best = |poles: usize| {
         let errors = found.tried.iter().filter(|c| c.orders.poles == poles);
-        errors.map(Candidate::relative_error).fold(f64::INFINITY, f64::min)
+        errors
+            .map(LinearCandidate::relative_error)
+            .fold(f64::INFINITY, f64::min)
     };
     let tried: Vec<usize> = (0..=found.tried.iter().map(|c| c.orders.poles).max().unwrap_or(0))
         .filter(|poles| best(*poles).is_finite())

@@ -1,7 +1,7 @@
 //! From the starts to the system: the linear part's structure, the surface's pieces, and the last fit on all samples.
 
 use super::super::block::{Monitor, Prepared, Rational, Signals, Stage, delayed, restructured, standardised};
-use super::TriedSurface;
+use super::SurfaceCandidate;
 use super::equations::{Penalty, equations, free_parameters, likeliest, penalised};
 use super::limits::{
     FIRST_PIECES, FIRST_WEIGHT, HALVINGS, LAST_STEPS, LEAST_FALL, PIECES, ROUNDS, SAMPLES_PER_COEFFICIENT,
@@ -86,8 +86,8 @@ impl Fit {
         }
     }
 
-    fn tried(&self, samples: usize) -> TriedSurface {
-        TriedSurface {
+    fn tried(&self, samples: usize) -> SurfaceCandidate {
+        SurfaceCandidate {
             pieces: self.surface.axes().first().map_or(0, |a| a.pieces),
             effective_parameters: self.effective,
             relative_error: (self.squares / samples as f64).sqrt(),
@@ -99,7 +99,7 @@ impl Fit {
 /// What the search has found.
 pub(super) struct SurfaceSearch {
     pub fit: Fit,
-    pub tried: Vec<TriedSurface>,
+    pub tried: Vec<SurfaceCandidate>,
 }
 
 /// The search, on signals of unit variance and zero mean; `None` if there is nothing to start from.
@@ -198,7 +198,7 @@ fn with_pieces(
     wanted: &[usize],
     data: &Signals,
     monitor: &mut Monitor<'_>,
-    tried: &mut Vec<TriedSurface>,
+    tried: &mut Vec<SurfaceCandidate>,
 ) -> Fit {
     let (mut worse, mut last) = (0, 0);
     for &pieces in wanted {

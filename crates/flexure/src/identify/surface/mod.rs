@@ -41,7 +41,7 @@ use fit::{Fit, SurfaceSearch};
 
 /// A number of pieces that was tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct TriedSurface {
+pub(super) struct SurfaceCandidate {
     /// Pieces along every axis.
     pub pieces: usize,
     /// Parameters that they are worth under the likeliest penalty.
@@ -124,7 +124,7 @@ fn identify(request: &Request<'_>, progress: &mut Progress<'_>) -> Result<Identi
 }
 
 /// The surface's pieces, and the parameters that they are worth.
-fn details(surface: &Surface, effective: f64, tried: &[TriedSurface]) -> Vec<Detail> {
+fn details(surface: &Surface, effective: f64, tried: &[SurfaceCandidate]) -> Vec<Detail> {
     let pieces: Vec<String> = surface.axes().iter().map(|a| a.pieces.to_string()).collect();
     let why = "smallest generalised cross-validation score; the penalty on its bending, one for every input, maximises the marginal likelihood";
     let text = format!("{} pieces", pieces.join(" by "));
@@ -140,8 +140,8 @@ fn details(surface: &Surface, effective: f64, tried: &[TriedSurface]) -> Vec<Det
     ]
 }
 
-impl From<&TriedSurface> for Values {
-    fn from(t: &TriedSurface) -> Self {
+impl From<&SurfaceCandidate> for Values {
+    fn from(t: &SurfaceCandidate) -> Self {
         Values::new([
             ("pieces", t.pieces.into()),
             ("effective_parameters", t.effective_parameters.into()),
@@ -152,7 +152,7 @@ impl From<&TriedSurface> for Values {
 }
 
 /// The scores by the number of pieces, each once.
-fn scores(tried: &[TriedSurface], chosen: usize) -> Score {
+fn scores(tried: &[SurfaceCandidate], chosen: usize) -> Score {
     let mut tried = tried.to_vec();
     sort::by_key(&mut tried, |t| t.pieces as f64);
     tried.dedup_by_key(|t| t.pieces);

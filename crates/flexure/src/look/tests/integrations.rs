@@ -86,7 +86,7 @@ fn outputs_that_drift() {
 }
 
 #[test]
-fn what_tells_nothing() {
+fn what_shows_nothing() {
     let u = noise(1000, 1);
     assert_eq!(integrated_output(&u, &u[1..]), None);
     assert_eq!(integrated_output(&u, &[1.0; 1000]), None);

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::shared::{Observations, Shown, count, number, tuned};
-use super::{NamedEstimator, NamedFit, kernels, recursive};
+use super::{NamedEstimator, NamedFit, Rule, kernels, recursive};
 use crate::error::Result;
 use crate::nonlinearity::estimator::{Choice, MOST_COLUMNS};
 use crate::nonlinearity::kernel::Degree;
@@ -78,7 +78,7 @@ impl EstimatorName {
         Self::ALL.into_iter().find(|e| e.name() == name)
     }
 
-    /// What it is, in words that fit into a sentence.
+    /// What it is, as it fits into a sentence.
     pub fn title(self) -> &'static str {
         match self {
             EstimatorName::Kernel => "kernel regression",
@@ -137,6 +137,23 @@ impl EstimatorName {
                 MOST_COLUMNS
             }
             _ => 1,
+        }
+    }
+}
+
+impl Rule {
+    /// Whether it can choose the parameter of this estimator in so many columns.
+    ///
+    /// The plug-in rule is made for the local line: the bias of a local constant has another formula, in which the slopes
+    /// of m and of the density count, and at the ends of the data another order.
+    pub fn suits(self, estimator: EstimatorName, columns: usize) -> bool {
+        use EstimatorName::{LocalBandwidth, LocalLinear};
+        match (self, estimator) {
+            (Rule::LeaveOneOut, _) => true,
+            (Rule::PlugIn, _) => matches!(estimator, LocalLinear | LocalBandwidth) && columns == 1,
+            (_, LocalBandwidth) => false,
+            (Rule::Generalized | Rule::Block, _) => true,
+            (Rule::Bootstrap | Rule::BlockBootstrap { .. }, _) => estimator.has_bandwidth() && columns == 1,
         }
     }
 }

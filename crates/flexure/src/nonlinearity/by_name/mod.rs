@@ -1,7 +1,7 @@
 //! Every estimator by its name: what command lines, files and bindings choose at run time.
 //!
 //! [`EstimatorName`] says what there is and what each one's tuning parameter is called; [`NamedEstimator`] fits
-//! any of them and tells, in one form for all, what was chosen from the data and by which score.
+//! any of them and says, in one form for all, what was chosen from the data and by which score.
 
 mod estimators;
 mod kernels;
@@ -127,7 +127,7 @@ pub struct LocalBandwidths {
 /// The scores of all values of a parameter that were tried.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scores {
-    /// The score in words, for example "leave-one-out error".
+    /// The name of the score, for example "leave-one-out error".
     pub criterion: &'static str,
     /// The values, increasing; of several bandwidths their geometric mean.
     pub parameter: Vec<f64>,

@@ -1,6 +1,5 @@
 //! The rules that choose a tuning parameter from the data.
 
-use super::EstimatorName;
 use crate::selection::BandwidthRule;
 
 /// How the tuning parameter is chosen from the data.
@@ -52,21 +51,6 @@ impl Rule {
     /// The rule of this name.
     pub fn parse(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|rule| rule.name() == name)
-    }
-
-    /// Whether it can choose the parameter of this estimator in so many columns.
-    ///
-    /// The plug-in rule is made for the local line: the bias of a local constant has another formula, in which the slopes
-    /// of m and of the density count, and at the ends of the data another order.
-    pub fn suits(self, estimator: EstimatorName, columns: usize) -> bool {
-        use EstimatorName::{LocalBandwidth, LocalLinear};
-        match (self, estimator) {
-            (Rule::LeaveOneOut, _) => true,
-            (Rule::PlugIn, _) => matches!(estimator, LocalLinear | LocalBandwidth) && columns == 1,
-            (_, LocalBandwidth) => false,
-            (Rule::Generalized | Rule::Block, _) => true,
-            (Rule::Bootstrap | Rule::BlockBootstrap { .. }, _) => estimator.has_bandwidth() && columns == 1,
-        }
     }
 
     /// Whether it allows for errors that depend on each other, the rows being in order of time.

@@ -122,7 +122,7 @@ fn a_given_parameter_is_kept_under_its_public_name() {
 }
 
 #[test]
-fn wrong_parameters_are_refused_in_their_own_words() {
+fn wrong_parameters_are_refused_under_their_own_names() {
     let (x, y) = wave(50);
     let message = |name, values: &[f64]| {
         let fit = named(name, Tuning::Fixed(values.to_vec())).fit(&[&x], &y, None);

@@ -193,9 +193,9 @@ fn order_repetitions_and_zero_weights() {
 fn bad_input_is_named() {
     let (x, y, w) = sample(60);
     for (name, fit) in FIXED {
-        let says = |x: &[&[f64]], y: &[f64], w: Option<&[f64]>, words: &str| {
+        let says = |x: &[&[f64]], y: &[f64], w: Option<&[f64]>, message: &str| {
             let error = fit(x, y, w, Outside::Nan).unwrap_err().to_string();
-            assert!(error.contains(words), "{name}: {error}");
+            assert!(error.contains(message), "{name}: {error}");
         };
         says(&[], &y, None, "0 were given");
         says(&[&x[1..]], &y, None, "'y' has 60 samples where 59 were expected");

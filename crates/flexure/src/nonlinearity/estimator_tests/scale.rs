@@ -6,14 +6,14 @@ use super::*;
 #[test]
 fn columns_out_of_scale_are_refused() {
     let (x, y, w) = sample(60);
-    let refused = |name: EstimatorName, x: &[&[f64]], y: &[f64], w: Option<&[f64]>, words: &str| {
+    let refused = |name: EstimatorName, x: &[&[f64]], y: &[f64], w: Option<&[f64]>, message: &str| {
         let method = NamedEstimator {
             name,
             ..Default::default()
         };
         let said = method.fit(x, y, w).unwrap_err().to_string();
         assert!(
-            said.contains(words) && said.contains("between 1e-100 and 1e100"),
+            said.contains(message) && said.contains("between 1e-100 and 1e100"),
             "{name}: {said}"
         );
     };

@@ -4,7 +4,7 @@
 //! u = (x - c)/h. Moments are only ever added, never subtracted. So no digit is lost to an offset, to clusters, to ties
 //! or to heavy tails: |u| never exceeds 2.
 
-use super::Sorted;
+use super::{Sorted, Sums};
 use crate::parallel;
 
 /// sum w u^k and sum w y u^k for k < N, in pairs.
@@ -58,6 +58,56 @@ impl<const N: usize> Moments<N> {
             }
         }
         self
+    }
+}
+
+/// A kernel as a polynomial: its coefficients of the powers of u, for a point at the coordinate t.
+pub trait Coefficients<const M: usize>: Copy + Sync {
+    /// The coefficients.
+    fn at(self, t: f64) -> [f64; M];
+
+    /// The sums of K and of K y out of those of the powers of u.
+    #[inline(always)]
+    fn combined(self, t: f64, moments: &[[f64; 2]]) -> [f64; 2] {
+        let terms = self.at(t).into_iter().zip(moments);
+        terms.fold([0.0; 2], |[s, t], (c, moment)| [s + c * moment[0], t + c * moment[1]])
+    }
+}
+
+impl<const M: usize, F: Fn(f64) -> [f64; M] + Copy + Sync> Coefficients<M> for F {
+    #[inline(always)]
+    fn at(self, t: f64) -> [f64; M] {
+        self(t)
+    }
+}
+
+impl Sums {
+    /// The sums at the coordinate `t` out of the window's moments.
+    #[inline(always)]
+    pub fn combined<const M: usize, const N: usize>(
+        Moments(moments): &Moments<N>,
+        t: f64,
+        coefficients: impl Coefficients<M>,
+    ) -> Self {
+        let c = coefficients.at(t);
+        let mut sums = Sums {
+            mass: [moments[0][0], 0.0],
+            at: t,
+            ..Sums::NONE
+        };
+        for k in 0..M {
+            sums.s[0] += c[k] * moments[k][0];
+            sums.t[0] += c[k] * moments[k][1];
+        }
+        if N > M {
+            sums.mass[1] = moments[2][0];
+            for k in 0..M {
+                sums.s[1] += c[k] * moments[k + 1][0];
+                sums.s[2] += c[k] * moments[k + 2][0];
+                sums.t[1] += c[k] * moments[k + 1][1];
+            }
+        }
+        sums
     }
 }
 

@@ -8,30 +8,10 @@
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-use super::moments::Groups;
+use super::moments::{Coefficients, Groups};
 use super::window_bounds::{Abscissas, PointWindows, Scratch, WindowBounds};
 use super::window_sums::{BATCH, RunningSums, WindowSums};
 use super::{Degree, Kernel, Sorted, Sums};
-
-/// A kernel as a polynomial: its coefficients of the powers of u, for a point at the coordinate t.
-pub trait Coefficients<const M: usize>: Copy + Sync {
-    /// The coefficients.
-    fn at(self, t: f64) -> [f64; M];
-
-    /// The sums of K and of K y out of those of the powers of u.
-    #[inline(always)]
-    fn combined(self, t: f64, moments: &[[f64; 2]]) -> [f64; 2] {
-        let terms = self.at(t).into_iter().zip(moments);
-        terms.fold([0.0; 2], |[s, t], (c, moment)| [s + c * moment[0], t + c * moment[1]])
-    }
-}
-
-impl<const M: usize, F: Fn(f64) -> [f64; M] + Copy + Sync> Coefficients<M> for F {
-    #[inline(always)]
-    fn at(self, t: f64) -> [f64; M] {
-        self(t)
-    }
-}
 
 /// 1 - (t - u)^2.
 #[derive(Clone, Copy)]

@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::moments::Moments;
-use super::polynomials::Coefficients;
-
 /// The degree of the polynomial that is fitted around every point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -56,34 +53,6 @@ impl Sums {
         t: [0.0; 2],
         at: 0.0,
     };
-
-    /// The sums at the coordinate `t` out of the window's moments.
-    #[inline(always)]
-    pub fn combined<const M: usize, const N: usize>(
-        Moments(moments): &Moments<N>,
-        t: f64,
-        coefficients: impl Coefficients<M>,
-    ) -> Self {
-        let c = coefficients.at(t);
-        let mut sums = Sums {
-            mass: [moments[0][0], 0.0],
-            at: t,
-            ..Sums::NONE
-        };
-        for k in 0..M {
-            sums.s[0] += c[k] * moments[k][0];
-            sums.t[0] += c[k] * moments[k][1];
-        }
-        if N > M {
-            sums.mass[1] = moments[2][0];
-            for k in 0..M {
-                sums.s[1] += c[k] * moments[k + 1][0];
-                sums.s[2] += c[k] * moments[k + 2][0];
-                sums.t[1] += c[k] * moments[k + 1][1];
-            }
-        }
-        sums
-    }
 
     /// Whether fast sums are as accurate as direct ones, for the fit of this degree.
     #[inline(always)]
@@ -138,7 +107,7 @@ impl Sums {
     }
 
     /// The residual of the ordinate `y`, of weight `w`, at this very point from the fit without it;
-    /// nothing where the others' share in the fit is too small to tell by.
+    /// nothing where the others' share in the fit is too small to decide.
     #[inline(always)]
     pub fn residual_without(&self, degree: Degree, y: f64, w: f64) -> Option<f64> {
         if degree == Degree::Constant {

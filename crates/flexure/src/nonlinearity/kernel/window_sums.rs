@@ -15,8 +15,7 @@ use std::ops::Range;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f64x2, f64x4};
 
-use super::moments::{Frame, GROUP, Groups, Moments, SlidingSum};
-use super::polynomials::Coefficients;
+use super::moments::{Coefficients, Frame, GROUP, Groups, Moments, SlidingSum};
 use super::{Sorted, Sums};
 
 /// Most points of a batch.

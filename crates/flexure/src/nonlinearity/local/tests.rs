@@ -1,25 +1,11 @@
+use rand::SeedableRng;
 use rand::seq::SliceRandom;
-use rand::{RngExt, SeedableRng};
-use rand_distr::{Distribution, StandardNormal};
 
 use super::windows::Line;
 use super::*;
 use crate::nonlinearity::KernelRegression;
+use crate::selection::test_data::noisy;
 use crate::systems::KnownNonlinearity;
-
-/// X uniform on [-2, 2], Y = m(X) + N(0, 0.1^2).
-fn noisy(seed: u64, n: usize, m: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<f64>) {
-    let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
-    let x: Vec<f64> = (0..n).map(|_| rng.random_range(-2.0..2.0)).collect();
-    let y = x
-        .iter()
-        .map(|&x| {
-            let e: f64 = StandardNormal.sample(&mut rng);
-            m(x) + 0.1 * e
-        })
-        .collect();
-    (x, y)
-}
 
 fn fitted(x: &[f64], y: &[f64]) -> LocalKernelFit {
     LocalKernel::default().fit(&[x], y, None).unwrap()
@@ -210,7 +196,7 @@ fn lines_and_their_errors_are_those_of_least_squares_in_the_window() {
 }
 
 #[test]
-fn the_noise_is_told_from_the_curve_and_may_depend_on_x() {
+fn the_noise_is_distinguished_from_the_curve_and_may_depend_on_x() {
     let n = 4000;
     let (x, y) = noisy(9, n, |_| 0.0);
     let y: Vec<f64> = x

@@ -38,7 +38,7 @@ fn direct(x: &[Vec<f64>], scales: &[f64], y: &[f64], w: &[f64], q: &[f64], k: f6
     sum / k
 }
 
-/// Points on a coarse lattice, so that ties abound, or continuous ones.
+/// Points on a coarse grid, so that ties abound, or continuous ones.
 fn sample(seed: u64, n: usize, d: usize, levels: Option<i32>) -> (Columns, Vec<f64>, Vec<f64>) {
     let mut rng = rand_pcg::Pcg64::seed_from_u64(seed);
     let draw = |rng: &mut dyn Rng| match levels {
@@ -208,7 +208,7 @@ fn the_number_of_neighbours_is_checked() {
 
 proptest! {
     #[test]
-    fn ties_and_weights_on_a_lattice(
+    fn ties_and_weights_on_a_grid(
         points in prop::collection::vec((0..6_i32, -5..5_i32, 1..4_i32), 1..40),
         k in 1..20_usize,
         q in -2..8_i32,

@@ -221,7 +221,7 @@ fn the_linearised_leave_one_out_score_is_near_that_of_refits() {
 }
 
 #[test]
-fn the_evidence_tells_noise_from_signal() {
+fn the_evidence_distinguishes_noise_from_signal() {
     let (x, e) = draws(400, 1, 2);
     let method = NetworkRegression {
         units: Choice::Fixed(8),
@@ -288,9 +288,9 @@ fn beyond_the_ranges_the_gradient_goes_on() {
 #[test]
 fn bad_parameters_are_named() {
     let x = [0.0, 1.0, 2.0];
-    let says = |method: NetworkRegression, words: &str| {
+    let says = |method: NetworkRegression, message: &str| {
         let error = method.fit(&[&x], &x, None).unwrap_err().to_string();
-        assert!(error.contains(words), "{error}");
+        assert!(error.contains(message), "{error}");
     };
     says(fixed(0, 1.0), "the number of units is 0, but must be between 1 and 64");
     says(fixed(65, 1.0), "the number of units is 65");

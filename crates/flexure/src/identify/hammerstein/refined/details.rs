@@ -5,7 +5,7 @@ use super::super::options::RefinedHammerstein;
 use super::super::realisation::ChosenOrder;
 use super::alternation::Minimum;
 use super::calibrated::CalibratedBlocks;
-use super::form_fit::{FormFit, MemoryRemoved};
+use super::form_fit::{MemoryRemoved, PhysicalFormFit};
 use super::limits::MOST_LISTED;
 use super::piecewise::Breakpoint;
 use crate::error::Result;
@@ -123,7 +123,7 @@ fn standard_error(error: f64) -> Option<f64> {
 }
 
 /// The form that was fitted to the nonlinearity, and its test.
-fn form_detail(fit: &FormFit) -> Detail {
+fn form_detail(fit: &PhysicalFormFit) -> Detail {
     let parameters: Vec<Values> = (fit.parameters.iter())
         .map(|p| {
             Values::new([
@@ -158,7 +158,7 @@ fn form_detail(fit: &FormFit) -> Detail {
 }
 
 /// The test of a form for reading.
-fn form_verdict(fit: &FormFit) -> String {
+fn form_verdict(fit: &PhysicalFormFit) -> String {
     let verdict = match fit.holds() {
         true => "the data do not refute this form",
         false => "the data refute this form at 1 %",

@@ -30,7 +30,7 @@ pub(super) struct MemoryRemoved {
 }
 
 /// A parameter of a form.
-pub(super) struct FormParameter {
+pub(super) struct PhysicalFormParameter {
     /// Its name as in [`PhysicalForm`]'s formulas.
     pub name: String,
     /// Its value in the units of the calibrated nonlinearity and the input.
@@ -40,11 +40,11 @@ pub(super) struct FormParameter {
 }
 
 /// A fitted form.
-pub(super) struct FormFit {
+pub(super) struct PhysicalFormFit {
     /// The form.
     pub form: PhysicalForm,
     /// Its parameters, the offset last.
-    pub parameters: Vec<FormParameter>,
+    pub parameters: Vec<PhysicalFormParameter>,
     /// The test's statistic, chi-squared if the form is true.
     pub statistic: f64,
     /// Its degrees of freedom.
@@ -55,7 +55,7 @@ pub(super) struct FormFit {
     pub p_value: f64,
 }
 
-impl FormFit {
+impl PhysicalFormFit {
     /// Whether the data do not refute the form.
     pub fn holds(&self) -> bool {
         self.statistic <= self.limit
@@ -213,7 +213,7 @@ impl MemoryRemoved {
     /// # Errors
     /// [`Error::Parameter`] for a degree above 15; [`Error::Data`]: `TooShort` where the input has too few distinct
     /// values for the form and a test, or there are none.
-    pub fn fit_form(&self, form: PhysicalForm) -> Result<FormFit> {
+    pub fn fit_form(&self, form: PhysicalForm) -> Result<PhysicalFormFit> {
         if let PhysicalForm::Polynomial(degree) = form
             && degree > MOST_DEGREE
         {
@@ -244,8 +244,8 @@ impl MemoryRemoved {
         let limit = chi_squared_quantile(1.0 - FORM_LEVEL, degrees as f64);
         let p_value = chi_squared_above(statistic, degrees as f64);
         let named = names.into_iter().zip(p.iter().zip(problem.errors(&p)));
-        let parameter = |(name, (&value, error))| FormParameter { name, value, error };
-        Ok(FormFit {
+        let parameter = |(name, (&value, error))| PhysicalFormParameter { name, value, error };
+        Ok(PhysicalFormFit {
             form,
             parameters: named.map(parameter).collect(),
             statistic,

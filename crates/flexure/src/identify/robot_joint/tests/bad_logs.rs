@@ -52,7 +52,7 @@ fn bad_logs_are_refused_or_remarked_on() {
         .iter()
         .fold((f64::MAX, f64::MIN), |(l, h), &q| (l.min(q), h.max(q)));
     let middle = 0.5 * (low + high);
-    for (turn, words) in [
+    for (turn, printed) in [
         (std::f64::consts::TAU, "wraps at 2 pi;"),
         (360.0, "a whole turn in degrees:"),
     ] {
@@ -63,7 +63,7 @@ fn bad_logs_are_refused_or_remarked_on() {
             .collect();
         let said = message(rigid(&wrapped, &torque).identify().unwrap_err());
         assert!(
-            said.contains(words) && said.contains("unwrap the angle first"),
+            said.contains(printed) && said.contains("unwrap the angle first"),
             "{said}"
         );
     }

@@ -36,7 +36,7 @@ fn industrial(seed: u64) -> [Vec<f64>; 3] {
 }
 
 #[test]
-fn an_offset_of_the_clocks_and_a_small_compliance_are_both_told() {
+fn an_offset_of_the_clocks_and_a_small_compliance_are_both_reported() {
     let runs = 8;
     let mut squares = [0.0; 2];
     for seed in 0..runs {

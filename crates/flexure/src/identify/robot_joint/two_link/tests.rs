@@ -1,7 +1,7 @@
 //! A known arm: its constants and curves come back, with bands that cover them.
 
+use super::super::tests::distance;
 use super::TwoLinkLog;
-use crate::bands::Band;
 use crate::error::DataError;
 use crate::identify::robot_joint::{FormName, TwoLinkArm};
 use crate::manipulator::{Arm, Drive, JointKind, LinkDynamics, SimulationOptions, add_noise, simulate, space_arm};
@@ -41,18 +41,6 @@ fn identified(log: &Record) -> Result<TwoLinkArm> {
         level: 0.95,
     }
     .identify()
-}
-
-/// Relative L2 distance of a band's estimate from a function, and the share of its points that the band covers.
-fn distance(band: &Band, truth: impl Fn(f64) -> f64) -> (f64, f64) {
-    let (mut off, mut size, mut covered) = (0.0, 0.0, 0);
-    for (i, &x) in band.x[0].iter().enumerate() {
-        let y = truth(x);
-        off += (band.estimate[i] - y).powi(2);
-        size += y * y;
-        covered += usize::from((band.lower[i]..=band.upper[i]).contains(&y));
-    }
-    ((off / size).sqrt(), covered as f64 / band.x[0].len() as f64)
 }
 
 #[test]
@@ -126,10 +114,10 @@ fn a_joint_without_flexibility_is_said() {
         matches!(error, Error::Data(DataError::RigidJointInArm { joint: 2, .. })),
         "{error}"
     );
-    let words = error.to_string();
+    let message = error.to_string();
     assert!(
-        words.contains("no flexibility is seen at joint 2") && words.contains("lock this joint"),
-        "{words}"
+        message.contains("no flexibility is seen at joint 2") && message.contains("lock this joint"),
+        "{message}"
     );
 }
 

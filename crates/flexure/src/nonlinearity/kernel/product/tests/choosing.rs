@@ -163,7 +163,7 @@ fn the_choice_is_near_the_best_in_hindsight() {
 }
 
 #[test]
-fn the_search_tells_what_it_did_and_depends_on_nothing_else() {
+fn the_search_reports_what_it_did_and_depends_on_nothing_else() {
     let (x, y) = noisy(6, 6000, 2, |q| q[0] * q[1]);
     let method = choosing(Degree::Constant, Criterion::LeaveOneOut);
     let run = |threads, x: &[Vec<f64>], y: &[f64]| {

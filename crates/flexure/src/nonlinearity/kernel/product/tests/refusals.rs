@@ -35,7 +35,7 @@ fn bandwidths_are_checked() {
 }
 
 #[test]
-fn too_few_distinct_points_are_told() {
+fn too_few_distinct_points_are_reported() {
     let x: [&[f64]; 3] = [&[0.0, 1.0, 1.0, 0.0], &[1.0, 0.0, 0.0, 1.0], &[1.0, 0.0, 0.0, 1.0]];
     let y = [1.0, 2.0, 3.0, 4.0];
     let error = refused(&method(Kernel::Uniform, Degree::Linear, &[1.0]), &x, &y);
