@@ -3,8 +3,9 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, anyhow};
 use clap::ValueEnum;
+use flexure::error::DataError;
 use flexure::identify::{AUTO, Calibration, HAMMERSTEIN, Options, RefinedHammerstein, Structure, structures};
 use flexure_io::{RecordFile, model_text};
 use flexure_report::data::ArmMotion;
@@ -279,6 +280,17 @@ fn check_input_count(structure: &Structure, inputs: usize) -> Result<(), Usage> 
     )))
 }
 
+/// An error of a missing output names the option that skips such samples, where the task has it.
+fn with_missing(error: anyhow::Error, output: &str, task: &Task) -> anyhow::Error {
+    let is_missing = |cause: &flexure::Error| matches!(cause, flexure::Error::Data(DataError::NonFinite { column, value, .. }) if column == output && value.is_nan());
+    match error.downcast_ref() {
+        Some(flexure_io::Error::Data { cause, .. }) if task.takes_experiments() && is_missing(cause) => {
+            anyhow!("{error}, or say --missing: samples without an output are then left out of the fit")
+        }
+        _ => error,
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.check()?;
@@ -309,7 +321,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             report(stage);
             ControlFlow::Continue(())
         })
-    })?;
+    })
+    .map_err(|error| with_missing(error, connected.output.as_str(), &task))?;
     identified.periodic = periodic;
 
     // Everything is made before anything is written.

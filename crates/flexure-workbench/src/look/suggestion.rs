@@ -323,7 +323,8 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
         options.push("--missing");
         why.push_str(" The output misses samples, which --missing leaves out of the fit.");
     } else if few {
-        why.push_str(" The input has two levels, between which the curve is drawn straight: the dynamics are what there is to find.");
+        options.extend(["--structure", "linear"]);
+        why.push_str(" The input has two levels, at which no curve can be told from a straight line: the dynamics are what there is to find.");
     } else {
         options.extend(["--structure", "auto"]);
         why.push_str(" The structure is chosen by the data.");
