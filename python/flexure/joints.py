@@ -272,7 +272,7 @@ def identify_joint(
     level : float
         Of the confidence bands.
     torque_constant : float
-        Torque a unit of `torque`.
+        Torque for each unit of `torque`.
     reference : array of shape (n,), optional
         What a position controller of a rigid axis followed: ``motions`` then has the motion in its loop too, with ``torque = kv
         (kp (reference - position) - velocity)``, in the unit of `torque`.

@@ -95,7 +95,7 @@ class Hammerstein(System):
     known : ((x, phi), (x, phi)), optional
         Two points of the nonlinearity that are known; they fix scale and offset in place of `unit`.
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     form : str, optional
         A physical form to fit to the nonlinearity and to test: "dead-zone", "saturation", "quantizer", "polynomial:N",
         "friction" or "stiffness"; the result is ``result_["form"]``. For the refined method.
@@ -169,7 +169,7 @@ class Linear(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "linear"
@@ -182,7 +182,7 @@ class Wiener(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "wiener"
@@ -194,7 +194,7 @@ class WienerHammerstein(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "wiener-hammerstein"
@@ -206,7 +206,7 @@ class HammersteinWiener(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "hammerstein-wiener"
@@ -223,7 +223,7 @@ class Feedback(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "feedback"
@@ -237,7 +237,7 @@ class Auto(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "auto"
@@ -254,7 +254,7 @@ class Parallel(System):
     branches : int, optional
         Their number, 1 to 5; None: up to 3, from the data.
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "parallel"
@@ -270,7 +270,7 @@ class MultipleInputs(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "multiple-inputs"
@@ -283,7 +283,7 @@ class JointInputs(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "joint-inputs"
@@ -299,7 +299,7 @@ class NARX(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "narx"
@@ -324,7 +324,7 @@ class Volterra(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "volterra"
@@ -363,7 +363,7 @@ def _generated(structure: Structure) -> type[System]:
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
     own = {"__doc__": text, "__module__": __name__, "_structure": structure.name, "_several": structure.several_inputs}
     return type(name, (System,), own)

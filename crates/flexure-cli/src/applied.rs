@@ -24,8 +24,8 @@ pub struct ModelOnRecord {
     /// The measured output's column, where it is not called as the model's.
     #[arg(long, value_name = "COLUMN")]
     pub output: Option<String>,
-    /// The state in which the record begins: estimate where the record has the output and enough samples, and fewer are skipped than
-    /// the model takes to settle; else steady.
+    /// The state in which the record begins. The default is estimate, if the record has the output and enough samples, and if fewer
+    /// samples are skipped than the model takes to settle; otherwise steady.
     #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     pub initial_state: Option<Start>,
     #[command(flatten)]
