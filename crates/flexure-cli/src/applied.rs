@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
+use flexure::error::DataError;
 use flexure_io::{ModelFile, RecordFile, TimeColumn, read_model};
 use flexure_workbench::systems::Start;
 
@@ -30,6 +31,17 @@ pub struct ModelOnRecord {
     pub initial_state: Option<Start>,
     #[command(flatten)]
     reading: Reading,
+}
+
+/// An error of an output that is missing names the option that skips such samples, where there `is_option`.
+pub fn with_missing(error: anyhow::Error, output: &str, is_option: bool) -> anyhow::Error {
+    let is_missing = |cause: &flexure::Error| matches!(cause, flexure::Error::Data(DataError::NonFinite { column, value, .. }) if column == output && value.is_nan());
+    match error.downcast_ref() {
+        Some(flexure_io::Error::Data { cause, .. }) if is_option && is_missing(cause) => {
+            anyhow!("{error}, or say --missing: samples without an output then do not count")
+        }
+        _ => error,
+    }
 }
 
 /// A model, and the record that it is applied to.

@@ -99,7 +99,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ),
     (
         "Evaluation",
-        &["grid", "at", "outside", "skip", "initial-state", "horizon"],
+        &["grid", "at", "outside", "skip", "missing", "initial-state", "horizon"],
     ),
     (
         "Output",
@@ -234,7 +234,15 @@ mod tests {
 
     #[test]
     fn what_reads_a_record_has_nothing_else_in_its_group() {
-        let reading = ["separator", "decimal", "header", "skip-lines", "time", "time-format", "memory"];
+        let reading = [
+            "separator",
+            "decimal",
+            "header",
+            "skip-lines",
+            "time",
+            "time-format",
+            "memory",
+        ];
         for subcommand in command().get_subcommands() {
             for option in options(subcommand).filter(|o| o.get_help_heading() == Some(HEADING)) {
                 let name = option.get_long().unwrap_or_default();

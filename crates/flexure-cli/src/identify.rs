@@ -3,15 +3,15 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Context as _, Result};
 use clap::ValueEnum;
-use flexure::error::DataError;
 use flexure::identify::{AUTO, Calibration, HAMMERSTEIN, Options, RefinedHammerstein, Structure, structures};
 use flexure_io::{RecordFile, model_text};
 use flexure_report::data::ArmMotion;
 use flexure_workbench::fleet::{Outcome, joined, single_values};
 use flexure_workbench::systems::{Decoration, Identified, SystemColumns, Task, arm_motion};
 
+use crate::applied::with_missing;
 use crate::arguments::{self, Auto, Usage};
 use crate::columns::Connected;
 use crate::experiments::{self, Experiments};
@@ -280,17 +280,6 @@ fn check_input_count(structure: &Structure, inputs: usize) -> Result<(), Usage> 
     )))
 }
 
-/// An error of a missing output names the option that skips such samples, where the task has it.
-fn with_missing(error: anyhow::Error, output: &str, task: &Task) -> anyhow::Error {
-    let is_missing = |cause: &flexure::Error| matches!(cause, flexure::Error::Data(DataError::NonFinite { column, value, .. }) if column == output && value.is_nan());
-    match error.downcast_ref() {
-        Some(flexure_io::Error::Data { cause, .. }) if task.takes_experiments() && is_missing(cause) => {
-            anyhow!("{error}, or say --missing: samples without an output are then left out of the fit")
-        }
-        _ => error,
-    }
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.check()?;
@@ -322,7 +311,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             ControlFlow::Continue(())
         })
     })
-    .map_err(|error| with_missing(error, connected.output.as_str(), &task))?;
+    .map_err(|error| {
+        with_missing(
+            error,
+            &connected.output,
+            task.takes_experiments() && !task.skips_missing(),
+        )
+    })?;
     identified.periodic = periodic;
 
     // Everything is made before anything is written.

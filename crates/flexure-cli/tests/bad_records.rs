@@ -144,7 +144,7 @@ fn samples_that_are_missing_or_not_finite() {
     let message = "gap.csv, line 3: column 'y' is NaN or missing at sample 1; remove or repair that sample";
     folder.failed(
         "identify gap.csv --input u --output y",
-        &format!("{message}, or say --missing: samples without an output are then left out of the fit"),
+        &format!("{message}, or say --missing: samples without an output then do not count"),
     );
     folder.failed("identify gap.csv --input u --output y --structure wiener", message);
     folder.failed("predict model.json output.csv --horizon 2 -o new.csv", message);

@@ -95,7 +95,7 @@ impl RecordFile {
     }
 
     /// The column of sample instants: the one `given`, or that which is called `t`, `time`, `Time [s]`, `time_ms`, `timestamp` or
-    /// alike and is none of the columns `in_use`; `None` if there is none.
+    /// alike, else that which has time stamps, and is none of the columns `in_use`; `None` if there is none.
     ///
     /// Instants are in s unless the file says otherwise.
     ///
@@ -152,6 +152,12 @@ impl RecordFile {
             Some(name) => vec![name],
             None => self.record.names().iter().map(String::as_str).filter(is_time).collect(),
         };
+        // Time stamps are instants whatever their column is called.
+        let stamps = || self.origins.iter().map(|(name, _)| name.as_str());
+        let names = match names.is_empty() {
+            true => stamps().filter(|name| !in_use.contains(name)).collect(),
+            false => names,
+        };
         let name = match names[..] {
             [] => return Ok(None),
             [name] => name,
@@ -177,13 +183,14 @@ impl RecordFile {
         Ok(Some((name, seconds)))
     }
 
-    /// The columns that are neither instants, those called `time` among them, nor a mere count of the rows, in order.
+    /// The columns that are neither instants, those called `time` and time stamps among them, nor a mere count of the rows, in order.
     pub fn signals(&self, time: Option<&str>) -> Vec<&str> {
         let counts = |samples: &[f64]| samples.iter().enumerate().all(|(i, &v)| v == samples[0] + i as f64);
         let columns = self.record.columns();
         let signals = columns.filter(|(name, samples)| {
             let index = *name == INDEX && counts(samples);
-            !(Some(*name) == time || is_time(name) || index)
+            let stamps = self.origins.iter().any(|(column, _)| column == name);
+            !(Some(*name) == time || is_time(name) || stamps || index)
         });
         signals.map(|(name, _)| name).collect()
     }

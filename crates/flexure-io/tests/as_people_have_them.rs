@@ -60,6 +60,21 @@ fn pandas_with_a_time_zone() {
 }
 
 #[test]
+fn time_stamps_under_another_name() {
+    let content =
+        "Zeitstempel;u\n2024-05-01T10:00:00.000;1,5\n2024-05-01T10:00:00.010;2,5\n2024-05-01T10:00:00.020;3,5\n";
+    let file = read("stamps_named", content);
+    assert_log(&file, &["Zeitstempel", "u"]);
+    assert_eq!(file.signals(None), ["u"]);
+    let two = "begin,end,u\n10:00:00,10:00:01,1\n10:00:01,10:00:02,2\n10:00:02,10:00:03,3\n";
+    let message = read("stamps_two", two).time(None, &["u"]).unwrap_err().to_string();
+    assert!(
+        message.ends_with("columns 'begin' and 'end' may both have the sample instants; say which by --time"),
+        "{message}"
+    );
+}
+
+#[test]
 fn pandas_with_numbered_columns_needs_a_word() {
     let content = "0,1\n0.0,1.5\n0.01,2.5\n";
     assert_eq!(
