@@ -70,7 +70,7 @@ pub fn suggestion(
         joint::Outcome::None => signals.and_then(|signals| identification(look, request, &signals, file)),
     };
     let suggestion = suggestion.map(|suggestion| match (&look.clock, sample_time) {
-        (Some(clock), Some(step)) if !clock.is_uniform() => even_spacing(look, clock, step, &held),
+        (Some(clock), Some(step)) if !clock.is_uniform => even_spacing(look, clock, step, &held),
         _ => suggestion,
     });
     (suggestion, None)
@@ -101,7 +101,7 @@ fn even_spacing(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize]) 
         .map(|column| column.name.as_str())
         .collect();
     let held = held.join(",");
-    if clock.jitter > Clock::UNIFORM {
+    if clock.jitter > Clock::UNIFORM || stretch.len() == samples {
         options.extend(["--resample", &step]);
         if !held.is_empty() {
             options.extend(["--hold", &held]);
