@@ -114,6 +114,21 @@ class Hammerstein(System):
         The lag of the regression of output on input; None: that of the strongest dependence. For the plain method.
     ignore_colour : bool
         Treat the input as white even where it is not. For the plain method.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import Hammerstein
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.convolve(np.clip(u, -1, 1), [0.0, 0.5, 0.25])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = Hammerstein().fit(u, y, dt=0.01)
+    >>> model.verdict_.holds, model.delay_
+    (True, 1)
+    >>> kinks = [at for at, kind in model.nonlinearity_.breakpoints]
+    >>> np.allclose(kinks, [-1, 1], atol=0.02)
+    True
+    >>> predicted = model.simulate(u)
     """
 
     _structure = "hammerstein"
@@ -170,6 +185,17 @@ class Linear(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import Linear
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.convolve(u, [0.0, 0.5, 0.25])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = Linear().fit(u, y)
+    >>> model.verdict_.holds, round(model.linear_.static_gain, 2)
+    (True, 0.75)
     """
 
     _structure = "linear"
@@ -183,6 +209,17 @@ class Wiener(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import Wiener
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.tanh(np.convolve(u, [0.6, 0.4])[:1500]) + 0.01 * rng.normal(size=u.size)
+    >>> model = Wiener().fit(u, y)
+    >>> bool(abs(model.nonlinearity_(0.3) - np.tanh(0.3)) < 0.02)
+    True
     """
 
     _structure = "wiener"
@@ -195,6 +232,18 @@ class WienerHammerstein(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import WienerHammerstein
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> x = np.tanh(np.convolve(u, [0.7, 0.3])[:1500])
+    >>> y = np.convolve(x, [0.8, 0.2])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = WienerHammerstein().fit(u, y)
+    >>> model.score(u, y) > 0.99
+    True
     """
 
     _structure = "wiener-hammerstein"
@@ -207,6 +256,17 @@ class HammersteinWiener(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import HammersteinWiener
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.tanh(np.convolve(np.clip(u, -1, 1), [0.7, 0.3])[:1500]) + 0.01 * rng.normal(size=u.size)
+    >>> model = HammersteinWiener().fit(u, y)
+    >>> model.score(u, y) > 0.99
+    True
     """
 
     _structure = "hammerstein-wiener"
@@ -238,6 +298,17 @@ class Auto(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import Auto
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.convolve(np.clip(u, -1, 1), [0.0, 0.5, 0.25])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = Auto().fit(u, y)
+    >>> model.comparison_.supported, model.comparison_.best
+    (True, 'hammerstein')
     """
 
     _structure = "auto"
@@ -271,6 +342,18 @@ class MultipleInputs(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import MultipleInputs
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> v = rng.uniform(-2, 2, 1500)
+    >>> y = np.clip(u, -1, 1) + np.convolve(np.abs(v), [0.0, 0.5])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = MultipleInputs().fit(np.column_stack([u, v]), y)
+    >>> model.score(np.column_stack([u, v]), y) > 0.99
+    True
     """
 
     _structure = "multiple-inputs"
@@ -300,6 +383,17 @@ class NARX(System):
     ----------
     fresh : float
         The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import NARX
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.convolve(u, [0.0, 0.5, 0.25])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = NARX().fit(u, y)
+    >>> model.score(u, y) > 0.99
+    True
     """
 
     _structure = "narx"
