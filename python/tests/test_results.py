@@ -5,7 +5,6 @@ import importlib
 import json
 
 import flexure
-import flexure.arms
 import numpy as np
 import pandas as pd
 import pytest
