@@ -21,7 +21,8 @@ highlight_language = "text"
 # The reference of Python is taken from the installed package; `docs/build --without-python` leaves it out.
 if os.environ.get("FLEXURE_DOCS_WITHOUT_PYTHON"):
     exclude_patterns.append("python/**")
-    suppress_warnings = ["toc.excluded"]
+    # Links into what is left out.
+    suppress_warnings = ["toc.excluded", "myst.xref_missing"]
 else:
     extensions += ["sphinx.ext.autodoc", "sphinx.ext.napoleon"]
     autodoc_default_options = {

@@ -84,7 +84,7 @@ class System(BaseEstimator):  # type: ignore[misc]
     structure_ : str
         The structure's name.
     verdict_ : Verdict
-        Whether the model holds on the samples kept from the fit.
+        Whether the model holds on the samples that were not fitted.
     order_, delay_ : int
         Of all linear parts together, in poles and samples.
     dt_ : float or None

@@ -272,7 +272,7 @@ def identify_joint(
     level : float
         Of the confidence bands.
     torque_constant : float
-        Torque a unit of `torque`.
+        Torque for each unit of `torque`.
     reference : array of shape (n,), optional
         What a position controller of a rigid axis followed: ``motions`` then has the motion in its loop too, with ``torque = kv
         (kp (reference - position) - velocity)``, in the unit of `torque`.
@@ -288,6 +288,20 @@ def identify_joint(
         Samples that are not finite or do not vary, wrapped angles, a motion that shows nothing.
     ParameterError
         A parameter outside its range, or columns that do not belong together.
+
+    Examples
+    --------
+    An axis of 2 kg m² with viscous friction of 0.5 N m s/rad:
+
+    >>> import numpy as np
+    >>> from flexure import identify_joint
+    >>> t, w = 0.005 * np.arange(4000), 2 * np.pi * np.array([0.3, 1.1, 2.3])
+    >>> torque = np.sin(np.outer(t, w)).sum(axis=1)
+    >>> position = np.imag(np.exp(1j * np.outer(t, w)) / (1j * w * (2j * w + 0.5))).sum(axis=1)
+    >>> position += 1e-5 * np.random.default_rng(1).normal(size=t.size)
+    >>> joint = identify_joint(torque, position=position, dt=0.005)
+    >>> round(joint.inertia.value, 2)
+    2.0
     """
     if (position is None) == (motor is None or link is None):
         raise ParameterError("give the position of a rigid axis, or motor and link of a flexible joint")

@@ -261,6 +261,17 @@ class KernelRegressor(_Regressor):
         The mean squared leave-one-out error, in the squared unit of y.
     warnings_ : list of str
         What to know before trusting the fit, for example that the rows depend on their neighbours.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import KernelRegressor
+    >>> rng = np.random.default_rng(1)
+    >>> x = rng.uniform(-2, 2, 1000)
+    >>> y = np.sin(x) + 0.1 * rng.normal(size=x.size)
+    >>> estimate, band = KernelRegressor().fit(x[:, None], y).predict([[0.5]], return_band=0.95)
+    >>> bool(band.lower[0] < np.sin(0.5) < band.upper[0])
+    True
     """
 
     _most_columns = 6
@@ -312,6 +323,17 @@ class KNNRegressor(_Regressor):
         Given or chosen.
     scores_, left_out_error_, warnings_
         As in `KernelRegressor`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import KNNRegressor
+    >>> rng = np.random.default_rng(1)
+    >>> x = rng.uniform(-2, 2, 1000)
+    >>> y = np.sin(x) + 0.1 * rng.normal(size=x.size)
+    >>> model = KNNRegressor().fit(x[:, None], y)
+    >>> model.score(x[:, None], y) > 0.97
+    True
     """
 
     _most_columns = 6
@@ -349,6 +371,17 @@ class SeriesRegressor(_Regressor):
         Given or chosen.
     scores_, left_out_error_, warnings_
         As in `KernelRegressor`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import SeriesRegressor
+    >>> rng = np.random.default_rng(1)
+    >>> x = rng.uniform(-2, 2, 1000)
+    >>> y = np.sin(x) + 0.1 * rng.normal(size=x.size)
+    >>> model = SeriesRegressor().fit(x[:, None], y)
+    >>> model.score(x[:, None], y) > 0.97
+    True
     """
 
     _parameter = "terms"
@@ -389,6 +422,17 @@ class SplineRegressor(_Regressor):
         Given or chosen.
     scores_, left_out_error_, warnings_
         As in `KernelRegressor`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import SplineRegressor
+    >>> rng = np.random.default_rng(1)
+    >>> x = rng.uniform(-2, 2, 1000)
+    >>> y = np.sin(x) + 0.1 * rng.normal(size=x.size)
+    >>> model = SplineRegressor().fit(x[:, None], y)
+    >>> model.score(x[:, None], y) > 0.97
+    True
     """
 
     _parameter = "penalty"

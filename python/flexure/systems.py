@@ -95,7 +95,7 @@ class Hammerstein(System):
     known : ((x, phi), (x, phi)), optional
         Two points of the nonlinearity that are known; they fix scale and offset in place of `unit`.
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     form : str, optional
         A physical form to fit to the nonlinearity and to test: "dead-zone", "saturation", "quantizer", "polynomial:N",
         "friction" or "stiffness"; the result is ``result_["form"]``. For the refined method.
@@ -114,6 +114,21 @@ class Hammerstein(System):
         The lag of the regression of output on input; None: that of the strongest dependence. For the plain method.
     ignore_colour : bool
         Treat the input as white even where it is not. For the plain method.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import Hammerstein
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.convolve(np.clip(u, -1, 1), [0.0, 0.5, 0.25])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = Hammerstein().fit(u, y, dt=0.01)
+    >>> model.verdict_.holds, model.delay_
+    (True, 1)
+    >>> kinks = [at for at, kind in model.nonlinearity_.breakpoints]
+    >>> np.allclose(kinks, [-1, 1], atol=0.02)
+    True
+    >>> predicted = model.simulate(u)
     """
 
     _structure = "hammerstein"
@@ -169,7 +184,18 @@ class Linear(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import Linear
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.convolve(u, [0.0, 0.5, 0.25])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = Linear().fit(u, y)
+    >>> model.verdict_.holds, round(model.linear_.static_gain, 2)
+    (True, 0.75)
     """
 
     _structure = "linear"
@@ -182,7 +208,18 @@ class Wiener(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import Wiener
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.tanh(np.convolve(u, [0.6, 0.4])[:1500]) + 0.01 * rng.normal(size=u.size)
+    >>> model = Wiener().fit(u, y)
+    >>> bool(abs(model.nonlinearity_(0.3) - np.tanh(0.3)) < 0.02)
+    True
     """
 
     _structure = "wiener"
@@ -194,7 +231,19 @@ class WienerHammerstein(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import WienerHammerstein
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> x = np.tanh(np.convolve(u, [0.7, 0.3])[:1500])
+    >>> y = np.convolve(x, [0.8, 0.2])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = WienerHammerstein().fit(u, y)
+    >>> model.score(u, y) > 0.99
+    True
     """
 
     _structure = "wiener-hammerstein"
@@ -206,7 +255,18 @@ class HammersteinWiener(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import HammersteinWiener
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.tanh(np.convolve(np.clip(u, -1, 1), [0.7, 0.3])[:1500]) + 0.01 * rng.normal(size=u.size)
+    >>> model = HammersteinWiener().fit(u, y)
+    >>> model.score(u, y) > 0.99
+    True
     """
 
     _structure = "hammerstein-wiener"
@@ -223,7 +283,7 @@ class Feedback(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "feedback"
@@ -237,7 +297,18 @@ class Auto(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import Auto
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.convolve(np.clip(u, -1, 1), [0.0, 0.5, 0.25])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = Auto().fit(u, y)
+    >>> model.comparison_.supported, model.comparison_.best
+    (True, 'hammerstein')
     """
 
     _structure = "auto"
@@ -254,7 +325,7 @@ class Parallel(System):
     branches : int, optional
         Their number, 1 to 5; None: up to 3, from the data.
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "parallel"
@@ -270,7 +341,19 @@ class MultipleInputs(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import MultipleInputs
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> v = rng.uniform(-2, 2, 1500)
+    >>> y = np.clip(u, -1, 1) + np.convolve(np.abs(v), [0.0, 0.5])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = MultipleInputs().fit(np.column_stack([u, v]), y)
+    >>> model.score(np.column_stack([u, v]), y) > 0.99
+    True
     """
 
     _structure = "multiple-inputs"
@@ -283,7 +366,7 @@ class JointInputs(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "joint-inputs"
@@ -299,7 +382,18 @@ class NARX(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from flexure import NARX
+    >>> rng = np.random.default_rng(1)
+    >>> u = rng.uniform(-2, 2, 1500)
+    >>> y = np.convolve(u, [0.0, 0.5, 0.25])[:1500] + 0.01 * rng.normal(size=u.size)
+    >>> model = NARX().fit(u, y)
+    >>> model.score(u, y) > 0.99
+    True
     """
 
     _structure = "narx"
@@ -324,7 +418,7 @@ class Volterra(System):
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
 
     _structure = "volterra"
@@ -363,7 +457,7 @@ def _generated(structure: Structure) -> type[System]:
     Parameters
     ----------
     fresh : float
-        The share of the record, at its end, kept from the fit; 0.05 to 0.9.
+        The share of the record, at its end, that is not fitted; 0.05 to 0.9.
     """
     own = {"__doc__": text, "__module__": __name__, "_structure": structure.name, "_several": structure.several_inputs}
     return type(name, (System,), own)

@@ -8,7 +8,7 @@ use anyhow::Result;
 use flexure::Record;
 use flexure_export::Options;
 use flexure_io::{ModelFile, RecordFile, model_text, parse_model, read_model, write_atomically, write_model};
-use flexure_workbench::systems::{Judged, SystemColumns, predict, simulate};
+use flexure_workbench::systems::{Judged, Judging, SystemColumns, predict, simulate};
 use pyo3::prelude::*;
 
 use crate::arrays::{Column, array};
@@ -137,7 +137,11 @@ impl PyModel {
     #[pyo3(signature = (inputs, output, skip=None))]
     fn validate(&self, py: Python<'_>, inputs: Vec<Column>, output: Column, skip: Option<usize>) -> PyResult<String> {
         self.with_record(py, inputs, Some(output), move |model, file, columns| {
-            Ok(Judged::new(model, file, columns, skip, None)?.json().to_string())
+            let judging = Judging {
+                skip,
+                ..Judging::default()
+            };
+            Ok(Judged::new(model, file, columns, judging)?.json().to_string())
         })
     }
 }

@@ -63,8 +63,40 @@ def test_versions_agree() -> None:
     assert own and {table["version"] for table in own.values()} == {version}
 
 
-@pytest.mark.parametrize("crate", ["flexure", "flexure-io", "flexure-report", "flexure-workbench", "flexure-cli"])
+CRATES = sorted(path.parent.name for path in (ROOT / "crates").glob("*/Cargo.toml"))
+
+
+@pytest.mark.parametrize("crate", CRATES)
 def test_crates_can_be_published(crate: str) -> None:
-    package = tomllib.loads((ROOT / "crates" / crate / "Cargo.toml").read_text())["package"]
-    assert package.get("publish", True) and package["description"] or package["description"]["workspace"]
+    manifest = tomllib.loads((ROOT / "crates" / crate / "Cargo.toml").read_text())
+    package = manifest["package"]
+    # The script packs the folders by name.
+    assert package["name"] == crate
+    assert package.get("publish", True)
+    assert package["description"]
     assert package["license"] == {"workspace": True}
+    # What it needs of this project is published with it, at the workspace's version.
+    own = {name: table for name, table in manifest["dependencies"].items() if name.startswith("flexure")}
+    assert set(own) <= set(CRATES)
+    assert all(table == {"workspace": True} for table in own.values())
+
+
+def test_the_wheel_is_for_every_python_from_the_oldest_on() -> None:
+    project = tomllib.loads((ROOT / "python" / "pyproject.toml").read_text())
+    oldest = project["project"]["requires-python"].removeprefix(">=")
+    abi = f"abi3-py{oldest.replace('.', '')}"
+    assert f"pyo3/{abi}" in project["tool"]["maturin"]["features"]
+    for step in workflow("release.yml")["jobs"]["files"]["steps"]:
+        if "setup-python" in step.get("uses", ""):
+            assert step["with"]["python-version"] == oldest
+
+
+def test_the_workflow_publishes_what_the_script_makes() -> None:
+    """The patterns of the uploaded files are those of the files that the script writes."""
+    jobs = workflow("release.yml")["jobs"]
+    uploads = [step["with"]["path"] for job in jobs.values() for step in job["steps"] if "upload-artifact" in step.get("uses", "")]
+    patterns = {Path(line).name for path in uploads for line in path.split()}
+    assert patterns == {"*.tar.gz", "*.whl", "*.crate"}
+    assert all(Path(line).parent == Path("target/release-files") for path in uploads for line in path.split())
+    assert 'files="$PWD/target/release-files"' in RELEASE.read_text()
+    assert set(jobs["publish"]["needs"]) == set(jobs) - {"publish"}

@@ -1,10 +1,10 @@
 """What fitted objects say of themselves, and arrays of shape (n, 1) wherever one of shape (n,) goes."""
 
 import doctest
+import importlib
 import json
 
 import flexure
-import flexure.arms
 import numpy as np
 import pandas as pd
 import pytest
@@ -197,6 +197,7 @@ def test_the_sample_time_is_a_short_decimal():
     assert flexure.Hammerstein().fit(pd.Series(record.u, index), pd.Series(record.y, index)).dt_ == 0.01
 
 
-def test_the_examples_in_the_documentation_run():
-    results = doctest.testmod(flexure.arms)
+@pytest.mark.parametrize("name", ["arms", "chains", "joints", "regression", "systems"])
+def test_the_examples_in_the_documentation_run(name):
+    results = doctest.testmod(importlib.import_module(f"flexure.{name}"))
     assert results.attempted > 0 and results.failed == 0

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
+use flexure::error::DataError;
 use flexure_io::{ModelFile, RecordFile, TimeColumn, read_model};
 use flexure_workbench::systems::Start;
 
@@ -24,12 +25,23 @@ pub struct ModelOnRecord {
     /// The measured output's column, where it is not called as the model's.
     #[arg(long, value_name = "COLUMN")]
     pub output: Option<String>,
-    /// The state in which the record begins: estimate where the record has the output and enough samples, and fewer are skipped than
-    /// the model takes to settle; else steady.
+    /// The state in which the record begins. The default is estimate, if the record has the output and enough samples, and if fewer
+    /// samples are skipped than the model takes to settle; otherwise steady.
     #[arg(long, value_name = "INITIAL_STATE", value_parser = arguments::named::<Start>())]
     pub initial_state: Option<Start>,
     #[command(flatten)]
     reading: Reading,
+}
+
+/// An error of an output that is missing names the option that skips such samples, where there `is_option`.
+pub fn with_missing(error: anyhow::Error, output: &str, is_option: bool) -> anyhow::Error {
+    let is_missing = |cause: &flexure::Error| matches!(cause, flexure::Error::Data(DataError::NonFinite { column, value, .. }) if column == output && value.is_nan());
+    match error.downcast_ref() {
+        Some(flexure_io::Error::Data { cause, .. }) if is_option && is_missing(cause) => {
+            anyhow!("{error}, or say --missing: samples without an output then do not count")
+        }
+        _ => error,
+    }
 }
 
 /// A model, and the record that it is applied to.

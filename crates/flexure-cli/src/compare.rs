@@ -18,10 +18,13 @@ use crate::reading::Reading;
 /// Every model runs free under the record's inputs, and is judged on the same samples. A model that was identified from this very
 /// record is marked. The columns are the models' own.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  flexure compare a.json b.json fresh.csv --report comparison.html")]
+#[command(
+    override_usage = "flexure compare [OPTIONS] <MODEL>... <RECORD>",
+    after_help = "Example:\n  flexure compare a.json b.json fresh.csv --report comparison.html"
+)]
 pub struct Arguments {
-    /// The models, from `flexure identify -o`, and behind them the record.
-    #[arg(value_name = "MODEL... RECORD", required = true, num_args = 2..)]
+    /// The models, from `flexure identify -o`, and last the record.
+    #[arg(value_name = "FILE", required = true, num_args = 2..)]
     files: Vec<PathBuf>,
     /// Leave the first N samples out of the comparison; by default as many as the slowest model takes to settle, at most a tenth of
     /// the record.

@@ -25,9 +25,9 @@ use crate::simulate::simulate;
 ///
 /// DIR gets arm.toml, log.csv, identified.toml and report.html of both joints; elbow.csv, elbow.json and elbow.html of the elbow alone.
 ///
-/// With --joint-views, the three ways of seeing the joint as a block-oriented system instead, a record and a page each: the static
-/// regression of joint torque on deflection; commanded deflection to link velocity, exactly a Hammerstein system with the
-/// stiffness as its nonlinearity; slow torque to velocity, where friction makes it an approximation.
+/// With --joint-views it makes a record and a page of each of three block-oriented views of a joint instead. The first is the static
+/// regression of joint torque on deflection. The second, from commanded deflection to link velocity, is exactly a Hammerstein system with the
+/// stiffness as its nonlinearity. The third, from slow torque to velocity, is an approximation because of the friction.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  flexure demo --out flexure-demo\n  flexure demo --joint-views --out joint-views")]
 pub struct Arguments {

@@ -28,7 +28,7 @@ pub struct Arguments {
     /// The format.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::named::<Format>())]
     to: Format,
-    /// Write it here; C has a header beside it. For a folder, the file is called like the name.
+    /// Write it to this file or into this folder, where it is called by its name. C gets a header beside it.
     #[arg(short = 'o', long = "out", value_name = "OUT")]
     out: PathBuf,
     /// The name of the functions, the class or the FMU: an identifier. Without it, the name of the file.

@@ -18,7 +18,7 @@ use crate::{identify, joint};
 /// The data set is a file whose column --by tells the machines apart, or a folder: with folders KEY=VALUE, or with one file a machine. With
 /// --torque every machine is a joint (see flexure joint), without it a system (see flexure identify); the options of these commands mean the same
 /// here. RESULTS gets table.parquet, a row a machine, and models/VALUE.json. A machine whose record cannot be used has its error in its
-/// row. A run that was stopped goes on where it was when the same command is given again.
+/// row. Where a run was stopped, the same command goes on with it.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     flexure fleet logs.parquet --by joint --position q --torque tau -o results\n  \
@@ -64,7 +64,7 @@ struct OfCommand {
     /// Delay of a Hammerstein model in samples.
     #[arg(long, value_name = "auto|N")]
     delay: Option<String>,
-    /// Share of the record, at its end, kept from the fit.
+    /// Share of the record, at its end, that is not fitted.
     #[arg(long, value_name = "SHARE")]
     fresh: Option<String>,
     /// The column of the torque; every machine is then a joint.
@@ -79,7 +79,7 @@ struct OfCommand {
     /// The column of a flexible joint's link angle.
     #[arg(long, value_name = "COLUMN")]
     link: Option<String>,
-    /// Torque a unit of the torque column.
+    /// Torque for each unit of the torque column.
     #[arg(long, value_name = "K", allow_hyphen_values = true)]
     torque_constant: Option<String>,
     /// Gear ratio: motor angles are divided by it, torques multiplied.
@@ -100,7 +100,7 @@ struct OfCommand {
     /// A spring acts on the axes: a term q.
     #[arg(long)]
     spring: bool,
-    /// Sample time in s; without it that of a column 't'.
+    /// Sample time in s; by default that of the column of time.
     #[arg(long, value_name = "S")]
     sample_time: Option<String>,
 }

@@ -9,6 +9,7 @@ use clap_complete::Shell;
 use crate::arguments::Usage;
 use crate::files::wrote;
 use crate::output::print;
+use crate::reading::HEADING;
 
 /// The groups of options by their long names, which mean the same in all commands. Options of one structure or method, and those of
 /// reading a record, have headings of their own beside their definitions.
@@ -98,7 +99,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ),
     (
         "Evaluation",
-        &["grid", "at", "outside", "skip", "initial-state", "horizon"],
+        &["grid", "at", "outside", "skip", "missing", "initial-state", "horizon"],
     ),
     (
         "Output",
@@ -136,7 +137,7 @@ fn group(option: &Arg) -> Option<&'static str> {
 pub fn grouped(command: Command) -> Command {
     command.mut_subcommands(|subcommand| {
         subcommand.mut_args(|option| match (option.get_help_heading(), group(&option)) {
-            (None, Some(group)) => option.help_heading(group),
+            (None | Some(HEADING), Some(group)) => option.help_heading(group),
             _ => option,
         })
     })
@@ -229,6 +230,25 @@ mod tests {
             }
         }
         assert!(missing.is_empty(), "{missing:?}");
+    }
+
+    #[test]
+    fn what_reads_a_record_has_nothing_else_in_its_group() {
+        let reading = [
+            "separator",
+            "decimal",
+            "header",
+            "skip-lines",
+            "time",
+            "time-format",
+            "memory",
+        ];
+        for subcommand in command().get_subcommands() {
+            for option in options(subcommand).filter(|o| o.get_help_heading() == Some(HEADING)) {
+                let name = option.get_long().unwrap_or_default();
+                assert!(reading.contains(&name), "--{name} of {}", subcommand.get_name());
+            }
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@ use flexure_report::data::ArmMotion;
 use flexure_workbench::fleet::{Outcome, joined, single_values};
 use flexure_workbench::systems::{Decoration, Identified, SystemColumns, Task, arm_motion};
 
+use crate::applied::with_missing;
 use crate::arguments::{self, Auto, Usage};
 use crate::columns::Connected;
 use crate::experiments::{self, Experiments};
@@ -25,15 +26,15 @@ use crate::simulate::read_arm;
 
 /// Identify a block-oriented model from an input-output record.
 ///
-/// The last quarter of the record is kept from the fit; fit, RMS error and residual tests are those on it.
-/// A record is CSV with a header, whitespace-separated columns without one (named c0, c1, ...), Parquet, or
-/// MAT v5. Of a record with two signals nothing has to be typed in; of more, the two columns.
+/// The last quarter of the record is not fitted. Fit, RMS error and residual tests are about this part. A record with two signals needs
+/// no names: the first is the input. With more signals, name the input and the output. A record is CSV, columns between spaces, Parquet, or
+/// MAT v5.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  flexure identify record.csv --input u --output y -o model.json --report report.html"
 )]
 pub struct Arguments {
-    /// The record; several are so many experiments of one system, for a refined Hammerstein model, judged on the end of the last.
+    /// The record. Several records are experiments of one system (for refined Hammerstein models); the end of the last is not fitted.
     #[arg(value_name = "RECORD", required = true)]
     records: Vec<PathBuf>,
     /// The input's column; A,B for several inputs. A record with two signals needs no names.
@@ -60,19 +61,19 @@ pub struct Arguments {
     /// Convention for the scale between a Hammerstein model's blocks; static-gain unless given.
     #[arg(long, value_enum, conflicts_with = "known")]
     unit: Option<Unit>,
-    /// A point at which the nonlinearity is known, twice: fixes scale and offset in place of --unit.
+    /// Two points at which the nonlinearity is known. They fix scale and offset in place of --unit.
     #[arg(long, value_name = "X=PHI", num_args = 2, allow_hyphen_values = true, value_parser = arguments::known_point)]
     known: Vec<[f64; 2]>,
-    /// Share of the record, at its end, kept from the fit.
+    /// Share of the record, at its end, that is not fitted.
     #[arg(long, value_name = "SHARE", default_value = "0.25", allow_hyphen_values = true, value_parser = arguments::fresh_share)]
     fresh: f64,
-    /// Sample time in s; without it that of a column 't', if there is one that is neither input nor output.
+    /// Sample time in s; by default that of the column of time.
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: Option<f64>,
     /// Write the model here.
     #[arg(short = 'o', long = "model", value_name = "MODEL.json")]
     model: Option<PathBuf>,
-    /// The arm's file, whose link lengths the page draws a record with the columns q1 and q2 with.
+    /// The arm file: of a record with the columns q1 and q2, the page draws the arm, with the lengths of the links in this file.
     #[arg(long, value_name = "ARM.toml", requires = "report")]
     arm: Option<PathBuf>,
     /// Write a page that shows everything here.
@@ -309,6 +310,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             report(stage);
             ControlFlow::Continue(())
         })
+    })
+    .map_err(|error| {
+        with_missing(
+            error,
+            &connected.output,
+            task.takes_experiments() && !task.skips_missing(),
+        )
     })?;
     identified.periodic = periodic;
 

@@ -13,9 +13,9 @@ use crate::reading::Reading;
 
 /// Look at a record: what its columns are like, what depends on what, and which command to type next.
 ///
-/// Of every column the range, missing samples, outliers, levels, steps of rounding, standstill at an extreme and the power
-/// spectrum; of the instants gaps and jitter; of every pair of columns whether one follows the other, and after how many samples. A
-/// record is CSV, whitespace-separated columns, Parquet, or MAT v5.
+/// Every column has its range, missing samples, outliers, levels, steps of rounding, standstill at an extreme and power spectrum. The time has
+/// its gaps and jitter. Every pair of columns is tested: does one follow the other, and after how many samples? A record is CSV, columns
+/// between spaces, Parquet, or MAT v5.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flexure look record.csv --report look.html")]
 pub struct Arguments {
@@ -27,7 +27,7 @@ pub struct Arguments {
     /// The output's column.
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
-    /// Sample time in s; without it that of a column of instants.
+    /// Sample time in s; by default that of the column of time.
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = arguments::positive)]
     sample_time: Option<f64>,
     /// Write a page with plots of everything here.

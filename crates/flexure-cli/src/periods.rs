@@ -12,8 +12,8 @@ pub struct PeriodOptions {
     /// Period of the input in samples, for the best linear approximation; auto looks whether the input repeats itself.
     #[arg(long, value_name = "auto|N", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_count)]
     period: Auto<usize>,
-    /// The record is so many parts of equal length, each a realisation of the input with periods of its own: tells noise from
-    /// nonlinear distortion.
+    /// The record consists of N parts of equal length. Each is another realisation of a periodic input. This tells noise from nonlinear
+    /// distortion.
     #[arg(long, value_name = "N", default_value = "1", allow_hyphen_values = true, value_parser = arguments::count_from_one)]
     realisations: usize,
 }

@@ -52,7 +52,7 @@ pub struct Arguments {
     /// How many samples on either side are a sample's neighbours.
     #[arg(long, help_heading = STEPS, value_name = "N", default_value_t = Outliers::default().neighbours, requires = "outliers", value_parser = arguments::count_from_one)]
     neighbours: usize,
-    /// Bring the record to a uniform sample time of DT s, also from instants that jitter. A longer one comes with a filter against aliases.
+    /// Bring the record to a uniform sample time of DT s, also from instants that jitter. A longer sample time comes with a filter against aliases.
     #[arg(long, help_heading = STEPS, value_name = "DT", value_parser = arguments::positive)]
     resample: Option<f64>,
     /// These columns hold their value between samples, as commands do: A,B,... The others are taken as smooth.

@@ -14,9 +14,12 @@ use crate::progress::spinning;
 /// Relative difference of two sample times that still count as the same.
 pub const SAME_SAMPLE_TIME: f64 = 1e-3;
 
+/// The heading of the options in [`Reading`], which clap passes on to the options behind them.
+pub const HEADING: &str = "Reading the record";
+
 /// The options that settle what a file of text leaves open.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Reading the record")]
+#[command(next_help_heading = HEADING)]
 pub struct Reading {
     /// What separates the columns; by default what divides all lines into equally many fields.
     #[arg(long, value_name = "NAME")]

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use flexure_workbench::systems::{Decoration, Identified, Outside, SystemColumns, columns};
+use flexure_workbench::systems::{Decoration, Identified, Judging, Outside, SystemColumns, columns};
 use flexure_workbench::text::capitalised;
 use serde_json::json;
 
-use crate::applied::{Applied, ModelOnRecord};
+use crate::applied::{Applied, ModelOnRecord, with_missing};
 use crate::arguments;
 use crate::files::{write_text, wrote};
 use crate::output::{print, this_command};
@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Leave the first N samples out of the verdict.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
+    /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
+    #[arg(long)]
+    missing: bool,
     /// Write the page here.
     #[arg(short = 'o', long = "out", value_name = "PAGE.html")]
     out: PathBuf,
@@ -43,9 +46,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         inputs: &inputs,
         output: &connected.output,
     };
-    let identified = spinning("simulating", || {
-        Identified::again(&model, &file, system, arguments.skip, arguments.applied.initial_state)
-    })?;
+    let judging = Judging {
+        skip: arguments.skip,
+        initial_state: arguments.applied.initial_state,
+        missing: arguments.missing,
+    };
+    let identified = spinning("simulating", || Identified::again(&model, &file, system, judging))
+        .map_err(|error| with_missing(error, &connected.output, !arguments.missing))?;
     let outside = Outside::new(&model.block, &columns(&file, &inputs)?);
     let decoration = Decoration {
         command: Some(this_command()),

@@ -1,9 +1,9 @@
 //! `flexure validate`: does a model hold on a record?
 
 use anyhow::{Result, bail};
-use flexure_workbench::systems::{Judged, SystemColumns};
+use flexure_workbench::systems::{Judged, Judging, SystemColumns};
 
-use crate::applied::{Applied, ModelOnRecord};
+use crate::applied::{Applied, ModelOnRecord, with_missing};
 use crate::arguments;
 use crate::output::{print, print_result};
 
@@ -20,6 +20,9 @@ pub struct Arguments {
     /// tenth of the record, as the state at the start is not known.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = arguments::count)]
     skip: Option<usize>,
+    /// Skip samples whose output is missing (NaN, or an empty field) instead of refusing them.
+    #[arg(long)]
+    missing: bool,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -41,7 +44,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         inputs: &connected.inputs(),
         output: &connected.output,
     };
-    let judged = Judged::new(&model, &file, columns, arguments.skip, arguments.applied.initial_state)?;
+    let judging = Judging {
+        skip: arguments.skip,
+        initial_state: arguments.applied.initial_state,
+        missing: arguments.missing,
+    };
+    let judged = Judged::new(&model, &file, columns, judging)
+        .map_err(|error| with_missing(error, &connected.output, !arguments.missing))?;
     match arguments.json {
         true => print(&judged.json().to_string()),
         false => print_result(&judged.summary(), []),

@@ -145,6 +145,32 @@ fn the_initial_state_of_a_short_record_is_estimated() {
 }
 
 #[test]
+fn outputs_that_are_missing_do_not_count() {
+    let folder = folder(300, "refined");
+    folder.done(STEADY);
+    let predicted = column(&folder, "p.csv", "predicted");
+    let (u, mut y) = (column(&folder, "fresh.csv", "u"), column(&folder, "fresh.csv", "y"));
+    y.iter_mut().step_by(7).for_each(|y| *y = f64::NAN);
+    let rows: String = u.iter().zip(&y).map(|(u, y)| format!("{u},{y}\n")).collect();
+    folder.write("gaps.csv", format!("u,y\n{rows}"));
+    folder.failed(
+        "validate model.json gaps.csv --input u --output y",
+        "gaps.csv, line 2: column 'y' is NaN or missing at sample 0; remove or repair that sample, or say --missing: samples without an output then do not count",
+    );
+    let validate = "validate model.json gaps.csv --input u --output y --missing --skip 20 --initial-state steady";
+    let found = folder.json(validate);
+    let errors = || (20..y.len()).filter(|&i| !y[i].is_nan()).map(|i| y[i] - predicted[i]);
+    let rms = (errors().map(|e| e * e).sum::<f64>() / errors().count() as f64).sqrt();
+    assert_eq!(found["samples"].as_u64(), Some(errors().count() as u64));
+    assert!(
+        (found["rms"].as_f64().unwrap() - rms).abs() < 1e-12 * (1.0 + rms),
+        "{rms}"
+    );
+    folder.done("report model.json gaps.csv --input u --output y --missing -o page.html");
+    assert!(folder.read("page.html").contains("Measured against predicted"));
+}
+
+#[test]
 fn what_cannot_be_done_is_refused() {
     let folder = folder(60, "refined");
     folder.misused(

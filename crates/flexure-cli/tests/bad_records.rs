@@ -40,7 +40,7 @@ fn files_that_are_no_records() {
         (
             "ragged.csv",
             "u,y\n1,2\n3\n4,5\n",
-            "ragged.csv, line 3: 1 fields where there are 2 columns; every line must have one field a column (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)",
+            "ragged.csv, line 3: 1 field where there are 2 columns; every line must have one field a column: remove it if it is no sample (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)",
         ),
         (
             "empty.csv",
@@ -139,6 +139,14 @@ fn samples_that_are_missing_or_not_finite() {
             .starts_with("measured,predicted,error\n2.0,")
     );
     folder.failed("predict model.json output.csv --output y -o new.csv", message);
+    // Missing outputs can be left out where the structure has the option.
+    folder.write("gap.csv", "u,y\n1,2\n2,nan\n3,5\n");
+    let message = "gap.csv, line 3: column 'y' is NaN or missing at sample 1; remove or repair that sample";
+    folder.failed(
+        "identify gap.csv --input u --output y",
+        &format!("{message}, or say --missing: samples without an output then do not count"),
+    );
+    folder.failed("identify gap.csv --input u --output y --structure wiener", message);
     folder.failed("predict model.json output.csv --horizon 2 -o new.csv", message);
 }
 

@@ -167,13 +167,15 @@ pub enum Error {
 pub enum LineProblem {
     /// The line has more or fewer fields than there are columns.
     #[error(
-        "{found} fields where there are {expected} columns; every line must have one field a column (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)"
+        "{} where there are {expected} columns; {}", flexure::text::counted(*.found, "field"), ragged_remedy(*.table)
     )]
     Ragged {
         /// Fields on this line.
         found: usize,
         /// Columns of the file.
         expected: usize,
+        /// The line on which a table seems to begin that other lines precede.
+        table: Option<u64>,
     },
     /// A field is text where a number should be.
     #[error(
@@ -248,6 +250,24 @@ pub enum LineProblem {
     /// The text is not UTF-8.
     #[error("the text is not UTF-8; save the file as UTF-8")]
     NotUtf8,
+}
+
+impl LineProblem {
+    /// With the line on which the table seems to begin.
+    pub(crate) fn before_table(self, table: Option<u64>) -> Self {
+        match self {
+            LineProblem::Ragged { found, expected, .. } => LineProblem::Ragged { found, expected, table },
+            other => other,
+        }
+    }
+}
+
+/// What to do about a line with more or fewer fields than columns.
+fn ragged_remedy(table: Option<u64>) -> String {
+    match table {
+        Some(line) => format!("if the table begins on line {line}, say --skip-lines {}", line - 1),
+        None => "every line must have one field a column: remove it if it is no sample (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)".to_owned(),
+    }
 }
 
 impl Error {

@@ -41,7 +41,9 @@ impl ReadOptions {
     ///   [`RecordFile::units`]. Without a header the columns are called `c0`, `c1`, ...
     /// - Numbers have decimal points, or decimal commas where a comma does not separate columns.
     /// - A column of time stamps (ISO 8601) becomes seconds from its first. A column of texts is no signal; it does no harm.
-    /// - An empty field is a missing sample, which is NaN; so are `nan`, `NA`, `null` and the like. Blank lines may only come last.
+    /// - Instants that count ms, µs or ns from 1970 are known by their size.
+    /// - An empty field is a missing sample, which is NaN; so are `nan`, `NA`, `null` and the like. Blank lines may only come last,
+    ///   or between the header and the samples.
     ///
     /// What two readings fit is refused, with the option that settles it. [`RecordFile::notes`] says what was decided.
     ///
@@ -51,7 +53,10 @@ impl ReadOptions {
     /// # Errors
     /// Says what is wrong, in which file, and where: see [`Error`].
     pub fn read(&self, path: impl AsRef<Path>) -> Result<RecordFile> {
-        let path = path.as_ref();
+        self.read_as_written(path.as_ref()).map(RecordFile::with_epochs)
+    }
+
+    fn read_as_written(&self, path: &Path) -> Result<RecordFile> {
         let (path, source) = match path.as_os_str() == "-" {
             true => (Path::new(STANDARD_INPUT), Source::Stream(Box::new(io::stdin().lock()))),
             false => (path, Source::open(path).map_err(|cause| Error::read(path, cause))?),

@@ -20,6 +20,9 @@ const UNITS: [(&[&str], f64); 6] = [
     (&["h", "hour", "hours"], 3600.0),
 ];
 
+/// Seconds from 1970 in the years 2001 to 2099, in which a log was recorded.
+const EPOCH_SECONDS: std::ops::Range<f64> = 978_307_200.0..4_102_444_800.0;
+
 /// The column of a record's sample instants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TimeColumn {
@@ -44,14 +47,16 @@ pub struct Instants {
 
 /// The name without a unit behind it (`time_ms`), in lower case, and that unit.
 fn split(name: &str) -> (String, Option<f64>) {
-    let name = name.to_lowercase();
+    // ROS puts a percent sign in front of it.
+    let name = name.trim_start_matches('%').to_lowercase();
     match name.rsplit_once(['_', ' ']).map(|(base, unit)| (base, seconds(unit))) {
         Some((base, Some(unit))) => (base.replace(['_', ' ', '-'], ""), Some(unit)),
         _ => (name.replace(['_', ' ', '-'], ""), None),
     }
 }
 
-fn is_time(name: &str) -> bool {
+/// Whether a column is called as one of instants.
+pub(crate) fn is_time(name: &str) -> bool {
     NAMES.contains(&split(name).0.as_str())
 }
 
@@ -63,9 +68,34 @@ fn seconds(unit: &str) -> Option<f64> {
         .map(|(_, seconds)| *seconds)
 }
 
+/// The unit in which a clock counts from 1970 that shows `instant`, where that is none of s: a number of today that would
+/// else lie thousands of years ahead.
+fn epoch_unit(instant: f64) -> Option<&'static str> {
+    ["ms", "us", "ns"].into_iter().find(|unit| {
+        let seconds = instant * seconds(unit).unwrap_or(1.0);
+        EPOCH_SECONDS.contains(&seconds)
+    })
+}
+
 impl RecordFile {
+    /// Gives columns of instants that count ms, µs or ns from 1970 this unit where the file has none, and notes it.
+    pub(crate) fn with_epochs(mut self) -> Self {
+        for (i, (name, samples)) in self.record.columns().enumerate() {
+            let has_unit = self.units[i].is_some() || split(name).1.is_some();
+            let first = samples.iter().copied().find(|instant| instant.is_finite());
+            if is_time(name)
+                && !has_unit
+                && let Some(unit) = first.and_then(epoch_unit)
+            {
+                self.units[i] = Some(unit.to_owned());
+                self.notes.push(format!("column '{name}' counts the {unit} from 1970"));
+            }
+        }
+        self
+    }
+
     /// The column of sample instants: the one `given`, or that which is called `t`, `time`, `Time [s]`, `time_ms`, `timestamp` or
-    /// alike and is none of the columns `in_use`; `None` if there is none.
+    /// alike, else that which has time stamps, and is none of the columns `in_use`; `None` if there is none.
     ///
     /// Instants are in s unless the file says otherwise.
     ///
@@ -122,6 +152,12 @@ impl RecordFile {
             Some(name) => vec![name],
             None => self.record.names().iter().map(String::as_str).filter(is_time).collect(),
         };
+        // Time stamps are instants whatever their column is called.
+        let stamps = || self.origins.iter().map(|(name, _)| name.as_str());
+        let names = match names.is_empty() {
+            true => stamps().filter(|name| !in_use.contains(name)).collect(),
+            false => names,
+        };
         let name = match names[..] {
             [] => return Ok(None),
             [name] => name,
@@ -147,13 +183,14 @@ impl RecordFile {
         Ok(Some((name, seconds)))
     }
 
-    /// The columns that are neither instants, those called `time` among them, nor a mere count of the rows, in order.
+    /// The columns that are neither instants, those called `time` and time stamps among them, nor a mere count of the rows, in order.
     pub fn signals(&self, time: Option<&str>) -> Vec<&str> {
         let counts = |samples: &[f64]| samples.iter().enumerate().all(|(i, &v)| v == samples[0] + i as f64);
         let columns = self.record.columns();
         let signals = columns.filter(|(name, samples)| {
             let index = *name == INDEX && counts(samples);
-            !(Some(*name) == time || is_time(name) || index)
+            let stamps = self.origins.iter().any(|(column, _)| column == name);
+            !(Some(*name) == time || is_time(name) || stamps || index)
         });
         signals.map(|(name, _)| name).collect()
     }

@@ -60,6 +60,21 @@ fn pandas_with_a_time_zone() {
 }
 
 #[test]
+fn time_stamps_under_another_name() {
+    let content =
+        "Zeitstempel;u\n2024-05-01T10:00:00.000;1,5\n2024-05-01T10:00:00.010;2,5\n2024-05-01T10:00:00.020;3,5\n";
+    let file = read("stamps_named", content);
+    assert_log(&file, &["Zeitstempel", "u"]);
+    assert_eq!(file.signals(None), ["u"]);
+    let two = "begin,end,u\n10:00:00,10:00:01,1\n10:00:01,10:00:02,2\n10:00:02,10:00:03,3\n";
+    let message = read("stamps_two", two).time(None, &["u"]).unwrap_err().to_string();
+    assert!(
+        message.ends_with("columns 'begin' and 'end' may both have the sample instants; say which by --time"),
+        "{message}"
+    );
+}
+
+#[test]
 fn pandas_with_numbered_columns_needs_a_word() {
     let content = "0,1\n0.0,1.5\n0.01,2.5\n";
     assert_eq!(
@@ -96,6 +111,15 @@ fn a_spreadsheet_with_decimal_commas() {
     );
     assert_log(&file, &["Time", "u", "y"]);
     assert_eq!(file.notes, ["the numbers have decimal commas"]);
+}
+
+#[test]
+fn a_spreadsheet_with_decimal_commas_in_its_time_stamps_too() {
+    let file = read(
+        "excel_comma_stamps",
+        "time;u\n2024-05-01T10:00:00,000;1,5\n2024-05-01T10:00:00,010;2,5\n2024-05-01T10:00:00,020;3,5\n",
+    );
+    assert_log(&file, &["time", "u"]);
 }
 
 #[test]
@@ -162,6 +186,29 @@ fn a_row_of_units() {
 fn a_text_column_of_states() {
     let file = read("states", "time_s,state,u\n0,idle,1.5\n0.01,run,2.5\n0.02,,3.5\n");
     assert_log(&file, &["time_s", "u"]);
+    assert_eq!(
+        file.notes,
+        ["'state' is text, such as 'idle' on line 2; it is left out"]
+    );
+}
+
+#[test]
+fn a_column_with_one_text_among_its_numbers_is_named() {
+    let file = read("over", "state,t,u,y\nrun,0,1.5,1\nrun,0.01,2.5,OVER\nrun,0.02,3.5,3\n");
+    assert_log(&file, &["t", "u"]);
+    assert_eq!(
+        file.notes,
+        ["'state' is text, such as 'run' on line 2; it and another column that is no signal are left out"]
+    );
+    assert_eq!(
+        file.column("y")
+            .unwrap_err()
+            .to_string()
+            .split_once("line 3: ")
+            .unwrap()
+            .1,
+        "column 'y' holds 'OVER' at sample 1, which is not a number (numbers look like -1.5e-3; for time stamps see --time-format)"
+    );
 }
 
 #[test]
@@ -184,6 +231,47 @@ fn an_instrument_with_lines_before_the_table() {
         ..ReadOptions::default()
     };
     assert_log(&read_with(&options, "preamble", content).unwrap(), &["t", "u", "y"]);
+}
+
+#[test]
+fn an_oscilloscope_with_settings_before_the_table() {
+    let content = "Model,MSO54\r\nSample Interval,1e-2\r\n\r\nTIME,u,y\r\n0,1.5,0\r\n1e-2,2.5,1\r\n2e-2,3.5,2\r\n";
+    assert_eq!(
+        refused("scope", content),
+        "log.csv, line 4: 3 fields where there are 2 columns; if the table begins on line 4, say --skip-lines 3"
+    );
+    let options = ReadOptions {
+        skip: 3,
+        ..ReadOptions::default()
+    };
+    assert_log(&read_with(&options, "scope", content).unwrap(), &["TIME", "u", "y"]);
+    // A line that is bad within the table is no beginning of one.
+    assert!(!refused("scope_bad", "t,u\n0,1\n1\n2,1\n3,1\n4,1\n5,1\n").contains("begins on line"));
+}
+
+#[test]
+fn an_oscilloscope_with_a_blank_line_below_the_units() {
+    let file = read("pico", "Time,u,y\n(ms),(V),(mV)\n\n0,1.5,0\n10,2.5,1\n20,3.5,2\n");
+    assert_log(&file, &["Time", "u", "y"]);
+    assert!(refused("pico_gap", "t,u\n\n0,1.5\n\n1,2.5\n").contains("line 4: this line is blank"));
+}
+
+#[test]
+fn a_logger_that_counts_from_1970() {
+    for (name, unit, factor) in [("timestamp", "ms", 1), ("t", "us", 1000), ("%time", "ns", 1_000_000)] {
+        let row = |step: i64, u: &str| format!("{},{u}\n", (1_714_557_600_000 + step) * factor);
+        let content = [format!("{name},u\n"), row(0, "1.5"), row(10, "2.5"), row(20, "3.5")].concat();
+        let file = read("epoch", content);
+        assert_log(&file, &[name, "u"]);
+        assert_eq!(file.notes, [format!("column '{name}' counts the {unit} from 1970")]);
+    }
+    // Seconds are what instants count anyway.
+    let seconds = read(
+        "epoch_s",
+        "t,u\n1714557600.00,1.5\n1714557600.01,2.5\n1714557600.02,3.5\n",
+    );
+    assert!(seconds.notes.is_empty(), "{:?}", seconds.notes);
+    assert!((seconds.sample_time("t").unwrap() - 0.01).abs() < 1e-6);
 }
 
 #[test]
@@ -229,6 +317,12 @@ fn a_logger_with_its_own_time_format() {
     assert!(
         text.contains("it is text, such as '01.05.2024 10:00:00.00' on line 2"),
         "{text}"
+    );
+    assert_eq!(
+        read("own_format_note", content).notes,
+        [
+            "'date' is text, such as '01.05.2024 10:00:00.00' on line 2; it is left out (--time-format says how time stamps are written)"
+        ]
     );
     let options = ReadOptions {
         time_format: Some("%d.%m.%Y %H:%M:%S%.f".to_owned()),

@@ -75,12 +75,12 @@ fn unusable_samples_are_located() {
 
 #[test]
 fn bad_lines_are_named() {
-    let ragged = "; every line must have one field a column (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)";
+    let ragged = "; every line must have one field a column: remove it if it is no sample (--skip-lines N leaves out N lines before the table, --separator says what separates the columns)";
     let cases: [(&str, &[u8], String); 10] = [
         (
             "a.csv",
             b"u,y\n1,2\n3\n",
-            format!("a.csv, line 3: 1 fields where there are 2 columns{ragged}"),
+            format!("a.csv, line 3: 1 field where there are 2 columns{ragged}"),
         ),
         (
             "a.csv",
@@ -90,7 +90,7 @@ fn bad_lines_are_named() {
         (
             "a.dat",
             b"1 2\n3\n",
-            format!("a.dat, line 2: 1 fields where there are 2 columns{ragged}"),
+            format!("a.dat, line 2: 1 field where there are 2 columns{ragged}"),
         ),
         (
             "a.csv",

@@ -200,7 +200,7 @@ impl Line {
                 let padded = format!("{label:<width$}");
                 let first = format!(
                     "{indent}{padded}{}",
-                    if label.chars().count() < width { "" } else { " " }
+                    if label.chars().count() < width { "" } else { ": " }
                 );
                 let text = filled(&self.text, columns, &first, &" ".repeat(indent.len() + width));
                 let after = text.get(indent.len() + label.len()..).unwrap_or_default();

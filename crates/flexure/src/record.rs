@@ -177,7 +177,7 @@ pub(crate) fn check_values(column: &str, values: &[f64]) -> Result<f64> {
 }
 
 /// The clock of uniform, increasing instants `t`.
-fn sample_clock(t: &[f64]) -> Result<SampleClock> {
+pub(crate) fn sample_clock(t: &[f64]) -> Result<SampleClock> {
     if t.len() < 2 {
         return Err(Error::too_short("a sample time", 2, t.len()));
     }

@@ -25,9 +25,9 @@ use search::{Gains, Setup, Trial};
 
 /// Write torques, or references for position servos, that excite an arm within its limits.
 ///
-/// The signals are made as large as the limits allow, which is checked by simulating the arm; they act on the joints that are not
-/// locked, differently on each. Then the experiment is rehearsed: the simulated record, with noise, goes through what `flexure
-/// joint` does, and what such a record can and cannot tell is said.
+/// The signals are as large as the limits allow: the arm is simulated to find out. Every joint that is not locked gets a signal of its own.
+/// Then the experiment is rehearsed: `flexure joint` identifies the arm from the simulated record with noise. The text says what such a
+/// record can tell and what it cannot.
 #[derive(clap::Args)]
 #[command(group(ArgGroup::new("source").required(true).args(["arm", "preset"])))]
 #[command(after_help = "Examples:\n  \

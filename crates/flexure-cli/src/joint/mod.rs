@@ -23,12 +23,12 @@ use log::{Columns, Number};
 
 /// Find a joint's friction, stiffness and inertia from its log.
 ///
-/// A rigid axis needs its position and torque (--position, --torque), a flexible joint the angles of motor and link and the
-/// torque (--motor, --link, --torque), a two-link arm with its coupling two columns of each (--motor qm1,qm2 --link q1,q2
-/// --torque tau1,tau2; the curves of joint 1 are then written to files with -1 before their extension, of joint 2 with -2). Velocities and accelerations need not be logged. The curves of friction and stiffness are
-/// estimated without assuming a form, with confidence bands; then their physical parameters, each with a standard error, or
-/// with the range that the data support where they do not tell it. A record is CSV with a header, whitespace-separated
-/// columns without one (named c0, c1, ...), Parquet, or MAT v5.
+/// A rigid axis needs its position and its torque: --position, --torque. A flexible joint needs the angles of motor and link, and the torque:
+/// --motor, --link, --torque. A two-link arm needs two columns of each: --motor qm1,qm2 --link q1,q2 --torque tau1,tau2. Its curves go to two
+/// files, with -1 and -2 before their extension. Velocities and accelerations need not be logged.
+///
+/// The curves of friction and stiffness are estimated without a form, with confidence bands. Then forms with physical parameters are fitted.
+/// Each parameter has a standard error, or the range that the data support. A record is CSV, columns between spaces, Parquet, or MAT v5.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     flexure joint axis.csv --position q --torque tau --friction friction.csv --report report.html\n  \
@@ -55,13 +55,13 @@ pub struct Arguments {
     /// The column of a rigid axis's velocity; by default it is derived from the position.
     #[arg(long, value_name = "COLUMN", conflicts_with = "motor")]
     velocity: Option<String>,
-    /// Torque a unit of the torque column: a number, or the name of a constant of a MAT file.
+    /// Torque for each unit of the torque column: a number, or the name of a constant of a MAT file.
     #[arg(long, value_name = "K", default_value = "1", allow_hyphen_values = true, value_parser = log::number)]
     torque_constant: Number,
     /// Gear ratio: motor angles are divided by it, torques multiplied, so that all is seen from the link.
     #[arg(long, value_name = "N", default_value = "1", value_parser = arguments::positive)]
     gear_ratio: f64,
-    /// Sample time in s; by default that of column t.
+    /// Sample time in s; by default that of the column of time.
     #[arg(long, value_name = "S", value_parser = arguments::positive)]
     sample_time: Option<f64>,
     /// The axis is prismatic: positions in m, forces in N.
@@ -76,14 +76,14 @@ pub struct Arguments {
     /// Level of the confidence bands.
     #[arg(long, value_name = "LEVEL", default_value = "0.95", allow_hyphen_values = true, value_parser = arguments::level)]
     band: f64,
-    /// The column of the reference that a position controller followed: the motion is simulated in its loop,
+    /// The column of the reference that a position controller followed. The motion is then simulated in the controller's loop too:
     /// torque column = KV (KP (reference - position) - velocity).
     #[arg(long, value_name = "COLUMN", requires_all = ["kp", "kv"], conflicts_with = "motor")]
     reference: Option<String>,
-    /// The position gain KP of that controller: a number, or the name of a constant of a MAT file.
+    /// The position gain KP of the controller, with --reference: a number, or the name of a constant of a MAT file.
     #[arg(long, value_name = "KP", requires = "reference", value_parser = log::number)]
     kp: Option<Number>,
-    /// The velocity gain KV of that controller: a number, or the name of a constant of a MAT file.
+    /// The velocity gain KV of the controller, with --reference: a number, or the name of a constant of a MAT file.
     #[arg(long, value_name = "KV", requires = "reference", value_parser = log::number)]
     kv: Option<Number>,
     /// Write the friction curve here: .csv or .parquet.
@@ -98,15 +98,15 @@ pub struct Arguments {
     /// Write the stiffness curve here, as torque and as stiffness over the deflection: .csv or .parquet.
     #[arg(long, value_name = "CURVE.csv", requires = "motor", conflicts_with = "position")]
     stiffness: Option<PathBuf>,
-    /// Write the joint or arm as an arm file here, for `flexure simulate`; a single joint's other one is locked. An arm file has no
-    /// gravity and no spring, and of a rigid axis's constant torque it only says how large it is.
+    /// Write the joint or arm as an arm file here, for `flexure simulate`; beside a single joint, the other joint is locked. An arm
+    /// file has no gravity and no spring. A constant torque on a rigid axis stands in a comment.
     #[arg(long, value_name = "ARM.toml")]
     arm: Option<PathBuf>,
-    /// Which joint of that arm it is: 1, the shoulder, or 2, the elbow.
+    /// With --arm, which joint of the arm the log is of: 1, the shoulder, or 2, the elbow.
     #[arg(long, value_name = "1|2", default_value = "1", value_parser = clap::value_parser!(u8).range(1..=2))]
     joint: u8,
-    /// Take the links of that arm from this arm file; the moving link's moment of inertia becomes what was identified (of a
-    /// two-link arm lengths, centres of mass and the mass of link 1 are taken).
+    /// With --arm, take the links from this arm file. The moving link's moment of inertia becomes what was identified. For a
+    /// two-link arm the lengths, the centres of mass and the mass of link 1 are taken.
     #[arg(long, value_name = "ARM.toml", requires = "arm", conflicts_with = "position")]
     template: Option<PathBuf>,
     /// Write a page that shows everything here.

@@ -33,8 +33,8 @@ pub struct Arguments {
     /// The column to estimate.
     #[arg(long, value_name = "COLUMN")]
     y: String,
-    /// Estimator: by default local-linear; in one column, where nothing else asks for one bandwidth, local-bandwidth, which is
-    /// local-linear unless bandwidths that vary along x predict clearly better.
+    /// Estimator, by default local-linear. Of one column its bandwidth may vary along x where that predicts clearly better (local-bandwidth),
+    /// unless --bandwidth, --select or another option asks for one bandwidth.
     #[arg(long, value_name = "NAME", value_parser = arguments::estimator())]
     estimator: Option<EstimatorName>,
     /// Bandwidth of an estimator with a kernel, in the unit of x: one, or one a column.
@@ -43,10 +43,10 @@ pub struct Arguments {
     /// Tuning parameter of the other estimators: neighbours, terms, levels, degree, penalty or units.
     #[arg(long, value_name = "auto|P", default_value = "auto", allow_hyphen_values = true, value_parser = arguments::auto_number)]
     parameter: Auto<f64>,
-    /// How the one parameter is chosen: loo (leave-one-out; the rule where none is given), gcv (generalised cross-validation), block
-    /// (cross-validation over blocks of rows in order of time, whose errors depend on each other); for one bandwidth also
-    /// bootstrap, block-bootstrap (rows in order of time) and, for local lines, plugin. With a rule the estimator is, unless
-    /// it is named, local-linear. The bandwidths of local-bandwidth are chosen by Lepski's rule (loo) or by plug-in (plugin).
+    /// How the tuning parameter is chosen: loo (leave-one-out, the default), gcv (generalised cross-validation) or block
+    /// (cross-validation over blocks, for rows in order of time whose errors depend on each other). One bandwidth can also be chosen by
+    /// bootstrap, block-bootstrap (rows in order of time) or, for local lines, plugin. A rule makes local-linear the default estimator.
+    /// For local-bandwidth, loo is Lepski's rule, and plugin is possible.
     #[arg(long, value_name = "RULE", value_parser = arguments::rule)]
     select: Option<Rule>,
     /// Rows in a block, for --select block-bootstrap and for --band-method block; from the data by default.

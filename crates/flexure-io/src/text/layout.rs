@@ -18,6 +18,10 @@ use crate::units::split_unit;
 /// The lines by which the layout is decided.
 const LINES: usize = 20;
 
+/// The lines in which a table is looked for that other lines precede, and the fewest of them that must be the table.
+const SEARCHED_LINES: usize = 100;
+const TABLE_LINES: usize = 3;
+
 /// What a column without a name is called that counts the rows, as pandas writes its index.
 pub(crate) const INDEX: &str = "index";
 
@@ -32,6 +36,8 @@ pub(super) struct Layout {
     pub(super) units: Vec<Option<String>>,
     /// The lines of header and units.
     pub(super) heading_lines: usize,
+    /// The line on which the table seems to begin where other lines precede it.
+    pub(super) table: Option<u64>,
     /// What was decided, as sentences.
     pub(super) notes: Vec<String>,
 }
@@ -48,7 +54,7 @@ struct Line {
 impl Layout {
     /// Decides from the beginning of a file, `None` if it has no content.
     pub(super) fn of(head: &[u8], options: &ReadOptions) -> Result<Option<Self>, Problem> {
-        let lines = first_lines(head, options.skip);
+        let lines = first_lines(head, options.skip, LINES);
         let Some(first) = lines.first() else { return Ok(None) };
         if first.bytes.starts_with(b"\xff\xfe") || first.bytes.starts_with(b"\xfe\xff") || first.bytes.contains(&0) {
             return Err((first.number, LineProblem::NotUtf8));
@@ -80,6 +86,7 @@ impl Layout {
             names: Vec::new(),
             units: vec![None; rows[0].len()],
             heading_lines: 0,
+            table: table_below(head, options),
             notes: Vec::new(),
         };
         let quoted = |line: &Line| line.bytes.contains(&b'"');
@@ -165,7 +172,7 @@ impl Layout {
     }
 }
 
-fn first_lines(head: &[u8], skip: u64) -> Vec<Line> {
+fn first_lines(head: &[u8], skip: u64, count: usize) -> Vec<Line> {
     let mut text = Vec::new();
     // Reading from memory does not fail.
     let _ = Lines::new(head, skip, false).read_to_end(&mut text);
@@ -176,8 +183,28 @@ fn first_lines(head: &[u8], skip: u64) -> Vec<Line> {
             number,
             bytes: bytes.to_vec(),
         })
-        .take(LINES)
+        .take(count)
         .collect()
+}
+
+/// The line on which the table seems to begin where other lines precede it: the first line has another number of fields; from the table's
+/// on all lines have equally many, and numbers among them.
+fn table_below(head: &[u8], options: &ReadOptions) -> Option<u64> {
+    let lines = first_lines(head, options.skip, SEARCHED_LINES);
+    let found = [b',', b';', b'\t']
+        .map(Some)
+        .into_iter()
+        .chain([None])
+        .filter_map(|separator| {
+            let rows = rows(&lines, separator);
+            let last = rows.last().filter(|_| rows.len() == lines.len())?;
+            let others = rows.iter().rposition(|row| row.len() != last.len())?;
+            let is_number = |field: &String| columns::readable_number(field, options).is_some();
+            let has_lines_before = rows[0].len() != last.len() && rows.len() > others + TABLE_LINES;
+            (has_lines_before && last.len() > 1 && last.iter().any(is_number))
+                .then(|| (last.len(), lines[others + 1].number))
+        });
+    found.max_by_key(|(width, _)| *width).map(|(_, line)| line)
 }
 
 /// Step 1; see the module.

@@ -14,9 +14,11 @@ pub(super) struct Lines<R> {
     skip: u64,
     /// Whether spaces separate the columns.
     spaces: bool,
+    /// The lines of header and units, behind which instruments leave a line blank.
+    heading: usize,
     line: u64,
-    /// Whether a line with content has come.
-    begun: bool,
+    /// The lines with content that have come.
+    contents: usize,
     /// The first blank line since the last line with content.
     blank: Option<u64>,
     /// The first blank line that content follows.
@@ -33,14 +35,20 @@ impl<R: BufRead> Lines<R> {
             input,
             skip,
             spaces,
+            heading: 0,
             line: 0,
-            begun: false,
+            contents: 0,
             blank: None,
             gap: None,
             too_long: None,
             buffer: Vec::new(),
             position: 0,
         }
+    }
+
+    /// With so many lines of header and units, behind which blank lines mean nothing.
+    pub(super) fn with_heading(self, heading: usize) -> Self {
+        Lines { heading, ..self }
     }
 
     /// The first blank line that content follows.
@@ -75,7 +83,7 @@ impl<R: BufRead> Lines<R> {
         }
         self.buffer.push(b'\n');
         // A byte-order mark may also stand behind comments that a program put in front of a file.
-        if !self.begun && self.buffer.starts_with(b"\xef\xbb\xbf") {
+        if self.contents == 0 && self.buffer.starts_with(b"\xef\xbb\xbf") {
             self.buffer.drain(..3);
         }
         let content = self.buffer.trim_ascii();
@@ -86,8 +94,8 @@ impl<R: BufRead> Lines<R> {
             self.blank.get_or_insert(self.line);
         } else {
             let blank = self.blank.take();
-            self.gap = self.gap.or(blank.filter(|_| self.begun));
-            self.begun = true;
+            self.gap = self.gap.or(blank.filter(|_| self.contents > self.heading));
+            self.contents += 1;
             if self.spaces {
                 let fields: Vec<&[u8]> = content
                     .split(u8::is_ascii_whitespace)

@@ -17,6 +17,7 @@ use crate::error::{Error, LineProblem, Result};
 use crate::memory::{Budget, LONGEST_TEXT, small_file};
 use crate::options::ReadOptions;
 use crate::record_file::{Other, RecordFile, SampleLines};
+use crate::time::is_time;
 use columns::{Column, Numbers};
 pub(crate) use layout::INDEX;
 use layout::Layout;
@@ -65,11 +66,18 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
     let Some(layout) = Layout::of(whole, options).map_err(at)? else {
         return Err(Error::Empty { path: path.to_owned() });
     };
+    // Of one column, a blank line may be a missing sample.
+    let heading = if layout.names.len() > 1 {
+        layout.heading_lines
+    } else {
+        0
+    };
     let lines = Lines::new(
         BufReader::with_capacity(HEAD as usize, Cursor::new(head).chain(input)),
         options.skip,
         layout.separator.is_none(),
-    );
+    )
+    .with_heading(heading);
     let mut columns: Vec<Column> = layout.names.iter().cloned().map(Column::new).collect();
     let mut sample_lines = SampleLines::default();
     let mut numbers = Numbers::new(options.decimal);
@@ -82,7 +90,8 @@ pub(crate) fn read(budget: &Budget, path: &Path, mut input: impl Read, options: 
         let line = rows.position().line() - 1;
         if count >= layout.heading_lines {
             sample_lines.note(count - layout.heading_lines, line);
-            read_row(&row, line, &mut columns, &mut numbers, options).map_err(|problem| at((line, problem)))?;
+            read_row(&row, line, &mut columns, &mut numbers, options)
+                .map_err(|problem| at((line, problem.before_table(layout.table))))?;
         }
         count += 1;
     }
@@ -138,6 +147,7 @@ fn read_row<'a>(
         return Err(LineProblem::Ragged {
             found: row.len(),
             expected: columns.len(),
+            table: None,
         });
     }
     for (column, field) in columns.iter_mut().zip(row) {
@@ -179,6 +189,7 @@ fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordF
     if record.is_empty() {
         return Err(others[0].error(path));
     }
+    notes.extend(left_out(&others));
     Ok(RecordFile {
         units,
         notes,
@@ -186,6 +197,25 @@ fn assemble(path: &Path, layout: Layout, columns: Vec<Column>) -> Result<RecordF
         others,
         ..RecordFile::new(record, path)
     })
+}
+
+/// The columns that are no signals, as a sentence; a column of instants among them first.
+fn left_out(others: &[Other]) -> Option<String> {
+    let by_name = |other: &&Other| is_time(&other.name);
+    let first = others.iter().find(by_name).or(others.first())?;
+    let reason = match others {
+        [_] => format!("{first}; it is left out"),
+        [_, _] => format!("{first}; it and another column that is no signal are left out"),
+        _ => format!(
+            "{first}; it and {} other columns that are no signals are left out",
+            others.len() - 1
+        ),
+    };
+    let remedy = match is_time(&first.name) {
+        true => " (--time-format says how time stamps are written)",
+        false => "",
+    };
+    Some(reason + remedy)
 }
 
 /// The whole text of a file of at most 16 MiB; of the standard input if `path` is `-`.

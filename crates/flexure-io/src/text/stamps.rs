@@ -41,6 +41,11 @@ impl<'a> Stamps<'a> {
     /// The instant in ns since an origin that all stamps of one format share.
     pub(super) fn nanoseconds(self, field: &str) -> Option<i64> {
         let format = self.format;
+        // ISO 8601 has a comma or a point before the fraction of a second.
+        let field = match FORMATS.contains(&format) {
+            true => &field.replacen(',', ".", 1),
+            false => field,
+        };
         if let Ok(instant) = DateTime::parse_from_str(&field.replacen('Z', "+00:00", 1), format) {
             return instant.timestamp_nanos_opt();
         }
@@ -71,6 +76,8 @@ mod tests {
             "2024-05-01 10:00:00.100000000",
             "2024/05/01 10:00:00.1",
             "20240501T100000.1",
+            "2024-05-01T10:00:00,100",
+            "2024-05-01T12:00:00,1+02:00",
         ] {
             assert_eq!(instant(field), Some(tenth), "{field}");
         }

@@ -148,9 +148,9 @@ pub fn write_axis(axis: &FlexibleAxis, link: &str, motion: Option<&Motion>, torq
     lines.item("stiffness", range_text(&axis.stiffness.band, "rad"));
     lines.item("friction", range_text(&axis.link.friction.band, "rad/s"));
     match (&axis.motor_friction, axis.competing.contains(&Effect::MotorFriction)) {
-        (Some(curve), false) => lines.item("friction at the motor", range_text(&curve.band, "rad/s")),
-        (Some(_), true) => lines.item("friction at the motor", "not told from what the note names"),
-        (None, _) => lines.item("friction at the motor", "none is seen beside that at the link"),
+        (Some(curve), false) => lines.item("motor friction", range_text(&curve.band, "rad/s")),
+        (Some(_), true) => lines.item("motor friction", "not told from what the note names"),
+        (None, _) => lines.item("motor friction", "none is seen beside that at the link"),
     }
     if let Some(damping) = axis.damping {
         lines.item(

@@ -107,7 +107,7 @@ impl List<'_> {
             ));
         }
         let percent = 100.0 * clock.jitter;
-        if clock.jitter > Clock::UNIFORM {
+        if !clock.is_uniform && clock.jitter > Clock::UNIFORM {
             self.warn(format!("The steps of '{name}' differ from the median step by up to {percent:.0} %: the samples are not evenly spaced."));
         } else if clock.jitter > NOTED_JITTER {
             self.note(format!(

@@ -44,7 +44,7 @@ pub(super) fn suggestion(file: &RecordFile, request: &Request, look: &Look, samp
     let Some(&first) = joints.first() else {
         return Outcome::None;
     };
-    let uniform = look.clock.as_ref().is_none_or(|clock| clock.is_uniform());
+    let uniform = look.clock.as_ref().is_none_or(|clock| clock.is_uniform);
     let axes = if is_arm(&joints) { joints.len() } else { 1 };
     let step = sample_time.filter(|_| uniform && axes * file.record.len() <= MOST_TRIED);
     let command = |tried: &[Joint]| Command::new(file, request, look, tried, joints.len());

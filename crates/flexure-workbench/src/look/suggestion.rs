@@ -70,7 +70,7 @@ pub fn suggestion(
         joint::Outcome::None => signals.and_then(|signals| identification(look, request, &signals, file)),
     };
     let suggestion = suggestion.map(|suggestion| match (&look.clock, sample_time) {
-        (Some(clock), Some(step)) if !clock.is_uniform() => even_spacing(look, clock, step, &held),
+        (Some(clock), Some(step)) if !clock.is_uniform => even_spacing(look, clock, step, &held),
         _ => suggestion,
     });
     (suggestion, None)
@@ -101,7 +101,7 @@ fn even_spacing(look: &Look, clock: &Clock, sample_time: f64, inputs: &[usize]) 
         .map(|column| column.name.as_str())
         .collect();
     let held = held.join(",");
-    if clock.jitter > Clock::UNIFORM {
+    if clock.jitter > Clock::UNIFORM || stretch.len() == samples {
         options.extend(["--resample", &step]);
         if !held.is_empty() {
             options.extend(["--hold", &held]);
@@ -340,7 +340,8 @@ fn identification(look: &Look, request: &Request, signals: &Signals, file: &Reco
         options.push("--missing");
         why.push_str(" The output misses samples, which --missing leaves out of the fit.");
     } else if few {
-        why.push_str(" The input has two levels, between which the curve is drawn straight: the dynamics are what there is to find.");
+        options.extend(["--structure", "linear"]);
+        why.push_str(" The input has two levels, at which no curve can be told from a straight line: the dynamics are what there is to find.");
     } else {
         options.extend(["--structure", "auto"]);
         why.push_str(" The structure is chosen by the data.");

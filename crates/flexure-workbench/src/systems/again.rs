@@ -12,24 +12,17 @@ use flexure_io::{BlockLabel, ModelFile, RecordFile, RecordMark};
 use serde_json::Value;
 
 use super::columns::SystemColumns;
-use super::prediction::Start;
 use super::task::Identified;
-use super::validation::Judged;
+use super::validation::{Judged, Judging};
 use crate::labels::Labels;
 
 impl Identified {
     /// The model of a file, judged on a record: what [`Judged::new`] says of it, with the model's blocks. On the record that the model
-    /// was identified from, the samples that were fitted are left out, unless `skip` says otherwise.
+    /// was identified from, the samples that were fitted are left out, unless `judging` says how many to skip.
     ///
     /// # Errors
     /// As [`Judged::new`]; for a model file of a structure that this version does not know.
-    pub fn again(
-        model: &ModelFile,
-        file: &RecordFile,
-        columns: SystemColumns,
-        skip: Option<usize>,
-        initial_state: Option<Start>,
-    ) -> Result<Self> {
+    pub fn again(model: &ModelFile, file: &RecordFile, columns: SystemColumns, judging: Judging) -> Result<Self> {
         let structure = Structure::by_name(&model.structure).with_context(|| {
             format!(
                 "the model's structure '{}' is not known to this version",
@@ -37,7 +30,11 @@ impl Identified {
             )
         })?;
         let fitted = samples_fitted(model, file, columns)?;
-        let judged = Judged::new(model, file, columns, skip.or(fitted), initial_state)?;
+        let judging = Judging {
+            skip: judging.skip.or(fitted),
+            ..judging
+        };
+        let judged = Judged::new(model, file, columns, judging)?;
         let judged_skip = judged.skip;
         let inputs: Vec<String> = columns.inputs.iter().map(|&name| name.to_owned()).collect();
         let (paths, output_offset) = named(model, &inputs);

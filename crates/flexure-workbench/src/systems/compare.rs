@@ -7,7 +7,7 @@ use flexure_report::data::{Axis, Comparison, ComparisonPage, Prediction, Table};
 use serde_json::{Value, json};
 
 use super::columns::SystemColumns;
-use super::validation::{Judged, usual_skip};
+use super::validation::{Judged, Judging, usual_skip};
 use crate::labels::Labels;
 use crate::lines::{Lines, Tone};
 
@@ -59,8 +59,12 @@ impl Compared {
                 inputs: &inputs,
                 output,
             };
-            let judged = Judged::new(&contender.model, file, columns, Some(skip), None)
-                .with_context(|| contender.name.clone())?;
+            let judging = Judging {
+                skip: Some(skip),
+                ..Judging::default()
+            };
+            let judged =
+                Judged::new(&contender.model, file, columns, judging).with_context(|| contender.name.clone())?;
             let mark = RecordMark::new(&file.name(), &file.record, &[&inputs[..], &[output]].concat())?;
             let seen = contender.model.was_identified_from(&mark);
             Ok(Outcome {

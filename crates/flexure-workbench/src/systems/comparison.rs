@@ -87,7 +87,12 @@ pub fn write(comparison: &StructureComparison, columns: &str, lines: &mut Lines)
         "", "fit", "RMS error", "parameters"
     ));
     for c in &comparison.candidates {
-        let refuted = if c.refuted_by.is_empty() { "" } else { "  refuted" };
+        let refuted = match (c.refuted_by.is_empty(), is_supported(comparison, c)) {
+            (true, _) => "",
+            (false, false) => "  refuted",
+            // What a test sees of it is too small to matter.
+            (false, true) => "  negligible misfit",
+        };
         let (fit, rms) = (fit(c), number(c.rms));
         let name = c.structure.title;
         lines.row(format!(
@@ -98,6 +103,11 @@ pub fn write(comparison: &StructureComparison, columns: &str, lines: &mut Lines)
     for sentence in comparison.reasons.iter().cloned().chain(reservation(comparison)) {
         lines.sentence(sentence);
     }
+}
+
+/// Whether the data support this candidate.
+fn is_supported(comparison: &StructureComparison, candidate: &StructureCandidate) -> bool {
+    comparison.supported == Some(candidate.structure)
 }
 
 /// Puts the comparison onto the page of the chosen structure.
@@ -135,9 +145,10 @@ pub fn show_on(comparison: &StructureComparison, page: &mut Page) {
 fn table(comparison: &StructureComparison) -> Table {
     let rows = comparison.candidates.iter().map(|c| {
         let by: Vec<String> = c.refuted_by.iter().map(Refutation::to_string).collect();
-        let refuted = match by.is_empty() {
-            true => "nothing".to_owned(),
-            false => by.join("; "),
+        let refuted = match (by.is_empty(), is_supported(comparison, c)) {
+            (true, _) => "nothing".to_owned(),
+            (false, false) => by.join("; "),
+            (false, true) => format!("nothing that matters: {} sees a negligible misfit", by.join("; ")),
         };
         vec![
             c.structure.title.to_owned(),

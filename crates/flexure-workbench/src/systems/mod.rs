@@ -22,7 +22,7 @@ pub use page::{Decoration, Truth, arm_motion, score_curve};
 pub use periods::{Periodic, period};
 pub use prediction::{Ahead, FreeRun, Outside, Start, columns, predict, simulate};
 pub use task::{Identified, Task, check};
-pub use validation::Judged;
+pub use validation::{Judged, Judging};
 
 /// Share of the impulse response that remains when a system counts as settled.
 const SETTLED: f64 = 0.01;

@@ -17,6 +17,17 @@ use crate::systems::summary;
 use crate::text::number;
 use flexure::text::p_value;
 
+/// On which samples a model is judged, and where its run starts.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Judging {
+    /// The samples at the start that do not count; without it those that the model takes to settle, at most a tenth.
+    pub skip: Option<usize>,
+    /// The state in which the record begins.
+    pub initial_state: Option<Start>,
+    /// Whether outputs that are NaN are missing samples, which do not count. Without it they are refused.
+    pub missing: bool,
+}
+
 /// What a model says about a record that was not used for its fit.
 pub struct Judged {
     /// The verdict on the samples after those that are skipped.
@@ -29,8 +40,7 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// Compares the model's free run under the columns `inputs` with the column `output`. `skip` samples at the start do not
-    /// count, by default those that the model takes to settle, at most a tenth.
+    /// Compares the model's free run under the columns `inputs` with the column `output`.
     ///
     /// # Errors
     /// Names what is wrong with the columns, or that `skip` leaves nothing.
@@ -38,12 +48,15 @@ impl Judged {
         model: &ModelFile,
         file: &RecordFile,
         SystemColumns { inputs, output }: SystemColumns,
-        skip: Option<usize>,
-        initial_state: Option<Start>,
+        judging: Judging,
     ) -> Result<Self> {
-        let (u, y) = (prediction::columns(file, inputs)?, file.finite(output)?);
+        let u = prediction::columns(file, inputs)?;
+        let y = match judging.missing {
+            true => file.column(output)?,
+            false => file.finite(output)?,
+        };
         let settling = settling(model);
-        let skip = skip.unwrap_or_else(|| usual_skip(model, y.len()));
+        let skip = judging.skip.unwrap_or_else(|| usual_skip(model, y.len()));
         if skip >= y.len() {
             bail!(
                 "{}: leaving out the first {skip} of {} samples leaves nothing to compare",
@@ -52,12 +65,15 @@ impl Judged {
             );
         }
         // Behind the settling time the state at the start no longer counts.
-        let start = initial_state.or((skip >= settling).then_some(Start::Steady));
+        let start = judging.initial_state.or((skip >= settling).then_some(Start::Steady));
         let free = FreeRun::new(&model.block, file, inputs, Some(y), start)?;
-        let fresh: Vec<&[f64]> = u.iter().map(|u| &u[skip..]).collect();
-        let verdicts = Verdict::of_inputs(&fresh, &y[skip..], &free.output[skip..], model.estimated)
+        let present: Vec<usize> = (skip..y.len()).filter(|&i| !y[i].is_nan()).collect();
+        let fresh = |v: &[f64]| present.iter().map(|&i| v[i]).collect::<Vec<f64>>();
+        let columns: Vec<Vec<f64>> = u.iter().map(|u| fresh(u)).collect();
+        let fresh_inputs: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let verdicts = Verdict::of_inputs(&fresh_inputs, &fresh(y), &fresh(&free.output), model.estimated)
             .map_err(|error| file.locate(named(error, output)))?;
-        if let Some((name, u)) = inputs.iter().zip(&fresh).find(|(_, u)| is_constant(u)) {
+        if let Some((name, u)) = inputs.iter().zip(&fresh_inputs).find(|(_, u)| is_constant(u)) {
             let (column, value) = ((*name).to_owned(), u[0]);
             return Err(file.locate(flexure::Error::constant(column, value)).into());
         }

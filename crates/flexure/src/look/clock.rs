@@ -1,6 +1,7 @@
 //! The instants of a record: the usual step, its jitter, gaps, and steps back.
 
 use super::limits::GAP;
+use crate::record::sample_clock;
 use crate::sort;
 
 /// What the instants of a record are like.
@@ -10,6 +11,9 @@ pub struct Clock {
     pub step: f64,
     /// The largest deviation of a step from the median, in steps, besides gaps and steps back.
     pub jitter: f64,
+    /// Whether the instants are evenly spaced, but for jitter: as an identification takes them, by
+    /// [`Record::sample_clock`](crate::Record::sample_clock).
+    pub is_uniform: bool,
     /// Steps that are longer than one and a half of the median.
     pub gaps: Vec<Gap>,
     /// Samples that are not later than the one before.
@@ -50,6 +54,7 @@ impl Clock {
         let mut clock = Clock {
             step,
             jitter: 0.0,
+            is_uniform: sample_clock(instants).is_ok(),
             gaps: Vec::new(),
             backwards: Vec::new(),
             missing: instants.len() - known.len(),
@@ -68,13 +73,8 @@ impl Clock {
         Some(clock)
     }
 
-    /// Jitter up to which instants count as evenly spaced: as for [`Record::sample_clock`](crate::Record::sample_clock).
+    /// Jitter of steps up to which instants without gaps are evenly spaced in any case.
     pub const UNIFORM: f64 = 0.1;
-
-    /// Whether the instants are evenly spaced, but for jitter.
-    pub fn is_uniform(&self) -> bool {
-        self.gaps.is_empty() && self.backwards.is_empty() && self.missing == 0 && self.jitter <= Clock::UNIFORM
-    }
 
     /// The sample time: of instants without gaps the mean step, as printed ones are rounded, else the median.
     pub fn usual_step(&self, samples: usize) -> f64 {

@@ -73,7 +73,7 @@ pub const AUTO: Structure = Structure {
         key: "auto",
         title: "auto",
     },
-    description: "that of the others which the data support; or none of them",
+    description: "the simplest of the others that the data support, or a verdict that they support none",
     inputs: 1..=usize::MAX,
     options: &[],
     complexity: None,

@@ -48,10 +48,16 @@ pub(super) fn reasons(
             "{other} predicts as well as {name}: these data do not distinguish them."
         ));
     }
-    let refuted = candidates.iter().filter_map(|c| Some((c, strongest(c)?)));
+    let refuted = candidates
+        .iter()
+        .filter(|c| !(judgement.supported && c.structure == name))
+        .filter_map(|c| Some((c, strongest(c)?)));
     all.extend(refuted.map(|(c, by)| format!("{} is refuted by {by}.", capitalised(c.structure.title))));
     for (titles, why) in [
-        (&not_fitted.superfluous, "a simpler structure leaves nothing to explain"),
+        (
+            &not_fitted.superfluous,
+            "a simpler structure passes all tests of its error",
+        ),
         (&not_fitted.too_few_samples, "the samples are too few"),
     ] {
         if !titles.is_empty() {

@@ -151,6 +151,19 @@ fn a_clock_with_jitter_gaps_and_steps_back() {
     let even: Vec<f64> = (0..100).map(|i| 0.01 * f64::from(i)).collect();
     let clock = Clock::new(&even).unwrap();
     assert!((clock.step - 0.01).abs() < 1e-12 && clock.jitter < 1e-9 && clock.gaps.is_empty());
+    assert!(clock.is_uniform);
+    // Instants that are late by a tenth of a step in turn: steps differ by a fifth, and an identification takes them.
+    let late: Vec<f64> = even
+        .iter()
+        .enumerate()
+        .map(|(i, t)| t + 0.00099 * (i % 2) as f64)
+        .collect();
+    let clock = Clock::new(&late).unwrap();
+    assert!(clock.jitter > 0.09 && clock.is_uniform, "{clock:?}");
+    // A clock that drifts has no jitter and is not even.
+    let drifts: Vec<f64> = even.iter().map(|t| t + 0.01 * t * t).collect();
+    let clock = Clock::new(&drifts).unwrap();
+    assert!(clock.jitter < 0.02 && !clock.is_uniform, "{clock:?}");
     let mut t = even.clone();
     t[30] += 0.002;
     t[60..].iter_mut().for_each(|t| *t += 0.05);
@@ -160,6 +173,7 @@ fn a_clock_with_jitter_gaps_and_steps_back() {
     assert_eq!(clock.gaps.iter().map(|g| g.sample).collect::<Vec<_>>(), [60, 81]);
     assert!((clock.gaps[0].steps - 6.0).abs() < 1e-9 && clock.lost().round() == 6.0);
     assert_eq!(clock.backwards, [80]);
+    assert!(!clock.is_uniform);
     assert_eq!(Clock::new(&[1.0]), None);
     assert_eq!(Clock::new(&[1.0, 1.0]), None);
 }
