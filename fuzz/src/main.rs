@@ -4,12 +4,20 @@
 //! |---|---|---|
 //! | `text`, `mat`, `parquet` | records | the reader returns, and columns have equal lengths |
 //! | `arm`, `model` | arm and model files | the reader returns; what it took can be written and read again |
+//! | `urdf`, `chain` | descriptions of chains | the reader returns; what it took moves finitely |
+//! | `export` | model files and curves | refused, or a program of finite numbers in every format |
 //! | `options` | arguments of the program | exit code 0, 1 or 2 |
-//! | `numbers` | nasty columns for `identify`, `regress`, `joint`, `look` | exit code 0, 1 or 2; JSON; a model that reads back; else the old file |
+//! | `numbers` | nasty columns for `identify`, `regress`, `joint`, `look`, `fleet` | exit code 0, 1 or 2; JSON; a model that reads back; else the old file |
+//! | `files` | a file of any command, changed or swapped with another's | exit code 0, 1 or 2; JSON; whole outputs or the old ones; nothing left over |
+//!
+//! A run of the program that takes long is interrupted, and must end at once. It is counted.
 //!
 //! Inputs follow from the seed. One that fails is kept in `target/fuzz`, made smaller by hand, and put into `fuzz/corpus`, which every
 //! run goes through first.
 
+#[expect(dead_code, reason = "the tests of the exports use more of it")]
+#[path = "../../crates/flexure-export/tests/common/mod.rs"]
+mod models;
 mod mutation;
 mod program;
 mod readers;
@@ -17,6 +25,7 @@ mod readers;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
@@ -25,6 +34,9 @@ use rand_pcg::Pcg64;
 
 /// The longest that one input may take: many times what the slowest takes.
 const LONGEST: Duration = Duration::from_secs(60);
+
+/// The targets that run the program.
+const PROGRAM: [&str; 3] = ["options", "numbers", "files"];
 
 /// One input: its target, what it is, and when it was begun.
 static CURRENT: Mutex<Option<(String, Vec<u8>, Instant)>> = Mutex::new(None);
@@ -61,6 +73,7 @@ fn main() -> Result<()> {
     targets.retain(|target| only.as_ref().is_none_or(|name| name == target.name()));
     std::thread::spawn(watch);
     let mut failed = 0;
+    let mut read = 0;
     let share = |k: usize| minutes.map(|m| Duration::from_secs_f64(60.0 * m * (k + 1) as f64 / targets.len() as f64));
     let started = Instant::now();
     for (k, target) in targets.iter().enumerate() {
@@ -72,12 +85,8 @@ fn main() -> Result<()> {
             wrong += usize::from(!holds(&**target, &input));
         }
         // The program takes longer than a reader.
-        let most = inputs
-            / if target.name() == "options" || target.name() == "numbers" {
-                6
-            } else {
-                1
-            };
+        let is_program = PROGRAM.contains(&target.name());
+        let most = inputs / if is_program { 6 } else { 1 };
         let mut made = 0;
         while share(k).map_or(made < most, |end| started.elapsed() < end) {
             let input = target.input(&mut random);
@@ -86,7 +95,12 @@ fn main() -> Result<()> {
         }
         println!("{:<8} {} inputs, {wrong} failed", target.name(), count + made);
         failed += wrong;
+        read += if is_program { 0 } else { count + made };
     }
+    let [runs, interrupted] = program::RUNS.each_ref().map(|count| count.load(Ordering::Relaxed));
+    println!(
+        "{read} inputs of readers, {runs} runs of the program, of which {interrupted} were interrupted; {failed} failed"
+    );
     match failed {
         0 => Ok(()),
         _ => bail!("{failed} inputs failed; they are in target/fuzz"),

@@ -4,7 +4,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64;
 
 /// What is put into texts: numbers at the ends of their ranges, marks, and codes.
-const TEXTS: [&str; 40] = [
+const TEXTS: [&str; 48] = [
     "nan",
     "inf",
     "-inf",
@@ -45,6 +45,14 @@ const TEXTS: [&str; 40] = [
     "=",
     "null",
     "true",
+    "<!DOCTYPE r [<!ENTITY a \"&#38;b;&#38;b;\"><!ENTITY b \"xx\">]>",
+    "&a;",
+    "<link name=\"world\"/>",
+    "<!--",
+    "é",
+    "../",
+    "1e-17",
+    "6.02e23",
 ];
 
 /// One of these.

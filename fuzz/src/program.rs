@@ -1,16 +1,29 @@
-//! The program with options and with records that are made to do harm.
+//! The program with options, records and files that are made to do harm.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::channel;
+use std::time::Duration;
 
 use anyhow::{Context as _, Result, ensure};
-use flexure_io::read_model;
-use rand::RngExt;
+use flexure_io::arm::preset_text;
+use flexure_io::{read_model, read_record};
+use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use tempfile::TempDir;
 
 use crate::Target;
 use crate::mutation::{changed, one};
+use crate::readers::model_seeds;
+
+/// How long a run may take before it is interrupted: some inputs ask for much work.
+const PATIENCE: Duration = Duration::from_secs(20);
+/// How long it may take to end then.
+const LAST: Duration = Duration::from_secs(5);
+
+/// The runs of the program, and those that were interrupted.
+pub static RUNS: [AtomicUsize; 2] = [AtomicUsize::new(0), AtomicUsize::new(0)];
 
 /// Columns: a name, and the sample k of n.
 type Column = (&'static str, fn(f64, &mut Pcg64) -> f64);
@@ -42,7 +55,7 @@ const COLUMNS: [Column; 14] = [
 ];
 
 /// Commands on a record `r.csv` with three of these columns, a, b and c.
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 16] = [
     "look r.csv --json",
     "identify r.csv --input a --output b -o model.json --json",
     "identify r.csv --input a --output b --structure linear -o model.json --json",
@@ -57,10 +70,12 @@ const COMMANDS: [&str; 14] = [
     "joint r.csv --motor a --link c --torque b --arm arm.toml --json",
     "joint r.csv --motor a --link b --torque c --json",
     "prepare r.csv --outliers all --resample 0.02 --fill 10 -o model.csv --json",
+    "identify r.csv --input a --output b --structure feedback --order 1 -o model.json --json",
+    "fleet r.csv --by a --input b --output c --structure linear -o results --json",
 ];
 
 /// Arguments that are changed.
-const ARGUMENTS: [&str; 8] = [
+const ARGUMENTS: [&str; 19] = [
     "look r.csv --separator comma --skip-lines 0 --memory 1GiB",
     "regress r.csv --x a --y b --grid 50 --estimator kernel --bandwidth 0.3 --band 0.9 --seed 3",
     "identify r.csv --input a --output b --order 2 --delay 1 --fresh 0.3 --structure linear",
@@ -69,6 +84,112 @@ const ARGUMENTS: [&str; 8] = [
     "simulate --preset motor-log --write-arm arm.toml",
     "excite --preset space-arm --max-torque 10,5 --duration 0.5 --levels 5 --kind multilevel --hold 0.1 -o e.csv",
     "joint r.csv --position a --torque b --gear-ratio 2 --sample-time 0.01 --torque-constant 1 --band 0.9",
+    "simulate robot.urdf --duration 0.1 --sample-time 0.01 --start elbow=0.5 --free-base --no-gravity -o out.csv --json",
+    "simulate chain.toml --duration 0.05 --sample-time 0.01 --start shoulder=-1,elbow=0.1 -o out.csv",
+    "export model.json --to c --name motor -o out.c --json",
+    "export model.json --to fmu --fmi 3 -o out.fmu",
+    "fleet fleet --by plant --input u0 --output y --structure linear --fresh 0.3 --table csv -o fresh --json",
+    "fleet s.csv --by k --position u0 --torque y --band 0.9 --gear-ratio 2 -o fresh",
+    "predict good.json s.csv --horizon 5 --initial-state steady -o out.csv",
+    "validate good.json s.csv --skip 5 --input u0 --output y --json",
+    "compare good.json good.json s.csv --skip 3",
+    "report good.json s.csv -o out.html",
+    "man look",
+];
+
+/// Commands, and the file of theirs that is changed or has the content of another. What they write is called `out`, or is in the
+/// folder `fresh`.
+const ON_FILES: [(&str, &str); 33] = [
+    ("s.csv", "look s.csv --json"),
+    (
+        "s.csv",
+        "prepare s.csv --outliers u0 --resample 0.02 --fill 3 -o out.csv --json",
+    ),
+    ("s.csv", "prepare s.csv r.csv -o out.parquet"),
+    (
+        "s.csv",
+        "identify s.csv --input u0 --output y --structure linear -o out.json --json",
+    ),
+    (
+        "s.csv",
+        "identify s.csv --input u0 --output y --structure static -o out.json --report out.html",
+    ),
+    (
+        "s.csv",
+        "regress s.csv --x u0 --y y --grid 10 --band-method none -o out.csv",
+    ),
+    (
+        "s.csv",
+        "joint s.csv --position u0 --torque y --friction out.csv --json",
+    ),
+    ("s.csv", "validate good.json s.csv --json"),
+    (
+        "s.csv",
+        "fleet s.csv --by k --input u0 --output y --structure linear -o fresh --json",
+    ),
+    ("s.csv", "export s.csv --to c -o out.c"),
+    ("s.parquet", "look s.parquet --json"),
+    ("s.parquet", "predict good.json s.parquet -o out.csv"),
+    ("model.json", "validate model.json s.csv --json"),
+    ("model.json", "predict model.json s.csv -o out.csv --json"),
+    ("model.json", "predict model.json s.csv --horizon 3 -o out.csv"),
+    ("model.json", "compare model.json good.json s.csv --json"),
+    ("model.json", "report model.json s.csv -o out.html"),
+    ("model.json", "export model.json --to c -o out.c --json"),
+    ("model.json", "export model.json --to fmu -o out.fmu"),
+    ("model.json", "export model.json --to onnx -o out.onnx"),
+    ("model.json", "export model.json --to python -o out.py"),
+    ("model.json", "export model.json --to matlab -o out.m"),
+    ("curve.csv", "export curve.csv --to python -o out.py"),
+    ("arm.toml", "simulate arm.toml -o out.csv --json"),
+    ("arm.toml", "simulate arm.toml --write-arm out.toml"),
+    (
+        "arm.toml",
+        "excite arm.toml --max-torque 1 --duration 0.5 --sample-time 0.01 -o out.csv",
+    ),
+    (
+        "chain.toml",
+        "simulate chain.toml --duration 0.05 --sample-time 0.01 -o out.csv --json",
+    ),
+    (
+        "robot.urdf",
+        "simulate robot.urdf --duration 0.05 --sample-time 0.01 -o out.csv --json",
+    ),
+    (
+        "robot.urdf",
+        "simulate robot.urdf --free-base --duration 0.05 --sample-time 0.01 -o out.csv",
+    ),
+    (
+        "torques.csv",
+        "simulate robot.urdf --torques torques.csv --duration 0.05 --sample-time 0.01 -o out.csv",
+    ),
+    (
+        "fleet/a.csv",
+        "fleet fleet --by plant --input u0 --output y --structure linear -o fresh --table csv --json",
+    ),
+    (
+        "results/rows/a.json",
+        "fleet fleet --by plant --input u0 --output y --structure linear -o results --json",
+    ),
+    (
+        "results/fleet.json",
+        "fleet fleet --by plant --input u0 --output y --structure linear -o results",
+    ),
+];
+
+/// What the commands may write.
+const OUTPUTS: [&str; 11] = [
+    "out.csv",
+    "out.parquet",
+    "out.json",
+    "out.html",
+    "out.c",
+    "out.h",
+    "out.fmu",
+    "out.onnx",
+    "out.py",
+    "out.m",
+    "out.toml",
 ];
 
 /// The program, run in a folder of its own.
@@ -103,13 +224,93 @@ impl Program {
         Ok(std::fs::write(self.file("r.csv"), text)?)
     }
 
-    /// Runs it; it must end by itself with 0, 1 or 2.
+    /// Writes a good file of every kind.
+    fn seed(&self) -> Result<()> {
+        let mut random = Pcg64::seed_from_u64(1);
+        self.record(&[&COLUMNS[2], &COLUMNS[3], &COLUMNS[9]], &mut random)?;
+        let mut text = "t,k,u0,u1,u2,y\n".to_owned();
+        let mut y = 0.0;
+        for k in 0..80 {
+            let u: [f64; 3] = [(); 3].map(|()| random.random_range(-1.0..1.0));
+            text += &format!(
+                "{:.2},{},{:.4},{:.4},{:.4},{y:.4}\n",
+                0.01 * f64::from(k),
+                k % 2,
+                u[0],
+                u[1],
+                u[2]
+            );
+            y = 0.7 * y + (2.0 * u[0]).tanh();
+        }
+        std::fs::create_dir(self.file("fleet"))?;
+        let models = model_seeds()?;
+        let arm = preset_text("space-arm")?.replace("duration = 10.0", "duration = 0.1");
+        let torques: String = (0..6).map(|k| format!("{k}.0e-2,{k},0.5\n")).collect();
+        for (name, content) in [
+            ("s.csv", text.as_bytes()),
+            ("fleet/a.csv", text.as_bytes()),
+            ("fleet/b.csv", text.as_bytes()),
+            ("model.json", &models[1]),
+            ("good.json", &models[2]),
+            ("curve.csv", b"q,tau\n-1,-0.5\n0,0\n2,1.5\n"),
+            ("arm.toml", arm.as_bytes()),
+            ("chain.toml", include_bytes!("chain.toml")),
+            ("robot.urdf", include_bytes!("robot.urdf")),
+            ("torques.csv", format!("t,tau_shoulder,tau_elbow\n{torques}").as_bytes()),
+        ] {
+            std::fs::write(self.file(name), content)?;
+        }
+        for made in [
+            "prepare s.csv -o s.parquet",
+            "fleet fleet --by plant --input u0 --output y --structure linear -o results",
+        ] {
+            let output = self.run(&made.split(' ').collect::<Vec<_>>())?;
+            ensure!(
+                output.status.success(),
+                "{made}: {}",
+                String::from_utf8_lossy(&output.stderr)
+            );
+        }
+        Ok(())
+    }
+
+    /// Runs it; it must end by itself with 0, 1 or 2, or soon when it is told to.
     fn run(&self, arguments: &[&str]) -> Result<Output> {
         let mut command = Command::new(&self.path);
-        let output = command.args(arguments).current_dir(self.folder.path()).output()?;
+        let command = command.args(arguments).current_dir(self.folder.path());
+        let [runs, interruptions] = &RUNS;
+        runs.fetch_add(1, Ordering::Relaxed);
+        let child = command
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()?;
+        let process = child.id().to_string();
+        let (ended, waiting) = channel::<()>();
+        let interrupted = std::thread::spawn(move || {
+            let signal = |name: &str| drop(Command::new("kill").args([name, &process]).status());
+            if waiting.recv_timeout(PATIENCE).is_ok() {
+                return (false, false);
+            }
+            // Not SIGINT, which shells make what runs in the background ignore.
+            signal("-TERM");
+            let late = waiting.recv_timeout(LAST).is_err();
+            if late {
+                signal("-KILL");
+            }
+            (true, late)
+        });
+        let output = child.wait_with_output()?;
+        let _ = ended.send(());
+        let (was_interrupted, was_late) = interrupted.join().unwrap_or_default();
         let said = String::from_utf8_lossy(&output.stderr);
+        ensure!(!was_late, "{arguments:?} goes on after a signal");
+        if was_interrupted {
+            interruptions.fetch_add(1, Ordering::Relaxed);
+            println!("interrupted after {} s: {arguments:?}", PATIENCE.as_secs());
+        }
         ensure!(
-            matches!(output.status.code(), Some(0..=2)) && !said.contains("panicked"),
+            (was_interrupted || matches!(output.status.code(), Some(0..=2))) && !said.contains("panicked"),
             "{arguments:?} ended with {}: {said}",
             output.status
         );
@@ -147,6 +348,7 @@ impl Target for Numbers {
         let arguments: Vec<&str> = COMMANDS[usize::from(command) % COMMANDS.len()].split(' ').collect();
         let model = self.0.file("model.json");
         std::fs::write(&model, "old")?;
+        let _ = std::fs::remove_dir_all(self.0.file("results"));
         let output = self
             .0
             .run(&arguments)
@@ -163,6 +365,103 @@ impl Target for Numbers {
         }
         Ok(())
     }
+}
+
+/// Changed files. An input is the number of one of [`ON_FILES`], and what its file has.
+struct Files {
+    program: Program,
+    seeds: Vec<(String, Vec<u8>)>,
+    models: Vec<Vec<u8>>,
+}
+
+impl Files {
+    fn new(path: &Path) -> Result<Files> {
+        let program = Program::new(path)?;
+        program.seed()?;
+        let names = ON_FILES.iter().map(|(name, _)| *name);
+        let others = ["good.json", "r.csv", "fleet/b.csv", "results/rows/b.json"];
+        let seeds = names
+            .chain(others)
+            .map(|name| Ok((name.to_owned(), std::fs::read(program.file(name))?)));
+        Ok(Files {
+            seeds: seeds.collect::<Result<_>>()?,
+            models: model_seeds()?,
+            program,
+        })
+    }
+}
+
+impl Target for Files {
+    fn name(&self) -> &'static str {
+        "files"
+    }
+
+    fn input(&self, random: &mut Pcg64) -> Vec<u8> {
+        let command = random.random_range(0..ON_FILES.len());
+        let (name, _) = ON_FILES[command];
+        let content = match random.random_range(0..10) {
+            // Another's file.
+            0 => one(random, &self.seeds).1.clone(),
+            _ if name == "model.json" => changed(random, &self.models),
+            _ => changed(random, &[self.seeds[command].1.clone()]),
+        };
+        [vec![command as u8], content].concat()
+    }
+
+    fn check(&self, input: &[u8]) -> Result<()> {
+        let Some((command, content)) = input.split_first() else {
+            return Ok(());
+        };
+        let (name, arguments) = ON_FILES[usize::from(*command) % ON_FILES.len()];
+        let file = |name: &str| self.program.file(name);
+        let _ = std::fs::remove_dir_all(file("fresh"));
+        for (name, content) in &self.seeds {
+            std::fs::write(file(name), content)?;
+        }
+        for name in OUTPUTS {
+            std::fs::write(file(name), "old")?;
+        }
+        std::fs::write(file(name), content)?;
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        let output = self.program.run(&arguments)?;
+        ensure!(
+            !has_temporary(self.program.folder.path())?,
+            "{arguments:?}: a temporary file is left"
+        );
+        let written = OUTPUTS
+            .into_iter()
+            .filter(|name| std::fs::read(file(name)).is_ok_and(|now| now != b"old"));
+        for name in written {
+            ensure!(
+                output.status.success(),
+                "{arguments:?}: it failed and has written {name}"
+            );
+            let place = file(name);
+            match name {
+                "out.json" => drop(read_model(&place)?),
+                "out.csv" | "out.parquet" => drop(read_record(&place)?),
+                _ => ensure!(
+                    std::fs::metadata(&place)?.len() > 100,
+                    "{arguments:?}: {name} is not whole"
+                ),
+            }
+        }
+        if output.status.success() && arguments.contains(&"--json") {
+            serde_json::from_slice::<serde_json::Value>(&output.stdout).with_context(|| format!("{arguments:?}"))?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether a temporary file is in a folder or below.
+fn has_temporary(folder: &Path) -> Result<bool> {
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|e| e == "tmp") || path.is_dir() && has_temporary(&path)? {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Options with changed values. An input is the arguments, separated by blanks.
@@ -198,7 +497,7 @@ impl Target for Options {
     }
 }
 
-/// Both.
+/// All of them.
 pub fn all() -> Result<Vec<Box<dyn Target>>> {
     let beside = std::env::current_exe()?.with_file_name(format!("flexure{}", std::env::consts::EXE_SUFFIX));
     let path = std::env::var_os("FLEXURE_BINARY").map_or(beside, PathBuf::from);
@@ -208,13 +507,13 @@ pub fn all() -> Result<Vec<Box<dyn Target>>> {
         path.display()
     );
     let options = Program::new(&path)?;
-    let mut random = rand::SeedableRng::seed_from_u64(1);
-    options.record(&[&COLUMNS[2], &COLUMNS[3], &COLUMNS[9]], &mut random)?;
+    options.seed()?;
     Ok(vec![
         Box::new(Options {
             program: options,
             seeds: ARGUMENTS.iter().map(|text| text.as_bytes().to_vec()).collect(),
         }),
         Box::new(Numbers(Program::new(&path)?)),
+        Box::new(Files::new(&path)?),
     ])
 }

@@ -2,15 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, ensure};
+use std::ops::ControlFlow;
+
+use anyhow::{Context as _, Result, ensure};
+use flexure::manipulator::chain::{ChainSimulation, DrivenChain, RotorCoupling, simulate_chain_watched};
 use flexure::systems::{KnownHammerstein, KnownNonlinearity, known_linear_parts};
-use flexure_io::arm::{ArmFile, PRESETS, preset_text};
+use flexure_export::{Fmi, Format, Options, export};
+use flexure_io::arm::{ArmFile, PRESETS, chain_of_toml, preset_text};
+use flexure_io::urdf::{UrdfOptions, parse_urdf};
 use flexure_io::{ReadOptions, model_text, parse_model, write_record};
+use flexure_workbench::export::exportable;
 use rand_pcg::Pcg64;
 use tempfile::TempDir;
 
-use crate::Target;
 use crate::mutation::changed;
+use crate::{Target, models};
 
 /// Memory for one record.
 const MEMORY: u64 = 64 << 20;
@@ -94,6 +100,53 @@ impl Target for Arms {
     }
 }
 
+/// The description of a chain: a URDF or a chain file.
+struct Chains {
+    name: &'static str,
+    seeds: Vec<Vec<u8>>,
+    read: fn(&str) -> Result<DrivenChain>,
+}
+
+impl Target for Chains {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn input(&self, random: &mut Pcg64) -> Vec<u8> {
+        changed(random, &self.seeds)
+    }
+
+    fn check(&self, input: &[u8]) -> Result<()> {
+        let chain = match (self.read)(&String::from_utf8_lossy(input)) {
+            Ok(chain) => chain,
+            Err(error) => {
+                ensure!(error.to_string().len() < 100_000, "the message is long");
+                return Ok(());
+            }
+        };
+        // What was taken moves, or it is said why it does not.
+        let mut steps = 0;
+        let mut few = |_| {
+            steps += 1;
+            match steps < 30 {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            }
+        };
+        let options = ChainSimulation::new(&chain, 0.01, 0.001)?;
+        if let Ok(record) = simulate_chain_watched(&chain, &[], &options, &mut few) {
+            let mut values = record.columns().flat_map(|(_, samples)| samples);
+            ensure!(values.all(|v| v.is_finite()), "the motion is not finite");
+        }
+        Ok(())
+    }
+}
+
+fn urdf(text: &str) -> Result<DrivenChain> {
+    let chain = parse_urdf(text, Path::new("robot.urdf"), &UrdfOptions::default())?;
+    Ok(DrivenChain::new(chain, &[], RotorCoupling::None)?)
+}
+
 /// A model file.
 struct Models(Vec<Vec<u8>>);
 
@@ -117,6 +170,71 @@ impl Target for Models {
         }
         Ok(())
     }
+}
+
+/// The formats of exports.
+const FORMATS: [Format; 5] = [Format::C, Format::Fmu, Format::Onnx, Format::Python, Format::Matlab];
+
+/// A model file or the table of a curve, which is exported in all formats.
+struct Exports {
+    seeds: Vec<Vec<u8>>,
+    folder: TempDir,
+}
+
+impl Target for Exports {
+    fn name(&self) -> &'static str {
+        "export"
+    }
+
+    fn input(&self, random: &mut Pcg64) -> Vec<u8> {
+        changed(random, &self.seeds)
+    }
+
+    fn check(&self, input: &[u8]) -> Result<()> {
+        let name = if input.starts_with(b"{") {
+            "model.json"
+        } else {
+            "curve.csv"
+        };
+        let path = self.folder.path().join(name);
+        std::fs::write(&path, input)?;
+        let Ok(model) = exportable(&path) else {
+            return Ok(());
+        };
+        for format in FORMATS {
+            for fmi in [Fmi::Two, Fmi::Three] {
+                let options = Options {
+                    format,
+                    name: Some("model"),
+                    fmi,
+                    compile: false,
+                };
+                let out = Path::new("model").with_extension(format.extension());
+                let Ok(files) = export(&model, &out, options) else {
+                    continue;
+                };
+                if format == Format::C {
+                    files.iter().try_for_each(|file| finite(&file.bytes))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// All numbers of a program in C are finite.
+fn finite(text: &[u8]) -> Result<()> {
+    let text = std::str::from_utf8(text).context("the program is no UTF-8")?;
+    // Comments say where a curve is NaN.
+    let code = text.lines().map(|line| line.split("/*").next().unwrap_or_default());
+    for word in code.flat_map(|line| line.split(|c: char| !(c.is_ascii_alphanumeric() || "._+-".contains(c)))) {
+        let number = word.starts_with(|c: char| c.is_ascii_digit() || c == '-') || ["NaN", "inf"].contains(&word);
+        ensure!(
+            !number || word.parse::<f64>().map_or(true, f64::is_finite),
+            "the program has the number {word}"
+        );
+    }
+    Ok(())
 }
 
 /// All of them; `fixtures` has records that other programs wrote.
@@ -155,6 +273,37 @@ pub fn all(fixtures: &Path) -> Result<Vec<Box<dyn Target>>> {
         .iter()
         .map(|(name, _)| Ok(preset_text(name)?.as_bytes().to_vec()));
     targets.push(Box::new(Arms(arms.collect::<Result<_>>()?)));
-    targets.push(Box::new(Models(vec![include_bytes!("model.json").to_vec()])));
+    for (name, seed, read) in [
+        (
+            "urdf",
+            &include_bytes!("robot.urdf")[..],
+            urdf as fn(&str) -> Result<DrivenChain>,
+        ),
+        ("chain", include_bytes!("chain.toml"), |text| {
+            Ok(chain_of_toml(text, "the chain")?)
+        }),
+    ] {
+        let seeds = vec![seed.to_vec()];
+        targets.push(Box::new(Chains { name, seeds, read }));
+    }
+    let mut models = model_seeds()?;
+    targets.push(Box::new(Models(models.clone())));
+    models.extend([
+        b"q,tau\n-1,-0.5\n0,0\n2,1.5\n".to_vec(),
+        b"x,y,lower,upper\n0,1,0,2\n1,3,2,4\n".to_vec(),
+    ]);
+    targets.push(Box::new(Exports {
+        seeds: models,
+        folder: tempfile::tempdir()?,
+    }));
     Ok(targets)
+}
+
+/// Model files of all kinds of blocks; one has all that an identification adds.
+pub fn model_seeds() -> Result<Vec<Vec<u8>>> {
+    let mut seeds = vec![include_bytes!("model.json").to_vec()];
+    for (_, model) in models::models() {
+        seeds.push(model_text(&model, Path::new("model"))?.into_bytes());
+    }
+    Ok(seeds)
 }

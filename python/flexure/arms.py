@@ -34,8 +34,16 @@ class Arm:
         self._core = core
 
     @classmethod
-    def from_toml(cls, path: str | PathLike[str]) -> Self:
+    def from_toml(cls, path: str | PathLike[str], *, allow_paths: bool = False) -> Self:
         """Reads an arm file; errors say the line.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+        allow_paths : bool
+            Whether its excitation may name a record anywhere, not only in the file's own folder and below: for a file that you trust. What
+            an error says of a record elsewhere quotes nothing of it.
 
         Raises
         ------
@@ -44,7 +52,7 @@ class Arm:
         FlexureError
             A key or a value in it is wrong.
         """
-        return cls(_core.Arm.read(path))
+        return cls(_core.Arm.read(path, allow_paths))
 
     @classmethod
     def from_text(cls, text: str) -> Self:
@@ -193,10 +201,10 @@ class Arm:
         """
         return self._core.simulate_batch([_pair(torque, kind) for torque in torques], kind, first)
 
-    def __getstate__(self) -> tuple[str, str, str]:
-        return self._core.text, self._core.name, self._core.folder
+    def __getstate__(self) -> tuple[str, str, str, bool]:
+        return self._core.text, self._core.name, self._core.folder, self._core.allow_paths
 
-    def __setstate__(self, state: tuple[str, str, str]) -> None:
+    def __setstate__(self, state: tuple[str, str, str, bool]) -> None:
         self._core = _core.Arm.from_text(*state)
 
     def __repr__(self) -> str:

@@ -31,16 +31,27 @@ struct Source {
     name: String,
     /// Where the records lie that the excitation names.
     folder: PathBuf,
+    /// Which of them it may name.
+    paths: Paths,
+}
+
+/// Which records an arm file may name.
+fn paths(allow_paths: bool) -> Paths {
+    match allow_paths {
+        true => Paths::All,
+        false => Paths::Below,
+    }
 }
 
 impl Source {
-    fn arm(text: String, name: String, folder: PathBuf) -> PyResult<Arm> {
+    fn arm(text: String, name: String, folder: PathBuf, paths: Paths) -> PyResult<Arm> {
         let file = ArmFile::from_toml_str(&text, &name).map_err(|error| of_arm(&error))?;
         Ok(Arm(Arc::new(Source {
             file,
             text,
             name,
             folder,
+            paths,
         })))
     }
 
@@ -89,29 +100,30 @@ impl Arm {
     #[staticmethod]
     fn preset(name: &str) -> PyResult<Self> {
         let text = preset_text(name).map_err(|error| of_arm(&error))?;
-        Source::arm(text.to_owned(), format!("preset {name}"), PathBuf::new())
+        Source::arm(text.to_owned(), format!("preset {name}"), PathBuf::new(), Paths::Below)
     }
 
-    /// The text of an arm file, its name in messages, and the folder of the records that it names.
+    /// The text of an arm file, its name in messages, the folder of the records that it names, and whether it may name others.
     #[staticmethod]
-    #[pyo3(signature = (text, name="the arm", folder=""))]
-    fn from_text(text: String, name: &str, folder: &str) -> PyResult<Self> {
-        Source::arm(text, name.to_owned(), PathBuf::from(folder))
+    #[pyo3(signature = (text, name="the arm", folder="", allow_paths=false))]
+    fn from_text(text: String, name: &str, folder: &str, allow_paths: bool) -> PyResult<Self> {
+        Source::arm(text, name.to_owned(), PathBuf::from(folder), paths(allow_paths))
     }
 
     /// Reads an arm file.
     #[staticmethod]
-    fn read(path: PathBuf) -> PyResult<Self> {
+    #[pyo3(signature = (path, allow_paths=false))]
+    fn read(path: PathBuf, allow_paths: bool) -> PyResult<Self> {
         let text = read_text(&path).map_err(|error| of_any(&error.into()))?;
         let folder = path.parent().map(PathBuf::from).unwrap_or_default();
-        Source::arm(text, path.display().to_string(), folder)
+        Source::arm(text, path.display().to_string(), folder, paths(allow_paths))
     }
 
     /// The arm with other values: an object of tables as JSON, merged into the arm file.
     fn changed(&self, changes: &str) -> PyResult<Self> {
         let source = &self.0;
         let text = with_changes(&source.text, changes).map_err(|error| of_arm(&error))?;
-        Source::arm(text, source.name.clone(), source.folder.clone())
+        Source::arm(text, source.name.clone(), source.folder.clone(), source.paths)
     }
 
     /// The text of the arm file, with its comments.
@@ -130,6 +142,12 @@ impl Arm {
     #[getter]
     fn folder(&self) -> String {
         self.0.folder.display().to_string()
+    }
+
+    /// Whether its excitation may name records elsewhere.
+    #[getter]
+    fn allow_paths(&self) -> bool {
+        self.0.paths == Paths::All
     }
 
     /// The run's sample time, s.
@@ -152,8 +170,7 @@ impl Arm {
             Some(drive) => driven(&source.driven(kind, drive.0.len()), &drive, interrupt),
             None => {
                 // A folder that is named by the caller, or that of the file, is where records are looked for.
-                let load =
-                    |name: &str| read_arm_record(&source.folder, name, Paths::default(), &ReadOptions::default());
+                let load = |name: &str| read_arm_record(&source.folder, name, source.paths, &ReadOptions::default());
                 let mut watch = |_| -> ControlFlow<()> { interrupt.flow() };
                 run_watched(&source.file, load, &mut watch)
             }

@@ -203,6 +203,27 @@ def test_signals_out_of_a_table(two_links):
         flexure.identify_joint("tau2", position="q2", data=frame, motor_inertia=1.0)
 
 
+def test_an_arm_file_names_records_beside_it_unless_all_paths_are_allowed(tmp_path):
+    (tmp_path / "arms").mkdir()
+    (tmp_path / "tau.csv").write_text("tau1,tau2\n" + "1,2\n" * 20)
+    (tmp_path / "secret.csv").write_text("user,password\nroot,hunter2\n")
+    text = flexure.Arm.preset("frictionless").toml
+    path = tmp_path / "arms" / "arm.toml"
+
+    def named(name):
+        path.write_text(text[: text.index("[excitation]")] + f'[excitation]\nkind = "record"\nfile = "{name}"\n')
+
+    named("../tau.csv")
+    with pytest.raises(flexure.FlexureError, match="allow_paths=True"):
+        flexure.Arm.from_toml(path).simulate()
+    allowed = pickle.loads(pickle.dumps(flexure.Arm.from_toml(path, allow_paths=True).with_(dt=0.01)))
+    assert allowed.simulate()["tau2"][3] == 2
+    named("../secret.csv")
+    with pytest.raises(flexure.FlexureError) as error:
+        flexure.Arm.from_toml(path, allow_paths=True).simulate()
+    assert not any(word in str(error.value) for word in ("hunter2", "password", "root"))
+
+
 def test_arms_go_to_other_processes(tmp_path):
     (tmp_path / "arm.toml").write_text(flexure.Arm.preset("frictionless").toml)
     for arm in (flexure.Arm.preset("frictionless"), flexure.Arm.from_toml(tmp_path / "arm.toml")):

@@ -3,9 +3,10 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::Thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use flexure::Interrupt;
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
 /// Nothing is drawn before this.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -13,7 +14,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Work in progress; the drawing is removed when it is dropped, and absent where there is no terminal.
 pub struct Progress {
     bar: ProgressBar,
-    started: std::time::Instant,
+    started: Instant,
 }
 
 impl Progress {
@@ -25,7 +26,7 @@ impl Progress {
         bar.set_draw_target(indicatif::ProgressDrawTarget::hidden());
         Progress {
             bar,
-            started: std::time::Instant::now(),
+            started: Instant::now(),
         }
     }
 
@@ -85,11 +86,13 @@ impl Reported {
         of_all.store(all, Ordering::Relaxed);
     }
 
-    /// Draws it anew.
-    fn show(&self, what: &str, progress: &Progress) {
-        if let Some(stage) = self.stage.lock().ok().and_then(|mut current| current.take()) {
-            progress.bar.set_message(format!("{what}: {stage}"));
-        }
+    /// Draws it anew; `step` is how much of the present step is left.
+    fn show(&self, what: &str, step: Option<String>, progress: &Progress) {
+        let stage = self.stage.lock().ok().and_then(|current| current.clone());
+        let parts = [Some(what.to_owned()), stage, step];
+        progress
+            .bar
+            .set_message(parts.into_iter().flatten().collect::<Vec<_>>().join(": "));
         let [done, all] = self.units.each_ref().map(|units| units.load(Ordering::Relaxed));
         if all > 0 && progress.bar.length() != Some(1000 * all as u64) {
             progress.bar.set_style(style(true));
@@ -100,21 +103,67 @@ impl Reported {
     }
 }
 
+/// The present step of the work, a loop of the library: how much of it is left.
+struct Step {
+    began: Instant,
+    /// The jobs that were done then or when last seen, and all.
+    first: u64,
+    done: u64,
+    all: u64,
+}
+
+impl Step {
+    fn new(now: Instant) -> Self {
+        Step {
+            began: now,
+            first: 0,
+            done: 0,
+            all: 0,
+        }
+    }
+
+    /// How much is left, once the step has lasted a second and some of it is done.
+    fn left(&mut self, now: Instant, progress: Option<(u64, u64)>) -> Option<String> {
+        let (done, all) = progress?;
+        if all != self.all || done < self.done {
+            (self.began, self.first, self.all) = (now, done, all);
+        }
+        self.done = done;
+        let passed = now.saturating_duration_since(self.began);
+        if passed < PATIENCE || done <= self.first {
+            return None;
+        }
+        let share = all.saturating_sub(done) as f64 / (done - self.first) as f64;
+        let left = HumanDuration(Duration::try_from_secs_f64(passed.as_secs_f64() * share).ok()?);
+        Some(format!(
+            "this step {:.0} %, {left} left",
+            100.0 * done as f64 / all as f64
+        ))
+    }
+}
+
 /// Runs `work` under a spinner that appears after a second, and becomes a bar once `work` says how much is done.
 pub fn measured<T: Send>(what: &'static str, work: impl FnOnce(&Reported) -> T + Send) -> T {
     let done = AtomicBool::new(false);
     let reported = Reported::default();
+    let interrupt = Interrupt::default();
     std::thread::scope(|scope| {
         let ticker = scope.spawn(|| {
             let progress = Progress::new(what, 0.0);
+            let mut step = Step::new(Instant::now());
             while !done.load(Ordering::Relaxed) {
-                reported.show(what, &progress);
+                let left = step.left(Instant::now(), interrupt.progress());
+                reported.show(what, left, &progress);
                 std::thread::park_timeout(Duration::from_millis(50));
             }
         });
         // Also when `work` panics, or the scope would wait for the ticker for ever.
         let _stop = Stop(&done, ticker.thread());
-        work(&reported)
+        match interrupt.watch(|| work(&reported)) {
+            Ok(result) => result,
+            // Nobody asks it to: signals end the process.
+            Err(_) => std::process::exit(1),
+        }
     })
 }
 
@@ -124,5 +173,32 @@ impl Drop for Stop<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
         self.1.unpark();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_of_a_step_follows_from_its_jobs() {
+        let start = Instant::now();
+        let at = |seconds: f64| start + Duration::from_secs_f64(seconds);
+        let mut step = Step::new(start);
+        assert_eq!(step.left(at(0.5), None), None);
+        assert_eq!(step.left(at(1.0), Some((0, 100))), None);
+        // Nothing is known before the first job is done, and nothing is said before a second.
+        assert_eq!(step.left(at(2.5), Some((0, 100))), None);
+        assert_eq!(
+            step.left(at(3.0), Some((20, 100))).as_deref(),
+            Some("this step 20 %, 8 seconds left")
+        );
+        // The next step begins anew, also where it has as many jobs.
+        assert_eq!(step.left(at(3.5), Some((1, 100))), None);
+        assert_eq!(
+            step.left(at(5.5), Some((51, 100))).as_deref(),
+            Some("this step 51 %, 2 seconds left")
+        );
+        assert_eq!(step.left(at(6.0), Some((1, 4))), None);
     }
 }

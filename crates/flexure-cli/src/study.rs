@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use clap::ValueEnum;
+use flexure::Error;
+use flexure::error::DataError;
 use flexure::study::{FEWEST_RUNS, LONGEST, MOST_RUNS, SHORTEST};
 use flexure_io::read_text;
 use flexure_workbench::study::{Part, Parts, Plan};
@@ -82,6 +84,16 @@ impl Arguments {
             _ => Ok(()),
         }
     }
+
+    /// Names the option by which a record is too short: the study makes its records itself.
+    fn located(&self, error: Error) -> anyhow::Error {
+        match (&error, self.lengths.first()) {
+            (Error::Data(DataError::TooShort { .. }), Some(shortest)) => {
+                Usage(format!("--lengths {shortest}: {error}; give larger numbers of samples")).into()
+            }
+            _ => error.into(),
+        }
+    }
 }
 
 /// Runs the command.
@@ -109,7 +121,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         ));
     }
     let progress = Progress::new("measuring", 1.0);
-    while parts.step(&|share| progress.at(share))? {
+    while parts
+        .step(&|share| progress.at(share))
+        .map_err(|error| arguments.located(error))?
+    {
         if let Some(path) = &arguments.resume {
             write_text(path, &serde_json::to_string(&parts)?)?;
         }

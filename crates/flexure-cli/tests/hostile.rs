@@ -61,6 +61,7 @@ fn numbers_of_options_have_an_end() {
         "study rates --lengths 1000000000000,2000000000000",
         "study rates --lengths 20,10",
         "study rates --lengths 100",
+        "study rates --lengths 50,100 --parts refined --runs 20",
         "study rates --runs 99999999999",
         "study rates --runs 1",
         "regress r.csv --x u --y y --grid 99999999999",
@@ -82,6 +83,23 @@ fn numbers_of_options_have_an_end() {
         assert_eq!(outcome.stdout, "", "{arguments}");
     }
     assert_eq!(folder.content().len(), 1);
+}
+
+/// One huge sample is named, and not its neighbours, which are small only beside it.
+#[test]
+fn an_outlier_is_named() {
+    let folder = Folder::new();
+    let mut text = "t,u,y\n".to_owned();
+    for k in 0..400 {
+        let u = if k == 50 { 2.1e91 } else { (f64::from(k) * 0.7).sin() };
+        text += &format!("{:.2},{u:e},{:.4}\n", 0.01 * f64::from(k), (f64::from(k) * 0.7 - 0.3).sin());
+    }
+    folder.write("r.csv", text);
+    folder.refused(
+        "identify r.csv --input u --output y",
+        1,
+        "r.csv, line 52: column 'u' is 2.1e91, beside which all others are constant; remove or repair that sample",
+    );
 }
 
 #[test]

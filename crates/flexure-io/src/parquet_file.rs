@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Arc, Once};
 use std::thread;
 
-use flexure::Record;
+use flexure::{Interrupt, Record};
 use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, DoubleType};
@@ -83,11 +83,15 @@ fn read_checked<F: ChunkReader + 'static>(budget: &Budget, path: &Path, file: F)
             names,
         });
     }
+    let parts = (reader.num_row_groups() * signals.len()) as u64;
+    let mut done = 0;
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(content)?;
         check_places(budget, path, &*group)?;
         let mut kept = Vec::with_capacity(signals.len());
         for (i, kind, mut samples) in signals {
+            Interrupt::report(done, parts);
+            done += 1;
             // A declared number is a claim: memory is taken as samples come.
             let allowance = SampleBudget { budget, most: rows };
             match append(&*group, i, kind, &mut samples, &allowance).map_err(content)? {

@@ -5,6 +5,7 @@ use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
 use bytes::Bytes;
+use flexure::Interrupt;
 
 use crate::error::{Error, Result};
 use crate::memory::Budget;
@@ -82,13 +83,36 @@ impl ReadOptions {
             });
         }
         let stream: Box<dyn Read> = match source {
-            Source::File(file) => Box::new(file),
+            Source::File(file) => Box::new(Reported::new(file)),
             Source::Stream(stream) => stream,
         };
         if start.starts_with(b"MATLAB 5.0 MAT-file") || extension == "mat" {
             return mat::read(&budget, path, stream);
         }
         text::read(&budget, path, stream, self)
+    }
+}
+
+/// A file that says how much of it was read to what watches this thread.
+struct Reported {
+    file: File,
+    read: u64,
+    all: u64,
+}
+
+impl Reported {
+    fn new(file: File) -> Self {
+        let all = file.metadata().map_or(0, |found| found.len());
+        Reported { file, read: 0, all }
+    }
+}
+
+impl Read for Reported {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(buffer)?;
+        self.read += count as u64;
+        Interrupt::report(self.read, self.all);
+        Ok(count)
     }
 }
 

@@ -73,6 +73,7 @@ impl Error {
             DataError::NonFinite { column, .. }
             | DataError::Constant { column, .. }
             | DataError::ConstantPart { column, .. }
+            | DataError::Outlier { column, .. }
             | DataError::Unit { column, .. }
             | DataError::WrappedAngle { column, .. }
             | DataError::LengthMismatch { name: column, .. },
@@ -153,6 +154,19 @@ pub enum DataError {
         last: usize,
         /// What the part is needed for.
         purpose: &'static str,
+    },
+    /// One sample is so large that a signal does not vary beside it.
+    #[error(
+        "column '{column}' is {} at sample {sample}, beside which all others are constant; remove or repair that sample",
+        exact(*.value)
+    )]
+    Outlier {
+        /// The column's name.
+        column: String,
+        /// The sample's index, from 0.
+        sample: usize,
+        /// Its value.
+        value: f64,
     },
     /// There are fewer samples than the computation needs.
     #[error("{what} needs at least {need} samples, but there are {got}")]
@@ -293,6 +307,7 @@ impl DataError {
     pub fn sample(&self) -> Option<usize> {
         match self {
             DataError::NonFinite { sample, .. }
+            | DataError::Outlier { sample, .. }
             | DataError::NonUniformTime { sample, .. }
             | DataError::TimeNotIncreasing { sample, .. }
             | DataError::WrappedAngle { sample, .. } => Some(*sample),

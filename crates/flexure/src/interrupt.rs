@@ -20,7 +20,7 @@ use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::error::{Error, Result, Stopped};
 
@@ -35,6 +35,8 @@ struct Watched {
     interrupt: Interrupt,
     /// Whether the thread does the work of nothing else meanwhile, though it is a pool's.
     alone: bool,
+    /// Whether the work is a job of a loop.
+    is_job: bool,
 }
 
 impl Watched {
@@ -63,6 +65,8 @@ pub struct Interrupt(Arc<State>);
 #[derive(Debug, Default)]
 struct State {
     requested: AtomicBool,
+    /// The jobs of the outermost loop that are done, and all of them.
+    progress: [AtomicU64; 2],
     /// In tests: the number of times still to be asked before it is requested by itself.
     #[cfg(test)]
     fuse: std::sync::Mutex<Option<u64>>,
@@ -87,6 +91,42 @@ impl Interrupt {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
+    }
+
+    /// How far the outermost loop over jobs is in the work that is watched: those that are done, and all; `None` before the first loop.
+    /// One loop may follow another.
+    ///
+    /// ```
+    /// use flexure::{Interrupt, simulation::batch};
+    ///
+    /// let interrupt = Interrupt::default();
+    /// interrupt.watch(|| batch(&[1, 2, 3], |job| 2 * job))?;
+    /// assert_eq!(interrupt.progress(), Some((3, 3)));
+    /// # Ok::<(), flexure::Error>(())
+    /// ```
+    pub fn progress(&self) -> Option<(u64, u64)> {
+        let [done, all] = self.0.progress.each_ref().map(|count| count.load(Ordering::Relaxed));
+        (all > 0).then_some((done, all))
+    }
+
+    /// Says to what watches this thread how far its work is: for long work beside the library's, such as reading a file.
+    pub fn report(done: u64, all: u64) {
+        if let Some(watching) = outermost() {
+            watching.begin(all);
+            watching.advance(done);
+        }
+    }
+
+    /// A loop over so many jobs begins.
+    fn begin(&self, all: u64) {
+        let [done, of] = &self.0.progress;
+        done.store(0, Ordering::Relaxed);
+        of.store(all, Ordering::Relaxed);
+    }
+
+    /// So many more jobs are done.
+    fn advance(&self, by: u64) {
+        self.0.progress[0].fetch_add(by, Ordering::Relaxed);
     }
 
     /// Does `work` on this thread, which ends soon when asked to. Inside, another `watch` takes the place of this one.
@@ -121,7 +161,12 @@ impl Interrupt {
 
     fn watch_as<T>(&self, alone: bool, work: impl FnOnce() -> T) -> Result<T> {
         let interrupt = self.clone();
-        let _before = Before(CURRENT.replace(Some(Watched { interrupt, alone })));
+        let watched = Watched {
+            interrupt,
+            alone,
+            is_job: false,
+        };
+        let _before = Before(CURRENT.replace(Some(watched)));
         match catch_unwind(AssertUnwindSafe(work)) {
             Ok(result) if !self.is_requested() => Ok(result),
             Err(payload) if !payload.is::<Leaving>() => resume_unwind(payload),
@@ -157,11 +202,44 @@ pub(crate) fn watching() -> Option<Interrupt> {
     })
 }
 
+/// What hears of the jobs of a loop that begins on this thread: what watches it, unless it is itself such a job.
+fn outermost() -> Option<Interrupt> {
+    CURRENT.with_borrow(|current| {
+        let asked = current.as_ref().filter(|watched| watched.is_asked() && !watched.is_job);
+        asked.map(|watched| watched.interrupt.clone())
+    })
+}
+
+/// Counts the jobs of a loop for what watches this thread.
+pub(crate) struct Counted(Option<Interrupt>);
+
+impl Counted {
+    /// A loop over so many jobs begins.
+    pub(crate) fn new(all: usize) -> Self {
+        let watching = outermost();
+        if let Some(watching) = &watching {
+            watching.begin(all as u64);
+        }
+        Counted(watching)
+    }
+
+    /// A job is done.
+    pub(crate) fn one(&self) {
+        if let Some(watching) = &self.0 {
+            watching.advance(1);
+        }
+    }
+}
+
 /// Does a job of work that is watched so, on whatever thread: the job's loops ask there too. Unwinds if it is asked to stop.
 ///
 /// Every job says so for itself. A thread that waits within one may take another computation's, and asks for that one meanwhile.
 pub(crate) fn within<T>(watching: &Option<Interrupt>, job: impl FnOnce() -> T) -> T {
-    let watched = watching.clone().map(|interrupt| Watched { interrupt, alone: true });
+    let watched = watching.clone().map(|interrupt| Watched {
+        interrupt,
+        alone: true,
+        is_job: true,
+    });
     let _before = Before(CURRENT.replace(watched));
     leave();
     job()

@@ -292,3 +292,24 @@ fn regressions_stop() {
         });
     }
 }
+
+/// The jobs of a loop are counted, those of loops within them are not, and none where nothing watches.
+#[test]
+fn the_outermost_loop_says_how_far_it_is() {
+    let interrupt = Interrupt::default();
+    assert_eq!(interrupt.progress(), None);
+    let seen = interrupt.watch(|| {
+        let inner = |i: usize| map(3, |k| k).len() + i;
+        let sums = map(5, inner);
+        assert_eq!(sums, [3, 4, 5, 6, 7]);
+        let after_first = interrupt.progress();
+        map(2, |i| i);
+        (after_first, interrupt.progress())
+    });
+    assert_eq!(seen, Ok((Some((5, 5)), Some((2, 2)))));
+    map(7, |i| i);
+    Interrupt::report(1, 9);
+    assert_eq!(interrupt.progress(), Some((2, 2)));
+    interrupt.watch(|| Interrupt::report(4, 9)).unwrap();
+    assert_eq!(interrupt.progress(), Some((4, 9)));
+}

@@ -29,9 +29,11 @@ where
 pub(crate) fn map<R: Send>(count: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
     let results: Vec<Mutex<Option<R>>> = (0..count).map(|_| Mutex::new(None)).collect();
     let watching = interrupt::watching();
+    let counted = interrupt::Counted::new(count);
     for_each(count, &|i| {
         let result = interrupt::within(&watching, || of(i));
         *results[i].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+        counted.one();
     });
     let taken = |result: Mutex<Option<R>>| result.into_inner().unwrap_or_else(PoisonError::into_inner);
     results.into_iter().filter_map(taken).collect()

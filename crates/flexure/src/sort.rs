@@ -3,7 +3,13 @@
 //! A standard sort is compiled anew for every kind of item and of comparison. Here all items are sorted by one function, through
 //! their places. It is also faster than a sort of the items themselves: the keys lie side by side, and ties are rare.
 
+use std::cell::Cell;
 use std::cmp::Ordering;
+
+use crate::interrupt;
+
+/// Comparisons between two questions whether the work is to stop: a millisecond.
+const COMPARISONS: u32 = 1 << 16;
 
 /// The places of the rows of these columns in increasing order of the first column, then of the second and so on; equal rows
 /// stay in their order.
@@ -18,8 +24,25 @@ pub(crate) fn order(columns: &[&[f64]]) -> Vec<usize> {
         compared.fold(Ordering::Equal, Ordering::then).then(i.cmp(&j))
     };
     let mut keys: Vec<(f64, u32)> = first.iter().copied().zip(0..).collect();
-    keys.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then_with(|| by_others(a.1, b.1)));
+    let asked = Asked::default();
+    keys.sort_unstable_by(|a, b| {
+        asked.once_more();
+        a.0.total_cmp(&b.0).then_with(|| by_others(a.1, b.1))
+    });
     keys.into_iter().map(|(_, place)| place as usize).collect()
+}
+
+/// Ends a long sort whose work is to stop: sorting millions of numbers takes tenths of a second.
+#[derive(Default)]
+struct Asked(Cell<u32>);
+
+impl Asked {
+    fn once_more(&self) {
+        self.0.set(self.0.get().wrapping_add(1));
+        if self.0.get().is_multiple_of(COMPARISONS) {
+            interrupt::leave();
+        }
+    }
 }
 
 /// Sorts items in increasing order of a key; items of equal keys stay in their order.
@@ -32,7 +55,11 @@ pub(crate) fn by_key<T>(items: &mut Vec<T>, key: impl FnMut(&T) -> f64) {
 /// The values in increasing order.
 pub(crate) fn sorted(values: &[f64]) -> Vec<f64> {
     let mut sorted = values.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
+    let asked = Asked::default();
+    sorted.sort_unstable_by(|a, b| {
+        asked.once_more();
+        a.total_cmp(b)
+    });
     sorted
 }
 

@@ -1,8 +1,8 @@
 //! The largest signals under which the simulated arm keeps within its limits.
 
 use anyhow::{Result, anyhow};
-use flexure::Record;
 use flexure::manipulator::{Arm, Drive, SimulationOptions, simulate};
+use flexure::{Interrupt, Record};
 
 use super::{Arguments, Extremes, SignalKind, signals};
 
@@ -100,7 +100,8 @@ pub fn largest(setup: &Setup, arguments: &Arguments) -> Result<Trial> {
     let mut least = [0.0, 0.0];
     // With the sum of both joints' shares of their nearest limits.
     let mut best: Option<(f64, Trial)> = None;
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
+        Interrupt::report(round as u64, ROUNDS as u64);
         let trial = Trial::new(setup, arguments.reference, &unit, scale)?;
         let shares = trial.shares(setup);
         let allowed = shares.iter().all(|share| *share <= 1.0 + ROUNDING);

@@ -4,6 +4,7 @@ use anyhow::Result;
 use flexure::signal::{Chirp, Phases, Sweep, multilevel, multisine, zero};
 
 use super::{Arguments, SignalKind};
+use crate::arguments::Usage;
 
 /// Keeps the joints' seeds apart.
 const APART: u64 = 0x9E37_79B9_7F4A_7C15;
@@ -24,6 +25,14 @@ pub fn unit(rows: usize, free: [bool; 2], arguments: &Arguments) -> Result<[Vec<
         } = *arguments;
         let seed = arguments.seed.wrapping_add((joint as u64).wrapping_mul(APART));
         Ok(match arguments.kind {
+            SignalKind::Multisine if 1.0 / (rows as f64 * step) > f_max => {
+                let lowest = 1.0 / (rows as f64 * step);
+                return Err(Usage(format!(
+                    "--duration {}: the lowest harmonic is at {lowest:.3} Hz, above --f-max {f_max} Hz; give a longer duration",
+                    arguments.duration
+                ))
+                .into());
+            }
             SignalKind::Multisine => multisine(rows, step, 1.0, f_min, f_max, Phases::LowCrest { seed })?,
             SignalKind::Multilevel => {
                 let hold = ((arguments.hold / step).round() as usize).max(1);

@@ -30,8 +30,8 @@ pub fn read_arm_record(
     let below = is_below(folder, Path::new(name));
     if !below && paths == Paths::Below {
         return Err(
-            "an arm file names a record in its own folder or below, without '..' or links that lead out; put it there, or give \
-             --allow-paths if you trust the arm file"
+            "an arm file names a record in its own folder or below, without '..' or links that lead out; put it there, or, if you \
+             trust the arm file, give --allow-paths (in Python allow_paths=True)"
                 .to_owned(),
         );
     }

@@ -30,13 +30,19 @@ pub(super) fn both_vary(columns: &[(&str, &[f64])], fitted: usize) -> Result<()>
 /// Refuses a column that does not vary over `part` by more than rounding.
 fn must_vary(column: &str, samples: &[f64], part: Range<usize>, purpose: &'static str) -> Result<()> {
     let largest = check_values(column, samples)?;
-    let varies = |v: &[f64]| variance(v).sqrt() > CONSTANT * largest;
-    if varies(&samples[part.clone()]) {
+    let varies = |v: &[f64], beside: f64| variance(v).sqrt() > CONSTANT * beside;
+    let own = &samples[part.clone()];
+    if varies(own, largest) {
         return Ok(());
     }
     let (column, value) = (column.to_owned(), samples[part.start]);
-    if !varies(samples) {
+    if !varies(samples, largest) {
         return Err(Error::constant(column, value));
+    }
+    if varies(own, own.iter().fold(0.0_f64, |m, v| m.max(v.abs()))) {
+        let sample = samples.iter().position(|v| v.abs() == largest).unwrap_or(0);
+        let value = samples[sample];
+        return Err(Error::Data(DataError::Outlier { column, sample, value }));
     }
     Err(Error::Data(DataError::ConstantPart {
         column,

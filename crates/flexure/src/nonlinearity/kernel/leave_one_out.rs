@@ -22,13 +22,14 @@ pub(crate) fn leave_one_out(data: &Sorted, kernel: Kernel, degree: Degree, bandw
     let total: f64 = (0..data.len()).map(|i| data.weight(i)).sum();
     let mut scores = Vec::new();
     if kernel == Kernel::Gaussian {
-        let interrupt = interrupt::current();
         let score = |&h: &f64| {
-            if interrupt.is_requested() {
-                return 0.0;
-            }
             let mut errors = Errors::new(data, kernel, degree, h);
-            for_each_sum(data, kernel, degree, h, &data.x, |i, sums| errors.visit(i, sums));
+            for_each_sum(data, kernel, degree, h, &data.x, |i, sums| {
+                if i % PART == 0 {
+                    interrupt::leave();
+                }
+                errors.visit(i, sums);
+            });
             errors.sum
         };
         scores = parallel::batch(bandwidths, score);
@@ -55,11 +56,7 @@ fn sums_over_parts(data: &Sorted, bandwidths: &[f64], part: impl Fn(f64, Range<u
     let mut tasks: Vec<(usize, Range<usize>)> = bandwidths.iter().enumerate().flat_map(parts).collect();
     // The parts of a region for all bandwidths follow one another, while its points are in the cache.
     sort::by_key(&mut tasks, |(_, points)| points.start as f64);
-    let interrupt = interrupt::current();
-    let sums = parallel::batch(&tasks, |(k, points)| match interrupt.is_requested() {
-        true => 0.0,
-        false => part(bandwidths[*k], points.clone()),
-    });
+    let sums = parallel::batch(&tasks, |(k, points)| part(bandwidths[*k], points.clone()));
     let mut scores = vec![0.0; bandwidths.len()];
     for ((k, _), sum) in tasks.iter().zip(sums) {
         scores[*k] += sum;
