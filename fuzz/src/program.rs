@@ -360,6 +360,11 @@ impl Target for Numbers {
         );
         if output.status.success() {
             serde_json::from_slice::<serde_json::Value>(&output.stdout).with_context(|| format!("{arguments:?}"))?;
+            // An arm that was written moves.
+            if arguments.contains(&"--arm") {
+                let moved = self.0.run(&["simulate", "arm.toml", "-o", "moved.csv"])?;
+                ensure!(moved.status.success(), "{arguments:?}: the arm cannot be simulated");
+            }
         } else {
             ensure!(is_old, "{arguments:?}: it failed and has written");
         }
