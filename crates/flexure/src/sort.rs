@@ -90,6 +90,20 @@ mod tests {
         assert_eq!(median(vec![5.0, 7.0, 6.0]), 6.0);
     }
 
+    #[test]
+    fn a_long_sort_ends_when_it_is_asked_to() {
+        let values: Vec<f64> = (0..200_000).map(|i| f64::from(i * 7919 % 200_003)).collect();
+        let work: [fn(&[f64]); 2] = [|v| drop(order(&[v])), |v| drop(sorted(v))];
+        for sort in work {
+            let interrupt = interrupt::Interrupt::after(3);
+            assert!(interrupt.watch(|| sort(&values)).is_err());
+            // It was asked within the sort, and not only after it.
+            let whole = interrupt::Interrupt::after(1000);
+            assert!(whole.watch(|| sort(&values)).is_ok());
+            assert!(1000 - whole.left() > 5);
+        }
+    }
+
     proptest! {
         #[test]
         fn any_items_are_sorted(x in prop::collection::vec(prop::num::f64::ANY, 0..600)) {
