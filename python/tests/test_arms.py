@@ -205,7 +205,7 @@ def test_signals_out_of_a_table(two_links):
 
 def test_an_arm_file_names_records_beside_it_unless_all_paths_are_allowed(tmp_path):
     (tmp_path / "arms").mkdir()
-    (tmp_path / "tau.csv").write_text("tau1,tau2\n" + "1,2\n" * 20)
+    (tmp_path / "tau.csv").write_text("tau1,tau2\n" + "1,2\n" * 21)
     (tmp_path / "secret.csv").write_text("user,password\nroot,hunter2\n")
     text = flexure.Arm.preset("frictionless").toml
     path = tmp_path / "arms" / "arm.toml"
@@ -216,7 +216,7 @@ def test_an_arm_file_names_records_beside_it_unless_all_paths_are_allowed(tmp_pa
     named("../tau.csv")
     with pytest.raises(flexure.FlexureError, match="allow_paths=True"):
         flexure.Arm.from_toml(path).simulate()
-    allowed = pickle.loads(pickle.dumps(flexure.Arm.from_toml(path, allow_paths=True).with_(dt=0.01)))
+    allowed = pickle.loads(pickle.dumps(flexure.Arm.from_toml(path, allow_paths=True).with_(duration=2.0)))
     assert allowed.simulate()["tau2"][3] == 2
     named("../secret.csv")
     with pytest.raises(flexure.FlexureError) as error:

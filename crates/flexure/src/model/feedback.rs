@@ -281,7 +281,11 @@ impl FeedbackModel {
         let finite = numbers
             .chain(&[input, nonlinearity, output, entering])
             .all(|v| v.is_finite());
-        (!finite).then(|| "a feedback model has a number that is not finite".to_owned())
+        if !finite {
+            return Some("a feedback model has a number that is not finite".to_owned());
+        }
+        let too_large = !self.run_away().is_finite();
+        too_large.then(|| "a feedback model has numbers so large that its signals cannot be computed".to_owned())
     }
 }
 

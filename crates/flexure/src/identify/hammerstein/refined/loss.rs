@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use super::blocks::{Blocks, Layout, Observed};
 use super::linear_part::{LinearPart, polynomial_product};
+use crate::interrupt;
 use crate::linear::levenberg_marquardt::NormalEquations;
 
 /// Samples that are worked on at a time, so that their rows stay in the cache.
@@ -65,6 +66,7 @@ impl Blocks {
         let delay = self.linear.delay;
         let mut signals = Sensitivities::new(self, whitening);
         for start in (0..y.len()).step_by(CHUNK) {
+            interrupt::leave();
             let length = CHUNK.min(y.len() - start);
             for i in 0..length {
                 let n = start + i;
