@@ -253,7 +253,7 @@ mod tests {
              A sentence of some words that do not fit into a\n  line of fifty columns.\n  \
              linear part         order 2\n    \
              poles             1.5 Hz,\n                      2.5 Hz with a small damping\n  \
-             a label that is too long for its column text\n  \
+             a label that is too long for its column: text\n  \
              warning:            beware\n  \
              a row of a table that is not wrapped, however long it may be"
         );
